@@ -265,9 +265,9 @@ def test_a_position_on_the_other_side_of_a_gear_is_no_other_unit(tmp_path, gear)
     made = moving_in_mm()
     told = findings(tmp_path, {**made, "x": made["x"] / 1000 * gear}, text)["scale of x"]
     assert told.severity == "problem" and "is x in" not in told.words
-    assert f"scale: {{x: {1 / gear:.4g}}}" in told.words and "The parameter n has this value" in told.words
+    assert f"scale: {{x: {1 / gear:.4g}}}" in told.words and "the parameter n has this value" in told.words
     told = findings(tmp_path, {**made, "x": made["x"] / 1000 * 1.3 * gear}, text)["scale of x"]
-    assert "The parameter n" not in told.words
+    assert "the parameter n" not in told.words
 
 
 @pytest.mark.parametrize("share", [0.3, 0.5, 1.5, 3.0])

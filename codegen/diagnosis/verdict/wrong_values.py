@@ -36,7 +36,7 @@ from codegen.diagnosis.selection.forward_selection import BETTER, Outcome
 from codegen.diagnosis.verdict.answer import Answer
 from codegen.effects import CATALOGUE
 from codegen.logs import Log
-from codegen.logs.audit.position_scale import ALIKE, APPARENT
+from codegen.logs.audit.scales import ALIKE, APPARENT
 from codegen.mechanics.system import System
 from codegen.spec.model import Spec
 

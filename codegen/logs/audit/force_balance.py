@@ -108,14 +108,6 @@ class Balance:
         moved = parts[:, 4 + self._m :].reshape(-1, 2 * self._n)
         return Forces(inertia, rest, friction, static, np.moveaxis(parts[:, 4 : 4 + self._m], 1, 0), moved)
 
-    def misfit(self, log: Log, motion: Motion) -> float:
-        """``Forces.misfit`` of ``along``, in less time: only the forces that it needs are low-passed."""
-        (inertia, rest, _, _), driven, finite, slipping = self._sampled(log, motion)
-        smooth = self._smooth(log, motion, np.hstack([inertia, rest, *driven]), finite)
-        parts = smooth[motion.usable & finite & slipping]
-        inertia, rest, given = parts[:, 0], parts[:, 1], parts[:, 2:].sum(axis=1)
-        return _unbalanced(inertia - rest - given, inertia, rest, given)
-
     def _sampled(self, log: Log, motion: Motion) -> tuple[list[Array], list[Array], Flags, Flags]:
         """M a, g(x, v, 0) − U λ, U λ and g(x, 0, 0), each (N, n); the force of each input alone, each (N, n); and (N,)
         whether all of these are finite, and whether every contact slips.

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from codegen.base.arrays import Array
 from codegen.logs.audit.envelope import Span
-from codegen.logs.audit.force_audit import LONGEST_STEP, audit_force
+from codegen.logs.audit.force_audit import audit_force
+from codegen.logs.audit.scales import LONGEST_STEP
 from codegen.logs.log import Finding, Log, Severity
 from codegen.logs.motion import Motion, Steady, measured_motion, steady_speeds
 from codegen.spec.model import Spec

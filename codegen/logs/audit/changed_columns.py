@@ -1,0 +1,320 @@
+"""Preflight of the columns: exchanged columns, flipped signs, and velocities that were read as positions.
+
+Changes of the columns are tried. A finding names the change with which the balance of forces has a far smaller misfit
+than as read. With the position q = −x and the right force u, for example, M a + d v + U λ − g(x) = u is in the log
+
+    M a_q + d v_q + U λ + g(−q) = −u.
+
+If g is odd, as without gravity or with a spring about zero, this is the machine with the input reversed, and a log
+cannot distinguish a flipped position from a flipped input. With a weight, or a spring about another position, it can.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from itertools import chain, combinations, islice, permutations
+
+import numpy as np
+from scipy.integrate import cumulative_trapezoid
+
+from codegen.base.arrays import Array
+from codegen.base.errors import Place
+from codegen.base.significant import in_percent
+from codegen.base.user_text import shown
+from codegen.logs.audit.force_balance import Balance, Forces
+from codegen.logs.log import Finding, Log
+from codegen.logs.motion import Motion, low_pass, measured_motion
+from codegen.spec.model import Spec
+from codegen.spec.units import si_factor
+
+FITS, BETTER = 0.25, 0.5
+"""Largest misfit with a change that is accepted, and its largest ratio to the misfit as read."""
+NEARLY = 0.05
+"""Least misfit as read at which changes are tried. Up to ``FITS`` only axes are exchanged, and no two signs reversed:
+if friction is large in both, the motion of one axis may balance most of the forces of another one."""
+FAR_BETTER = 0.1
+"""Largest ratio to the misfit as read, if that is below ``FITS`` or columns are integrated."""
+IN_ANY_ORDER, MOST_TRIED, IN_PAIRS = 3, 70, 6
+"""Most variables of which all orders are tried (of more, pairs and axes); most orders that are tried; most coordinates
+and inputs of which two are reversed together."""
+UNSURE, ALL_FIT, MOST_ALIKE = 2.0, 0.01, 4
+"""Changes are alternatives if their misfit is within a factor of the least or below a value; most that are reported."""
+Values = dict[str, Array]
+"""Position, velocity if it was logged, or input → its values, (N,)."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """A log, its spec, and the forces along the measured motion."""
+
+    log: Log
+    spec: Spec
+    balance: Balance
+    motion: Motion
+    forces: Forces
+
+    @property
+    def values(self) -> Values:
+        log, spec = self.log, self.spec
+        values = dict(zip(spec.positions, log.positions.T, strict=True))
+        if log.velocities is not None:
+            values |= zip(spec.velocities, log.velocities.T, strict=True)
+        return values | dict(zip((i.name for i in spec.inputs), log.inputs.T, strict=True))
+
+    def misfit(self, values: Values) -> float:
+        """The larger misfit, of the forces or of the velocities, of a log with other values."""
+        log, spec = self.log, self.spec
+        logged = log.velocities is not None
+        other = replace(
+            log,
+            positions=np.column_stack([values[name] for name in spec.positions]),
+            velocities=np.column_stack([values[name] for name in spec.velocities]) if logged else None,
+            inputs=np.column_stack([values[i.name] for i in spec.inputs]) if spec.inputs else log.inputs,
+            encoder_step=None,
+            intake=replace(log.intake, smallest_step=()),
+        )
+        motion = measured_motion(other)
+        if not motion.usable.any() or (slopes := velocity_mismatch(other, motion)) > FITS:
+            return 1.0
+        return max(self.balance.along(other, motion).moving_misfit, slopes)
+
+
+def velocity_mismatch(log: Log, motion: Motion) -> float:
+    """Σ(v − ẋ)² / (Σv² + Σẋ²), low-passed, the largest of the coordinates; 0 if no velocity was logged."""
+    if log.velocities is None:
+        return 0.0
+    smooth, _ = low_pass(log, log.velocities, motion.cutoff_hz)
+    logged, slope = smooth[motion.usable], motion.velocities[motion.usable]
+    whole = np.sum(logged**2 + slope**2, axis=0)
+    apart = np.sum((logged - slope) ** 2, axis=0)
+    return float(np.max(apart[whole > 0] / whole[whole > 0])) if np.any(whole > 0) else 0.0
+
+
+class Change(ABC):
+    """A change of a log's columns.
+
+    Attributes:
+        mistakes: how many mistakes it is about; of equal ones those with the fewest are reported.
+        topic, what: of the finding; ``what`` is a clause such as ``the sign of input w seems flipped``.
+    """
+
+    mistakes = 1
+    topic = "columns"
+    what: str
+
+    def enough(self, now: float) -> float:
+        """The largest misfit at which it is reported; ``now``: the misfit as read."""
+        return min(FITS, BETTER * now) if now > FITS else FAR_BETTER * now
+
+    def misfit(self, case: Case) -> float:
+        """The misfit with it."""
+        return case.misfit(self.changed(case))
+
+    @abstractmethod
+    def changed(self, case: Case) -> Values:
+        """The log's values with it."""
+
+    @abstractmethod
+    def lines(self, case: Case) -> str:
+        """The lines of meta.yaml that make it; empty if the spec must be changed."""
+
+
+@dataclass(frozen=True)
+class Exchanged(Change):
+    """Variables that take the columns of others; ``sources``: (variable, the one whose column it takes)."""
+
+    sources: tuple[tuple[str, str], ...]
+
+    @property
+    def what(self) -> str:  # type: ignore[override]
+        taken = dict(self.sources)
+        words = " and ".join(taken)
+        if all(taken[source] == name for name, source in taken.items()):  # in pairs: x and y, v and u
+            words = ", ".join(f"{a} and {b}" for a, b in taken.items() if list(taken).index(a) < list(taken).index(b))
+        return f"the columns of {words} seem exchanged"
+
+    def changed(self, case: Case) -> Values:
+        values, factor = case.values, {name: _stated_factor(name, case) for name in case.values}
+        return values | {name: values[source] / factor[source] * factor[name] for name, source in self.sources}
+
+    def lines(self, case: Case) -> str:
+        entries = (f"{name}: {case.log.intake.columns.get(source, '...')}" for name, source in self.sources)
+        return f"`columns: {{{', '.join(entries)}}}`"
+
+
+@dataclass(frozen=True)
+class Integrated(Change):
+    """Coordinates whose columns are velocities. The integration constant is not known; the mean is set to zero."""
+
+    coordinates: tuple[str, ...]
+
+    @property
+    def what(self) -> str:  # type: ignore[override]
+        one = len(self.coordinates) == 1
+        columns = "column" if one else "columns"
+        held = "seems to hold its velocity" if one else "seem to hold their velocities"
+        return f"the {columns} of {' and '.join(self.coordinates)} {held}"
+
+    def enough(self, now: float) -> float:
+        return FAR_BETTER * now
+
+    def changed(self, case: Case) -> Values:
+        values, log = case.values, case.log
+        for name in self.coordinates:
+            way = values[name].copy()
+            for start, stop in log.segments:
+                part = cumulative_trapezoid(way[start:stop], initial=0) * log.sample_time
+                way[start:stop] = part - part.mean()
+            values[name] = way
+        return values
+
+    def lines(self, case: Case) -> str:
+        columns = case.log.intake.columns
+        some = [c for c in case.spec.coordinates if c.name in self.coordinates]
+        entries = (f"{c.name}: none, {c.velocity}: {shown(str(columns.get(c.name, '...')))}" for c in some)
+        return (
+            f"`columns: {{{', '.join(entries)}}}`, with the column of the position in place of `none` if there is one,"
+        )
+
+
+@dataclass(frozen=True)
+class Flipped(Change):
+    """Variables whose signs are reversed; ``words``: these in words, a coordinate being a position and its velocity."""
+
+    variables: tuple[str, ...]
+    words: str
+    of_inputs: tuple[str, ...]
+    mistakes: int = 1
+
+    @property
+    def what(self) -> str:  # type: ignore[override]
+        return f"the sign of {self.words} seems flipped"
+
+    @property
+    def topic(self) -> str:  # type: ignore[override]
+        return f"sign and scale of {self.of_inputs[0]}" if self.of_inputs else f"sign of {self.variables[0]}"
+
+    def changed(self, case: Case) -> Values:
+        return {name: -values if name in self.variables else values for name, values in case.values.items()}
+
+    def lines(self, case: Case) -> str:
+        return case.log.scale_lines(dict.fromkeys(self.variables, -1.0), case.spec)
+
+
+class OpposedForces(Change):
+    """Gravity and springs, the forces of positions alone, with the other sign: a mistake in the spec, not the log."""
+
+    topic = "sign of gravity and springs"
+    what = "the sign of gravity and springs seems flipped"
+
+    def misfit(self, case: Case) -> float:
+        forces = case.forces
+        other = replace(forces, rest=forces.rest - 2 * forces.static, static=-forces.static)
+        return max(other.moving_misfit, velocity_mismatch(case.log, case.motion))
+
+    def changed(self, case: Case) -> Values:
+        return case.values
+
+    def lines(self, case: Case) -> str:
+        return ""
+
+
+def changed_columns(case: Case) -> Finding | None:
+    """The finding on the change of columns with which the forces balance; None if they do as read, or with no one."""
+    now = max(case.forces.moving_misfit, velocity_mismatch(case.log, case.motion))
+    if now <= NEARLY or case.log.intake.doubted:
+        return None
+    tried = [(change.misfit(case), change) for change in _changes(case, now)]
+    fitting = [(left, change) for left, change in tried if left <= change.enough(now)]
+    best = min((left for left, _ in fitting), default=1.0)
+    alike = [change for left, change in fitting if left <= max(UNSURE * best, ALL_FIT)]
+    named = [change for change in alike if change.mistakes == min(other.mistakes for other in alike)]
+    opposed = any(isinstance(change, OpposedForces) for change in named)
+    if not named or len(named) > MOST_ALIKE or (opposed and len(named) > 1):
+        return None  # where a force of the spec may be wrong, the audit of the inputs reports which forces show
+    what = ", or ".join(change.what for change in named)
+    others = min((left for left, change in tried if change not in alike), default=1.0)
+    words = (
+        f"{what[0].upper()}{what[1:]}: as read, {in_percent(now)} of the squares stay unbalanced; changed so, "
+        f"{in_percent(best)}; with any other change, {in_percent(others)}. "
+    )
+    if len(named) > 1:
+        words += "This log cannot decide which. "
+    if len(named) > 1 and all(isinstance(change, Flipped) for change in named):
+        turned = {name for change in named if isinstance(change, Flipped) for name in change.variables}
+        positions = " and ".join(name for name in case.spec.positions if name in turned)
+        words += f"A push by hand in the direction that the drawing calls positive shows the sign of {positions}. "
+    if opposed:
+        words += "Check them in the spec, or the zero of a position (a pendulum's may be half a turn off)."
+    else:
+        words += f"({' or '.join(change.lines(case) for change in named)} in meta.yaml beside the log)"
+    return Finding("problem", named[0].topic, words, {"misfit": now, "misfit_mended": best})
+
+
+def _changes(case: Case, now: float) -> Iterator[Change]:
+    """The changes to try, in the order in which alternatives are reported."""
+    spec, velocities = case.spec, case.log.velocities is not None
+    if np.any(case.forces.static):
+        yield OpposedForces()
+    yield from _flips(spec, velocities, pairs=now > FITS)
+    yield from islice(_exchanges(spec, velocities, axes_alone=now <= FITS), MOST_TRIED)
+    if now > FITS and not velocities:
+        yield from map(Integrated, dict.fromkeys([*((name,) for name in spec.positions), tuple(spec.positions)]))
+
+
+def _flips(spec: Spec, velocities: bool, pairs: bool) -> Iterator[Flipped]:
+    """Reversed signs: of each input and coordinate, of all inputs or all coordinates, of one of the two columns of a
+    coordinate, and with ``pairs`` of any two inputs or coordinates.
+    """
+    names = [i.name for i in spec.inputs]
+    inputs = [Flipped((name,), f"input {name}", (name,)) for name in names]
+    whole = [
+        Flipped((c.name, c.velocity) if velocities else (c.name,), f"the coordinate {c.name}", ())
+        for c in spec.coordinates
+    ]
+    yield from (*inputs, *whole)
+    if velocities:
+        for c in spec.coordinates:
+            yield Flipped((c.name,), f"the position {c.name}", ())
+            yield Flipped((c.velocity,), f"the velocity {c.velocity}", ())
+    if len(inputs) > 1:
+        yield Flipped(tuple(names), f"inputs {' and '.join(names)}", tuple(names))
+    if len(whole) > 1:
+        every = " and ".join(spec.positions)
+        yield Flipped(tuple(chain(*(one.variables for one in whole))), f"the coordinates {every}", ())
+    if pairs and len(inputs) + len(whole) <= IN_PAIRS:
+        for a, b in combinations([*inputs, *whole], 2):
+            yield Flipped(a.variables + b.variables, f"{a.words} and {b.words}", a.of_inputs + b.of_inputs, mistakes=2)
+
+
+def _exchanges(spec: Spec, velocities: bool, axes_alone: bool) -> Iterator[Exchanged]:
+    """Exchanged columns: in any order if there are few, else pairs, axes, and all positions with their velocities.
+
+    Args:
+        axes_alone: whether only exchanges of whole axes are returned.
+    """
+    inputs = [i.name for i in spec.inputs]
+    moving = [list(spec.positions), list(spec.velocities)] if velocities else [list(spec.positions)]
+    every = [*chain(*moving), *inputs]
+    if len(every) <= IN_ANY_ORDER and not axes_alone:
+        for order in islice(permutations(every), 1, None):
+            yield Exchanged(tuple((a, b) for a, b in zip(every, order, strict=True) if a != b))
+        return
+    n = len(spec.positions)
+    together = [[*moving, inputs], moving] if len(inputs) == n else [moving]
+    axes = [[(kind[a], kind[b]) for kind in group] for group in together for a, b in combinations(range(n), 2)]
+    alike = [[pair] for kind in (*moving, inputs) for pair in combinations(kind, 2)]
+    slopes = [list(zip(*moving, strict=True))] if velocities else []
+    others = [[pair] for pair in combinations(every, 2)]
+    for pairs in axes if axes_alone else dict.fromkeys(map(tuple, [*alike, *axes, *slopes, *others])):
+        taken = dict(pairs) | {b: a for a, b in pairs}
+        yield Exchanged(tuple((name, taken[name]) for name in every if name in taken))
+
+
+def _stated_factor(name: str, case: Case) -> float:
+    """The factor that is stated for a variable, which it keeps when it takes another column."""
+    about = case.log.description
+    factor = about.stated_scale(name, case.spec)
+    return factor * float(si_factor(about.units[name], Place(""))) if name in about.units else factor

@@ -1,0 +1,311 @@
+"""Preflight of scales: a position in another unit, or a multiple of the spec's, as one measured before a gear.
+
+If the position is k times too large, q = k x, the machine M a + d v + U λ = u appears in the log as
+
+    (M/k) a_q + (d/k) v_q + U λ = u.
+
+Forces that are linear in position or speed are divided by k; Coulomb levels and constant forces are not. If instead the
+input is c times too small, all forces are divided by c:
+
+    (M/c) a + (d/c) v + (U λ)/c = u.
+
+So inertia, damping and springs do not distinguish k from c. Friction levels and constant forces do; a level that is
+known to a factor of three, only if k or 1/k is larger than that. A mass that is k times too large differs from both in
+damping and springs, if the log shows these.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import minimize_scalar
+
+from codegen.base.arrays import Array
+from codegen.base.errors import Place
+from codegen.base.significant import in_percent
+from codegen.logs.audit.changed_columns import Case
+from codegen.logs.audit.force_balance import Forces, partial_correlation
+from codegen.logs.audit.input_audit import SCALE_OFF, TELLING, Outside
+from codegen.logs.column_names import is_convertible
+from codegen.logs.log import Finding, Log
+from codegen.logs.motion import scaled
+from codegen.spec.model import Spec
+from codegen.spec.units import si_factor
+
+APPARENT, SURE = 1.5, 3.0
+"""Least factor on a position, either way, that is reported (a smaller one is an error of a parameter), and that is a
+problem, if friction distinguishes it from a wrong scale of the input."""
+INERTIA_SEEN, FRICTION_SEEN = 0.5, 0.15
+"""Partial correlations with the input's force from which on inertia and friction show in a log."""
+INERTIA_OFF, SUSPECT, FRICTION_FITS = 10.0, 7.0, 3.0
+"""Least factor on the declared inertia that is no error of a mass; at which other units are tried (a power of ten, less
+what else the model lacks); and largest on the declared friction."""
+TOO_MUCH = 30.0
+"""Ratio of the required force to the force of the inputs, near 1 in a right log, from which on a scale is wrong."""
+FITS, BETTER = 0.25, 0.5
+"""Largest misfit that is accepted of another unit, and its largest ratio to that of any other."""
+EXPLAINED, MUCH_LESS = 0.02, 0.25
+"""Largest unbalanced share of the squared forces with a factor, and its largest ratio to that without."""
+ALIKE = 2.0
+"""Ratio of unbalanced shares up to which two explanations are not distinguished."""
+ABOUT, TOLERANCE = 2.0, 1e-3
+"""Range of the search for a factor about its starting value, either way, and its relative accuracy."""
+SAME_MOTION, APART = 0.9, 2.0
+"""Least correlation of a measured velocity with the position's derivative, and the ratio from which on they differ."""
+LONGEST_STEP = 0.5
+"""Sample time in s from which on the unit of time is in doubt, and not that of a coordinate."""
+NEAR = 0.05
+"""Relative deviation of a factor from a unit's, a parameter's or a power of ten that explains it."""
+UNITS = ("m", "cm", "mm", "um", "rad", "deg", "mrad")
+
+
+def wrong_scales(case: Case, steady: frozenset[int], outside: Outside | None) -> list[Finding]:
+    """Findings on the scale of positions: in another unit, off by another factor, or off without a factor that fits.
+
+    Args:
+        steady: the coordinates that run at constant speed, whose acceleration is ripple and noise alone.
+        outside: the coordinate furthest outside the envelope.
+    """
+    off = _off_scale(case, steady, INERTIA_OFF)
+    each = [] if steady else [_position_scale(case, j) for j in range(len(case.spec.coordinates))]
+    factors = {f.topic: f for f in each if f is not None}
+    suspected = off or outside or _steps_apart(case.log) or _off_scale(case, steady, SUSPECT)
+    if not suspected or case.log.sample_time >= LONGEST_STEP:
+        return off or list(factors.values())
+    known = {f.topic: f.figures for f in off}
+    if outside:
+        topic = f"scale of {outside.coordinate}"
+        known[topic] = {"times": outside.times, **known.get(topic, {})}
+    unit = _other_unit(case, tried_anyway=bool(off))
+    found = list(factors.values()) or off
+    if unit is not None:
+        other = factors.get(unit.topic, unit)
+        found = [unit if 1 / APPARENT < other.figures["factor"] / unit.figures["factor"] < APPARENT else other]
+    return [Finding(f.severity, f.topic, f.words, {**f.figures, **known.get(f.topic, {})}) for f in found]
+
+
+def _off_scale(case: Case, steady: frozenset[int], least: float) -> list[Finding]:
+    """Findings on coordinates by the ratio of inertia to friction, or to the force of the inputs.
+
+    Inertia scales with the coordinate and Coulomb friction does not. If the input's force fits the declared friction,
+    but a multiple or a fraction of the declared inertia, the position or the time is in another unit.
+
+    Args:
+        least: least factor on the declared inertia that is reported.
+    """
+    forces, found = case.forces, []
+    for i, c in enumerate(case.spec.coordinates):
+        required, push = forces.inertia[:, i] - forces.rest[:, i], forces.given[:, i]
+        sizes = float(np.linalg.norm(required)), float(np.linalg.norm(push))
+        if min(sizes) == 0.0 or i in steady:
+            continue
+        (inertia, r_inertia), (friction, r_friction) = forces.inertia_factor(i), forces.friction_factor(i)
+        fits = r_friction > FRICTION_SEEN and 1 / FRICTION_FITS < friction < FRICTION_FITS
+        if sizes[0] > TOO_MUCH * sizes[1] and float(required @ push) < TELLING * sizes[0] * sizes[1]:
+            times = sizes[0] / sizes[1]
+            why = f"its motion requires {times:.3g} times the force of the inputs, and does not correlate with it"
+            figures = {"times": times}
+        elif fits and r_inertia > INERTIA_SEEN and not 1 / least < inertia < least:
+            why = (
+                f"the input fits the declared friction on {c.name} (factor {friction:.2g}), but {inertia:.3g} times "
+                "the declared inertia"
+            )
+            figures = {"inertia": inertia, "friction": friction, "correlation": r_inertia}
+        else:
+            continue
+        words = f"The scale of {c.name} or of time seems off: {why}. Check unit and scale of {c.name} and t."
+        found.append(Finding("problem", f"scale of {c.name}", words, figures))
+    return found
+
+
+def _other_unit(case: Case, tried_anyway: bool) -> Finding | None:
+    """A finding on the coordinate that makes the forces balance if it is taken in another unit; None if no one does.
+
+    With coupled masses, a coordinate in a wrong unit disturbs the balance of all, and another one's may be worse. So
+    each coordinate is tried in each other usual unit.
+
+    Args:
+        tried_anyway: also units that the factor on the inertia does not suggest.
+    """
+    tried = []
+    for j, c in enumerate(case.spec.coordinates):
+        inertia, seen = case.forces.inertia_factor(j)
+        for unit, factor in _other_units(case.log.units.get(c.name, c.unit)):
+            if tried_anyway or (seen > INERTIA_SEEN and 1 / SCALE_OFF < inertia / factor < SCALE_OFF):
+                forces = case.balance.along(case.log, scaled(case.motion, j, factor))
+                tried.append((forces.misfit, j, unit, factor))
+    least, j, unit, factor = min(tried, default=(1.0, 0, "", 1.0))
+    now = case.forces.misfit
+    if least > FITS or least > BETTER * min([now, *(left for left, k, *_ in tried if k != j)]):
+        return None
+    c = case.spec.coordinates[j]
+    words = (
+        f"The scale of {c.name} seems off: is {c.name} in {unit}? As {case.log.units.get(c.name, c.unit)}, "
+        f"{in_percent(now)} of the squared forces stay unbalanced; as {unit}, {in_percent(least)}. "
+        f"(`units: {{{c.name}: {unit}}}` in meta.yaml beside the log)"
+    )
+    return Finding(
+        "problem", f"scale of {c.name}", words, {"misfit": now, "misfit_scaled": least, "factor": 1 / factor}
+    )
+
+
+def _other_units(unit: str) -> list[tuple[str, float]]:
+    """Each other usual unit of the same kind, with the factor on values that were read in ``unit``."""
+    here = Place("")
+    usual = [other for other in UNITS if other != unit and is_convertible(other, unit)]
+    return [(other, float(si_factor(other, here) / si_factor(unit, here))) for other in usual]
+
+
+def _steps_apart(log: Log) -> bool:
+    """Whether a position's quantisation step is a power of ten times the described one."""
+    for seen, stated in zip(log.intake.smallest_step or (), log.encoder_step or (), strict=False):
+        power = float(np.log10(seen / stated)) if seen > 0 and stated > 0 else 0.0
+        if round(power) != 0 and abs(power - round(power)) < np.log10(1 + NEAR):
+            return True
+    return False
+
+
+def scales_of_velocities(case: Case) -> Iterator[Finding]:
+    """Findings on positions whose derivative is a multiple of the measured velocity, if both are logged."""
+    log, motion = case.log, case.motion
+    if log.velocities is None:
+        return
+    for j, c in enumerate(case.spec.coordinates):
+        logged, slope = log.velocities[motion.usable, j], motion.velocities[motion.usable, j]
+        sizes = float(np.linalg.norm(logged)), float(np.linalg.norm(slope))
+        if min(sizes) == 0 or abs(float(logged @ slope)) < SAME_MOTION * sizes[0] * sizes[1]:
+            continue
+        factor = float(logged @ slope) / sizes[0] ** 2
+        if 1 / APART < factor < APART:
+            continue
+        unit = log.units.get(c.name, c.unit)
+        meant = [other for other, by in _other_units(unit) if abs(by * factor - 1) < NEAR]
+        key = f"`units: {{{c.name}: {meant[0]}}}`" if meant else log.scale_lines({c.name: 1 / factor}, case.spec)
+        words = (
+            f"{c.name} moves {factor:.3g} times as far as the measured {c.velocity} says: one of the two has a wrong "
+            f"scale or sign. If it is {c.name}: {key} in meta.yaml beside the log."
+        )
+        yield Finding("warning", f"scale of {c.name}", words, {"factor": factor})
+
+
+@dataclass(frozen=True)
+class Explained:
+    """The best factor of one explanation.
+
+    Attributes:
+        factor: k of the position, c of the input, or the factor by which a mass is too large.
+        left: unbalanced share of the squared forces, with the friction level refitted.
+        level: factor on the declared friction.
+    """
+
+    factor: float
+    left: float
+    level: float
+
+    @property
+    def level_fits(self) -> bool:
+        """Whether the factor on the declared friction is within its uncertainty."""
+        return 1 / FRICTION_FITS < self.level < FRICTION_FITS
+
+
+def _position_scale(case: Case, j: int) -> Finding | None:
+    """A finding on a position that balances the forces much better if it is divided by a factor.
+
+    Explanations that the log does not exclude are named too; none is reported if one of these is better.
+    """
+
+    def divided(factor: float) -> Forces:
+        return case.balance.along(case.log, scaled(case.motion, j, 1 / factor))
+
+    c, (inertia, seen) = case.spec.coordinates[j], case.forces.inertia_factor(j)
+    if seen < INERTIA_SEEN or inertia <= 0 or 1 / APPARENT < inertia < APPARENT:
+        return None
+    position = _best(lambda factor: _left(divided(factor), j), 1 / inertia)
+    found, plain, k = divided(position.factor), _left(case.forces, j), position.factor
+    explains = position.left <= min(EXPLAINED, MUCH_LESS * plain.left) and found.misfit < case.forces.misfit
+    if 1 / APPARENT < k < APPARENT or not explains:
+        return None
+    by_mass = _best(lambda factor: _left(case.forces, j, mass=1 / factor), k)
+    other_inputs = _other_inputs(case, j, position, found)
+    if by_mass.left * ALIKE < position.left or other_inputs is None:
+        return None
+    rivals, excluded = other_inputs
+    if by_mass.left <= ALIKE * position.left and 1 / INERTIA_OFF < by_mass.factor < INERTIA_OFF:
+        rivals.append(f"the declared inertia is {by_mass.factor:.3g} times too large")
+    gear, ratio = _gear_ratio(case.spec, k)
+    side = f"on the other side of a gear (the parameter {gear} has this value)" if gear else "before a gear"
+    words = (
+        f"The scale of {c.name} seems off by a factor of {k:.3g}. As read, {in_percent(plain.left)} of the squared "
+        f"forces stay unbalanced; divided by it, with the declared inertia, {in_percent(position.left)}. Is it "
+        f"measured {side}, or in another unit? "
+        f"({case.log.scale_lines({c.name: 1 / ratio}, case.spec)} in meta.yaml beside the log){excluded}"
+    )
+    if rivals:
+        words += f" This log cannot tell that from another cause: {'; or '.join(rivals)}."
+    sure = not rivals and position.level_fits and not 1 / SURE < k < SURE
+    figures = {"factor": k, "level": position.level, "misfit": plain.left, "misfit_scaled": position.left}
+    return Finding("problem" if sure else "warning", f"scale of {c.name}", words, figures)
+
+
+def _other_inputs(case: Case, j: int, position: Explained, found: Forces) -> tuple[list[str], str] | None:
+    """In words, the wrong scale of an input as another explanation, and why it is excluded; None if it is better.
+
+    Args:
+        found: the forces with the position divided by its factor.
+    """
+    driving = [i.name for i, force in zip(case.spec.inputs, case.forces.driven, strict=True) if np.any(force[:, j])]
+    if len(driving) != 1:
+        return [], ""
+    name, by_input = driving[0], _best(lambda c: _left(case.forces, j, given=c), position.factor)
+    others: Array = np.column_stack([found.inertia[:, j], found.motion, np.ones(len(found.motion))])
+    level_seen = partial_correlation(found.given[:, j], found.friction[:, j], others)[1] > FRICTION_SEEN
+    better = level_seen and by_input.level_fits and not position.level_fits
+    if better or by_input.left * ALIKE < position.left:
+        return None
+    if by_input.left > ALIKE * position.left:
+        return [], ""
+    if level_seen and position.level_fits and not by_input.level_fits:
+        return [], (
+            f" If {name} were {by_input.factor:.3g} times too small instead, it would be against {by_input.level:.2g} "
+            f"times the declared friction; now it is {position.level:.2g} times."
+        )
+    line = case.log.scale_lines({name: by_input.factor}, case.spec)
+    return [f"{name} is {by_input.factor:.3g} times too small ({line})"], ""
+
+
+def _left(forces: Forces, j: int, given: float = 1.0, mass: float = 1.0) -> Explained:
+    """The unbalanced share on coordinate j with the friction level fitted.
+
+    Args:
+        given: factor on the input's force.
+        mass: factor on the inertia.
+    """
+    push, inertia, friction = given * forces.given[:, j], mass * forces.inertia[:, j], forces.friction[:, j]
+    other = inertia - (forces.rest[:, j] + friction)
+    size = float(friction @ friction)
+    level = float(friction @ (push - other)) / size if size > 0 else 1.0
+    rest = push - other - level * friction
+    power = float(push @ push + inertia @ inertia + (other - inertia) @ (other - inertia)) + level**2 * size
+    return Explained(1.0, float(rest @ rest) / power if power > 0 else 1.0, level)
+
+
+def _best(left: Callable[[float], Explained], start: float) -> Explained:
+    """The explanation with the least unbalanced share, for a factor within ``ABOUT`` of ``start``."""
+    ends = np.log(start) - np.log(ABOUT), np.log(start) + np.log(ABOUT)
+    options = {"xatol": TOLERANCE}
+    found = minimize_scalar(lambda p: left(float(np.exp(p))).left, bounds=ends, method="bounded", options=options)
+    factor = float(np.exp(found.x))
+    best = left(factor)
+    return Explained(factor, best.left, best.level)
+
+
+def _gear_ratio(spec: Spec, factor: float) -> tuple[str, float]:
+    """The dimensionless parameter whose value or inverse is near a factor, and this ratio; else "" and the factor."""
+    for p in spec.parameters:
+        if p.unit in ("", "1") and p.value:
+            for ratio in (float(p.value), 1 / float(p.value)):
+                if abs(ratio / factor - 1) < NEAR:
+                    return p.name, ratio
+    return "", factor
