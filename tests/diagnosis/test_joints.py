@@ -325,7 +325,9 @@ def test_forces_of_the_bodies_are_evaluated_once_for_all_fits(tmp_path: Path, mo
     assert sum(evaluated) <= 1
 
 
-@pytest.mark.parametrize("kind", ["inertia_error", "viscous", "load_dependent_friction", "input_delay", "compliance"])
+@pytest.mark.parametrize(
+    "kind", ["inertia_error", "viscous", "load_dependent_friction", "input_delay", "dead_zone", "compliance"]
+)
 def test_the_force_at_other_values_of_the_links_is_that_of_their_model(tmp_path: Path, kind: str) -> None:
     log = logged(tmp_path, DRAG)
     search = search_of(arm(tmp_path, ", tolerance: {mass: 20 %, inertia: 30 %}"), log)
@@ -339,7 +341,10 @@ def test_the_force_at_other_values_of_the_links_is_that_of_their_model(tmp_path:
         )
         model = residual_at_drive(model_of(trial, theta), search.motion)
         close = 1e-6 if kind == "compliance" else 1e-9  # its states are simulated
-        np.testing.assert_allclose(fits._forces(trial, theta), model, rtol=close, atol=close * np.abs(model).max())
+        expected = fits._scaled(model)
+        np.testing.assert_allclose(
+            fits._residual(trial, theta), expected, rtol=close, atol=close * np.abs(expected).max()
+        )
 
 
 def test_a_residual_by_bodies_and_others_is_that_of_the_whole_arm(tmp_path: Path) -> None:

@@ -262,25 +262,50 @@ def without_levels(system: System, motion: Motion, used: NDArray[np.bool_], resi
 
 
 def drive_left(system: System, motion: Motion) -> Array:
-    """Fraction of the logged drive force that remains after actuators and load-dependent friction, (n,).
+    """``DriveLeft`` of a system with its own values."""
+    return DriveLeft(Trial(system, (), ()), motion).at(np.zeros(0))
+
+
+class DriveLeft:
+    """Fraction of the logged drive force that remains after actuators and load-dependent friction, of a trial.
 
     The median over samples of |Σ w ∂f/∂w| for f = g − U λ with the actuators' outputs, over that for f = g with the
     logged inputs. Derivatives are used since a dead zone passes an error of the drive unchanged; samples in saturation
     are left out. The median is used since at very low speed the sign of the speed is noise.
     """
-    n = system.degrees_of_freedom
-    if not _changes_drive(system):
-        return np.ones(n)
-    inputs = Matrix(system.inputs)  # Σ w ∂f/∂w of f = g and f = g − M a − U λ
-    columns = [Matrix(f.jacobian(inputs) * inputs) for f in (system.force, Matrix(system.equation_error))]
-    drive, net = evaluate_forces(system, columns, motion, effective_inputs(system, motion))
-    used = motion.usable if motion.counted is None else motion.usable & motion.counted
-    left = np.ones(n)
-    for i in range(n):
-        passed = used & (drive[:, i] != 0) & (net[:, i] != 0)
-        if passed.any():
-            left[i] = np.median(np.abs(net[passed, i] / drive[passed, i]))
-    return np.clip(left, LEAST_LEFT, 1 / LEAST_LEFT)
+
+    def __init__(self, trial: Trial, motion: Motion) -> None:
+        self._trial, self._motion, system = trial, motion, trial.changed
+        self._function: casadi.Function | None = None
+        if _changes_drive(system):
+            inputs = Matrix(system.inputs)  # Σ w ∂f/∂w of f = g and f = g − M a − U λ
+            columns = [Matrix(f.jacobian(inputs) * inputs) for f in (system.force, Matrix(system.equation_error))]
+            self._function = force_function(system, columns, trial.symbols)
+
+    def at(self, theta: Array) -> Array:
+        """(n,) at a vector of the trial, which changes no sensor error."""
+        motion, system = self._motion, self._trial.changed
+        left = np.ones(system.degrees_of_freedom)
+        if self._function is None:
+            return left
+        numbers = self._trial.numbers(theta)
+        at = points(system, motion, _inputs_at(self._trial, motion, numbers))
+        both = over_rows(self._function, np.hstack([at, np.tile(numbers, (len(at), 1))]))
+        drive, net = np.split(both, 2, axis=1)
+        used = motion.usable if motion.counted is None else motion.usable & motion.counted
+        for i in range(len(left)):
+            passed = used & (drive[:, i] != 0) & (net[:, i] != 0)
+            if passed.any():
+                left[i] = np.median(np.abs(net[passed, i] / drive[passed, i]))
+        return np.clip(left, LEAST_LEFT, 1 / LEAST_LEFT)
+
+
+def _inputs_at(trial: Trial, motion: Motion, numbers: Array) -> Array:
+    """``effective_inputs`` of a trial's system with these values of its symbols."""
+    system = trial.changed
+    if not trial.symbols_of_chains.isdisjoint(trial.symbols):
+        system = system.with_parameters(dict(zip(trial.symbols, map(sympy.Float, numbers), strict=True)), {})
+    return effective_inputs(system, motion)
 
 
 def drive_symbols(system: System) -> set[sympy.Symbol]:
@@ -379,7 +404,7 @@ def unfiltered_residual(system: System, motion: Motion) -> Array:
 class ResidualAlong:
     """The unfiltered force residual g − M a − U λ of a trial along a motion, for many values of its parameters.
 
-    These change neither actuators nor sensor errors. States that are not logged are simulated along the motion.
+    These change no sensor errors. States that are not logged are simulated along the motion.
     """
 
     def __init__(
@@ -439,7 +464,7 @@ class ResidualAlong:
                 velocities=np.hstack([motion.velocities, behind[:, loads:]]),
                 accelerations=np.hstack([motion.accelerations, np.zeros((len(behind), loads))]),
             )
-        at, hidden = points(self._whole, followed, effective_inputs(system, motion), every), hidden[::every]
+        at, hidden = points(self._whole, followed, _inputs_at(trial, motion, numbers), every), hidden[::every]
         if len(numbers):
             at = np.hstack([at, np.tile(numbers, (len(at), 1))])
         forces = over_rows(self._function, at).reshape(len(at), self._columns, -1).transpose(1, 0, 2)
@@ -471,14 +496,10 @@ class ResidualAlong:
         return runner_of(self._trial, record, max(1, int(np.ceil(h * STEPS_PER_PERIOD * motion.cutoff_hz))))
 
 
-def moves_measurement(trial: Trial) -> bool:
-    """Whether a parameter of a trial is of an actuator or a sensor error, which ``ResidualAlong`` cannot change."""
-    system = trial.changed
-    held = [
-        *system.sensor_errors.values(),
-        *(number for chain in system.actuators.values() for number in chain.numbers),
-    ]
-    return any(sympy.sympify(one).has(s) for one in held for s in trial.symbols)
+def moves_sensors(trial: Trial) -> bool:
+    """Whether a parameter of a trial is of a sensor error, which ``ResidualAlong`` cannot change."""
+    errors = trial.changed.sensor_errors.values()
+    return any(sympy.sympify(one).has(s) for one in errors for s in trial.symbols)
 
 
 def friction_estimate(system: System, motion: Motion) -> Array:

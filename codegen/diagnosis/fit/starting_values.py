@@ -183,10 +183,10 @@ class ForceStart:
     def with_levels(self, trial: Trial, theta: Array) -> tuple[float, Array]:
         """(share of the squared force residual that remains, theta) with refitted levels."""
         residual = self._rows(self._residual_of(trial, theta))
-        step, rest = self._least_squares(self._slopes, residual)
+        step, share = self._least_squares(np.zeros((len(residual), 0)), residual)
         theta = theta.copy()
         theta[self._places] += step
-        return self._share(rest), theta
+        return share, theta
 
     def _residual_of(self, trial: Trial, theta: Array) -> Array:
         """(M, n) low-passed force residual of a trial at the base's values and these of its last part.
@@ -210,10 +210,6 @@ class ForceStart:
         motion = self.problem.motion
         return low_pass(forces, motion.cutoff_hz, self._every * motion.sample_time)
 
-    def _share(self, rest: Array) -> float:
-        """The squared residual with the cost of the prior, over that of the base, whose mean square is 1."""
-        return float(rest @ rest) / max(1, len(self._slopes))
-
     def _weighted(self, trial: Trial, covered: Covered) -> tuple[float, Array] | None:
         """The best of an effect's shapes, with its weights and the levels by linear least squares."""
         part, effect = trial.parts[-1], trial.parts[-1].effect
@@ -228,12 +224,12 @@ class ForceStart:
 
         for shape in effect.starts(covered):
             one = effect.probes(shape, covered)
-            columns = np.column_stack([*(change(values) / size for values, size in one), self._slopes])
-            step, rest = self._least_squares(columns, residual)
+            columns = np.column_stack([change(values) / size for values, size in one])
+            step, share = self._least_squares(columns, residual)
             theta = np.append(self.base.theta, part.inward(effect.weighted(shape, step[: len(one)].tolist())))
             theta[self._places] += step[len(one) :]
             if np.isfinite(theta).all():
-                found.append((self._share(rest), theta))
+                found.append((share, theta))
         return min(found, key=lambda pair: pair[0], default=None)
 
     def _added(self, system: System, symbols: Sequence[sympy.Symbol]) -> casadi.Function:
@@ -248,12 +244,12 @@ class ForceStart:
         return force_function(system, [Matrix(added)], symbols, own)
 
     def _left(self, trial: Trial, inner: float) -> tuple[float, Array]:
-        """(squared residual that remains, steps of the base's values) with the part's parameter at this value."""
+        """(share that remains, steps of the base's values) with the part's parameter at this value."""
         change = self._acting(trial, np.append(self.base.theta, inner)) - self._own
         force = np.einsum("jni,nj->ni", self._by_input, change)
         residual = self._rows((self._residual + self.problem.motion.low_pass(force))[:: self._every])
-        step, rest = self._least_squares(self._slopes, residual)
-        return self._share(rest), step
+        step, share = self._least_squares(np.zeros((len(residual), 0)), residual)
+        return share, step
 
     def _acting(self, trial: Trial, theta: Array) -> Array:
         """(N, m) effective inputs at each sample: the mean of those before and after it."""
@@ -266,25 +262,24 @@ class ForceStart:
         used = self.problem.used[:: self._every].T
         return np.concatenate([f[u] / s for f, u, s in zip(forces.T, used, self._sizes, strict=True) if u.any()])
 
-    def _least_squares(self, columns: Array, residual: Array) -> tuple[Array, Array]:
-        """The least-squares steps and the remaining residual; the last columns (R, …) are ``_slopes``.
+    def _least_squares(self, columns: Array, residual: Array) -> tuple[Array, float]:
+        """The least-squares steps of the weights of columns (R, k) and of the values, and the share that remains.
 
-        If all values follow, further rows have their deviations from the prior's centre.
+        The share is of the squared residual with the cost of the prior, over that of the base, whose mean square is 1.
         """
-        if not self.whole:
-            step = -fitted(columns, residual)
-            return step, residual + columns @ step
-        theta, prior = self.base.theta, self.base.prior
-        columns = np.vstack([columns, np.hstack([np.zeros((len(theta), columns.shape[1] - len(theta))), self._held])])
-        residual = np.append(residual, self._held @ (theta - prior.centre))
-        few, right = self._in_few_rows(columns, residual)
-        step = -fitted(few, right)
-        own = slice(columns.shape[1] - len(theta), None)
-        within = prior.clip(theta + step[own]) - theta
-        fixed = np.append(np.zeros(own.start, dtype=bool), within != step[own])
-        step[own] = within
-        step[~fixed] = -fitted(few[:, ~fixed], right + few[:, fixed] @ step[fixed])
-        return step, residual + columns @ step
+        theta, prior, weights = self.base.theta, self.base.prior, columns.shape[1]
+        if self.whole:
+            columns, residual = self._in_few_rows(columns, residual)
+        else:
+            columns = np.hstack([columns, self._slopes])
+        step = -fitted(columns, residual)
+        if self.whole:
+            within = prior.clip(theta + step[weights:]) - theta
+            fixed = np.append(np.zeros(weights, dtype=bool), within != step[weights:])
+            step[weights:] = within
+            step[~fixed] = -fitted(columns[:, ~fixed], residual + columns[:, fixed] @ step[fixed])
+        rest = residual + columns @ step
+        return step, float(rest @ rest) / max(1, len(self._slopes))
 
     @cached_property
     def _held(self) -> Array:
@@ -298,12 +293,15 @@ class ForceStart:
         return q, r
 
     def _in_few_rows(self, columns: Array, residual: Array) -> tuple[Array, Array]:
-        """The same least-squares problem with as many rows as unknowns and one more, by orthogonal transformations.
+        """The same problem with a row for each unknown and one more, by orthogonal transformations.
 
-        The last columns are those of ``_factors``, computed once for all starts: an arm of seven joints has 57.
+        After the columns (R, k), it has those of ``_factors``, computed once for all starts: an arm of seven joints has
+        57. After the residual, it has the deviations of the values from the prior's centre.
         """
         q, r = self._factors
-        others = np.column_stack([columns[:, : -len(r)], residual])
+        held = np.zeros((len(r), columns.shape[1] + 1))
+        held[:, -1] = self._held @ (self.base.theta - self.base.prior.centre)
+        others = np.vstack([np.column_stack([columns, residual]), held])
         along = q.T @ others
         across = np.linalg.qr(others - q @ along)[1]
         zeros = np.zeros((len(across), len(r)))

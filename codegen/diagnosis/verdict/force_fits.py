@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,16 +15,15 @@ from codegen.diagnosis.evidence.acting_joint import joint_of_difference
 from codegen.diagnosis.fit.credit import SIGNED
 from codegen.diagnosis.fit.force_rows import residual_slopes
 from codegen.diagnosis.fit.output_error import Fit, damped_step, polish, segment_cost, segment_weights, shooting_fit
-from codegen.diagnosis.fit.recent import recent
 from codegen.diagnosis.fit.residual import (
-    BODIES,
+    DriveLeft,
     Problem,
     ResidualAlong,
     drive_gain,
     drive_left,
     drive_symbols,
     inverse_dynamics_residual,
-    moves_measurement,
+    moves_sensors,
 )
 from codegen.diagnosis.fit.search import ROUNDS, Search
 from codegen.diagnosis.fit.starting_values import STEP
@@ -54,6 +54,7 @@ class ForceFits:
     problem: Problem
     base: Fit
     _along: dict[Trial, ResidualAlong] = field(default_factory=dict)
+    _left: dict[Trial, DriveLeft] = field(default_factory=dict)
 
     @cached_property
     def _rows(self) -> list[NDArray[np.int_]]:
@@ -65,7 +66,8 @@ class ForceFits:
     @cached_property
     def _sizes(self) -> list[float]:
         """Scale of the residual, for each coordinate: that of the model without effects becomes ``LEVEL``."""
-        residual = self._forces(self.search.declared_trial, self.adopted)
+        trial, theta = self.search.declared_trial, self.adopted
+        residual = inverse_dynamics_residual(model_of(trial, theta), self.problem.motion) / self._gain(trial, theta)
         sizes = [
             float(np.sqrt(np.mean(r[k] ** 2))) if len(k) else 1.0 for r, k in zip(residual.T, self._rows, strict=True)
         ]
@@ -96,33 +98,41 @@ class ForceFits:
         plain, less, most = (float(fit.by_segment.sum()) for fit in (self.plain, one, best))
         return less <= CLOSE * most and plain - most <= CLOSE * (plain - less)
 
-    def _forces(self, trial: Trial, theta: Array) -> Array:
-        """The residual divided by the drive gain of the values, since a weaker drive makes every force smaller.
+    def _residual(self, trial: Trial, theta: Array) -> Array:
+        """Scaled residuals of each block, (SIGNED, K), over the drive gain: a weaker drive makes every force smaller.
 
-        It is linear in the parameters of an arm's links. So the arm's bodies are evaluated at their declared values.
+        The residual is linear in the parameters of an arm's links. So the arm's bodies are evaluated at their declared
+        values.
         """
-        motion, at, added = self.problem.motion, theta, np.zeros(1)
-        if self.by_links and not trial.changed.transmissions and not trial.changed.sensor_errors:
-            places, at = list(self.by_links), theta.copy()
+        motion, at = self.problem.motion, theta
+        linear = not trial.changed.transmissions and not trial.changed.sensor_errors
+        places = list(self.by_links) if linear else []
+        if places:
+            at = theta.copy()
             at[places] = self.search.declared[places]
-            added = self._change_by_links(*map(float, (theta - at)[places]))
-        if moves_measurement(trial):
+        if moves_sensors(trial):
             forces = inverse_dynamics_residual(model_of(trial, at), motion)
         else:
             along = self._along.get(trial) or self._along.setdefault(trial, ResidualAlong(trial, motion))
             forces = motion.low_pass(along.at(at))
-        model = model_of(trial, theta)
-        forces = (forces + added) / drive_left(model, motion)
-        return forces / drive_gain(model, self.problem.system, motion) if self._moves_drive else forces
+        scaled = self._scaled(forces)
+        if places:
+            scaled = scaled + np.tensordot((theta - at)[places], self._scaled_by_links, axes=1)
+        return scaled * self._by_coordinate(1 / self._gain(trial, theta))
+
+    def _gain(self, trial: Trial, theta: Array) -> Array:
+        """(n,) share of the drive force that is left with these values, times the drive gain."""
+        motion = self.problem.motion
+        if moves_sensors(trial):
+            left = drive_left(model_of(trial, theta), motion)
+        else:
+            left = (self._left.get(trial) or self._left.setdefault(trial, DriveLeft(trial, motion))).at(theta)
+        return left * drive_gain(model_of(trial, theta), self.problem.system, motion) if self._moves_drive else left
 
     @cached_property
     def _moves_drive(self) -> bool:
         """Whether a refitted parameter scales the drive force."""
         return not drive_symbols(self.problem.system).isdisjoint(self.search.moved)
-
-    def _residual(self, trial: Trial, theta: Array) -> Array:
-        """Scaled residuals of each block, (SIGNED, K); shorter blocks are padded with zeros."""
-        return self._scaled(self._forces(trial, theta))
 
     def _scaled(self, forces: Array) -> Array:
         """Forces (N, n) at the used samples, each coordinate in units of its scale, in blocks (SIGNED, K)."""
@@ -131,16 +141,21 @@ class ForceFits:
         )
 
     def _in_blocks(self, columns: Sequence[Array]) -> Array:
-        """A column of the used samples of each coordinate, in blocks (SIGNED, K)."""
-        count = len(self.problem.motion.time)
-        blocks: list[list[Array]] = [[] for _ in range(SIGNED)]
-        for values, rows in zip(columns, self._rows, strict=True):
-            edges = np.searchsorted(rows, np.linspace(0, count, SIGNED + 1)[1:-1])
-            for block, part in zip(blocks, np.split(values, edges), strict=True):
-                block.append(part)
-        joined = [np.concatenate(block) for block in blocks]
-        longest = max(map(len, joined))
-        return np.array([np.pad(block, (0, longest - len(block))) for block in joined])
+        """A column of the used samples of each coordinate, in blocks (SIGNED, K), padded with zeros."""
+        return np.append(np.concatenate(columns), 0.0)[self._places]
+
+    @cached_property
+    def _places(self) -> NDArray[np.int_]:
+        """(SIGNED, K) indices of each block's values in the joined columns; one past their end where it is padded."""
+        edges = np.linspace(0, len(self.problem.motion.time), SIGNED + 1)[1:-1]
+        block = np.concatenate([np.searchsorted(edges, rows, side="right") for rows in self._rows])
+        parts = [np.flatnonzero(block == k) for k in range(SIGNED)]
+        longest = max(map(len, parts))
+        return np.array([np.pad(p, (0, longest - len(p)), constant_values=len(block)) for p in parts])
+
+    def _by_coordinate(self, values: NDArray[Any]) -> Array:
+        """One value of each coordinate, (n,), at its used samples in blocks (SIGNED, K)."""
+        return self._in_blocks([np.full(len(r), v, dtype=float) for r, v in zip(self._rows, values, strict=True)])
 
     def where_they_differ(self, one: Fit, other: Fit) -> tuple[Fit, Fit]:
         """Two fits to the force, restricted to the joint on which their effects differ.
@@ -150,7 +165,7 @@ class ForceFits:
         joint = joint_of_difference(self.search, one, other)
         if joint is None:
             return one, other
-        here = self._in_blocks([np.full(len(rows), i == joint, dtype=float) for i, rows in enumerate(self._rows)])
+        here = self._by_coordinate(np.arange(len(self._rows)) == joint)
         first, second = (replace(f, residual=f.residual * here, slopes=f.slopes * here) for f in (one, other))
         return first, second
 
@@ -191,24 +206,15 @@ class ForceFits:
         would otherwise take a residual of the whole arm in every fit.
         """
         rigid = self.search.rigid
-        symbols = () if rigid is None else rigid.parameters
-        return {self.search.moved.index(s): self._slopes_by_links[:, :, k] for k, s in enumerate(symbols)}
+        if rigid is None or not rigid.parameters:
+            return {}
+        slopes = residual_slopes(self.search.system, self.problem.motion, rigid.parameters)
+        return {self.search.moved.index(s): slopes[:, :, k] for k, s in enumerate(rigid.parameters)}
 
     @cached_property
-    def _slopes_by_links(self) -> Array:
-        """(N, n, P) slopes of the low-passed residual by the parameters of an arm's links."""
-        assert self.search.rigid is not None
-        return residual_slopes(self.search.system, self.problem.motion, self.search.rigid.parameters)
-
-    @recent(BODIES)
-    def _change_by_links(self, *change: float) -> Array:
-        """(N, n) change of the low-passed residual by a change of those parameters; slopes by all others keep it."""
-        return np.asarray(self._slopes_by_links @ np.array(change))
-
-    @recent(BODIES)
-    def _scaled_by_links(self, *left: float) -> dict[int, Array]:
-        """``by_links`` of the predicted force in blocks, for a ``drive_left``, which few effects change."""
-        return {k: self._scaled(-slope / np.array(left)) for k, slope in self.by_links.items()}
+    def _scaled_by_links(self) -> Array:
+        """(P, SIGNED, K) slopes of the scaled residual by the parameters of an arm's links."""
+        return np.array([self._scaled(slope) for slope in self.by_links.values()])
 
     def _slopes(self, trial: Trial, theta: Array, now: Array, size: Array, before: Array | None = None) -> Array:
         """Derivatives of the predicted force by each parameter, (p, SIGNED, K).
@@ -218,8 +224,9 @@ class ForceFits:
         """
         slopes = [] if before is None or self._moves_drive else list(before[: len(trial.moved)])
         by_links: dict[int, Array] = {}
-        if not slopes and not self._moves_drive and not trial.changed.sensor_errors:
-            by_links = self._scaled_by_links(*map(float, drive_left(model_of(trial, theta), self.problem.motion)))
+        if self.by_links and not slopes and not self._moves_drive and not trial.changed.sensor_errors:
+            slopes_by_links = -self._scaled_by_links * self._by_coordinate(1 / self._gain(trial, theta))
+            by_links = dict(zip(self.by_links, slopes_by_links, strict=True))
         for k in range(len(slopes), len(theta)):
             if k in by_links:
                 slopes.append(by_links[k])
