@@ -59,6 +59,7 @@ class FrictionLaw(ABC):
         parameters: in order.
         drives: observers that can use the law: "level" (CFO, GCFO), "state" (DFO, GDFO), or "" for none.
         why_not: if ``drives`` is empty, the reason.
+        simulable: whether a plant can simulate the law, if it has a level at rest.
         instead: laws to simulate in its place, if no plant can simulate this one.
     """
 
@@ -69,11 +70,16 @@ class FrictionLaw(ABC):
     parameters: ClassVar[tuple[LawParameter, ...]]
     drives: ClassVar[str]
     why_not: ClassVar[str] = ""
+    simulable: ClassVar[bool] = True
     instead: ClassVar[str] = "a law of zero memory or with states"
 
     @abstractmethod
     def level(self, slip_speed: sympy.Expr, p: Values) -> sympy.Expr:
         """The level a(|u|) ≥ 0 in steady sliding, λ = a(|u|) sgn(u), in the contact's force unit."""
+
+    def plant_level(self, slip_speed: sympy.Expr, p: Values) -> sympy.Expr:
+        """The level of a set-valued law in a plant, whose standstill has no width; by default ``level``."""
+        return self.level(slip_speed, p)
 
     def bristle_stiffness(self, p: Values) -> sympy.Expr:
         """σ of a law of the form λ = σ z, z' = u − (σ/level) |u| z; 0 for other laws."""
@@ -93,8 +99,8 @@ class FrictionLaw(ABC):
         """A bound on |∂a/∂u| (Lemma 2.1, generalised), in force unit · s / slip unit; oo if there is none."""
 
     def sliding_level(self, slip_speed: Array, p: Mapping[str, float]) -> Array:
-        """The level in steady sliding at speeds (N,) above zero, with parameters as numbers."""
-        s = sympy.Symbol("s", positive=True)
+        """The level in steady sliding at speeds (N,), with parameters as numbers."""
+        s = sympy.Symbol("s", nonnegative=True)
         level = _function([s], self.level(s, {name: sympy.sympify(value) for name, value in p.items()}))
         return np.broadcast_to(level(slip_speed), np.shape(slip_speed))
 
@@ -191,15 +197,11 @@ class DynamicLaw(FrictionLaw):
 
 
 class MemoryLaw(FrictionLaw):
-    """A law without state-space form: its force depends on the history of slip, such as the time since it stopped.
-
-    Attributes:
-        simulable: whether a plant with set-valued friction simulates it, by its levels at rest and in sliding.
-    """
+    """A law without state-space form: its force depends on the history of slip, such as the time since it stopped."""
 
     form = (
         "Laws that are not in state-space form",
         "The force needs the history of the slip. No observer can run them; in steady sliding they have a level.",
     )
     drives = ""
-    simulable: ClassVar[bool] = False
+    simulable = False

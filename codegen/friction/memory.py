@@ -11,7 +11,7 @@ import sympy
 
 from codegen.base.errors import BadInput
 from codegen.friction.law import LawParameter, MemoryLaw, Values
-from codegen.friction.zero_memory import COULOMB, STATIC, STRIBECK_VELOCITY, VISCOUS, Lorentzian
+from codegen.friction.zero_memory import COULOMB, STATIC, STRIBECK_VELOCITY, VISCOUS, Lorentzian, StaticViscous
 
 STATIC_AFTER_REST = LawParameter("F_s_inf", "{F}", False, "static level after a long rest")
 NEEDS_CLOCK = "the static level needs the time since the slip stopped, a clock that jumps back to zero"
@@ -216,7 +216,7 @@ class Karnopp(MemoryLaw):
         VISCOUS,
     )
     why_not = "within the band the force is that of the rest of the system, not a function of the slip"
-    simulable = True  # with a band of zero width
+    simulable = True  # by ``plant_level``
 
     def response(self, time: Any, slip_velocity: Any, p: Mapping[str, float], applied_force: Any = None) -> Any:
         """The force over a history.
@@ -230,6 +230,10 @@ class Karnopp(MemoryLaw):
         if not stuck.any():
             return force
         return np.where(stuck, np.clip(required(applied_force, self.name), -p["F_s"], p["F_s"]), force)
+
+    def plant_level(self, slip_speed: sympy.Expr, p: Values) -> sympy.Expr:
+        """Static, Coulomb and viscous friction: the law with a band of zero width."""
+        return StaticViscous().level(slip_speed, p)
 
     def level(self, slip_speed: sympy.Expr, p: Values) -> sympy.Expr:
         """The level in sliding, outside the band."""

@@ -57,6 +57,11 @@ class ContactFriction:
         return self.law.level(Magnitude(self.slip), self.law_parameters)
 
     @property
+    def plant_level(self) -> sympy.Expr:
+        """The level of a set-valued law in a plant, with the level that effects add."""
+        return self.law.plant_level(Magnitude(self.slip), self.law_parameters) + self.extra_level
+
+    @property
     def level_at_rest(self) -> sympy.Expr | None:
         """The declared law's level at u = 0; None where it is not finite there, as with ln|u|."""
         level = self.law_level.subs(self.slip, 0)

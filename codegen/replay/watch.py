@@ -16,7 +16,6 @@ import numpy as np
 import sympy
 
 from codegen.base.arrays import Array
-from codegen.friction import DynamicLaw
 from codegen.mechanics.casadi_form import symbol_values, to_casadi
 from codegen.mechanics.system import System
 from codegen.program import Program
@@ -317,6 +316,6 @@ def too_slow(spec: Spec, system: System, bounds: Sequence[ErrorBound]) -> tuple[
 
 def is_watchable(system: System, bounds: Sequence[ErrorBound]) -> bool:
     """Whether every contact has a law of zero memory and every bound is on a friction level or force."""
-    if any(isinstance(c.law, DynamicLaw) for c in system.contacts):
+    if any(c.law.states for c in system.contacts):
         return False
     return all(b.name.startswith((LEVEL, FORCE)) for b in bounds)

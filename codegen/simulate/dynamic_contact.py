@@ -32,7 +32,7 @@ _TOP_SPEED = sympy.Symbol("top_speed", real=True)
 
 def has_states(contact: ContactFriction) -> bool:
     """Whether the contact's law has states that the plant integrates; it cannot for a law without a force at rest."""
-    return isinstance(contact.law, DynamicLaw) and contact.level_at_rest is not None
+    return bool(contact.law.states) and contact.level_at_rest is not None
 
 
 @dataclass(frozen=True)

@@ -7,13 +7,11 @@ from typing import Any
 import casadi
 import sympy
 
-from codegen.friction.memory import Karnopp
-from codegen.friction.zero_memory import StaticViscous
 from codegen.mechanics.casadi_form import to_casadi
 from codegen.mechanics.system import ContactFriction, System
 from codegen.simulate.contact import SWEEPS, Levels, contact_forces, coupled, sweep
 from codegen.simulate.dynamic_contact import DynamicContacts, has_states
-from codegen.spec.functions import Magnitude, Sgn
+from codegen.spec.functions import Sgn
 
 _STANDSTILL = 1e-30
 """Added to the magnitude of a slip that is a divisor."""
@@ -100,12 +98,6 @@ class PlantContacts:
         return casadi.vertcat(*[to_casadi(c.extra_force, names | {c.slip: slip[k]}) for k, c in contacts])
 
 
-def set_valued_level(contact: ContactFriction) -> sympy.Expr:
-    """The level of a law without states; Karnopp's has a band of zero width: static, Coulomb and viscous friction."""
-    if isinstance(contact.law, Karnopp):
-        return StaticViscous().level(Magnitude(contact.slip), contact.law_parameters) + contact.extra_level
-    return contact.law_level + contact.extra_level
-
-
 def _level(contact: ContactFriction) -> sympy.Expr:
-    return contact.extra_level if has_states(contact) else set_valued_level(contact)
+    """The level of the set-valued part of a contact."""
+    return contact.extra_level if has_states(contact) else contact.plant_level

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from codegen.base.errors import BadInput
-from codegen.friction import MemoryLaw
 from codegen.mechanics.system import ContactFriction, System
 from codegen.observers import Observer
 from codegen.simulate.controller import control_loops
@@ -13,9 +12,7 @@ from codegen.spec.numerics import numerical
 
 def is_simulable(contact: ContactFriction) -> bool:
     """Whether a plant simulates the contact's law itself, and not only its level in steady sliding."""
-    if isinstance(contact.law, MemoryLaw):
-        return contact.law.simulable
-    return contact.level_at_rest is not None
+    return contact.law.simulable and contact.level_at_rest is not None
 
 
 def refuse_unsimulable(spec: Spec, system: System) -> None:

@@ -187,7 +187,7 @@ def judge(dynamics: GainDynamics, noise: NoiseModel, settings: Settings, axes: S
     h = float(settings.sample_time[0])
     failure = explain_failure(dynamics, settings)
     numbers = {a.name: float(settings.numbers(a)[0]) for a in axes}
-    rms = noise.exact_rms(settings) if radius < 1 else None
+    rms = noise.rms(settings)[0] if radius < 1 else None
     return GainSet(
         numbers=numbers,
         gains={s.name: float(v) for s, v in zip(settings.symbols, settings.gains[0], strict=True)},

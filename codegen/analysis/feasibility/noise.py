@@ -12,7 +12,6 @@ from typing import Any
 import casadi
 import numpy as np
 import sympy
-from scipy.linalg import solve_discrete_lyapunov
 
 from codegen.analysis.feasibility.gain_dynamics import Settings
 from codegen.base.arrays import Array, Flags
@@ -151,16 +150,6 @@ class NoiseModel:
             if not rest.all():
                 open_, power, part = open_[rest], power[rest], part[rest]
         return covariance.reshape(added.shape)
-
-    def exact_rms(self, settings: Settings) -> Array:
-        """The RMS noise of one stable gain set by SciPy's discrete Lyapunov solver, (points, outputs)."""
-        scale = np.asarray(self.noise.rms)
-        result = []
-        for phi, noise_input, output, direct in zip(*(m[0] for m in self.matrices(settings)), strict=True):
-            scaled, scaled_direct = noise_input * scale, direct * scale
-            covariance = solve_discrete_lyapunov(phi, scaled @ scaled.T)
-            result.append(np.sqrt(np.diag(output @ covariance @ output.T + scaled_direct @ scaled_direct.T)))
-        return np.array(result)
 
     def share(self, settings: Settings, stable: Flags) -> Array:
         """The largest ratio of RMS noise to friction over points and outputs, (sets,); infinite unless ``stable``."""

@@ -26,7 +26,6 @@ from codegen.mechanics.solve import factorised
 from codegen.mechanics.system import TIME, ContactFriction, System
 from codegen.simulate.contact import REST, SWEEPS
 from codegen.simulate.dynamic_contact import DIRECTION, INSIDE, LawTerms, exponents, has_states, sign_of, state_terms
-from codegen.simulate.plant_contacts import set_valued_level
 from codegen.spec.functions import Sgn
 
 FAR = 1e300
@@ -353,7 +352,7 @@ def _set_valued_level(contact: ContactFriction) -> sympy.Expr:
 
     λ = force(u, y) + sgn(u) extra_level + extra_force
     """
-    return contact.extra_level if law_terms(contact) is not None else set_valued_level(contact)
+    return contact.extra_level if law_terms(contact) is not None else contact.plant_level
 
 
 def terms_functions(

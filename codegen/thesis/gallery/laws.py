@@ -7,11 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from codegen.base.arrays import Array
-from codegen.effects.declare import system_of
 from codegen.spec.model import Spec
 from codegen.thesis.gallery import drawing as d
-from codegen.thesis.gallery.measures import Reading, after, ratio
+from codegen.thesis.gallery.measures import Reading, after, friction_level, ratio
 from codegen.thesis.gallery.runs import Gains, Runs, watch
 from codegen.thesis.gallery.setting import Setting
 
@@ -26,37 +24,28 @@ def levels_of(specs: Sequence[Spec], setting: Setting, pid: Gains | None = None)
     return Runs(specs, setting)
 
 
-def level(spec: Spec, contact: int) -> Array:
-    """Friction in steady sliding at ``SPEEDS``, N; at speed 0 the breakaway force."""
-    system = system_of(spec)
-    law = system.contacts[contact]
-    moving = [float(law.law_level.subs({**system.values, law.slip: float(s)})) for s in SPEEDS[1:]]
-    rest = float(law.level_at_rest.subs(system.values)) if law.level_at_rest is not None else moving[0]
-    return np.array([rest, *moving])
-
-
 def coulomb_is_constant(runs: Runs) -> Reading:
     """Range of Coulomb friction over speed, relative to its mean."""
-    force = level(runs.specs[0], 0)
+    force = friction_level(runs.specs[0], 0, SPEEDS)
     spread = float(np.ptp(force) / force.mean())
     return Reading(spread, (("lowest", float(force.min())), ("highest", float(force.max()))), "N")
 
 
 def breakaway_is_higher(runs: Runs) -> Reading:
     """Breakaway force over the force just after."""
-    force = level(runs.specs[0], 1)
+    force = friction_level(runs.specs[0], 1, SPEEDS)
     return Reading(ratio(force[0], force[1]), (("at rest", force[0]), ("just sliding", force[1])), "N")
 
 
 def viscous_part_rises(runs: Runs) -> Reading:
     """Least increase of the force between neighbouring speeds, N."""
-    force = level(runs.specs[0], 1)
+    force = friction_level(runs.specs[0], 1, SPEEDS)
     return Reading(float(np.min(np.diff(force[1:]))), (("just sliding", force[1]), ("at 10 m/s", force[-1])), "N")
 
 
 def stribeck_dips(runs: Runs) -> Reading:
     """Depth of the minimum of the Stribeck curve below both its ends, N."""
-    force = level(runs.specs[0], 2)
+    force = friction_level(runs.specs[0], 2, SPEEDS)
     at = int(np.argmin(force))
     parts = (("at rest", force[0]), (f"at {SPEEDS[at]:.3g} m/s", force[at]), ("at 10 m/s", force[-1]))
     return Reading(min(float(force[0]), float(force[-1])) - float(force[at]), parts, "N")
@@ -83,7 +72,7 @@ def hysteresis_width(runs: Runs) -> Reading:
 def draw_laws(figure: Any, runs: Runs) -> None:
     """Figure 1.1: force against velocity of three laws."""
     for k, (axes, title) in enumerate(zip(figure.subplots(1, 3, sharey=True), TITLES, strict=True)):
-        force = level(runs.specs[0], k)
+        force = friction_level(runs.specs[0], k, SPEEDS)
         both = np.concatenate([-SPEEDS[::-1], SPEEDS]), np.concatenate([-force[::-1], force])
         d.line(axes, *both, d.ESTIMATED, None, 2.4)
         d.frame(axes, "velocity in m/s", "friction in N" if k == 0 else "", f"({'abc'[k]}) {title}")

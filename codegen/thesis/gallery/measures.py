@@ -10,7 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codegen.base.arrays import Array
+from codegen.friction import LAWS
 from codegen.simulate.loop_run import LoopRun
+from codegen.spec.model import Spec
 
 Mask = NDArray[np.bool_]
 
@@ -48,6 +50,12 @@ def position_error(run: LoopRun, ideal: LoopRun) -> Array:
 def friction_error(run: LoopRun, coordinate: int = 0) -> Array:
     """F − F̂ on a coordinate, (N,)."""
     return np.asarray(run.friction[:, coordinate] - run.friction_estimate[:, coordinate])
+
+
+def friction_level(spec: Spec, contact: int, speed: Array) -> Array:
+    """Friction of a contact in steady sliding at speeds (N,); at speed 0 the breakaway force."""
+    chosen = spec.contacts[contact]
+    return LAWS[chosen.law].sliding_level(speed, {name: float(value) for name, value in chosen.parameters.items()})
 
 
 def sliding(run: LoopRun, coordinate: int = 0, share: float = 0.02) -> Mask:

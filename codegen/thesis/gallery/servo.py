@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from codegen.effects.declare import system_of
 from codegen.simulate.loop_run import LoopRun
 from codegen.spec.model import Spec
 from codegen.thesis.gallery import drawing as d
@@ -18,6 +17,7 @@ from codegen.thesis.gallery.measures import (
     after,
     falling,
     friction_error,
+    friction_level,
     position_error,
     ratio,
     rms,
@@ -247,9 +247,7 @@ def _gains(spec: Spec) -> str:
 
 def _friction(axes: Any, spec: Spec, run: LoopRun) -> None:
     """Draw the law of the spec's first contact over the velocities of a run."""
-    system = system_of(spec)
-    contact = system.contacts[0]
     speed = np.linspace(0, float(np.max(np.abs(run.true_velocities))), 100)
-    level = [float(contact.law_level.subs({**system.values, contact.slip: float(s)})) for s in speed]
-    both = np.concatenate([-speed[::-1], speed]), np.concatenate([-np.array(level[::-1]), level])
+    level = friction_level(spec, 0, speed)
+    both = np.concatenate([-speed[::-1], speed]), np.concatenate([-level[::-1], level])
     d.line(axes, *both, d.TRUE, "true friction", width=1.6)
