@@ -17,7 +17,7 @@ from codegen.diagnosis.fit.output_error import Fit, polish, shooting_fit
 from codegen.diagnosis.fit.search import ROUNDS, Search
 from codegen.diagnosis.fit.starting_values import MORE_TRIES, ForceStart, best_starts, simplex_search, starting_point
 from codegen.diagnosis.fit.trial import Part, Runner, part_of, with_values
-from codegen.effects import CATALOGUE
+from codegen.effects import CATALOGUE, Effect
 from codegen.effects.register import candidates, is_own
 from codegen.effects.start import Covered
 
@@ -143,6 +143,12 @@ def is_simpler_form(other: Fit, found: Fit) -> bool:
     usual = one.kind == richer.kind and is_usual_form(one) and not is_usual_form(richer)
     simpler = len(one.names) < len(richer.names) or (usual and len(one.names) == len(richer.names))
     return simpler and other.cost <= found.cost + FORM_GAIN
+
+
+def simpler_forms(part: Part) -> list[Effect]:
+    """The forms of an effect with fewer parameters, the simplest first, and the effect that it extends."""
+    forms = [form for form in CATALOGUE[part.kind].forms if len(form.parameters) < len(part.names)]
+    return [*forms, *([CATALOGUE[part.effect.extends]] if part.effect.extends else [])]
 
 
 def is_usual_form(part: Part) -> bool:

@@ -16,7 +16,13 @@ from codegen.diagnosis.fit.output_error import Fit
 from codegen.diagnosis.fit.search import Search
 from codegen.diagnosis.fit.shooting import hidden_states
 from codegen.diagnosis.fit.trial import Part, part_of
-from codegen.diagnosis.selection.candidate_fits import FORM_GAIN, every_part, fit_candidates, in_simplest_forms
+from codegen.diagnosis.selection.candidate_fits import (
+    FORM_GAIN,
+    every_part,
+    fit_candidates,
+    in_simplest_forms,
+    simpler_forms,
+)
 from codegen.diagnosis.selection.ranking import (
     CLOSE,
     Ranked,
@@ -43,7 +49,7 @@ from codegen.diagnosis.selection.refusals import (
 )
 from codegen.diagnosis.selection.significance import hypotheses
 from codegen.effects import CATALOGUE
-from codegen.effects.register import kinds_of
+from codegen.effects.register import kinds_of, separating_experiment
 
 MOST_EFFECTS = 3
 DIVERGING, SHORTEST = 100.0, 0.25
@@ -190,13 +196,15 @@ def find_effects(search: Search, base: Fit, report_progress: Progress, refit_onl
         alone = current if joint is None else current.of_joint(joint)  # what other joints lack is theirs
         if is_first and not credit.near_noise(alone) and not credit.is_negligible(alone):
             leaders, led, count = possible[:PAIRED], current, hypotheses(parts)
-    current, rivals = _in_seen_kinds(search, confirmed, rivals if confirmed.trial.parts else [])
+    pair = _split(search, confirmed)
+    current, rivals = (pair, []) if pair else (confirmed, rivals if confirmed.trial.parts else [])
     if len(current.trial.parts) > 1:
+        current, rivals = _in_simplest_forms(search, current, rivals)
         current, rivals = _reconsidered(search, current, None if paired else rivals, among_all)
         current, rivals = _pruned_with_rivals(search, current, rivals)
         single = _merged(search, current)
         current, rivals = (single, []) if single else (current, rivals)
-        current, rivals = _in_seen_kinds(search, current, rivals)  # a replacement may have negligible values too
+        current, rivals = _in_simplest_forms(search, current, rivals)  # also of an effect that replaced another
         current, rivals = still_credited(search, base, current, rivals, first_candidates(search, base))
         current = current if rivals else _largest_first(search, current)
     lost = current is base and not refit_only and not credit.near_noise(base)
@@ -270,23 +278,51 @@ def _merged(search: Search, current: Fit) -> Fit | None:
     return None
 
 
-def _in_seen_kinds(search: Search, current: Fit, rivals: list[Ranked]) -> tuple[Fit, list[Ranked]]:
-    """The fit with each effect of negligible values replaced by the simpler kind that it extends, if that fits as well.
+def _split(search: Search, current: Fit) -> Fit | None:
+    """The fit with two effects in place of one that is confused with both, if they explain more; else None.
 
-    Example: a backlash with a gap of 1e-15 rad is replaced by a compliance. The simpler kind is then removed from the
-    rivals.
+    The two have no more parameters than the one, so nothing speaks for the one but the fit. Example: within a part of a
+    turn, a spring and a constant force look like an unbalanced mass.
+    """
+    here = ForceCriterion(search, current)
+    for k, part in enumerate(current.trial.parts):
+        if len(part.names) < 2 or at_noise(current):
+            continue
+        rest = search.without(current, k)
+        alike = [p for p in every_part(search, rest.trial.parts) if _is_confused(search, part, p)]
+        for one, two in combinations(alike, 2):
+            if _same(one, two) or len(one.names) + len(two.names) > len(part.names):
+                continue
+            for first in fit_candidates(search, rest, [one], lambda share: None):
+                for both in fit_candidates(search, first, [two], lambda share: None):
+                    better = both.cost < current.cost - BETTER and runs_prefer(search, both, current)
+                    if better and is_possible(search, both) and not force_prefers(here, ForceCriterion(search, both)):
+                        return search.fitted_again(both)
+    return None
+
+
+def _is_confused(search: Search, one: Part, other: Part) -> bool:
+    """Whether the catalogue says of two effects on the same coordinate that they have a similar signature."""
+    here, there = (p.effect.coordinate(search.system, p.place) for p in (one, other))
+    return here == there and bool(separating_experiment(one.kind, other.kind))
+
+
+def _in_simplest_forms(search: Search, current: Fit, rivals: list[Ranked]) -> tuple[Fit, list[Ranked]]:
+    """The fit with each effect in the simplest form that fits as well beside the others.
+
+    Each form was chosen before the later effects were found. Examples: a backlash with a gap of 1e-15 rad is a
+    compliance; viscous friction whose slope falls with speed may be a line once a spring is found. A simpler kind is
+    then removed from the rivals.
     """
     trial, (moved, values) = current.trial, current.values
     for k, part in enumerate(trial.parts):
-        here = part.effect.coordinate(search.system, part.place)
-        if not part.effect.extends or not part.effect.unseen(values[k], float(search.record.noise[here])):
-            continue
-        simpler = part_of(CATALOGUE[part.effect.extends], part.place, search.system)
-        parts = [simpler if p is part else p for p in trial.parts]
-        kept = {name: values[k][name] for name in simpler.names}
-        other = search.with_parts(current, moved, parts, [*values[:k], kept, *values[k + 1 :]])
-        if other.cost <= current.cost + FORM_GAIN:
-            return _in_seen_kinds(search, other, [r for r in rivals if not _same(r.found.part, simpler)])
+        for form in simpler_forms(part):
+            simpler = part_of(form, part.place, search.system)
+            parts = [simpler if p is part else p for p in trial.parts]
+            kept = {name: values[k][name] for name in simpler.names}
+            other = search.with_parts(current, moved, parts, [*values[:k], kept, *values[k + 1 :]])
+            if other.cost <= current.cost + FORM_GAIN:
+                return _in_simplest_forms(search, other, [r for r in rivals if not _same(r.found.part, simpler)])
     return current, rivals
 
 

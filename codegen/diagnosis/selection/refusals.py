@@ -23,6 +23,7 @@ from codegen.diagnosis.fit.residual import drive_left, drive_shares, inverse_dyn
 from codegen.diagnosis.fit.search import Search
 from codegen.diagnosis.fit.trial import Part, with_effects, with_values
 from codegen.diagnosis.results import FoundEffect
+from codegen.diagnosis.selection.candidate_fits import simpler_forms
 from codegen.diagnosis.selection.significance import noise_assumed
 from codegen.mechanics.system import System
 
@@ -46,12 +47,11 @@ def why_refused(before: ForceCriterion, after: ForceCriterion, e: Evidence, size
         return f"is too small to matter: {in_percent(size)} of the drive force"
     if not admissible(search, found):
         return "fits only with unphysical values"
-    here = found.part.effect.coordinate(search.system, found.part.place)
     return (
-        unseen_shape(search, found)
+        unseen(search, found.part, found.parameters)
         or acts_as_its_limit(search, found)
         or takes_the_level(search.problem, before.fit.model, found.model)
-        or found.part.effect.unseen(found.parameters, float(search.record.noise[here]))
+        or hides_an_effect(search, found)
         or absorbed_by_refit(before, after)
         or only_reduces_drive(before, after, e)
         or corrects_a_form(before, after)
@@ -84,8 +84,10 @@ def force_share(search: Search, part: Part, values: Mapping[str, float]) -> floa
 
 
 def is_possible(search: Search, found: Fit) -> bool:
-    """Whether the values are within the effect's bounds, and the log can show its period and its part of friction."""
-    if not admissible(search, found) or unseen_shape(search, found) or acts_as_its_limit(search, found):
+    """Whether the values are within the effect's bounds, and the log can show them and its part of friction."""
+    if not admissible(search, found) or unseen(search, found.part, found.parameters):
+        return False
+    if acts_as_its_limit(search, found) or hides_an_effect(search, found):
         return False
     return not takes_the_level(search.problem, search.system, found.model)
 
@@ -104,14 +106,27 @@ def _refitted(search: Search, found: Fit) -> System:
     return with_values(search.system, dict(zip((s.name for s in found.trial.moved), moved, strict=True)))
 
 
-def unseen_shape(search: Search, found: Fit) -> str:
-    """Why the log cannot show an effect's shape: that it repeats, or that it varies; else empty."""
-    if never_passed(search.system, search.motion, found.part, found.parameters):
+def unseen(search: Search, part: Part, values: Mapping[str, float]) -> str:
+    """Why the log cannot show an effect: that it repeats, that it varies, or that it is there at all; else empty."""
+    if never_passed(search.system, search.motion, part, values):
         return "has a period longer than the distance that the log covers, so nothing shows that it repeats"
-    if passed_too_fast(search.system, search.motion, found.part, found.parameters):
+    if passed_too_fast(search.system, search.motion, part, values):
         return "has a period that the motion passes too fast: its force lies above the cutoff of the filter"
-    if is_level_or_line(search.system, search.motion, found.part, found.parameters):
+    if is_level_or_line(search.system, search.motion, part, values):
         return "varies only outside the speeds of the log, within which it is a level or a line"
+    here = part.effect.coordinate(search.system, part.place)
+    return part.effect.unseen(values, float(search.record.noise[here]))
+
+
+def hides_an_effect(search: Search, found: Fit) -> str:
+    """Objection if, beside the last effect, an earlier one has values that the log cannot show; else empty.
+
+    Not if the earlier one has a simpler form, which is tried in its place once both are credited.
+    """
+    for part, values in zip(found.trial.parts[:-1], found.values[1][:-1], strict=True):
+        why = "" if simpler_forms(part) else unseen(search, part, values)
+        if why:
+            return f"leaves {part.kind} on {part.on} with values that the log cannot show: it {why}"
     return ""
 
 

@@ -1,0 +1,102 @@
+"""Two effects that act at once: what one looks like without the other, and what a third that imitates both is worth."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from codegen.diagnosis.fit.credit import near_noise
+from codegen.diagnosis.fit.output_error import Fit
+from codegen.diagnosis.fit.search import Search
+from codegen.diagnosis.fit.trial import Trial, part_of
+from codegen.diagnosis.selection import forward_selection, refusals
+from codegen.diagnosis.selection.candidate_fits import every_part, fit_candidates
+from codegen.effects import CATALOGUE
+from codegen.spec import Spec, parse_spec
+from tests.diagnosis.stage import STAGE, log_of, system_of
+from tests.diagnosis.test_adoption import search_of
+
+SWING = "0.5*sin(2*pi*0.4*t) + 0.15*sin(2*pi*1.1*t)"
+
+
+def turntable(effects: str) -> Spec:
+    """A stage that turns, within 37 degrees to either side."""
+    text = STAGE.format(effects=effects, level=4, reference=SWING, duration=14, noise=5e-5)
+    units = {"unit: m}": "unit: rad}", "unit: N}": "unit: N*m}", "unit: kg}": "unit: kg*m^2}", "N*s/m": "N*m*s"}
+    for one, other in units.items():
+        text = text.replace(one, other)
+    return parse_spec(text, Path("turntable.yaml"))
+
+
+def on(effects: str, folder: Path) -> tuple[Search, Fit]:
+    """A search on the log of a turntable with these effects, and the refit without them."""
+    search, _ = search_of(turntable("[]"), log_of(turntable(effects), folder, "train.csv"))
+    return search, search.refit()
+
+
+SPRING = "{kind: spring, on: x, parameters: {k: 20}}"
+
+
+@pytest.mark.parametrize(
+    ("effects", "kinds"),
+    [
+        (f"[{SPRING}, {{kind: offset, on: x, parameters: {{f0: -6}}}}]", {"spring", "offset"}),
+        ("[{kind: gravity_imbalance, on: x, parameters: {G: 21, phase: 0.3}}]", None),
+    ],
+)
+def test_an_effect_that_two_others_together_explain_better_is_replaced_by_them(
+    effects: str, kinds: set[str] | None, tmp_path: Path
+) -> None:
+    """A spring and a constant force left 1.3 times the noise as an unbalanced mass, which was named in their place."""
+    search, base = on(effects, tmp_path)
+    gravity = part_of(CATALOGUE["gravity_imbalance"], 0, search.system)
+    (alone,) = fit_candidates(search, base, [gravity], lambda share: None)
+    both = forward_selection._split(search, search.fitted_again(alone))
+    assert (both and {p.kind for p in both.trial.parts}) == kinds
+    assert both is None or near_noise(both)
+
+
+@pytest.mark.parametrize(("speed", "names"), [(3e4, {"b"}), (0.2, {"b", "v_s"})])
+def test_a_form_is_chosen_again_beside_an_effect_that_was_found_later(
+    speed: float, names: set[str], tmp_path: Path
+) -> None:
+    """A damping that falls with speed was chosen before the spring, beside which it was a line; both were refused."""
+    drag = f"{{kind: viscous, on: rail, parameters: {{b: 9, v_s: {speed:g}}}}}"
+    search, base = on(f"[{drag}, {SPRING}]", tmp_path)
+    curve, spring = CATALOGUE["viscous"].with_parameters(["b", "v_s"]), CATALOGUE["spring"]
+    parts = [part_of(effect, 0, search.system) for effect in (curve, spring)]
+    both = search.with_parts(base, base.theta, parts, [{"b": 9.0, "v_s": speed}, {"k": 20.0}])
+    found, _ = forward_selection._in_simplest_forms(search, both, [])
+    assert [p.kind for p in found.trial.parts] == ["viscous", "spring"] and near_noise(found)
+    assert set(found.trial.parts[0].names) == names
+
+
+@pytest.mark.parametrize(("load", "refused"), [(0.003, True), (0.3, False)])
+def test_an_effect_is_refused_beside_which_an_earlier_one_is_nothing(load: float, refused: bool) -> None:
+    """A gain and a damping on two masses: a compliance, and an inertia error that left it a load of 0.3 %."""
+    system = system_of(turntable("[]"))
+    parts = tuple(part_of(CATALOGUE[kind], 0, system) for kind in ("compliance", "inertia_error"))
+    values = [{"k": 300.0, "c": 88.0, "load_fraction": load}, {"delta": -0.4}]
+    found: Any = SimpleNamespace(trial=SimpleNamespace(parts=parts), values=([], values))
+    motion = SimpleNamespace(positions=np.zeros((9, 1)), velocities=np.ones((9, 1)), usable=np.ones(9, bool), fine_hz=9)
+    record = SimpleNamespace(noise=np.array([1e-4]))
+    search: Any = SimpleNamespace(system=system, motion=motion, record=record)
+    assert refusals.hides_an_effect(search, found).endswith("of the inertia") is refused
+    # A play of nothing is a compliance, which is tried in its place.
+    play = part_of(CATALOGUE["backlash"], 0, system)
+    found.trial.parts, found.values = (play, parts[1]), ([], [values[0] | {"gap": 0.0}, values[1]])
+    assert refusals.hides_an_effect(search, found) == ""
+
+
+def test_only_effects_of_the_same_coordinate_are_confused() -> None:
+    system = system_of(turntable("[]"))
+    search: Any = SimpleNamespace(system=system, reverses=np.ones(1, bool))
+    gravity, delay = (part_of(CATALOGUE[kind], 0, system) for kind in ("gravity_imbalance", "input_delay"))
+    search.declared_trial = Trial(system, (), ())
+    alike = {p.kind for p in every_part(search, ()) if forward_selection._is_confused(search, gravity, p)}
+    assert alike == {"cogging", "spring", "offset"}
+    assert not forward_selection._is_confused(search, gravity, delay)
