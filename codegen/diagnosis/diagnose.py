@@ -148,7 +148,9 @@ class _FreeRuns:
 
     @cached_property
     def restart_s(self) -> float:
-        return restart_within_reach(self.case.problem.system, self.case.test.motion, self.case.window)
+        case = self.case
+        longest = (case.test_log or case.log).description.evaluation.restart_s or RESTART_S
+        return restart_within_reach(case.problem.system, case.test.motion, case.window, longest)
 
     def measured(self, model: System) -> ErrorFigures:
         """Errors of a model on held-out data."""

@@ -109,6 +109,9 @@ class Compliance(_OnAxis):
         return dict(values)
 
     def followed(self, covered: Covered) -> list[dict[str, float]]:
+        """None where no force acts at the load: its motion is then the filtered motion of the motor (``suggested``)."""
+        if not covered.carried:
+            return []
         grid = product(HELD_FREQUENCIES, FOLLOWED_LOADS, HELD_RATIOS)
         return [_held(covered, 2 * pi * frequency * covered.cutoff_hz, *load) for frequency, *load in grid]
 

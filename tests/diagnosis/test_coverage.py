@@ -10,8 +10,10 @@ import pytest
 from codegen.diagnosis.evidence.coverage import _periods, survey
 from codegen.diagnosis.evidence.reservations import passed_too_fast
 from codegen.diagnosis.fit.signals import is_resolved, smooth_motion
-from codegen.diagnosis.fit.trial import part_of
+from codegen.diagnosis.fit.trial import part_of, with_effects
+from codegen.diagnosis.results import FoundEffect
 from codegen.effects import CATALOGUE
+from codegen.spec import parse_spec
 from tests.diagnosis.stage import log_of, stage, system_of
 
 SWEEP = "0.15*t + 0.02*sin(2*pi*0.3*t)"
@@ -103,3 +105,16 @@ def test_a_period_above_the_cutoff_is_not_hidden_by_a_stronger_one_below() -> No
     found = _periods("coordinate", x, v, y, np.ones(len(t), dtype=bool), float(np.ptp(x)), 50.0, 20.0, 0.12)
     assert found and found[0] == pytest.approx(0.0045, rel=1e-3)
     assert all(v.min() / period > 20.0 for period in found)
+
+
+def test_a_load_that_carries_a_weight_is_started_along_the_motion_and_another_by_its_resonance(tmp_path: Path) -> None:
+    """Without a force at the load its motion is that of the motor, filtered: the regression on it has every start."""
+    spec, part = stage(), part_of(CATALOGUE["compliance"], 0, system_of(stage()))
+    motion = smooth_motion(log_of(spec, tmp_path, "log.csv"))
+    text = spec.text.replace("  b: {value", "  c: {value: 20, unit: N}\n  b: {value").replace("w - b*v", "w - b*v - c")
+    weight = parse_spec(text, Path("stage.yaml"))
+    found = [survey(system_of(one), motion).covered(part, [4.0], motion.noise) for one in (spec, weight)]
+    assert [one.carried for one in found] == [False, True]
+    assert not part.effect.followed(found[0]) and part.effect.followed(found[1])
+    in_model = with_effects(system_of(spec), [FoundEffect("spring", "x", {"k": 3.0}, {})])
+    assert survey(system_of(spec), motion, in_model).covered(part, [4.0], motion.noise).carried

@@ -144,3 +144,4 @@ def test_free_runs_are_restarted_before_they_leave_the_motion(force: float, rest
     """An error of ½ (F/m) T² by a way of 0.6 T at most: near for 0.5 N over 0.5 s, far for 20 N."""
     system, motion_of_it = pushed(force)
     assert restart_within_reach(system, motion_of_it, slice(0, 5000)) == restart
+    assert restart_within_reach(system, motion_of_it, slice(0, 5000), 0.25) == min(restart, 0.25)

@@ -11,6 +11,7 @@ import pytest
 from codegen.diagnosis.case import case_of, smoothed
 from codegen.diagnosis.fit.measure import free_run_errors
 from codegen.diagnosis.fit.signals import SHORTEST_TEST_S, low_pass, quiet_cutoff, smooth_motion
+from codegen.logs.description import LogDescription
 from tests.diagnosis.stage import log_of, stage, system_of
 from tests.told import refused
 
@@ -56,6 +57,16 @@ def test_a_log_that_is_too_short_is_refused(tmp_path: Path) -> None:
     log = log_of(stage(duration=2.0), tmp_path, "short.csv")
     with refused("LOG009 short.csv 4 s"):
         smooth_motion(log)
+
+
+@pytest.mark.parametrize(("stated", "left_out"), [(None, 1.0), (0.3, 0.3), (0.0, 0.0), (100.0, 1.4)])
+def test_the_ends_that_a_log_states_are_left_out(stated: float | None, left_out: float, tmp_path: Path) -> None:
+    """14 s, of which a tenth is left out at each end at most."""
+    log = log_of(stage(duration=14.0), tmp_path, "log.csv")
+    about = LogDescription.model_validate({} if stated is None else {"evaluation": {"trim_s": stated}})
+    usable = smooth_motion(replace(log, description=about)).usable
+    first = np.argmax(usable) * log.sample_time
+    assert first == pytest.approx(left_out, abs=1.5 * log.sample_time) and np.argmax(usable) == np.argmax(usable[::-1])
 
 
 def test_a_log_that_only_tests_may_be_shorter_and_still_has_free_runs(tmp_path: Path) -> None:

@@ -48,6 +48,7 @@ class Survey:
         drive: (N, n) low-passed drive force.
         used: (N, n) samples at which the force balance can be used; at standstill friction takes any value.
         mass, distribution: M and U at the mean position.
+        carried: whether a force that depends on neither velocity nor input acts on a coordinate.
     """
 
     system: System
@@ -58,6 +59,7 @@ class Survey:
     used: NDArray[np.bool_]
     mass: Array
     distribution: Array
+    carried: Sequence[bool]
     _found: dict[Hashable, Any] = field(default_factory=dict)
 
     def covered(
@@ -90,6 +92,7 @@ class Survey:
             duration=float(m.time[-1] - m.time[0]),
             cutoff_hz=m.cutoff_hz,
             periods=self._once((sits_on, i, contact), lambda: self._periods(sits_on, x, v, across, used, span)),
+            carried=self.carried[i],
             coupling=coupling,
             resonances=self._once(i, lambda: self._resonances(i)),
         )
@@ -136,8 +139,10 @@ def survey(system: System, motion: Motion, model: System | None = None) -> Surve
     def numbers(matrix: Matrix) -> Array:
         return np.asarray(at_points(function_of(matrix, system.positions, system.values), middle[None])[0])
 
-    residual = inverse_dynamics_residual(model or system, motion)
-    fine = low_pass(unfiltered_residual(model or system, motion), motion.fine_hz, motion.sample_time)
+    complete = model or system
+    residual = inverse_dynamics_residual(complete, motion)
+    fine = low_pass(unfiltered_residual(complete, motion), motion.fine_hz, motion.sample_time)
+    still = complete.force.subs(dict.fromkeys((*complete.inputs, *complete.velocities), 0))
     return Survey(
         system,
         motion,
@@ -147,6 +152,7 @@ def survey(system: System, motion: Motion, model: System | None = None) -> Surve
         Problem(system, motion, {}).used,
         numbers(system.mass_matrix),
         numbers(system.distribution),
+        [f != 0 for f in still],
     )
 
 

@@ -62,13 +62,13 @@ def force_errors(
     return per_row, float(np.sqrt(pooled.mean())) if len(pooled) else float("nan"), relative
 
 
-def restart_within_reach(system: System, motion: Motion, window: slice) -> float:
-    """Seconds between restarts with which free runs stay near the motion: ``RESTART_S``, halved while necessary.
+def restart_within_reach(system: System, motion: Motion, window: slice, longest: float = RESTART_S) -> float:
+    """Seconds between restarts with which free runs stay near the motion: ``longest``, halved while necessary.
 
     A run whose error exceeds the distance moved since the restart, as of a rotor in another cogging minimum, does not
     discriminate between models.
     """
-    restart, least = RESTART_S, SHORTEST_PERIODS / motion.cutoff_hz
+    restart, least = longest, SHORTEST_PERIODS / motion.cutoff_hz
     while restart / 2 >= least:
         error = free_run_errors(system, motion, window, restart)[0]
         since = motion.measured - motion.measured[_last_restart(motion, restart)]

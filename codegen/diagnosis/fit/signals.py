@@ -126,7 +126,8 @@ def smooth_motion(log: Log, cutoff_hz: float | None = None, shortest_s: float = 
     accelerations = central_difference(velocities, h)
     before = np.vstack([log.inputs[:1], log.inputs[:-1]])
     usable = np.ones(log.size, dtype=bool)
-    cut = min(round(TRIM_S / h), log.size // 10)
+    stated = log.description.evaluation.trim_s
+    cut = min(round((TRIM_S if stated is None else stated) / h), log.size // 10)
     usable[:cut] = usable[log.size - cut :] = False
     for start, stop in log.gaps:
         reach = round(1 / (coarse * h))
