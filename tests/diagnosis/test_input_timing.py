@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from codegen.diagnosis.case import case_of
-from codegen.diagnosis.evidence.input_timing import Lead, acting_earlier, input_leads, lead_of
+from codegen.diagnosis.evidence.input_timing import Lead, acting_earlier, common_lead, input_leads, lead_of
 from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.signals import smooth_motion
 from codegen.logs import Log
@@ -115,6 +115,17 @@ def test_what_a_lead_must_be_to_be_corrected() -> None:
     assert not replace(lead, deviation=0.6).matters
     assert not replace(lead, explained=0.3).matters
     assert not replace(lead, size=0.004).matters
+
+
+def test_inputs_of_one_log_have_one_lead_unless_their_own_estimates_contradict_it() -> None:
+    """Of a seven-joint arm, a joint with a missing cogging did not show that its current was measured as the others."""
+    early = Lead(rows=0.5, deviation=0.1, size=0.02, estimate=0.45)
+    unseen, held = Lead(rows=0.5, deviation=1.0), Lead(rows=0.02, deviation=0.05, estimate=0.02)
+    assert early.matters and not unseen.matters
+    assert common_lead([early, unseen]) == common_lead([early, early, unseen, held]) == 0.5
+    assert common_lead([early, held]) == common_lead([early, held, unseen]) == 0.0
+    assert common_lead([early, replace(early, rows=1.0, explained=0.8), unseen]) == common_lead([unseen, held]) == 0.0
+    assert unseen.apart(0.5) == 0.5 and held.apart(0.52) == pytest.approx(10.0)
 
 
 def test_the_description_decides(fast: Log) -> None:

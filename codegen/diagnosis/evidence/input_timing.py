@@ -8,7 +8,7 @@ compliance, presliding and damping imitate it.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -48,6 +48,7 @@ class Lead:
     """By how many rows an input acts earlier than a held command, its standard deviation, and the share explained.
 
     Attributes:
+        rows: as corrected: one of ``USUAL`` where the ``estimate`` agrees with it.
         explained: share of the squared force residual, after regression on the other terms.
         size: RMS of the force that it changes, over that of the drive force.
     """
@@ -56,6 +57,11 @@ class Lead:
     deviation: float = 1.0
     explained: float = 0.0
     size: float = 0.0
+    estimate: float = 0.0
+
+    def apart(self, rows: float) -> float:
+        """By how many standard deviations the estimate differs from so many rows."""
+        return abs(self.estimate - rows) / self.deviation
 
     @property
     def matters(self) -> bool:
@@ -80,23 +86,49 @@ def input_leads(problem: Problem, log: Log) -> tuple[dict[int, float], tuple[Fin
 
     The force residual is regressed on the change by a lead of half a row, with terms for errors of the declared model
     and for friction that it lacks (``_lacking``). Where ``input_hold`` is stated nothing is corrected, and a lead of
-    more than ``HALF`` rows is a finding.
+    more than ``HALF`` rows is a finding. An input that does not show its own timing is corrected by ``common_lead``.
     """
     system, about = problem.system, log.description
     if system.actuators:
         return {}, ()
-    leads, found = dict[int, float](), list[Finding]()
-    for k, w in enumerate(system.inputs):
-        lead = Lead() if w.name in about.late else lead_of(problem, k)
-        stated = bool(about.input_hold)
-        if not lead.matters or (stated and lead.rows <= HALF):
+    stated = bool(about.input_hold)
+    own = {k: lead_of(problem, k) for k, w in enumerate(system.inputs) if w.name not in about.late}
+    common = 0.0 if stated else common_lead(list(own.values()))
+    leads, found, alike = dict[int, float](), list[Finding](), list[str]()
+    for k, lead in own.items():
+        w = system.inputs[k]
+        if not lead.matters:
+            if common and lead.apart(common) <= SURE:
+                leads[k] = common
+                alike.append(w.name)
+            continue
+        if stated and lead.rows <= HALF:
             continue
         if not stated:
             leads[k] = lead.rows
         figures = {"lead": lead.rows, "deviation": lead.deviation, "explained": lead.explained}
         words = _words(w.name, lead.rows, problem.motion.sample_time, stated)
         found.append(Finding("warning", f"timing of {w}", words, figures))
+    if alike:
+        words = f"{' and '.join(alike)} taken as early as the other inputs: nothing in the log contradicts it"
+        found.append(Finding("warning", "timing of other inputs", words, {"lead": common}))
     return leads, tuple(found)
+
+
+def common_lead(leads: Sequence[Lead]) -> float:
+    """The lead in rows that the inputs of a log have in common; 0 for none.
+
+    One device writes all inputs of a log. So the only lead that any of them show is that of all whose own estimates do
+    not differ from it significantly, provided that together the inputs are nearer to it than to held commands: by the
+    squared differences in standard deviations, each limited to that of a significant one. An input may not show its
+    own, such as that of a joint with a large force that the model lacks.
+    """
+    shown = {lead.rows for lead in leads if lead.matters}
+    if len(shown) != 1:
+        return 0.0
+    rows = shown.pop()
+    early, held = (sum(min(lead.apart(one), SURE) ** 2 for lead in leads) for one in (rows, 0.0))
+    return rows if early < held else 0.0
 
 
 def _words(w: str, rows: float, h: float, stated: bool) -> str:
@@ -142,7 +174,7 @@ def lead_of(problem: Problem, k: int) -> Lead:
             break
         before = rows
     usual = next((u for u in USUAL if abs(rows - u) <= SURE * one.deviation), rows)
-    return Lead(usual, one.deviation, explained, 2 * abs(rows) * _share(problem, change))
+    return Lead(usual, one.deviation, explained, 2 * abs(rows) * _share(problem, change), rows)
 
 
 def _share(problem: Problem, change: Array) -> float:
