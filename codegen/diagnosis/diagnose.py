@@ -410,14 +410,16 @@ def _refit(spec: Spec, search: Search, case: Case) -> tuple[Search, Fit]:
 def _by_remainder(verdict: Verdict, left: Sequence[Remainder], material: float) -> Verdict:
     """The verdict after a test of the remaining force residual; ``effect`` and ``ambiguous`` are not changed.
 
-    ``unknown`` becomes ``none`` if the part that the motion predicts is below the material share and no material change
-    in time is left. ``none`` becomes ``unknown`` if such a change is left, or if the predicted part is large.
+    ``unknown`` becomes ``none`` if the part that the motion predicts is below the material share, no material change in
+    time is left, and the remainder is below the drive force: a model that leaves more explains nothing of the log, and
+    free runs show that this is not noise. ``none`` becomes ``unknown`` if such a change is left, or if the predicted part is large.
     """
     if verdict not in ("none", "unknown"):
         return verdict
     changing = any(r.is_changing(material) for r in left)
     if verdict == "unknown":
-        return "none" if is_small(left, material) and not changing else "unknown"
+        explains = not any(r.exceeds_drive for r in left)
+        return "none" if is_small(left, material) and not changing and explains else "unknown"
     return "unknown" if changing or any(_is_far_off(r, material) for r in left) else "none"
 
 

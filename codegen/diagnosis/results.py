@@ -224,6 +224,11 @@ class Remainder:
         """RMS of the explained part over the RMS drive force."""
         return self.share * sqrt(max(self.structured, 0.0))
 
+    @property
+    def exceeds_drive(self) -> bool:
+        """Whether it is at least as large as the drive force, which a model without any force but the drive leaves."""
+        return self.share >= 1
+
     def nature(self, limit: float) -> Nature:
         """Its nature, where a force below the share ``limit`` of the drive force is immaterial."""
         if not self.share >= limit:

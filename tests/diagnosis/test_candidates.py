@@ -170,6 +170,18 @@ def test_periods_are_sought_where_the_axis_moves(tmp_path: Path) -> None:
     assert found[0] == pytest.approx(0.041, rel=0.02), found
 
 
+def test_a_period_longer_than_each_move_is_sought(tmp_path: Path) -> None:
+    """Moves of 42 mm with rests between, three of which make a period: a rest within it hides nothing of it."""
+    spec = stage(
+        "[{kind: cogging, on: x, parameters: {amplitude: 1.5, period: 0.13, phase: 1}}]",
+        reference="0.03*t - 0.03*1.4/(2*pi)*sin(2*pi/1.4*t)",
+    )
+    motion = smooth_motion(log_of(spec, tmp_path, "train.csv"))
+    part = part_of(CATALOGUE["cogging"], 0, system_of(stage()))
+    found = survey(system_of(stage()), motion).covered(part, [4.0], motion.measured.std(axis=0)).periods()
+    assert found[0] == pytest.approx(0.13, rel=0.05), found
+
+
 def test_a_fit_whose_slopes_are_not_read_is_the_same_with_fewer_free_runs(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

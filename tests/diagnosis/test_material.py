@@ -47,6 +47,12 @@ def test_variables_are_named_only_where_what_follows_them_is_material() -> None:
     assert "smooth curve" not in words(SHAPED)
 
 
+def test_a_remainder_larger_than_the_drive_is_not_called_noise() -> None:
+    left = Remainder(1.4, 1.96, 0.0)
+    (said,) = (f.words for f in statement_of("unknown", left).facts if f.topic == "unexplained")
+    assert "196 % of the drive force: the model explains nothing of it" in said and "noise" not in said
+
+
 def test_an_ambiguous_verdict_says_what_would_tell() -> None:
     spring = FoundEffect("spring", "x", {"k": 3.0}, {"k": "N/m"}, intervals={"k": (2.0, 4.0)})
     drag = FoundEffect("viscous", "rail", {"b": 2.123456}, {"b": "N*s/m"})

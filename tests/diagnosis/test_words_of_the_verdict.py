@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from math import inf, nan
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, get_args
@@ -354,6 +355,7 @@ PUSH = Change("force", 9.0, 10.5, -8.0)
         ("none", 0.1, 0.001, 0.01, "none"),
         ("unknown", 0.1, 0.55, 0.0, "unknown"),
         ("unknown", 0.1, 0.001, 0.0, "none"),
+        ("unknown", 1.96, 0.0, 0.0, "unknown"),  # a pendulum that is controlled upright: twice the drive is left
         ("unknown", 0.1, 0.001, 0.5, "unknown"),
         ("effect", 0.1, 0.001, 0.0, "effect"),
         ("effect", 0.39, 0.55, 0.5, "effect"),
@@ -366,6 +368,14 @@ def test_what_is_left_decides_between_none_and_unknown(
     quiet = Remainder(1.0, 0.001, 0.0)
     one = Remainder(1.0, share, structured, {}, (PUSH,) if changed else (), changed)
     assert _by_remainder(before, (quiet, one), 0.02) == after
+
+
+def test_a_force_that_nothing_shows_is_no_number() -> None:
+    """The end of a pendulum's log, held still: the table had `nan nan nan N` and `inf inf inf %`."""
+    still = replace(FIGURES, force_rms_rows=(nan,), relative_force=inf)
+    figures = dict.fromkeys(("declared", "refit", "augmented"), still)
+    text = Diagnosed(diagnosis("none", **figures), Path(), ()).text(paths=False)
+    assert "nan" not in text and "inf" not in text and "–: the machine stands still there" in text
 
 
 def test_a_diagnosis_shows_itself_in_one_line() -> None:

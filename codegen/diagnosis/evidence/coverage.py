@@ -115,11 +115,11 @@ class Survey:
         Free runs are compared with the measured position, so they show a force up to the fine cutoff. Most of the
         residual up there is noise, of which a period must stand out.
         """
-        coarse, fine = self.motion.cutoff_hz, self.motion.fine_hz
-        main = _periods(sits_on, x, v, self.residual @ across, used, span, coarse)
+        coarse, fine, logged = self.motion.cutoff_hz, self.motion.fine_hz, self.motion.usable
+        main = _periods(sits_on, x, v, self.residual @ across, used, logged, span, coarse)
         independent = 2 * (fine - coarse) * self.motion.sample_time
         above = self.above_cutoff @ across
-        return *main, *_periods(sits_on, x, v, above, used, span, fine, above_hz=coarse, independent=independent)
+        return *main, *_periods(sits_on, x, v, above, used, logged, span, fine, coarse, independent)
 
     def _resonances(self, i: int) -> tuple[dict[str, float], ...]:
         """Stiffness, damping and load fraction of the main resonances of coordinate ``i``."""
@@ -162,6 +162,7 @@ def _periods(
     v: Array,
     y: Array,
     used: NDArray[np.bool_],
+    logged: NDArray[np.bool_],
     span: float,
     cutoff_hz: float,
     above_hz: float = 0.0,
@@ -175,6 +176,9 @@ def _periods(
     only at frequencies |v|/p above the cutoff.
 
     Args:
+        used: samples in motion, at which y is compared.
+        logged: samples away from ends and gaps. The machine may rest within a period, as it does in moves that are
+            shorter than one.
         above_hz: periods that the motion covers somewhere below this frequency are left out too.
         independent: share of independent samples in a residual that is mostly noise. Waves that are not significant at
             ``ALPHA`` among all, by the χ² of their power in white noise (R. A. Fisher, Proc. R. Soc. A 125, 1929), are
@@ -221,7 +225,7 @@ def _periods(
     least = LEAST_TURNS
     if above_hz:
         shares = np.geomspace(1 / turns[-1], 1.0, PERIODS_TRIED)
-        least = next((1 / q for q in shares if is_resolved(q * span, x, v, used, above_hz)), LEAST_TURNS)
+        least = next((1 / q for q in shares if is_resolved(q * span, x, v, logged, above_hz)), LEAST_TURNS)
     power[turns < least] = 0.0
     peaks = [
         k
@@ -229,5 +233,7 @@ def _periods(
         if power[k] > 0 and power[k] >= power[max(0, k - PADDING // 2) : k + PADDING // 2 + 1].max()
     ]
     periods = (float(span / turns[k]) for k in peaks)
-    seen = (p for p in periods if is_resolved(p, x, v, used, cutoff_hz) and not is_resolved(p, x, v, used, above_hz))
+    seen = (
+        p for p in periods if is_resolved(p, x, v, logged, cutoff_hz) and not is_resolved(p, x, v, logged, above_hz)
+    )
     return tuple(islice(seen, KEPT_PERIODS))
