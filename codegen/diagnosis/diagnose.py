@@ -412,7 +412,8 @@ def _by_remainder(verdict: Verdict, left: Sequence[Remainder], material: float) 
 
     ``unknown`` becomes ``none`` if the part that the motion predicts is below the material share, no material change in
     time is left, and the remainder is below the drive force: a model that leaves more explains nothing of the log, and
-    free runs show that this is not noise. ``none`` becomes ``unknown`` if such a change is left, or if the predicted part is large.
+    free runs show that this is not noise. ``none`` becomes ``unknown`` if such a change is left, or if the predicted
+    part is large.
     """
     if verdict not in ("none", "unknown"):
         return verdict
