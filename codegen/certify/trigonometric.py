@@ -22,7 +22,7 @@ from codegen.certify.enclosure import exact_ranges
 from codegen.certify.family import Family
 from codegen.certify.lyapunov import common_lyapunov
 from codegen.certify.prefix import rounded_matrix, to_prefix
-from codegen.checker import covered, frame, kernel
+from codegen.checker import decay, frame, kernel
 
 MOST_POINTS, MOST_CORNERS = 16, 64
 """Largest number of sampled points of all angles together (3 for each angle at least), and of vertices of the other
@@ -83,7 +83,7 @@ def _leaf(family: Family, h: Any, p: Array) -> Callable[[Fraction, Cell], bool]:
         "parameters": [{"name": s.name, "expression": to_prefix(e)} for s, e in family.parameters.items()],
         "matrix": [[to_prefix(e) for e in family.matrix.row(i)] for i in range(family.matrix.rows)],
     }
-    step = covered.step(stated, {v.name: kernel.term(1, v.name) for v in family.variables}, known)
+    step = decay.step(stated, {v.name: kernel.term(1, v.name) for v in family.variables}, known)
     box = {v.name: ends for v, ends in exact_ranges(family).items()}
     scale = p / np.abs(p).max()
     exact = [[kernel.term(str(x)) for x in row] for row in rounded_matrix(scale, DIGITS, np.sqrt(np.diag(scale)))]
@@ -91,7 +91,7 @@ def _leaf(family: Family, h: Any, p: Array) -> Callable[[Fraction, Cell], bool]:
     @frame.limited()
     def decreases(factor: Fraction, cell: Cell) -> bool:
         try:
-            for divisor in covered.divisors(known):
+            for divisor in decay.divisors(known):
                 kernel.semidefinite([[divisor]], box | cell, "", known, kernel.LEAST)
             kernel.contracts(step, exact, factor, box | cell, "", known)
         except ValueError:

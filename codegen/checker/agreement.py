@@ -9,7 +9,7 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING or __package__:
-    from codegen.checker import covered, enclosure, frame, kernel, theorem
+    from codegen.checker import decay, enclosure, frame, kernel, theorem
 
 
 @frame.limited()
@@ -49,7 +49,7 @@ def same_sign(raw: Any, slip: str | None) -> bool:
         case ["*", ["/", x, ["abs", again]], _] if x == again:
             places = re.findall(rf"{theorem.KINDS}\.\w+(?:\[\d+\])?", json.dumps([x, slip]))
             names = {place: kernel.term(1, place) for place in places}
-            own, other = covered.polynomial(x, names, {}), kernel.Text(names, {}).value(slip)
+            own, other = decay.polynomial(x, names, {}), kernel.Text(names, {}).value(slip)
             one = min(own, default=())
             by = Fraction(other.get(one, 0)) / Fraction(own.get(one, 1))
             return by > 0 and bool(own * kernel.term(by) == other)  # a multiple above 0 has the same sign
@@ -95,7 +95,7 @@ def same_matrix(top: dict[str, Any], proof: dict[str, Any], shown: dict[str, Any
                 return False
         if top["along"] and not met_by(top, proof, shown, signs | free):
             return False
-        rows = covered.step(top, names, text.known, enclosed=True)
+        rows = decay.step(top, names, text.known, enclosed=True)
         # A V of its own falls in the certificate's ranges, and those printed are the proof's: they are the same, or
         # the variable stands in sines and cosines alone, of which a cover takes every angle.
         used = kernel.cleared(kernel.joined([*rows, [kernel.term(1)]]), text.known).names()

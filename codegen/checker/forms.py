@@ -1,19 +1,16 @@
-"""Quadratic forms on integers: definiteness, growth of V at a change of signs, and bounds of a perturbation.
+"""Quadratic forms on integers: definiteness, and growth of V at a change of signs; and products of matrices.
 
-Standard library only; part of the checker (verify.py), which passes ``enclosure`` and ``kernel`` in. A matrix X of this
-file is a list of its columns.
+Standard library only; part of the checker (verify.py), which passes ``enclosure`` and ``kernel`` in.
 """
 
 from fractions import Fraction
 from functools import lru_cache
-from operator import mul
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING or __package__:
     from codegen.checker import enclosure, kernel
 
 MOST_BITS = 1 << 14  # of an entry, times the rows: the entries grow to it. Of the shipped ones it is below 10 000
-Matrix = list[list[Any]]
 Rows = list[list[int]]
 
 
@@ -62,35 +59,3 @@ def product(A: Any, B: Any, zero: Any) -> Any:
     """AB, for numbers or polynomials; entries that are 0 are left out of the sums."""
     columns = list(zip(*B, strict=True))
     return [[sum((a * b for a, b in zip(row, c, strict=True) if a and b), zero) for c in columns] for row in A]
-
-
-def added(*matrices: Matrix) -> Matrix:
-    return [[sum(entries) for entries in zip(*rows, strict=True)] for rows in zip(*matrices, strict=True)]
-
-
-def scaled(a: Any, X: Matrix) -> Matrix:
-    return [[a * x for x in row] for row in X]
-
-
-def sizes(*matrices: Matrix) -> Matrix:
-    """The largest |entry| at each place."""
-    return [[max(map(abs, entries)) for entries in zip(*rows, strict=True)] for rows in zip(*matrices, strict=True)]
-
-
-def times(P: Rows, X: Rows) -> Rows:
-    """PX, with P symmetric."""
-    return [[sum(map(mul, row, column)) for row in P] for column in X]
-
-
-def inner(X: Rows, Y: Rows) -> Rows:
-    """X'Y."""
-    return [[sum(map(mul, x, y)) for y in Y] for x in X]
-
-
-def diagonal(R: Rows, P: Rows) -> list[int]:
-    """D with x'Dx >= |x|'(R + R')|x|, R >= 0: 2|x_i x_j| <= w_j/w_i x_i^2 + w_i/w_j x_j^2 with w near P_ii^-1/2."""
-    R = added(R, [[*column] for column in zip(*R, strict=True)])
-    halves = [row[i].bit_length() // 2 for i, row in enumerate(P)]  # w_i = 2^-halves[i]
-    top = max(halves)
-    sums = [sum(r << top - k for r, k in zip(row, halves, strict=True)) for row in R]
-    return [(x >> top - k) + 1 for x, k in zip(sums, halves, strict=True)]

@@ -15,7 +15,7 @@ from operator import mul
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING or __package__:
-    from codegen.checker import covered, ellipsoid, enclosure, errors, forms, frame, held, kernel, rounding
+    from codegen.checker import decay, ellipsoid, enclosure, errors, forms, frame, held, kernel, rounding
 
 PROOF, SETS = "proof.json", "ellipsoid.json"
 # The form of a proof: an object with just these fields (OPTIONAL may be missing), or with any where the one name is "".
@@ -130,14 +130,14 @@ def machine(proof: dict[str, Any], shown: dict[str, Any]) -> None:
     """
     shared: dict[str, str] = proof.get("shared", {})
     own = {x: p for x, p in shown["names"].items() if not x.startswith(("outputs.", "state.")) or x in shared}
-    text, known, before = kernel.Text(own, shown["known"]), shown["known"], len(covered.divisors(shown["known"]))
+    text, known, before = kernel.Text(own, shown["known"]), shown["known"], len(decay.divisors(shown["known"]))
     driven(shared, shown, kernel.Text({x: p for x, p in own.items() if not x.startswith("true.")}, known))
     rates = [[text.value(a)] for a in proof["acceleration"].values()]
     mass = [[text.value(x) for x in row] for row in proof["mass_matrix"]]
     rows = zip(forms.product(mass, rates, kernel.Poly()), map(text.value, proof["force"]), rates, strict=True)
     off = [kernel.cleared(pushed - force, known) for (pushed,), force, _ in rows]
     kernel.demand(not any(off), "mass * acceleration is not force")
-    for A in (mass, *([[p]] for p in covered.divisors(known)[before:])):
+    for A in (mass, *([[p]] for p in decay.divisors(known)[before:])):
         kernel.semidefinite(A, shown["box"], proof["cover"], known, kernel.LEAST)
 
 

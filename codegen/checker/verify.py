@@ -10,7 +10,6 @@ cannot be read, is too large or no JSON. In place of the certificate its folder 
 import argparse
 import hashlib
 import json
-import math
 import os
 import re
 import runpy
@@ -20,8 +19,7 @@ import sys
 import textwrap
 from collections import namedtuple
 from fractions import Fraction
-from itertools import pairwise, product
-from operator import mul
+from itertools import pairwise
 from pathlib import Path
 from reprlib import repr as brief
 from types import SimpleNamespace
@@ -34,10 +32,10 @@ def beside(name: str, **given: SimpleNamespace) -> SimpleNamespace:
 
 
 if TYPE_CHECKING or __package__:
-    from codegen.checker import agreement, covered, enclosure, files, forms, frame, kernel, theorem
+    from codegen.checker import agreement, decay, enclosure, files, forms, frame, kernel, theorem
 else:
     parts: dict[str, SimpleNamespace] = {}  # each is given those before it
-    for part in ("files", "frame", "enclosure", "kernel", "forms", "covered", "errors", "held", "rounding", "reversal",
+    for part in ("files", "frame", "enclosure", "kernel", "forms", "decay", "errors", "held", "rounding", "reversal",
                  "ellipsoid", "theorem", "agreement"):  # fmt: skip
         parts[part] = beside(part, **parts)
     globals().update(parts)
@@ -46,7 +44,7 @@ parse, widen, MAX_STRING = enclosure.parse, enclosure.widen, enclosure.MAX_STRIN
 PROOF, SETS, by_kernel, of_its_proof = theorem.PROOF, theorem.SETS, agreement.bound, agreement.of_its_proof
 by_kernel_alone = theorem.proved
 integers, require = kernel.integers, forms.require
-MAX_TEXT, MAX_SIZE, MAX_VERTICES, MAX_TOTAL, MAX_FILES, FINE = 5_000_000, 32, 4096, 200_000, 1000, 2**128
+MAX_TEXT, MAX_SIZE, MAX_FILES = 5_000_000, 32, 1000
 FORMS = json.loads(r"""{"FORMAT": "stiction-certificate/1", "TEXT": ".*",
     "NAME": "[A-Za-z][A-Za-z0-9_]*", "WORD": "[A-Za-z0-9_]{1,200}",
     "FILE": "[A-Za-z0-9_][A-Za-z0-9_.+-]{0,127}", "WHOLE": "0|[1-9][0-9]{0,8}",
@@ -106,85 +104,6 @@ def conform(raw: Any, schema: Any, where: str) -> Any:
     return int(text) if schema == "WHOLE" else text
 
 
-def contraction(top: dict[str, Any], axes: dict[str, Any], h: Fraction, *factors: Fraction) -> str:
-    """Verifies a F'PF + b (F'P + PF) + c P >= 0 with F = I + hA at every vertex of every cell (theorem 1); or Refused.
-
-    Args:
-        axes: variable -> its intervals. factors: a, b, c.
-
-    Returns:
-        Words that say at how many vertices.
-    """
-    thetas = {entry["name"]: parse(entry["expression"], axes, entry["name"])[1] for entry in top["parameters"]}
-    ((a, b, c),), _ = integers([[*factors]])
-    (P, _), size = integers(top["lyapunov_matrix"]), range(len(top["error"]))
-    demand((cells := math.prod(map(len, axes.values()))) <= MAX_TOTAL, f"{cells} cells, more than {MAX_TOTAL}")
-    A = [[parse(top["matrix"][i][j], thetas, f"matrix[{i}][{j}]", True) for j in size] for i in size]
-    used = sorted({name for row in A for names, _ in row for name in names})
-    places = [[k for k, name in enumerate(used) if any(name in A[i][j][0] for i in size)] for j in size]  # by column
-    grid = [dict(zip(axes, intervals, strict=True)) for intervals in product(*axes.values())]
-    work = cells * sum(words(entry["expression"]) for entry in top["parameters"] if entry["name"] in used)
-    demand(work <= MAX_TOTAL, f"{work} values of parts of parameters, more than {MAX_TOTAL}")
-    boxes = [{name: widen(*thetas[name](cell)) for name in used} for cell in grid]
-    counts = [math.prod(len(set(box[name])) for name in used) for box in boxes]
-    fault = f"{max(counts)} vertices in a cell, {sum(counts)} in all, more than {MAX_VERTICES} or {MAX_TOTAL}"
-    demand(max(counts) <= MAX_VERTICES and sum(counts) <= MAX_TOTAL, fault)
-    for cell, box in zip(grid, boxes, strict=True):
-        corners = [[(end, end) for end in sorted(set(box[name]))] for name in used]
-        columns = {}  # of F, one for the ends of the parameters that stand in it
-        for j in size:
-            for ends in product(*(range(len(corners[k])) for k in places[j])):
-                point = {used[k]: corners[k][end] for k, end in zip(places[j], ends, strict=True)}
-                columns[j, *ends] = [(i == j) + h * A[i][j][1](point)[0] for i in size]
-        F, e = integers([*columns.values()])  # e F
-        PF, number = forms.times(P, F), {column: k for k, column in enumerate(columns)}
-        gaps: dict[tuple[int, int], int] = {}  # entries of the gap, by the columns in which they are
-        for ends in product(*(range(len(points)) for points in corners)):
-            own, gap = [number[j, *[ends[k] for k in places[j]]] for j in size], [[0] * len(P) for _ in size]
-            for i, x in enumerate(own):
-                for j, y in enumerate(own[i:], i):  # the half that is read
-                    if (x, y) not in gaps:
-                        both = a and a * sum(map(mul, F[x], PF[y]))
-                        gaps[x, y] = c * e * e * P[i][j] + b * e * (PF[y][i] + PF[x][j]) + both
-                    gap[i][j] = gaps[x, y]
-            try:
-                require(gap, "")
-            except Refused as why:
-                point = {name: points[end] for name, points, end in zip(used, corners, ends, strict=True)}
-                at = [f", {name} in [{show(low)}, {show(high)}]" for name, (low, high) in (cell | point).items()]
-                raise Refused(f"V may not fall{''.join(at)}{f': {why}' if str(why) else ''}") from None
-    corners_ = "1 corner matrix" if sum(counts) == 1 else f"{sum(counts)} corner matrices"
-    return f"at {corners_} of {cells} part{'s' * (cells > 1)} of the operating region"
-
-
-def words(entry: Any) -> int:
-    """How many names, numbers and operations an expression has."""
-    return sum(map(words, entry)) if isinstance(entry, list) else 1
-
-
-def refuted(top: dict[str, Any], axes: dict[str, Any], h: Fraction, *factors: Fraction) -> str:
-    """Verifies a F'PF + b (F'P + PF) + c P > 0 at one operating point, whose matrix A is enclosed by intervals.
-
-    Refused if that is not shown. The largest effect of the intervals is subtracted as a diagonal (``forms.diagonal``).
-    """
-    demand(all(len(cells) == 1 for cells in axes.values()), "a refutation is of one point: no splits")
-    thetas = {e["name"]: parse(e["expression"], axes, e["name"])[1] for e in top["parameters"]}
-    box = {name: widen(*value({v: cells[0] for v, cells in axes.items()})) for name, value in thetas.items()}
-    ((a, b, c),), _ = integers([[*factors]])
-    (P, _), size = integers(top["lyapunov_matrix"]), range(len(top["error"]))
-    A = [[parse(top["matrix"][i][j], thetas, f"matrix[{i}][{j}]", True)[1](box) for i in size] for j in size]
-    F = [[math.floor(FINE * ((i == j) + h * low)) for i, (low, _) in enumerate(A[j])] for j in size]  # by columns
-    off = [[math.ceil(FINE * abs(h) * (high - low)) + 1 for low, high in column] for column in A]  # F is at most so far
-    far, PF = forms.times(forms.sizes(P), off), forms.times(P, F)
-    R = [forms.scaled(abs(a), forms.inner(X, far)) for X in (forms.sizes(F), off)]
-    D = forms.diagonal(forms.added(*R, forms.scaled(FINE * abs(b), far)), P)
-    gap = [[c * FINE**2 * P[i][j] + b * FINE * (PF[i][j] + PF[j][i]) - (i == j) * D[i] for j in size] for i in size]
-    gap = forms.added(gap, forms.scaled(a, forms.inner(F, PF)))
-    fault = "that no V with P > 0 falls so fast is not shown"
-    require(gap, fault, definite=True)
-    return "at one point"
-
-
 def reversal(entry: dict[str, Any], P: Matrix, fall: Fraction) -> str:
     """Verifies growth and dwell time of one reversal (theorem 4), and returns the statement in words; or Refused."""
     where, flips, growth, left = (entry[key] for key in ("contact", "flips", "growth", "dwell_samples"))
@@ -233,11 +152,7 @@ def verify(top: dict[str, Any]) -> list[str]:
         (whole, _), ((x,), _) = integers(P), integers([along])  # times what is above 0
         value = sum(a * b * whole[i][j] for i, a in enumerate(x) for j, b in enumerate(x))
         demand(value <= 0, "P is positive along it")
-    s = 1 + alpha * h  # implicit: E = I - hA, and s (E'P + PE) - s^2 P <= E'PE gives the fall; P/fall < E'PE refutes it
-    form = (-h, 1, 0, -s * s) if implicit and along else (-h, 0, 1, -2 * s) if implicit else (h, -1, 0, fall)
-    shown = refuted if along else contraction
-    ranges = {name: (ends[0], ends[-1]) for name, ends in top["variables"].items()}
-    seen = covered.fall(top, ranges, fall) if top["cover"] else shown(top, axes, *map(Fraction, form))
+    seen = decay.shown(top, axes, fall)
     who = "no V with P > 0" if along else "V"
     facts = ["P is not positive definite" if along else f"P is positive definite: {n} positive pivots"]
     factor = enclosure.least(fall) if along else enclosure.most(fall)  # that no V falls to less is the weaker claim

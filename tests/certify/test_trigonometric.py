@@ -15,7 +15,7 @@ import sympy
 from codegen.certify.family import Family
 from codegen.certify.prefix import to_prefix
 from codegen.certify.trigonometric import over_angles
-from codegen.checker import covered, kernel, verify
+from codegen.checker import decay, kernel, verify
 from tests.checker.test_verify import certificate
 from tests.in_part import drawn, in_part
 
@@ -173,4 +173,4 @@ def test_the_sum_of_squares_of_a_sine_and_a_cosine_is_one() -> None:
 
 
 def test_what_is_covered_is_one_quotient_and_no_box_of_functions() -> None:
-    assert covered.leaves(ARM["cover"][0]) <= 8
+    assert decay.leaves(ARM["cover"][0]) <= 8

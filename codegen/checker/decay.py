@@ -1,0 +1,187 @@
+"""The decay of V = e'Pe for the matrix of a certificate, or the proof that no V decays so fast, by the kernel.
+
+Standard library only; part of the checker (verify.py), which passes ``enclosure``, ``forms`` and ``kernel`` in. The
+matrix is the certificate's own; nothing is said here about code. It is a polynomial in variables that are in a box:
+
+- without `cover`, in the parameters, each in its enclosure over a cell of the variables. It is affine in each, so that
+  its Bernstein coefficients are its values at the vertices of this box;
+- with `cover`, in the variables themselves, and in their sines and cosines. Those of one angle are treated as
+  dependent, which the vertices of a box of both would not do.
+"""
+
+from collections.abc import Mapping
+from fractions import Fraction
+from itertools import product
+from math import prod
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING or __package__:
+    from codegen.checker import enclosure, forms, frame, kernel
+
+MAX_VERTICES, MAX_TOTAL = 4096, 200_000  # of a cell, and of all cells
+MOST_FACTORS = 100  # of a product of names: a power of a power of a power would fill the memory
+FUNCTIONS = {"sin": "sin", "cos": "cos", "exp": "exp", "abs": "fabs"}
+Interval = tuple[Fraction, Fraction]
+
+
+def polynomial(entry: Any, names: Mapping[str, Any], known: dict[Any, Any], enclosed: bool = False) -> Any:
+    """A prefix expression (docs/certificate_format.md) of sums, products, quotients, powers and FUNCTIONS.
+
+    Args:
+        known: the reciprocals and angles so far, as of kernel.Text.
+        enclosed: whether the exp of a number may be the kernel's decimal: where the claim is verified for all that it
+            can be in its enclosure, in which the decimal then has to be.
+    """
+    if isinstance(entry, str):
+        return names[entry] if entry in names else kernel.term(entry)
+    word, *parts = entry
+    kernel.demand(word in ("+", "*", "neg", "/", "^", *FUNCTIONS), f"matrix: {word}")
+    first = polynomial(parts[0], names, known, enclosed)
+    number = word == "exp" and first and not first.names()
+    kernel.demand(enclosed or not number, "matrix: exp of a number")
+    if word in FUNCTIONS:
+        done = kernel.function(FUNCTIONS[word], first, known)
+        if number:
+            low, high = enclosure.exponential(first.constant(), first.constant())
+            kernel.demand(low <= done.constant() <= high, "matrix: a decimal beyond the enclosure of its exp")
+        return done
+    if word == "^":
+        power, count = kernel.term(1), int(parts[1])
+        kernel.demand(0 <= count <= enclosure.MAX_POWER, f"exponent {count}")
+        for _ in range(count):
+            power = short(power * first)
+        return power
+    for part in parts[1:]:
+        other = polynomial(part, names, known, enclosed)
+        kernel.demand(other or word != "/", "divisor from 0 to 0")
+        other = kernel.function("1/", other, known) if word == "/" else other
+        first = first + other if word == "+" else short(first * other)
+    return first * kernel.term(-1) if word == "neg" else first
+
+
+def short(p: Any) -> Any:
+    """The polynomial, if its products are of few names."""
+    kernel.demand(all(len(m) < MOST_FACTORS for m in p), "a power is too high")
+    return p
+
+
+def step(
+    top: dict[str, Any], names: Mapping[str, Any], known: dict[Any, Any], enclosed: bool = False
+) -> list[list[Any]]:
+    """I + hA of a certificate (as verify.parsed gives it), over these names for its variables.
+
+    Args:
+        enclosed: as of ``polynomial``.
+    """
+    named = {e["name"]: polynomial(e["expression"], names, known, enclosed) for e in top["parameters"]}
+    return moved(top, {**names, **named}, known, enclosed)
+
+
+def moved(top: dict[str, Any], names: Mapping[str, Any], known: Any, enclosed: bool = False) -> list[list[Any]]:
+    """I + hA over these names for its parameters."""
+    h = kernel.term(top["sample_time"])
+    return [
+        [kernel.term(int(i == j)) + h * polynomial(a, names, known, enclosed) for j, a in enumerate(row)]
+        for i, row in enumerate(top["matrix"])
+    ]
+
+
+def shown(top: dict[str, Any], axes: dict[str, list[Interval]], fall: Fraction) -> str:
+    """That V is multiplied by at most ``fall`` in a sample, or with `along` that no V is; or enclosure.Refused.
+
+    Args:
+        axes: variable -> its intervals.
+
+    Returns:
+        Words that say for how many matrices.
+    """
+    thetas = {e["name"]: enclosure.parse(e["expression"], axes, e["name"])[1] for e in top["parameters"]}
+    A = [[enclosure.parse(entry, thetas, f"matrix[{i}][{j}]", affine=True) for j, entry in enumerate(row)]
+         for i, row in enumerate(top["matrix"])]  # fmt: skip
+    used, cells = {name for row in A for names, _ in row for name in names}, prod(map(len, axes.values()))
+    enclosure.demand(cells <= MAX_TOTAL, f"{cells} cells, more than {MAX_TOTAL}")
+    grid = [dict(zip(axes, ends, strict=True)) for ends in product(*axes.values())]
+    boxes = [{x: enclosure.widen(*thetas[x](cell)) for x in used} for cell in grid if not top["cover"]]
+    counts = [2 ** sum(low < high for low, high in box.values()) for box in boxes]
+    most, total = max(counts, default=0), sum(counts)
+    fault = f"{most} vertices in a cell, {total} in all, more than {MAX_VERTICES} or {MAX_TOTAL}"
+    enclosure.demand(most <= MAX_VERTICES and total <= MAX_TOTAL, fault)
+    if top["along"]:
+        enclosure.demand(cells == 1, "a refutation is of one point: no splits")
+        refutes(top, [[value(boxes[0]) for _, value in row] for row in A], fall)
+        return "at one point"
+    (tree,) = top["cover"] or ("",)
+    for cell, box in zip(grid, boxes or grid, strict=True):
+        known: dict[Any, Any] = {}
+        try:
+            if top["cover"]:
+                F = step(top, {x: kernel.term(1, x) for x in box}, known)
+            else:  # a parameter of one value is a number
+                point = {x: kernel.term(low) for x, (low, high) in box.items() if low == high}
+                F = moved(top, {x: kernel.term(1, x) for x in box} | point, known)
+            decreases(top, F, fall, box, tree, known)
+        except (ArithmeticError, LookupError, TypeError, ValueError) as why:
+            at = "".join(f", {x} in [{enclosure.show(low)}, {enclosure.show(high)}]" for x, (low, high) in cell.items())
+            raise enclosure.Refused(f"V is not shown to fall{at}: {str(why)[:200]}") from None
+    if top["cover"]:
+        return f"every coefficient of {leaves(tree)} cells"
+    corners = "1 corner matrix" if total == 1 else f"{total} corner matrices"
+    return f"at {corners} of {cells} part{'s' * (cells > 1)} of the operating region"
+
+
+@frame.limited()
+def decreases(top: dict[str, Any], F: list[list[Any]], fall: Fraction, box: Any, tree: Any, known: Any) -> None:
+    """Raises ValueError unless V(F e) <= fall V(e) in the box; or, for an implicit step, V((2 - F)^-1 e) so.
+
+    There E = 2 - F = I - hA and fall = 1/s^2: 0 <= (E - s)'P(E - s) gives E'PE >= s (E'P + PE) - s^2 P, which is at
+    least s^2 P if E'P + PE >= 2s P. That is affine in E.
+    """
+    for p in divisors(known):
+        kernel.semidefinite([[p]], box, tree, known, kernel.LEAST)
+    P = [[kernel.term(x) for x in row] for row in top["lyapunov_matrix"]]
+    if top["observer"]["integration"] != "implicit":
+        kernel.contracts(F, P, fall, box, tree, known)
+        return
+    s = 1 + top["decay_rate"] * top["sample_time"]
+    PE = forms.product(P, opposite(F), kernel.Poly())
+    gap = [[a + b - kernel.term(2 * s) * p for a, b, p in zip(*rows, strict=True)]
+           for rows in zip(PE, zip(*PE, strict=True), P, strict=True)]  # fmt: skip
+    kernel.semidefinite(gap, box, tree, known)
+
+
+def opposite(F: list[list[Any]]) -> list[list[Any]]:
+    """I - hA, of I + hA."""
+    return [[kernel.term(2 * (i == j)) - p for j, p in enumerate(row)] for i, row in enumerate(F)]
+
+
+def refutes(top: dict[str, Any], A: list[list[Interval]], fall: Fraction) -> None:
+    """Raises Refused unless fall P > F'PF for every A in these intervals; P/fall < E'PE for an implicit step.
+
+    If F (or E) is that of the middles and R the most that another one differs from it, x'F'PFx differs from that of the
+    middles by at most |x|'(2 |PF|'R + R'|P|R)|x|: at most the largest sum of a row of this, made symmetric, times x'x.
+    """
+    h, P, size = top["sample_time"], top["lyapunov_matrix"], range(len(A))
+    way, factor = (-1, 1 / fall) if top["observer"]["integration"] == "implicit" else (1, fall)
+    F = [[(i == j) + way * h * sum(A[i][j]) / 2 for j in size] for i in size]
+    R = [[abs(h) * (high - low) / 2 for low, high in row] for row in A]
+    PF = forms.product(P, F, 0)
+    square, crossed, own = (
+        forms.product([*zip(*X, strict=True)], Y, 0)
+        for X, Y in ((F, PF), (magnitudes(PF), R), (R, forms.product(magnitudes(P), R, 0)))
+    )
+    sums = [sum(crossed[i][j] + crossed[j][i] + own[i][j] for j in size) for i in size]
+    gap = [[way * (factor * P[i][j] - square[i][j]) - (i == j) * max(sums) for j in size] for i in size]
+    enclosure.demand(kernel.positive(kernel.integers(gap)[0], True), "that no V with P > 0 falls so fast is not shown")
+
+
+def magnitudes(X: Any) -> list[list[Any]]:
+    return [[*map(abs, row)] for row in X]
+
+
+def divisors(known: dict[Any, Any]) -> list[Any]:
+    """What was divided by, each to be shown to be positive."""
+    return [p for name, p in [*known] if name == "1/"]
+
+
+def leaves(tree: Any) -> int:
+    return 1 if tree == "" else leaves(tree[2]) + leaves(tree[3])
