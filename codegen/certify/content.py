@@ -87,7 +87,7 @@ class Found:
         p: P, m by m.
         rate: α, 1/s; if negative, V may grow.
         splits: variable → breakpoints of the cells, exact.
-        cover: one binary tree of cuts, on whose leaves the checker verifies the decay (covered.py); empty if the cells
+        cover: one binary tree of cuts, on whose leaves the checker verifies the decay (decay.py); empty if the cells
             are those of ``splits``.
         kind: region of a DFO's envelope: sliding, presliding, weak, passing or recovery; "" for the whole envelope.
         best_rate: α of another P, 1/s, if this P is chosen for shorter dwell times at reversals; else None.
