@@ -130,7 +130,7 @@ def _certificate(certificate: Certificate, found: Certified) -> dict[str, Any]:
 
 def _refusal(refusal: Refusal) -> dict[str, Any]:
     return {
-        **named(refusal, "reason counterexample proved spectral_radius failing largest_sample_time"),
+        **named(refusal, "reason counterexample spectral_radius failing largest_sample_time"),
         "proposals": None if refusal.proposals is None else asdict(refusal.proposals),
         "refutation": refusal.proof,
         "regions": None if refusal.regions is None else _regions(refusal.regions),
@@ -141,7 +141,6 @@ def _regions(regions: Regions) -> dict[str, Any]:
     return {
         "rates": regions.rates,
         "reversal_growth": regions.reversal,
-        "must_grow": regions.must_grow,
         "not_found": list(regions.missing),
         "not_issued": list(regions.withheld),
         "proofs": regions.proofs,

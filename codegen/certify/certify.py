@@ -11,11 +11,9 @@ from contextlib import suppress
 from dataclasses import replace
 from fractions import Fraction
 from functools import partial
-from operator import mul
 from typing import Any
 
 import numpy as np
-import sympy
 
 from codegen.analysis.analysis import Analysis
 from codegen.analysis.operating_points import refuse_missing_ranges
@@ -26,14 +24,12 @@ from codegen.certify.family import Family, NotEnclosable, build_family
 from codegen.certify.levels import SHARES, about_declared
 from codegen.certify.lyapunov import common_lyapunov, extreme_points, least_growth_at_reversals, short_recovery
 from codegen.certify.outcome import Certificate, Proposal, Proposals, Refusal
-from codegen.certify.prefix import fraction
-from codegen.certify.refute import rational_matrix, refute, slowest_point, unstable_point
+from codegen.certify.refute import refute, slowest_point
 from codegen.certify.region_proofs import Regions, find_regions
 from codegen.certify.size import beyond_checker
 from codegen.certify.structure import by_structure
 from codegen.certify.trigonometric import over_angles
 from codegen.checker import verify
-from codegen.observers.equations import Observer
 from codegen.spec.model import Spec
 from codegen.spec.numerics import numerical
 
@@ -45,8 +41,8 @@ FINER, MOST_MATRICES = (2, 4), 150
 """Numbers of further bisections of every cell, tried in turn while no P is found, and the most matrices for it."""
 ENOUGH = 0.9
 """Share of the spectral rate from which a common P is good enough that no P over angles is searched for."""
-MOST_TURNING = 32
-"""Largest number of matrices for which one V for all signs of the slips is searched for."""
+MOST_TURNING, MOST_ERRORS = 32, 8
+"""Largest numbers of matrices and of errors for which one V for all signs of the slips is searched for."""
 
 
 @numerical("the certificate of these gains over the envelope")
@@ -201,15 +197,12 @@ def _proposals(
 def _without_jumps(
     found: Certificate, base: Mapping[str, Any], analysis: Analysis, family: Family, cells: Cells
 ) -> Certificate:
-    """The certificate with one V for both signs of every slip added, or with the proof that there is none.
+    """The certificate with one V for both signs of every slip added, if one is found.
 
     Written in level errors, a reversal of contact c changes A to J_c A J_c, where J_c is diagonal with −1 at the errors
     of c and 1 elsewhere. If V = e'Pe decreases for all signs, so does V with P̄, the mean of J P J over all products J
     of the J_c. P̄ commutes with each J_c, so it has no entry between errors of two contacts, or of a contact and a
     velocity. It is enough to search for a P of this pattern: it certifies all signs at once.
-
-    There is none if some Z ≥ 0, Z ≠ 0, satisfies Z ≤ mean of Φ Z Φ' over the signs, since tr(PZ) would have to decrease
-    and not decrease. For explicit Euler Z = diag(0, I) is tried, in exact numbers.
 
     The sample in which a slip changes its sign is not covered. There the level is updated with the old sign and
     compared with the new one, which adds 2 K_F |û|, with the velocity error in û.
@@ -217,11 +210,8 @@ def _without_jumps(
     observer, h = analysis.dynamics.observer, analysis.dynamics.period
     contacts = [e.contact for e in observer.errors]
     kept = np.array([[a == b for b in contacts] for a in contacts])
-    if not observer.level_errors or kept.all():
+    if not observer.level_errors or kept.all() or len(kept) > MOST_ERRORS:
         return found
-    exact = rational_matrix(analysis, family) if h else None
-    if exact is not None and _none_without_jumps(observer, kept, exact):
-        return replace(found, no_turning=True)
     if len(cells.matrices) <= MOST_TURNING:
         common = common_lyapunov(cells.matrices, h, kept)
         if common is not None:
@@ -229,27 +219,6 @@ def _without_jumps(
                 part = base, Found(family, *common, cells.splits)
                 return replace(found, turning=proved([part], analysis, turning=True)[0][0])
     return found
-
-
-def _none_without_jumps(observer: Observer, kept: Any, matrix: Any) -> bool:
-    """Whether Z = diag(0, I) proves that no V decreases for all signs at one operating point, in exact numbers.
-
-    Args:
-        kept: sparsity pattern of P, m by m.
-        matrix: A at the point, exact.
-    """
-    levels = [k for k, e in enumerate(observer.errors) if e.contact is not None]
-    step = sympy.eye(matrix.rows) + observer.sample_time * matrix
-    rows, by = verify.integers([[fraction(step[i, k]) for k in levels] for i in range(matrix.rows)])
-    gap = [
-        [Fraction(sum(map(mul, x, y)) * bool(kept[i, j]), by * by) - (i == j in levels) for j, y in enumerate(rows)]
-        for i, x in enumerate(rows)
-    ]
-    try:
-        verify.require(verify.integers(gap)[0], "")
-    except verify.Refused:
-        return False
-    return True
 
 
 def spectral_rate(analysis: Analysis) -> float:
@@ -276,7 +245,6 @@ def _unstable(analysis: Analysis, proof: Mapping[str, Any] | None, regions: Regi
         proof: the refutation that the checker accepts, or None.
         regions: proofs for regions of the envelope, or None.
     """
-    point = unstable_point(analysis)
     failing = tuple(
         dict.fromkeys(  # a condition on both Psi and the step is listed once
             f"{c.expression} > 0" if c.readable else f"{c.label} > 0"
@@ -286,11 +254,10 @@ def _unstable(analysis: Analysis, proof: Mapping[str, Any] | None, regions: Regi
     )
     return Refusal(
         reason=render("text/refused_unstable.j2", analysis=analysis, failing=failing, regions=regions).strip(),
-        counterexample=point,
+        counterexample=None if proof is None else {name: ends[0] for name, ends in proof["variables"].items()},
         spectral_radius=analysis.spectral_radius,
         failing=failing,
         largest_sample_time=analysis.largest_sample_time,
-        proved=point is not None,
         proof=proof,
         regions=regions,
     )
@@ -304,4 +271,4 @@ def _undecided(analysis: Analysis, why: str, narrower: bool = True) -> Refusal:
         narrower: whether a narrower envelope might be certified.
     """
     reason = render("text/refused_undecided.j2", why=why, analysis=analysis, narrower=narrower).strip()
-    return Refusal(reason, None, analysis.spectral_radius, (), analysis.largest_sample_time, False)
+    return Refusal(reason, None, analysis.spectral_radius, (), analysis.largest_sample_time)

@@ -29,7 +29,6 @@ class Certificate(Shown):
         facts: the statements of the checker's report.
         limit: the refutation of every faster rate, which the checker has accepted; None if none was found.
         turning: a certificate with one V for all signs of the slips, not for samples with a reversal; or None.
-        no_turning: whether it is proved that there is no such V.
         best_rate: α of another V, 1/s, if this V is chosen for shorter dwell times at reversals; else None.
         by_structure: whether the certificate is for one mode and assumes extremes of the machine that are estimates.
         bounds: on each friction error; or the reason why there are none.
@@ -46,7 +45,6 @@ class Certificate(Shown):
     facts: tuple[str, ...]
     limit: Mapping[str, Any] | None = None
     turning: Mapping[str, Any] | None = None
-    no_turning: bool = False
     best_rate: float | None = None
     by_structure: bool = False
     bounds: tuple[ErrorBound, ...] | str = "none was asked for"
@@ -124,11 +122,10 @@ class Refusal(Shown):
 
     Attributes:
         reason: text for the user.
-        counterexample: variable → value at an operating point where the sampled error is unstable; None if not known.
+        counterexample: variable → value at the operating point of ``proof``; None if there is none.
         spectral_radius: of I + hA there, or the largest over the envelope.
         failing: the gain conditions that fail, as text.
         largest_sample_time: of explicit Euler at these gains, s; 0 if it is unstable at every sample time.
-        proved: whether the counterexample is proved in exact numbers.
         proof: a refutation that the checker accepts, or None.
         proposals: remedies; None if none were requested.
         regions: proofs for regions of the envelope; None if there are none.
@@ -141,7 +138,6 @@ class Refusal(Shown):
     spectral_radius: float
     failing: tuple[str, ...]
     largest_sample_time: float
-    proved: bool
     proof: Mapping[str, Any] | None = None
     proposals: Proposals | None = None
     regions: Regions | None = None

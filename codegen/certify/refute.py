@@ -19,7 +19,6 @@ import sympy
 from scipy.linalg import matrix_balance, solve_discrete_lyapunov
 
 from codegen.analysis.analysis import Analysis
-from codegen.analysis.polynomials import characteristic_polynomial
 from codegen.base.arrays import Array
 from codegen.certify.content import lines, one_line
 from codegen.certify.family import PI, Family
@@ -27,7 +26,6 @@ from codegen.certify.lyapunov import decay_rate_limit
 from codegen.certify.prefix import rational_text, rounded, rounded_matrix, texts
 from codegen.checker import verify
 from codegen.mechanics.casadi_form import function_of
-from codegen.mechanics.computed import ComputedEntry
 
 SLACK = (1e-3, 2e-3, 5e-3, 1e-2)
 """Relative distances from the rate at the point to the refuted rate, tried in turn."""
@@ -201,17 +199,6 @@ def _operating_points(analysis: Analysis) -> Iterator[dict[str, float]]:
             yield known | {n: known[s] for n, s in neighbours.items() if n in known and s in known}
 
 
-def rational_matrix(analysis: Analysis, family: Family) -> Any:
-    """A at the worst sampled operating point where it is rational, exact; None if there is no such point."""
-    for known in _operating_points(analysis):
-        point = _point(analysis, family, known)
-        if point is not None:
-            exact = family.at({v: point[v.name] for v in family.variables})
-            if all(e.is_Rational for e in exact):
-                return exact
-    return None
-
-
 def _point(analysis: Analysis, family: Family, known: Mapping[str, float]) -> dict[str, Any] | None:
     """Name of each variable of the family → rational value at an operating point, within its range.
 
@@ -236,46 +223,3 @@ def _point(analysis: Analysis, family: Family, known: Mapping[str, float]) -> di
             return None
         result[v.name] = min(max(value, low), high)
     return result
-
-
-def unstable_point(analysis: Analysis) -> dict[str, str] | None:
-    """The worst sampled operating point, variable → rational value, if its step is proved unstable; else None.
-
-    The characteristic polynomial of I + hA, or of (I − hA)⁻¹ for the implicit step, fails the Jury test in rationals.
-    There is no proof if an entry of A is irrational at the point.
-    """
-    dynamics = analysis.dynamics
-    observer = dynamics.observer
-    point = {name: sympy.Rational(str(round(value, 6))) for name, value in analysis.worst.items()}
-    values = {**observer.values, sympy.Symbol("h", real=True): observer.sample_time}
-    values |= {s: point[s.name] for s in analysis.points.variables}
-    matrix = dynamics.in_force(dynamics.sampled).xreplace(dynamics.slopes).xreplace(values)
-    if dynamics.inverse_mass:
-        mass = observer.system.mass_matrix.subs(values)
-        if mass.has(ComputedEntry):
-            return None
-        inverse = mass.inv()
-        matrix = matrix.subs({w: inverse[i, j] for w, (i, j) in dynamics.inverse_mass.items()})
-    if not all(e.is_Rational for e in matrix):
-        return None
-    unit, change = sympy.eye(matrix.rows), observer.sample_time * matrix
-    if dynamics.implicit and (unit - change).det() == 0:
-        return None
-    step = (unit - change).inv() if dynamics.implicit else unit + change
-    coefficients = [Fraction(int(c.p), int(c.q)) for c in characteristic_polynomial(step)]
-    return {name: str(value) for name, value in point.items()} if not schur_stable(coefficients) else None
-
-
-def schur_stable(coefficients: list[Fraction]) -> bool:
-    """Whether all roots of a polynomial are inside the unit circle, by the Schur–Cohn (Jury) recursion, exact.
-
-    Args:
-        coefficients: highest power first.
-    """
-    row = list(coefficients)
-    while len(row) > 1:
-        if abs(row[-1]) >= abs(row[0]):
-            return False
-        factor = row[-1] / row[0]
-        row = [a - factor * b for a, b in zip(row[:-1], row[:0:-1], strict=True)]
-    return True

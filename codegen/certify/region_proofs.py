@@ -30,7 +30,6 @@ from codegen.certify.lyapunov import decay_rate_limit
 from codegen.certify.refute import Slowest, refute
 from codegen.certify.regions import RegionSearch
 from codegen.checker import verify
-from codegen.mechanics.system import Matrix
 
 PRESLIDING = "presliding.json"
 """Name of the proof file of presliding."""
@@ -50,7 +49,6 @@ class Regions:
         rates: file → rate α, 1/s: proved or, for ``sliding_limit.json``, refuted; if negative, V may grow.
         reversal: contact → growth of V in ``recovery.json`` when its friction changes sign.
         sample_time: s.
-        must_grow: whether it is proved that every V = e'Pe grows somewhere in the envelope.
         passes_zero: whether the envelope contains a friction state of zero.
         whole: files whose region is the whole envelope.
         levels: (name, lowest, largest, unit) of the true friction levels, for all files except presliding.json.
@@ -63,7 +61,6 @@ class Regions:
     rates: Mapping[str, float]
     reversal: Mapping[str, float]
     sample_time: float
-    must_grow: bool
     passes_zero: bool = True
     whole: tuple[str, ...] = ()
     levels: tuple[tuple[str, Any, Any, str], ...] = ()
@@ -199,7 +196,6 @@ class _Proofs:
             {name: float(Fraction(c["decay_rate"])) for name, c in ordered.items()},
             {turn["contact"]: float(Fraction(turn["growth"])) for turn in turns},
             float(self.analysis.dynamics.observer.sample_time),
-            self.passes_zero and none_without_growth(self.along),
             self.passes_zero,
             tuple(name for name in FALLING if name in ordered and self._holds_envelope(ordered[name])),
             self.analysis.dynamics.observer.ranged_levels,
@@ -247,31 +243,3 @@ class _Proofs:
         content = refute(self.analysis, min(corners, key=lambda corner: corner.rate), self._base(family))
         if content is not None:
             self.proofs["sliding_limit.json"] = content
-
-
-def none_without_growth(along: AlongFriction) -> bool:
-    """Whether it is proved, in exact numbers, that every V = e'Pe grows somewhere in the envelope of a refused DFO.
-
-    Let x be the unit vector of a level error, and A₁x = A₂x = 0 at two operating points of zero friction with opposite
-    steady slips, where the level is not observable. Suppose that V with P > 0 grows at neither, P − Φᵢ'PΦᵢ ≥ 0. Since
-    Φᵢx = x, x'(P − Φᵢ'PΦᵢ)x = 0, so (P − Φᵢ'PΦᵢ)x = 0 and A₁'Px = A₂'Px = 0. If x = A₁y₁ + A₂y₂ for some y₁ and y₂,
-    then x'Px = 0, which contradicts P > 0.
-    """
-    if any(axis.least_state != 0 for axis in along.axes):
-        return False
-
-    def at_zero(share: Any) -> Matrix:
-        """A at zero friction and steady slips of this share of the largest."""
-        point = {v: sympy.Integer(0) for axis in along.axes for v in axis.symbols}
-        point |= {axis.slip: share * axis.largest_slip for axis in along.axes}
-        point |= {level: (low + high) / 2 for level, (low, high) in along.levels.items()}
-        return along.family({v: (x, x) for v, x in point.items()}).at(point)
-
-    first, second = at_zero(sympy.Rational(1, 2)), at_zero(sympy.Rational(-1, 2))
-    both = first.row_join(second)
-    for k, error in enumerate(along.dynamics.observer.errors):
-        x = sympy.eye(first.rows)[:, k]
-        held = first * x == second * x == sympy.zeros(first.rows, 1)
-        if error.of == "level" and held and both.row_join(x).rank() == both.rank():
-            return True
-    return False

@@ -24,9 +24,8 @@ import sympy
 from codegen.base.arrays import Array
 from codegen.base.significant import float_above
 from codegen.certify.bound.bounds import ErrorBound, Reversal
-from codegen.certify.bound.disturbances import Sizes, disturbances, dot
+from codegen.certify.bound.disturbances import disturbances, dot
 from codegen.certify.bound.error_response import Response
-from codegen.certify.bound.friction_bounds import largest_friction
 from codegen.certify.content import with_reversals
 from codegen.certify.kernel_form import Writer
 from codegen.certify.outcome import Certificate
@@ -87,9 +86,6 @@ def with_ellipsoid(
         certificate: with the kernel's proof.
         places: as in kernel_form.proof_text.
         shown: what the kernel derives from that proof (``theorem.proved``).
-
-    Raises:
-        ValueError: if the claim has a disturbance that is not the envelope's (an error of this program).
     """
     response = certificate.response
     if isinstance(certificate.bounds, str) or response is None or certificate.kernel is None:
@@ -99,8 +95,6 @@ def with_ellipsoid(
         return certificate
     proof = json.loads(certificate.kernel)
     text = ellipsoid_text(spec, observer, places, proof, shown, response, sizes, certificate.bounds)
-    if other := unlike_envelope(json.loads(text), spec, observer, places, sizes):
-        raise ValueError(f"ellipsoid.json rests on sizes that are not the envelope's: {other}")
     try:
         found = theorem.kept(proof, shown, text.encode())[1]
     except checker.Refused:
@@ -211,63 +205,6 @@ def ellipsoid_text(
         *any_friction_sets,
     ]
     return json.dumps(claim, indent=1) + "\n"
-
-
-def unlike_envelope(
-    claim: Mapping[str, Any], spec: Spec, observer: Observer, places: Mapping[str, str], sizes: Sizes
-) -> list[str]:
-    """The disturbances of a claim that differ from those of the spec's envelope, in words; computed independently.
-
-    - Noise of a position x: ``x_noise``.
-    - Drift of a position, x[k+1] − x[k] − h v[k]: h² max |v'|/2; drift of velocities and frictions: as in ``sizes``.
-    - Largest friction on a coordinate, if the claim has any: Σ |U| times that of the contacts, to ``DIGITS`` digits.
-    - Change of a slip in a sample: h times its largest acceleration.
-    """
-    write, system, h = Writer(observer, places), observer.system, Fraction(str(observer.sample_time))
-
-    def largest(name: str) -> Fraction:
-        return max((abs(Fraction(str(end))) for end in spec.envelope.get(name, ())), default=Fraction(0))
-
-    noise = {write(x): largest(f"{x}_noise") for x in system.positions}
-    drift = {
-        write(x): h * h * largest(f"{v}_dot") / 2 for x, v in zip(system.positions, system.velocities, strict=True)
-    }
-    truths = [write(e.truth) for e in observer.errors]
-    drift |= dict(zip(truths, [*sizes["velocity"], *sizes["friction"]], strict=True))
-    friction = _largest_friction(spec, observer, write) if ellipsoid.FRICTION in claim else {}
-    rounding = {"noise": Fraction(0), "drift": Fraction(0), ellipsoid.FRICTION: Fraction(1, 10 ** (DIGITS - 1))}
-    return [
-        f"{kind} of {place}"
-        for kind, asked in (("noise", noise), ("drift", drift), (ellipsoid.FRICTION, friction))
-        for place in asked.keys() | claim.get(kind, {}).keys()
-        for least in [asked.get(place, Fraction(0))]
-        if not least <= Fraction(claim.get(kind, {}).get(place, "0")) <= least * (1 + rounding[kind])
-    ] + [
-        f"the change of the slip of {entry['sign']}"
-        for entry in claim.get(ellipsoid.REVERSALS, [])
-        for contact, slip in zip(system.contacts, system.slip_velocity, strict=True)
-        if entry["sign"] == f"sign.{contact.name}"
-        for rates in [sympy.expand(slip.subs(observer.values)).as_coefficients_dict()]
-        if Fraction(entry["change"]) != h * sum(abs(Fraction(str(a))) * largest(f"{v}_dot") for v, a in rates.items())
-    ]
-
-
-def _largest_friction(spec: Spec, observer: Observer, write: Writer) -> dict[str, Fraction]:
-    """Place of each true friction → bound on its magnitude: of its contact, or Σ_c |U_ic| times those of the contacts.
-
-    It is 0 for all if some contact has no bound.
-    """
-    slips, most = observer.distribution, largest_friction(spec, observer)
-    known = [x for x in most if x is not None]
-    return {
-        write(e.truth): Fraction(0)
-        if None in most
-        else known[e.contact]
-        if e.contact is not None
-        else dot(slips.row(e.coordinate), known)
-        for e in observer.errors
-        if e.truth not in observer.system.velocities
-    }
 
 
 def _reversals(
