@@ -20,7 +20,7 @@ from codegen.logs.description import EMPTY_DESCRIPTION, LogDescription
 from codegen.logs.formats.bag_file import is_bag
 from codegen.logs.formats.csv_file import CsvSource, open_csv, open_lines
 from codegen.logs.formats.source import LARGEST_STREAM, Columns
-from codegen.logs.formats.table import COMMENT, ROWS_ALIKE
+from codegen.logs.formats.table import COMMENT, ROWS_ALIKE, is_row
 from codegen.logs.formats.text_lines import EXPECTED, lines_of
 from codegen.logs.readers import FORMATS, log_description, since_epoch
 from codegen.logs.term import columns_of, compute
@@ -191,7 +191,8 @@ class _Table:
 
     def blocks(self, lines: list[str], first: int) -> Iterator[Block]:
         """The samples in ``lines[first:]``."""
-        has_rows = any(map(self.head.layout.is_row, lines[first:]))
+        lines = self.head.layout.plain(lines)
+        has_rows = any(map(is_row, lines[first:]))
         source = CsvSource(self.head.file, self.head.layout, lines, first, self._lines_read)
         self._lines_read += len(lines)
         if not has_rows:

@@ -70,7 +70,7 @@ def test_epos_exports(tmp_path, name):
     assert any(f"the header is line {header} " in n for n in read.notes), read.notes
     assert any("integral of the measured speed" in n for n in read.notes)
     if name == "driveNo3/1":
-        assert any("`was -8.9` behind line 15 is not read" in n for n in read.notes)
+        assert any("`was -8.9` of line 15 is not read" in n for n in read.notes)
 
 
 LAAS_SPEC = parse_spec(one_joint("motor", 1.9e-4, 0.065, "k*u", "A", "  k: {value: 1, unit: N*m/A}\n"), Path("m.yaml"))

@@ -67,7 +67,7 @@ def test_it_is_said_where_the_header_was_found(tmp_path, spec):
     assert notes[1] == "a line of units under the header (s, m, %)"
     assert any("w in `%`, which is no unit of N: its numbers are taken as they stand" in n for n in notes)
     (tmp_path / "b.csv").write_text(READ["a spreadsheet around it"].replace(",,\n", ",,was -8\n"))
-    assert any("`was -8` behind line 5 is not read" in n for n in read_log(tmp_path / "b.csv", spec).notes)
+    assert any("`was -8` of line 5 is not read" in n for n in read_log(tmp_path / "b.csv", spec).notes)
 
 
 def test_units_that_the_file_states_are_applied_where_nobody_says_otherwise(tmp_path, spec):

@@ -31,9 +31,9 @@ from codegen.logs.formats.table import (
     Layout,
     fields,
     find_layout,
+    is_row,
     restart_period,
     stamp,
-    unwrapped,
 )
 from codegen.logs.formats.text_lines import EXPECTED, lines_of, text_of
 
@@ -52,7 +52,7 @@ class CsvSource(LogFile):
 
     Args:
         file: name of the file.
-        lines: every line of the file without its end, or those of a part of it.
+        lines: every line of the file in plain form and without its end, or those of a part of it.
         first: index into ``lines`` of the first line after the header.
         before: lines of the file before ``lines``, for messages.
         encoding: notes on the file's encoding.
@@ -80,20 +80,11 @@ class CsvSource(LogFile):
 
     @property
     def notes(self) -> Sequence[str]:
-        behind = []
-        if self.layout.wrapped:
-            kept = ((i, unwrapped(line)[1]) for i, line in enumerate(self.lines) if i >= self.first)
-            behind = [f"`{shown(text)}` behind line {self.before + i + 1} is not read" for i, text in kept if text]
-        if self.layout.plain is not None:
-            texts = [i for i, line in enumerate(self.lines) if line.strip() and not self.layout.plain(line)]
-            if texts:
-                more = f", {len(texts)} such lines in all" if len(texts) > 1 else ""
-                behind.append(f"line {self.before + texts[0] + 1} is no row and is not read{more}")
         again = [i for i in range(self.first, len(self.lines)) if self.lines[i] in self.layout.head - {END}]
         if again:
             more = f", {len(again)} such lines in all" if len(again) > 1 else ""
-            behind.append(f"line {self.before + again[0] + 1} repeats the header and is left out{more}")
-        return (*self.own_notes, *behind[:3])
+            return (*self.own_notes, f"line {self.before + again[0] + 1} repeats the header and is left out{more}")
+        return self.own_notes
 
     def load(self, wanted: Sequence[str]) -> Columns:
         """The wanted columns, by NumPy if all lines are regular, else row by row.
@@ -129,8 +120,6 @@ class CsvSource(LogFile):
     def _columns(self, wanted: Sequence[str], indices: list[int]) -> Columns:
         body = self.lines[self.first :]
         head = self.layout.head
-        if self.layout.plain is not None:
-            body = [line if line in head else self.layout.plain(line) for line in body]
         kept = [
             i
             for i, line in enumerate(body)
@@ -144,8 +133,6 @@ class CsvSource(LogFile):
             raise BadInput(self.place, "a header and no rows", "rows of numbers after it", code="LOG009")
         if len(kept) < len(body):
             body = [body[i] for i in kept]
-        if self.layout.wrapped:
-            body = [unwrapped(line)[0] for line in body]
         numbers = np.array(kept, dtype=np.int64) + self.before + self.first + 1
         values = self._fast(body, indices)
         if values is None:
@@ -289,11 +276,11 @@ def open_csv(path: Path, allowance: Allowance, description: LogDescription) -> C
 def _without_cut_off(source: CsvSource) -> CsvSource:
     """The table without an incomplete last line, as a loss of power leaves it."""
     last, layout = len(source.lines) - 1, source.layout
-    if last > source.first and layout.is_row(source.lines[last]) and not layout.wrapped and not layout.times:
-        line = source.lines[last] if layout.plain is None else layout.plain(source.lines[last])
-        if line.count('"') % 2 or len(fields(line, layout.delimiter, Place(""))) < len(source.names):
-            source.lines = source.lines[:last]
-            source.own_notes.append(f"line {last + 1}, the last one, is cut off and not read")
+    if last <= source.first or layout.times or not is_row(line := source.lines[last]):
+        return source
+    if line.count('"') % 2 or len(fields(line, layout.delimiter, Place(""))) < len(source.names):
+        source.lines = source.lines[:last]
+        source.own_notes.append(f"line {last + 1}, the last one, is cut off and not read")
     return source
 
 
@@ -306,7 +293,16 @@ def open_lines(file: str, lines: list[str], description: LogDescription, encodin
     named = tuple(description.columns) if description.listed else ()
     asked = set(description.columns.values())
     layout = find_layout(file, lines, description.header, named, description.decimal, asked)
-    return CsvSource(file, layout, lines, layout.first, encoding=encoding, description=description)
+    notes = [*encoding, *_left_out(layout, lines)]
+    return CsvSource(file, layout, layout.plain(lines), layout.first, encoding=notes, description=description)
+
+
+def _left_out(layout: Layout, lines: list[str]) -> list[str]:
+    """A note on the parts of lines that a special form leaves out."""
+    split = [] if layout.form is None else [layout.form.split(line)[1] for line in lines]
+    left = [(i + 1, text) for i, text in enumerate(split) if text.strip() and i >= layout.first]
+    more = f", nor is something of {len(left) - 1} more lines" if len(left) > 1 else ""
+    return [f"`{shown(text, 60)}` of line {number} is not read{more}" for number, text in left[:1]]
 
 
 class LongTable(LogFile):
@@ -331,7 +327,7 @@ class LongTable(LogFile):
         index = table.names.index(named)
         self._rows: dict[str, list[int]] = {}
         for i, line in enumerate(table.lines):
-            if i >= table.first and line not in table.layout.head and table.layout.is_row(line):
+            if i >= table.first and line not in table.layout.head and is_row(line):
                 texts = fields(line, table.layout.delimiter, table.place)
                 self._rows.setdefault(texts[index].strip() if index < len(texts) else "", []).append(i)
         self.names = (self._time, *self._rows)
@@ -387,9 +383,9 @@ class CsvStream(BlockFile):
     def blocks(self, wanted: Sequence[str]) -> Iterator[Columns]:
         head, before = self._head, 0
         for lines in self._lines():
-            first = max(0, head.first - before)
-            if any(map(head.layout.is_row, lines[first:])):
-                yield CsvSource(head.file, head.layout, lines, first, before).load(wanted)
+            first, plain = max(0, head.first - before), head.layout.plain(lines)
+            if any(map(is_row, plain[first:])):
+                yield CsvSource(head.file, head.layout, plain, first, before).load(wanted)
             before += len(lines)
 
     def _lines(self) -> Iterator[list[str]]:

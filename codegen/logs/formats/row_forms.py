@@ -1,15 +1,20 @@
-"""Special forms of text tables: a name before each number, lists in a field, or a line for each signal.
+"""Special forms of text tables, converted to plain rows before the table is read.
 
-Each form is converted to plain rows before the table is read.
+A name before each number, lists in a field, an arrow behind a time, a table in the first column of a spreadsheet, or a
+line for each signal.
 """
 
 from __future__ import annotations
 
+import csv
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import islice
 from string import ascii_letters
+
+from codegen.logs.formats.source import listing
 
 ROWS = 3
 MOST_SIGNALS, FEWEST_VALUES = 64, 200
@@ -37,25 +42,34 @@ _ELEMENT = re.compile(r"[+-]?(\d|\.\d|nan|inf)", re.IGNORECASE)
 
 
 @dataclass(frozen=True)
-class NamedRows:
-    """Rows such as ``angle:0.1,torque:0.2``.
+class Form:
+    """The conversion of lines to plain ones.
 
     Attributes:
-        names: of the numbers, in their order.
-        index: of the first row among the lines.
+        split: line → the plain line, empty for no row, and the part of it that is not read.
+        names: of the numbers, if each row names them; then ``index`` is the first row's.
     """
 
-    names: tuple[str, ...]
-    index: int
+    split: Callable[[str], tuple[str, str]]
+    names: tuple[str, ...] = ()
+    index: int = 0
+    notes: tuple[str, ...] = ()
 
-    def plain(self, line: str) -> str:
-        """The numbers of a row with tabs between them; empty for a line that is no such row."""
-        pairs = _pairs(line)
-        return "\t".join(n.replace(",", ".") for _, n in pairs) if self.names == tuple(a for a, _ in pairs) else ""
+    def plain_lines(self, lines: Sequence[str]) -> list[str]:
+        """The lines in plain form, as many as given."""
+        return [self.split(line)[0] for line in lines]
 
 
-def named_rows(lines: Sequence[str]) -> NamedRows | None:
-    """The first rows in which at least two numbers have names; None if the first lines have none."""
+def find_form(
+    lines: Sequence[str], delimiter_of: Callable[[str], str], header: int | None, named: Sequence[str]
+) -> Form | None:
+    """The special form of a table; None for a plain one. Arguments as of ``find_layout``."""
+    found = _named_rows(lines) if header is None and not named else None
+    return found or _list_rows(lines, delimiter_of) or _after_arrows(lines, delimiter_of) or _in_first_column(lines)
+
+
+def _named_rows(lines: Sequence[str]) -> Form | None:
+    """Rows in which at least two numbers have names, such as ``angle:0.1,torque:0.2``."""
     alike, names = 0, tuple[str, ...]()
     for i, line in enumerate(islice(lines, LINES_SEARCHED)):
         found = tuple(name for name, _ in _pairs(line))
@@ -65,8 +79,35 @@ def named_rows(lines: Sequence[str]) -> NamedRows | None:
         names = found
         if alike == ROWS:
             first = next(k for k in range(i + 1) if tuple(name for name, _ in _pairs(lines[k])) == names)
-            return NamedRows(names, first)
+            words = f"each row names its numbers ({listing(names)})"
+            return Form(partial(_numbers_of, names), names, first, (words,))
     return None
+
+
+def _numbers_of(names: tuple[str, ...], line: str) -> tuple[str, str]:
+    """The numbers of a row with these names, with tabs between them; nothing of a line that is no such row."""
+    pairs = _pairs(line)
+    if names != tuple(name for name, _ in pairs):
+        return "", line
+    return "\t".join(number.replace(",", ".") for _, number in pairs), ""
+
+
+def _in_first_column(lines: Sequence[str]) -> Form | None:
+    """Lines ``"a;b",,``: a table that a spreadsheet has not split, with the empty columns behind it."""
+    whole = [_first_field(line) for line in islice(lines, LINES_SEARCHED) if line.strip()]
+    if len(whole) < ROWS or not all(empty and re.search("[;\t]", first) for first, _, empty in whole):
+        return None
+    words = "every line ends in commas, as a spreadsheet leaves them behind a table it has not split"
+    return Form(lambda line: _first_field(line)[:2], notes=(words,))
+
+
+def _first_field(line: str) -> tuple[str, str, bool]:
+    """The first field of a comma-separated line, the text behind it, and whether the second field is empty."""
+    try:
+        first, *rest = next(csv.reader([line]), [""]) or [""]
+    except csv.Error:
+        return line, "", False
+    return first, " ".join(text for text in rest if text.strip()), bool(rest) and not rest[0].strip()
 
 
 def _pairs(line: str) -> list[tuple[str, str]]:
@@ -88,15 +129,15 @@ def _pairs(line: str) -> list[tuple[str, str]]:
     return [(STAMP, begun[1]), *pairs] if begun else pairs
 
 
-def after_arrows(lines: Sequence[str], delimiter_of: Callable[[str], str]) -> Callable[[str], str] | None:
-    """The conversion of lines such as ``12:00:00.002 -> 0.1,0.2`` to plain fields; None for other lines."""
+def _after_arrows(lines: Sequence[str], delimiter_of: Callable[[str], str]) -> Form | None:
+    """Lines of a serial monitor, such as ``12:00:00.002 -> 0.1,0.2``."""
     first = list(islice((line for line in lines if line.strip()), ROWS))
     if len(first) < ROWS or not all(map(_ARROW.match, first)):
         return None
     rest = _ARROW.sub("", first[-1])
     delimiter = delimiter_of(rest)
     put = rf"\1{delimiter if delimiter in rest else ' '}"
-    return lambda line: _ARROW.sub(put, line)
+    return Form(lambda line: (_ARROW.sub(put, line), ""))
 
 
 def whole_lines(lines: list[str]) -> list[str]:
@@ -113,26 +154,8 @@ def whole_lines(lines: list[str]) -> list[str]:
     return lines if held else made
 
 
-@dataclass(frozen=True)
-class ListRows:
-    """Rows with lists of numbers in some fields.
-
-    Attributes:
-        header: index of the line with the names, and that line with a name for each element, ``q[0]``, ``q[1]``; None
-            if no line has a name for each field.
-        delimiter: between the fields.
-    """
-
-    header: tuple[int, str] | None
-    delimiter: str
-
-    def plain(self, line: str) -> str:
-        """A row with its elements as fields."""
-        return _LIST.sub(lambda found: (self.delimiter or " ").join(_elements(found[1])), line)
-
-
-def list_rows(lines: Sequence[str], delimiter_of: Callable[[str], str]) -> ListRows | None:
-    """The first rows with lists of numbers in some fields; None if the first lines have none."""
+def _list_rows(lines: Sequence[str], delimiter_of: Callable[[str], str]) -> Form | None:
+    """Rows with lists of numbers in some fields; their elements become fields, called ``q[0]``, ``q[1]``."""
     places = [i for i, line in enumerate(islice(lines, LINES_SEARCHED)) if line.strip()]
     run: list[int] = []
     for i in places:
@@ -145,20 +168,24 @@ def list_rows(lines: Sequence[str], delimiter_of: Callable[[str], str]) -> ListR
     row, above = lines[run[0]], [i for i in places if i < run[0]]
     masked = _LIST.sub("_", row)
     delimiter = delimiter_of(masked)
-    rows = ListRows(None, delimiter)
+
+    def split(line: str) -> tuple[str, str]:
+        return _LIST.sub(lambda found: (delimiter or " ").join(_elements(found[1])), line), ""
+
     if not above:
-        return rows
+        return Form(split)
     names = _fields(lines[above[-1]].strip().lstrip("#%/"), delimiter)
     lengths = [len(_elements(found[1])) for found in _LIST.finditer(row)]
     fields = _fields(masked, delimiter)
     if len(names) != len(fields):
-        return rows
+        return Form(split)
     of = iter(lengths)
     given = [
         [name] if field != "_" else [f"{name}[{k}]" for k in range(next(of))]
         for name, field in zip(names, fields, strict=True)
     ]
-    return ListRows((above[-1], (delimiter or " ").join(name for part in given for name in part)), delimiter)
+    written, header = lines[above[-1]], (delimiter or " ").join(name for part in given for name in part)
+    return Form(lambda line: (header, "") if line == written else split(line))
 
 
 def transposed_rows(lines: Sequence[str]) -> list[str] | None:

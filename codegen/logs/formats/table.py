@@ -8,14 +8,14 @@ from __future__ import annotations
 
 import csv
 import re
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from itertools import islice, product
 
 from codegen.base.errors import BadInput, Place
 from codegen.base.user_text import shown
-from codegen.logs.formats.row_forms import after_arrows, list_rows, named_rows
+from codegen.logs.formats.row_forms import Form, find_form
 from codegen.logs.formats.source import listing
 from codegen.logs.formats.text_lines import EXPECTED, LONGEST_LINE
 from codegen.spec.units import is_unit
@@ -61,8 +61,6 @@ class Layout:
         line: of the header, or of the first row if there is no header; counted from 1.
         first: index of the first line after header and units.
         delimiter: one character, or empty for white space.
-        wrapped: whether each line is the first field of a comma-separated line, as a spreadsheet writes a file that it
-            has not split.
         units: name → its text in the line of units.
         notes: in words, for example on the lines before the header.
         decimal: the decimal separator; empty if a comma may be that or separate thousands.
@@ -70,7 +68,7 @@ class Layout:
         head: texts of the header, of the lines between it and the rows, and ``END``: where such a line comes again
             among the rows, it is no row.
         started: column, counted from 0, that holds dates or times of day → that of the first row.
-        plain: converts a line to plain fields, empty for no row; None if lines are plain.
+        form: conversion of the lines to plain ones, which all other attributes are about; None if lines are plain.
         times: column → column of its time, both counted from 0; empty if all columns have the same time.
         tick: unit of ``times`` in s. The times in s are the first column.
     """
@@ -79,20 +77,24 @@ class Layout:
     line: int
     first: int
     delimiter: str
-    wrapped: bool = False
     units: tuple[tuple[str, str], ...] = ()
     notes: tuple[str, ...] = ()
     decimal: str = "."
     decimal_stated: bool = False
     head: frozenset[str] = frozenset()
     started: tuple[tuple[int, datetime], ...] = ()
-    plain: Callable[[str], str] | None = None
+    form: Form | None = None
     times: tuple[int, ...] = ()
     tick: float = 1.0
 
-    def is_row(self, line: str) -> bool:
-        """Whether a line can be a row: not blank, no comment, and not empty after ``plain``."""
-        return bool(line.strip() and not COMMENT.match(line) and (self.plain is None or self.plain(line)))
+    def plain(self, lines: list[str]) -> list[str]:
+        """The lines in plain form, as many as given."""
+        return lines if self.form is None else self.form.plain_lines(lines)
+
+
+def is_row(line: str) -> bool:
+    """Whether a plain line can be a row: not blank, and no comment."""
+    return bool(line.strip()) and not COMMENT.match(line)
 
 
 @dataclass(frozen=True)
@@ -108,7 +110,6 @@ class _Rows:
 
     index: int
     delimiter: str
-    wrapped: bool
     width: int
     most: int
     numbered: bool = False
@@ -134,37 +135,26 @@ def find_layout(
     Raises:
         BadInput: for no header and no numbers, two lines that may be the header, or a header that is not there.
     """
-    plain: Callable[[str], str] | None = None
-    made: Sequence[str]
-    form = named_rows(lines) if header is None and not named else None
-    if form is not None:
-        words = f"each row names its numbers ({listing(form.names)})"
-        found = Layout(form.names, form.index + 1, form.index, "\t", notes=(words,), decimal_stated=True)
-        plain = form.plain
-        made = [form.plain(line) for line in lines[: form.index + ROWS_ALIKE]]
+    form = find_form(lines, delimiter_of, header, named)
+    made = lines if form is None else form.plain_lines(lines)
+    if form is not None and form.names:
+        found = Layout(form.names, form.index + 1, form.index, "\t", decimal_stated=True)
     else:
-        lists = list_rows(lines, delimiter_of)
-        plain = lists.plain if lists is not None else after_arrows(lines, delimiter_of)
-        made = lines
-        if plain is not None:
-            rows = [plain(line) for line in lines]
-            if lists is not None and lists.header is not None and header in (None, lists.header[0] + 1):
-                rows[lists.header[0]] = lists.header[1]
-            made = rows
         found = _with_units_above(_table(file, made, header, named, asked), made)
-    sign = "." if form else decimal or _decimal(made[found.first :], found.delimiter)
-    notes = [*found.notes]
+    sign = "." if found.decimal_stated else decimal or _decimal(made[found.first :], found.delimiter)
+    notes = [*found.notes, *(() if form is None else form.notes)]
     if sign == ",":
         notes.append("the numbers are read with decimal commas" + (", as described" if decimal else ""))
     started = []
     first = next((made[found.first + i] for i in _significant(made[found.first :])), "")
-    for k, text in enumerate(_split(first, found.delimiter, found.wrapped)):
+    for k, text in enumerate(_split(first, found.delimiter)):
         at = stamp(text)
         if at is not None and k < len(found.names):
             started.append((k, at))
             what = "time of day" if restart_period(text) else "date and time of day"
             notes.append(f"column `{shown(found.names[k])}` is {what}: read as seconds from the first row")
-    head = frozenset(line for line in lines[found.line - 1 : found.first] if line.strip()) | {END}
+    between = slice(found.line - 1, found.first)
+    head = frozenset(line for line in (*lines[between], *made[between]) if line.strip()) | {END}
     return replace(
         found,
         notes=tuple(notes),
@@ -172,7 +162,7 @@ def find_layout(
         decimal_stated=bool(decimal) or found.decimal_stated,
         head=head,
         started=tuple(started),
-        plain=plain,
+        form=form,
     )
 
 
@@ -264,15 +254,6 @@ def _table(
     return _without_header(file, rows, named)
 
 
-def unwrapped(line: str) -> tuple[str, str]:
-    """A line of a wrapped file: the original line, and the text after it."""
-    try:
-        first, *rest = next(csv.reader([line]), [""]) or [""]
-    except csv.Error:
-        return line, ""
-    return first, " ".join(text for text in rest if text.strip())
-
-
 def fields(text: str, delimiter: str, place: Place) -> list[str]:
     """The fields of a line.
 
@@ -310,19 +291,19 @@ def _has_same_columns(texts: Sequence[str], row: Sequence[str]) -> bool:
     return len(texts) == len(row) and any(map(_is_number, pairs)) and missing
 
 
-def _all_fields(line: str, delimiter: str, wrapped: bool = False) -> list[str]:
+def _all_fields(line: str, delimiter: str) -> list[str]:
     """The fields of any line; empty if it cannot be split."""
     if len(line) > LONGEST_LINE:
         return []
     try:
-        return fields(unwrapped(line)[0] if wrapped else line, delimiter, Place(""))
+        return fields(line, delimiter, Place(""))
     except BadInput:
         return []
 
 
-def _split(line: str, delimiter: str, wrapped: bool = False) -> list[str]:
+def _split(line: str, delimiter: str) -> list[str]:
     """The fields of a line, without empty ones at its end."""
-    found = _all_fields(line, delimiter, wrapped)
+    found = _all_fields(line, delimiter)
     while len(found) > 1 and not found[-1].strip():
         found.pop()
     return found
@@ -368,11 +349,11 @@ def _is_table(lines: Sequence[str], layout: Layout) -> bool:
 def _find_rows(lines: Sequence[str]) -> _Rows | None:
     """The first rows of numbers, times and missing values only; else of numbers and texts in the same columns."""
     places = list(islice(_significant(lines), LINES_SEARCHED))
-    for texts_too, wrapped, delimiter in product((False, True), (False, True), (*SEPARATORS, "")):
+    for texts_too, delimiter in product((False, True), (*SEPARATORS, "")):
         alike: list[int] = []
         last: list[str] = []
         for i in places:
-            texts = _split(lines[i], delimiter, wrapped)
+            texts = _split(lines[i], delimiter)
             row = sum(map(_is_number, texts)) > 1 if texts_too else _is_row(texts)
             if len(texts) < 2 or not row:
                 alike = []
@@ -381,12 +362,12 @@ def _find_rows(lines: Sequence[str]) -> _Rows | None:
             alike = [*alike, i] if alike and again else [i]
             last = texts
             if len(alike) == ROWS_ALIKE or (len(alike) == 2 and i == places[-1]):
-                above = [_split(lines[k], delimiter, wrapped) for k in places[: places.index(alike[0])]]
-                most = max(len(last), len(_all_fields(lines[i], delimiter, wrapped)))
+                above = [_split(lines[k], delimiter) for k in places[: places.index(alike[0])]]
+                most = max(len(last), len(_all_fields(lines[i], delimiter)))
                 while above and len(above[-1]) <= most and _has_same_columns(above[-1][: len(last)], last):
                     above.pop()  # rows with a text, as oscilloscopes write first, or with a remark
-                begun = [t for k in places[len(above) :][:2] for t in _split(lines[k], delimiter, wrapped)[:1]]
-                return _Rows(places[len(above)], delimiter, wrapped, len(last), most, begun in (["1", "2"], ["0", "1"]))
+                begun = [t for k in places[len(above) :][:2] for t in _split(lines[k], delimiter)[:1]]
+                return _Rows(places[len(above)], delimiter, len(last), most, begun in (["1", "2"], ["0", "1"]))
     return None
 
 
@@ -411,7 +392,7 @@ def _above(file: str, lines: Sequence[str], rows: _Rows, asked: Collection[str])
             found = f"two lines that may be the header, this one and line {near[1] + 1} (`{shown(lines[near[1]])}`)"
             expected = f"`header: {near[0] + 1}` or `header: {near[1] + 1}` in meta.yaml beside the log"
             raise BadInput(Place(file, near[0] + 1), found, expected, code="LOG001")
-    return _with_notes(lines, Layout(_named(split[at]), at + 1, rows.index, rows.delimiter, rows.wrapped, units))
+    return _with_notes(lines, Layout(_named(split[at]), at + 1, rows.index, rows.delimiter, units))
 
 
 _SAMPLE_TIME = "sampletime[ms]"
@@ -425,7 +406,7 @@ def _scope(lines: Sequence[str], rows: _Rows) -> Layout | None:
     """
     about: dict[str, tuple[int, list[str]]] = {}
     for i, line in enumerate(lines[: rows.index]):
-        texts = [text.strip() for text in _split(line, rows.delimiter, rows.wrapped)]
+        texts = [text.strip() for text in _split(line, rows.delimiter)]
         if texts and len(texts) <= rows.width:
             about[texts[0].lower()] = i, texts + [""] * (rows.width - len(texts))
     key = next((key for key in _NAME if key in about), "")
@@ -437,17 +418,17 @@ def _scope(lines: Sequence[str], rows: _Rows) -> Layout | None:
         return None
     own = False
     for i in islice(_significant(lines[rows.index :]), LINES_SEARCHED):
-        texts = _split(lines[rows.index + i], rows.delimiter, rows.wrapped)
+        texts = _split(lines[rows.index + i], rows.delimiter)
         own = own or (len(texts) == rows.width and len({texts[k] for k in times}) > 1)
     called = [str(k + 1) if k in times else name for k, name in enumerate(names)]
     called[0] = "Time"
-    first = _split(lines[rows.index], rows.delimiter, rows.wrapped)[0].strip()
+    first = _split(lines[rows.index], rows.delimiter)[0].strip()
     in_ms = _SAMPLE_TIME in about and len(first.split(",")[0].split(".")[0]) < 15
     units = {"Time": "ms"} if in_ms and not own else {}
     given = about.get("unit", (0, [""] * rows.width))[1]
     bare = {name: _plain_unit(u) for k, (name, u) in enumerate(zip(called, given, strict=True)) if k not in times}
     units |= {name: unit for name, unit in bare.items() if unit.lower() not in ("", "none")}
-    table = Layout(_named(called), at + 1, rows.index, rows.delimiter, rows.wrapped, tuple(units.items()))
+    table = Layout(_named(called), at + 1, rows.index, rows.delimiter, tuple(units.items()))
     words = f"the file is a scope's export{', its times in ms' if in_ms else ''}"
     layout = _with_notes(lines, table)
     before = tuple(max(j for j in times if j <= k) for k in range(rows.width)) if own else ()
@@ -478,8 +459,8 @@ def _names_of(line: str, rows: _Rows) -> list[str]:
     comment, names may have another separator than the rows, with units in brackets or without.
     """
     text = line.strip().lstrip("#%/")
-    ways = [_split(text, rows.delimiter, rows.wrapped)]
-    if COMMENT.match(line) and not rows.wrapped:
+    ways = [_split(text, rows.delimiter)]
+    if COMMENT.match(line):
         others = [_split(text.strip(), other) for other in SEPARATORS if other != rows.delimiter]
         spaced = [_split(text, ""), re.split(r"\s+(?![\[(])", text.strip())]
         ways = [*(ways if rows.delimiter else []), *others, *spaced]
@@ -498,7 +479,7 @@ def _as_names(texts: list[str], rows: _Rows) -> list[str]:
 
 
 def _with_notes(lines: Sequence[str], layout: Layout) -> Layout:
-    """The layout with notes on lines that are not read, units, and wrapped rows."""
+    """The layout with notes on lines that are not read, and on units."""
     words = []
     if any(line.strip() for line in lines[: layout.line - 1]):
         before = "1 line" if layout.line == 2 else f"{layout.line - 1} lines"
@@ -508,8 +489,6 @@ def _with_notes(lines: Sequence[str], layout: Layout) -> Layout:
         words.append(f"lines {layout.line + 1} to {layout.first} between the header and the rows are not read")
     if layout.units:
         words.append(f"a line of units under the header ({listing([u or '-' for _, u in layout.units])})")
-    if layout.wrapped:
-        words.append("every line ends in commas, as a spreadsheet leaves them behind a table it has not split")
     return replace(layout, notes=tuple(words))
 
 
@@ -536,12 +515,12 @@ def _at_line(file: str, lines: Sequence[str], header: int) -> Layout:
         raise BadInput(Place(file, min(header, count)), found, expected, code="LOG013")
     rows = _find_rows(lines[header:])
     line = lines[header - 1].strip().lstrip("#%/")
-    delimiter, wrapped = (rows.delimiter, rows.wrapped) if rows else (delimiter_of(line), False)
-    names = _named(_split(line, delimiter, wrapped))
+    delimiter = rows.delimiter if rows else delimiter_of(line)
+    names = _named(_split(line, delimiter))
     first = header
     units: tuple[tuple[str, str], ...] = ()
     between = [header + i for i in _significant(lines[header : header + rows.index])] if rows else []
-    texts = {i: _split(lines[i], delimiter, wrapped) for i in between}
+    texts = {i: _split(lines[i], delimiter) for i in between}
     if not any(_is_number(t[0]) or stamp(t[0]) for t in texts.values() if t):
         first = header + rows.index if rows else header
         for given in texts.values():
@@ -552,7 +531,7 @@ def _at_line(file: str, lines: Sequence[str], header: int) -> Layout:
             ):
                 pairs = zip(names, map(_plain_unit, given), strict=True)
                 units = tuple((name, unit) for name, unit in pairs if unit.lower() not in _UNIT)
-    return _with_notes(lines, Layout(names, header, first, delimiter, wrapped, units))
+    return _with_notes(lines, Layout(names, header, first, delimiter, units))
 
 
 _UNIT = ("unit", "units", "einheit")
@@ -573,4 +552,4 @@ def _without_header(file: str, rows: _Rows, named: Sequence[str]) -> Layout:
     words = "the file has no header line: its columns go by their numbers, counted from 1"
     if named:
         words = f"the file has no header line: its columns are {listing(names)} as described"
-    return Layout(names, rows.index + 1, rows.index, rows.delimiter, rows.wrapped, (), (words,))
+    return Layout(names, rows.index + 1, rows.index, rows.delimiter, (), (words,))
