@@ -78,7 +78,7 @@ class _Reading:
     def __init__(self, text: str, path: Path) -> None:
         self.text, self.path, self.faults = text, path, Faults()
         document, self.places = load_plain(text, str(path))
-        filled, self.tree = expand_robot(document, path, self.place)
+        filled, self.tree = expand_robot(document, path, self.places)
         self.document = validate(SpecDocument, filled, self.places, str(path))
 
     def place(self, key: str) -> Place:

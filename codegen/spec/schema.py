@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, WithJsonSchema
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, WithJsonSchema
 
 from codegen.spec.decimal_comma import QUESTION, maybe_commas
 from codegen.spec.quantity import split_quantity
@@ -62,6 +62,18 @@ def _range_like(value: object) -> object:
     return value
 
 
+def _vector_like(value: object) -> object:
+    if not isinstance(value, list) or len(value) != 3:
+        raise ValueError("expected three numbers in m/s^2, such as [0, 0, -9.81]")
+    return value
+
+
+def _path_like(value: str) -> str:
+    if not value.strip() or "\0" in value:
+        raise ValueError("expected the path of a robot description, relative to the spec")
+    return value
+
+
 def _as_list(value: object) -> object:
     return value if isinstance(value, list) else [value]
 
@@ -89,6 +101,11 @@ QuantityRange = Annotated[
     list[Quantity],
     BeforeValidator(_range_like),
     WithJsonSchema({"type": "array", "items": _QUANTITY, "minItems": 2, "maxItems": 2}),
+]
+Vector = Annotated[
+    list[Number],
+    BeforeValidator(_vector_like),
+    WithJsonSchema({"type": "array", "items": _NUMBER, "minItems": 3, "maxItems": 3}),
 ]
 Names = Annotated[list[str], BeforeValidator(_as_list), WithJsonSchema(_TEXT_OR_LIST)]
 Terms = Annotated[
@@ -183,6 +200,30 @@ class LagrangianSection(Section):
 
     kinetic: Terms
     potential: Terms = ["0"]
+
+
+class LinkToleranceSection(Section):
+    """Standard deviations of a robot file's figures, as shares: of masses, centres of mass, inertias and damping."""
+
+    mass: Text | None = None
+    centre_of_mass: Text | None = None
+    inertia: Text | None = None
+    damping: Text | None = None
+
+
+class RobotSection(Section):
+    """A robot description file, relative to the spec; ``gravity`` in the base's frame, m/s^2."""
+
+    file: Annotated[str, AfterValidator(_path_like)]
+    gravity: Vector = ["0", "0", "-9.81"]
+    tolerance: LinkToleranceSection | None = None
+    base_parameters: dict[str, Number] = {}
+
+
+class RobotDocument(BaseModel):
+    """The section ``urdf`` of a spec alone; a text is the file."""
+
+    urdf: Annotated[RobotSection, BeforeValidator(lambda value: {"file": value} if isinstance(value, str) else value)]
 
 
 class EffectSection(Section):
@@ -281,7 +322,7 @@ class SpecDocument(Section):
     topology: TopologySection | None = None
     constraints: ConstraintsSection | None = None
     lagrangian: LagrangianSection | None = None
-    urdf: str | dict[str, Any] | None = None  # read by ``urdf_section`` before the rest
+    urdf: str | RobotSection | None = None  # read by ``urdf_section`` before the rest
     force: list[Text] | None = None
     friction: FrictionSection
     effects: list[EffectSection] = []

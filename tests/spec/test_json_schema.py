@@ -38,7 +38,7 @@ def is_read(text: str) -> bool:
     """Whether the reader takes the form of a spec."""
     document, places = load_mapping(text, "s.yaml")
     try:
-        filled, _ = expand_robot(plain(document), SPECS / "s.yaml", lambda key: places[key])
+        filled, _ = expand_robot(plain(document), SPECS / "s.yaml", places)
         validate(SpecDocument, filled, places, "s.yaml")
     except BadInput:
         return False
