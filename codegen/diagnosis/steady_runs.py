@@ -399,10 +399,10 @@ def effects_of(fit: SteadyFit, system: System) -> tuple[FoundEffect, ...]:
 
 @dataclass(frozen=True, eq=False)
 class SteadyOutcome:
-    """The result of forward selection on the means: the refit, the fit with effects, and what ties with the first."""
+    """Forward selection on the means: the refit, the fits with one effect more each, and rivals of the first one."""
 
     base: SteadyFit
-    final: SteadyFit
+    fits: tuple[SteadyFit, ...]
     rounds: tuple[Round, ...]
     rivals: tuple[Tried, ...]
 
@@ -410,6 +410,7 @@ class SteadyOutcome:
 def select_effects(search: SteadySearch) -> SteadyOutcome:
     """Forward selection: effects one after the other, while one is credited."""
     base = current = search.refit()
+    fits: list[SteadyFit] = []
     rounds: list[Round] = []
     rivals: tuple[Tried, ...] = ()
     for turn in range(MOST_EFFECTS):
@@ -419,12 +420,16 @@ def select_effects(search: SteadySearch) -> SteadyOutcome:
         if not ranked or not ranked[0].row.accepted:
             break
         current = ranked[0].fit
+        fits.append(current)
         rivals = rivals if turn else tuple(search.ties(ranked))
-    return SteadyOutcome(base, current, tuple(rounds), rivals)
+    return SteadyOutcome(base, tuple(fits), tuple(rounds), rivals)
 
 
 def answer_of(search: SteadySearch, measured: Measured, by_means: bool) -> tuple[Answer, SteadyOutcome]:
-    """The answer, which held-out records may refuse; by free runs too unless they are judged ``by_means``."""
+    """The answer, which held-out records may refuse; by free runs too unless they are judged ``by_means``.
+
+    Each effect must predict them better than the model without it, a further one than that with the effects before it.
+    """
     system, found = search.system, select_effects(search)
 
     def judged(model: System) -> ErrorFigures:
@@ -442,12 +447,26 @@ def answer_of(search: SteadySearch, measured: Measured, by_means: bool) -> tuple
     remarks = (Fact("note", judged_by), *chosen.remarks)
     figures = (measured(system), measured(refit), measured(refit))
     answer = Answer("none", (), refit, refit, figures, remarks=remarks)
-    if not found.final.trial.parts:
+    if not found.fits:
         return answer, found
-    augmented, effects = found.final.model, effects_of(found.final, refit)
-    chosen = admitted([("refitted values", augmented)], declared, judged, judged(refit))
-    if chosen.option is None:
-        return replace(answer, verdict="unknown", effects=effects, against=merged(chosen.refusals)), found
+    named, before, against = None, judged(refit), tuple[Fact, ...]()
+    for fit in found.fits:
+        chosen = admitted([("refitted values", fit.model)], declared, judged, before)
+        against = merged(chosen.refusals)
+        if chosen.option is None:
+            break
+        named, before = fit, chosen.figures
+    if named is None:
+        return replace(answer, verdict="unknown", effects=effects_of(found.fits[-1], refit), against=against), found
     verdict: Verdict = "ambiguous" if found.rivals else "effect"
-    figures = (*figures[:2], measured(augmented))
-    return replace(answer, verdict=verdict, effects=effects, augmented=augmented, figures=figures), found
+    further = found.fits[len(named.trial.parts)].part if against else None
+    refused = (
+        [Fact("not credited", f"{further.kind} on {further.on}, a further effect: {against[0].words}")]
+        if further
+        else []
+    )
+    figures = (*figures[:2], measured(named.model))
+    effects, remarks = effects_of(named, refit), (*remarks, *refused)
+    return replace(
+        answer, verdict=verdict, effects=effects, augmented=named.model, figures=figures, remarks=remarks
+    ), found

@@ -106,6 +106,25 @@ def test_a_ladder_without_a_peak_lacks_nothing(tmp_path: Path) -> None:
     assert found["verdict"] == "none" and not found["effects"]
 
 
+def test_a_further_effect_that_held_out_records_refuse_is_not_named(tmp_path: Path) -> None:
+    """A worm gear was said to lack a drag too, with which the held-out records were predicted worse.
+
+    Here friction in the training records rises at high speed, as when they warm up, and in the others it does not.
+    """
+    (tmp_path / "spec.yaml").write_text(SPEC)
+    spec = stiction.check(tmp_path / "spec.yaml").spec
+    files = ladder(tmp_path, TRAINED, RISE, 1)
+    for file in files:
+        rows = np.loadtxt(file, delimiter=",", skiprows=1)
+        rows[:, 2] += 1.5e-6 * rows[:, 1] * np.abs(rows[:, 1])
+        np.savetxt(file, rows, delimiter=",", header="t,v,u", comments="", fmt="%.9g")
+    train, test = (read_logs(some, spec) for some in (files, ladder(tmp_path, HELD, RISE, 2)))
+    found = diagnose_log(spec, system_of(spec), train, test)[0].as_json()
+    assert found["verdict"] == "effect" and [e["kind"] for e in found["effects"]] == ["stribeck"]
+    (said,) = (fact["words"] for fact in found["facts"] if fact["topic"] == "not credited")
+    assert said.startswith("quadratic_drag on q, a further effect: on held-out data the residual force is")
+
+
 def test_what_a_steady_speed_can_show_is_a_force_of_speed_alone(tmp_path: Path) -> None:
     """Not what the input makes: at an imposed speed the input is the friction, so any function of it explains it."""
     (tmp_path / "spec.yaml").write_text(SPEC)
