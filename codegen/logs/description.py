@@ -11,9 +11,10 @@ from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Pri
 
 from codegen.base.errors import BadInput, Faults, Place
 from codegen.base.input_files import read_text
-from codegen.spec.expression import parse_expression
+from codegen.base.user_text import shown
+from codegen.spec.expression import exact_number
 from codegen.spec.model import Spec
-from codegen.spec.quantity import LARGEST_FACTOR, read_factor, read_quantity, split_quantity, with_any_unit
+from codegen.spec.quantity import read_factor, read_quantity, with_any_unit
 from codegen.spec.validation import validate
 from codegen.spec.yaml_text import load_plain
 
@@ -22,45 +23,13 @@ ZERO_ORDER = ("zero-order", "zero order", "zoh")
 """Beginnings of ``input_hold`` for commands that are held from row to row."""
 LINEAR = ("linear", "first-order", "first order", "foh")
 """Beginnings of ``input_hold`` for inputs that were measured, such as a current."""
-
-
-def _number(value: object) -> float:
-    if not isinstance(value, (str, int, float)) or isinstance(value, bool):
-        raise ValueError("expected a number")
-    try:
-        number = float(value)
-    except (ValueError, OverflowError):
-        raise ValueError("expected a number") from None
-    if not abs(number) <= LARGEST_FACTOR:
-        raise ValueError("expected a finite number")
-    return number
-
-
-def _number_that(holds: Callable[[float], bool], expected: str) -> Callable[[object], float]:
-    def checked(value: object) -> float:
-        number = _number(value)
-        if not holds(number):
-            raise ValueError(f"expected {expected}")
-        return number
-
-    return checked
-
-
-_positive = _number_that(lambda number: number > 1 / LARGEST_FACTOR, "a positive number")
-_not_negative = _number_that(lambda number: number >= 0, "zero or a positive number")
-
-
-def _share(value: object) -> float:
-    text = str(value).strip()
-    number = _number(text.removesuffix("%")) / (100 if text.endswith("%") else 1)
-    if not 0 <= number < 1:
-        raise ValueError("expected a share such as 1% or 0.01")
-    return number
+Read = Callable[[Any, Place], Any]
+"""A value of the file and its place → the value in SI; raises BadInput."""
 
 
 @dataclass(frozen=True)
 class _Reading:
-    """The context of the validators of quantities: the places of keys, and the faults of units found so far."""
+    """The context of the validators: the places of keys, and the faults found so far."""
 
     file: str
     places: Mapping[str, Place]
@@ -70,19 +39,60 @@ class _Reading:
         return self.places.get(key, Place(self.file, None, key))
 
 
-def _quantity(check: Callable[[object], float], unit: str, section: str = "") -> Any:
-    """A validator of a number, or of a number with its unit such as 1 ms, which is converted to SI."""
+def _by(read: Read, section: str = "") -> Any:
+    """A validator that reads the value of a key; its faults are noted, and raised together with others."""
 
-    def read(value: object, info: ValidationInfo) -> float:
-        parts = split_quantity(value) if isinstance(value, str) else None
-        number = check(value if parts is None else parts[0])
+    def noted(value: object, info: ValidationInfo) -> Any:
         reading: Any = info.context
-        if parts is not None:
+        found = None
+        with reading.faults.noting():
+            found = read(value, reading.place(f"{section}{info.field_name}"))
+        return found
+
+    return BeforeValidator(noted)
+
+
+def _each(read: Read, example: str, made: Callable[[dict[str, Any]], Any] = dict) -> Any:
+    """A validator of a mapping, each of whose values is read; ``made``: of all of them the value of the key."""
+
+    def noted(value: object, info: ValidationInfo) -> Any:
+        reading: Any = info.context
+        found: dict[str, Any] = {}
+        if not isinstance(value, dict):
+            raise ValueError(f"expected a mapping such as {example}")
+        for name, one in value.items():
             with reading.faults.noting():
-                return float(read_quantity(str(value), unit, reading.place(f"{section}{info.field_name}")))
+                found[str(name)] = read(one, reading.place(f"{info.field_name}.{name}"))
+        return made(found)
+
+    return BeforeValidator(noted)
+
+
+def _number(
+    unit: str = "1",
+    holds: Callable[[float], bool] = lambda number: True,
+    expected: str = "a number",
+    share: bool = False,
+) -> Read:
+    """The reader of a number, or of a number with its unit such as 1 ms; with ``share`` also of per cent."""
+
+    def read(value: Any, place: Place) -> float:
+        text = str(value).strip()
+        percent = share and text.endswith("%")
+        number = float(read_quantity(text.removesuffix("%" if percent else ""), unit, place)) / (100 if percent else 1)
+        if not holds(number):
+            raise BadInput(place, f"`{shown(text)}`", expected, code="SPEC006")
         return number
 
-    return BeforeValidator(read)
+    return read
+
+
+def _positive(unit: str) -> Read:
+    return _number(unit, lambda number: number > 0, "a positive number")
+
+
+def _is_share(number: float) -> bool:
+    return 0 <= number < 1
 
 
 class Lengths(tuple[float, ...]):
@@ -91,25 +101,13 @@ class Lengths(tuple[float, ...]):
     units: tuple[str, ...] = ()
 
 
-def _lengths(value: object, info: ValidationInfo) -> Lengths:
-    reading: Any = info.context
-    read: list[tuple[Any, str]] = []
-    for one in value if isinstance(value, list) else [value]:
-        parts = split_quantity(one) if isinstance(one, str) else None
-        number = _not_negative(one if parts is None else parts[0])
-        read.append((number, ""))
-        if parts is not None:
-            with reading.faults.noting():
-                read[-1] = with_any_unit(str(one), reading.place(str(info.field_name)))
+def _lengths(value: Any, place: Place) -> Lengths:
+    read = [with_any_unit(str(one), place) for one in (value if isinstance(value, list) else [value])]
     lengths = Lengths(float(number) for number, _ in read)
+    if min(lengths, default=0.0) < 0:
+        raise BadInput(place, f"`{shown(str(value))}`", "zero or a positive number", code="SPEC006")
     lengths.units = tuple(unit for _, unit in read)
     return lengths
-
-
-def _texts(value: object, expected: str = "a mapping of names to text") -> dict[str, str]:
-    if isinstance(value, dict) and all(isinstance(v, (str, int, float)) for v in value.values()):
-        return {k: str(v) for k, v in value.items()}
-    raise ValueError(f"expected {expected}")
 
 
 class Listed(dict[str, str]):
@@ -119,37 +117,24 @@ class Listed(dict[str, str]):
 def _columns(value: object) -> dict[str, str]:
     if isinstance(value, list) and all(isinstance(v, str) for v in value):
         return Listed(zip(value, value, strict=True))
-    return _texts(value, "a list of column names, or a mapping such as {t: time, x: position}")
+    if isinstance(value, dict) and all(isinstance(v, (str, int, float)) for v in value.values()):
+        return {k: str(v) for k, v in value.items()}
+    raise ValueError("expected a list of column names, or a mapping such as {t: time, x: position}")
 
 
-def _header(value: object) -> int:
-    if value == "none":
-        return 0
-    number = _number(value)
-    if not (number >= 1 and number == int(number)):
-        raise ValueError("expected the number of a line, counted from 1, or `none`")
+def _header(value: Any, place: Place) -> int:
+    number = 0 if value == "none" else exact_number(str(value), place)
+    if value != "none" and not (number >= 1 and number == int(number)):
+        raise BadInput(place, f"`{value}`", "the number of a line, counted from 1, or `none`", code="SPEC006")
     return int(number)
 
 
-def _names(value: object) -> list[str]:
-    given = value if isinstance(value, list) else [value]
-    if not all(isinstance(v, (str, int)) and not isinstance(v, bool) for v in given):
-        raise ValueError("expected the name of a column, or a list of them")
-    return [str(v) for v in given]
-
-
-def _beside(value: object) -> object:
-    return {"file": value} if isinstance(value, str) else value
-
-
-def _period(value: object) -> float:
+def _period(value: Any, place: Place) -> float:
     """A positive number, or an expression of numbers such as ``2*pi``."""
-    if not isinstance(value, (str, int, float)) or isinstance(value, bool):
-        raise ValueError("expected a positive number, or an expression such as 2*pi")
-    try:
-        return _positive(_value(value))
-    except BadInput:
-        raise ValueError("expected a positive number, or an expression such as 2*pi") from None
+    period, _ = read_factor(value, place)
+    if period < 0:
+        raise BadInput(place, f"`{value}`", "a positive number, or an expression such as 2*pi", code="SPEC006")
+    return period
 
 
 class Factors(dict[str, float]):
@@ -158,60 +143,29 @@ class Factors(dict[str, float]):
     units: Mapping[str, str] = {}
 
 
-def _scales(value: object, info: ValidationInfo) -> Factors:
-    if not isinstance(value, dict):
-        raise ValueError("expected a mapping of names to factors")
-    reading: Any = info.context
-    factors, units = Factors(), {}
-    for name, one in value.items():
-        with reading.faults.noting():
-            factors[str(name)], units[str(name)] = read_factor(one, reading.place(f"scale.{name}"))
-    factors.units = {name: unit for name, unit in units.items() if unit}
+def _factors(read: dict[str, Any]) -> Factors:
+    factors = Factors({name: factor for name, (factor, _) in read.items()})
+    factors.units = {name: unit for name, (_, unit) in read.items() if unit}
     return factors
 
 
-def _times(value: object, info: ValidationInfo) -> dict[str, float]:
-    """Symbol → time in s, of either sign."""
-    if not isinstance(value, dict):
-        raise ValueError("expected a mapping of names to times such as {i: 2 ms}")
-    reading: Any = info.context
-    times = {}
-    for name, one in value.items():
-        parts = split_quantity(one) if isinstance(one, str) else None
-        times[str(name)] = _number(one if parts is None else parts[0])
-        if parts is not None:
-            with reading.faults.noting():
-                times[str(name)] = float(read_quantity(str(one), "s", reading.place(f"late.{name}")))
-    return times
-
-
-def _value(expression: str | float) -> float:
-    """The value of an expression of numbers.
-
-    Raises:
-        BadInput: for a name, or what is no real number.
-    """
-    return float(parse_expression(expression, Place("")).symbolic({}))
-
-
-Texts = Annotated[dict[str, str], BeforeValidator(lambda value: _texts(value))]
-Names = Annotated[list[str], BeforeValidator(_names)]
-Positive = Annotated[float | None, _quantity(_positive, "1/s")]
+Names = Annotated[list[str], BeforeValidator(lambda value: value if isinstance(value, list) else [value])]
+_KEYS = ConfigDict(extra="forbid", frozen=True, coerce_numbers_to_str=True)
 
 
 class BesideSection(BaseModel):
     """Another file of the log. ``time``: its time column; empty if its rows belong to those of the log by number."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = _KEYS
 
     file: str
-    time: Annotated[str, BeforeValidator(str)] = ""
+    time: str = ""
 
 
 class LongSection(BaseModel):
     """The columns of a long table with the name of a signal and its value."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = _KEYS
 
     name: str
     value: str
@@ -225,12 +179,14 @@ class EvaluationSection(BaseModel):
         restart_s: seconds between restarts of a free-run simulation.
     """
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = _KEYS
 
     filter: str = ""
-    cutoff_hz: Annotated[float | None, _quantity(_positive, "1/s", "evaluation.")] = None
-    trim_s: Annotated[float | None, _quantity(_not_negative, "s", "evaluation.")] = None
-    restart_s: Annotated[float | None, _quantity(_positive, "s", "evaluation.")] = None
+    cutoff_hz: Annotated[float | None, _by(_positive("1/s"), "evaluation.")] = None
+    trim_s: Annotated[float | None, _by(_number("s", lambda t: t >= 0, "zero or a positive time"), "evaluation.")] = (
+        None
+    )
+    restart_s: Annotated[float | None, _by(_positive("s"), "evaluation.")] = None
 
 
 class LogDescription(BaseModel):
@@ -259,32 +215,36 @@ class LogDescription(BaseModel):
         encoder_step, position_noise_rms: one number a coordinate (a single one stands for all), m or rad; zero: none.
     """
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = _KEYS
 
     columns: Annotated[Any, BeforeValidator(_columns)] = {}
-    scale: Annotated[Any, BeforeValidator(_scales)] = Factors()
-    units: Texts = {}
-    header: Annotated[int | None, BeforeValidator(_header)] = None
+    scale: Annotated[Any, _each(read_factor, "{x: 0.001}", _factors)] = Factors()
+    units: dict[str, str] = {}
+    header: Annotated[int | None, _by(_header)] = None
     decimal: Annotated[Literal["", "point", "comma"], AfterValidator(lambda word: DECIMALS[word])] = ""
     records: str = ""
-    beside: dict[str, Annotated[BesideSection, BeforeValidator(_beside)]] = {}
+    beside: dict[
+        str, Annotated[BesideSection, BeforeValidator(lambda v: {"file": v} if isinstance(v, str) else v)]
+    ] = {}
     signed16: Names = []
     signed32: Names = []
-    unwrap: dict[str, Annotated[float, BeforeValidator(_period)]] = {}
-    rows: dict[str, Annotated[float, BeforeValidator(_number)]] = {}
+    unwrap: Annotated[dict[str, float], _each(_period, "{q: 2*pi}")] = {}
+    rows: Annotated[dict[str, float], _each(_number(), "{motor: 1}")] = {}
     long: LongSection | None = None
-    late: Annotated[dict[str, float], BeforeValidator(_times)] = {}
+    late: Annotated[dict[str, float], _each(_number("s"), "{i: 2 ms}")] = {}
     hold: Names = []
-    cutoff_hz: Positive = None
+    cutoff_hz: Annotated[float | None, _by(_positive("1/s"))] = None
     missing: Literal["refuse", "fill", "join"] = "refuse"
-    parameter_tolerance: Annotated[float | None, BeforeValidator(_share)] = None
-    sample_rate_hz: Positive = None
-    sample_time: Annotated[float | None, _quantity(_positive, "s")] = None
+    parameter_tolerance: Annotated[float | None, _by(_number("1", _is_share, "a share such as 1% or 0.01", True))] = (
+        None
+    )
+    sample_rate_hz: Annotated[float | None, _by(_positive("1/s"))] = None
+    sample_time: Annotated[float | None, _by(_positive("s"))] = None
     input_hold: str = ""
     input_is: str = ""
     velocity_columns: bool | None = None
-    encoder_step: Annotated[Any, BeforeValidator(_lengths)] = None
-    position_noise_rms: Annotated[Any, BeforeValidator(_lengths)] = None
+    encoder_step: Annotated[Any, _by(_lengths)] = None
+    position_noise_rms: Annotated[Any, _by(_lengths)] = None
     evaluation: EvaluationSection = EvaluationSection()
     _reading: _Reading = PrivateAttr(_Reading("", {}))
 

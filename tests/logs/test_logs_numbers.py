@@ -35,7 +35,7 @@ def test_units_by_name(tmp_path, spec):
         "units: {x: counts}\n": r"unit counts, .*; or in its place `scale: \{x: SIZE\}`, the size of one count in m",
         "units: {x: millimetre3}\n": r"meta\.yaml:1: units\.x: unit `millimetre3`",
         "units: {y: mm}\n": r"meta\.yaml:1: units\.y: unknown name `y`; expected one of t, x, v, w",
-        "units: {w: [N]}\n": r"meta\.yaml:1: units: ",
+        "units: {w: [N]}\n": r"meta\.yaml:1: units.w: ",
     }.items():
         about(tmp_path, text)
         with pytest.raises(BadInput, match=words):
