@@ -44,10 +44,11 @@ def _by(read: Read, section: str = "") -> Any:
 
     def noted(value: object, info: ValidationInfo) -> Any:
         reading: Any = info.context
-        found = None
-        with reading.faults.noting():
-            found = read(value, reading.place(f"{section}{info.field_name}"))
-        return found
+        try:
+            return read(value, reading.place(f"{section}{info.field_name}"))
+        except BadInput as fault:
+            reading.faults.noted.append(fault)
+            return None
 
     return BeforeValidator(noted)
 

@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
+from scipy.interpolate import CubicHermiteSpline
 
 from codegen.base.arrays import Array, Flags
 from codegen.base.errors import BadInput
@@ -129,10 +130,8 @@ def _bridge(one: Log, other: Log, pause: int) -> Array:
     start, end = one.positions[-1], other.positions[0]
     leaving = (one.positions[-1] - one.positions[-1 - reach]) / (reach * h)
     arriving = (other.positions[reach] - other.positions[0]) / (reach * h)
-    span = (pause + 1) * h
-    s = (np.arange(1, pause + 1) / (pause + 1))[:, None]
-    h00, h10, h01, h11 = 2 * s**3 - 3 * s**2 + 1, s**3 - 2 * s**2 + s, -2 * s**3 + 3 * s**2, s**3 - s**2
-    return np.asarray(h00 * start + h10 * span * leaving + h01 * end + h11 * span * arriving)
+    ends = CubicHermiteSpline([0.0, (pause + 1) * h], [start, end], [leaving, arriving])
+    return np.asarray(ends(h * np.arange(1, pause + 1)))
 
 
 def _merged(one: Intake, other: Intake) -> Intake:

@@ -7,10 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from codegen.base.arrays import Array
 from codegen.base.errors import BadInput
 from codegen.logs.cleaning import Clean
 from codegen.logs.description import LogDescription
+from codegen.logs.uniform import held_means
 
 
 def in_time(cleaned: Clean, symbols: Sequence[str], held: Sequence[bool], description: LogDescription) -> Clean:
@@ -31,6 +31,7 @@ def in_time(cleaned: Clean, symbols: Sequence[str], held: Sequence[bool], descri
     if "t" in late:
         raise BadInput(description.place("late.t"), "`t`", "a coordinate, velocity or input", code="LOG013")
     time, data = cleaned.time, cleaned.data.copy()
+    ends = np.append(time, 2 * time[-1] - time[-2])  # of the rows
     slack = 1e-6 * float(np.median(np.diff(time)))
     used = np.ones(len(time), dtype=bool)
     for symbol, by in late.items():
@@ -39,17 +40,7 @@ def in_time(cleaned: Clean, symbols: Sequence[str], held: Sequence[bool], descri
             expected = f"a time below the {time[-1] - time[0]:.4g} s of the log"
             raise BadInput(description.place(f"late.{symbol}"), f"{by:g} s", expected, code="LOG013")
         k = symbols.index(symbol) - 1
-        data[:, k] = _held(time, data[:, k], by) if held[k + 1] else np.interp(time + by, time, data[:, k])
+        data[:, k] = held_means(time, data[:, k], ends + by) if held[k + 1] else np.interp(time + by, time, data[:, k])
     words = ", ".join(f"{symbol} is taken {1e3 * by:.4g} ms earlier than logged" for symbol, by in late.items())
     notes = (*cleaned.notes, f"{words}, as the description says (`late`)")
     return replace(cleaned, time=time[used], data=data[used], source=cleaned.source.rows(used), notes=notes)
-
-
-def _held(time: Array, column: Array, by: float) -> Array:
-    """(N,) mean over each row of a value that is held from row to row and acts so much earlier."""
-    last = float(time[-1] - time[-2])
-    knots = np.concatenate([time, [time[-1] + last + abs(by)]])
-    impulse = np.concatenate([[0.0], np.cumsum((column - column[0]) * np.diff(knots))])
-    edges = np.append(time, time[-1] + last) + by
-    means = np.diff(np.interp(edges, knots, impulse)) / np.diff(edges)
-    return np.asarray(np.clip(column[0] + means, column.min(), column.max()))

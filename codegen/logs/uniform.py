@@ -86,8 +86,8 @@ def uniform(time: Array, sampled: Array, held: Array, source: Columns, wanted: f
         fine = CubicSpline(time, sampled, axis=0)(np.clip(grid, time[0], time[-1]))
     else:
         fine = np.column_stack([np.interp(grid, time, column) for column in sampled.T])
-    means = np.column_stack([_held_means(grid, step, time, column) for column in held.T]) if held.shape[1] else held[:0]
-    means = means.reshape(len(grid), held.shape[1])
+    edges = np.append(grid, grid[-1] + step)
+    means = np.reshape([held_means(time, column, edges) for column in held.T], (held.shape[1], len(grid))).T
     gaps = _gaps(time, steps, grid, GAP_STEPS * median)
     return Uniform(
         grid, fine, means, step, gaps, jitter, longest, True, tuple(_words(steps, median, step, jitter, gaps))
@@ -110,13 +110,15 @@ def _phase(time: Array, step: float) -> float:
     return 0.0 if abs(phase) < 1e-3 else (phase % 1.0) * step
 
 
-def _held_means(grid: Array, step: float, time: Array, column: Array) -> Array:
-    """(N',) mean over [grid, grid + step) of each row's value, held until the next row; the last one to the end."""
+def held_means(time: Array, column: Array, edges: Array) -> Array:
+    """(K,) means between successive edges, (K + 1,), of a value, (N,), that is held from each row to the next.
+
+    The last row's value holds to the last edge.
+    """
     origin = float(column[0])
-    knots = np.append(time, grid[-1] + 2 * step)
+    knots = np.append(time, max(time[-1], edges[-1]) + edges[-1] - edges[-2])
     impulse = np.concatenate(([0.0], np.cumsum((column - origin) * np.diff(knots))))
-    edges = np.append(grid, grid[-1] + step)
-    means: Array = origin + np.diff(np.interp(edges, knots, impulse)) / step
+    means: Array = origin + np.diff(np.interp(edges, knots, impulse)) / np.diff(edges)
     # The sums have rounding errors; a mean lies between the values that it is a mean of.
     return np.clip(means, column.min(), column.max())
 
