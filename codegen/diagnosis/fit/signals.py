@@ -84,7 +84,11 @@ class Motion:
 def low_pass(signals: Array, cutoff_hz: float, sample_time: float) -> Array:
     """Fourth-order Butterworth filter forward and backward: zero phase, −6 dB at the cutoff."""
     b, a = _butterworth(min(2 * cutoff_hz * sample_time, 0.95))
-    return np.asarray(filtfilt(b, a, signals, axis=0, padlen=min(len(signals) - 1, 3 * max(len(a), len(b)) * 8)))
+    found, acting = np.zeros(signals.shape), signals.any(axis=0)  # an effect acts on few joints of an arm
+    found[..., acting] = filtfilt(
+        b, a, signals[..., acting], axis=0, padlen=min(len(signals) - 1, 3 * max(len(a), len(b)) * 8)
+    )
+    return found
 
 
 @lru_cache(maxsize=16)

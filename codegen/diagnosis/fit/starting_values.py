@@ -276,8 +276,9 @@ class ForceStart:
         if self.whole:
             within = prior.clip(theta + step[weights:]) - theta
             fixed = np.append(np.zeros(weights, dtype=bool), within != step[weights:])
-            step[weights:] = within
-            step[~fixed] = -fitted(columns[:, ~fixed], residual + columns[:, fixed] @ step[fixed])
+            if fixed.any():
+                step[weights:] = within
+                step[~fixed] = -fitted(columns[:, ~fixed], residual + columns[:, fixed] @ step[fixed])
         rest = residual + columns @ step
         return step, float(rest @ rest) / max(1, len(self._slopes))
 
