@@ -15,8 +15,8 @@ from codegen.friction.zero_memory import Coulomb
 from codegen.mechanics.system import ContactFriction, Matrix, System
 from codegen.report.examples import EXAMPLES
 from codegen.report.style import CURVE, framed, rounded, svg_of
-from codegen.simulate.plant import simulate_open_loop
-from codegen.simulate.sensors import SensorError
+from codegen.simulate.controller import Feedback, sampled
+from codegen.simulate.observed_loop import run_loop
 from codegen.spec.model import symbol
 
 MASS, LEVEL, STIFFNESS = 2.0, 3.0, 40.0
@@ -50,11 +50,11 @@ def example_residual(effect: Effect, parameters: dict[str, float]) -> Residual:
     system = effect.add(plain.with_parameters(values, {}), 0, symbols)
     n = plain.degrees_of_freedom
     commands = np.column_stack([COMMAND, -0.7 * np.roll(COMMAND, 700)])[:, :n]
-    x, v = simulate_open_loop(system, TIME, commands, np.zeros(n), np.zeros(n), SUBSTEPS)
-    sensor = SensorError(system)
-    if system.sensor_errors:
-        x = sensor.measured(x)
-        v = np.gradient(x, TIME, axis=0)
+    period = float(TIME[1])
+    drive = Feedback(n, n, feedforward=sampled(commands, period))
+    run = run_loop(system, period, len(TIME), drive, substeps=SUBSTEPS)
+    x = run.positions
+    v = np.gradient(x, TIME, axis=0) if system.sensor_errors else run.true_velocities
     a = np.gradient(v, TIME, axis=0)
     w = np.vstack([commands[:1], (commands[:-1] + commands[1:]) / 2])
     force = (w - STIFFNESS * x - MASS * a - LEVEL * np.sign(v))[:, 0]

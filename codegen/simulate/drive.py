@@ -16,8 +16,6 @@ from codegen.mechanics.system import System
 
 NEAR_LIMIT = 1 - 1e-9
 """Share of a limit up to which a rounded saturation is inverted; at the limit its inverse is infinite."""
-UNEVEN = 1e-6
-"""Largest deviation of a step from the mean one, as a share of it, in evenly spaced times."""
 
 
 class Chains:
@@ -68,31 +66,6 @@ class _Chain:
         if delay != 0.0:
             w = _delayed(w, delay / h)
         return _lagged(w, tau / h, self._order) if tau > 0.0 else w
-
-
-def drive_columns(system: System, time: Array, inputs: Array, substeps: int) -> Array:
-    """One row per sample: (t from the start, h, w of substep 1, …, w of the last substep).
-
-    Args:
-        system: for its ``actuators``.
-        time: (N,) seconds, evenly spaced.
-        inputs: (N, m) commands in SI, held from t_k to t_(k+1).
-        substeps: steps in one sample.
-
-    Returns:
-        (N, 2 + m substeps).
-
-    Raises:
-        ValueError: if the shapes do not fit or time does not increase evenly.
-    """
-    m = len(system.inputs)
-    if inputs.shape != (len(time), m):
-        raise ValueError(f"inputs of shape {inputs.shape}; expected {(len(time), m)}")
-    period = (time[-1] - time[0]) / (len(time) - 1) if len(time) > 1 else 1.0
-    if not period > 0 or np.any(np.abs(np.diff(time) - period) > UNEVEN * period):
-        raise ValueError("time does not increase evenly")
-    effective = Chains(system, ()).act(inputs, np.zeros(0), period, substeps).reshape(len(time), -1)
-    return np.hstack([(time - time[0])[:, None], np.full((len(time), 1), period / substeps), effective])
 
 
 def mean_about_samples(system: System, index: int, sample_time: float, commands: Array) -> Array:

@@ -13,7 +13,6 @@ from codegen.mechanics.casadi_form import symbol_values, to_casadi
 from codegen.mechanics.loads import with_loads
 from codegen.mechanics.solve import factorised
 from codegen.mechanics.system import TIME, System
-from codegen.simulate.drive import drive_columns
 from codegen.simulate.dynamic_contact import DynamicContacts
 from codegen.simulate.plant_contacts import PlantContacts
 
@@ -71,32 +70,6 @@ class Plant:
             now, force = self._step(now, w, drive[0] + j * drive[1], drive[1])
             forces.append(force)
         return casadi.Function("sample", [state, drive], [casadi.densify(now), casadi.densify(forces[0])])
-
-
-def simulate_open_loop(
-    system: System, time: Array, inputs: Array, x0: Array, v0: Array, substeps: int = 10
-) -> tuple[Array, Array]:
-    """The motion under recorded commands, held from t_k to t_(k+1), which pass through the system's actuators.
-
-    Args:
-        system: with its effects.
-        time: (N,) seconds, evenly spaced.
-        inputs: (N, m) commands in SI.
-        x0, v0: (n,) state at time[0].
-        substeps: steps in one sample.
-
-    Returns:
-        positions (N, n) and velocities (N, n) at ``time``; inf from the sample on at which the motion is not finite.
-    """
-    plant, n = Plant(system, substeps), system.degrees_of_freedom
-    start = plant.start(np.asarray(x0, dtype=float), np.asarray(v0, dtype=float))
-    drives = drive_columns(system, np.asarray(time, dtype=float), np.asarray(inputs, dtype=float), substeps)
-    states = start[None, :]
-    if len(time) > 1:
-        later = plant.sample.mapaccum("run", len(time) - 1, 1)(start, drives[:-1].T)[0]
-        states = np.vstack([states, later.full().T])
-    states = np.where(np.isfinite(states), states, np.inf)
-    return states[:, :n], states[:, n : 2 * n]
 
 
 def _step_function(contacts: PlantContacts, motors: int) -> Any:

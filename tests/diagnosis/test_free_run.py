@@ -17,11 +17,11 @@ from codegen.effects import CATALOGUE
 from codegen.effects.declare import add_declared_effects
 from codegen.mechanics.build import build_system
 from codegen.mechanics.system import System
-from codegen.simulate.plant import simulate_open_loop
 from codegen.spec.model import DeclaredEffect
 from codegen.spec.reader import read_spec
 from tests.in_part import in_part
 from tests.machines import SPRING_MASS, one_mass, read_machine
+from tests.simulate.open_loop import simulate_open_loop
 
 PRACTICE = Path(__file__).parents[3] / "shared" / "practice"
 STEP = 0.002

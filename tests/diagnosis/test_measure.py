@@ -14,8 +14,8 @@ from codegen.effects.declare import add_declared_effects
 from codegen.logs import Log
 from codegen.mechanics import System, build_system
 from codegen.mechanics.loads import with_loads
-from codegen.simulate.plant import simulate_open_loop
 from codegen.spec import parse_spec
+from tests.simulate.open_loop import simulate_open_loop
 
 RATIO, ROTOR, LOAD = 51.0, 1.25e-4, 0.42
 JOINT = """\

@@ -20,11 +20,11 @@ from codegen.effects import CATALOGUE
 from codegen.effects.declare import add_declared_effects, places_of
 from codegen.effects.register import load_effects
 from codegen.mechanics import System, build_system
-from codegen.simulate.plant import simulate_open_loop
 from codegen.simulate.sensors import SensorError
 from codegen.spec import Spec, parse_spec
 from tests.diagnosis.stage import log_of, stage, system_of
 from tests.effects.own_hooks import VALUES
+from tests.simulate.open_loop import simulate_open_loop
 
 H, COUNT, SUBSTEPS = 0.002, 3000, 8
 AXES = """\

@@ -15,12 +15,13 @@ from codegen.diagnosis.fit.residual import inverse_dynamics_residual, used_sampl
 from codegen.diagnosis.fit.signals import smooth_motion
 from codegen.effects.declare import add_declared_effects
 from codegen.mechanics import System, build_system
-from codegen.simulate.drive import Chains, HeldInput, drive_columns
+from codegen.simulate.drive import Chains, HeldInput
 from codegen.spec import parse_spec
 from tests.diagnosis.stage import diagnosed, log_of, stage, system_of
 from tests.effects.test_in_code import W, X, estimates
 from tests.in_part import in_part
 from tests.machines import SPRING_MASS
+from tests.simulate.open_loop import drive_columns
 from tests.told import refused
 
 H, TAU = 1e-3, 2.5e-3

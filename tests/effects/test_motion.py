@@ -12,10 +12,10 @@ import pytest
 from codegen.effects.declare import add_declared_effects
 from codegen.mechanics import System, build_system
 from codegen.simulate.closed_loop import simulate
-from codegen.simulate.plant import simulate_open_loop
 from codegen.simulate.sensors import SensorError
 from codegen.spec import parse_spec
 from tests.machines import SPRING_MASS
+from tests.simulate.open_loop import simulate_open_loop
 
 from .hybrid import Truth, integrate
 

@@ -10,9 +10,10 @@ from codegen.base.errors import BadInput
 from codegen.diagnosis.fit.restarted_run import free_run
 from codegen.friction import LAWS, MemoryLaw
 from codegen.simulate.closed_loop import simulate
-from codegen.simulate.plant import Plant, simulate_open_loop
+from codegen.simulate.plant import Plant
 from tests.in_part import in_part
 from tests.machines import SPRING_MASS, TWO_SPRINGS, read_machine, two_mass
+from tests.simulate.open_loop import simulate_open_loop
 
 from . import stiff_integrator as exact
 

@@ -8,8 +8,8 @@ from math import exp, pi, sin
 import numpy as np
 import pytest
 
-from codegen.simulate.plant import simulate_open_loop
 from tests.machines import one_mass
+from tests.simulate.open_loop import simulate_open_loop
 
 from .event_integrator import Mass, integrate
 

@@ -12,9 +12,9 @@ from scipy.optimize import lsq_linear
 
 from codegen.simulate.controller import Feedback
 from codegen.simulate.observed_loop import run_loop
-from codegen.simulate.plant import simulate_open_loop
 from tests.in_part import examples, in_part
 from tests.machines import SPRING_MASS, arm, one_mass, read_machine, two_mass
+from tests.simulate.open_loop import simulate_open_loop
 
 from .event_integrator import Mass, integrate
 from .event_plant import EventPlant

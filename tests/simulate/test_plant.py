@@ -7,8 +7,8 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from codegen.simulate.closed_loop import simulate
-from codegen.simulate.plant import simulate_open_loop
 from tests.machines import arm, one_mass, two_mass
+from tests.simulate.open_loop import simulate_open_loop
 
 from .event_integrator import Mass, integrate
 
