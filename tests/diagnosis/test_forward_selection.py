@@ -496,7 +496,6 @@ def test_effects_are_tried_in_pairs_where_the_best_alone_is_far_off_in_some_segm
         "worth_it": True,
         "explained_share": 1.0,
         "_split": None,
-        "_in_simplest_forms": (pair, []),
         "_reconsidered": (pair, []),
         "_pruned_with_rivals": (pair, []),
         "_merged": None,
@@ -506,6 +505,7 @@ def test_effects_are_tried_in_pairs_where_the_best_alone_is_far_off_in_some_segm
     }.items():
         monkeypatch.setattr(forward_selection, name, lambda *_, value=value: value)
     monkeypatch.setattr(forward_selection, "leader_first", lambda search, some: some)
+    monkeypatch.setattr(forward_selection, "_in_simplest_forms", lambda search, one, rivals: (one, rivals))
     monkeypatch.setattr(forward_selection, "_pair", in_pairs)
     monkeypatch.setattr(forward_selection, "at_noise", lambda fit: fit is pair)
     monkeypatch.setattr(forward_selection.credit, "is_negligible", lambda fit: False)
@@ -528,14 +528,16 @@ def test_a_play_of_nothing_is_a_spring(cost: float, kinds: str) -> None:
     play, spring, offset = (part_of(CATALOGUE[kind], 0, system) for kind in ("backlash", "compliance", "offset"))
     own = {"k": 30.0, "c": 0.1, "load_fraction": 0.3}
     current: Any = SimpleNamespace(
-        trial=SimpleNamespace(parts=(offset, play)), values=([4.0], [{"f0": 1.0}, own | {"gap": 1e-15}]), cost=100.0
+        trial=SimpleNamespace(parts=(offset, play)),
+        values=([4.0], [{"f0": 1.0}, own | {"gap": 1e-15}]),
+        cost=100.0,
     )
 
     def with_parts(fit: Any, moved: Any, parts: Any, values: Any) -> Any:
         assert (moved, parts, values) == ([4.0], [offset, spring], [{"f0": 1.0}, own])
         return SimpleNamespace(trial=SimpleNamespace(parts=tuple(parts)), values=(moved, values), cost=cost)
 
-    search: Any = SimpleNamespace(system=system, record=SimpleNamespace(noise=np.array([1e-4])), with_parts=with_parts)
+    search: Any = SimpleNamespace(system=system, rigid=None, with_parts=with_parts)
     rivals: Any = [SimpleNamespace(found=SimpleNamespace(part=p)) for p in (spring, offset)]
     found, left = forward_selection._in_simplest_forms(search, current, rivals)
     assert found.trial.parts == ((offset, spring) if kinds == "c" else (offset, play))

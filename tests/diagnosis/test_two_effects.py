@@ -75,6 +75,20 @@ def test_a_form_is_chosen_again_beside_an_effect_that_was_found_later(
     assert set(found.trial.parts[0].names) == names
 
 
+@pytest.mark.parametrize(("lag", "names"), [("tau: 0.03", ("tau",)), ("tau_each: 0.01", ("tau_each",))])
+def test_the_usual_form_is_tried_beside_an_effect_that_was_found_later(
+    lag: str, names: tuple[str, ...], tmp_path: Path
+) -> None:
+    """Without the inertia error a lag looked like two; beside two lags a compliance was named that was not there."""
+    error = "{kind: inertia_error, on: x, parameters: {delta: -0.4}}"
+    search, base = on(f"[{{kind: actuator_lag, on: w, parameters: {{{lag}}}}}, {error}]", tmp_path)
+    two, inertia = CATALOGUE["actuator_lag"].with_parameters(["tau_each"]), CATALOGUE["inertia_error"]
+    parts = [part_of(effect, 0, search.system) for effect in (two, inertia)]
+    both = search.with_parts(base, base.theta, parts, [{"tau_each": 0.015}, {"delta": -0.4}])
+    found, _ = forward_selection._in_simplest_forms(search, both, [])
+    assert found.trial.parts[0].names == names and found.trial.parts[1] == parts[1] and near_noise(found)
+
+
 @pytest.mark.parametrize(("load", "refused"), [(0.003, True), (0.3, False)])
 def test_an_effect_is_refused_beside_which_an_earlier_one_is_nothing(load: float, refused: bool) -> None:
     """A gain and a damping on two masses: a compliance, and an inertia error that left it a load of 0.3 %."""

@@ -146,9 +146,13 @@ def is_simpler_form(other: Fit, found: Fit) -> bool:
 
 
 def simpler_forms(part: Part) -> list[Effect]:
-    """The forms of an effect with fewer parameters, the simplest first, and the effect that it extends."""
-    forms = [form for form in CATALOGUE[part.kind].forms if len(form.parameters) < len(part.names)]
-    return [*forms, *([CATALOGUE[part.effect.extends]] if part.effect.extends else [])]
+    """What is simpler than an effect, the simplest first: forms with fewer parameters, the usual form with as many, and
+    the effect that it extends.
+    """
+    usual, *special = CATALOGUE[part.kind].forms
+    simpler = [form for form in special if len(form.parameters) < len(part.names)]
+    first = [] if is_usual_form(part) or len(usual.parameters) > len(part.names) else [usual]
+    return [*first, *simpler, *([CATALOGUE[part.effect.extends]] if part.effect.extends else [])]
 
 
 def is_usual_form(part: Part) -> bool:

@@ -143,7 +143,7 @@ def find_effects(search: Search, base: Fit, report_progress: Progress, refit_onl
         if leaders and (search.rigid or begun > 1 or not places):  # the best one's second round comes before pairs
             pair, chosen = (None, False) if at_noise(confirmed) else _pair(search, leaders)
             if pair is not None and _is_better_pair(pair, confirmed) and worth_it(search, led, pair, count):
-                current = confirmed = pair
+                current = confirmed = _in_simplest_forms(search, pair, [])[0]
                 rivals, paired, among_all, waiting = [], True, chosen, []
                 rounds[joint] = MOST_EFFECTS - len(pair.trial.parts)
             leaders = []
@@ -174,6 +174,7 @@ def find_effects(search: Search, base: Fit, report_progress: Progress, refit_onl
         tied = ties(search, [*possible, *(beside if falls_back else ())])
         current = search.fitted_again(possible[0].found)
         rivals = rivals if turn else tied
+        current, rivals = _in_simplest_forms(search, current, rivals)
         turn, is_first = turn + 1, not turn
         rounds[joint] = MOST_EFFECTS - len(current.trial.parts) if falls_back else rounds[joint] - 1
         if not credible(search, confirmed, current, hypotheses(parts)):
@@ -199,7 +200,6 @@ def find_effects(search: Search, base: Fit, report_progress: Progress, refit_onl
     pair = _split(search, confirmed)
     current, rivals = (pair, []) if pair else (confirmed, rivals if confirmed.trial.parts else [])
     if len(current.trial.parts) > 1:
-        current, rivals = _in_simplest_forms(search, current, rivals)
         current, rivals = _reconsidered(search, current, None if paired else rivals, among_all)
         current, rivals = _pruned_with_rivals(search, current, rivals)
         single = _merged(search, current)
@@ -308,19 +308,23 @@ def _is_confused(search: Search, one: Part, other: Part) -> bool:
 
 
 def _in_simplest_forms(search: Search, current: Fit, rivals: list[Ranked]) -> tuple[Fit, list[Ranked]]:
-    """The fit with each effect in the simplest form that fits as well beside the others.
+    """The fit with each effect in the simplest form that fits as well beside the others, at the joint of the last one.
 
     Each form was chosen before the later effects were found. Examples: a backlash with a gap of 1e-15 rad is a
     compliance; viscous friction whose slope falls with speed may be a line once a spring is found. A simpler kind is
-    then removed from the rivals.
+    then removed from the rivals. A parameter of the other form starts from the one with its unit.
     """
     trial, (moved, values) = current.trial, current.values
+    if len(trial.parts) < 2:
+        return current, rivals
     for k, part in enumerate(trial.parts):
-        for form in simpler_forms(part):
+        own = {p.unit: values[k][p.name] for p in part.effect.parameters}
+        here = joint_of(search, part) == joint_of(search, trial.parts[-1])
+        for form in simpler_forms(part) if here else []:
             simpler = part_of(form, part.place, search.system)
             parts = [simpler if p is part else p for p in trial.parts]
-            kept = {name: values[k][name] for name in simpler.names}
-            other = search.with_parts(current, moved, parts, [*values[:k], kept, *values[k + 1 :]])
+            start = {p.name: values[k].get(p.name, own.get(p.unit, 1.0)) for p in form.parameters}
+            other = search.with_parts(current, moved, parts, [*values[:k], start, *values[k + 1 :]])
             if other.cost <= current.cost + FORM_GAIN:
                 return _in_simplest_forms(search, other, [r for r in rivals if not _same(r.found.part, simpler)])
     return current, rivals
