@@ -98,11 +98,13 @@ class Change(ABC):
     Attributes:
         mistakes: how many mistakes it is about; of equal ones those with the fewest are reported.
         topic, what: of the finding; ``what`` is a clause such as ``the sign of input w seems flipped``.
+        other: the same as an alternative to another change, such as ``that of input w``.
     """
 
     mistakes = 1
     topic = "columns"
     what: str
+    other: str
 
     def enough(self, now: float) -> float:
         """The largest misfit at which it is reported; ``now``: the misfit as read."""
@@ -128,12 +130,19 @@ class Exchanged(Change):
     sources: tuple[tuple[str, str], ...]
 
     @property
-    def what(self) -> str:  # type: ignore[override]
+    def _words(self) -> str:
         taken = dict(self.sources)
-        words = " and ".join(taken)
         if all(taken[source] == name for name, source in taken.items()):  # in pairs: x and y, v and u
-            words = ", ".join(f"{a} and {b}" for a, b in taken.items() if list(taken).index(a) < list(taken).index(b))
-        return f"the columns of {words} seem exchanged"
+            return ", ".join(f"{a} and {b}" for a, b in taken.items() if list(taken).index(a) < list(taken).index(b))
+        return " and ".join(taken)
+
+    @property
+    def what(self) -> str:  # type: ignore[override]
+        return f"the columns of {self._words} seem exchanged"
+
+    @property
+    def other(self) -> str:  # type: ignore[override]
+        return f"those of {self._words}"
 
     def changed(self, case: Case) -> Values:
         values, factor = case.values, {name: _stated_factor(name, case) for name in case.values}
@@ -156,6 +165,8 @@ class Integrated(Change):
         columns = "column" if one else "columns"
         held = "seems to hold its velocity" if one else "seem to hold their velocities"
         return f"the {columns} of {' and '.join(self.coordinates)} {held}"
+
+    other = what
 
     def enough(self, now: float) -> float:
         return FAR_BETTER * now
@@ -193,6 +204,10 @@ class Flipped(Change):
         return f"the sign of {self.words} seems flipped"
 
     @property
+    def other(self) -> str:  # type: ignore[override]
+        return f"that of {self.words}"
+
+    @property
     def topic(self) -> str:  # type: ignore[override]
         return f"sign and scale of {self.of_inputs[0]}" if self.of_inputs else f"sign of {self.variables[0]}"
 
@@ -208,6 +223,7 @@ class OpposedForces(Change):
 
     topic = "sign of gravity and springs"
     what = "the sign of gravity and springs seems flipped"
+    other = "that of gravity and springs"
 
     def misfit(self, case: Case) -> float:
         forces = case.forces
@@ -234,7 +250,7 @@ def changed_columns(case: Case) -> Finding | None:
     opposed = any(isinstance(change, OpposedForces) for change in named)
     if not named or len(named) > MOST_ALIKE or (opposed and len(named) > 1):
         return None  # where a force of the spec may be wrong, the audit of the inputs reports which forces show
-    what = ", or ".join(change.what for change in named)
+    what = ", or ".join([named[0].what, *(change.other for change in named[1:])])
     others = min((left for left, change in tried if change not in alike), default=1.0)
     words = (
         f"{what[0].upper()}{what[1:]}: as read, {in_percent(now)} of the squares stay unbalanced; changed so, "
