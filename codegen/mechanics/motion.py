@@ -20,8 +20,6 @@ from codegen.spec.motion import Body, Constraints, KinematicTree, Lagrangian, To
 
 TOLERANCE = 1e-9
 """Largest magnitude at sampled points of an expression that must be zero."""
-LARGEST_SYMBOLIC = 4
-"""Largest order of a transform with parameters that is inverted symbolically."""
 
 
 def equation_of_motion(spec: Spec, free: Sequence[LinkParameter] = ()) -> tuple[Matrix, Matrix, Matrix]:
@@ -131,36 +129,10 @@ def _body_distribution(bodies: Sequence[Body], contacts: Sequence[Contact]) -> M
 
 
 def _topology(spec: Spec, form: Topology) -> tuple[Matrix, Matrix]:
-    """M, n by n, and U, n by contacts, of a ``topology`` section.
-
-    With x̄ the positions of the bodies and x = T x̄: M = T⁻ᵀ M̄ T⁻¹ and U = T⁻ᵀ Ū. For the orthogonal T of (A.37)
-    these are T M̄ T' and T Ū. The T of a lever or a gear is not orthogonal.
-
-    Raises:
-        BadInput: for a T that has no inverse.
-    """
-    positions = _positions(form.bodies)
-    if form.transform is None:
-        back = jacobian(list(positions), [symbol(name) for name in spec.positions])
-    else:
-        back = _inverse(spec, Matrix(form.transform))
+    """M, n by n, and U, n by contacts, of a ``topology`` section, in the order of the coordinates."""
+    back = jacobian(list(_positions(form.bodies)), [symbol(name) for name in spec.positions])
     mass = compact(Matrix(back.T * _masses(form.bodies) * back))
     return mass, compact(Matrix(back.T * _body_distribution(form.bodies, spec.contacts)))
-
-
-def _inverse(spec: Spec, T: Matrix) -> Matrix:
-    """T⁻¹, exact; T' where T is orthogonal."""
-    if compact(Matrix(T * T.T)) == sympy.eye(T.rows):
-        return Matrix(T.T)
-    place, expected = spec.place("topology.transform"), "an invertible transform"
-    if T.free_symbols and T.rows > LARGEST_SYMBOLIC:
-        found = f"{T.rows} rows with parameters, not unitary"
-        raise BadInput(place, found, f"numbers, a unitary matrix, or up to {LARGEST_SYMBOLIC} rows", code="SPEC015")
-    determinant = compact(T.det(method="berkowitz"))
-    values = {symbol(p.name): p.value for p in spec.parameters}
-    if determinant.subs(values).evalf() == 0:
-        raise BadInput(place, "a transform of determinant 0", expected, code="SPEC018")
-    return Matrix(T.adjugate() / determinant)
 
 
 # Constraints: bodies under holonomic constraints, A.1.5.

@@ -101,8 +101,8 @@ class Body:
     Attributes:
         mass: kg, over parameters; zero if the body has no x, y or z.
         inertia: about the centre of gravity, kg*m^2, over parameters; zero if the body has no angle.
-        positions: direction (x, y, z in m; angle in rad) → position of the centre of gravity: in a topology a symbol;
-            under constraints an expression over the coordinates, x(q) of (A.56).
+        positions: direction (x, y, z in m; angle in rad) → position of the centre of gravity: in a topology a
+            coordinate; under constraints an expression over the coordinates, x(q) of (A.56).
     """
 
     name: str
@@ -113,15 +113,9 @@ class Body:
 
 @dataclass(frozen=True)
 class Topology:
-    """Bodies without constraints and the contacts between them, appendix A.1.1 to A.1.4 of the thesis.
-
-    Attributes:
-        transform: T of x = T x̄ (A.37), coordinates by positions of the bodies in their order; None for the identity,
-            where each position is a coordinate.
-    """
+    """Bodies without constraints, whose positions are the coordinates; appendix A.1.1 to A.1.3 of the thesis."""
 
     bodies: tuple[Body, ...]
-    transform: sympy.ImmutableMatrix | None
 
 
 @dataclass(frozen=True)

@@ -13,13 +13,13 @@ import sympy
 
 from codegen.base.errors import BadInput, Place, refuse_unknown
 from codegen.spec.bodies_section import read_bodies, read_body_forces, read_equations, read_sliding
-from codegen.spec.expression import NAME, Expression, parse_expression
+from codegen.spec.expression import Expression, parse_expression
 from codegen.spec.missing_units import refuse_missing_units
 from codegen.spec.model import NO_INPUTS, Coordinate, Input, symbol
 from codegen.spec.motion import DIRECTIONS, Constraints, Form, KinematicTree, Lagrangian, Sliding, Topology
 from codegen.spec.motion_units import Units
 from codegen.spec.row_counts import refuse_other_shape
-from codegen.spec.schema import SpecDocument, TopologySection
+from codegen.spec.schema import SpecDocument
 from codegen.spec.si_units import Dimension
 from codegen.spec.units import UnitMismatch
 
@@ -144,60 +144,27 @@ class _MotionReader:
         return kind
 
     def _topology(self, units: Units) -> Topology:
-        """Bodies whose positions are the coordinates x; or, with ``transform`` T, positions x̄ with x = T x̄."""
+        """Bodies whose positions are the coordinates, each that of exactly one body (A.1.1 of the thesis)."""
         section = self.document.topology
         assert section is not None
-        if section.transform is None:
-            bodies = read_bodies("topology", section.bodies, self.position, units, self.constant)
-            self._check_one_body_each(section, self.position)
-            return Topology(bodies, None)
-        body_positions = self._body_positions(section)
-        units.declare_positions({name: key.rpartition(".")[2] for key, name in self._positions(section)})
-        bodies = read_bodies("topology", section.bodies, body_positions, units, self.constant)
-        self._check_one_body_each(section, body_positions)
-        n = len(self.coordinates)
-        positions = [(b.name, direction) for b in bodies for direction in b.positions]
-        if len(positions) != n:
-            found = f"{len(positions)} positions of bodies for {n} coordinates"
-            expected = "as many positions as coordinates, since T of x = T x̄ is square"
-            raise BadInput(self.place("topology.transform"), found, expected, code="SPEC015")
-        rows = self._matrix("topology.transform", section.transform, (n, n))
-        units.check_transform(rows, [direction for _, direction in positions])
-        return Topology(bodies, _symbolic(rows, self.constant))
-
-    def _positions(self, section: TopologySection) -> list[tuple[str, str]]:
-        """(key, name) of all positions of the bodies of a topology."""
-        return [
-            (f"topology.bodies.{name}.{direction}", str(getattr(body, direction)).strip())
-            for name, body in section.bodies.items()
-            for direction in DIRECTIONS
-            if getattr(body, direction) is not None
-        ]
-
-    def _body_positions(self, section: TopologySection) -> Symbols:
-        """The symbols x̄, whose names must be new."""
-        declared = self.position | self.velocity | self.constant | self.input
-        for key, name in self._positions(section):
-            if not NAME.match(name) or name in declared:
-                found = f"`{name}` as the name of a position before the transform"
-                raise BadInput(self.place(key), found, "a name that nothing else has", code="SPEC009")
-        return {name: symbol(name) for _, name in self._positions(section)}
-
-    def _check_one_body_each(self, section: TopologySection, positions: Symbols) -> None:
-        """Each position must be that of exactly one body (A.1.1 of the thesis)."""
         used_by: dict[str, str] = {}
-        for key, name in self._positions(section):
-            expected = f"a coordinate ({', '.join(positions)}); positions that are functions belong to `constraints:`"
-            refuse_unknown(name, positions, self.place(key), "position", expected, code="SPEC008")
-            if name in used_by:
-                found = f"`{name}`, which {used_by[name]} uses already"
-                expected = "a coordinate for each body; bodies that move together belong to `constraints:`"
-                raise BadInput(self.place(key), found, expected, code="SPEC009")
-            used_by[name] = key
-        for name in positions:
+        for body, directions in section.bodies.items():
+            for key in (direction for direction in DIRECTIONS if getattr(directions, direction) is not None):
+                name, where = str(getattr(directions, key)).strip(), f"topology.bodies.{body}.{key}"
+                functions = "positions that are functions belong to `constraints:`"
+                expected = f"a coordinate ({', '.join(self.position)}); {functions}"
+                refuse_unknown(name, self.position, self.place(where), "position", expected, code="SPEC008")
+                if name in used_by:
+                    found = f"`{name}`, which {used_by[name]} uses already"
+                    expected = "a coordinate for each body; bodies that move together belong to `constraints:`"
+                    raise BadInput(self.place(where), found, expected, code="SPEC009")
+                used_by[name] = where
+        bodies = read_bodies("topology", section.bodies, self.position, units, self.constant)
+        for name in self.position:
             if name not in used_by:
                 found = f"coordinate {name}, which is not the position of any body"
                 raise BadInput(self.place("topology.bodies"), found, f"a body with `{name}`", code="SPEC003")
+        return Topology(bodies)
 
     def _constraints(self, units: Units) -> Constraints:
         section = self.document.constraints

@@ -59,10 +59,6 @@ class Units:
             for k, c in enumerate(document.friction.contacts)
         ]
 
-    def declare_positions(self, directions: Mapping[str, str]) -> None:
-        """Add the names of positions of bodies that are no coordinates: name → direction."""
-        self.names |= {name: self.of_direction(direction) for name, direction in directions.items()}
-
     def of_direction(self, direction: str) -> Dimension:
         """The dimension of a body's position: a length, or none for an angle."""
         return self.number if direction == "angle" else self.metre
@@ -127,12 +123,6 @@ class Units:
                 label = f"distribution `{u.text}` times the friction of contact {k}"
                 terms.append((label, u.place, force if of is None else of * force))
         return terms
-
-    def check_transform(self, rows: list[list[Expression]], directions: Sequence[str]) -> None:
-        """Raise BadInput unless T of x = T x̄ has the units of coordinates over those of positions of bodies."""
-        for row, of in zip(rows, self.coordinates, strict=True):
-            for entry, direction in zip(row, directions, strict=True):
-                self.check(entry, of / self.of_direction(direction), "transform")
 
     def slip(self, along: Mapping[str, Expression]) -> Any:
         """The dimension of a contact's slip; None if bare numbers leave it open."""

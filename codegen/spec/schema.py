@@ -186,7 +186,6 @@ class BodySection(Section):
 
 class TopologySection(Section):
     bodies: dict[str, BodySection]
-    transform: list[list[Text]] | None = None
 
 
 class ConstraintsSection(Section):

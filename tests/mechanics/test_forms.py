@@ -133,23 +133,28 @@ def test_several_directions_and_rotation() -> None:
     assert [c.slip_unit for c in system.contacts] == ["m", "m", "m", "rad"]
 
 
-TRANSFORM = TWO_MASS_TOPOLOGY.replace("x: x1", "x: top_x").replace("x: x2", "x: bottom_x")
+def in_other_coordinates(form: str, positions: list[str]) -> str:
+    """A topology of two masses as constraints, with these positions in place of x1 and x2."""
+    top, bottom = positions
+    moved = form.replace("topology:", "constraints:").replace("x: x1", f"x: {top}").replace("x: x2", f"x: {bottom}")
+    return swapped("two_mass", moved)
 
 
 @pytest.mark.parametrize(
-    ("rows", "mass", "slips"),
+    ("rows", "mass"),
     [
-        ("[[0.6, 0.8], [-0.8, 0.6]]", "unitary", "unitary"),  # (A.37) as printed
-        ("[[1, -1], [0, 1]]", [["m1", "m1"], ["m1", "m1 + m2"]], ["v1", "v2"]),  # relative position and base
-        ("[[1, -m1/m2], [0, 2]]", None, None),
+        ("[[0.6, 0.8], [-0.8, 0.6]]", "unitary"),  # (A.37) as printed
+        ("[[1, -1], [0, 1]]", [["m1", "m1"], ["m1", "m1 + m2"]]),  # relative position and base
+        ("[[1, -m1/m2], [0, 2]]", None),
     ],
 )
-def test_a_change_of_coordinates(rows: str, mass: Any, slips: Any) -> None:
+def test_a_change_of_coordinates(rows: str, mass: Any) -> None:
     """M = T⁻ᵀ M̄ T⁻¹ and U = T⁻ᵀ Ū by NumPy; T M̄ T' and T Ū where T is unitary."""
-    form = TRANSFORM.replace("force:", f"  transform: {rows}\nforce:")
-    system = read(swapped("two_mass", form))[1]
+    exact = sympy.Matrix(sympy.sympify(rows, rational=True))
     v1, v2, m1, m2 = sympy.symbols("v1 v2 m1 m2", real=True)
-    T = np.array(sympy.Matrix(sympy.sympify(rows)).subs({"m1": 10, "m2": 50}), dtype=float)
+    positions = [str(row) for row in exact.inv() * sympy.Matrix(sympy.symbols("x1 x2"))]
+    system = read(in_other_coordinates(TWO_MASS_TOPOLOGY, positions))[1]
+    T = np.array(exact.subs({"m1": 10, "m2": 50}), dtype=float)
     M, U = np.diag([10.0, 50.0]), np.array([[1, 0], [-1, 1]])
     back = np.linalg.inv(T)
     np.testing.assert_allclose(at(system.mass_matrix, system, [0, 0]), back.T @ M @ back, rtol=1e-14)
@@ -163,9 +168,10 @@ def test_a_change_of_coordinates(rows: str, mass: Any, slips: Any) -> None:
 
 def test_a_turned_plane() -> None:
     """A unitary T of a parameter (A.37): what slides along x̄ slides along both coordinates; M of one body stays."""
-    form = TRANSFORM.replace("force:", "  transform: [[cos(eta), -sin(eta)], [sin(eta), cos(eta)]]\nforce:")
-    form = form.replace("bottom: {mass: m2, x: bottom_x}", "").replace("mass: m1, x: top_x", "mass: m1, x: xb, y: yb")
-    form = form.replace("[top, bottom]", "top, along: x").replace("[bottom, ground]", "top, along: y")
+    form = TWO_MASS_TOPOLOGY.replace("    bottom: {mass: m2, x: x2}\n", "")
+    form = form.replace("x: x1", "x: cos(eta)*x1 + sin(eta)*x2, y: -sin(eta)*x1 + cos(eta)*x2")
+    form = form.replace("topology:", "constraints:").replace("[top, bottom]", "top, along: x")
+    form = form.replace("[bottom, ground]", "top, along: y")
     text = swapped("two_mass", form).replace("parameters:\n", "parameters:\n  eta: {value: 25, unit: deg}\n")
     system = read(text)[1]
     eta, m1, v1, v2 = sympy.symbols("eta m1 v1 v2", real=True)

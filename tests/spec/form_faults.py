@@ -53,7 +53,6 @@ friction:
 {OBSERVER}"""
 
 BODIES = "    top: {mass: m1, x: x1}\n    bottom: {mass: m2, x: x2}\n"
-OWN = BODIES.replace("x: x", "x: p")
 WHEEL = "x: x1}\n    wheel: {mass: m2, inertia: J, x: x2, y: l, angle: x2/l}\n"
 ALIKE = WHEEL.replace("x1}", "x1 + x2}").replace("x2,", "x1 + x2,").replace("x2/l", "(x1 + x2)/l")
 Fault = tuple[str, str, str, str, str | None]
@@ -88,15 +87,6 @@ FAULTS: dict[str, Fault] = {
     "one coordinate twice": (TOPOLOGY, "x: x2}", "x: x1}", "SPEC009 `x1` topology.bodies.top.x", None),
     "one coordinate not at all": (TOPOLOGY, "    bottom: {mass: m2, x: x2}\n", "",
                                   "SPEC003 x2", None),
-    "a transform of three": (TOPOLOGY, "force: [w", "  transform: [[1, 0, 1], [0, 1, 1]]\nforce: [w",
-                             "SPEC009 `x1`", None),
-    "a transform without inverse": (TOPOLOGY, BODIES, OWN + "  transform: [[1, 2], [m1, 2*m1]]\n",
-                                    "SPEC014 `m1`", None),
-    "a transform of rank one": (TOPOLOGY, BODIES, OWN + "  transform: [[1, m2/m1], [m1/m2, 1]]\n",
-                                "SPEC018 0", None),
-    "a transform not square": (TOPOLOGY, BODIES, OWN + "  transform: [[1, 2]]\n", "SPEC015 1 2 2 2", None),
-    "a transform of too few": (TOPOLOGY, BODIES, "    top: {mass: m1, x: p1}\n  transform: [[1, 2], [3, 4]]\n",
-                               "SPEC015 1 2", None),
     # contacts
     "an unknown body": (TOPOLOGY, "[top, bottom]", "[top, botom]", "SPEC008 `botom`", "bottom"),
     "a body with itself": (TOPOLOGY, "[top, bottom]", "[top, top]", "SPEC015", None),
