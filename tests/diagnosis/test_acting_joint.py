@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from codegen.diagnosis.evidence.acting_joint import joint_of_difference, where_they_differ
 from codegen.diagnosis.fit.credit import SIGNED, evidence_of
+from codegen.diagnosis.fit.search import joint_of_difference, where_they_differ
 from codegen.diagnosis.verdict.force_fits import ForceFits
 
 

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from codegen.base.arrays import Array
-from codegen.diagnosis.evidence.acting_joint import joint_of_difference
 from codegen.diagnosis.evidence.residual_regression import (
     LEAST_ROWS,
     explained_over,
@@ -36,7 +35,7 @@ from codegen.diagnosis.fit.residual import (
     residual_without_values,
     without_levels,
 )
-from codegen.diagnosis.fit.search import Search
+from codegen.diagnosis.fit.search import Search, joint_of_difference
 from codegen.diagnosis.fit.trial import with_values
 from codegen.effects import CATALOGUE
 from codegen.mechanics.system import System

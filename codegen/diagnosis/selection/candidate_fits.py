@@ -10,11 +10,10 @@ import numpy as np
 
 from codegen.base.arrays import Array
 from codegen.base.parallel import in_processes
-from codegen.diagnosis.evidence.acting_joint import joint_of
 from codegen.diagnosis.evidence.coverage import survey
 from codegen.diagnosis.fit.credit import FAR, near_noise, noise_loss, share_far
 from codegen.diagnosis.fit.output_error import Fit, polish, shooting_fit
-from codegen.diagnosis.fit.search import ROUNDS, Search
+from codegen.diagnosis.fit.search import ROUNDS, Search, joint_of
 from codegen.diagnosis.fit.starting_values import MORE_TRIES, ForceStart, best_starts, simplex_search, starting_point
 from codegen.diagnosis.fit.trial import Part, Runner, part_of, with_values
 from codegen.effects import CATALOGUE, Effect

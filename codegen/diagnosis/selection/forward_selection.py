@@ -7,13 +7,12 @@ from dataclasses import dataclass, replace
 from functools import partial
 from itertools import combinations
 
-from codegen.diagnosis.evidence.acting_joint import joint_of, where_they_differ
 from codegen.diagnosis.evidence.force_evidence import ForceCriterion
 from codegen.diagnosis.evidence.score_test import nested_evidence_of
 from codegen.diagnosis.fit import credit
 from codegen.diagnosis.fit.credit import evidence_of, noise_loss, noise_ratio
 from codegen.diagnosis.fit.output_error import Fit
-from codegen.diagnosis.fit.search import Search
+from codegen.diagnosis.fit.search import Search, joint_of, where_they_differ
 from codegen.diagnosis.fit.shooting import hidden_states
 from codegen.diagnosis.fit.trial import Part, part_of
 from codegen.diagnosis.selection.candidate_fits import (

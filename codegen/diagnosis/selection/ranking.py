@@ -11,13 +11,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from codegen.diagnosis.evidence.acting_joint import joint_of, where_they_differ
 from codegen.diagnosis.evidence.force_evidence import ForceCriterion
 from codegen.diagnosis.evidence.score_test import added_parameters, contains, extends, nested_evidence_of
 from codegen.diagnosis.fit import credit
 from codegen.diagnosis.fit.credit import Evidence, evidence_of, noise_ratio
 from codegen.diagnosis.fit.output_error import Fit
-from codegen.diagnosis.fit.search import Search
+from codegen.diagnosis.fit.search import Search, joint_of, where_they_differ
 from codegen.diagnosis.fit.trial import Part
 from codegen.diagnosis.selection.candidate_fits import FORM_GAIN, fit_candidates, is_simpler_form, is_usual_form
 from codegen.diagnosis.selection.refusals import only_reduces_drive, relative_size, why_refused

@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 
 from codegen.base.significant import in_percent
-from codegen.diagnosis.evidence.acting_joint import joint_of
 from codegen.diagnosis.evidence.estimate import Estimate, estimate, widened_by
 from codegen.diagnosis.evidence.reservations import may_be_absent, objections, remarks, takes_the_level
 from codegen.diagnosis.experiments.separation import without_leader
@@ -16,7 +15,7 @@ from codegen.diagnosis.fit import credit
 from codegen.diagnosis.fit.credit import NEAR_NOISE, noise_ratio
 from codegen.diagnosis.fit.output_error import Fit, at_limit
 from codegen.diagnosis.fit.residual import Problem, drive_gain, drive_left
-from codegen.diagnosis.fit.search import Search
+from codegen.diagnosis.fit.search import Search, joint_of
 from codegen.diagnosis.fit.trial import Part, part_of, with_effects, with_values
 from codegen.diagnosis.results import ErrorFigures, Fact, FoundEffect, Verdict
 from codegen.diagnosis.selection.forward_selection import Outcome, explained_share, first_candidates

@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codegen.base.arrays import Array
-from codegen.diagnosis.evidence.acting_joint import joint_of_difference
 from codegen.diagnosis.fit.credit import SIGNED
 from codegen.diagnosis.fit.force_rows import residual_slopes
 from codegen.diagnosis.fit.output_error import Fit, damped_step, polish, segment_cost, segment_weights, shooting_fit
@@ -25,7 +24,7 @@ from codegen.diagnosis.fit.residual import (
     inverse_dynamics_residual,
     moves_sensors,
 )
-from codegen.diagnosis.fit.search import ROUNDS, Search
+from codegen.diagnosis.fit.search import ROUNDS, Search, joint_of_difference
 from codegen.diagnosis.fit.starting_values import STEP
 from codegen.diagnosis.fit.trial import Trial, model_of
 from codegen.diagnosis.selection.candidate_fits import CandidateFits, every_part

@@ -11,12 +11,11 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-from codegen.diagnosis.evidence.acting_joint import joint_of
 from codegen.diagnosis.fit import credit
 from codegen.diagnosis.fit.credit import random_signs
 from codegen.diagnosis.fit.output_error import Fit
 from codegen.diagnosis.fit.residual import Problem
-from codegen.diagnosis.fit.search import Search
+from codegen.diagnosis.fit.search import Search, joint_of
 from codegen.diagnosis.fit.trial import Part
 from codegen.diagnosis.results import ErrorFigures, Fact, Verdict
 from codegen.diagnosis.selection.forward_selection import Outcome, explained_share

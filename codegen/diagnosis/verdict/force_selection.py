@@ -13,14 +13,13 @@ import numpy as np
 
 from codegen.base.arrays import Array
 from codegen.base.significant import in_percent
-from codegen.diagnosis.evidence.acting_joint import joint_of, joint_of_difference
 from codegen.diagnosis.evidence.estimate import estimate
 from codegen.diagnosis.evidence.reservations import objections
 from codegen.diagnosis.fit import credit
 from codegen.diagnosis.fit.credit import Evidence, evidence, evidence_of, random_signs
 from codegen.diagnosis.fit.output_error import Fit, segment_losses
 from codegen.diagnosis.fit.residual import Problem, drive_left, drive_shares
-from codegen.diagnosis.fit.search import Search
+from codegen.diagnosis.fit.search import Search, joint_of, joint_of_difference
 from codegen.diagnosis.fit.starting_values import ForceStart
 from codegen.diagnosis.fit.trial import Part, Trial, model_of, part_of
 from codegen.diagnosis.results import Fact
