@@ -116,21 +116,6 @@ def test_of_several_names_of_one_motion_one_ties(monkeypatch: pytest.MonkeyPatch
 
 
 @pytest.mark.usefixtures("significant")
-@pytest.mark.parametrize(
-    ("richer", "cost", "tied"), [("backlash", 5.0, []), ("backlash", 3.0, ["backlash"]), ("spring", 5.0, ["spring"])]
-)
-def test_a_richer_form_that_fits_no_better_is_no_rival(
-    richer: str, cost: float, tied: list[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """A backlash contains the compliance, with a gap of zero."""
-    monkeypatch.setattr(ranking, "noise_ratio", lambda fit: 200.0)
-    search: Any = SimpleNamespace(rigid=None)
-    spring, other = ranked("compliance", 0.41), ranked(richer, 0.42)
-    spring.found.cost, other.found.cost = 4.0, cost
-    assert [r.found.part.kind for r in ranking._tied(search, spring, [spring, other])] == tied
-
-
-@pytest.mark.usefixtures("significant")
 @pytest.mark.parametrize(("cost", "rival"), [(96.0, False), (89.0, True)])
 def test_a_special_form_must_be_clearly_better_than_a_usual_one(
     cost: float, rival: bool, monkeypatch: pytest.MonkeyPatch

@@ -155,7 +155,7 @@ def _tied(search: Search, best: Ranked, ranked: Sequence[Ranked]) -> list[Ranked
     for other in ranked:
         if other is best or (other.why_not and not other.unsure) or _is_one_of(other.found, same):
             continue
-        if not leaves_as_little(other, best) or _only_extends(other, best) or is_elsewhere(search, other, best):
+        if not leaves_as_little(other, best) or is_elsewhere(search, other, best):
             continue
         if is_no_better_form(other.found, best.found, best.found.part):
             continue
@@ -198,13 +198,6 @@ def runs_prefer(search: Search, best: Fit, other: Fit) -> bool:
 def leaves_as_little(one: Ranked, best: Ranked) -> bool:
     """Whether a candidate leaves at most ``TIE_RATIO`` times the squared residual of the best."""
     return 1 - one.evidence.share <= credit.TIE_RATIO * (1 - best.evidence.share)
-
-
-def _only_extends(other: Ranked, best: Ranked) -> bool:
-    """Whether a candidate is the best one with a further parameter that does not improve it."""
-    same_place = other.found.part.on == best.found.part.on
-    extended = CATALOGUE[other.found.part.kind].extends == best.found.part.kind
-    return same_place and extended and other.found.cost >= best.found.cost
 
 
 def is_no_better_form(found: Fit, best: Fit, part: Part) -> bool:
