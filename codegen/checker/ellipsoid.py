@@ -31,17 +31,15 @@ from operator import mul
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 if TYPE_CHECKING or __package__:
-    from codegen.checker import forms, frame, kernel, reversal
+    from codegen.checker import files, forms, frame, kernel, reversal
 
-FIELDS, OPTIONAL = (
-    ("name", "noise", "drift", "shifts", "push", "sets"),
-    ("forces", "friction", "reversals"),
-)  # of a claim
-FORCES, FRICTION, REVERSALS = OPTIONAL
+FORCES, FRICTION, REVERSALS = "forces", "friction", "reversals"
 KINDS = ("noise", "drift", FRICTION)
-REVERSAL = ("sign", "samples", "turns", "change", "jump", "before", "after")
-SET, SET_OPTIONAL = ("matrix", "weights", "samples", "rows"), ("within", "after", FRICTION)
-DEPTH = {"samples": 0, "weights": 1, "within": 1, "row": 1, "start": 1, "matrix": 2, "rows": 2, "bounds": 2}  # of lists
+AFTER, START = {"row": [""], "start": [""], "bounds": [[""]]}, {"before": [""], "after": [""]}
+SET = {"matrix": [[""]], "weights": [""], "samples": "", "rows": [[""]], "within?": [""], "after?": [AFTER]}
+TURN = {"sign": "", "samples": "", "turns": "", "change": "", "jump": ""} | START
+FORM: dict[str, Any] = {"name": "", "forces?": "", "shifts": [""], "push": [[""]], "sets": [SET | {"friction?": ""}]}
+FORM |= {"noise": {"": ""}, "drift": {"": ""}, "friction?": {"": ""}, "reversals?": [TURN]}  # as files.py says
 GRID, LARGEST, MOST_SAMPLES, MOST_ROWS = 1 << 60, 84, 10_000, 1000
 LEVELS = 6  # up to 2^LEVELS - 1 samples are shown at once
 MOST_ENTRIES = 1 << 22  # of rows, at all samples that are asked for
@@ -231,11 +229,6 @@ def largest(shift: Any, most: dict[str, Fraction], proof: dict[str, Any]) -> Fra
     return size
 
 
-def nested_lists(x: Any, depth: int) -> bool:
-    """Whether x is a list nested to this depth, of texts or integers. Iterating over an object would read its keys."""
-    return type(x) in (str, int) if depth == 0 else type(x) is list and all(nested_lists(y, depth - 1) for y in x)
-
-
 def claimed_rows(set_: dict[str, Any]) -> list[tuple[list[str], str, list[str] | None, str | None]]:
     """Bounds of a set as tuples: (row c with its bound, number of samples from which on it holds, `start`, end).
 
@@ -259,15 +252,11 @@ def bounded(proof: dict[str, Any], claim: dict[str, Any], shown: dict[str, Any])
     Returns:
         For each set the bounds of its ``claimed_rows``, each with the direct effect of the noise of that sample added.
     """
-    fields = {*claim} - {*OPTIONAL} == {*FIELDS} and claim.get(FORCES, "measured") == "measured"
-    kernel.demand(fields and claim["name"] == proof["name"], f"other fields than {FIELDS}, or of another machine")
+    kernel.demand(files.formed(claim, FORM), "fields are not so named, or no lists")
+    own = claim["name"] == proof["name"] and claim.get(FORCES, "measured") == "measured"
+    kernel.demand(own, "of another machine, or of other forces")
     of_noise = [x for x in claim["noise"] for of in proof.get("shared", {}).values() if x in of]
     kernel.demand(not of_noise, "noise in a state that the machine has too")
-    parts = [claim["sets"], *(set_.get("after", []) for set_ in claim["sets"])]
-    kernel.demand(
-        nested_lists(claim["shifts"], 1) and nested_lists(claim["push"], 2) and {*map(type, parts)} == {list},
-        "not lists of numbers",
-    )
     known = dynamics(proof, claim, shown)
     step, push, shift, sizes, _ = known
     result = []
@@ -280,11 +269,7 @@ def bounded(proof: dict[str, Any], claim: dict[str, Any], shown: dict[str, Any])
         kernel.demand(may or not any_friction, "friction")
         still = {f"{'drift' if any_friction else FRICTION}.{x}" for x in claim.get(FRICTION, {})}
         most = {x: Fraction(0) if x in still else d for x, d in sizes.items()}
-        kernel.demand({*set_, *SET_OPTIONAL} == {*SET, *SET_OPTIONAL}, "other fields than those of a set")
-        parts = [set_, *set_.get("after", [])]
-        kernel.demand(all({*a} == {"row", "start", "bounds"} for a in parts[1:]), "other fields than those of `after`")
-        kernel.demand(all(nested_lists(a[x], DEPTH[x]) for a in parts for x in a if x in DEPTH), "not lists of numbers")
-        falling = [[number(b) for _, b in a["bounds"]] for a in parts[1:]]
+        falling = [[number(b) for _, b in a["bounds"]] for a in set_.get("after", [])]
         kernel.demand(all(b == sorted(b, reverse=True) for b in falling), "a later bound of `after` is larger")
         Q = [[number(x) for x in row] for row in set_["matrix"]]
         require_invariant(Q, [*map(number, set_["weights"])], [*most.values()], step, push, proof, shown)
@@ -295,7 +280,6 @@ def bounded(proof: dict[str, Any], claim: dict[str, Any], shown: dict[str, Any])
         more = [sum(abs(number(c)) * d for c, d in row if d) for row in rows]
         result.append([bound + x for bound, x in zip(found, more, strict=True)])
     kernel.demand(result and all(result), "it states no bound")
-    kernel.demand(type(claim.get(REVERSALS, [])) is list, "no list of reversals")
     for entry in claim.get(REVERSALS, []):
         left = left_by(entry, proof, claim, shown, known)
         within = zip(left, map(number, entry["after"]), strict=True)
@@ -333,8 +317,7 @@ def left_by(
 ) -> list[Fraction]:
     """Bounds on each |truth - estimate| after one entry of ``reversals``; ValueError if the entry is malformed."""
     step, push, shift, sizes, columns = known
-    lists = all(nested_lists(entry[x], 1) and len(entry[x]) == len(step) for x in ("before", "after"))
-    kernel.demand({*entry} == {*REVERSAL} and lists, f"other fields than {REVERSAL} of a reversal")
+    kernel.demand({len(entry[x]) for x in ("before", "after")} == {len(step)}, "a reversal of some of the errors alone")
     own = [i for i, e in enumerate(proof["errors"]) if e["sign"] == entry["sign"] != ""]
     kernel.demand(len(own) == 1, "a reversal of no sign that one level has")
     friction = f"{FRICTION}.{proof['errors'][own[0]]['truth']}"

@@ -15,10 +15,10 @@ from operator import mul
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING or __package__:
-    from codegen.checker import decay, ellipsoid, enclosure, errors, forms, frame, held, kernel, rounding
+    from codegen.checker import decay, ellipsoid, enclosure, errors, files, forms, frame, held, kernel, rounding
 
 PROOF, SETS = "proof.json", "ellipsoid.json"
-# The form of a proof: an object with just these fields (OPTIONAL may be missing), or with any where the one name is "".
+# The form of a proof: an object with just these fields (files.py says how it is written).
 FORM: dict[str, Any] = {
     "name": "",
     "step": "",
@@ -31,18 +31,17 @@ FORM: dict[str, Any] = {
     "errors": [{"truth": "", "estimate": "", "sign": ""}],
     "states": {"": ""},
     "matrix": [[""]],
-    "along": {"": ""},
-    "shared": {"": ""},
-    "rest": [""],
-    "mean": {"": ""},
+    "along?": {"": ""},
+    "shared?": {"": ""},
+    "rest?": [""],
+    "mean?": {"": ""},
     "lyapunov_matrix": [[""]],
     "box": {"": [""]},
     "decay_rate": "",
     "reversals": [{"sign": "", "growth": "", "dwell": ""}],
     "cover": None,
-    "witness": {"": ""},
+    "witness?": {"": ""},
 }
-OPTIONAL: dict[str, Any] = {"along": {}, "shared": {}, "rest": [], "mean": {}, "witness": {}}
 KINDS = "(?:parameters|inputs|outputs|state|true)"
 SI = (
     "(?:m|kg|s|A|K|mol|cd|rad|sr|Hz|N|Pa|J|W|C|V|F|ohm|S|Wb|T|H|met(?:er|re)|kilogram|second|ampere|radian|newton|volt)"
@@ -66,17 +65,7 @@ def read(text: str | bytes) -> dict[str, Any] | None:
         content = json.loads(text, object_pairs_hook=once)
     except (ValueError, RecursionError):
         return None
-    return content if isinstance(content, dict) and {*content, *OPTIONAL} == {*FORM} else None
-
-
-def formed(raw: Any, form: Any) -> bool:
-    """Whether JSON has the types of a form. A string in place of a list would be read as a list of its characters."""
-    if isinstance(form, list):
-        return type(raw) is list and all(formed(x, form[0]) for x in raw)
-    if isinstance(form, dict):
-        same = type(raw) is dict and ("" in form or raw.keys() == form.keys())
-        return same and all(formed(x, form.get(name, form.get(""))) for name, x in raw.items())
-    return form is None or type(raw) is str
+    return content if isinstance(content, dict) and files.named(content, FORM) else None
 
 
 def once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
@@ -90,14 +79,15 @@ def instead(raw: Any) -> str:
     if not isinstance(raw, tuple):
         return {list: "a list", str: "a text", bytes: "a number", type(None): "null"}.get(type(raw), "true or false")
     names = [name for name, _ in raw]
-    if {*names} - {*ellipsoid.OPTIONAL} == {*ellipsoid.FIELDS}:
+    if files.named(names, ellipsoid.FORM):
         return f"an {SETS}, and it is verified with the {PROOF} beside it"
     form = next((value for name, value in raw if name == "format" and isinstance(value, str)), "")
     if form:
         return f"an object of the format {json.dumps(form[:40])}"
-    kind = "an object with the fields"
-    if len({*names} & {*FORM}) > len(FORM) // 2:
-        kind, names = "a proof of the C, but for the fields", sorted({*names, *OPTIONAL} ^ {*FORM}) or ["name"]
+    kind, proofs = "an object with the fields", {x.rstrip("?") for x in FORM}
+    if len(proofs.intersection(names)) > len(FORM) // 2:
+        kind = "a proof of the C, but for the fields"
+        names = sorted({x for x in FORM if x[-1] != "?"} - {*names} | {*names} - proofs) or ["name"]
     shown = [json.dumps(name[:40]) for name in names[:4]] + [f"and {len(names) - 4} more"] * (len(names) > 4)
     return f"{kind} {', '.join(shown)}" if names else "an object without fields"
 
@@ -109,7 +99,7 @@ def proved(proof: dict[str, Any], sources: dict[str, bytes], turns: Collection[s
     Args:
         turns: signs, besides those of the proof's reversals, for whose change of sign the certificate claims something.
     """
-    enclosure.demand(formed(OPTIONAL | proof, FORM), f"{PROOF}: fields are not so named, or no lists")
+    enclosure.demand(files.formed(proof, FORM), f"{PROOF}: fields are not so named, or no lists")
     known = numbers(proof)
     with or_refused(f"the kernel does not prove {PROOF} of the C"):
         texts = {name: text.decode() for name, text in sources.items()}

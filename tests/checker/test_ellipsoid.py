@@ -36,6 +36,7 @@ def bounds(name: str, claim: Any = None, proof: Any = None) -> list[list[Fractio
     return ellipsoid.bounded(proof, claim, errors.prove(proof, texts(name)))
 
 
+NOT_FORMED = "fields are not so named, or no lists"
 SUMS = {  # N or N m: sums of absolute responses, as a checker of another derivation proved them of the same matrices
     "belt_axis": [1.61670],
     "chain": [0.148780, 0.220998, 0.222674, *[0.222716] * 10, 0.222674, 0.220998, 0.148780],
@@ -305,9 +306,9 @@ FORGERIES: dict[str, tuple[Change, str]] = {
     "no push": (put("push", []), "."),
     "push by a state of the machine": (put("push", 1, 1, "1000 + inputs.x"), "do not act on the errors as claimed"),
     "another machine": (put("name", "rig"), "another machine"),
-    "a field of its own": (lambda c, _: c.update({"unit": "mN"}), "other fields"),
+    "a field of its own": (lambda c, _: c.update({"unit": "mN"}), NOT_FORMED),
     "a field too few": (drop("drift"), "."),
-    "a remark in a set": (lambda c, _: c["sets"][0].update({"claim": "1 mN"}), "other fields than those of a set"),
+    "a remark in a set": (lambda c, _: c["sets"][0].update({"claim": "1 mN"}), NOT_FORMED),
     "a number that is none": (put("sets", 1, "rows", 0, ["0", "1", "NaN"]), "."),
     "a number in place of text": (put("sets", 1, "rows", 0, ["0", "1", 1.8]), "."),
     "text that is run": (put("sets", 1, "rows", 0, ["0", "1", "__import__('os')"]), "."),
@@ -333,26 +334,26 @@ FORGERIES: dict[str, tuple[Change, str]] = {
     "a share below one": (put("sets", 1, "within", ["1/2", "0", "0"]), "not inside the set"),
     "a remark in `after`": (
         lambda c, _: c["sets"][1]["after"][0].update({"claim": "1 mN"}),
-        "other fields than those of `after`",
+        NOT_FORMED,
     ),
     "a remark beside a shift": (
         lambda c, _: c.update({"shifts": dict.fromkeys(c["shifts"], "none")}),
-        "not lists of numbers",
+        NOT_FORMED,
     ),
     "a remark beside a push": (
         lambda c, _: c["push"].__setitem__(0, dict.fromkeys(c["push"][0], "none")),
-        "not lists of numbers",
+        NOT_FORMED,
     ),
-    "a remark beside a bound": (lambda c, _: put("sets", 0, "rows", {"109": "1 mN"})(c, _), "not lists of numbers"),
+    "a remark beside a bound": (lambda c, _: put("sets", 0, "rows", {"109": "1 mN"})(c, _), NOT_FORMED),
     "a remark beside a weight": (
         lambda c, _: c["sets"][1].update({"weights": dict.fromkeys(c["sets"][1]["weights"], "1")}),
-        "not lists of numbers",
+        NOT_FORMED,
     ),
     "a remark beside a start": (
         put("sets", 1, "after", 0, "start", {"30261/250000": "0", "25447/250": "0"}),
-        "not lists of numbers",
+        NOT_FORMED,
     ),
-    "a row that is one text": (put("sets", 0, "rows", 0, "109"), "not lists of numbers"),
+    "a row that is one text": (put("sets", 0, "rows", 0, "109"), NOT_FORMED),
     "a row of `after` of more errors": (put("sets", 1, "after", 0, "row", ["0", "0", "1"]), "."),
     "a matrix with a smaller answer": (lambda _, p: p["matrix"][0].__setitem__(0, "8/10"), "does not move the errors"),
     "another step": (lambda _, p: p.update({"step": "semi_implicit"}), "does not move the errors"),
