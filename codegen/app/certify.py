@@ -142,6 +142,5 @@ def _regions(regions: Regions) -> dict[str, Any]:
         "rates": regions.rates,
         "reversal_growth": regions.reversal,
         "not_found": list(regions.missing),
-        "not_issued": list(regions.withheld),
         "proofs": regions.proofs,
     }

@@ -21,7 +21,6 @@ from codegen.analysis.polynomials import expand_products
 from codegen.certify.family import Family, build_family, signed_slips
 from codegen.mechanics.sparse import scaled
 from codegen.mechanics.system import Matrix
-from codegen.observers.equations import Observer
 from codegen.spec.functions import Magnitude, Sgn
 from codegen.spec.model import symbol
 
@@ -79,14 +78,6 @@ class AlongFriction:
     def at(self, sample_time: Any) -> AlongFriction:
         """The same error dynamics at another sample time, exact, s."""
         return replace(self, dynamics=self.dynamics.at(sample_time), _known={})
-
-    def over(self, observer: Observer) -> AlongFriction:
-        """The same error dynamics for an observer with other ranges of the same levels.
-
-        Both share the cache of families, since a range of a level does not change the expressions.
-        """
-        assert observer.level_ranges.keys() == self.levels.keys()
-        return replace(self, dynamics=replace(self.dynamics, observer=observer), levels=observer.level_ranges)
 
     def family(self, box: Box) -> Family:
         """The family of error matrices over a box; signs that are constant on the box are put in as numbers.

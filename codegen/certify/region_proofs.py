@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from fractions import Fraction
 from itertools import product
 from typing import Any
@@ -51,9 +51,7 @@ class Regions:
         sample_time: s.
         passes_zero: whether the envelope contains a friction state of zero.
         whole: files whose region is the whole envelope.
-        levels: (name, lowest, largest, unit) of the true friction levels, for all files except presliding.json.
-        withheld: files that are not issued, since a V was found at the declared level and for no range of levels.
-        least_share: half-width of the narrowest range of levels tried, as a share of the declared level.
+        levels: (name, lowest, largest, unit) of the true friction levels,.
     """
 
     proofs: Mapping[str, Mapping[str, Any]]
@@ -64,8 +62,6 @@ class Regions:
     passes_zero: bool = True
     whole: tuple[str, ...] = ()
     levels: tuple[tuple[str, Any, Any, str], ...] = ()
-    withheld: tuple[str, ...] = ()
-    least_share: float = float(SHARES[-1])
 
     @property
     def words(self) -> dict[str, str]:
@@ -99,46 +95,17 @@ def find_regions(analysis: Analysis, stated: Frame) -> Regions | None:
         stated: (analysis, family) → the fields of a certificate that do not depend on the proof.
     """
     observer = analysis.dynamics.observer
-    if not observer.truth_ranges or analysis.spectral_abscissa > ZERO or (declared := along_friction(analysis)) is None:
+    if not observer.truth_ranges or analysis.spectral_abscissa > ZERO or along_friction(analysis) is None:
         return None
-    over = [about_declared(analysis, share) for share in SHARES] if observer.declared_levels else [analysis]
-    for k, wide in enumerate(over):
+    for wide in [about_declared(analysis, share) for share in SHARES] if observer.declared_levels else [analysis]:
         along = along_friction(wide)
         assert along is not None
         proofs = _Proofs(wide, along, stated)
-        search = RegionSearch(along)
-        try:
-            proofs.add(search.regions())
-        except (NotEnclosable, TypeError, verify.Refused):
-            continue
-        if proofs.proofs:
-            return _with_presliding(proofs, search, declared, over[k + 1 :])
+        with suppress(NotEnclosable, TypeError, verify.Refused):
+            proofs.add(RegionSearch(along).regions())
+            if proofs.proofs:
+                return proofs.regions()
     return None
-
-
-def _with_presliding(
-    widest: _Proofs, search: RegionSearch, declared: AlongFriction, narrower: list[Analysis]
-) -> Regions:
-    """The regions, with presliding over a narrower range of levels if there is no proof of it for the widest one.
-
-    Args:
-        widest: proofs at the widest range of levels.
-        declared: the error dynamics at the declared levels.
-        narrower: analyses with narrower ranges, the widest of them first.
-    """
-    if PRESLIDING in widest.proofs or not narrower:
-        return widest.regions()
-
-    def presliding(analysis: Analysis) -> dict[str, dict[str, Any]]:
-        other = _Proofs(analysis, widest.along.over(analysis.dynamics.observer), widest.stated)
-        other.add(search.presliding(other.along))
-        return other.proofs
-
-    *wider, narrowest = narrower
-    if found := presliding(narrowest):  # a V for a range of levels is one for a narrower range too
-        widest.proofs.update(next((p for analysis in wider if (p := presliding(analysis))), found))
-        return widest.regions()
-    return replace(widest.regions(), withheld=(PRESLIDING,) * search.has_presliding(declared))
 
 
 @dataclass(frozen=True)

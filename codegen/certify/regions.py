@@ -59,7 +59,6 @@ class RegionSearch:
         h: sample time, s.
         fastest_slip: the largest slip speed of all contacts.
         acceleration: bound on |du/dt| of the fastest contact, if the envelope has none; found by ``regions``.
-        sliding: least |f| of each contact in the sliding region; None if none was found.
     """
 
     def __init__(self, along: AlongFriction) -> None:
@@ -67,7 +66,6 @@ class RegionSearch:
         self.h = float(along.dynamics.observer.sample_time)
         self.fastest_slip = max(float(axis.largest_slip) for axis in along.axes)
         self.acceleration = 0.0
-        self.sliding: list[Any] | None = None
         self._enclosures: dict[int, Enclosure] = {}
 
     def regions(self) -> list[Found]:
@@ -76,7 +74,6 @@ class RegionSearch:
         if sliding is None:
             return []
         found, states, slips = [], *sliding
-        self.sliding = states
         family, stack = self._family(self._box(states, slips))
         best = common_lyapunov_of_many(stack, self.h)
         if best is None:
@@ -88,23 +85,6 @@ class RegionSearch:
         found.append(self._split("sliding", family) or Found(family, *best, kind="sliding"))
         found += self._presliding(states)
         return found + self._through_zero(family, stack, best[1])
-
-    def presliding(self, along: AlongFriction) -> list[Found]:
-        """The proposal of presliding at other levels, for the sliding region and accelerations of ``regions``."""
-        return [] if self.sliding is None else self._at(along)._presliding(self.sliding)
-
-    def has_presliding(self, along: AlongFriction) -> bool:
-        """Whether a V is found for presliding at other levels, in the smallest of the regions that are tried."""
-        other = self._at(along)
-        return self.sliding is not None and any(
-            other._holds_away(tops, slips, THIN, _least_slip(slips)) for tops, slips in other._tried(self.sliding)
-        )
-
-    def _at(self, along: AlongFriction) -> RegionSearch:
-        """A search at other levels, with the accelerations of this one."""
-        other = RegionSearch(along)
-        other.acceleration, other._enclosures = self.acceleration, self._enclosures
-        return other
 
     def _bound_acceleration(self, states: list[Any], slips: tuple[float, float], rate: float) -> None:
         """Set ``acceleration``: the largest for which V grows through zero at most twice as fast as without.
