@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import casadi
+import numpy as np
 import sympy
 
 from codegen.base.errors import BadInput
@@ -12,7 +13,7 @@ from codegen.mechanics.base_parameters import LinkParameter, base_values, masses
 from codegen.mechanics.compact import compact
 from codegen.mechanics.computed import computed_matrix
 from codegen.mechanics.kinematic_chain import bias_force, mass_matrix, points_of
-from codegen.mechanics.sampling import numeric_matrix, rank, sampled_values
+from codegen.mechanics.sampling import at_samples, rank, sampled_values
 from codegen.mechanics.sparse import diagonal, jacobian, sparse
 from codegen.mechanics.system import Matrix
 from codegen.spec.model import Contact, Spec, symbol
@@ -78,8 +79,7 @@ def _equal(spec: Spec, a: Matrix, b: Matrix) -> bool:
     difference = compact(Matrix(a - b))
     if difference == sympy.zeros(difference.rows, 1):
         return True
-    sizes = [abs(numeric_matrix(difference, point)).max() for point in sampled_values(spec)]
-    return all(size <= TOLERANCE for size in sizes)
+    return bool((np.abs(at_samples(difference, sampled_values(spec))) <= TOLERANCE).all())
 
 
 def _words(column: Matrix) -> str:
@@ -212,10 +212,10 @@ def _largest(expression: sympy.Expr, points: list[dict[sympy.Symbol, sympy.Expr]
     """The largest |ψ| over the points, and the point in words."""
     if expression == 0:
         return 0.0, ""
-    sizes = [abs(float(numeric_matrix(Matrix([expression]), point)[0, 0])) for point in points]
-    k = max(range(len(points)), key=lambda index: sizes[index])
-    names = [s for s in points[k] if s.name in str(expression) and s in expression.free_symbols]
-    return sizes[k], ", ".join(f"{s} = {float(points[k][s]):.4g}" for s in names) or "every point"
+    sizes = np.abs(at_samples(Matrix([expression]), points)).ravel()
+    k = int(np.argmax(sizes))
+    names = [s for s in points[k] if s in expression.free_symbols]
+    return float(sizes[k]), ", ".join(f"{s} = {float(points[k][s]):.4g}" for s in names) or "every point"
 
 
 # Energies and robot files.

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import sympy
 
+from codegen.base.arrays import Array
 from codegen.mechanics.casadi_form import at_points, function_of
 from codegen.spec.model import Spec, symbol
 
@@ -33,15 +34,6 @@ def sampled_values(spec: Spec) -> list[dict[sympy.Symbol, Any]]:
     return [values | {s: float(generator.uniform(*r)) for s, r in ranges.items()} for _ in range(POINTS)]
 
 
-def numeric_matrix(matrix: Any, point: Mapping[sympy.Symbol, Any]) -> Any:
-    """The numeric value of a matrix at a point; NaN where it has no real value."""
-    numbers = np.zeros((matrix.rows, matrix.cols))
-    for place, entry in matrix.todok().items():
-        e = complex(entry.subs({s: point[s] for s in entry.free_symbols if s in point}).evalf())
-        numbers[place] = e.real if abs(e.imag) <= 1e-12 * max(1.0, abs(e.real)) else math.nan
-    return numbers
-
-
 def numbers_over(
     matrix: Any, values: Mapping[sympy.Symbol, Any], variables: Sequence[sympy.Symbol], points: Any
 ) -> Any:
@@ -54,24 +46,24 @@ def numbers_over(
     return at_points(function_of(matrix, variables, values), points)
 
 
-def rank(matrix: Any, points: list[dict[sympy.Symbol, Any]]) -> int:
-    """The generic rank of a matrix: the largest rank at the points, with rows and columns scaled to unit size first.
+def at_samples(matrix: Any, points: Sequence[Mapping[sympy.Symbol, Any]]) -> Array:
+    """A matrix at points that give every symbol in it a value, (points, n, m); not finite as ``numbers_over``."""
+    symbols = sorted(matrix.free_symbols, key=str)
+    rows = np.array([[float(point[s]) for s in symbols] for point in points]).reshape(len(points), len(symbols))
+    return np.asarray(numbers_over(matrix, {}, symbols, rows))
+
+
+def rank(matrix: Any, points: Sequence[Mapping[sympy.Symbol, Any]]) -> int:
+    """The generic rank of a matrix: the largest rank at the points, with columns and rows scaled to unit size first.
 
     A matrix that has no real value at any point is given full rank; its error is reported elsewhere.
     """
-    full, best = min(matrix.rows, matrix.cols), -1
-    for point in points:
-        numbers = numeric_matrix(matrix, point)
-        if np.isfinite(numbers).all():
-            best = max(best, _rank(numbers))
-        if best == full:
-            break
-    return full if best < 0 else best
-
-
-def _rank(numbers: Any) -> int:
-    """The rank of a numeric matrix whose columns and rows are scaled to unit length first."""
-    for axis in (0, 1):
+    full = int(min(matrix.rows, matrix.cols))
+    numbers = at_samples(matrix, points) if full else np.zeros((0, 0, 0))
+    numbers = numbers[np.isfinite(numbers).all(axis=(1, 2))]
+    if not len(numbers):
+        return full
+    for axis in (1, 2):
         size = np.linalg.norm(numbers, axis=axis, keepdims=True)
         numbers = numbers / np.where(size == 0, 1, size)
-    return int(np.linalg.matrix_rank(numbers, tol=SINGULAR))
+    return int(np.max(np.linalg.matrix_rank(numbers, tol=SINGULAR)))
