@@ -398,9 +398,8 @@ class _Search:
 
     def _factor(self, symbol: str) -> float:
         """The factor from a symbol's column to SI: of the unit by the description or else the file, times the scale."""
-        about, spec, term = self.description, self.spec, self.terms.get(symbol)
-        scale = about.stated_scale(symbol, spec)
-        own, place = unit_of(symbol, spec), about.place(f"units.{symbol}")
+        about, term = self.description, self.terms.get(symbol)
+        scale, own, place = about.stated_scale(symbol, self.spec), self._own(symbol), about.place(f"units.{symbol}")
         sized = about.scale.units.get(symbol, "")
         refuse_other_unit(sized, own, f"scale of {symbol}", about.place(f"scale.{symbol}"))
         if sized and symbol in about.units:
@@ -415,25 +414,24 @@ class _Search:
                     expected += f"; or in its place `scale: {{{symbol}: SIZE}}`, the size of one count in {own}"
                 raise BadInput(place, found, expected, code="LOG012")
             return float(si_factor(unit, place)) * scale
-        if term is None or symbol in about.scale or symbol in spec.log.scale:
+        if term is None or symbol in about.scale or symbol in self.spec.log.scale:
             return scale
         if term.expression is not None:
-            units = {unit for c in term.columns if (unit := self._stated(c))} - {"-", "1", own}
-            if units:
-                words = f"{symbol} is computed from columns in {listing(sorted(units))}, and taken to be in {own}"
-                self.notes.append(words)
-                advice = (
-                    f"Say `units: {{{symbol}: UNIT}}` or `scale: {{{symbol}: FACTOR}}` in meta.yaml beside the log."
-                )
-                self.findings.append(Finding("warning", f"unit of {symbol}", f"{words}. {advice}"))
+            self._doubt_units_of(symbol, term)
             return scale
-        name = term.columns[0]
-        by_file, behind = self._stated(name), unit_behind(symbol, name)
-        unit = by_file or behind
+        return scale * self._factor_by_file(symbol, term.columns[0])
+
+    def _factor_by_file(self, symbol: str, name: str) -> float:
+        """The factor to SI of the unit that the file or a column's name states; 1 for none that can be used."""
+        own, place = self._own(symbol), self.description.place(f"units.{symbol}")
+        by_file = self._stated(name)
+        unit = by_file or unit_behind(symbol, name)
         if unit in ("", "-", "1", own):
             if unit != own and is_in_counts(name):
-                self._note_counts(symbol, name)
-            return scale
+                words = f"column `{shown(name)}` of {symbol} holds counts by its name, and is taken to be in {own}"
+                size = f"such as {scale_of_counts(symbol, self.spec)}, or `scale: {{{symbol}: 1}}` if they are in {own}"
+                self._doubt(symbol, words, f"Say their size in meta.yaml beside the log, {size}.")
+            return 1.0
         if is_convertible(unit, own):
             factor = float(si_factor(unit, place))
             if factor != 1.0:
@@ -443,25 +441,32 @@ class _Search:
                 self.notes.append(
                     f"{symbol} is {self.inferred_units[symbol]}: converted to {own}{'' if by_file else wrong}"
                 )
-            return factor * scale
+            return factor
         if by_file:
             taken = f"which is no unit of {own}: its numbers are taken as they stand"
-            words = f"the file has {symbol} in `{shown(unit)}`, {taken}"
-            self.notes.append(f"{words} (`scale: {{{symbol}: ...}}` in meta.yaml beside the log)")
             advice = f"Say `scale: {{{symbol}: FACTOR}}` in meta.yaml beside the log, 1 if they are in {own}."
             if is_in_counts(f"x {by_file}"):
-                advice = f"Say their size in meta.yaml beside the log, such as {scale_of_counts(symbol, spec)}."
-            self.findings.append(Finding("warning", f"unit of {symbol}", f"{words[0].upper()}{words[1:]}. {advice}"))
-        return scale
+                advice = f"Say their size in meta.yaml beside the log, such as {scale_of_counts(symbol, self.spec)}."
+            self._doubt(symbol, f"the file has {symbol} in `{shown(unit)}`, {taken}", advice)
+        return 1.0
 
-    def _note_counts(self, symbol: str, name: str) -> None:
-        """A note and a finding on a column whose name says that it holds counts, where nobody states their size."""
-        own = unit_of(symbol, self.spec)
-        words = f"column `{shown(name)}` of {symbol} holds counts by its name, and is taken to be in {own}"
-        advice = f"Say their size in meta.yaml beside the log, such as {scale_of_counts(symbol, self.spec)}"
-        self.notes.append(f"{words}. {advice}")
-        advice += f", or `scale: {{{symbol}: 1}}` if its numbers are in {own}."
+    def _doubt_units_of(self, symbol: str, term: Term) -> None:
+        """A warning on an expression whose columns state units, which are not applied."""
+        own = self._own(symbol)
+        units = {unit for c in term.columns if (unit := self._stated(c))} - {"-", "1", own}
+        if units:
+            words = f"{symbol} is computed from columns in {listing(sorted(units))}, and taken to be in {own}"
+            choice = f"`units: {{{symbol}: UNIT}}` or `scale: {{{symbol}: FACTOR}}`"
+            self._doubt(symbol, words, f"Say {choice} in meta.yaml beside the log.")
+
+    def _doubt(self, symbol: str, words: str, advice: str) -> None:
+        """A note, and a warning of the preflight, on a unit that nobody states clearly."""
+        self.notes.append(f"{words}. {advice.rstrip('.')}")
         self.findings.append(Finding("warning", f"unit of {symbol}", f"{words[0].upper()}{words[1:]}. {advice}"))
+
+    def _own(self, symbol: str) -> str:
+        """The symbol's unit in SI."""
+        return unit_of(symbol, self.spec)
 
     def _stated(self, name: str) -> str:
         """The unit of a column by the file, or else by its name; an index or a joint in brackets is no unit."""
