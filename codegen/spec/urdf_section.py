@@ -47,7 +47,7 @@ def expand_robot(
         return nearest_place(key, places, str(path))
 
     section = validate(RobotDocument, {"urdf": filled["urdf"]}, places, str(path)).urdf
-    tree = _read(section, path, place)
+    tree = _read(section, path, place, "urdf" if isinstance(filled["urdf"], str) else "urdf.file")
     for key in GIVEN:
         if filled.get(key) is not None:
             expected = "one of them, since the robot file gives the joints"
@@ -73,14 +73,14 @@ def expand_robot(
     return filled, tree
 
 
-def _read(section: RobotSection, path: Path, place: Callable[[str], Place]) -> KinematicTree:
-    """The tree of the section's robot file, with its tolerances and base parameters."""
+def _read(section: RobotSection, path: Path, place: Callable[[str], Place], key: str) -> KinematicTree:
+    """The tree of the section's robot file, which the spec names at ``key``, with tolerances and base parameters."""
 
     def exact(text: str, key: str) -> Fraction:
         return Fraction(str(exact_number(text, place(key))))
 
     gravity = [exact(text, f"urdf.gravity[{k}]") for k, text in enumerate(section.gravity)]
-    tree = read_kinematic_tree(path.parent / section.file, place("urdf.file"), gravity)
+    tree = read_kinematic_tree(path.parent / section.file, place(key), gravity)
     given = {} if section.tolerance is None else section.tolerance.model_dump(exclude_none=True)
     shares = {key: read_share(text, place(f"urdf.tolerance.{key}")) for key, text in given.items()}
     links = {key: share for key, share in shares.items() if key != "damping"}
