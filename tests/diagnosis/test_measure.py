@@ -8,8 +8,17 @@ import numpy as np
 import pytest
 
 from codegen.diagnosis.fit import shooting
-from codegen.diagnosis.fit.measure import Drive, force_errors, free_run_errors, free_run_series, restart_within_reach
+from codegen.diagnosis.fit.measure import (
+    RESTART_S,
+    Drive,
+    force_errors,
+    free_run_errors,
+    free_run_series,
+    measure,
+    restart_within_reach,
+)
 from codegen.diagnosis.fit.signals import Motion, smooth_motion
+from codegen.diagnosis.verdict.answer import is_shown_worse, worsened
 from codegen.effects.declare import add_declared_effects
 from codegen.logs import Log
 from codegen.mechanics import System, build_system
@@ -55,6 +64,38 @@ def test_a_refit_of_a_level_is_simulated_by_the_code_of_the_declared_model(monke
     error = free_run_series(refit, log)
     assert not sources
     assert np.nanmax(np.abs(error)) < 0.02 * np.nanmax(np.abs(wrong))
+
+
+TWO = """\
+name: two
+coordinates: {x: {velocity: v, unit: m}, y: {velocity: u, unit: m}}
+inputs: {w: {unit: N}}
+parameters: {m: {value: 2, unit: kg}}
+mass_matrix: [[m, 0], [0, m]]
+force: [w, 0.01*w]
+friction:
+  distribution: [[1, 0], [0, 1]]
+  contacts: [{name: a, law: coulomb, a: A, unit: N}, {name: b, law: coulomb, a: B, unit: N}]
+"""
+
+
+def test_a_joint_whose_reading_never_changes_refuses_no_values() -> None:
+    """Of an arm that moves one joint at a time: others stick as declared, and slip a little with a refit."""
+    plant, declared, refit = (
+        build_system(parse_spec(TWO.replace("A", a).replace("B", b), Path("two.yaml")))
+        for a, b in (("3", "1"), ("1", "1"), ("3", "0.05"))
+    )
+    time = np.arange(0, 6, 0.002)
+    w = (9 * np.sin(4 * time) + 3 * np.sin(9.1 * time))[:, None]
+    x, _ = simulate_open_loop(plant, time, w, np.zeros(2), np.zeros(2))
+    assert not x[:, 1].any()
+    motion = smooth_motion(Log(Path("a.csv"), "a", time, x, None, w, 0.002, 20.0, None, None, ()))
+    used = np.repeat(motion.usable[:, None], 2, axis=1)
+    ours, theirs = (measure(system, motion, used, slice(None)) for system in (refit, declared))
+    assert np.isnan(ours.free_run_rmse_rows[1]) and ours.free_run_rmse == ours.free_run_rmse_rows[0] > 0
+    assert not worsened(ours, theirs)
+    assert not is_shown_worse(ours, theirs)
+    assert restart_within_reach(plant, motion, slice(None)) == RESTART_S
 
 
 FLEXIBLE = (

@@ -37,7 +37,7 @@ def measure(
     """Error figures of a system on one window of a motion; ``used`` are the same samples for every model compared."""
     per_row, force_rms, relative = force_errors(system, motion, used, window)
     positions, parts = free_run_errors(system, motion, window, restart_s)
-    total = rms(np.array(positions))
+    total = rms(np.array([p for p in positions if not np.isnan(p)]))
     return ErrorFigures(force_rms, per_row, relative, total, tuple(positions), parts)
 
 
@@ -73,7 +73,7 @@ def restart_within_reach(system: System, motion: Motion, window: slice, longest:
         error = free_run_errors(system, motion, window, restart)[0]
         since = motion.measured - motion.measured[_last_restart(motion, restart)]
         way = np.sqrt(np.mean(since[window] ** 2, axis=0))
-        if np.all(np.asarray(error) <= way):
+        if not np.any(np.asarray(error) > way):
             break
         restart /= 2
     return restart
@@ -89,7 +89,11 @@ def _last_restart(motion: Motion, restart_s: float) -> NDArray[np.int_]:
 def free_run_errors(
     system: System, motion: Motion, window: slice, restart_s: float = RESTART_S
 ) -> tuple[list[float], tuple[tuple[float, ...], ...]]:
-    """RMS of predicted less raw position on each coordinate, and mean squares in ``SIGNED`` or fewer parts."""
+    """RMS of predicted less raw position on each coordinate, and mean squares in ``SIGNED`` or fewer parts.
+
+    NaN and zero where the reading never changes while another one does: a model that sticks there has no error at all,
+    and a ratio to that says nothing of the joint that moves.
+    """
     error = free_run_series(system, motion, restart_s)[window]
     usable = motion.usable[window] & ~np.isnan(error).any(axis=1)
     if motion.counted is not None:
@@ -97,9 +101,12 @@ def free_run_errors(
     if not usable.any() or not np.isfinite(error[usable]).all():
         return [float("inf")] * error.shape[1], ()
     squares = error[usable] ** 2
+    still = np.ptp(motion.measured[window][usable], axis=0) == 0
+    still &= ~still.all()
+    squares[:, still] = 0.0
     runs = max(1, round(len(squares) * motion.sample_time / restart_s))
     parts = tuple(tuple(map(float, part.mean(axis=0))) for part in np.array_split(squares, min(SIGNED, runs)))
-    return [float(e) for e in np.sqrt(np.mean(squares, axis=0))], parts
+    return [float(e) for e in np.where(still, np.nan, np.sqrt(np.mean(squares, axis=0)))], parts
 
 
 @recent(OF_MODELS)
