@@ -214,14 +214,14 @@ class Algebra:
     Attributes:
         names: name → value.
         expected: what is expected instead of an unknown name, for the message.
-        call: function (name, argument) → value.
+        call: function (name, argument, expression, node) → value.
         combine: function (operator, left, right, expression, node) → value.
     """
 
     names: Mapping[str, Any]
     expected: str
-    call: Callable[[str, Any], Any]
-    combine: Callable[[ast.operator, Any, Any, Expression, ast.expr], Any]
+    call: Callable[[str, Any, Expression, ast.Call], Any]
+    combine: Callable[[ast.operator, Any, Any, Expression, ast.BinOp], Any]
 
 
 def evaluate_tree(node: ast.expr, whole: Expression, algebra: Algebra) -> Any:
@@ -246,7 +246,7 @@ def evaluate_tree(node: ast.expr, whole: Expression, algebra: Algebra) -> Any:
             value = evaluate_tree(operand, whole, algebra)
             return -value if isinstance(op, ast.USub) else value
         case ast.Call(func=ast.Name(id=name), args=[argument]):
-            return algebra.call(name, evaluate_tree(argument, whole, algebra))
+            return algebra.call(name, evaluate_tree(argument, whole, algebra), whole, node)
         case ast.BinOp(left=left, op=op, right=right):
             sides = evaluate_tree(left, whole, algebra), evaluate_tree(right, whole, algebra)
             return algebra.combine(op, *sides, whole, node)
@@ -256,10 +256,10 @@ def evaluate_tree(node: ast.expr, whole: Expression, algebra: Algebra) -> Any:
 def _numbers_of(symbols: Mapping[str, sympy.Symbol], hint: str) -> Algebra:
     expected = f"one of {', '.join(sorted(symbols))}" if 0 < len(symbols) <= 40 else "a declared name"
     expected += f"; {hint}" if hint else ""
-    return Algebra(symbols, expected, lambda name, argument: FUNCTIONS[name](argument), _combine)
+    return Algebra(symbols, expected, lambda name, argument, *_: FUNCTIONS[name](argument), combine_numbers)
 
 
-def _combine(op: ast.operator, a: Any, b: Any, whole: Expression, node: ast.expr) -> Any:
+def combine_numbers(op: ast.operator, a: Any, b: Any, whole: Expression, node: ast.expr) -> Any:
     """The SymPy value of a binary operation; BadInput if it is too large or divides by zero."""
 
     def refused(why: str, expected: str, code: str) -> BadInput:

@@ -28,6 +28,9 @@ class Dimension:
     def __truediv__(self, other: Dimension) -> Dimension:
         return self * other**-1
 
+    def __neg__(self) -> Dimension:
+        return self
+
     def __pow__(self, power: Fraction | int) -> Dimension:
         return Dimension({name: exponent * power for name, exponent in self.powers})
 

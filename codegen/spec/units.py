@@ -7,17 +7,17 @@ declared in SI, since generated code does not convert them.
 from __future__ import annotations
 
 import ast
-import math
 import re
 from collections.abc import Mapping
 from fractions import Fraction
-from functools import cache, lru_cache
+from functools import cache, lru_cache, partial
 from typing import TYPE_CHECKING, Any
 
 import sympy
 
 from codegen.base.errors import BadInput, Place, nearest_name
-from codegen.spec.expression import Expression
+from codegen.spec.expression import Algebra, Expression, combine_numbers, evaluate_tree
+from codegen.spec.functions import FUNCTIONS
 from codegen.spec.si_units import NONE, Dimension, SiUnit, si_unit
 from codegen.spec.unit_text import Unreadable, spelled, with_plain_signs
 
@@ -255,9 +255,9 @@ def dimension_of(expression: Expression, dimensions: Mapping[str, Dimension]) ->
     Raises:
         BadInput: if terms of different dimensions are added, or a function's argument has a dimension.
     """
-    if expression.tree is not None and not any(isinstance(n, ast.Name) for n in ast.walk(expression.tree)):
-        return None
-    return _walk(expression.tree, expression, dimensions)
+    algebra = Algebra(dimensions, "a declared name", _called, partial(_combined, dimensions))
+    found = evaluate_tree(expression.tree, expression, algebra)
+    return found if isinstance(found, Dimension) else None
 
 
 def describe(d: Dimension | None) -> str:
@@ -285,44 +285,45 @@ def _known_units() -> dict[Dimension, str]:
     return {dimension(parse_unit(name, Place(""))): name for name in reversed(_CALLED)}
 
 
-def _walk(node: ast.expr, whole: Expression, dims: Mapping[str, Dimension]) -> Dimension:
-    match node:
-        case ast.Constant():
-            return NONE
-        case ast.Name(id=name):
-            return dims.get(name, NONE)
-        case ast.UnaryOp(operand=operand):
-            return _walk(operand, whole, dims)
-        case ast.Call(func=ast.Name(id=name), args=[argument]):
-            inner = _walk(argument, whole, dims)
-            if name == "abs":
-                return inner
-            if name == "sqrt":
-                return inner ** Fraction(1, 2)
-            if name == "sgn":
-                return NONE
-            if inner != NONE:
-                found = f"{name} of `{whole.source(argument)}`, which is in {describe(inner)}"
-                raise UnitMismatch(whole.place, found, "an argument without a unit", inner)
-            return NONE
-        case ast.BinOp(left=left, op=ast.Pow(), right=right):
-            power = _number(right, whole)
-            base = _walk(left, whole, dims)
-            return base**power if power is not None else base
-        case ast.BinOp(left=left, op=op, right=right):
-            a, b = _walk(left, whole, dims), _walk(right, whole, dims)
-            if isinstance(op, ast.Mult):
-                return a * b
-            if isinstance(op, ast.Div):
-                return a / b
-            if a != b and not _is_zero(left, whole) and not _is_zero(right, whole):
-                found = f"`{whole.source(left)}` in {describe(a)} with `{whole.source(right)}` in {describe(b)}"
-                bare = [name for name in _factors(node) if dims.get(name, NONE) == NONE]
-                numbers = f" ({', '.join(bare)} {'has' if len(bare) == 1 else 'have'} none)" if bare else ""
-                expected = f"terms of the same unit in a sum{numbers}; give a number its unit as a parameter"
-                raise UnitMismatch(whole.place, found, expected, a / b)
-            return b if _is_zero(left, whole) else a
+def _called(name: str, argument: Any, whole: Expression, node: ast.Call) -> Any:
+    """The dimension of a function's value, or the value if the argument is a number."""
+    if not isinstance(argument, Dimension):
+        return FUNCTIONS[name](argument)
+    if name == "abs":
+        return argument
+    if name == "sqrt":
+        return argument ** Fraction(1, 2)
+    if name != "sgn" and argument != NONE:
+        found = f"{name} of `{whole.source(node.args[0])}`, which is in {describe(argument)}"
+        raise UnitMismatch(whole.place, found, "an argument without a unit", argument)
     return NONE
+
+
+def _combined(
+    dims: Mapping[str, Dimension], op: ast.operator, a: Any, b: Any, whole: Expression, node: ast.BinOp
+) -> Any:
+    """The dimension of a binary operation of two quantities, or a quantity and a number; a number of two numbers."""
+    if not isinstance(a, Dimension) and not isinstance(b, Dimension):
+        return combine_numbers(op, a, b, whole, node)
+    one, other = (side if isinstance(side, Dimension) else NONE for side in (a, b))
+    if isinstance(op, ast.Pow):
+        return one if isinstance(b, Dimension) else one ** _fraction(b)
+    if isinstance(op, ast.Mult | ast.Div):
+        return one * other if isinstance(op, ast.Mult) else one / other
+    if a == 0 or b == 0:
+        return other if a == 0 else one
+    if one != other:
+        found = f"`{whole.source(node.left)}` in {describe(one)} with `{whole.source(node.right)}` in {describe(other)}"
+        bare = [name for name in _factors(node) if dims.get(name, NONE) == NONE]
+        numbers = f" ({', '.join(bare)} {'has' if len(bare) == 1 else 'have'} none)" if bare else ""
+        expected = f"terms of the same unit in a sum{numbers}; give a number its unit as a parameter"
+        raise UnitMismatch(whole.place, found, expected, one / other)
+    return one
+
+
+def _fraction(number: Any) -> Fraction:
+    """An exact number, or the nearest double of one such as a root."""
+    return Fraction(int(number.p), int(number.q)) if number.is_Rational else Fraction(float(number))
 
 
 def _factors(node: ast.expr) -> list[str]:
@@ -335,19 +336,3 @@ def _factors(node: ast.expr) -> list[str]:
         case ast.BinOp(left=left, right=right):
             return list(dict.fromkeys([*_factors(left), *_factors(right)]))
     return []
-
-
-def _number(node: ast.expr, whole: Expression) -> Fraction | None:
-    """The value of a part that contains numbers only, such as -(1/2) or 1 + 1; None if it exceeds a double."""
-    try:
-        value = Expression(whole.text, node, whole.place).symbolic({})
-    except BadInput:
-        return None
-    if value.is_Rational:
-        return Fraction(int(value.p), int(value.q))
-    nearest = float(value) if value.is_comparable else math.inf
-    return Fraction(nearest) if math.isfinite(nearest) else None
-
-
-def _is_zero(node: ast.expr, whole: Expression) -> bool:
-    return _number(node, whole) == 0

@@ -74,7 +74,7 @@ def as_matrix(value: Any) -> Any:
     return value if isinstance(value, sympy.MatrixBase) else sympy.Matrix([[value]])
 
 
-def _call(name: str, value: Any) -> Any:
+def _call(name: str, value: Any, *_: object) -> Any:
     return value.applyfunc(FUNCTIONS[name]) if isinstance(value, sympy.MatrixBase) else FUNCTIONS[name](value)
 
 
