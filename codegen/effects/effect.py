@@ -6,7 +6,6 @@ generated code.
 
 from __future__ import annotations
 
-import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from copy import copy
@@ -46,8 +45,6 @@ class EffectParameter:
         unit: template over {F} (force), {q} (coordinate), {w} (input).
         low, high: open interval of admissible values; None means unbounded.
         neutral: for a scale parameter, the value at which the effect vanishes; None makes it a shape parameter.
-        usual: for a shape parameter that the simplest form lacks, the constant that stands in its place there, such as
-            2 for the exponent of a Stribeck curve.
         start: function that gives the starting values of a fit. By default a scale parameter starts from linear least
             squares, and a shape parameter at a tenth and at half of the value at which its effect is as large as the
             force.
@@ -66,7 +63,6 @@ class EffectParameter:
     low: float | None = None
     high: float | None = None
     neutral: float | None = None
-    usual: float | None = None
     start: Start | None = None
     moved_in: Coordinate | None = None
     seen_at: tuple[float, float] | None = None
@@ -170,30 +166,6 @@ class Effect(ABC):
         They are polar coordinates of two weights, one on the sine and one on the cosine.
         """
         return ()
-
-    def simpler(self, names: Sequence[str], intervals: Mapping[str, tuple[float, float]]) -> Effect | None:
-        """The next simpler form, if the confidence intervals do not exclude it; else None.
-
-        Examples: an exponent with the interval (1.96, 2.02) does not differ from the 2 of a Gaussian, and a second
-        harmonic with the interval (-0.1, 0.3) N does not differ from none.
-
-        Args:
-            names: of the parameters fitted.
-            intervals: parameter → confidence interval (low, high); one without an interval excludes the simpler form.
-        """
-        form = next((f for f in reversed(self.forms) if {p.name for p in f.parameters} < set(names)), None)
-        if form is None:
-            return None
-        kept = {p.name for p in form.parameters}
-        left_out = [p for p in self.with_parameters(names).parameters if p.name not in kept]
-        implicit = {p.name: p.neutral if p.usual is None else p.usual for p in left_out}
-        empty = (math.inf, -math.inf)
-        inside = []
-        for name, value in implicit.items():
-            if value is not None:
-                low, high = intervals.get(name, empty)
-                inside.append(low <= value <= high)
-        return form if inside and all(inside) else None
 
     def coordinate(self, system: System, place: int) -> int:
         """Index of the coordinate on which the effect acts most; the first of two coordinates."""

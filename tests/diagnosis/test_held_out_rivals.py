@@ -144,7 +144,6 @@ def test_what_is_explained_is_that_of_the_effects_without_the_one_that_is_refuse
         "estimate": None,
         "_by_both": None,
         "may_be_absent": False,
-        "in_simpler_form": None,
         "credible": True,
         "first_candidates": 1,
         "explained_share": 0.4,

@@ -22,8 +22,8 @@ from codegen.diagnosis.evidence.estimate import (
 )
 from codegen.diagnosis.fit.output_error import Fit, Prior
 from codegen.diagnosis.fit.trial import Part, part_of
-from codegen.diagnosis.results import FoundEffect, Interval
-from codegen.diagnosis.verdict.examination import _by_both, _on_its_record, in_simpler_form
+from codegen.diagnosis.results import Interval
+from codegen.diagnosis.verdict.examination import _by_both, _on_its_record
 from codegen.diagnosis.verdict.force_fits import ForceFits
 from codegen.effects import CATALOGUE
 from codegen.spec import Spec, parse_spec
@@ -123,48 +123,6 @@ def test_an_unbalance_is_known_no_better_than_the_weight_that_acts_like_it(
     assert errors[weight] == pytest.approx(tolerance, rel=0.02)
     assert errors[-2] == pytest.approx(abs(tolerance * np.cos(found["phase"])), rel=0.05)
     assert errors[-1] == pytest.approx(tolerance * np.sin(found["phase"]) / found["G"], rel=0.05)
-
-
-@pytest.mark.parametrize(
-    ("kind", "names", "intervals", "left"),
-    [
-        ("stribeck", ["delta", "v_s", "exponent"], {"exponent": (1.96, 2.02)}, ["delta", "v_s"]),
-        ("stribeck", ["delta", "v_s", "exponent"], {"exponent": (0.9, 1.1)}, None),
-        ("stribeck", ["delta", "v_s"], {"delta": (1.0, 2.0)}, None),
-        ("viscous", ["b", "v_s", "b_inf"], {"b_inf": (-0.1, 0.1), "v_s": (0.1, 0.2)}, ["b", "v_s"]),
-        ("viscous", ["b", "v_s"], {"v_s": (0.1, 0.2)}, None),
-        (
-            "position_dependent_friction",
-            ["amplitude", "period", "phase", "amplitude_2", "phase_2"],
-            {"amplitude_2": (-0.1, 0.3), "phase_2": (1.0, 2.0)},
-            ["amplitude", "period", "phase"],
-        ),
-        ("dead_zone", ["threshold"], {}, None),
-        ("cogging", ["amplitude", "period", "phase"], {"amplitude": (-1.0, 1.0)}, None),
-    ],
-)
-def test_a_form_whose_further_parameters_are_not_seen_gives_way(
-    kind: str, names: list[str], intervals: dict[str, tuple[float, float]], left: list[str] | None
-) -> None:
-    form = CATALOGUE[kind].simpler(names, intervals)
-    assert (None if form is None else [p.name for p in form.parameters]) == left
-
-
-def test_a_gaussian_curve_is_fitted_again_without_its_exponent(tmp_path: Path) -> None:
-    peak = "[{kind: stribeck, on: rail, parameters: {delta: 3, v_s: 0.1}}]"
-    search, _ = search_of(stage(), log_of(stage(peak), tmp_path, "log.csv"))
-    base, effect = search.refit(), CATALOGUE["stribeck"]
-    shaped = part_of(effect.with_parameters(["exponent"]), 0, system_of(stage()))
-    values = {"delta": 3.0, "v_s": 0.1, "exponent": 2.05}
-    fit = search.with_parts(base, base.theta, [shaped], [values])
-    seen, unseen = (
-        FoundEffect("stribeck", "rail", values, {}, (), {"exponent": ends}) for ends in ((2.02, 2.08), (1.9, 2.2))
-    )
-    assert in_simpler_form(search, fit, [seen]) is None
-    plain = in_simpler_form(search, fit, [unseen])
-    assert plain is not None
-    (found,) = plain.runner.trial.split(plain.theta)[1]
-    assert found == pytest.approx({"delta": 3.0, "v_s": 0.1}, rel=0.01)
 
 
 def test_the_interval_of_a_wave_is_the_range_of_an_ellipse() -> None:

@@ -16,7 +16,7 @@ from codegen.diagnosis.fit.credit import NEAR_NOISE, noise_ratio
 from codegen.diagnosis.fit.output_error import Fit, at_limit
 from codegen.diagnosis.fit.residual import Problem, drive_gain, drive_left
 from codegen.diagnosis.fit.search import Search, joint_of
-from codegen.diagnosis.fit.trial import Part, part_of, with_effects, with_values
+from codegen.diagnosis.fit.trial import Part, with_effects, with_values
 from codegen.diagnosis.results import ErrorFigures, Fact, FoundEffect, Verdict
 from codegen.diagnosis.selection.forward_selection import Outcome, explained_share, first_candidates
 from codegen.diagnosis.selection.ranking import credible
@@ -38,7 +38,6 @@ from codegen.diagnosis.verdict.answer import (
 from codegen.diagnosis.verdict.conclusion import against_regression, force_agrees, named_effects, settled_by_free_runs
 from codegen.diagnosis.verdict.force_fits import ForceFits
 from codegen.diagnosis.verdict.held_out import HeldOut, without_refused
-from codegen.effects import CATALOGUE
 from codegen.mechanics.system import System
 
 
@@ -283,10 +282,6 @@ def _examined(
         parts = fit.trial.parts
         alone = estimate(fit, other)
         own = named_effects(parts, alone, refit)
-        simpler = in_simpler_form(search, final, own)
-        if simpler is not None:
-            final = simpler
-            continue
         named = named_effects(parts, _by_both(search, outcome.base, final, fit, alone, problem), refit)
         found = tuple(replace(f, at_limit=marks) for f, marks in zip(named, at_limit(fit), strict=True))
         triples = zip(own, found, parts, strict=True)
@@ -330,18 +325,6 @@ def _objections(own: FoundEffect, found: FoundEffect, part: Part, problem: Probl
     """The objections to an effect by its ``own`` interval, or that the interval of both criteria holds its absence."""
     words = objections(own, part, problem)
     return words if words or not may_be_absent(part.effect, found.intervals) else objections(found, part, problem)
-
-
-def in_simpler_form(search: Search, fit: Fit, found: Sequence[FoundEffect]) -> Fit | None:
-    """The fit with one effect in a form with fewer parameters, if the intervals allow it for some effect; else None."""
-    trial, (moved, values) = fit.trial, fit.values
-    for k, (one, part) in enumerate(zip(found, trial.parts, strict=True)):
-        form = CATALOGUE[part.kind].simpler(part.names, one.intervals)
-        if form is not None:
-            parts = [part_of(form, p.place, trial.system) if p is part else p for p in trial.parts]
-            kept = {name: values[k][name] for name in parts[k].names}
-            return search.with_parts(fit, moved, parts, [*values[:k], kept, *values[k + 1 :]])
-    return None
 
 
 def not_credited(words: Sequence[str]) -> tuple[Fact, ...]:
