@@ -5,15 +5,15 @@ from __future__ import annotations
 from dataclasses import replace
 from math import pi
 
-import casadi
 import numpy as np
 import sympy
 
 from codegen.base.arrays import Array
 from codegen.export.mechanism import SPEED, Direction, Line, LineFriction, Mechanism, OtherForce
 from codegen.export.remarks import Held, Remark
-from codegen.mechanics.casadi_form import to_casadi
+from codegen.mechanics.casadi_form import at_points, function_of
 from codegen.mechanics.system import TIME, System
+from codegen.spec.functions import Magnitude
 from codegen.spec.model import Spec
 
 POINTS = 4096
@@ -141,10 +141,6 @@ class Region:
         """Values at random points of the region, (POINTS,); SPEED is the magnitude of the velocity along the line."""
         rate = sympy.Add(*[sympy.Float(c) * v for c, v in zip(direction, self._system.velocities, strict=False) if c])
         rng = np.random.default_rng(0)
-        symbols = list(self.ranges)
-        points = np.array([rng.uniform(*self.ranges[s], POINTS) for s in symbols])
-        at = casadi.SX.sym("at", len(symbols))
-        names = {s: at[k] for k, s in enumerate(symbols)}
-        names[SPEED] = casadi.fabs(to_casadi(rate, names))
-        value = casadi.densify(to_casadi(sympy.sympify(expression), names))
-        return np.asarray(casadi.Function("sampled", [at], [value])(points).full(), dtype=float).ravel()
+        points = np.column_stack([rng.uniform(*range_, POINTS) for range_ in self.ranges.values()])
+        value = sympy.sympify(expression).xreplace({SPEED: Magnitude(rate)})
+        return at_points(function_of(value, list(self.ranges)), points).ravel()

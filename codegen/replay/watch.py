@@ -11,12 +11,11 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING, Any
 
-import casadi
 import numpy as np
 import sympy
 
 from codegen.base.arrays import Array
-from codegen.mechanics.casadi_form import symbol_values, to_casadi
+from codegen.mechanics.casadi_form import at_points, function_of
 from codegen.mechanics.system import System
 from codegen.program import Program
 from codegen.replay.engine import Engine
@@ -179,7 +178,7 @@ class Watch:
         self._since = 0 if block.fresh else self._since
         estimates, faults = self._engine.take(block)
         x, v = block.rows[:, self._positions], estimates[:, self._velocities]
-        friction, slip = (np.asarray(part.full()).T for part in self._declared(x.T, v.T))
+        friction, slip = np.split(at_points(self._declared, np.hstack([x, v]))[:, :, 0], [len(self.limits)], axis=1)
         apart = estimates[:, self._outputs] - friction
         held = (faults != 0) | ~np.isfinite(apart).all(axis=1)
         left = np.asarray(((v < self._ranges[:, 0]) | (v > self._ranges[:, 1])).any(axis=1))
@@ -279,10 +278,7 @@ def _limit(stated: ErrorBound, system: System) -> Limit:
 
 
 def _declared(system: System, errors: list[str]) -> Any:
-    """CasADi function (x, v) → (declared friction of each error, slip velocities)."""
-    n = len(system.positions)
-    x, v = casadi.SX.sym("x", n), casadi.SX.sym("v", n)
-    names = symbol_values(system.values, (system.positions, x), (system.velocities, v))
+    """CasADi function of the column (x, v) → the column of the declared friction of each error, and slip velocities."""
     slip = system.slip_velocity
     levels = [c.law.level(Magnitude(u), c.law_parameters) for c, u in zip(system.contacts, slip, strict=True)]
     friction = system.distribution * sympy.Matrix([Sgn(u) * a for u, a in zip(slip, levels, strict=True)])
@@ -291,8 +287,7 @@ def _declared(system: System, errors: list[str]) -> Any:
         name = error[len(LEVEL) :]
         on_coordinate = error.startswith(FORCE)
         wanted.append(friction[system.position_index(name)] if on_coordinate else levels[system.contact_index(name)])
-    parts = [casadi.densify(to_casadi(sympy.ImmutableMatrix(part), names)) for part in (wanted, slip)]
-    return casadi.Function("declared", [x, v], parts)
+    return function_of(sympy.Matrix([*wanted, *slip]), (*system.positions, *system.velocities), system.values)
 
 
 def too_slow(spec: Spec, system: System, bounds: Sequence[ErrorBound]) -> tuple[str, float, float] | None:

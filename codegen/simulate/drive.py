@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from math import ceil, floor
 
-import casadi
 import numpy as np
 import sympy
 
 from codegen.base.arrays import Array
 from codegen.mechanics.actuator import Actuator, decayed
-from codegen.mechanics.casadi_form import in_place, symbol_values, to_casadi
+from codegen.mechanics.casadi_form import function_of, in_place
 from codegen.mechanics.numpy_form import numpy_function
 from codegen.mechanics.system import System
 
@@ -190,10 +189,8 @@ class _Static:
     """Gain, dead zone and saturation of all inputs, which commute with a delay; called in place, once a sample."""
 
     def __init__(self, system: System) -> None:
-        w = casadi.SX.sym("w", len(system.inputs))
-        names = symbol_values(system.values, (system.inputs, w))
-        chains = [to_casadi(system.actuator(k).static(s), names) for k, s in enumerate(system.inputs)]
-        function = casadi.Function("static", [w], [casadi.densify(casadi.vertcat(*chains))])
+        chains = sympy.Matrix([system.actuator(k).static(s) for k, s in enumerate(system.inputs)])
+        function = function_of(chains, system.inputs, system.values)
         self._given, self._acting = np.zeros(len(chains)), np.zeros(len(chains))
         self._buffer, self._trigger = in_place(function, [self._given], [self._acting])
 

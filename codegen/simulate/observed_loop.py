@@ -6,11 +6,11 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Protocol
 
-import casadi
 import numpy as np
 
 from codegen.base.arrays import Array
-from codegen.mechanics.casadi_form import in_place, over_rows, symbol_values, to_casadi
+from codegen.mechanics.casadi_form import in_place
+from codegen.mechanics.sampling import numbers_over
 from codegen.mechanics.system import System
 from codegen.simulate.controller import Controller, Sample
 from codegen.simulate.drive import HeldInput
@@ -191,8 +191,5 @@ def _empty_run(system: System, period: float, samples: int, outputs: tuple[str, 
 
 def _on_coordinates(system: System, positions: Array, forces: Array) -> Array:
     """The generalised friction force U(x) λ, (N, n), of contact forces λ, (N, contacts)."""
-    x = casadi.SX.sym("x", positions.shape[1])
-    force = casadi.SX.sym("force", forces.shape[1])
-    distribution = to_casadi(system.distribution, symbol_values(system.values, (system.positions, x)))
-    total = casadi.densify(casadi.mtimes(distribution, force))
-    return over_rows(casadi.Function("total", [casadi.vertcat(x, force)], [total]), np.hstack([positions, forces]))
+    distribution = numbers_over(system.distribution, system.values, system.positions, positions)
+    return np.asarray(np.einsum("kic,kc->ki", distribution, forces))

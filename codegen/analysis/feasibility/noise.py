@@ -15,10 +15,11 @@ import sympy
 
 from codegen.analysis.feasibility.gain_dynamics import Settings
 from codegen.base.arrays import Array, Flags
-from codegen.mechanics.casadi_form import over_rows, symbol_values, to_casadi
+from codegen.mechanics.casadi_form import at_points, function_of, over_rows, symbol_values, to_casadi
 from codegen.mechanics.solve import solve_symmetric
 from codegen.observers import Observer
 from codegen.observers.velocity import SAMPLE_TIME
+from codegen.spec.functions import Magnitude
 from codegen.spec.model import Spec
 
 POINTS = 12
@@ -92,7 +93,7 @@ class NoiseModel:
         self._shapes = [m.shape for m in matrices]
         flat = casadi.vertcat(*[casadi.vec(casadi.densify(m)) for m in matrices])
         self._function = casadi.Function("noise", [argument], [flat])
-        self.levels = self._levels(known, casadi.vertcat(*point.values()), by_contact="contact_friction" in names)
+        self.levels = self._levels(by_contact="contact_friction" in names)
 
     def matrices(self, settings: Settings) -> tuple[Array, Array, Array, Array]:
         """Φ, B, C, D, each (gain sets, points, rows, columns), for noise of RMS 1 on each coordinate."""
@@ -165,16 +166,14 @@ class NoiseModel:
         found: Array = ratio.max(axis=-2)
         return found
 
-    def _levels(self, known: dict[sympy.Symbol, Any], point: Any, by_contact: bool) -> Array:
+    def _levels(self, by_contact: bool) -> Array:
         """Steady friction levels at the points, or their sum of magnitudes on each coordinate; (points, outputs)."""
         system = self.observer.system
-        slips = system.slip_velocity
-        levels = [c.law_level.subs(c.slip, u) for c, u in zip(system.contacts, slips, strict=True)]
-        column = to_casadi(sympy.Matrix(levels), known)
+        slips = zip(system.contacts, system.slip_velocity, strict=True)
+        levels = sympy.Matrix([c.law_level.subs(c.slip, u) for c, u in slips])
         if not by_contact:
-            column = casadi.fabs(to_casadi(system.distribution, known)) @ column
-        function = casadi.Function("levels", [point], [casadi.densify(column)])
-        return np.abs(over_rows(function, self.points))
+            levels = system.distribution.applyfunc(Magnitude) * levels
+        return np.abs(at_points(function_of(levels, self.variables, self.observer.values), self.points)[:, :, 0])
 
 
 def _points(observer: Observer, spec: Spec) -> tuple[tuple[sympy.Symbol, ...], Array]:
