@@ -26,7 +26,6 @@ def simulate(
     spec: Spec,
     system: System,
     progress: Callable[[float], None] | None = None,
-    twin: bool = False,
     make_plant: PlantMaker | None = None,
 ) -> LoopRun:
     """The run of ``spec.simulation`` on ``system``.
@@ -40,7 +39,6 @@ def simulate(
         spec: for its ``simulation`` section, and its observer.
         system: the machine, with its effects; it may differ from the spec's.
         progress: called with the share that is done, from 0 to 1.
-        twin: whether the observer is the Python twin instead of the compiled C.
         make_plant: of the plant, see ``run_loop``.
 
     Raises:
@@ -64,7 +62,7 @@ def simulate(
         simulation.sample_time,
         samples,
         controller,
-        generated_in_loop(observed_spec, simulation, twin) if simulation.observer else None,
+        generated_in_loop(observed_spec, simulation) if simulation.observer else None,
         None if simulation.cancel is None else declared_cancellation(simulation, system, simulation.cancel),
         declared_sensors(spec, simulation),
         input_limit(spec, simulation),
@@ -91,13 +89,13 @@ def declared_sensors(spec: Spec, simulation: Simulation) -> Sensors:
     )
 
 
-def generated_in_loop(spec: Spec, simulation: Simulation, twin: bool = False) -> ObserverInLoop:
+def generated_in_loop(spec: Spec, simulation: Simulation) -> ObserverInLoop:
     """The spec's generated observer, with the cancelling input if the spec has one, for the loop of a simulation.
 
     Raises BadInput for a spec without an observer, or if its sample time is no whole multiple of the simulation's.
     """
     observer = observer_of(spec)
-    return generated_observer(spec, with_cancellation(spec, observer), steps_a_sample(spec, simulation, observer), twin)
+    return generated_observer(spec, with_cancellation(spec, observer), steps_a_sample(spec, simulation, observer))
 
 
 def declared_cancellation(simulation: Simulation, system: System, gain: float) -> Cancellation:

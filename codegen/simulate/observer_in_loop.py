@@ -12,7 +12,7 @@ from codegen.emit.package import emit_sources, make_header
 from codegen.mechanics.system import System
 from codegen.observers import Observer
 from codegen.program import Program, build_program
-from codegen.replay.engine import Engine, TwinEngine, engine_for
+from codegen.replay.engine import Engine, engine_for
 from codegen.spec.model import Spec
 
 FRICTION = "F_hat_on_"
@@ -43,14 +43,14 @@ class ObserverInLoop:
         return tuple(name for name in self.outputs if name.startswith(FRICTION))
 
 
-def generated_observer(spec: Spec, observer: Observer, every: int = 1, twin: bool = False) -> ObserverInLoop:
-    """An observer's generated code, ready to run: compiled C; with ``twin``, or without a C compiler, the Python twin.
+def generated_observer(spec: Spec, observer: Observer, every: int = 1) -> ObserverInLoop:
+    """An observer's generated code, ready to run: compiled C, or without a C compiler the Python twin.
 
     Raises BadInput if the compiler refuses the code.
     """
     program = build_program(observer, spec.code)
     files = emit_sources(program, make_header(spec.path.name, spec.sha256, spec.source))
-    return ObserverInLoop(program, (TwinEngine if twin else engine_for)(program, files), every)
+    return ObserverInLoop(program, engine_for(program, files), every)
 
 
 @dataclass(frozen=True)

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from unittest.mock import patch
 
 import numpy as np
 import pytest
 
 from codegen.observers import observer_of
+from codegen.replay.engine import TwinEngine
 from codegen.simulate.closed_loop import simulate
 from codegen.simulate.controller import Feedback
 from codegen.simulate.loop_run import write_log
@@ -53,6 +55,12 @@ simulation:
 """
 
 
+def by_twin(function, *arguments):
+    """The function's result where the generated observer is the Python twin, as without a C compiler."""
+    with patch("codegen.simulate.observer_in_loop.engine_for", TwinEngine):
+        return function(*arguments)
+
+
 def estimated(period: float = 0.002) -> str:
     return OBSERVER.format(velocity="estimated", more="K_v: 60", period=period)
 
@@ -64,7 +72,7 @@ def rig(duration: float = 1.0, more: str = "", period: float = 0.002):
 @pytest.mark.parametrize("cancel", ["", "  cancel: 0.9\n", "  cancel: 0.9\n  cancel_delay: 2\n"])
 def test_compiled_c_and_twin_close_the_loop_with_the_same_bits(cancel: str):
     spec, system = rig(more=cancel)
-    compiled, twin = simulate(spec, system), simulate(spec, system, twin=True)
+    compiled, twin = simulate(spec, system), by_twin(simulate, spec, system)
     asked = ("u_cancel_w",) if cancel else ()
     assert compiled.outputs == ("v_hat", "a_hat_rail", "F_hat_rail", "F_hat_on_x", *asked)
     for name in ("estimates", "inputs", "true_positions", "positions"):
@@ -74,7 +82,7 @@ def test_compiled_c_and_twin_close_the_loop_with_the_same_bits(cancel: str):
 
 def test_two_coordinates_with_measured_velocities_have_the_same_bits():
     spec, system = two_mass(more=TWO)
-    compiled, twin = simulate(spec, system), simulate(spec, system, twin=True)
+    compiled, twin = simulate(spec, system), by_twin(simulate, spec, system)
     assert np.array_equal(compiled.estimates, twin.estimates)
     assert np.array_equal(compiled.friction, compiled.contact_forces @ np.array([[1, -1], [0, 1]]).T.T)
     assert np.std((compiled.velocities - compiled.true_velocities)[:, 1]) == pytest.approx(0.003, rel=0.1)
@@ -94,7 +102,7 @@ def test_loop_is_the_one_that_scipy_and_the_twin_close_by_hand(delay: int):
     cancellation = Cancellation(np.array([[1.0]]), 0.7, delay)
     run = run_loop(system, 0.01, 60, controller, observer, cancellation, substeps=200)
 
-    engine = generated_observer(spec, observer_of(spec), twin=True).engine
+    engine = by_twin(generated_observer, spec, observer_of(spec)).engine
     mass = Mass(2, lambda w, x, v: w, lambda speed, s: 3)
     x, v, before, difference, sent, friction = 0.0, 0.0, 0.0, 0.0, 0.0, [0.0] * delay
     for k in range(60):
@@ -129,7 +137,7 @@ def test_an_estimate_of_the_same_instant_is_the_one_its_step_gives():
 def test_replaying_the_loops_log_gives_its_estimates():
     spec, system = rig(more="  cancel: 0.9\n  cancel_delay: 1\n")
     run = simulate(spec, system)
-    engine = generated_observer(spec, observer_of(spec), twin=True).engine
+    engine = by_twin(generated_observer, spec, observer_of(spec)).engine
     rows = np.hstack([run.positions, run.inputs])
     engine.start(rows[0])
     assert np.array_equal(engine.run(rows)[0], run.estimates[:, :-1])
@@ -139,7 +147,7 @@ def test_an_observer_slower_than_the_loop_sees_every_other_sample():
     spec, system = rig(period=0.004)
     run = simulate(spec, system)
     assert np.array_equal(run.estimates[:-1:2], run.estimates[1::2])
-    engine = generated_observer(spec, observer_of(spec), twin=True).engine
+    engine = by_twin(generated_observer, spec, observer_of(spec)).engine
     rows = np.hstack([run.positions, run.inputs])[::2]
     engine.start(rows[0])
     assert np.array_equal(engine.run(rows)[0], run.estimates[::2])
@@ -160,7 +168,7 @@ def test_measured_velocity_reaches_the_observer_with_its_noise():
     spec, system = one_mass(m=1, a=4, more=text + "  velocity_noise: {v: 0.01}\n")
     run = simulate(spec, system)
     assert np.std(run.velocities - run.true_velocities) == pytest.approx(0.01, rel=0.15)
-    engine = generated_observer(spec, observer_of(spec), twin=True).engine
+    engine = by_twin(generated_observer, spec, observer_of(spec)).engine
     rows = np.hstack([run.positions, run.velocities, run.inputs])
     engine.start(rows[0])
     assert np.array_equal(engine.run(rows)[0], run.estimates)
@@ -242,7 +250,7 @@ def test_peeking_leaves_the_observer_as_it_is():
     spec, _ = rig()
     rows = np.column_stack([0.1 * np.sin(np.arange(40.0)), np.cos(np.arange(40.0))])
     made = generated_observer(spec, observer_of(spec))
-    for observer in (made, replace(made, engine=generated_observer(spec, observer_of(spec), twin=True).engine)):
+    for observer in (made, replace(made, engine=by_twin(generated_observer, spec, observer_of(spec)).engine)):
         observer.engine.start(rows[0])
         plain = observer.engine.run(rows)[0]
         observer.engine.start(rows[0])
