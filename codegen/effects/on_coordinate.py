@@ -96,6 +96,7 @@ class InertiaError(Effect):
     signature = "a force proportional to acceleration"
     seen_over = "acceleration"
     parameters = (EffectParameter("delta", "{F}*s^2/{q}", "added inertia", neutral=0.0),)
+    demands = "an inertia above 0 with delta"
     confused_with = (
         Confusion("input_gain", "another force on the axis: a known load or spring"),
         Confusion("input_delay", "two frequencies"),
