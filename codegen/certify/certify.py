@@ -37,8 +37,6 @@ __all__ = ["Certificate", "Proposal", "Proposals", "Refusal", "certify", "spectr
 
 SLOWER = (1.0, 0.999, 0.99, 0.97, 0.9)
 """Shares of the rate of a proposal that are tried: the rounded P may certify slightly less than P in floating point."""
-FINER, MOST_MATRICES = (2, 4), 150
-"""Numbers of further bisections of every cell, tried in turn while no P is found, and the most matrices for it."""
 ENOUGH = 0.9
 """Share of the spectral rate from which a common P is good enough that no P over angles is searched for."""
 MOST_TURNING, MOST_ERRORS = 32, 8
@@ -119,16 +117,18 @@ def _certified(
         return _unstable(analysis, limit, by_parts())
     spectral = min([spectral_rate(analysis), *([] if slowest is None else [slowest.rate])])
     try:
-        cells, common = _common(family, analysis.dynamics.period)
+        cells = enclose_family(family)
+        proposal = common_lyapunov(cells.matrices, analysis.dynamics.period)
+        common = None if proposal is None else Found(family, *proposal, cells.splits)
     except NotEnclosable as error:
         return replace(_no_words(analysis, error), regions=by_parts())
     except verify.Refused as error:
         return replace(_undecided(analysis, str(error)), regions=by_parts())
     why = "no quadratic Lyapunov function common to the whole envelope was found"
     found_first = _proposals(analysis, family, cells, common, spectral, all_angles)
-    for proposal, share in ((each, share) for each in found_first for share in SLOWER):
+    for candidate, share in ((each, share) for each in found_first for share in SLOWER):
         try:
-            ((content, report),) = proved([(base, replace(proposal, rate=share * proposal.rate))], analysis)
+            ((content, report),) = proved([(base, replace(candidate, rate=share * candidate.rate))], analysis)
         except verify.Refused as error:
             why = f"the matrix that was found fails the check in exact arithmetic ({error})"
             continue
@@ -138,29 +138,10 @@ def _certified(
             spectral,
             report.facts,
             limit,
-            best_rate=proposal.best_rate,
+            best_rate=candidate.best_rate,
         )
         return _without_jumps(found, base, analysis, family, cells) if further else found
     return replace(_undecided(analysis, why), regions=by_parts())
-
-
-def _common(family: Family, h: float) -> tuple[Cells, Found | None]:
-    """The cells of the envelope and a common Lyapunov matrix of their vertices, with finer cells while none is found.
-
-    Args:
-        h: sample time, s; 0 for the implicit step.
-    """
-    cells = enclose_family(family)
-    proposal = common_lyapunov(cells.matrices, h)
-    for finer in FINER:
-        if proposal is not None or not family.variables:
-            break
-        finer_cells = enclose_family(family, finer)
-        if len(finer_cells.matrices) > MOST_MATRICES:
-            break
-        cells = finer_cells
-        proposal = common_lyapunov(cells.matrices, h)
-    return cells, None if proposal is None else Found(family, *proposal, cells.splits)
 
 
 def _proposals(

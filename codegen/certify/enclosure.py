@@ -104,53 +104,40 @@ def cells_of(breaks: Mapping[sympy.Symbol, Sequence[Any]]) -> list[Cell]:
     return [dict(zip(breaks, cell, strict=True)) for cell in product(*map(pairwise, breaks.values()))]
 
 
-def enclose_family(family: Family, finer: int = 0) -> Cells:
+def enclose_family(family: Family) -> Cells:
     """Partition the envelope until the enclosures are within 3 % of the sampled ranges, by at most 14 bisections.
-
-    Args:
-        finer: number of further bisections of every interval; the parameters of one cell are then less dependent on
-            each other, and their box is closer to the set of their values.
 
     Raises:
         NotEnclosable: with more than twelve parameters that vary.
         codegen.checker.verify.Refused: if interval arithmetic cannot enclose an expression.
     """
     enclosure = Enclosure(family)
-    breaks, boxes = _partition(tuple(family.parameters.items()), tuple(family.variables.items()), finer)
+    breaks, boxes = _partition(tuple(family.parameters.items()), tuple(family.variables.items()))
     splits = {v: [sympy.Rational(b.numerator, b.denominator) for b in bs] for v, bs in breaks.items() if len(bs) > 2}
     return Cells(splits, enclosure.at(boxes))
 
 
 @lru_cache(maxsize=16)
 def _partition(
-    named: tuple[tuple[sympy.Symbol, Any], ...], ranges: tuple[tuple[sympy.Symbol, tuple[Any, Any]], ...], finer: int
+    named: tuple[tuple[sympy.Symbol, Any], ...], ranges: tuple[tuple[sympy.Symbol, tuple[Any, Any]], ...]
 ) -> tuple[dict[sympy.Symbol, list[Fraction]], list[Box]]:
     """Breakpoints of each variable and the parameter boxes of the cells; cached.
 
     Args:
         named: the parameters of a family as pairs, which can be hashed.
         ranges: its variables likewise.
-        finer: as in ``enclose_family``.
     """
     parameters, variables = dict(named), dict(ranges)
     values, sampled = _parsed(parameters, variables), _sampled_ranges(parameters, variables)
     breaks = {v: [*map(fraction, ends)] for v, ends in variables.items()}
     most = min(MOST_CELLS, MOST_CORNERS >> len(parameters))
 
-    def cut(at: set[tuple[sympy.Symbol, Fraction]]) -> bool:
-        """Add these breakpoints; False, and nothing added, if there are none or the cells would be too many."""
+    for _ in range(ROUNDS):
+        at = _loose_intervals(values, parameters, breaks, sampled)
         grown = {v: sorted({*b, *(m for (w, m) in at if w == v)}) for v, b in breaks.items()}
         if not at or np.prod([len(b) - 1 for b in grown.values()]) > most:
-            return False
-        breaks.update(grown)
-        return True
-
-    for _ in range(ROUNDS):
-        if not cut(_loose_intervals(values, parameters, breaks, sampled)):
             break
-    for _ in range(finer):
-        if not cut({(v, (p + q) / 2) for v, b in breaks.items() if v != PI for p, q in pairwise(b)}):
-            break
+        breaks = grown
     return breaks, _boxes(values, cells_of(breaks))
 
 

@@ -21,8 +21,8 @@ from codegen.certify.content import Found
 from codegen.certify.enclosure import exact_ranges
 from codegen.certify.family import Family
 from codegen.certify.lyapunov import common_lyapunov
-from codegen.certify.prefix import rounded_matrix, to_prefix
-from codegen.checker import decay, frame, kernel
+from codegen.certify.prefix import rounded_matrix, texts, to_prefix
+from codegen.checker import decay, kernel
 
 MOST_POINTS, MOST_CORNERS = 16, 64
 """Largest number of sampled points of all angles together (3 for each angle at least), and of vertices of the other
@@ -78,7 +78,8 @@ def over_angles(family: Family, h: Any) -> Found | None:
 def _leaf(family: Family, h: Any, p: Array) -> Callable[[Fraction, Cell], bool]:
     """The test (c, cell) → whether Φ'PΦ ≤ cP on a cell of the tangent variables, by the checker's own functions."""
     known: dict[Any, Any] = {}
-    stated = {
+    stated: dict[str, Any] = {
+        "observer": {"integration": "euler"},
         "sample_time": str(h),
         "parameters": [{"name": s.name, "expression": to_prefix(e)} for s, e in family.parameters.items()],
         "matrix": [[to_prefix(e) for e in family.matrix.row(i)] for i in range(family.matrix.rows)],
@@ -86,14 +87,11 @@ def _leaf(family: Family, h: Any, p: Array) -> Callable[[Fraction, Cell], bool]:
     step = decay.step(stated, {v.name: kernel.term(1, v.name) for v in family.variables}, known)
     box = {v.name: ends for v, ends in exact_ranges(family).items()}
     scale = p / np.abs(p).max()
-    exact = [[kernel.term(str(x)) for x in row] for row in rounded_matrix(scale, DIGITS, np.sqrt(np.diag(scale)))]
+    stated["lyapunov_matrix"] = texts(rounded_matrix(scale, DIGITS, np.sqrt(np.diag(scale))))
 
-    @frame.limited()
     def decreases(factor: Fraction, cell: Cell) -> bool:
         try:
-            for divisor in decay.divisors(known):
-                kernel.semidefinite([[divisor]], box | cell, "", known, kernel.LEAST)
-            kernel.contracts(step, exact, factor, box | cell, "", known)
+            decay.decreases(stated, step, factor, box | cell, "", known)
         except ValueError:
             return False
         return True
