@@ -110,7 +110,8 @@ def input_leads(problem: Problem, log: Log) -> tuple[dict[int, float], tuple[Fin
         words = _words(w.name, lead.rows, problem.motion.sample_time, stated)
         found.append(Finding("warning", f"timing of {w}", words, figures))
     if alike:
-        words = f"{' and '.join(alike)} taken as early as the other inputs: nothing in the log contradicts it"
+        are = "is" if len(alike) == 1 else "are"
+        words = f"{' and '.join(alike)} {are} taken as early as the others: nothing in the log contradicts it"
         found.append(Finding("warning", "timing of other inputs", words, {"lead": common}))
     return leads, tuple(found)
 
