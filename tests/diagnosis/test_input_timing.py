@@ -104,7 +104,9 @@ def test_where_the_hold_is_stated_a_late_row_is_told_and_not_corrected(fast: Log
 
 
 def test_an_input_with_a_stated_time_is_left_alone(fast: Log) -> None:
-    late = replace(a_row_late(every(fast, means=True)), description=LogDescription(late={"w": 0.0}))
+    late = replace(
+        a_row_late(every(fast, means=True)), description=LogDescription().model_copy(update={"late": {"w": 0.0}})
+    )
     assert leads_of(late) == ({}, ())
 
 
