@@ -125,7 +125,7 @@ def test_many_rows_of_many_samples_are_more_work_than_the_limit(alike: bool, mon
     monkeypatch.setattr(frame, "SECONDS", 1)
     proof, files = shipped()
     claim = json.loads((HERE / "ellipsoid.json").read_text("utf-8"))
-    claim["sets"][0]["samples"] = 10_000
+    claim["sets"][0]["samples"] = "10000"
     row = claim["sets"][0]["rows"][0]
     claim["sets"][0]["rows"] = (
         [row] * 200_000 if alike else [[str(k + 1), *row[1:]] for k in range(ellipsoid.MOST_ROWS)]
