@@ -194,6 +194,13 @@ def test_a_tolerance_is_a_share(text: str, share: float) -> None:
     assert read_share(text, Place("s.yaml")) == share
 
 
+def test_a_tolerance_with_a_unit_is_answered_with_what_a_tolerance_is() -> None:
+    """The answer was `not a number; expected a number`."""
+    with pytest.raises(BadInput) as fault:
+        read_share("5 N*m", Place("s.yaml"))
+    assert "share of the value" in fault.value.expected and "without a unit" in fault.value.expected
+
+
 @pytest.mark.parametrize(("text", "meant"), [("2", "`2%`, or `200%`"), ("1", "`1%`, or `100%`"), ("10.5", "`10.5%`")])
 def test_a_tolerance_that_may_be_meant_in_percent_is_refused(text: str, meant: str) -> None:
     """`tolerance: 2` was taken as 200 %, and nothing said so."""
