@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,7 +14,7 @@ from codegen.base.resources import resource_folder
 from codegen.diagnosis.fit.record import record_of
 from codegen.diagnosis.fit.residual import Problem, inverse_dynamics_residual
 from codegen.diagnosis.fit.search import search_on
-from codegen.diagnosis.fit.signals import smooth_motion
+from codegen.diagnosis.fit.signals import low_pass, smooth_motion
 from codegen.diagnosis.fit.trial import part_of
 from codegen.diagnosis.selection.forward_selection import Outcome
 from codegen.diagnosis.verdict.harmonics import regress, with_harmonics
@@ -47,6 +49,24 @@ def test_what_is_not_periodic_is_no_sum_of_waves(tmp_path: Path) -> None:
     problem = problem_of(tmp_path, "[]")
     noise = problem.motion.low_pass(np.random.default_rng(0).normal(size=len(problem.motion.time)))
     assert regress(problem, noise, 0, PERIOD) is None
+
+
+def test_a_short_way_back_hides_no_wave() -> None:
+    """A motor that goes back for half a second: offset and level by the other blocks were 7 A and −7 A.
+
+    All waves but the largest were smaller than the share of that error which each has to explain.
+    """
+    t = 2e-3 * np.arange(8000)
+    speed = np.where((t >= 1.4) & (t < 1.952), -3.0, 3.0)
+    x = 2e-3 * np.cumsum(speed)
+    force = 0.05 * np.sign(speed) + 0.2 * np.sin(9 * x) + 0.03 * np.cos(14 * x) + 0.02 * np.sin(20 * x)
+    force += 0.02 * np.random.default_rng(3).normal(size=len(t))
+    motion = SimpleNamespace(
+        positions=x[:, None], velocities=speed[:, None], cutoff_hz=20.0, sample_time=2e-3, step=lambda dense: 1
+    )
+    problem: Any = SimpleNamespace(motion=motion, used=np.ones((len(t), 1), dtype=bool))
+    waves = regress(problem, low_pass(force[:, None], 20.0, 2e-3)[:, 0], 0, 2 * np.pi)
+    assert waves is not None and waves.orders == (9, 14, 20)
 
 
 def test_free_runs_put_the_waves_in_the_place_of_a_lone_sine(tmp_path: Path) -> None:

@@ -265,7 +265,10 @@ def _coordinate(log: Log, spec: Spec, motion: Motion, kept: Kept, j: int) -> Fin
     if still > MOSTLY_STILL:
         hints.append("It stands still most of the time, when friction can be anything up to its level.")
     if slow > -threshold or fast < threshold:
-        hints.append("It moves in one direction only: friction cannot be told from a constant force.")
+        hints.append(
+            "It moves in one direction only: friction cannot be told from a constant force, nor from cogging where it "
+            "depends on the position."
+        )
     return Finding(_warning_if(bool(hints)), topic, " ".join([words, *hints]), figures)
 
 
