@@ -125,7 +125,7 @@ class Backlash(_OnAxis):
     parameters = (EffectParameter("gap", "{q}", "full width of the play", low=0.0), STIFFNESS, DAMPING, SHARE)
     confused_with = (
         Confusion("compliance", "preload: it takes the play out"),
-        Confusion("presliding", "a microscopic slow sine: presliding holds it with a force, backlash lets it go"),
+        Confusion("presliding", "a microscopic slow sine: presliding resists it with a force, backlash does not"),
         Confusion("input_delay", "a chirp at two amplitudes"),
     )
     extends = Compliance.kind

@@ -15,11 +15,13 @@ from codegen.friction.zero_memory import Coulomb
 from codegen.mechanics.system import TIME, System
 from codegen.spec.functions import Magnitude, Sgn
 
-COEFFICIENT = EffectParameter("b", "{F}*s/{q}", "viscous coefficient; of a curve, what its slope loses", neutral=0.0)
+COEFFICIENT = EffectParameter(
+    "b", "{F}*s/{q}", "viscous coefficient; of a curve, slope at rest less slope at high speed", neutral=0.0
+)
 """b of viscous friction."""
-# seen_at: with a lower v_s the curve is nearly Coulomb friction over the whole log, with a higher one a straight line.
+# Bounds of seen_at: with a lower v_s the curve is nearly Coulomb friction over the whole log, with a higher one linear.
 THINNING_SPEED = EffectParameter(
-    "v_s", "{q}/s", "speed at which half of b is lost", low=0.0, start=speeds, seen_at=(0.01, 3.0)
+    "v_s", "{q}/s", "speed at which the slope has fallen by half of b", low=0.0, start=speeds, seen_at=(0.01, 3.0)
 )
 """v_s of viscous friction with a slope that falls with speed."""
 HIGH_SPEED_SLOPE = EffectParameter(
@@ -100,7 +102,7 @@ class CoulombAsymmetry(Effect):
     both_ways = True
     demands = "|d| no larger than the friction level, so that neither direction's level is negative"
     parameters = (EffectParameter("d", "{F}", "half the difference of the two levels", neutral=0.0),)
-    confused_with = (Confusion("offset", "another mounting; never the same log"),)
+    confused_with = (Confusion("offset", "a log in another mounting; in one mounting both are a constant force"),)
 
     def add(self, system: System, place: int, p: Symbols) -> System:
         return system.with_contact_force(place, p["d"])
@@ -154,7 +156,7 @@ class Stribeck(Effect):
         (RISE, replace(STRIBECK_VELOCITY, seen_at=(0.0, 0.5)), RISE_DIFFERENCE),
     )
     confused_with = (
-        Confusion("friction_drift", "speeds in random order: a rising ladder of speeds goes along with time"),
+        Confusion("friction_drift", "speeds in random order: in a rising ladder speed and time are correlated"),
         Confusion("presliding", "a microscopic slow sine"),
         Confusion("quantisation", "a finer encoder, or slow motion in one direction"),
         Confusion("quadratic_drag", "slow motion, where a wide Stribeck curve still falls"),
@@ -184,7 +186,7 @@ class Stribeck(Effect):
 
 
 def _level_at_rest(system: System, place: int) -> float | None:
-    """The declared friction level at rest, in numbers; None for a law with states, which has no level at rest."""
+    """The declared friction level at rest, N or N m; None for a law with states, which has no level at rest."""
     contact = system.contacts[place]
     level = None if isinstance(contact.law, DynamicLaw) else contact.level_at_rest
     return None if level is None else float(level.subs(system.values))
@@ -194,7 +196,7 @@ SEVERAL_LOADS = "several loads, driving and back-driving"
 """Experiment that discriminates friction that depends on the load from a gain error."""
 
 
-class _OfLoad(Effect):
+class _LoadDependent(Effect):
     """Friction that grows with the transmitted load L: the force of the inputs in the direction of the contact."""
 
     sits_on = "contact"
@@ -205,12 +207,12 @@ class _OfLoad(Effect):
         return bool(drive_force(system, place) != 0)
 
 
-class LoadDependentFriction(_OfLoad):
+class LoadDependentFriction(_LoadDependent):
     """Load-dependent friction: level += mu |L|, with L the force of the inputs in the direction of the contact."""
 
     kind = "load_dependent_friction"
     equation = "level += mu·|L|"
-    signature = "a step at reversal whose height follows the drive force"
+    signature = "a step at reversal whose height is proportional to the drive force"
     parameters = (EffectParameter("mu", "1", "share of the drive force", low=0.0, neutral=0.0),)
     confused_with = (
         Confusion("input_gain", SEVERAL_LOADS),
@@ -221,7 +223,7 @@ class LoadDependentFriction(_OfLoad):
         return system.with_level(place, p["mu"] * Magnitude(drive_force(system, place)))
 
 
-class DriveBackdriveFriction(_OfLoad):
+class DriveBackdriveFriction(_LoadDependent):
     """Gear friction that differs between driving and braking: level += mu_drive |L| if L u > 0, mu_back |L| if L u < 0.
 
     L is the force of the inputs in the direction of the contact. Since sgn(u)·|L|·sgn(L u) = L, this is
@@ -230,7 +232,7 @@ class DriveBackdriveFriction(_OfLoad):
 
     kind = "drive_backdrive_friction"
     equation = "level += mu_drive·|L| for L·u > 0, mu_back·|L| for L·u < 0"
-    signature = "a step at reversal whose height follows the drive force, another one in driving than in braking"
+    signature = "a step at reversal in proportion to the drive force, with different factors in driving and braking"
     refines = "load_dependent_friction"
     parameters = (
         EffectParameter("mu_drive", "1", "share of the drive force while it drives", low=0.0, neutral=0.0),
@@ -288,18 +290,22 @@ class Presliding(Effect):
     seen_over = "position"
     parameters = (EffectParameter("sigma", "{F}/{q}", "presliding stiffness", low=0.0, start=bristles),)
     confused_with = (
-        Confusion("backlash", "a microscopic slow sine: presliding holds it with a force, backlash lets it go"),
+        Confusion("backlash", "a microscopic slow sine: presliding resists it with a force, backlash does not"),
         Confusion("input_delay", "a microscopic slow sine"),
         Confusion("stribeck", "a microscopic slow sine"),
         Confusion("inertia_error", "two frequencies"),
     )
-    needs = "a contact whose law is coulomb; of a richer law with presliding the laws are lugre, dahl and others"
+    needs = "a contact whose law is coulomb; laws that have presliding themselves are lugre, dahl and others"
 
     def applies(self, system: System, place: int) -> bool:
         return isinstance(system.contacts[place].law, Coulomb)
 
     def followed(self, covered: Covered) -> list[dict[str, float]]:
-        """All starting stiffnesses: with a soft contact the refitted level is too low for starts from free runs."""
+        """All starting stiffnesses, also those that free runs would rule out.
+
+        Where the contact is soft, the friction level of the model without presliding is fitted too low, and the free
+        runs with that level do not show which stiffness is near the optimum.
+        """
         return [{"sigma": sigma} for sigma in bristles(covered)]
 
     def add(self, system: System, place: int, p: Symbols) -> System:
@@ -320,7 +326,7 @@ class FrictionDrift(Effect):
         EffectParameter("T", "s", "time constant", low=0.0, start=slow_times),
     )
     confused_with = (
-        Confusion("stribeck", "speeds in random order: a rising ladder of speeds goes along with time"),
+        Confusion("stribeck", "speeds in random order: in a rising ladder speed and time are correlated"),
         Confusion("temperature", "repeat the same motion later"),
     )
 

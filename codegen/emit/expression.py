@@ -11,11 +11,11 @@ import numpy as np
 from codegen.program.graph import Node, out_of_range
 
 ATOM, UNARY, PRODUCT, SUM = 4, 3, 2, 1
-"""Precedence of a text's outermost operator. An operand of lower precedence than required is put in parentheses."""
+"""Precedence of the outermost operator of a printed expression, from strongest to weakest."""
 WIDTH = 112
 """Longest line of a wrapped expression, in characters."""
 DEEPEST_BREAK = 6
-"""Depth of parentheses from which on no line is broken."""
+"""Lines are broken at operators that are inside fewer parentheses than this."""
 
 
 @dataclass(frozen=True)
@@ -23,13 +23,14 @@ class Language:
     """Expression syntax of an output language at one precision.
 
     Attributes:
-        calls: function → its name in the language; ``quotient`` is a division whose divisor may be zero.
+        calls: function → its name in the language. With a function for ``quotient``, a quotient of
+            variables is printed as a call of it, since the divisor may be zero.
         single: whether numbers are single precision.
-        number: format of a literal with {digits}.
+        number: format of a literal, such as ``{digits}f``.
         opening, closing: parentheses around an expression that takes several lines.
         rounds_literals: whether the printed code rounds its literals to single precision itself, as ``float32(0.1)``
-            does. A number that is no single is then printed with the digits of the double, so that the checker reads
-            the certificate's number in the Python twin.
+            does. A number that single precision cannot represent exactly is then printed with all digits of the double,
+            so that the checker reads the same number in the Python twin as in the certificate.
     """
 
     calls: Mapping[str, str]
@@ -40,7 +41,7 @@ class Language:
     rounds_literals: bool = False
 
     def literal(self, value: float) -> str:
-        """The shortest decimal that rounds to this number, with a point or an exponent.
+        """The literal of a number: the shortest decimal that rounds to it, with a point or an exponent.
 
         Raises:
             BadInput: for a number that is not finite, or that underflows to zero or overflows in single precision.
@@ -62,8 +63,8 @@ class Expressions:
 
     Args:
         words: name of a symbol → its text.
-        names: node → the variable that stores its value.
-        place: function that prints an array element or a local.
+        names: node → name of the variable that stores its value; the name is printed in place of the expression.
+        place: function that prints an array element or a local variable.
     """
 
     def __init__(
@@ -76,7 +77,7 @@ class Expressions:
         self.language, self.words, self.names, self.place = language, words, names, place
 
     def text(self, node: Node, whole: bool = False) -> str:
-        """The text of a node; ``whole`` prints the expression also where the node has a name, for its definition."""
+        """The text of a node; with ``whole`` that of its definition, also where a variable stores the value."""
         return self._write(node, whole)[0]
 
     def _write(self, node: Node, whole: bool = False) -> tuple[str, int]:
@@ -92,7 +93,7 @@ class Expressions:
             case "element" | "local" if self.place is not None:
                 return self.place(node), ATOM
             case "negative":
-                return f"-{self._bound(arguments[0], ATOM)}", UNARY
+                return f"-{self._operand(arguments[0], ATOM)}", UNARY
             case "call":
                 inside = ", ".join(self.text(a) for a in arguments)
                 return f"{self.language.calls[node.name]}({inside})", ATOM
@@ -100,17 +101,17 @@ class Expressions:
                 above, below = (self.text(a) for a in arguments)
                 return f"{self.language.calls['quotient']}({above}, {below})", ATOM
             case "quotient":
-                return f"{self._bound(arguments[0], PRODUCT)} / {self._bound(arguments[1], UNARY)}", PRODUCT
+                return f"{self._operand(arguments[0], PRODUCT)} / {self._operand(arguments[1], UNARY)}", PRODUCT
             case "product":
                 first, *rest = arguments
-                return " * ".join([self._bound(first, PRODUCT), *(self._bound(a, UNARY) for a in rest)]), PRODUCT
-        parts = [self._bound(arguments[0], SUM if node.signs[0] > 0 else ATOM)]  # -(-2.0): --2.0 is a decrement in C
+                return " * ".join([self._operand(first, PRODUCT), *(self._operand(a, UNARY) for a in rest)]), PRODUCT
+        parts = [self._operand(arguments[0], SUM if node.signs[0] > 0 else ATOM)]  # -(-2.0): --2.0 is a decrement in C
         parts[0] = parts[0] if node.signs[0] > 0 else f"-{parts[0]}"
         for sign, term in zip(node.signs[1:], arguments[1:], strict=True):
-            parts.append(f"{'+' if sign > 0 else '-'} {self._bound(term, PRODUCT)}")
+            parts.append(f"{'+' if sign > 0 else '-'} {self._operand(term, PRODUCT)}")
         return " ".join(parts), SUM
 
-    def _bound(self, node: Node, least: int) -> str:
+    def _operand(self, node: Node, least: int) -> str:
         """The text of an operand, in parentheses where its precedence is below ``least``."""
         text, precedence = self._write(node)
         return text if precedence >= least else f"({text})"

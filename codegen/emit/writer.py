@@ -14,20 +14,25 @@ from codegen.program.graph import Node, reachable
 from codegen.program.model import HELD, LARGEST
 
 INDEX = "i"
+"""Loop variable of the printed code."""
 _SUM_STARTS = 25
-"""Column from which the terms of a sum are wrapped."""
+"""Column at which the terms of a sum start in the templates."""
 
 
 @dataclass(frozen=True)
 class Style:
-    """Syntax of struct fields and local variables in a language: formats with {name}, which may end with an index.
+    """Syntax of struct fields and local variables in a language.
+
+    The formats contain {name}, for which a name with or without an index is inserted, such as x or x[3].
 
     Attributes:
-        structs: struct → format of its fields.
-        local, inner: format of a local of the function, and of a local of a loop body.
-        declaration: format of a local that is declared where it is assigned, as are those of a loop body.
-        declares_locals: whether locals of the function are declared where they are assigned too.
-        indent: of a line outside loops; a loop body is indented by four more.
+        structs: struct → format of its fields, such as ``s->{name}``.
+        local: format of a local variable of the function.
+        inner: format of a local variable of a loop body.
+        declaration: format of a local variable in the assignment that also declares it.
+        declares_locals: whether the assignment declares a local variable of the function; it always declares one of a
+            loop body.
+        indent: columns before a line outside loops; a loop body has four more.
     """
 
     language: Language
@@ -41,12 +46,12 @@ class Style:
 
 @dataclass(frozen=True)
 class Entry:
-    """A struct field as declared: a scalar, or an array of numbered quantities.
+    """A field of a struct: a scalar, or an array of numbered quantities such as x1, x2, ….
 
     Attributes:
         count: length of an array; 0 for a scalar.
-        unit, meaning: for the comment; the meaning of an array names its first and last element.
-        values: one for each element.
+        unit, meaning: for the comment; the meaning of an array names its first and last quantity.
+        values: initial or declared value of each element; zeros if there are none.
     """
 
     name: str
@@ -66,7 +71,11 @@ Row = tuple[str, str, str, float]
 
 
 def entries(program: Program, struct: str) -> tuple[Entry, ...]:
-    """The entries of ``parameters``, ``states``, ``inputs`` or ``outputs``; neighbours of an array are one entry."""
+    """The fields of a struct, in order; successive quantities of one array make one field.
+
+    Args:
+        struct: ``parameters``, ``states``, ``inputs`` or ``outputs``.
+    """
     if struct == "outputs":
         rows = [(name, unit, meaning, 0.0) for name, unit, meaning in program.outputs]
     else:
@@ -83,6 +92,7 @@ def entries(program: Program, struct: str) -> tuple[Entry, ...]:
 
 
 def _entry(program: Program, group: Sequence[Row]) -> Entry:
+    """The field of the quantities in ``group``: one scalar, or all elements of one array."""
     name, unit, meaning, _ = group[0]
     values = tuple(value for _, _, _, value in group)
     place = program.arrays.get(name)
@@ -94,7 +104,13 @@ def _entry(program: Program, group: Sequence[Row]) -> Entry:
 
 @dataclass(frozen=True)
 class DerivedEntry:
-    """A derived constant, or an array of them; ``count`` is 0 for a scalar, ``formula`` that of the first."""
+    """A constant that is computed from parameters, or an array of such constants.
+
+    Attributes:
+        count: length of an array; 0 for a scalar.
+        values: at the parameters of the spec, one for each element.
+        formula: of the first element.
+    """
 
     name: str
     count: int
@@ -103,9 +119,12 @@ class DerivedEntry:
 
 
 class Writer:
-    """Printer of a program's code in one style.
+    """Printer of the assignments in a program's code; the templates call it for each line.
 
-    Its methods raise BadInput for a number that no literal of the language expresses.
+    A line belongs to a stretch: a straight sequence of assignments, or the body of a loop.
+
+    Raises:
+        BadInput: by its methods, for a number that no literal of the language can express.
     """
 
     def __init__(self, program: Program, code: Code, style: Style) -> None:
@@ -120,7 +139,7 @@ class Writer:
         self._expressions = Expressions(self.language, words, {}, self._place)
 
     def target(self, line: Line, stretch: Stretch) -> str:
-        """The left-hand side of an assignment, with the declaration of a local where it is declared here."""
+        """The left-hand side of an assignment, with the type of a local variable if this assignment declares it."""
         if line.field:
             node = line.target
             name = f"{node.name}[{_index(node)}]" if node.kind == "element" else node.name
@@ -137,7 +156,7 @@ class Writer:
         return wrapped(self._expressions.text(line.value), start, self.language, indent + 4)
 
     def terms(self, added: Sum) -> str:
-        """The terms of a sum, wrapped; empty where there are none."""
+        """The terms of a sum, joined by + and wrapped; an empty text for a sum without terms."""
         text = " + ".join(self._expressions.text(term) for term in added.terms)
         return wrapped(text, _SUM_STARTS, self.language, self.style.indent + 4)
 
@@ -147,7 +166,7 @@ class Writer:
 
     @property
     def derived(self) -> tuple[DerivedEntry, ...]:
-        """Derived constants, scalars and arrays, in the order in which their first element is computed."""
+        """The derived constants, scalars and arrays, in the order in which their first elements are computed."""
         code, rolled = self.code, self.code.rolled
         names = {name: f"{array}[{at}]" for name, (array, at) in rolled.constants.items()}
         plain = Expressions(self.language, self._parameters, {a.value: names.get(a.name, a.name) for a in code.derived})
@@ -169,16 +188,20 @@ class Writer:
         )
 
     def _place(self, node: Node) -> str:
-        """The text of an array element or a local."""
+        """The text of an array element or a local variable."""
         if node.kind == "local":
-            return (self.style.inner if node.signs else self.style.local).format(name=node.name)
+            return (self.style.inner if node.varies_in_loop else self.style.local).format(name=node.name)
         kind = self.code.rolled.storage[node.name]
         written = self.style.local if kind == "local" else self.style.structs[kind]
         return written.format(name=f"{node.name.removeprefix(HELD)}[{_index(node)}]")
 
 
 def template_words(program: Program, code: Code, header: Header, style: Style, real: str) -> dict[str, Any]:
-    """The variables that the templates of every language use; ``real`` is the type of a number."""
+    """The variables of the templates that are common to all languages.
+
+    Args:
+        real: the type of a number in the language, such as ``double``.
+    """
     literal, largest = style.language.literal, LARGEST[program.precision]
     return {
         "program": program,
@@ -194,7 +217,8 @@ def template_words(program: Program, code: Code, header: Header, style: Style, r
 
 
 def _index(element: Node) -> str:
+    """The index of an array element: 3, or relative to the loop variable: i, i + 3, i - 3."""
     at = int(element.value)
-    if not element.signs:
+    if not element.varies_in_loop:
         return str(at)
     return INDEX if at == 0 else f"{INDEX} + {at}" if at > 0 else f"{INDEX} - {-at}"

@@ -19,10 +19,10 @@ def diagonal(entries: Iterable[Any]) -> Matrix:
 def jacobian(
     expressions: Sequence[Any], variables: Sequence[sympy.Symbol], at: Mapping[sympy.Symbol, Any] | None = None
 ) -> Matrix:
-    """The Jacobian ∂expressions/∂variables, expressions by variables.
+    """The Jacobian J_ij = ∂expression_i/∂variable_j, len(expressions) by len(variables).
 
     Args:
-        at: variable → value at which it is evaluated; by default the Jacobian is a function of the variables.
+        at: variable → value at which J is evaluated; by default J is an expression in the variables.
     """
     column, gradients = {x: j for j, x in enumerate(variables)}, _Gradients(frozenset(variables), at or {})
     entries = {
@@ -34,14 +34,14 @@ def jacobian(
 
 
 class _Gradients:
-    """Gradients of expressions at a point, by the chain rule from the symbols up.
+    """Gradients of expressions at a point, by the chain rule.
 
-    Only the derivatives that are not zero are computed, and only the parts of an expression in which a variable occurs
-    are visited; equal parts once. The values of the other factors are inserted first, which keeps products short.
+    Subexpressions in which no variable occurs are not visited, and equal subexpressions are differentiated once. In the
+    product rule, the point is inserted into the factors that are not differentiated, which keeps the products short.
 
     Args:
-        variables: those with respect to which is differentiated.
-        at: variable → its value at the point, if it has one.
+        variables: those of the derivatives.
+        at: variable → its value at the point; a variable without one stays a symbol.
     """
 
     def __init__(self, variables: frozenset[sympy.Symbol], at: Mapping[sympy.Symbol, Any]) -> None:
@@ -49,12 +49,13 @@ class _Gradients:
         self._known: dict[Any, dict[sympy.Symbol, Any]] = {}
 
     def of(self, expression: Any) -> dict[sympy.Symbol, Any]:
-        """Variable → ∂expression/∂variable at the point."""
+        """Variable → ∂expression/∂variable at the point; derivatives that are zero are left out."""
         if expression not in self._known:
             self._known[expression] = self._computed(expression)
         return self._known[expression]
 
     def _value(self, expression: Any) -> Any:
+        """The expression at the point."""
         return expression.xreplace(self._at) if self._at else expression
 
     def _computed(self, expression: Any) -> dict[sympy.Symbol, Any]:
@@ -65,20 +66,20 @@ class _Gradients:
         if expression.is_Add:
             return _total(self.of(term) for term in expression.args)
         if expression.is_Mul:
-            factors = expression.args
-            return _total(
-                {
-                    x: sympy.Mul(*(self._value(f) for f in (*factors[:k], *factors[k + 1 :])), slope)
-                    for x, slope in found
-                }
-                for k, factor in enumerate(factors)
-                if (found := self.of(factor).items())
-            )
+            return _total(self._of_factor(expression.args, k) for k in range(len(expression.args)))
         if isinstance(expression, sympy.Function) and len(expression.args) == 1:
             outer = self._value(expression.fdiff(1))
             return {x: outer * slope for x, slope in self.of(expression.args[0]).items()} if outer != 0 else {}
         occurring = self._variables & expression.free_symbols
         return {x: self._value(sympy.diff(expression, x)) for x in occurring}
+
+    def _of_factor(self, factors: Sequence[Any], k: int) -> dict[sympy.Symbol, Any]:
+        """The term of the product rule in which factor k is differentiated."""
+        slopes = self.of(factors[k])
+        if not slopes:
+            return {}
+        others = [self._value(factor) for factor in (*factors[:k], *factors[k + 1 :])]
+        return {x: sympy.Mul(*others, slope) for x, slope in slopes.items()}
 
 
 def _total(gradients: Iterable[dict[sympy.Symbol, Any]]) -> dict[sympy.Symbol, Any]:

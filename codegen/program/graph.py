@@ -20,7 +20,7 @@ class Node:
         kind: number, symbol, sum, product, quotient, negative or call; in rolled code also element (of an array) and
             local.
         arguments: terms, factors, (numerator, denominator), the negated node, or the arguments of a call.
-        signs: of a sum's terms, 1 or -1. Of an element or a local: (1,) where it differs in each iteration of a loop.
+        signs: of a sum's terms, 1 or -1; of an element or a local (1,) if it ``varies_in_loop``, else empty.
         value: of a number; of an element, its index in the array.
         name: of a symbol, function, array or local.
         constant: whether it depends on parameters and numbers only.
@@ -39,6 +39,11 @@ class Node:
     def leaf(self) -> bool:
         """Whether it has no arguments: a number, symbol, element or local."""
         return not self.arguments
+
+    @property
+    def varies_in_loop(self) -> bool:
+        """Of an element or a local: whether it is another one in each iteration of a loop."""
+        return self.kind in ("element", "local") and bool(self.signs)
 
     def is_number(self, value: float | None = None) -> bool:
         """Whether it is a number, or this number."""

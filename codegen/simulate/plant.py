@@ -17,7 +17,7 @@ from codegen.simulate.dynamic_contact import DynamicContacts
 from codegen.simulate.plant_contacts import PlantContacts
 
 _ROUNDING = 64 * float(np.finfo(np.float64).eps)
-"""Relative magnitude below which a velocity after a step counts as a rounding error."""
+"""A velocity after a step is a rounding error if it is below this share of the terms whose sum it is."""
 
 
 class Plant:
@@ -73,13 +73,19 @@ class Plant:
 
 
 def _step_function(contacts: PlantContacts, motors: int) -> Any:
-    """CasADi function (state, w, t, h) → (state, λ) of one step; coordinates after the first ``motors`` are loads."""
+    """CasADi function (state, w, t, h) → (state, λ) of one step.
+
+    Args:
+        contacts: the contacts of the system that has the loads behind springs as further coordinates.
+        motors: number of coordinates without these loads; they come first.
+    """
     system = contacts.system
     n = system.degrees_of_freedom
     state = casadi.SX.sym("state", 2 * n + contacts.memory_size)
-    parts = [*range(motors), *range(2 * motors, motors + n)], [*range(motors, 2 * motors), *range(motors + n, 2 * n)]
+    at_x = [*range(motors), *range(2 * motors, motors + n)]
+    at_v = [*range(motors, 2 * motors), *range(motors + n, 2 * n)]
     w, t, h = casadi.SX.sym("w", len(system.inputs)), casadi.SX.sym("t"), casadi.SX.sym("h")
-    x, v, memory = state[parts[0]], state[parts[1]], state[2 * n :]
+    x, v, memory = state[at_x], state[at_v], state[2 * n :]
     middle = x + h / 2 * v
     names = symbol_values(system.values, (system.positions, middle), (system.inputs, w)) | {TIME: t + h / 2}
     mass, U = to_casadi(system.mass_matrix, names), to_casadi(system.distribution, names)
@@ -88,7 +94,12 @@ def _step_function(contacts: PlantContacts, motors: int) -> Any:
     mobility = casadi.mtimes(U.T, compliance) if system.contacts else casadi.SX(0, 0)
 
     def end_velocity(velocity: Any, guess: Any) -> tuple[Any, Any, Any]:
-        """v⁺, the memory of the contacts, and the contact forces, with the smooth forces evaluated at ``velocity``."""
+        """(v⁺, new memory of the contacts, contact forces λ), with the smooth forces evaluated at ``velocity``.
+
+        Args:
+            velocity: v_m.
+            guess: memory from which the solver of the contact forces starts.
+        """
         here = names | {s: velocity[i] for i, s in enumerate(system.velocities)}
         force = to_casadi(system.force, here)
         if not system.contacts:
@@ -96,29 +107,35 @@ def _step_function(contacts: PlantContacts, motors: int) -> Any:
         slip = casadi.mtimes(U.T, velocity)
         smooth, levels = contacts.smooth(slip, here), contacts.levels(slip, here)
         free = factors.solve(force - casadi.mtimes(U, smooth))
-        before, pushed = casadi.mtimes(U.T, v), casadi.mtimes(U.T, free)
-        found, after = contacts.forces(guess, before, pushed, mobility, levels, h)
-        return _moved(v, h, free, compliance, found), after, found + smooth
+        slip_before, free_slip_rate = casadi.mtimes(U.T, v), casadi.mtimes(U.T, free)
+        found, new_memory = contacts.forces(guess, slip_before, free_slip_rate, mobility, levels, h)
+        return _next_velocity(v, h, free, compliance, found), new_memory, found + smooth
 
-    predicted, first, _ = end_velocity(v, memory)
-    after, found, force = end_velocity((v + predicted) / 2, contacts.guess(memory, first))
-    moved = casadi.SX(2 * n, 1)
-    moved[parts[0]], moved[parts[1]] = middle + h / 2 * after, after
-    result = casadi.vertcat(moved, found)
+    predicted, predicted_memory, _ = end_velocity(v, memory)
+    after, new_memory, force = end_velocity((v + predicted) / 2, contacts.guess(memory, predicted_memory))
+    motion = casadi.SX(2 * n, 1)
+    motion[at_x], motion[at_v] = middle + h / 2 * after, after
+    result = casadi.vertcat(motion, new_memory)
     return casadi.Function("step", [state, w, t, h], [result, force], {"cse": True})
 
 
-def _moved(v: Any, h: Any, free: Any, compliance: Any, found: Any) -> Any:
-    """v + h (free − M⁻¹U λ); rounding errors are set to zero, so that a contact at rest stays at rest."""
-    after = v + h * (free - casadi.mtimes(compliance, found))
-    size = casadi.fabs(v) + h * (casadi.fabs(free) + casadi.mtimes(casadi.fabs(compliance), casadi.fabs(found)))
+def _next_velocity(v: Any, h: Any, free: Any, compliance: Any, forces: Any) -> Any:
+    """v⁺ = v + h (free − M⁻¹U λ), with zeros in place of rounding errors, so that a contact at rest stays at rest.
+
+    Args:
+        free: acceleration without the set-valued forces.
+        compliance: M⁻¹U.
+        forces: λ, the set-valued ones.
+    """
+    after = v + h * (free - casadi.mtimes(compliance, forces))
+    size = casadi.fabs(v) + h * (casadi.fabs(free) + casadi.mtimes(casadi.fabs(compliance), casadi.fabs(forces)))
     return casadi.if_else(casadi.fabs(after) / size <= _ROUNDING, 0, after)
 
 
 LONGEST_SUBSTEP = 1e-4
-"""In s."""
+"""Longest substep, s."""
 STEP_OF_PRESLIDING = 0.05
-"""Longest substep times the natural frequency of a bristle or spring, rad, or times the rate of its damping."""
+"""Longest substep times the rate of a bristle or spring: its natural frequency, or c/m of its damper."""
 MOST_SUBSTEPS = 1000
 """Most substeps in a sample."""
 
@@ -126,9 +143,10 @@ MOST_SUBSTEPS = 1000
 def substeps_of(system: System, period: float, position: Array) -> int:
     """Number of substeps in a sample, from 1 to ``MOST_SUBSTEPS``.
 
-    A substep is at most ``LONGEST_SUBSTEP`` long. Where a law has states or a load is behind a spring, it is also at
-    most ``STEP_OF_PRESLIDING`` over the natural frequency ω of that stiffness, and of a spring over c/m, the rate of
-    its damping. Position and velocity then agree with an exact integration to 1e-5 of their size.
+    A substep is at most ``LONGEST_SUBSTEP``, and at most ``STEP_OF_PRESLIDING``/ω for each law with states and each
+    load behind a spring, where ω = √(k/m) is the natural frequency of the bristle or spring; for a spring with a damper
+    also at most ``STEP_OF_PRESLIDING``/(c/m). Position and velocity then agree with an exact integration to 1e-5 of
+    their size.
 
     Args:
         period: sample time, s.

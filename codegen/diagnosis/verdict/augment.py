@@ -1,4 +1,4 @@
-"""The augmented spec: effects and refitted values written into the author's own text, comments kept."""
+"""The augmented spec: found effects and refitted values in the author's own text, whose comments are kept."""
 
 from __future__ import annotations
 
@@ -16,10 +16,20 @@ from codegen.spec.motion import KinematicTree
 from codegen.spec.yaml_text import changed_text, load_mapping
 
 DIGITS = 6
+"""Significant digits of a written number."""
 
 
 def augmented_text(spec: Spec, effects: Sequence[FoundEffect], values: Mapping[str, float], system: System) -> str:
-    """The spec's text with effects appended, and with levels and uncertain parameters replaced by values in SI."""
+    """The spec's text with the found effects appended and the refitted values in place of the declared ones.
+
+    Each replaced value is noted in a comment at the end of its line. Friction levels and parameters of effects are
+    written in SI, parameters of the model in the unit of their declaration.
+
+    Args:
+        effects: those to append.
+        values: name of a friction level, model parameter, effect parameter or base parameter → refitted value in SI.
+        system: that of the spec; it has the names of the levels and of the declared effects' parameters.
+    """
     document, _ = load_mapping(spec.text, str(spec.path))
     if document.get("friction") is None:
         _write_out_joints(document, spec)
@@ -28,12 +38,12 @@ def augmented_text(spec: Spec, effects: Sequence[FoundEffect], values: Mapping[s
     for index, contact in enumerate(system.contacts):
         for name, s in contact.law_parameters.items():
             if s.name in values:
-                place = ("friction", "contacts", index, name)
-                _replace(document, place, values[s.name], float(system.values[s]))
+                path = ("friction", "contacts", index, name)
+                _replace(document, path, values[s.name], float(system.values[s]))
     for parameter in spec.parameters:
         if parameter.name in values and parameter.value != 0:
-            share = values[parameter.name] / float(parameter.value)
-            _replace(document, ("parameters", parameter.name, "value"), float(parameter.declared) * share)
+            in_its_unit = float(parameter.declared) * values[parameter.name] / float(parameter.value)
+            _replace(document, ("parameters", parameter.name, "value"), in_its_unit)
     for index, symbols in enumerate(declared_symbols(system, spec)):
         for name, s in symbols.items():
             if s.name in values:
@@ -47,7 +57,7 @@ def augmented_text(spec: Spec, effects: Sequence[FoundEffect], values: Mapping[s
 
 
 def _list_effects_by_line(document: CommentedMap) -> None:
-    """Make the section of effects a list with a line for each, also where it is missing or empty."""
+    """Make the section ``effects:`` a list with one line per effect; an empty list where it is missing or empty."""
     entries = document.get("effects")
     if not isinstance(entries, CommentedSeq) or not entries:
         fresh = CommentedSeq()
@@ -65,9 +75,10 @@ def _flow(values: Mapping[str, object]) -> CommentedMap:
 
 
 def _write_out_joints(document: CommentedMap, spec: Spec) -> None:
-    """Write the joint friction of a robot file into the spec, where it can be changed.
+    """Copy the joint friction of a robot file into the spec, so that its values can be replaced there.
 
-    A ``friction:`` section replaces all of the file's <dynamics>, so the damping is written as effects.
+    A ``friction:`` section overrides the file's <dynamics> completely, friction and damping. The damping is therefore
+    copied too, as viscous effects.
     """
     contacts = CommentedSeq()
     for c in spec.contacts:
@@ -84,50 +95,57 @@ def _write_out_joints(document: CommentedMap, spec: Spec) -> None:
 
 
 def _write_links(document: CommentedMap, spec: Spec, values: Mapping[str, float]) -> None:
-    """Write refitted base parameters next to the robot file's name; they replace the file's values."""
+    """Write refitted base parameters into the section ``urdf:``, where they override those of the robot file."""
     if not isinstance(spec.form, KinematicTree):
         return
     nominal = base_values(spec, spec.form)
-    moved = {name: value for name, value in values.items() if name in nominal}
-    if not moved:
+    refitted = {name: value for name, value in values.items() if name in nominal}
+    if not refitted:
         return
     section = document["urdf"]
     if section.get("base_parameters") is None:
         section["base_parameters"] = CommentedMap()
         section.fa.set_block_style()
     section["base_parameters"].fa.set_block_style()
-    for name, value in moved.items():
+    for name, value in refitted.items():
         _replace(document, ("urdf", "base_parameters", name), value, float(nominal[name]))
 
 
-def _replace(document: CommentedMap, place: Sequence[str | int], value: float, default: float = 0.0) -> None:
-    """Replace the number at the keys ``place``, or number and unit, and note the old value, or the default.
+def _replace(document: CommentedMap, path: Sequence[str | int], value: float, default: float = 0.0) -> None:
+    """Replace a number, or a number with its unit, and state the old value in a comment at the end of its line.
 
-    The note stands at the end of the line, behind the outermost bracket that is open there.
+    A collection in brackets (flow style) has no comments inside; there the comment follows the outermost bracket.
+
+    Args:
+        path: keys from the document's root to the number.
+        default: the old value if there is no such key yet.
     """
-    *above, key = place
-    noted: tuple[CommentedMap | CommentedSeq, str | int] | None = None
+    *above, key = path
+    outermost: tuple[CommentedMap | CommentedSeq, str | int] | None = None
     section: Any = document
     for k in above:
         parent, section = section, section[k]
-        if noted is None and section.fa.flow_style():
-            noted = parent, k
+        if outermost is None and section.fa.flow_style():
+            outermost = parent, k
     old = section.get(key, default)
     if isinstance(old, (int, float)) and float(old) == _short(value):
         return
     section[key] = _short(value)
-    line, entry = noted or (section, key)
-    _note(line, entry, f"{key} refitted by diagnosis, was {old}")
+    parent, entry = outermost or (section, key)
+    _append_comment(parent, entry, f"{key} refitted by diagnosis, was {old}")
 
 
-def _note(parent: CommentedMap | CommentedSeq, key: str | int, note: str) -> None:
-    """Add to the comment at the end of the line of ``parent[key]``; lines of comment below it stay as they are."""
+def _append_comment(parent: CommentedMap | CommentedSeq, key: str | int, note: str) -> None:
+    """Append ``note`` to the comment at the end of the line of ``parent[key]``, after a semicolon.
+
+    ruamel keeps the lines of comment below that line in the same token; they stay as they are.
+    """
     slots = parent.ca.items.get(key) or []
     # The slot of an end-of-line comment: of a list the first, of a mapping the third.
     at = 0 if isinstance(parent, CommentedSeq) else 2
     token = slots[at] if len(slots) > at else None
-    beside, newline, below = token.value.partition("\n") if token else ("", "", "")
-    words = beside.strip().lstrip("# ")
+    same_line, newline, below = token.value.partition("\n") if token else ("", "", "")
+    words = same_line.strip().lstrip("# ")
     parent.yaml_add_eol_comment(f"{words}; {note}" if words else note, key, column=0)
     if below:
         parent.ca.items[key][at].value += newline + below

@@ -13,13 +13,16 @@ from codegen.logs.formats.source import Columns, LogFile
 
 
 class SeveralFiles(LogFile):
-    """A log with other files, joined to its rows by row number or by time.
+    """A log whose other files add columns: row k of each belongs to row k of the log, or rows are matched by time.
 
     A column of another file is called NAME.COLUMN.
 
     Args:
+        log: the file whose rows and times the result has.
         others: name → file.
-        times: name → time columns of the log and of that file, by the same clock; files by row number are left out.
+        times: name → (time column of the log, time column of that file), both of the same clock; only for the files
+            that are matched by time.
+        description: of the log.
     """
 
     def __init__(
@@ -33,8 +36,10 @@ class SeveralFiles(LogFile):
         self.log, self.others, self.times = log, others, times
         self.unread, self.commands = log.unread, log.commands
         self.names = (*log.names, *(f"{name}.{c}" for name, other in others.items() for c in other.names))
-        beside = {f"{name}.{c}": u for name, other in others.items() for c, u in other.units.items()}
-        self.units = {**beside, **log.units}
+        self.units = {
+            **{f"{name}.{c}": unit for name, other in others.items() for c, unit in other.units.items()},
+            **log.units,
+        }
 
     @property
     def place(self) -> Place:
@@ -42,16 +47,16 @@ class SeveralFiles(LogFile):
 
     @property
     def notes(self) -> Sequence[str]:
-        beside = [f"beside it as {name}: {note}" for name, other in self.others.items() for note in other.notes]
-        return (*self.log.notes, *beside, *self.own_notes)
+        added = [f"file `{name}`: {note}" for name, other in self.others.items() for note in other.notes]
+        return (*self.log.notes, *added, *self.own_notes)
 
     def load(self, wanted: Sequence[str]) -> Columns:
         owners = {column: self._owner(column) for column in wanted}
         timed = [name for name in self.times if name in owners.values()]
-        rows = [column for column in wanted if owners[column] not in timed]
+        numbered = [column for column in wanted if owners[column] not in timed]
         if not timed:
-            return self._by_number(rows, owners)
-        needed = dict.fromkeys([*rows, *(self.times[name][0] for name in timed)])
+            return self._by_number(numbered, owners)
+        needed = dict.fromkeys([*numbered, *(self.times[name][0] for name in timed)])
         own = self._by_number(list(needed), owners)
         clock = own.names.index(self.times[timed[0]][0])
         series = [Series(self.log.path.name, own.names, own.values[:, clock], own.values)]
@@ -62,7 +67,14 @@ class SeveralFiles(LogFile):
         return joined(self, series, wanted, in_seconds=False)
 
     def _by_number(self, wanted: Sequence[str], owners: Mapping[str, str | None]) -> Columns:
-        """Columns of files that are joined by row number."""
+        """The wanted columns of the log and of files that are joined by row number.
+
+        Args:
+            owners: column → name of its file; None, or no entry, for a column of the log itself.
+
+        Raises:
+            BadInput: if a file has another number of rows.
+        """
         own = [column for column in wanted if owners.get(column) is None]
         parts = [self.log.load(own)] if own else []
         for name, other in self.others.items():
@@ -74,7 +86,7 @@ class SeveralFiles(LogFile):
         for part in parts[1:]:
             if len(part.values) != len(first.values):
                 rows = f"{len(first.values)} rows, as in {first.file}: its rows belong to those of the log by number"
-                expected = f"{rows}; or `time: COLUMN` beside its `file:`, where it has times of its own"
+                expected = f"{rows}; or `time: COLUMN` next to its `file:`, if it has times of its own"
                 raise BadInput(Place(part.file), f"{len(part.values)} rows", expected, code="LOG011")
         found = {name: part.values[:, k] for part in parts for k, name in enumerate(part.names)}
         return Columns(first.file, tuple(wanted), np.column_stack([found[name] for name in wanted]), first.lines)
