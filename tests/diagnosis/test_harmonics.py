@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -17,7 +18,7 @@ from codegen.diagnosis.fit.search import search_on
 from codegen.diagnosis.fit.signals import low_pass, smooth_motion
 from codegen.diagnosis.fit.trial import part_of
 from codegen.diagnosis.selection.forward_selection import Outcome
-from codegen.diagnosis.verdict.harmonics import regress, with_harmonics
+from codegen.diagnosis.verdict.harmonics import _periods, regress, with_harmonics
 from codegen.effects import CATALOGUE
 from codegen.effects.periodic import CoggingHarmonics
 from codegen.spec import read_spec
@@ -67,6 +68,22 @@ def test_a_short_way_back_hides_no_wave() -> None:
     problem: Any = SimpleNamespace(motion=motion, used=np.ones((len(t), 1), dtype=bool))
     waves = regress(problem, low_pass(force[:, None], 20.0, 2e-3)[:, 0], 0, 2 * np.pi)
     assert waves is not None and waves.orders == (9, 14, 20)
+
+
+@pytest.mark.parametrize(("share", "multiples"), [(0.24, 2), (0.4, 1), (0.6, 0)])
+def test_a_period_is_tried_where_the_stroke_repeats_it(tmp_path: Path, share: float, multiples: int) -> None:
+    """A joint of an arm was said to have a cogging of 13 orders of 5.53 rad, a sum of sines over its stroke."""
+    log = log_of(stage(COGGING, level=4.5), tmp_path, "train.csv")
+    problem = Problem(system_of(stage()), smooth_motion(log), {})
+    search = search_on(problem, lambda share: record_of(problem.motion, log, share))
+    base, sine = search.refit(), part_of(CATALOGUE["cogging"], 0, search.system)
+    period = share * float(np.ptp(problem.motion.positions[problem.motion.usable]))
+    trial = base.runner.trial.with_part(sine)
+    theta = np.append(base.theta, sine.inward({"amplitude": 1.3, "period": period, "phase": -0.4}))
+    lone = replace(base, runner=replace(base.runner, trial=trial), theta=theta)
+    outcome = Outcome(base, lone, (), (), 0.6, len(search.record.start))
+    tried = sorted(_periods(search, outcome, problem, 0, CoggingHarmonics()))
+    assert tried == pytest.approx([period * m for m in range(1, multiples + 1)])
 
 
 def test_free_runs_put_the_waves_in_the_place_of_a_lone_sine(tmp_path: Path) -> None:

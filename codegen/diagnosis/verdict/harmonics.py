@@ -34,7 +34,9 @@ from codegen.mechanics.system import System
 BLOCKS = 8
 MOST_ORDER, MOST_WAVES = 120, 40
 COVERED, TURNS = 0.9, 1.5
-"""Least share of a period that the log covers, and least number of periods that the motion travels."""
+"""Least share of a turn that the log covers, and least number of turns that the motion travels."""
+REPEATS = 2.0
+"""Least number of periods in the stroke, of a period that is no turn of an angle."""
 MULTIPLES = 6
 """Largest multiple of a found sine's period that is tried as the period."""
 LEAST_SHARE = 0.2
@@ -126,7 +128,11 @@ def _start(search: Search, fit: Fit, problem: Problem, kept: Sequence[int]) -> t
 def _periods(
     search: Search, outcome: Outcome, problem: Problem, coordinate: int, richer: CoggingHarmonics
 ) -> Iterator[float]:
-    """Periods to try: a whole turn of an angle, and multiples of the periods of single sines that were credited."""
+    """Periods to try: a whole turn of an angle, and multiples of the periods of single sines that were credited.
+
+    After a turn an angle is at the same place. That a force repeats after another period must be seen within the
+    stroke: over less than two periods a sum of sines fits any function of position.
+    """
     system, motion = search.system, problem.motion
     x, used = motion.positions[:, coordinate], motion.usable[1:] & motion.usable[:-1]
     span, way = float(np.ptp(x[motion.usable])), float(np.abs(np.diff(x))[used].sum())
@@ -139,8 +145,11 @@ def _periods(
         for r in outcome.first
         if _is_sine(r.found.part, on, richer) and (not r.why_not or r.unsure) and not sines
     ]
-    for period in {*whole, *(m * s for s in sines for m in range(1, MULTIPLES + 1))}:
+    for period in whole:
         if COVERED * period <= span and TURNS * period <= way:
+            yield period
+    for period in {m * s for s in sines for m in range(1, MULTIPLES + 1)}:
+        if REPEATS * period <= span:
             yield float(period)
 
 
