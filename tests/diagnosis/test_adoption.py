@@ -45,6 +45,7 @@ from codegen.mechanics.system import System
 from codegen.report.page import render_report
 from codegen.spec import Spec, parse_spec, read_spec
 from tests.diagnosis.stage import STAGE, TEST, TRAIN, among, log_of, stage, system_of
+from tests.simulate.open_loop import simulate_open_loop
 
 SHARED = Path(__file__).resolve().parents[3] / "shared" / "data"
 STAUBLI, EMPS = SHARED / "staubli_tx40", SHARED / "emps"
@@ -739,3 +740,36 @@ def test_a_value_with_the_other_sign_is_said_to_be_that(monkeypatch: pytest.Monk
     monkeypatch.setattr(CrossValidation, "map_estimate", lambda self, source, moves: alone)
     (fact,) = CrossValidation(search, None, None, None).refused(kept)  # type: ignore[arg-type]
     assert "make it -1 " in fact.words and "other sign" in fact.words and "not both errors" not in fact.words
+
+
+BESIDE = """\
+name: beside
+coordinates: {x: {velocity: v, unit: m}, y: {velocity: u, unit: m}}
+inputs: {w: {unit: N}}
+parameters: {m: {value: 2, unit: kg}}
+mass_matrix: [[m, 0], [0, m]]
+force: [w, 0.1*w]
+friction:
+  distribution: [[1, 0], [0, 1]]
+  contacts: [{name: a, law: coulomb, a: 1, unit: N}, {name: b, law: coulomb, a: 5, unit: N}]
+"""
+
+
+def test_the_level_of_a_joint_that_never_moves_stays_as_declared() -> None:
+    """Free runs stick with any level. So 0 was tried, and no value of another joint adopted.
+
+    The log is of an arm that moves one joint at a time.
+    """
+    spec = parse_spec(BESIDE, Path("beside.yaml"))
+    system = system_of(spec)
+    plant = system.with_parameters({spec.symbol("a_a"): sympy.Integer(3)}, {})
+    time = np.arange(0, 12, 0.002)
+    w = (9 * np.sin(4 * time) + 3 * np.sin(9.1 * time))[:, None]
+    x, _ = simulate_open_loop(plant, time, w, np.zeros(2), np.zeros(2))
+    assert not x[:, 1].any()
+    log = Log(Path("a.csv"), "a", time, x, None, w, 0.002, 20.0, None, None, ())
+    search, problem = search_of(spec, log)
+    refit = adopt_values(search, search.refit(), problem, system)
+    values = dict(zip(refit.names, refit.values, strict=True))
+    assert values["b_a"] == 5.0
+    assert values["a_a"] == pytest.approx(3.0, rel=0.01)

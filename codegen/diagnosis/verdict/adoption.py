@@ -155,11 +155,11 @@ class CrossValidation:
 
     def adopted(self) -> Refit:
         """The best values: first of levels, then of all, without unjustified changes."""
-        levels = self.best([self.unmoved, *(self.map_estimate(s, self.is_level) for s in self.sources)])
+        shown_levels = self.is_level & self.is_shown
+        levels = self.best([self.unmoved, *(self.map_estimate(s, shown_levels) for s in self.sources)])
         chosen = levels
         if not self.is_level.all():
-            every = np.ones(self.count, dtype=bool)
-            chosen = self.best([levels, *(self.map_estimate(s, every) for s in self.sources)])
+            chosen = self.best([levels, *(self.map_estimate(s, self.is_shown) for s in self.sources)])
         justified, errors = self.justified(chosen)
         if justified is not chosen:  # the remaining changes may be no improvement
             chosen = self.best([levels, justified])
@@ -174,6 +174,16 @@ class CrossValidation:
     @property
     def is_level(self) -> Flags:
         return np.asarray(self.search.prior_precision == 0)
+
+    @cached_property
+    def is_shown(self) -> Flags:
+        """(p,) values in the force balance of a coordinate that moves; all if none moves.
+
+        Free runs of a joint that stands still stick with any friction level above its load.
+        """
+        error, moves = self.search.system.equation_error, self.problem.used.any(axis=0)
+        rows = [row for row, moved in zip(error, moves, strict=True) if moved]
+        return np.array([not rows or any(row.has(s) for row in rows) for s in self.search.moved], dtype=bool)
 
     @cached_property
     def here(self) -> Fit:
