@@ -181,8 +181,8 @@ class CrossValidation:
 
         Free runs of a joint that stands still stick with any friction level above its load.
         """
-        error, moves = self.search.system.equation_error, self.problem.used.any(axis=0)
-        rows = [row for row, moved in zip(error, moves, strict=True) if moved]
+        error = self.search.system.equation_error
+        rows = [row for row, used in zip(error, self.problem.used.T, strict=True) if used.any()]
         return np.array([not rows or any(row.has(s) for row in rows) for s in self.search.moved], dtype=bool)
 
     @cached_property
