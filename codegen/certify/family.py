@@ -1,7 +1,8 @@
 """The sampled error matrix A as a multi-affine family: A(θ), with each parameter θ in an interval over the envelope.
 
-Each varying expression in A (a term of M⁻¹(x), a slope ∂g/∂v, the sign of a slip) is one parameter. A product of
-parameters stays a product, so that an expression that occurs in several entries has the same value in all of them.
+Each varying expression in A (a term of M⁻¹(x), a slope ∂g/∂v, the sign of a slip) is one parameter. An expression that
+occurs in several entries is the same parameter in all of them, so that it has one value there. A is affine in each
+parameter; a term may be a product of several.
 """
 
 from __future__ import annotations
@@ -74,65 +75,76 @@ def build_family(dynamics: ErrorDynamics, ranges: Mapping[sympy.Symbol, tuple[An
     matrix, slips = _in_slips(matrix, dynamics, ranges)
     matrix = matrix.applyfunc(expand_products)
     ranges = {**ranges, **slips}
-    single = {u: s for u, s in zip(observer.system.slip_velocity, observer.signs, strict=True) if u.is_Symbol}
-    single |= dict(zip(slips, _signs_of(slips, dynamics), strict=True))
-    single |= {n: single[v] for n, v in dynamics.next_velocity.items() if v in single}
-    matrix = matrix.applyfunc(lambda e: signed_slips(e, single))
+    sign_of = {u: s for u, s in zip(observer.system.slip_velocity, observer.signs, strict=True) if u.is_Symbol}
+    sign_of |= dict(zip(slips, _signs_of(slips, dynamics), strict=True))
+    sign_of |= {n: sign_of[v] for n, v in dynamics.next_velocity.items() if v in sign_of}
+    matrix = matrix.applyfunc(lambda e: signed_slips(e, sign_of))
     inverse, varying = _inverse_mass(dynamics, numbers)
-    extra: dict[Any, sympy.Symbol] = {}
-    varying |= {s: _bounded_functions(e.xreplace(numbers), extra, ranges) for s, e in dynamics.slopes.items()}
+    bounded: dict[Any, sympy.Symbol] = {}
+    varying |= {s: _bounded_functions(e.xreplace(numbers), bounded, ranges) for s, e in dynamics.slopes.items()}
     matrix = matrix.xreplace({**inverse, sympy.pi: PI})
     varying = {w: e.xreplace({sympy.pi: PI}) for w, e in varying.items()}
-    matrix = matrix.applyfunc(lambda e: _bounded_functions(e, extra, ranges))
+    matrix = matrix.applyfunc(lambda e: _bounded_functions(e, bounded, ranges))
 
-    generators = {*varying, *observer.signs}
-    parameters: dict[sympy.Symbol, Any] = {}
-    named: dict[Any, sympy.Symbol] = {}
-    theta = "theta"
-    while any(v.name.startswith(theta) for v in ranges):
-        theta += "_"  # the spec may have a coordinate of the name theta1
+    factors = _VaryingFactors({*varying, *observer.signs}, ranges)
+    matrix = matrix.applyfunc(factors.replaced)
+    parameters = factors.parameters | {w: e for w, e in varying.items() if matrix.has(w)}
+    signs = _sign_products(matrix, observer.signs)
+    rename = {product: symbol("_".join(["sign", *(s.name for s in parts)])) for product, parts in signs.items()}
+    parameters |= {name: product for product, name in rename.items()}
+    matrix = Matrix(matrix.applyfunc(lambda e: _with_products(e, rename) if e.has(*observer.signs) else e))
 
-    def name_of(expression: Any) -> sympy.Symbol:
-        """The parameter of an expression; a new one if it has none yet."""
-        if expression not in named:
-            named[expression] = symbol(f"{theta}{len(named) + 1}")
-            parameters[named[expression]] = expression
-        return named[expression]
+    bounds = {s: (sympy.Integer(-1), sympy.Integer(1)) for s in (*bounded.values(), *observer.signs)}
+    bounds = {**ranges, **bounds, PI: (PI_LOW, PI_LOW + sympy.Rational(1, 10**20))}
+    used = {v for e in parameters.values() for v in e.free_symbols}
+    variables = {v: bounds[v] for v in sorted(used & bounds.keys(), key=lambda v: str(v.name))}
+    return Family(variables, parameters, matrix, {s: e for e, s in bounded.items()})
 
-    def rewrite(entry: Any) -> Any:
-        """An entry of A with parameters in place of the varying factors of each term."""
+
+class _VaryingFactors:
+    """Parameters in place of the varying factors in the entries of A; equal factors have one parameter.
+
+    Attributes:
+        parameters: parameter → its expression, in the order in which they were introduced.
+    """
+
+    def __init__(self, known: set[sympy.Symbol], ranges: Mapping[sympy.Symbol, Any]) -> None:
+        """The symbols in ``known`` are parameters already; new names differ from those of variables in ``ranges``."""
+        self._known = known
+        self._names: dict[Any, sympy.Symbol] = {}
+        self._prefix = "theta"
+        while any(v.name.startswith(self._prefix) for v in ranges):
+            self._prefix += "_"  # the spec may have a coordinate of the name theta1
+
+    @property
+    def parameters(self) -> dict[sympy.Symbol, Any]:
+        return {name: expression for expression, name in self._names.items()}
+
+    def replaced(self, entry: Any) -> Any:
+        """The entry, expanded, with each term as number · known parameters · irrational constants · varying rest.
+
+        An irrational constant, such as exp(−hK_v), is a parameter of its own, so that terms with it cancel. The varying
+        rest of a term, the product of all other factors, is one parameter.
+        """
         total = sympy.Integer(0)
         for term in sympy.Add.make_args(expand_products(entry)):
             coefficient, rest = term.as_coeff_Mul()
-            outer, inner = sympy.Integer(1), sympy.Integer(1)
+            parameters, varying = sympy.Integer(1), sympy.Integer(1)
             for factor in sympy.Mul.make_args(rest):
-                if factor in generators:
-                    outer *= factor
+                if factor in self._known:
+                    parameters *= factor
                 elif factor.is_Rational:
                     coefficient *= factor
                 elif not factor.free_symbols:
-                    outer *= name_of(factor)  # a constant such as exp(-hK_v): its own parameter, so that terms cancel
+                    parameters *= self._name_of(factor)
                 else:
-                    inner *= factor
-            total += coefficient * outer * (name_of(inner) if inner != 1 else 1)
+                    varying *= factor
+            total += coefficient * parameters * (self._name_of(varying) if varying != 1 else 1)
         return total
 
-    rewritten = matrix.applyfunc(rewrite)
-    signs = _sign_products(rewritten, observer.signs)
-    for w, e in varying.items():
-        if rewritten.has(w):
-            parameters[w] = e
-    rename = {product: symbol("_".join(["sign", *(s.name for s in parts)])) for product, parts in signs.items()}
-    parameters |= {name: product for product, name in rename.items()}
-    rewritten = Matrix(rewritten.applyfunc(lambda e: _with_products(e, rename) if e.has(*observer.signs) else e))
-    bounds_of_pi = {PI: (PI_LOW, PI_LOW + sympy.Rational(1, 10**20))}
-    used = {v for e in parameters.values() for v in e.free_symbols}
-    bounds = {s: (sympy.Integer(-1), sympy.Integer(1)) for s in (*extra.values(), *observer.signs)} | bounds_of_pi
-    bounds |= {v: ranges[v] for v in used if v in ranges and v not in bounds}
-    ordered = dict(sorted(bounds.items(), key=lambda item: str(item[0].name)))
-    return Family(
-        {v: b for v, b in ordered.items() if v in used}, parameters, rewritten, {s: e for e, s in extra.items()}
-    )
+    def _name_of(self, expression: Any) -> sympy.Symbol:
+        """The parameter of an expression; a new one if it has none yet."""
+        return self._names.setdefault(expression, symbol(f"{self._prefix}{len(self._names) + 1}"))
 
 
 def _sign_products(matrix: Matrix, signs: tuple[sympy.Symbol, ...]) -> dict[Any, tuple[sympy.Symbol, ...]]:
@@ -150,10 +162,10 @@ def _sign_products(matrix: Matrix, signs: tuple[sympy.Symbol, ...]) -> dict[Any,
 
 
 def _with_products(entry: Any, rename: Mapping[Any, sympy.Symbol]) -> Any:
-    """The expanded entry with each of these products, where it divides a term, replaced by its name.
+    """The expanded entry; in each term that contains one of these products, its name in place of the product.
 
     Args:
-        rename: product → name.
+        rename: product, such as s u → symbol or expression that replaces it.
     """
     total = sympy.Integer(0)
     for term in sympy.Add.make_args(expand_products(entry)):
@@ -167,10 +179,16 @@ def _with_products(entry: Any, rename: Mapping[Any, sympy.Symbol]) -> Any:
 def _inverse_mass(
     dynamics: ErrorDynamics, numbers: Mapping[Any, Any]
 ) -> tuple[dict[sympy.Symbol, Any], dict[sympy.Symbol, Any]]:
-    """(entry W_ij of M⁻¹ → its expression in parameters, parameter → its expression), from M⁻¹ = adj(M)/det(M).
+    """The entries of W = M⁻¹ = adj(M)/det(M) as linear combinations of parameters, and these parameters.
 
-    There is one parameter for each different term of adj(M), divided by det(M). Entries of W that have a term in common
-    share its parameter. A constant M has no parameters.
+    Each different term of adj(M), divided by det(M), is one parameter; entries of W that have a term in common share
+    its parameter. The entries of a constant M⁻¹ are numbers, without parameters.
+
+    Args:
+        numbers: symbol of a constant → its exact value.
+
+    Returns:
+        (symbol of W_ij → linear combination, parameter → its expression in the positions).
 
     Raises:
         NotEnclosable: if M varies and its order is above ``LARGEST_INVERSE``.
@@ -189,7 +207,7 @@ def _inverse_mass(
     determinant = sympy.expand(mass.det(method="berkowitz"))
     adjugate = mass.adjugate().applyfunc(sympy.expand)
     names: dict[Any, sympy.Symbol] = {}
-    inverse = {}
+    inverse: dict[sympy.Symbol, Any] = {}
     for w, (i, j) in dynamics.inverse_mass.items():
         total = sympy.Integer(0)
         for term in sympy.Add.make_args(adjugate[i, j]):
@@ -202,9 +220,13 @@ def _inverse_mass(
 def _in_slips(
     matrix: Matrix, dynamics: ErrorDynamics, ranges: Mapping[sympy.Symbol, tuple[Any, Any]]
 ) -> tuple[Matrix, dict[sympy.Symbol, tuple[Any, Any]]]:
-    """(A with the slip as a variable in place of one of its velocities, slip → range): u = v1 − v2 gives v1 = u + v2.
+    """A with slip velocities u as variables: of u = v1 − v2, the velocity v1 is replaced by u + v2.
 
-    Expressions in v1 − v2 thus become expressions in u. Interval arithmetic would treat v1 and v2 as independent.
+    Expressions in v1 − v2 thus become expressions in u alone. Interval arithmetic would treat v1 and v2 as independent
+    and overestimate their difference.
+
+    Returns:
+        (A, slip velocity that now occurs in A → its range).
     """
     system = dynamics.observer.system
     bounds: dict[sympy.Symbol, tuple[Any, Any]] = {}
@@ -233,24 +255,25 @@ def _signs_of(slips: Mapping[sympy.Symbol, Any], dynamics: ErrorDynamics) -> lis
     return [dynamics.observer.signs[names.index(u)] for u in slips]
 
 
-def signed_slips(entry: Any, single: Mapping[sympy.Symbol, sympy.Symbol]) -> Any:
+def signed_slips(entry: Any, sign_of: Mapping[sympy.Symbol, sympy.Symbol]) -> Any:
     """The entry with s u replaced by |u| for each slip u with sign s, in denominators too.
 
     Interval arithmetic would treat s and u as independent, and s u could be negative.
 
     Args:
-        single: slip u, a symbol → its sign s.
+        sign_of: symbol of a slip velocity u → symbol of its sign s.
     """
     divisors = [p for p in entry.atoms(sympy.Pow) if p.exp.is_negative and not p.base.is_Symbol]
-    entry = entry.subs({p: signed_slips(p.base, single) ** p.exp for p in divisors})
-    return _with_products(entry, {s * u: Magnitude(u) for u, s in single.items()})
+    entry = entry.subs({p: signed_slips(p.base, sign_of) ** p.exp for p in divisors})
+    return _with_products(entry, {s * u: Magnitude(u) for u, s in sign_of.items()})
 
 
-def _bounded_functions(entry: Any, extra: dict[Any, sympy.Symbol], ranges: Mapping[sympy.Symbol, Any]) -> Any:
-    """The entry with sgn replaced by ±1 if the sign is constant on the ranges; else sgn and tanh by a variable.
+def _bounded_functions(entry: Any, bounded: dict[Any, sympy.Symbol], ranges: Mapping[sympy.Symbol, Any]) -> Any:
+    """The entry with a variable in [−1, 1] in place of each sgn and tanh; a sgn that is constant becomes ±1.
 
     Args:
-        extra: sgn or tanh expression → its variable in [−1, 1]; new ones are added.
+        bounded: sgn or tanh expression → its variable; new ones are added.
+        ranges: variable → (low, high); on these a sgn may be constant.
 
     Raises:
         NotEnclosable: for log, which certificates do not have.
@@ -262,8 +285,8 @@ def _bounded_functions(entry: Any, extra: dict[Any, sympy.Symbol], ranges: Mappi
         if sign:
             entry = entry.subs(atom, sign)
             continue
-        extra.setdefault(atom, symbol(f"bounded{len(extra) + 1}"))
-    return entry.subs(extra)
+        bounded.setdefault(atom, symbol(f"bounded{len(bounded) + 1}"))
+    return entry.subs(bounded)
 
 
 def _known_sign(argument: Any, ranges: Mapping[sympy.Symbol, tuple[Any, Any]]) -> int:

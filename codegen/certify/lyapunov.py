@@ -35,40 +35,43 @@ from codegen.certify.centre import (
     method_of_centres,
 )
 
-Worst = list[list[int]]
-"""For each group of matrices the indices of the active constraints."""
+Active = list[list[int]]
+"""For each group of matrices the indices of those whose inequality was nearly an equality (active)."""
 LARGEST_HULL = 4
 """Largest dimension of the affine hull of the matrices for which the vertices of the convex hull are computed."""
 LARGEST_TURNED = 8
 """Largest number of errors for which P is optimised for less growth at reversals."""
 RATE_KEPT = 0.95
-"""Share of the best rate at which P is chosen for short dwell times: 5 % less rate reduces the growth at a reversal by
-a quarter to a half. (Growth, dwell in samples) at the best rate and at this share: one_mass (4.44, 67), (3.19, 54);
-rig (18.0, 10), (9.18, 8)."""
+"""Share of the best rate at which P is chosen for short dwell times. With 5 % less rate the growth at a reversal is
+smaller by a quarter to a half, in the shipped specs."""
 PROPORTIONS = 100
-"""Number of steps for the proportion by which log(growth) is reduced: coarse, so that rounding seldom changes it."""
-LARGEST, SLACK = 1e6, 1e-3
-"""Constants of I ≤ P ≤ LARGEST I and of L(P) ≥ SLACK t I, the inequalities in which the solver maximises t ≤ 1."""
-CLOSE, CLOSER, ENOUGH = 1e-5, 1e-8, 0.9
+"""The factor by which log(growth) is reduced is a multiple of 1/PROPORTIONS: coarse, so that rounding seldom changes
+it."""
+LARGEST_P, SLACK = 1e6, 1e-3
+"""Constants of I ≤ P ≤ LARGEST_P I and of L(P) ≥ SLACK t I, the inequalities in which the solver maximises t ≤ 1."""
+DUAL_RESIDUAL, PRIMAL_RESIDUAL, SUFFICIENT_SLACK = 1e-5, 1e-8, 0.9
 """Relative residuals at which a dual and a primal point count as feasible, and the share of the largest slack at which
 the solver stops."""
-WELL = 1e8
+LARGEST_CONDITION = 1e8
 """Largest condition number of P, or of the matrix of eigenvectors."""
-SAME = 0.05
+LOG_WEIGHT_STEP = 0.05
 """Rounding step of the logarithms of the weights w: coarse, so that rounding errors seldom change the result."""
-FEW, FIRST, ADDED, ROUNDS, TIGHT = 64, 12, 4, 25, 16
-"""Constraint generation: with more than FEW matrices the inequalities are solved for FIRST of them; then the ADDED most
-violated ones are included, at most ROUNDS times. The TIGHT most active ones are kept for a similar problem."""
-NEAR = 2e-5
+MOST_FOR_HULL = 64
+"""Largest number of matrices of a group that is reduced to its extreme points first."""
+AT_FIRST, ADDED_EACH_TIME, MOST_ROUNDS, KEPT_ACTIVE = 12, 4, 25, 16
+"""Constraint generation: the inequalities are solved for AT_FIRST matrices of each group; then the ADDED_EACH_TIME most
+violated ones are included, at most MOST_ROUNDS times. A similar problem starts with the KEPT_ACTIVE last active."""
+CENTRES_TOLERANCE = 2e-5
 """Relative tolerance of ``method_of_centres`` for one family: its rate is within 1 % of the proved limit."""
-NEARER = (0.75, 0.5, 0.25)
-"""Shares of the distance from the rate found to the limit at which the method of centres may start."""
+STARTS_OF_CENTRES = (0.75, 0.5, 0.25)
+"""Rates at which ``common_lyapunov_of_many`` tries to start the method of centres: shares of the way from the rate that
+was found to its upper bound."""
 MOST_FOR_CENTRES = 2**19
-"""Largest (number of matrices) · m⁴ for the method of centres; for 1024 of order 6 it takes 3 s and gains 0.2 % of the
-rate."""
-MOST_FOR_NEWTON, TIGHTEST = 2048, 400
-"""Largest number of matrices for the analytic centre, if some V may grow: with more, Newton's method does not converge
-in its number of steps, and the centre is computed with the TIGHTEST most active ones of each group."""
+"""Largest (number of matrices) · m⁴ for the method of centres, whose time is proportional to it; 3 s for 1024 matrices
+of order 6."""
+MOST_FOR_NEWTON, MOST_ACTIVE = 2048, 400
+"""Largest number of matrices for the analytic centre: with more, Newton's method may not converge in its number of
+steps, and the centre is computed for the MOST_ACTIVE most active matrices of each group."""
 
 
 def decay_rate_limit(matrices: Matrices, h: float) -> float:
@@ -84,7 +87,7 @@ def decay_rate_limit(matrices: Matrices, h: float) -> float:
 
 
 def common_lyapunov(matrices: Matrices, h: float, structure: Pattern | None = None) -> tuple[Array, float] | None:
-    """(P, α) with Φ'PΦ ≤ (1 − 2αh)P for every Φ = I + hA, α close to the largest possible; None if none is found.
+    """(P, α in 1/s) with Φ'PΦ ≤ (1 − 2αh)P for every Φ = I + hA and nearly the largest α; None if none is found.
 
     Args:
         matrices: the A, m by m each.
@@ -95,9 +98,9 @@ def common_lyapunov(matrices: Matrices, h: float, structure: Pattern | None = No
     if limit <= 0:
         return None
     scale = balance(matrices)
-    few, stack = _in(scale, extreme_points(matrices)), _in(scale, matrices)
+    few, stack = _scaled(scale, extreme_points(matrices)), _scaled(scale, matrices)
     if len(few) == 1 and structure is None:
-        found = _single(few[0], h, limit)
+        found = _near_limit(few[0], h, limit)
     else:
         first = largest_feasible_rate(lambda alpha: _feasible([(few, alpha)], h, structure), limit)
         if first is None:
@@ -110,49 +113,56 @@ def common_lyapunov(matrices: Matrices, h: float, structure: Pattern | None = No
     return (p + p.T) / 2, found[1]
 
 
-def common_lyapunov_of_many(matrices: Matrices, h: float, near: float = NEAR) -> tuple[Array, float] | None:
-    """(P, α) as of ``common_lyapunov``, for thousands of matrices; α is 0.1 % below the rate of P.
+def common_lyapunov_of_many(
+    matrices: Matrices, h: float, near: float = CENTRES_TOLERANCE
+) -> tuple[Array, float] | None:
+    """``common_lyapunov`` for thousands of matrices, with an α that is 0.1 % below the rate of P.
 
     Args:
         matrices: the A, m by m each.
         h: sample time, s; 0 for the implicit step.
-        near: as in ``method_of_centres``.
+        near: relative tolerance of ``method_of_centres``.
     """
     limit = decay_rate_limit(matrices, h)
     if limit <= 0:
         return None
-    worst: Worst = []
-    first = largest_feasible_rate(lambda alpha: common_lyapunov_at([(matrices, alpha)], h, worst), limit)
+    active: Active = []
+    first = largest_feasible_rate(lambda alpha: common_lyapunov_at([(matrices, alpha)], h, active), limit)
     if first is None:
         return None
-    for share in NEARER:  # the method of centres is slow with many matrices: start near the largest feasible rate
+    for (
+        share
+    ) in STARTS_OF_CENTRES:  # the method of centres is slow with many matrices: start near the largest feasible rate
         alpha = first[1] + share * (limit - first[1])
-        if (p := common_lyapunov_at([(matrices, alpha)], h, worst)) is not None:
+        if (p := common_lyapunov_at([(matrices, alpha)], h, active)) is not None:
             first = p, alpha
             break
     if len(matrices) * len(first[0]) ** 4 > MOST_FOR_CENTRES:
         return first[0], least_rate(first[0], matrices, h) * 0.999
     scale = balance(matrices)
-    stack, start = _in(scale, matrices), first[0] * scale[None, :] * scale[:, None]
+    stack, start = _scaled(scale, matrices), first[0] * scale[None, :] * scale[:, None]
     p, shown = method_of_centres(start, first[1], stack, h, near=near)
     return p / scale[None, :] / scale[:, None], shown * 0.999
 
 
-def common_lyapunov_at(groups: Sequence[Group], h: float, worst: Worst | None = None) -> Array | None:
-    """A common P > 0 with A'P + PA + hA'PA ≤ −2αP for every A of each group, at its own α; None if none is found.
+def common_lyapunov_at(groups: Sequence[Group], h: float, active: Active | None = None) -> Array | None:
+    """A common P > 0 with A'P + PA + hA'PA ≤ −2αP for every A of each group, with the group's α; None if none is found.
 
     Args:
-        groups: (matrices m by m, α in 1/s) each; with α < 0, V may grow.
+        groups: (matrices m by m, α in 1/s) each; α < 0 permits V to grow.
         h: sample time, s; 0 for the implicit step.
-        worst: indices of the matrices of each group that were active in a similar problem; updated in place.
+        active: indices of the matrices of each group that were active in a similar problem; updated in place.
     """
     scale = _scale(groups)
     scaled = [
-        (_in(scale, extreme_points(list(matrices)) if len(matrices) <= FEW else matrices), rate)
+        (_scaled(scale, extreme_points(list(matrices)) if len(matrices) <= MOST_FOR_HULL else matrices), rate)
         for matrices, rate in groups
     ]
-    alone = len(groups) == len(scaled[0][0]) == 1
-    p = _of_one(scaled[0][0][0], h, scaled[0][1]) if alone else _feasible(scaled, h, first=FIRST, worst=worst)
+    matrices, rate = scaled[0]
+    if len(groups) == len(matrices) == 1:
+        p = _from_lyapunov_equation(matrices[0], h, rate)
+    else:
+        p = _feasible(scaled, h, first=AT_FIRST, active=active)
     if p is None:
         return None
     p = p / scale[None, :] / scale[:, None]
@@ -160,18 +170,20 @@ def common_lyapunov_at(groups: Sequence[Group], h: float, worst: Worst | None = 
 
 
 def analytic_centre_at(groups: Sequence[Group], h: float, p: Array | None) -> Array | None:
-    """Analytic centre of the set of all P that meet the conditions of ``common_lyapunov_at``; ``p`` is one of them.
+    """Analytic centre of the set of all P that meet the conditions of ``common_lyapunov_at``.
 
-    It does not depend on the processor, as ``p`` does. With more than ``MOST_FOR_NEWTON`` matrices only the conditions
-    that are most active at ``p`` define the centre, and the others are then verified. ``p`` itself is returned if this
-    fails or Newton's method does not converge, and None if ``p`` is None.
+    Unlike the P of the solver, it does not depend on the processor. With more than ``MOST_FOR_NEWTON`` matrices only
+    the conditions that are most active at ``p`` define the centre, and the others are then tested.
+
+    Args:
+        p: one of these P. It is returned if a condition fails at the centre or Newton's method does not converge.
     """
     if p is None:
         return None
     few, scale = groups, _scale(groups)
     if sum(len(matrices) for matrices, _ in groups) > MOST_FOR_NEWTON:
-        few = [(_tightest(p, np.asarray(matrices), h, TIGHTEST), rate) for matrices, rate in groups]
-    scaled = [(_in(scale, matrices), rate) for matrices, rate in few]
+        few = [(_most_active(p, np.asarray(matrices), h, MOST_ACTIVE), rate) for matrices, rate in groups]
+    scaled = [(_scaled(scale, matrices), rate) for matrices, rate in few]
     middle = analytic_centre(scaled, h, p * scale[None, :] * scale[:, None])
     if middle is None:
         return p
@@ -180,7 +192,7 @@ def analytic_centre_at(groups: Sequence[Group], h: float, p: Array | None) -> Ar
     return middle if holds else p
 
 
-def _tightest(p: Array, stack: Array, h: float, count: int) -> Array:
+def _most_active(p: Array, stack: Array, h: float, count: int) -> Array:
     """The ``count`` matrices for which P certifies the smallest rates."""
     return np.asarray(stack[np.argsort(certified_rates(p, stack, h))[:count]])
 
@@ -190,27 +202,28 @@ def _feasible(
     h: float,
     structure: Pattern | None = None,
     first: int | None = None,
-    worst: Worst | None = None,
+    active: Active | None = None,
 ) -> Array | None:
     """``common_lyapunov_at`` for balanced matrices, by constraint generation.
 
-    The inequalities are solved for some of the matrices; those that the resulting P violates are added, and so on.
+    The inequalities are solved for some of the matrices; those that the resulting P violates are added, until it
+    violates none.
 
     Args:
         structure: sparsity pattern of P, m by m; None if P is full.
         first: number of matrices of each group at the start; None for all.
-        worst: as in ``common_lyapunov_at``.
+        active: as in ``common_lyapunov_at``.
     """
     stacks = [np.asarray(stack) for stack, _ in groups]
     largest = max(1.0, *(float(np.abs(stack).max()) for stack in stacks))
-    worst = [[] for _ in stacks] if worst is None else worst
-    worst += [[] for _ in stacks[len(worst) :]]
+    active = [[] for _ in stacks] if active is None else active
+    active += [[] for _ in stacks[len(active) :]]
     used = []
-    for stack, known in zip(stacks, worst, strict=True):
+    for stack, known in zip(stacks, active, strict=True):
         count, last = min(first or len(stack), len(stack)), len(stack) - 1
         start = known if len(known) >= count else [*known, *map(int, np.linspace(0, last, count))]
         used.append(sorted({k for k in start if k <= last}))
-    for _ in range(ROUNDS):
+    for _ in range(MOST_ROUNDS):
         conditions = [
             lyapunov_maps(stack[chosen], h, rate) / largest
             for stack, (_, rate), chosen in zip(stacks, groups, used, strict=True)
@@ -218,24 +231,24 @@ def _feasible(
         p = solve_lmi(np.concatenate(conditions), structure)
         if p is None or np.linalg.eigvalsh(p)[0] <= 0:
             return None
-        missing = False
-        for stack, (_, rate), chosen, known in zip(stacks, groups, used, worst, strict=True):
-            shown = certified_rates(p, stack, h)
-            slow = [int(k) for k in np.argsort(shown)[:ADDED] if shown[k] < rate]
-            missing |= bool(slow)
-            if set(slow) & set(chosen):
+        complete = True
+        for stack, (_, rate), chosen, known in zip(stacks, groups, used, active, strict=True):
+            rates = certified_rates(p, stack, h)
+            violated = [int(k) for k in np.argsort(rates)[:ADDED_EACH_TIME] if rates[k] < rate]
+            if set(violated) & set(chosen):
                 return None  # the solver violates a constraint that it was given
-            chosen += slow
-            known += slow
-        if not missing:
-            for stack, chosen, known in zip(stacks, used, worst, strict=True):
-                known[:] = (chosen[k] for k in np.argsort(certified_rates(p, stack[chosen], h))[:TIGHT])
+            chosen += violated
+            known += violated
+            complete &= not violated
+        if complete:
+            for stack, chosen, known in zip(stacks, used, active, strict=True):
+                known[:] = (chosen[k] for k in np.argsort(certified_rates(p, stack[chosen], h))[:KEPT_ACTIVE])
             return p
     return None
 
 
 def solve_lmi(conditions: Array, structure: Pattern | None = None) -> Array | None:
-    """P with I ≤ P ≤ 10⁶ I and L(P) ≥ 10⁻³ t I for each condition L, with the largest t ≤ 1; None unless t > 0.
+    """The P, t that maximise t ≤ 1 subject to I ≤ P ≤ 10⁶ I and L(P) ≥ 10⁻³ t I for each L; None unless t > 0.
 
     Args:
         conditions: the linear maps L as of ``lyapunov_maps``, N by m² by m², scaled to entries of about 1.
@@ -250,7 +263,7 @@ def solve_lmi(conditions: Array, structure: Pattern | None = None) -> Array | No
     blocks[:count, :, n] = SLACK * unit
     blocks[count:, :, :n] = -pick @ spread, pick @ spread
     rows = [blocks.reshape(-1, n + 1), np.eye(n + 1)[-1:]]  # the slack is at most 1
-    right = [np.zeros(count * n), -unit, LARGEST * unit, np.ones(1)]
+    right = [np.zeros(count * n), -unit, LARGEST_P * unit, np.ones(1)]
     cones = [*[clarabel.PSDTriangleConeT(size)] * (count + 2), clarabel.NonnegativeConeT(1)]
     zeros = [] if structure is None else [*np.flatnonzero(~structure[np.tril_indices(size)])]
     if zeros:
@@ -273,8 +286,8 @@ def solve_lmi(conditions: Array, structure: Pattern | None = None) -> Array | No
 
 def _decided(info: Any) -> bool:
     """Stopping criterion of the solver: t ≤ 0 by a dual feasible point, or a primal feasible one with t near 1."""
-    none = info.cost_dual > info.cost_primal / 2 > 0 and info.res_dual < CLOSE
-    return bool(none or (info.cost_primal < -ENOUGH and info.res_primal < CLOSER))
+    none = info.cost_dual > info.cost_primal / 2 > 0 and info.res_dual < DUAL_RESIDUAL
+    return bool(none or (info.cost_primal < -SUFFICIENT_SLACK and info.res_primal < PRIMAL_RESIDUAL))
 
 
 def balance(matrices: Matrices) -> Array:
@@ -288,15 +301,15 @@ def _scale(groups: Sequence[Group]) -> Array:
     return balance(np.concatenate([np.asarray(matrices) for matrices, _ in groups]))
 
 
-def _in(scale: Array, matrices: Matrices) -> Array:
-    """The matrices A_ij d_j/d_i for scales d, N by m by m."""
+def _scaled(scale: Array, matrices: Matrices) -> Array:
+    """The matrices A_ij d_j/d_i for scales d, N by m by m: the same error dynamics for the errors e_i/d_i."""
     return np.asarray(np.array(matrices) * scale[None, None, :] / scale[None, :, None])
 
 
 def extreme_points(matrices: Matrices) -> list[Array]:
     """The matrices at the vertices of the convex hull of all; all matrices if the hull is expensive to compute.
 
-    For given P > 0 the condition on A is convex, so it holds on the hull if it holds at the vertices.
+    The condition on A is convex for given P > 0, so it holds in the whole hull if it holds at the vertices.
     """
     flat = np.array([a.ravel() for a in matrices])
     middle = flat.mean(axis=0)
@@ -314,20 +327,20 @@ def extreme_points(matrices: Matrices) -> list[Array]:
     return [matrices[k] for k in sorted(ConvexHull(along, qhull_options="QJ").vertices)]
 
 
-def _single(a: Array, h: float, limit: float) -> tuple[Array, float] | None:
-    """(P, α) of one matrix from a Lyapunov equation, α as near to the limit as the condition number of P permits."""
+def _near_limit(a: Array, h: float, limit: float) -> tuple[Array, float] | None:
+    """(P, α) of one matrix, α the largest of some shares of ``limit`` at which P is well conditioned; or None."""
     for share in (0.998, 0.99, 0.95, 0.8, 0.5, 0.1):
         alpha = share * limit
-        p = _of_one(a, h, alpha)
-        if p is not None and np.linalg.cond(p) < WELL:
+        p = _from_lyapunov_equation(a, h, alpha)
+        if p is not None and np.linalg.cond(p) < LARGEST_CONDITION:
             return p / np.abs(p).max(), alpha * 0.999
     return None
 
 
-def _of_one(a: Array, h: float, alpha: float) -> Array | None:
-    """P > 0 of one matrix at the rate α from the discrete Lyapunov equation, or the continuous one for h = 0.
+def _from_lyapunov_equation(a: Array, h: float, alpha: float) -> Array | None:
+    """P > 0 with Φ'PΦ − (1 − 2αh)P = −h(1 − 2αh) I for Φ = I + hA; for h = 0 with A'P + PA + 2αP = −I.
 
-    None if the solution is not positive definite, or if the equation is singular in floating point, α being the limit.
+    None if the solution is not positive definite, or if the equation is singular in floating point, with α its limit.
     """
     unit = np.eye(len(a))
     try:
@@ -342,12 +355,14 @@ def _of_one(a: Array, h: float, alpha: float) -> Array | None:
 
 
 def recovery_at_reversals(p: Array, matrix: Array, h: float, flips: Sequence[Sequence[int]]) -> Array:
-    """Dwell times in samples, not rounded, after which V = e'Pe is back at its value before each reversal.
+    """For each reversal the dwell time in samples, not rounded, after which V = e'Pe is back at its value before.
 
-    log(g)/−log(1 − 2αh), where g is the least number with J'PJ ≤ gP and α the rate of P for this matrix; h > 0.
+    It is log(g)/−log(1 − 2αh), where g is the growth, the least number with J'PJ ≤ gP, and α the rate of P. J is
+    diagonal, with −1 for the errors that change their sign at the reversal and 1 for the others.
 
     Args:
         matrix: A.
+        h: sample time, s; above 0.
         flips: for each reversal the indices of the errors that change their sign.
 
     Raises:
@@ -374,20 +389,20 @@ def short_recovery(
 ) -> tuple[Array, float] | None:
     """(P, its rate in 1/s) of one matrix with shorter dwell times at reversals, at ``RATE_KEPT`` of the best rate.
 
-    log(growth) is reduced at all reversals by the same proportion, as far as the linear matrix inequalities in P are
-    feasible. J'PJ ≤ gP has the form of the decay condition with Φ = J and 1 − 2αh = g. None if the longest dwell time
-    is not shorter than that of ``fastest``, and for more than ``LARGEST_TURNED`` errors.
+    The growths g_i of ``fastest`` are reduced to g_i^s with one exponent s ≤ 1 for all reversals, the least for which
+    the linear matrix inequalities in P are feasible. None if the longest dwell time is then not shorter than that of
+    ``fastest``, and for more than ``LARGEST_TURNED`` errors.
 
     Args:
         matrix: A.
-        flips: as in ``least_growth_at_reversals``.
+        flips: for each reversal the indices of the errors that change their sign.
         fastest: a P with about the best rate.
     """
     limit = decay_rate_limit([matrix], h)
     if h == 0 or limit <= 0 or len(matrix) > LARGEST_TURNED or not flips:
         return None
     scale, rate = balance([matrix]), RATE_KEPT * limit
-    (scaled,), start = _in(scale, [matrix]), fastest * scale[None, :] * scale[:, None]
+    (scaled,), start = _scaled(scale, [matrix]), fastest * scale[None, :] * scale[:, None]
     try:
         p = _in_proportion(scaled, h, rate, flips, _growths(start, flips))
         if p is None:
@@ -405,32 +420,37 @@ def short_recovery(
 def _in_proportion(
     matrix: Array, h: float, rate: float, flips: Sequence[Sequence[int]], growths: Array
 ) -> Array | None:
-    """The analytic centre of all P with this rate and with growths ≤ ``growths``^s, s ≤ 1 the least feasible; or None.
+    """The analytic centre of all P with this rate and the growth g_i^s at reversal i, for the least feasible s ≤ 1.
 
-    s is a multiple of 1/``PROPORTIONS`` and found by bisection.
+    s is a multiple of 1/``PROPORTIONS`` and found by bisection. None if s = 1 is not feasible.
+
+    Args:
+        growths: g_i.
     """
-    reversals = [np.diag(signs - 1) for signs in _signs(len(matrix), flips)]
+    # J'PJ ≤ gP is the decay condition Φ'PΦ ≤ (1 − 2αh)P with Φ = I + hA for A = J − I, h = 1 and α = (1 − g)/2.
+    jumps = [np.diag(signs - 1) for signs in _signs(len(matrix), flips)]
     decay_maps = lyapunov_maps(matrix[None], h, rate) / max(1.0, float(np.abs(matrix).max()))
 
-    def at(step: int) -> Array | None:
+    def p_at(step: int) -> Array | None:
+        """A P with s = step/PROPORTIONS; None if none is found."""
         bounds = growths ** (step / PROPORTIONS)
-        growth_maps = [lyapunov_maps(turn[None], 1.0, (1 - g) / 2) for turn, g in zip(reversals, bounds, strict=True)]
+        growth_maps = [lyapunov_maps(jump[None], 1.0, (1 - g) / 2) for jump, g in zip(jumps, bounds, strict=True)]
         p = solve_lmi(np.concatenate([decay_maps, *growth_maps]))
         if p is None or np.linalg.eigvalsh(p)[0] <= 0 or least_rate(p, [matrix], h) < rate:
             return None
         return p if (_growths(p, flips) <= bounds).all() else None
 
-    found = at(PROPORTIONS)
+    found = p_at(PROPORTIONS)
     if found is None:
         return None
-    good, found = first_found(at, 0, PROPORTIONS, found)
-    bounds = growths ** (good / PROPORTIONS)
-    groups = [([matrix], rate), *(([turn / h], (1 - g) / 2 / h) for turn, g in zip(reversals, bounds, strict=True))]
+    least, found = first_found(p_at, 0, PROPORTIONS, found)
+    bounds = growths ** (least / PROPORTIONS)
+    groups = [([matrix], rate), *(([jump / h], (1 - g) / 2 / h) for jump, g in zip(jumps, bounds, strict=True))]
     return analytic_centre(groups, h, found)
 
 
 def least_growth_at_reversals(matrix: Array, h: float, flips: Sequence[Sequence[int]]) -> Array | None:
-    """P of one matrix at its spectral rate with the least growth of V at reversals; None if none is found.
+    """P of one matrix at its spectral rate, with small growth of V at reversals; None if none is found.
 
     P = Σ w_i Re(l̄_i l_i') has the spectral rate for all weights w_i > 0, l_i being the left eigenvectors of I + hA.
     The weights minimise the largest g over the reversals, J'PJ ≤ gP, by Nelder–Mead over log w. For more than
@@ -443,15 +463,17 @@ def least_growth_at_reversals(matrix: Array, h: float, flips: Sequence[Sequence[
     if h == 0 or not flips:
         return None
     values, right = np.linalg.eig(np.eye(len(matrix)) + h * matrix)
-    if np.linalg.cond(right) > WELL:
+    if np.linalg.cond(right) > LARGEST_CONDITION:
         return None
     left = np.linalg.inv(right)
     parts = [np.real(np.outer(row.conj(), row)) for row, z in zip(left, values, strict=True) if z.imag >= 0]
 
     def lyapunov_matrix(logs: Array) -> Array:
+        """P for the logarithms of w_2, w_3, …, with w_1 = 1."""
         return np.asarray(sum(np.exp(w) * part for w, part in zip((0.0, *logs), parts, strict=True)))
 
     def growth(logs: Array) -> float:
+        """The logarithm of the largest growth over the reversals; infinite if P is not positive definite."""
         try:
             return float(np.log(_growths(lyapunov_matrix(logs), flips)).max())
         except (np.linalg.LinAlgError, ValueError):
@@ -461,7 +483,7 @@ def least_growth_at_reversals(matrix: Array, h: float, flips: Sequence[Sequence[
     if len(parts) > 1 and len(matrix) <= LARGEST_TURNED:
         from scipy.optimize import minimize  # imported here: it takes a fifth of a second
 
-        logs = np.round(minimize(growth, logs, method="Nelder-Mead").x / SAME) * SAME
+        logs = np.round(minimize(growth, logs, method="Nelder-Mead").x / LOG_WEIGHT_STEP) * LOG_WEIGHT_STEP
     if not math.isfinite(growth(logs)):
         return None
     p = lyapunov_matrix(logs)

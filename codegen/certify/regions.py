@@ -22,7 +22,7 @@ from codegen.certify.content import Found
 from codegen.certify.enclosure import Enclosure, cells_of, exact_ranges
 from codegen.certify.family import Family
 from codegen.certify.lyapunov import (
-    Worst,
+    Active,
     analytic_centre_at,
     common_lyapunov_at,
     common_lyapunov_of_many,
@@ -103,7 +103,7 @@ class RegionSearch:
 
         stack, whole = both(0.0)
         growth, _ = self._growth([(stack, KEPT * rate)], whole)
-        worst: Worst = []
+        worst: Active = []
 
         def holds(w: float) -> bool:
             stack, whole = both(w)
@@ -119,7 +119,7 @@ class RegionSearch:
 
         P is None if there is none even for the largest r.
         """
-        worst: Worst = []
+        worst: Active = []
 
         @cache
         def found_at(rate: float) -> Array | None:
@@ -192,7 +192,7 @@ class RegionSearch:
         return self._box([min(pair) for pair in zip(states, tops, strict=True)], (low * t, high * t), tops=tops)
 
     def _holds_away(
-        self, tops: list[Any], slips: tuple[float, float], share: float, t: float, worst: Worst | None = None
+        self, tops: list[Any], slips: tuple[float, float], share: float, t: float, worst: Active | None = None
     ) -> bool:
         """Whether a V with ``PRESLIDING`` of the spectral rate is found for ``_away_box``."""
         stack = self._family(self._away_box(tops, slips, share, t))[1]
@@ -201,7 +201,7 @@ class RegionSearch:
 
     def _away(self, tops: list[Any], slips: tuple[float, float]) -> Found | None:
         """The largest region |f| ≤ ``tops`` with slips in t times these, shares of the largest: its |f|, t and P."""
-        worst: Worst = []
+        worst: Active = []
 
         @cache
         def holds(share: float, t: float) -> bool:

@@ -20,21 +20,28 @@ from codegen.simulate.observed_loop import run_loop
 from codegen.spec.model import symbol
 
 MASS, LEVEL, STIFFNESS = 2.0, 3.0, 40.0
+"""Mass in kg, friction level in N and spring stiffness in N/m of the example axis; for angles kg m², N m, N m/rad."""
 TIME: Array = np.arange(0, 12, 0.002)
+"""Sample times, s."""
 COMMAND: Array = 9 * np.sin(1.7 * TIME) + 5 * np.sin(4.3 * TIME + 0.4) + 2 * np.sin(11.9 * TIME)
+"""Input of the first coordinate at these times, N or N m."""
 SUBSTEPS = 20
 """Integration steps in one sample."""
 EVERY = 6
 """One of so many samples is drawn."""
 SLOWEST = 0.01
-"""Share of the top speed below which friction is not drawn."""
+"""Share of the top speed below which the residual is not drawn, since friction at rest is indeterminate."""
+ENDS = 50
+"""Samples at each end that are not drawn: the derivatives there are one-sided."""
 
 
 @dataclass(frozen=True)
 class Residual:
-    """Force residual of the declared model over the variable that shows the effect best; N or N*m.
+    """Force residual of a model without the effect, over the variable that shows the effect best.
 
-    NaN at standstill and reversals.
+    Attributes:
+        axis: the variable, in SI.
+        force: the residual, N or N m; NaN near standstill and reversals.
     """
 
     axis: Array
@@ -42,7 +49,13 @@ class Residual:
 
 
 def example_residual(effect: Effect, parameters: dict[str, float]) -> Residual:
-    """The force residual of an axis without the effect, by inverse dynamics, on the simulated motion of one with it."""
+    """The force residual w − k x − m a − F_c sgn(v) of an axis model over the simulated motion of one with the effect.
+
+    Of two coordinates it is that of the first.
+
+    Args:
+        parameters: of the effect, in SI.
+    """
     angular = effect.needs == "a coordinate in rad"
     plain = _axis("rad" if angular else "m", 2 if effect.sits_on == "two coordinates" else 1)
     symbols = effect_symbols(effect, places_of(effect, plain)[0], plain)
@@ -56,9 +69,10 @@ def example_residual(effect: Effect, parameters: dict[str, float]) -> Residual:
     x = run.positions
     v = np.gradient(x, TIME, axis=0) if system.sensor_errors else run.true_velocities
     a = np.gradient(v, TIME, axis=0)
+    # The command is held between samples, so its mean about a sample is that of the command before and the one after.
     w = np.vstack([commands[:1], (commands[:-1] + commands[1:]) / 2])
     force = (w - STIFFNESS * x - MASS * a - LEVEL * np.sign(v))[:, 0]
-    seen = {
+    axis = {
         "velocity": v[:, 0] - (v[:, 1] if n > 1 else 0),
         "position": x[:, 0],
         "load": w[:, 0],
@@ -68,10 +82,11 @@ def example_residual(effect: Effect, parameters: dict[str, float]) -> Residual:
         "input rate": np.gradient(w[:, 0], TIME),
     }[effect.seen_over]
     sliding = np.abs(v) > SLOWEST * np.max(np.abs(v))
-    turning = sliding & (np.sign(v) == np.sign(np.roll(v, 1, 0))) & (np.sign(v) == np.sign(np.roll(v, -1, 0)))
-    used = turning.all(axis=1)
-    used[:50] = used[-50:] = False
-    return Residual(seen, np.where(used, force, np.nan))
+    direction = np.sign(v)
+    in_one_direction = (direction == np.roll(direction, 1, 0)) & (direction == np.roll(direction, -1, 0))
+    drawn = (sliding & in_one_direction).all(axis=1)
+    drawn[:ENDS] = drawn[-ENDS:] = False
+    return Residual(axis, np.where(drawn, force, np.nan))
 
 
 def _axis(unit: str, count: int) -> System:

@@ -31,16 +31,16 @@ EXPECTED = "a MuJoCo model (MJCF) of an arm of hinge and slide joints"
 
 @dataclass(frozen=True)
 class MjcfJoint:
-    """Properties of a joint that a robot description (URDF) does not have.
+    """Properties of a joint that a robot description (URDF) cannot state.
 
     Attributes:
-        joint: identifier made of the name.
-        label: the name itself.
-        turns: whether it is a hinge.
-        armature: reflected inertia of the motor, kg m² or kg.
-        stiffness: of a spring, N m/rad or N/m.
-        rest: position at which the spring force is zero.
-        limits: of the position, or None.
+        joint: the joint's name as an identifier of a spec.
+        label: its name in the model.
+        turns: whether it is a hinge; else a slide.
+        armature: reflected inertia of the motor, kg m² of a hinge or kg of a slide.
+        stiffness: of the joint's spring, N m/rad or N/m; 0 without a spring.
+        rest: position at which the spring force is zero, rad or m.
+        limits: (lowest, highest) position, rad or m; None without limits.
     """
 
     joint: str
@@ -58,9 +58,9 @@ class MjcfRobot:
 
     Attributes:
         urdf: text of the robot description.
-        joints: in the order of MuJoCo.
-        gravity: m/s².
-        remarks: properties of the model that are lost, in words.
+        joints: in MuJoCo's order of bodies.
+        gravity: (x, y, z) in the world's frame, m/s².
+        remarks: properties of the model that the conversion leaves out or changes, in words.
     """
 
     urdf: str
@@ -108,10 +108,13 @@ class _Conversion:
     """Conversion of a compiled model.
 
     Attributes:
-        skipped: free bodies and those fixed to them.
-        bodies: all others without the world, body 0.
-        joint_of: body → its joint, if it has one.
+        skipped: bodies that are left out: free ones and those fixed to them.
+        bodies: all others except the world, body 0.
+        joint_of: body → the joint that connects it with its parent; no entry for a body that is fixed to its parent.
         labels: body → name of that joint.
+
+    Raises:
+        BadInput: as ``read_mjcf``.
     """
 
     def __init__(self, path: Path, mujoco: Any, model: Any) -> None:
@@ -200,6 +203,7 @@ class _Conversion:
         return free_bodies
 
     def _add_joint(self, b: int, j: int) -> None:
+        """Store joint j of body b; raise BadInput if it is neither a hinge nor a slide."""
         kinds = self.mujoco.mjtJoint
         if int(self.model.jnt_type[j]) not in (int(kinds.mjJNT_HINGE), int(kinds.mjJNT_SLIDE)):
             raise BadInput(self._place("joint", j), "a ball joint", "hinge and slide joints", code="SPEC031")
@@ -219,13 +223,13 @@ class _Conversion:
         centre = m.body_ipos[b] - self._anchor(b)
         inertia = principal_axes @ np.diag(m.body_inertia[b]) @ principal_axes.T
         inertial = _child(link, "inertial")
-        _child(inertial, "origin", xyz=_words(centre), rpy="0 0 0")
-        _child(inertial, "mass", value=_word(m.body_mass[b]))
+        _child(inertial, "origin", xyz=_numbers(centre), rpy="0 0 0")
+        _child(inertial, "mass", value=_number(m.body_mass[b]))
         keys = {"ixx": (0, 0), "ixy": (0, 1), "ixz": (0, 2), "iyy": (1, 1), "iyz": (1, 2), "izz": (2, 2)}
-        _child(inertial, "inertia", **{key: _word(inertia[at]) for key, at in keys.items()})
+        _child(inertial, "inertia", **{key: _number(inertia[at]) for key, at in keys.items()})
 
     def _joint(self, joint: Any, b: int, names: dict[int, str]) -> None:
-        """The joint between a body and its parent; its frame in the parent link's is that of the link at q = 0."""
+        """The joint between a body and its parent: origin (pose of the link at q = 0), axis, damping and friction."""
         m = self.model
         parent = int(m.body_parentid[b])
         rotation = of_quaternion(m.body_quat[b])
@@ -239,24 +243,24 @@ class _Conversion:
                 rotation = rotation @ about_axis(axis, -reference)
             else:
                 position = position - rotation @ axis * reference
-        _child(joint, "origin", xyz=_words(position), rpy=_words(roll_pitch_yaw(rotation)))
+        _child(joint, "origin", xyz=_numbers(position), rpy=_numbers(roll_pitch_yaw(rotation)))
         _child(joint, "parent", link=names[parent])
         _child(joint, "child", link=names[b])
         if j is not None:
-            _child(joint, "axis", xyz=_words(axis))
+            _child(joint, "axis", xyz=_numbers(axis))
             damping, friction = np.ravel(m.dof_damping[dof])[0], m.dof_frictionloss[dof]
-            _child(joint, "dynamics", damping=_word(damping), friction=_word(friction))
+            _child(joint, "dynamics", damping=_number(damping), friction=_number(friction))
 
     def _anchor(self, b: int) -> Array:
-        """Position of the joint in its body's frame, which is the origin of the URDF link."""
+        """Origin of a body's URDF link in the body's frame, m: the joint's point, or zero without a joint."""
         j = self.joint_of.get(b)
         return np.zeros(3) if j is None else np.array(self.model.jnt_pos[j])
 
     def _actuator(self, k: int) -> str:
-        """An actuator in words: its joint, and the spec's input w as a function of MuJoCo's control signal ctrl.
+        """A remark on an actuator: its joint, and the spec's input w as a function of MuJoCo's control signal ctrl.
 
-        An actuator of gear ratio r has the length r q and exerts the force r f on the joint, f = gain·ctrl + b0 +
-        b1·length + b2·velocity. Hence w = r gain ctrl + r b0 + r² b1 q + r² b2 v.
+        With the gear ratio r, the transmission has the length l = r q and the joint force is w = r f. The actuator's
+        force is f = gain·ctrl + b0 + b1 l + b2 dl/dt, hence w = r gain ctrl + r b0 + r² b1 q + r² b2 v.
         """
         m, kinds = self.model, self.mujoco.mjtTrn
         name = self._name("actuator", k)
@@ -273,8 +277,8 @@ class _Conversion:
             terms += [(gear * b0, ""), (gear**2 * b1, f"*{q}"), (gear**2 * b2, f"*v_{q}")]
         law = f"w_{q} = " + " ".join(f"{value:+.6g}{factor}" for value, factor in terms if value).removeprefix("+")
         if bias not in (int(biases.mjBIAS_NONE), int(biases.mjBIAS_AFFINE)):
-            law = "a law of its own"
-        limited = f", force within {_words(m.actuator_forcerange[k])}" if m.actuator_forcelimited[k] else ""
+            law = "its force law is not affine in ctrl, position and velocity"
+        limited = f", force within {_numbers(m.actuator_forcerange[k])}" if m.actuator_forcelimited[k] else ""
         state = (
             ", behind an activation state" if int(m.actuator_dyntype[k]) != int(self.mujoco.mjtDyn.mjDYN_NONE) else ""
         )
@@ -287,7 +291,7 @@ class _Conversion:
         return one_line(name) if name else f"{kind}_{k}"
 
     def _unique(self, kind: str, k: int) -> str:
-        """The name; with its number for a body called ``world``, since that is the name of the base."""
+        """The name, and for a body called ``world`` also its number: the URDF's base link has that name."""
         name = self._name(kind, k)
         return f"{name}_{k}" if kind == "body" and name == "world" else name
 
@@ -301,6 +305,7 @@ def _nonzero(model: Any, name: str) -> int:
 
 
 def _child(parent: Any, tag: str, **attributes: str) -> Any:
+    """A new XML element at the end of ``parent``."""
     from lxml import etree
 
     return etree.SubElement(parent, tag, **attributes)
@@ -311,10 +316,11 @@ def _three(values: Sequence[float]) -> tuple[float, float, float]:
     return x, y, z
 
 
-def _word(value: float) -> str:
+def _number(value: float) -> str:
     """A number as XML text: the shortest decimal of the double, and 0.0 for -0.0."""
     return repr(float(value) + 0.0)
 
 
-def _words(values: Sequence[float] | Array) -> str:
-    return " ".join(map(_word, values))
+def _numbers(values: Sequence[float] | Array) -> str:
+    """Numbers as XML text, separated by spaces."""
+    return " ".join(map(_number, values))

@@ -363,7 +363,7 @@ def test_channels_of_a_scope_at_rates_of_their_own(tmp_path, spec, began):
 
 
 def test_named_rows_and_lists_are_read_in_blocks_too(tmp_path, spec, monkeypatch):
-    monkeypatch.setattr("codegen.logs.formats.csv_file.PIECE", 5000)
+    monkeypatch.setattr("codegen.logs.formats.csv_file.BLOCK_BYTES", 5000)
     for case, column in (("a serial plotter", "angle"), ("lists in quotes", "position[0]")):
         (tmp_path / case).mkdir()
         parts = [block.values[:, 0] for block in open_stream(put(tmp_path / case, case)).blocks([column])]

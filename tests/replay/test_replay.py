@@ -101,7 +101,7 @@ def test_a_log_in_blocks_gives_the_bits_of_the_twin(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, ending: str
 ) -> None:
     """10⁴ samples in many blocks, comments and blank lines between the rows."""
-    monkeypatch.setattr(csv_file, "PIECE", 5000)
+    monkeypatch.setattr(csv_file, "BLOCK_BYTES", 5000)
     monkeypatch.setattr("codegen.logs.formats.numpy_file.ROWS", 777)
     table = record(10_000)
     if ending == ".csv":
@@ -170,7 +170,7 @@ def test_without_a_compiler_the_twin_steps(tmp_path: Path, monkeypatch: pytest.M
 
 def test_jitter_goes_through_the_log_reader(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Found in a late block, when estimates of the first ones are written already."""
-    monkeypatch.setattr(csv_file, "PIECE", 5000)
+    monkeypatch.setattr(csv_file, "BLOCK_BYTES", 5000)
     table = record(4000)
     table[3000:, 0] += 0.3 * PERIOD * np.random.default_rng(3).random(1000)
     result = replay(SPEC, write_csv(tmp_path / "log.csv", table), tmp_path / "out.csv")
@@ -330,7 +330,7 @@ def test_bad_npy_logs_are_one_message(tmp_path: Path) -> None:
 
 
 def test_memory_does_not_grow_with_the_log(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(csv_file, "PIECE", 1 << 16)
+    monkeypatch.setattr(csv_file, "BLOCK_BYTES", 1 << 16)
     monkeypatch.setattr(samples, "ROWS", 1000)
     monkeypatch.setattr(log_warnings, "MOST_BYTES", 1 << 16)
     replay(SPEC, write_csv(tmp_path / "first.csv", record(1_500)), tmp_path / "out.csv")  # what stays is made

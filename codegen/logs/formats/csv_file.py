@@ -21,7 +21,6 @@ from codegen.logs.formats.row_forms import transposed_rows, whole_lines
 from codegen.logs.formats.series import Signal, grouped_by_time, joined
 from codegen.logs.formats.source import Allowance, BlockFile, Columns, File, LogFile, NotStreamed, listing
 from codegen.logs.formats.table import (
-    COMMENT,
     END,
     HEX,
     MINUS,
@@ -38,11 +37,13 @@ from codegen.logs.formats.table import (
 from codegen.logs.formats.text_lines import EXPECTED, lines_of, text_of
 
 MOST_ROWS = 50_000_000
-_NUMBERS = frozenset("0123456789+-.")
-"""First characters of a line that is no comment and no header."""
-_BEHIND = re.compile(r"(?:^|\s|(?<=\d))#(?!(n/a|nan|nv|value!|wert!|div/0!)).*", re.IGNORECASE)
-"""A comment after a row."""
+"""Largest number of lines of a text file that is read."""
+_NUMBER_STARTS = frozenset("0123456789+-.")
+"""First characters of a number: a line that begins with one is no comment and no header."""
+_TRAILING_COMMENT = re.compile(r"(?:^|\s|(?<=\d))#(?!(n/a|nan|nv|value!|wert!|div/0!)).*", re.IGNORECASE)
+"""A comment at the end of a row; #N/A, #NAN, #VALUE! and the like are missing values."""
 _WITH_UNIT = re.compile(r"[+-]?[\d.,]+\s*[A-Za-z°µ%][\w°µ%/*^]*")
+"""A number followed by its unit."""
 _GROUPED = re.compile(r"[+-]?\d{1,3}([.,' \u00a0\u2009\u202f’]\d{3})+([.,]\d+)?", re.ASCII)
 """A number with separators between thousands."""
 
@@ -52,9 +53,9 @@ class CsvSource(LogFile):
 
     Args:
         file: name of the file.
-        lines: every line of the file in plain form and without its end, or those of a part of it.
+        lines: lines of the file or of a part of it, in the plain form of ``layout`` and without line ends.
         first: index into ``lines`` of the first line after the header.
-        before: lines of the file before ``lines``, for messages.
+        before: number of lines of the file before ``lines``; messages name lines of the file.
         encoding: notes on the file's encoding.
     """
 
@@ -80,10 +81,10 @@ class CsvSource(LogFile):
 
     @property
     def notes(self) -> Sequence[str]:
-        again = [i for i in range(self.first, len(self.lines)) if self.lines[i] in self.layout.head - {END}]
-        if again:
-            more = f", {len(again)} such lines in all" if len(again) > 1 else ""
-            return (*self.own_notes, f"line {self.before + again[0] + 1} repeats the header and is left out{more}")
+        repeated = [i for i in range(self.first, len(self.lines)) if self.lines[i] in self.layout.head - {END}]
+        if repeated:
+            more = f", {len(repeated)} such lines in all" if len(repeated) > 1 else ""
+            return (*self.own_notes, f"line {self.before + repeated[0] + 1} repeats the header and is left out{more}")
         return self.own_notes
 
     def load(self, wanted: Sequence[str]) -> Columns:
@@ -101,10 +102,13 @@ class CsvSource(LogFile):
                 expected = f"a name that occurs once, or the number of the column, one of {', '.join(map(str, twice))}"
                 raise BadInput(self.place, f"{len(twice)} columns called `{shown(name)}`", expected, code="LOG004")
         indices = [self.names.index(name) if name in self.names else int(name) - 1 for name in wanted]
-        return self._at_one_time(wanted, indices) if self.layout.times else self._columns(wanted, indices)
+        return self._on_common_times(wanted, indices) if self.layout.times else self._columns(wanted, indices)
 
-    def _at_one_time(self, wanted: Sequence[str], indices: list[int]) -> Columns:
-        """The wanted columns of channels that have their own times; the first column is the common time in s."""
+    def _on_common_times(self, wanted: Sequence[str], indices: list[int]) -> Columns:
+        """The wanted columns of a table in which each channel has a column of times, joined at common times.
+
+        Column 0 is that common time, in s from the first time of any wanted channel.
+        """
         own = {name: k for name, k in zip(wanted, indices, strict=True) if k or len(indices) == 1}
         clock = next((name for name in wanted if name not in own), "")
         names = [str(j) for k in own.values() for j in (k, self.layout.times[k])]
@@ -113,30 +117,28 @@ class CsvSource(LogFile):
         signals = {}
         for name, k in own.items():
             time = read[str(self.layout.times[k])]
-            there = np.isfinite(time)
-            signals[name] = Signal(self.names[k], self.layout.tick * (time[there] - began), read[str(k)][there])
+            valid = np.isfinite(time)
+            signals[name] = Signal(self.names[k], self.layout.tick * (time[valid] - began), read[str(k)][valid])
         return joined(self, grouped_by_time(signals), wanted, clock)
 
     def _columns(self, wanted: Sequence[str], indices: list[int]) -> Columns:
+        """The columns with these indices, row by row as in the file, called as ``wanted`` says."""
         body = self.lines[self.first :]
         head = self.layout.head
+        # Most lines begin with a number, and are rows without the slower test for comments and repeated headers.
         kept = [
             i
             for i, line in enumerate(body)
-            if line
-            and (
-                (line[0] in _NUMBERS and line[:3] != "---")
-                or not (line.isspace() or COMMENT.match(line) or line in head)
-            )
+            if (line[:1] in _NUMBER_STARTS and line[:3] != "---") or (is_row(line) and line not in head)
         ]
         if not kept:
             raise BadInput(self.place, "a header and no rows", "rows of numbers after it", code="LOG009")
         if len(kept) < len(body):
             body = [body[i] for i in kept]
         numbers = np.array(kept, dtype=np.int64) + self.before + self.first + 1
-        values = self._fast(body, indices)
+        values = self._by_numpy(body, indices)
         if values is None:
-            values = self._careful(body, numbers, indices)
+            values = self._row_by_row(body, numbers, indices)
         elif self.layout.decimal == "." and not self.layout.decimal_stated:
             padded = any(".000" in line for line in body)
             for j in range(len(indices)):
@@ -144,7 +146,7 @@ class CsvSource(LogFile):
                     self._refuse_grouped(body, numbers, indices[j])
         return Columns(self.file, tuple(wanted), values, numbers)
 
-    def _fast(self, body: list[str], indices: list[int]) -> NDArray[np.float64] | None:
+    def _by_numpy(self, body: list[str], indices: list[int]) -> NDArray[np.float64] | None:
         """The (N, c) numbers by NumPy, or None if a line is not regular."""
         delimiter, width = self.layout.delimiter, len(self.names)
         if not delimiter:
@@ -173,13 +175,22 @@ class CsvSource(LogFile):
             expected = "numbers without a sign between thousands; or `decimal: point` in meta.yaml beside the log"
             raise BadInput(Place(self.file, int(numbers[k]), shown(self.names[index])), found, expected, code="LOG005")
 
-    def _careful(self, body: list[str], numbers: NDArray[np.int64], indices: list[int]) -> NDArray[np.float64]:
-        """The (N, c) numbers row by row, with comments, missing values, and an error for the first bad value."""
+    def _row_by_row(self, body: list[str], numbers: NDArray[np.int64], indices: list[int]) -> NDArray[np.float64]:
+        """The (N, c) numbers of rows that may have comments, missing values, dates or words such as ``true``.
+
+        Args:
+            body: the rows.
+            numbers: line of each row in the file.
+            indices: of the columns.
+
+        Raises:
+            BadInput: for the first row of another length, or the first text that is no number.
+        """
         width = len(self.names)
         values = np.empty((len(body), len(indices)))
         for k, text in enumerate(body):
             place = Place(self.file, int(numbers[k]))
-            found = fields(_BEHIND.sub("", text) if "#" in text else text, self.layout.delimiter, place)
+            found = fields(_TRAILING_COMMENT.sub("", text) if "#" in text else text, self.layout.delimiter, place)
             while len(found) > width and not found[-1].strip():
                 found.pop()
             if self.layout.times:
@@ -195,10 +206,15 @@ class CsvSource(LogFile):
         return values
 
     def _number(self, text: str, line: int, index: int) -> float:
+        """The number of a field; of a date or time of day the seconds since the first row, NaN for a missing value.
+
+        Raises:
+            BadInput: for other texts.
+        """
         text = text.strip().replace(MINUS, "-")
-        sign = self.layout.decimal
-        plain = text.replace(",", ".") if sign == "," and "." not in text else text
-        if NUMBER.match(plain) and not (sign == "," and "." in text):
+        separator = self.layout.decimal
+        plain = text.replace(",", ".") if separator == "," and "." not in text else text
+        if NUMBER.match(plain) and not (separator == "," and "." in text):
             return float(plain)
         if text.lower() in MISSING:
             return float("nan")
@@ -210,22 +226,26 @@ class CsvSource(LogFile):
             passed = (at - begun).total_seconds()
             return passed + restart_period(text) if passed < 0 else passed  # a time of day after midnight
         place = Place(self.file, line, shown(self.names[index]))
-        raise BadInput(place, f"`{shown(text)}`", *self._wanted(text), code="LOG005")
+        raise BadInput(place, f"`{shown(text)}`", *self._expected_number(text), code="LOG005")
 
-    def _wanted(self, text: str) -> tuple[str, str | None]:
-        """The expectation of the error for a text that is no number, and the number that it may stand for."""
-        sign = self.layout.decimal
+    def _expected_number(self, text: str) -> tuple[str, str | None]:
+        """What a message expects in place of a text that is no number, and the number that was probably meant."""
+        separator = self.layout.decimal
         if ":" in text or text.count("/") == 2 or (text.count(".") == 2 and len(text) == 10):
             dates = "2026-03-04 23:59:58.002 (ISO 8601); or `sample_time: SECONDS` in meta.yaml beside the log"
             return f"a number, or date and time of day as {dates}, without a column of time", None
         other = re.sub("[dD]", "E", text).replace(",", ".")
         nearest = other if other != text and NUMBER.match(other) else None
         key = "`decimal: comma` in meta.yaml beside the log"
-        if _GROUPED.fullmatch(text) and (sign != "." or text.count(",") != 1 or "." in text):
-            may = f"; if its comma stands before decimals, {key}" if not sign else ""
-            also = "; `decimal: point` in meta.yaml beside the log if it stands before decimals" if sign == "," else ""
+        if _GROUPED.fullmatch(text) and (separator != "." or text.count(",") != 1 or "." in text):
+            may = f"; if its comma stands before decimals, {key}" if not separator else ""
+            also = (
+                "; `decimal: point` in meta.yaml beside the log if it stands before decimals"
+                if separator == ","
+                else ""
+            )
             return f"a number without a sign between its thousands{may}{also}", None
-        if sign == ",":
+        if separator == ",":
             return "a number with a decimal comma, as the others in the file (or `decimal: point`, see the docs)", None
         if nearest:
             grouped = ", or without a sign between thousands" if _GROUPED.fullmatch(text) else ""
@@ -237,13 +257,14 @@ class CsvSource(LogFile):
 
 
 def _may_be_grouped(values: NDArray[np.float64], padded: bool) -> bool:
-    """Whether the points of a column may be separators between thousands.
+    """Whether the points of a column may be thousands separators, as in 998, 999, 1.000, 1.001.
 
-    They may be if some numbers are whole and below 1000, and all others have three decimals and are at least 1. An
-    increasing column, such as time, has decimal points: 998, 999, 1.000 would decrease.
+    They may be if some numbers are whole and below 1000, and all others have three decimals and are at least 1. A
+    column that increases with points read as decimal points has decimal points: the numbers above would decrease.
 
     Args:
-        padded: whether some numbers end in ``.000``, so that they look whole.
+        values: of the column, with the points read as decimal points.
+        padded: whether some numbers of the table end in ``.000``, which are whole as numbers but not as texts.
     """
     size = np.abs(values[np.isfinite(values)])
     whole = size == np.floor(size)
@@ -270,11 +291,11 @@ def open_csv(path: Path, allowance: Allowance, description: LogDescription) -> C
     turned = transposed_rows(lines) if description.header is None else None
     if turned is not None:
         notes = (*notes, "each line is a signal: the table is transposed, and its rows are counted as lines")
-    return _without_cut_off(open_lines(str(path), turned or lines, description, notes))
+    return _without_incomplete_end(open_lines(str(path), turned or lines, description, notes))
 
 
-def _without_cut_off(source: CsvSource) -> CsvSource:
-    """The table without an incomplete last line, as a loss of power leaves it."""
+def _without_incomplete_end(source: CsvSource) -> CsvSource:
+    """The table without its last line if that is incomplete, as after a loss of power."""
     last, layout = len(source.lines) - 1, source.layout
     if last <= source.first or layout.times or not is_row(line := source.lines[last]):
         return source
@@ -298,19 +319,19 @@ def open_lines(file: str, lines: list[str], description: LogDescription, encodin
 
 
 def _left_out(layout: Layout, lines: list[str]) -> list[str]:
-    """A note on the parts of lines that a special form leaves out."""
+    """A note on the parts of rows that the conversion to plain lines leaves out; empty if it leaves out nothing."""
     split = [] if layout.form is None else [layout.form.split(line)[1] for line in lines]
     left = [(i + 1, text) for i, text in enumerate(split) if text.strip() and i >= layout.first]
-    more = f", nor is something of {len(left) - 1} more lines" if len(left) > 1 else ""
+    more = f", nor are such parts of {len(left) - 1} more lines" if len(left) > 1 else ""
     return [f"`{shown(text, 60)}` of line {number} is not read{more}" for number, text in left[:1]]
 
 
 class LongTable(LogFile):
-    """The signals that a column of a text table names, joined at common times.
+    """The signals of a table in long format, joined at common times.
 
     Args:
-        table: with a row for each value.
-        description: its ``long`` names the columns with the signals' names and values.
+        table: a row for each value, with the time, the name of the signal and the value.
+        description: its ``long`` states the columns of names and values.
 
     Raises:
         BadInput: for a column that is not there, or rows that cannot be split.
@@ -343,7 +364,7 @@ class LongTable(LogFile):
         return joined(self, grouped_by_time(signals), wanted, self._time, in_seconds=False)
 
     def _signal(self, name: str) -> Signal:
-        """A signal from its own rows; other lines are set blank, so that an error names the right line."""
+        """A signal from its own rows; the other lines become blank, so that messages still count lines correctly."""
         lines = [""] * len(self.table.lines)
         for i in self._rows[name]:
             lines[i] = self.table.lines[i]
@@ -352,12 +373,12 @@ class LongTable(LogFile):
         return Signal(name, values[:, 0], values[:, 1])
 
 
-PIECE = 1 << 22
-"""Bytes of a block."""
+BLOCK_BYTES = 1 << 22
+"""Bytes of the file that are read at a time."""
 
 
 class CsvStream(BlockFile):
-    """A text table whose header is found in the first block, read by ``blocks`` alone.
+    """A text table that is read block by block; its header must be in the first block.
 
     Raises:
         BadInput: if there is no table that can be found.
@@ -389,8 +410,9 @@ class CsvStream(BlockFile):
             before += len(lines)
 
     def _lines(self) -> Iterator[list[str]]:
+        """The lines of each block."""
         try:
             with self.opened() as stream:
-                yield from lines_of(iter(partial(stream.read, PIECE), b""), str(self.path), self.own_notes)
+                yield from lines_of(iter(partial(stream.read, BLOCK_BYTES), b""), str(self.path), self.own_notes)
         except (BadInput, OSError):
             raise NotStreamed from None
