@@ -29,7 +29,7 @@ USUAL = 0.5, 1.0
 ONE_WAY = 0.98
 """Least |low-passed sign of the speed| of a used sample, since sticking at a reversal looks like a delay."""
 SURE = 3.5
-"""Least lead in standard deviations."""
+"""Least estimate of a lead in standard deviations."""
 EXPLAINED = 0.5
 """Least share of the squared force residual, after regression on the other terms, that a lead of more than ``HALF``
 explains. Of a force that the model lacks it explains a part only."""
@@ -65,8 +65,8 @@ class Lead:
 
     @property
     def matters(self) -> bool:
-        """Whether it is significant, in the range that is corrected, and changes the force by a share that counts."""
-        sure = self.rows > SURE * self.deviation and self.size >= LEAST_SIZE
+        """Whether its estimate is significant, it is in the range that is corrected, and its force counts."""
+        sure = self.estimate > SURE * self.deviation and self.size >= LEAST_SIZE
         if not sure or not LEAST <= self.rows <= MOST:
             return False
         return self.rows <= HALF or self.explained >= EXPLAINED
