@@ -172,7 +172,7 @@ class ForceFits:
         """The fit from these values, by damped Gauss–Newton steps."""
         runner = self.search.runners([trial], at_once=False)[0]
         prior = self.search.prior(trial, theta)
-        first, damping = theta, 1e-6
+        first, damping, gain = theta, 1e-6, self._gain(trial, theta)
         now = self._residual(trial, theta)
         slopes = self._slopes(trial, theta, now, prior.size)
         for _ in range(STEPS):
@@ -191,6 +191,8 @@ class ForceFits:
             else:
                 break
             theta, now, damping = moved, then, max(damping / 10, 1e-6)
+            was, gain = gain, self._gain(trial, theta)
+            slopes = slopes * self._by_coordinate(was / gain) if np.any(was != gain) else slopes
             slopes = self._slopes(trial, theta, now, prior.size, slopes)
             if cost - new < 1e-2 + 1e-4 * cost:
                 break
@@ -218,8 +220,8 @@ class ForceFits:
     def _slopes(self, trial: Trial, theta: Array, now: Array, size: Array, before: Array | None = None) -> Array:
         """Derivatives of the predicted force by each parameter, (p, SIGNED, K).
 
-        Forces are linear in the refitted levels and parameters, so their derivatives are taken from ``before``, unless
-        the residual is divided by a drive gain that depends on them.
+        Forces are linear in the refitted levels and parameters, so their derivatives are taken from ``before``, which
+        is over the present ``_gain``, unless that depends on them.
         """
         slopes = [] if before is None or self._moves_drive else list(before[: len(trial.moved)])
         by_links: dict[int, Array] = {}
