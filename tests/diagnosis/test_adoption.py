@@ -618,7 +618,7 @@ def test_the_blocks_of_an_arm_are_those_of_its_segments(joints: tuple[int, ...] 
     record = SimpleNamespace(start=start, joints=joints)
     judge = CrossValidation(*([None] * 4))  # type: ignore[arg-type]
     residual = np.zeros((len(start) * len(joints or (0,)), 3))
-    judge.__dict__["here"] = SimpleNamespace(residual=residual, runner=SimpleNamespace(record=record))
+    judge.__dict__["evaluated"] = SimpleNamespace(residual=residual, runner=SimpleNamespace(record=record))
     judge.__dict__["_rows"] = [SimpleNamespace(sample=np.arange(4000))]
     assert np.array_equal(judge._blocks[0], np.arange(4000) // (4000 // BLOCKS))
 

@@ -36,7 +36,7 @@ from codegen.diagnosis.results import Fact, ParameterError
 from codegen.mechanics.system import System
 
 LINEARISED = 4
-"""Repeated linearisations of the force residual about its own estimate."""
+"""How often the force residual is linearised again, each time about the last estimate."""
 SAME = 0.01
 """Relative change of an error that is ignored."""
 DOUBTFUL = 2.0
@@ -44,16 +44,21 @@ DOUBTFUL = 2.0
 AWAY = 3.0
 """Deviation in tolerances above which a value is reported as a parameter error; 0.3 % of a Gaussian lies beyond."""
 ALIKE = 0.25
-"""Least increase of another parameter's deviation, if a parameter is fixed, at which it counts as a substitute, over
-the parameter's deviation."""
+"""A parameter is a substitute of another one if, with that fixed, it moves by this share of its deviation."""
 AGAIN, SETTLED = 5, 0.1
-"""Most fits about values beyond a limit, and the change in standard errors at which they have settled."""
+"""Largest number of repeated fits about values beyond a limit, and the change, in standard errors, at which they end."""
 HALF_WIDTH = float(norm.ppf(0.5 + CONFIDENCE / 2))
+"""Half the width of a confidence interval in standard errors."""
 
 
 @dataclass(frozen=True, eq=False)
 class Information:
-    """Quadratic log-likelihood ½ θ'Mθ − m'θ of the refitted values, by block: (BLOCKS, p, p) and (BLOCKS, p)."""
+    """Negative log-likelihood ½ θ'Mθ − m'θ + const of the refitted values θ, one for each block of the log.
+
+    Attributes:
+        matrix: M, (BLOCKS, p, p).
+        vector: m, (BLOCKS, p).
+    """
 
     matrix: Array
     vector: Array
@@ -61,12 +66,24 @@ class Information:
     def __add__(self, other: Information) -> Information:
         return Information(self.matrix + other.matrix, self.vector + other.vector)
 
+    @property
+    def total(self) -> tuple[Array, Array]:
+        """(M, m) of all blocks together."""
+        return self.matrix.sum(axis=0), self.vector.sum(axis=0)
+
+    def without(self, block: int) -> tuple[Array, Array]:
+        """(M, m) of all blocks but one."""
+        return np.delete(self.matrix, block, 0).sum(axis=0), np.delete(self.vector, block, 0).sum(axis=0)
+
 
 @dataclass(frozen=True)
 class Score:
-    """Cross-validated errors: each block with the values that were estimated without it.
+    """Cross-validated errors: those of each block with the values that were estimated without it.
 
-    (BLOCKS,) squared force residual over the declared model's, and loss of free runs, of ``count`` residuals.
+    Attributes:
+        force: (BLOCKS,) squared force residual, relative to the declared model's.
+        run: (BLOCKS,) loss of the free runs.
+        count: number of residuals in ``run``.
     """
 
     force: Array
@@ -74,14 +91,22 @@ class Score:
     count: int
 
     def over(self, other: Score) -> tuple[float, float]:
-        """(force error, free-run error) relative to another model's."""
+        """(force error, free-run error) over those of another model; below 1 this one is better."""
         force = float(np.sqrt(self.force.sum() / max(other.force.sum(), 1e-300)))
         return force, float(np.exp((self.run.sum() - other.run.sum()) / self.count))
 
 
 @dataclass(frozen=True, eq=False)
 class MapEstimate:
-    """Maximum a posteriori estimate (p,) from one likelihood, its standard errors, and which values are estimated."""
+    """Maximum a posteriori (MAP) estimate of the refitted values from one likelihood.
+
+    Attributes:
+        values: (p,).
+        deviation: (p,) standard errors; 0 for values that are not estimated.
+        moves: (p,) which values are estimated; the others are as declared.
+        source: the likelihood.
+        score: cross-validated errors.
+    """
 
     values: Array
     deviation: Array
@@ -95,10 +120,12 @@ class Refit:
     """The adopted values of a refit.
 
     Attributes:
+        names: of the p values: friction levels, and parameters that have a tolerance.
+        declared, values: (p,) declared and adopted.
         deviation: (p,) standard errors of the values.
         levels: (p,) the best values if only levels are refitted.
         errors: parameters that differ from their declared values by more than their tolerance explains.
-        notes: changes by free runs alone that are not adopted.
+        notes: facts on changes that free runs alone would make and that are not adopted.
     """
 
     names: tuple[str, ...]
@@ -110,19 +137,27 @@ class Refit:
     notes: tuple[Fact, ...]
 
     def mapping(self, values: Array | None = None) -> dict[str, float]:
+        """Name → value, of the adopted values or of others (p,)."""
         return dict(zip(self.names, map(float, self.values if values is None else values), strict=True))
 
 
 def adopt_values(search: Search, fit: Fit, problem: Problem, system: System) -> Refit:
-    """Choose the values of levels and toleranced parameters for a fit; ``system`` has its effects, which are fixed."""
+    """Choose the values of levels and toleranced parameters for a fit.
+
+    Args:
+        search: has the declared values and their tolerances.
+        fit: a fit of free runs; the parameters of its effects stay fixed.
+        problem: the log.
+        system: the declared system with these effects.
+    """
     return CrossValidation(search, fit, problem, system).adopted()
 
 
 def settled_values(search: Search, fit: Fit, problem: Problem, system: System) -> Refit:
-    """The values of ``adopt_values``, estimated again at themselves if one exceeds a limit of the fit.
+    """The values of ``adopt_values``; if one exceeds a limit of the fit, all are fitted again until they settle.
 
-    A motion is not linear in a mass over such a distance, and the residual of a wrong mass gave the tolerances too much
-    weight.
+    The estimates linearise the motion about the fit, which is not accurate over such a distance. Also, what a
+    limited mass leaves counted as noise, which gave the tolerances too much weight.
     """
     adopted = adopt_values(search, fit, problem, system)
     away = np.abs(adopted.values - adopted.declared) * np.sqrt(search.prior_precision)
@@ -141,11 +176,9 @@ def settled_values(search: Search, fit: Fit, problem: Problem, system: System) -
 
 @dataclass(frozen=True, eq=False)
 class CrossValidation:
-    """Estimates of the refitted values, compared by cross-validated force and free-run errors, for one set of effects.
+    """Estimates of the refitted values, compared by cross-validated force and free-run errors.
 
-    Attributes:
-        fit: its effects are fixed.
-        system: declared values with those effects.
+    The arguments are those of ``adopt_values``.
     """
 
     search: Search
@@ -154,12 +187,13 @@ class CrossValidation:
     system: System
 
     def adopted(self) -> Refit:
-        """The best values: first of levels, then of all, without unjustified changes."""
-        shown_levels = self.is_level & self.is_shown
-        levels = self.best([self.unmoved, *(self.map_estimate(s, shown_levels) for s in self.sources)])
+        """The best values: first of the levels alone, then of all, without unjustified changes."""
+        sources = [self._by_run, self._by_force, self._by_run + self._by_force]
+        free_levels = self.is_level & self.is_excited
+        levels = self.best([self.as_declared, *(self.map_estimate(s, free_levels) for s in sources)])
         chosen = levels
         if not self.is_level.all():
-            chosen = self.best([levels, *(self.map_estimate(s, self.is_shown) for s in self.sources)])
+            chosen = self.best([levels, *(self.map_estimate(s, self.is_excited) for s in sources)])
         justified, errors = self.justified(chosen)
         if justified is not chosen:  # the remaining changes may be no improvement
             chosen = self.best([levels, justified])
@@ -169,25 +203,27 @@ class CrossValidation:
 
     @property
     def count(self) -> int:
+        """p, the number of refitted values."""
         return len(self.search.moved)
 
     @property
     def is_level(self) -> Flags:
+        """(p,) friction levels, which have no tolerance."""
         return np.asarray(self.search.prior_precision == 0)
 
     @cached_property
-    def is_shown(self) -> Flags:
-        """(p,) values in the force balance of a coordinate that moves; all if none moves.
+    def is_excited(self) -> Flags:
+        """(p,) values that occur in the force balance of a coordinate that moves; all if none moves.
 
-        Free runs of a joint that stands still stick with any friction level above its load.
+        The other values cannot be estimated: a joint at rest stays at rest with any friction level above its load.
         """
         error = self.search.system.equation_error
         rows = [row for row, used in zip(error, self.problem.used.T, strict=True) if used.any()]
         return np.array([not rows or any(row.has(s) for row in rows) for s in self.search.moved], dtype=bool)
 
     @cached_property
-    def here(self) -> Fit:
-        """The fit on the search's record, evaluated without a step, with the noise floor of the comparison."""
+    def evaluated(self) -> Fit:
+        """The fit evaluated at its own parameters, in units of the noise floor with which models are compared."""
         soft = self.search.with_noise_floor(self.fit)[0]
         runner = replace(self.fit.runner, record=soft.record)
         theta, offsets = self.fit.theta, self.fit.offsets
@@ -195,38 +231,36 @@ class CrossValidation:
         return shooting_fit(runner, theta, offsets, prior, 0)
 
     @cached_property
-    def sources(self) -> list[Information]:
-        return [self._by_run, self._by_force, self._by_run + self._by_force]
-
-    @cached_property
-    def unmoved(self) -> MapEstimate:
+    def as_declared(self) -> MapEstimate:
+        """The declared values and their score."""
         nothing = Information(np.zeros((BLOCKS, self.count, self.count)), np.zeros((BLOCKS, self.count)))
         return self.map_estimate(nothing, np.zeros(self.count, dtype=bool))
 
     def map_estimate(self, source: Information, moves: Flags) -> MapEstimate:
         """The MAP estimate by one likelihood with only the values ``moves`` free, and its cross-validated score."""
-        values = self._solved(source.matrix.sum(axis=0), source.vector.sum(axis=0), moves)
-        without = [
-            self._solved(np.delete(source.matrix, k, 0).sum(axis=0), np.delete(source.vector, k, 0).sum(axis=0), moves)
-            for k in range(BLOCKS)
-        ]
+        values = self._solved(*source.total, moves)
+        without = [self._solved(*source.without(block), moves) for block in range(BLOCKS)]
         deviation = self._deviation(source, moves, self.search.prior_precision)
         return MapEstimate(values, deviation, moves, source, self._score(values, without))
 
     def _deviation(self, source: Information, moves: Flags, prior_precision: Array) -> Array:
-        """(p,) standard errors of the values that move."""
+        """(p,) standard errors of the values that are estimated, 0 for the others: √diag (M + prior precision)⁻¹."""
         deviation = np.zeros(self.count)
-        matrix = (source.matrix.sum(axis=0) + np.diag(prior_precision))[np.ix_(moves, moves)]
+        matrix = (source.total[0] + np.diag(prior_precision))[np.ix_(moves, moves)]
         if moves.any():
             deviation[moves] = np.sqrt(np.maximum(np.diag(np.linalg.pinv(matrix, hermitian=True)), 0.0))
         return deviation
 
     def best(self, estimates: Sequence[MapEstimate]) -> MapEstimate:
-        """The estimate with the least product of both errors, among those no worse than the first in either error."""
-        fair = [w for w in estimates if all(r <= 1 + SAME for r in w.score.over(estimates[0].score))]
-        best = estimates[0]
-        for chosen in fair:
-            best = chosen if np.prod(chosen.score.over(best.score)) < 1 - SAME else best
+        """The estimate with the least product of both errors, among those no worse than the first in either error.
+
+        Differences of 1 % (``SAME``) are ignored; of equal ones the first is returned.
+        """
+        first = best = estimates[0]
+        for one in estimates:
+            no_worse = all(ratio <= 1 + SAME for ratio in one.score.over(first.score))
+            if no_worse and np.prod(one.score.over(best.score)) < 1 - SAME:
+                best = one
         return best
 
     def distance(self, chosen: MapEstimate) -> Array:
@@ -234,9 +268,10 @@ class CrossValidation:
         return np.asarray(np.abs(chosen.values - self.search.declared) * np.sqrt(self.search.prior_precision))
 
     def justified(self, chosen: MapEstimate) -> tuple[MapEstimate, tuple[ParameterError, ...]]:
-        """The estimate without deviations beyond ``DOUBTFUL`` that do not improve both criteria; parameter errors.
+        """The estimate with its unjustified values as declared, and the parameter errors among those that remain.
 
-        Nor with a sign that a tolerance of less than the declared value excludes, as of an inertia below zero.
+        A value is unjustified if it is more than ``DOUBTFUL`` tolerances away and does not improve both criteria, or if
+        it has a sign that its tolerance excludes, such as an inertia below zero.
         """
         while True:
             far, errors = self.distance(chosen), []
@@ -252,24 +287,27 @@ class CrossValidation:
                 return chosen, tuple(errors)
 
     def _has_turned(self, chosen: MapEstimate) -> Flags:
-        """(p,) values with another sign than declared where the tolerance does not reach to zero."""
+        """(p,) values whose sign differs from the declared one although zero is more than one tolerance away."""
         declared = self.search.declared
         excluded = np.abs(declared) * np.sqrt(self.search.prior_precision) > 1
         return np.asarray(excluded & (chosen.values * declared < 0))
 
     def _with_declared(self, chosen: MapEstimate, k: int) -> tuple[list[int], MapEstimate]:
-        """The estimate with parameter ``k`` and those that would change in its place as declared; their indices."""
+        """The estimate with value ``k`` and its substitutes fixed as declared, and the indices of these values.
+
+        Substitutes are values that would change in place of value ``k`` (``ALIKE``).
+        """
         far, moves = self.distance(chosen), chosen.moves.copy()
         moves[k] = False
-        alone = self.map_estimate(chosen.source, moves)
-        others = self.distance(alone) > far + ALIKE * far[k]
-        if not others.any():
-            return [k], alone
-        moves &= ~others
-        return [k, *(int(j) for j in np.flatnonzero(others))], self.map_estimate(chosen.source, moves)
+        k_fixed = self.map_estimate(chosen.source, moves)
+        substitutes = self.distance(k_fixed) > far + ALIKE * far[k]
+        if not substitutes.any():
+            return [k], k_fixed
+        moves &= ~substitutes
+        return [k, *(int(j) for j in np.flatnonzero(substitutes))], self.map_estimate(chosen.source, moves)
 
     def refused(self, adopted: MapEstimate) -> list[Fact]:
-        """Facts on deviations beyond ``DOUBTFUL`` by free runs alone that are not adopted."""
+        """Facts on values that free runs alone would move by more than ``DOUBTFUL`` tolerances, and that stay."""
         kept = self.distance(adopted)
         alone = self.map_estimate(self._by_run, np.ones(self.count, dtype=bool))
         far, turned, facts = self.distance(alone), self._has_turned(alone), []
@@ -290,6 +328,7 @@ class CrossValidation:
         return facts
 
     def _error(self, chosen: MapEstimate, fixed: MapEstimate, k: int, others: Sequence[int]) -> ParameterError:
+        """The report on value ``k``, from the estimate and that of ``_with_declared``; ``others``: its substitutes."""
         force, run = chosen.score.over(fixed.score)
         symbol, declared = self.search.moved[k], float(self.search.declared[k])
         return ParameterError(
@@ -315,25 +354,26 @@ class CrossValidation:
         """
         without = self.search.prior_precision.copy()
         without[k] = 0.0
-        matrix, vector = chosen.source.matrix.sum(axis=0), chosen.source.vector.sum(axis=0)
-        free = self._solved(matrix, vector, chosen.moves, without)
-        wide = self._deviation(chosen.source, chosen.moves, without)
-        least = self._sandwich[k]
-        ends = [
-            float(values[k]) + sign * max(HALF_WIDTH * float(deviation[k]), least)
-            for values, deviation in ((chosen.values, chosen.deviation), (free, wide))
-            for sign in (-1, 1)
-        ]
-        return min(ends), max(ends)
+        free = self._solved(*chosen.source.total, chosen.moves, without)
+        free_deviation = self._deviation(chosen.source, chosen.moves, without)
+        values = np.array([chosen.values[k], free[k]])
+        half_widths = np.maximum(HALF_WIDTH * np.array([chosen.deviation[k], free_deviation[k]]), self._sandwich[k])
+        return float((values - half_widths).min()), float((values + half_widths).max())
 
     @cached_property
     def _sandwich(self) -> list[float]:
         """Half the interval of each value by the sandwich covariance of the fit."""
-        found = estimate(self.here).moved
+        found = estimate(self.evaluated).moved
         return [0.5 * (found[s.name][1][1] - found[s.name][1][0]) for s in self.search.moved]
 
     def _solved(self, matrix: Array, vector: Array, moves: Flags, prior: Array | None = None) -> Array:
-        """(p,) values of the least quadratic loss with a prior, by default that of the tolerances."""
+        """(p,) the values that minimise ½ θ'Mθ − m'θ + ½ Σ prior (θ − declared)², those not in ``moves`` as declared.
+
+        Args:
+            matrix, vector: M and m.
+            moves: (p,) the free values.
+            prior: (p,) prior precisions; by default those of the tolerances.
+        """
         values = self.search.declared.copy()
         if moves.any():
             prior_precision = (self.search.prior_precision if prior is None else prior)[moves]
@@ -344,23 +384,32 @@ class CrossValidation:
         return values
 
     def _score(self, values: Array, without: Sequence[Array]) -> Score:
+        """The cross-validated errors.
+
+        The free runs of a block are simulated with the values of all blocks, and corrected to first order.
+
+        Args:
+            values: (p,) estimated from all blocks.
+            without: for each block (p,) the values estimated without it.
+        """
         force = np.zeros(BLOCKS)
-        for block, one in enumerate(without):
-            change = one - self.search.declared
+        for block, estimated in enumerate(without):
+            change = estimated - self.search.declared
             for rows, size, places in zip(self._rows, self._sizes, self._blocks, strict=True):
                 residual = rows.about(change).residual[places == block]
                 force[block] += float((residual**2).sum()) / size**2
-        theta = np.concatenate([values, self.here.theta[self.count :]])
-        runner = self.here.runner
-        left = self.here.starts.project(mean_residuals(runner, runner.run(theta, self.here.offsets)))
+        theta = np.concatenate([values, self.evaluated.theta[self.count :]])
+        runner = self.evaluated.runner
+        left = self.evaluated.starts.project(mean_residuals(runner, runner.run(theta, self.evaluated.offsets)))
         run = np.zeros(BLOCKS)
         for block, segments in enumerate(np.array_split(np.arange(len(left)), BLOCKS)):
-            moved = np.tensordot(without[block] - values, self.here.slopes[: self.count, segments], axes=1)
-            run[block] = float(segment_losses(left[segments] - moved).sum())
+            correction = np.tensordot(without[block] - values, self.evaluated.slopes[: self.count, segments], axes=1)
+            run[block] = float(segment_losses(left[segments] - correction).sum())
         return Score(force, run, left.size)
 
     @cached_property
     def _rows(self) -> list[ForceRows]:
+        """The force residual of each coordinate at the declared values, and its slopes by the p values."""
         return relative_force_rows(self.system, self.problem, self.search.moved)
 
     @cached_property
@@ -370,15 +419,18 @@ class CrossValidation:
 
     @cached_property
     def _blocks(self) -> list[NDArray[np.int_]]:
-        """Number of the block of segments of each row."""
-        record, rows = self.here.runner.record, np.arange(len(self.here.residual))
-        each = len(record.joints or (0,))  # rows of a segment: one a joint, where joints are run one at a time
-        starts = [record.start[block[0] // each] for block in np.array_split(rows, BLOCKS)]
+        """For each coordinate the block of the log in which each row of ``_rows`` is."""
+        record, rows = self.evaluated.runner.record, np.arange(len(self.evaluated.residual))
+        joints = len(
+            record.joints or (0,)
+        )  # a segment has a row for each joint, where joints are simulated one at a time
+        starts = [record.start[block[0] // joints] for block in np.array_split(rows, BLOCKS)]
         return [np.maximum(np.searchsorted(starts, r.sample, side="right") - 1, 0) for r in self._rows]
 
     @cached_property
     def _by_run(self) -> Information:
-        fit, p = self.here, self.count
+        """Information of the free runs, tempered by their share of independent residuals."""
+        fit, p = self.evaluated, self.count
         slopes, share = fit.slopes[:p], independent_share(fit)
         weighted = slopes * segment_weights(fit.residual)[:, None]
         matrix = share * np.einsum("ask,bsk->sab", weighted, slopes, optimize=True)
@@ -387,16 +439,19 @@ class CrossValidation:
 
     @cached_property
     def _by_force(self) -> Information:
-        """Information of the force residual; if it is divided by a drive gain, linearised about its own estimate."""
+        """Information of the force residual.
+
+        Divided by a drive gain, it is not linear in the values, and is linearised again about its own estimate.
+        """
         declared, every = self.search.declared, np.ones(self.count, dtype=bool)
         found = self._information(self._rows, declared)
         for _ in range(LINEARISED if any(rows.gain.any() for rows in self._rows) else 0):
-            values = self._solved(found.matrix.sum(axis=0), found.vector.sum(axis=0), every)
+            values = self._solved(*found.total, every)
             found = self._information([rows.about(values - declared) for rows in self._rows], values)
         return found
 
     def _information(self, about: Sequence[ForceRows], values: Array) -> Information:
-        """Information of rows that are linearised about ``values``."""
+        """Information of rows that are linearised about ``values``, weighted by the number of independent samples."""
         p = self.count
         matrix, vector = np.zeros((BLOCKS, p, p)), np.zeros((BLOCKS, p))
         free = np.ones(p, dtype=bool)
