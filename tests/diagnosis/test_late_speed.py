@@ -33,7 +33,7 @@ def of_speed(log: Log, rows: int, ahead: int = 0, noise: float = 0.0, **descript
     now, before = (x[np.clip(one, 0, log.size - 1)] for one in (k, k - rows))
     speed = (now - before) / (rows * h) + noise * np.random.default_rng(2).normal(size=log.size)
     positions = np.concatenate([[0.0], np.cumsum((speed[1:] + speed[:-1]) / 2 * h)])[:, None]
-    about = LogDescription(**description)
+    about = LogDescription().model_copy(update=description)
     return replace(
         log, positions=positions, velocities=speed[:, None], description=about, intake=Intake(integrated=(True,))
     )

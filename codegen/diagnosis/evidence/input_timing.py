@@ -1,9 +1,9 @@
-"""Timing of the inputs against the motion: inputs that act earlier than commands that are held from row to row.
+"""Estimation of the lead of an input: by how much it acts earlier than its row in the log says.
 
-A measured input is between two rows about the mean of both values, which leads a held command by half a sample. An
-input that is written in the row after the one from which it acts leads by a whole one, and one that the drive filters
-before it is logged by the lag of the filter. The force residual shows each. No effect of a machine is as early, but
-compliance, presliding and damping imitate it.
+Simulation assumes zero-order hold: w(t) = w[k] from t_k to t_{k+1}. A measured input is between two rows about the mean
+of both values, which leads the held one by half a row. An input that is logged one row late leads by a row, and one
+that the drive filters before it is logged by the lag of the filter. No effect of a machine acts before its input, but
+compliance, presliding and damping fit the force residual of a lead, so it is corrected before effects are sought.
 """
 
 from __future__ import annotations
@@ -22,35 +22,37 @@ from codegen.diagnosis.fit.residual import Problem, inverse_dynamics_residual
 from codegen.logs import Finding, Log
 from codegen.logs.uniform import earlier
 
-LEAST, HALF, MOST = 0.25, 0.75, 2.5
-"""In rows: least lead that is corrected, greatest one that is about half a row, and greatest that is corrected."""
+LEAST_LEAD, ABOUT_HALF, LARGEST_LEAD = 0.25, 0.75, 2.5
+"""In rows: the least lead that is corrected, the greatest that counts as half a row, the greatest that is corrected."""
 USUAL = 0.5, 1.0
-"""Leads in rows of a measurement and of an input that is written a row late, taken where the estimate agrees."""
-ONE_WAY = 0.98
-"""Least |low-passed sign of the speed| of a used sample, since sticking at a reversal looks like a delay."""
+"""Leads in rows of a measurement and of an input that is logged a row late; taken where the estimate agrees."""
+LEAST_MEAN_SIGN = 0.98
+"""Least |low-pass of sgn v| of a used sample: near a reversal, sticking looks like a delay."""
 SURE = 3.5
 """Least estimate of a lead in standard deviations."""
 EXPLAINED = 0.5
-"""Least share of the squared force residual, after regression on the other terms, that a lead of more than ``HALF``
+"""Least share of the squared force residual, after regression on the other terms, that a lead above ``ABOUT_HALF``
 explains. Of a force that the model lacks it explains a part only."""
-OF_ITS_OWN = 1e-4
-"""Least share of its square that the change by a lead has apart from the other terms."""
+LEAST_OWN_SHARE = 1e-4
+"""Least share of the squared change by a lead that the other terms cannot represent; below it there is no estimate."""
 SETTLED = 0.1
-"""Rows by which the last of several estimates, each with the input shifted by those before, changes at most."""
+"""The estimate has converged when the input, shifted by it, still leads by at most so many rows."""
 STEEP = np.geomspace(1e-3, 0.5, 10)
 """Speeds and distances in which friction changes at low speed and after a reversal, as shares of top speed and span."""
-PASSES = 4
-"""Most of these estimates. The residual is not linear in a long lead."""
+MOST_ESTIMATES = 4
+"""Largest number of these estimates; the residual is not linear in a long lead."""
 
 
 @dataclass(frozen=True)
 class Lead:
-    """By how many rows an input acts earlier than a held command, its standard deviation, and the share explained.
+    """By how many rows an input acts earlier than a held command.
 
     Attributes:
-        rows: as corrected: one of ``USUAL`` where the ``estimate`` agrees with it.
+        rows: the lead that is corrected: one of ``USUAL`` if the estimate agrees with it, else the estimate.
+        deviation: standard deviation of the estimate.
         explained: share of the squared force residual, after regression on the other terms.
-        size: RMS of the force that it changes, over that of the drive force.
+        size: RMS of the force that the lead changes, over that of the drive force.
+        estimate: by regression of the force residual.
     """
 
     rows: float = 0.0
@@ -65,15 +67,19 @@ class Lead:
 
     @property
     def matters(self) -> bool:
-        """Whether its estimate is significant, it is in the range that is corrected, and its force counts."""
-        sure = self.estimate > SURE * self.deviation and self.size >= LEAST_SIZE
-        if not sure or not LEAST <= self.rows <= MOST:
+        """Whether its estimate is significant, it is in the range that is corrected, and its force is material."""
+        significant = self.estimate > SURE * self.deviation and self.size >= LEAST_SIZE
+        if not significant or not LEAST_LEAD <= self.rows <= LARGEST_LEAD:
             return False
-        return self.rows <= HALF or self.explained >= EXPLAINED
+        return self.rows <= ABOUT_HALF or self.explained >= EXPLAINED
 
 
 def acting_earlier(log: Log, rows: Mapping[int, float]) -> Log:
-    """The log with these inputs as they act if each leads by so many rows."""
+    """The log with inputs that are corrected for their leads.
+
+    Args:
+        rows: index of an input → its lead in rows.
+    """
     values = log.inputs.copy()
     for k, lead in rows.items():
         if k < values.shape[1]:
@@ -82,11 +88,10 @@ def acting_earlier(log: Log, rows: Mapping[int, float]) -> Log:
 
 
 def input_leads(problem: Problem, log: Log) -> tuple[dict[int, float], tuple[Finding, ...]]:
-    """Index → lead in rows of the inputs that are corrected, and the findings.
+    """The leads that are corrected (index of the input → rows), and the findings on them.
 
-    The force residual is regressed on the change by a lead of half a row, with terms for errors of the declared model
-    and for friction that it lacks (``_lacking``). Where ``input_hold`` is stated nothing is corrected, and a lead of
-    more than ``HALF`` rows is a finding. An input that does not show its own timing is corrected by ``common_lead``.
+    Where ``input_hold`` is stated nothing is corrected, and a lead of more than ``ABOUT_HALF`` rows is a finding. An
+    input without a significant lead of its own is corrected by ``common_lead`` if its estimate agrees with it.
     """
     system, about = problem.system, log.description
     if system.actuators:
@@ -102,7 +107,7 @@ def input_leads(problem: Problem, log: Log) -> tuple[dict[int, float], tuple[Fin
                 leads[k] = common
                 alike.append(w.name)
             continue
-        if stated and lead.rows <= HALF:
+        if stated and lead.rows <= ABOUT_HALF:
             continue
         if not stated:
             leads[k] = lead.rows
@@ -119,10 +124,10 @@ def input_leads(problem: Problem, log: Log) -> tuple[dict[int, float], tuple[Fin
 def common_lead(leads: Sequence[Lead]) -> float:
     """The lead in rows that the inputs of a log have in common; 0 for none.
 
-    One device writes all inputs of a log. So the only lead that any of them show is that of all whose own estimates do
-    not differ from it significantly, provided that together the inputs are nearer to it than to held commands: by the
-    squared differences in standard deviations, each limited to that of a significant one. An input may not show its
-    own, such as that of a joint with a large force that the model lacks.
+    One device writes all inputs of a log, so they should have the same lead. An input may not show it, such as that of
+    a joint with a large force that the model lacks. A lead is common if it is the only one that is significant for some
+    input, and if Σ min(d², ``SURE``²) over the inputs is less for it than for a lead of 0, where d is the difference
+    from an input's estimate in standard deviations.
     """
     shown = {lead.rows for lead in leads if lead.matters}
     if len(shown) != 1:
@@ -133,9 +138,10 @@ def common_lead(leads: Sequence[Lead]) -> float:
 
 
 def _words(w: str, rows: float, h: float, stated: bool) -> str:
+    """The finding on a lead; ``stated``: whether the description states ``input_hold``, so that it is not corrected."""
     by = f"{1e3 * rows * h:.3g} ms"
     early = f"{w} acts {by} earlier than a command that is held from row to row"
-    if rows <= HALF:
+    if rows <= ABOUT_HALF:
         return (
             f"{early}, about half a row ({1e3 * h / 2:.2g} ms). So it is treated as a measurement: between two rows a "
             "mean of both is used. If it is a held command, set `input_hold: zero-order` in the log description."
@@ -156,30 +162,34 @@ def _words(w: str, rows: float, h: float, stated: bool) -> str:
 
 
 def lead_of(problem: Problem, k: int) -> Lead:
-    """The lead of input k by the coordinate that shows it best."""
+    """The lead of input k, by the coordinate where it is most significant.
+
+    The input is shifted by each estimate and the rest is estimated again, up to ``MOST_ESTIMATES`` times.
+    """
     motion, system = problem.motion, problem.system
     before, explained = 0.0, 0.0
-    for _ in range(PASSES):
+    for _ in range(MOST_ESTIMATES):
         commands = earlier(motion.commands[:, k], before)
         held, moved = motion.inputs.copy(), motion.inputs.copy()
         held[1:, k] = (commands[1:] + commands[:-1]) / 2
         moved[:, k] = held[:, k]
         moved[1:-1, k] += (commands[2:] - commands[:-2]) / 4
+        # moved = held + (w[k+1] − w[k−1])/4, to first order the input with a further lead of half a row
         residual = inverse_dynamics_residual(system, replace(motion, inputs=held))
         change = inverse_dynamics_residual(system, replace(motion, inputs=moved)) - residual
-        leads = [_lead(problem, i, residual[:, i], change[:, i]) for i in range(residual.shape[1])]
+        leads = [_lead_at(problem, i, residual[:, i], change[:, i]) for i in range(residual.shape[1])]
         i = max(range(len(leads)), key=lambda i: leads[i].rows / leads[i].deviation)
         one, explained = leads[i], explained or leads[i].explained
         rows = before + one.rows
-        if abs(one.rows) <= SETTLED or not HALF < rows <= MOST:
+        if abs(one.rows) <= SETTLED or not ABOUT_HALF < rows <= LARGEST_LEAD:
             break
         before = rows
     usual = next((u for u in USUAL if abs(rows - u) <= SURE * one.deviation), rows)
-    return Lead(usual, one.deviation, explained, 2 * abs(rows) * _share(problem, change), rows)
+    return Lead(usual, one.deviation, explained, 2 * abs(rows) * _force_share(problem, change), rows)
 
 
-def _share(problem: Problem, change: Array) -> float:
-    """RMS of a change of the force over that of the drive force, the largest over the coordinates."""
+def _force_share(problem: Problem, change: Array) -> float:
+    """RMS of a change of the force over that of the drive force, on the coordinate where this is largest."""
     motion, system = problem.motion, problem.system
     rest = replace(motion, inputs=0 * motion.inputs)
     drive = inverse_dynamics_residual(system, motion) - inverse_dynamics_residual(system, rest)
@@ -187,15 +197,27 @@ def _share(problem: Problem, change: Array) -> float:
     return float(np.sqrt(np.max(power[0][power[1] > 0] / power[1][power[1] > 0], initial=0.0)))
 
 
-def _lead(problem: Problem, i: int, residual: Array, change: Array) -> Lead:
-    """The lead from the force residual of one coordinate and its change by half a row, both (N,)."""
+def _lead_at(problem: Problem, i: int, residual: Array, change: Array) -> Lead:
+    """The lead by one coordinate: least squares of its force residual on ``change`` and on other terms.
+
+    The other terms are errors of the declared model (inertia, damping, friction, springs) and ``_undeclared_forces``.
+
+    Args:
+        residual, change: (N,) the force residual, and its change by a lead of half a row.
+    """
     motion = problem.motion
-    used = problem.used[:, i] & (np.abs(motion.low_pass(np.sign(motion.velocities[:, i]))) > ONE_WAY)
+    used = problem.used[:, i] & (np.abs(motion.low_pass(np.sign(motion.velocities[:, i]))) > LEAST_MEAN_SIGN)
     if used.sum() < LEAST_ROWS or not np.any(change[used]):
         return Lead()
     x, v = motion.positions - motion.positions.mean(axis=0), motion.velocities
     others = np.column_stack(
-        [motion.accelerations, v, np.sign(v), x, *_lacking(x[:, i], v[:, i], drive_force(problem.system, motion)[:, i])]
+        [
+            motion.accelerations,
+            v,
+            np.sign(v),
+            x,
+            *_undeclared_forces(x[:, i], v[:, i], drive_force(problem.system, motion)[:, i]),
+        ]
     )
     others = motion.low_pass(others)[used]
     others = others / np.maximum(np.linalg.norm(others, axis=0), 1e-300)
@@ -203,7 +225,7 @@ def _lead(problem: Problem, i: int, residual: Array, change: Array) -> Lead:
     apart = pair - others @ np.linalg.lstsq(others, pair, rcond=1e-10)[0]
     by_lead, left = apart.T
     square = float(by_lead @ by_lead)
-    if square <= OF_ITS_OWN * float(pair[:, 0] @ pair[:, 0]):
+    if square <= LEAST_OWN_SHARE * float(pair[:, 0] @ pair[:, 0]):
         return Lead()
     halves = float(by_lead @ left) / square
     rest = left - halves * by_lead
@@ -213,7 +235,7 @@ def _lead(problem: Problem, i: int, residual: Array, change: Array) -> Lead:
     return Lead(halves / 2, deviation / 2, 1 - float(rest @ rest) / max(float(left @ left), 1e-300))
 
 
-def _lacking(x: Array, v: Array, drive: Array) -> tuple[Array, ...]:
+def _undeclared_forces(x: Array, v: Array, drive: Array) -> tuple[Array, ...]:
     """Regressors (N, m) each for forces that a model may lack at one coordinate.
 
     Smooth curves over speed and position, the latter also with the sign of the speed; and of that sign Stribeck curves

@@ -1,7 +1,8 @@
 """Speeds that a drive computes as differences of positions: which difference, and whether it is late.
 
-A difference over n rows is the speed n/2 rows before. No force balance tells it from an input that acts as much later,
-but the noise does: that of q(t) − q(t − n h) is e_k − e_(k−n), whose autocorrelation is −1/2 at lag n.
+(q(t) − q(t − n h))/(n h) is the speed at t − n h/2, n/2 rows late. In a force balance it looks like an input that
+acts n/2 rows later, but the noise shows it: with white noise e of the positions it is (e_k − e_(k−n))/(n h), whose
+autocorrelation is −1/2 at lag n.
 """
 
 from __future__ import annotations
@@ -9,44 +10,44 @@ from __future__ import annotations
 import numpy as np
 
 from codegen.base.arrays import Array
-from codegen.diagnosis.evidence.input_timing import LEAST, SURE, USUAL, lead_of
+from codegen.diagnosis.evidence.input_timing import LEAST_LEAD, SURE, USUAL, lead_of
 from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.signals import low_pass
 from codegen.logs import Finding, Log
 
-LONGEST = 40
-"""Most rows of a difference."""
-ABOVE = 0.1
-"""Frequency over the sample rate above which a speed is taken as noise."""
-AT_LAG, ELSEWHERE = (-0.62, -0.42), 0.32
-"""Range of the autocorrelation at the lag of the difference, and most of its size at other lags."""
+MOST_ROWS = 40
+"""Largest number of rows of a difference that is sought."""
+NOISE_ABOVE = 0.1
+"""Above this frequency, over the sample rate, a speed is taken as noise."""
+AT_LAG, AT_OTHER_LAGS = (-0.62, -0.42), 0.32
+"""Range of the autocorrelation at the lag of the difference, and its largest magnitude at other lags."""
 OUTLIERS = 4.0
-"""Limit of the noise in medians of its size, for impacts and spikes."""
+"""The noise is clipped at so many medians of its magnitude, so that impacts and spikes do not dominate."""
 CENTRAL = 2
-"""Rows of a central difference, which is not late; so one over as many rows is not taken as late."""
+"""A difference over two rows may be a central one, which is not late, so it is left alone."""
 
 
 def rows_of_difference(speed: Array, h: float) -> int:
     """Rows over which a logged speed (N,) is a difference of positions; 0 if its noise has another autocorrelation."""
-    noise = speed - low_pass(speed, ABOVE / h, h)
+    noise = speed - low_pass(speed, NOISE_ABOVE / h, h)
     cut = len(noise) // 20
     noise = noise[cut : len(noise) - cut]
     limit = OUTLIERS * float(np.median(np.abs(noise)))
     noise = np.clip(noise, -limit, limit)
     power = float(noise @ noise) / len(noise)
-    if len(noise) < 10 * LONGEST or not power:
+    if len(noise) < 10 * MOST_ROWS or not power:
         return 0
-    by_lag = np.array([noise[k:] @ noise[:-k] / (len(noise) - k) / power for k in range(1, LONGEST + 1)])
+    by_lag = np.array([noise[k:] @ noise[:-k] / (len(noise) - k) / power for k in range(1, MOST_ROWS + 1)])
     n = int(np.argmin(by_lag))
     others = np.delete(by_lag, n)
-    return n + 1 if AT_LAG[0] <= by_lag[n] <= AT_LAG[1] and np.abs(others).max() <= ELSEWHERE else 0
+    return n + 1 if AT_LAG[0] <= by_lag[n] <= AT_LAG[1] and np.abs(others).max() <= AT_OTHER_LAGS else 0
 
 
 def late_speeds(problem: Problem, log: Log) -> tuple[float, tuple[Finding, ...]]:
     """Delay of the logged motion in rows, and the finding; 0 unless both the noise and the inputs show a delay.
 
-    For logs whose positions are all integrals of speeds that are differences over the same number of rows, where every
-    input acts at least as late, up to the lead of an input that is logged late itself.
+    The noise of all logged speeds must be that of a difference over the same n rows, and the inputs must act n/2 rows
+    later than logged, or up to a row less, since the inputs may be logged late themselves.
     """
     velocities = [v.name for v in problem.system.velocities]
     integrated = log.intake.integrated
@@ -59,7 +60,7 @@ def late_speeds(problem: Problem, log: Log) -> tuple[float, tuple[Finding, ...]]
         return 0.0, ()
     leads = [lead_of(problem, k) for k in range(len(problem.system.inputs))]
     for lead in leads:
-        if not (-lead.rows > max(SURE * lead.deviation, LEAST) and lead.rows + n / 2 <= USUAL[-1] + LEAST):
+        if not (-lead.rows > max(SURE * lead.deviation, LEAST_LEAD) and lead.rows + n / 2 <= USUAL[-1] + LEAST_LEAD):
             return 0.0, ()
     names, by = ", ".join(velocities), f"{1e3 * n / 2 * log.sample_time:.3g} ms"
     key = ", ".join(f"{v}: {by}" for v in velocities)

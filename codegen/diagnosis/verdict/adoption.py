@@ -44,9 +44,9 @@ DOUBTFUL = 2.0
 AWAY = 3.0
 """Deviation in tolerances above which a value is reported as a parameter error; 0.3 % of a Gaussian lies beyond."""
 ALIKE = 0.25
-"""A parameter is a substitute of another one if, with that fixed, it moves by this share of its deviation."""
+"""A parameter is a substitute of another if, with that fixed, it moves by this share of its deviation."""
 AGAIN, SETTLED = 5, 0.1
-"""Largest number of repeated fits about values beyond a limit, and the change, in standard errors, at which they end."""
+"""Largest number of fits about values beyond a limit, and the change in standard errors at which they end."""
 HALF_WIDTH = float(norm.ppf(0.5 + CONFIDENCE / 2))
 """Half the width of a confidence interval in standard errors."""
 
