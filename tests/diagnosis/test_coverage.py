@@ -6,10 +6,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from codegen.base.arrays import Array
-from codegen.diagnosis.evidence.coverage import _periods, survey
+from codegen.diagnosis.evidence.coverage import _Path, _periods, survey
 from codegen.diagnosis.evidence.reservations import passed_too_fast
 from codegen.diagnosis.fit.signals import is_resolved, smooth_motion
 from codegen.diagnosis.fit.trial import part_of, with_effects
@@ -22,9 +21,10 @@ SWEEP = "0.15*t + 0.02*sin(2*pi*0.3*t)"
 """A motion at 0.11 to 0.19 m/s, which passes 4.5 mm 25 to 42 times a second: above the cutoff of 20 Hz."""
 
 
-def whole(t: Array) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """The samples in motion, and those of the log: all."""
-    return np.ones(len(t), dtype=bool), np.ones(len(t), dtype=bool)
+def path(sits_on: str, x: Array, v: Array) -> _Path:
+    """The motion at a place, all of whose samples are used."""
+    every = np.ones(len(x), dtype=bool)
+    return _Path(sits_on, x, v, every, every, float(np.ptp(x)))
 
 
 @pytest.mark.parametrize("orders", [(7,), (72, 18), (36, 12)])
@@ -35,7 +35,7 @@ def test_waves_of_a_rotor_are_found_over_many_turns(orders: tuple[int, ...]) -> 
     y = 0.2 * np.random.default_rng(2).normal(size=len(t))
     for k, order in enumerate(orders):
         y += np.sin(order * x + k) / (1 + k)
-    found = _periods("coordinate", x, np.gradient(x, t), y, *whole(t), float(np.ptp(x)), 500.0)
+    found = _periods(path("coordinate", x, np.gradient(x, t)), y, 500.0)
     for order in orders:
         assert min(abs(2 * np.pi / p - order) for p in found) < 0.03
 
@@ -48,7 +48,7 @@ def test_a_wave_of_friction_is_found_where_the_motion_dwells_unevenly(turns: flo
     v = np.gradient(x, t)
     span = float(np.ptp(x))
     y = np.sign(v) * (2.0 + 0.5 * np.sin(2 * np.pi * turns * x / span + 0.6)) + 0.8 + 0.3 * np.sin(11 * t)
-    found = _periods("contact", x, v, y, *whole(t), span, 20.0)
+    found = _periods(path("contact", x, v), y, 20.0)
     assert span / found[0] == pytest.approx(turns, abs=0.1)
 
 
@@ -56,11 +56,11 @@ def test_a_period_that_is_always_passed_above_the_cutoff_is_not_proposed() -> No
     """A residual that lives near standstill alone: sines so short that they average out elsewhere would fit it."""
     t = np.arange(24000) * 1e-3
     x = 0.2 * np.sin(0.9 * t) + 0.05 * np.sin(2.3 * t)
-    v, span = np.gradient(x, t), float(np.ptp(x))
+    v = np.gradient(x, t)
     y = np.sign(v) * np.exp(-((v / 1e-3) ** 2)) * np.sin(2 * np.pi * x / 1.2e-4)
     used = np.ones(len(t), dtype=bool)
-    assert min(_periods("contact", x, v, y, used, used, span, 1e6)) < 2e-3
-    for period in _periods("contact", x, v, y, used, used, span, 20.0):
+    assert min(_periods(path("contact", x, v), y, 1e6)) < 2e-3
+    for period in _periods(path("contact", x, v), y, 20.0):
         assert is_resolved(period, x, v, used, 20.0)
 
 
@@ -109,7 +109,7 @@ def test_a_period_above_the_cutoff_is_not_hidden_by_a_stronger_one_below() -> No
     x, v = 0.15 * t + 0.02 * np.sin(0.6 * np.pi * t), 0.15 + 0.012 * np.pi * np.cos(0.6 * np.pi * t)
     y = 2.0 * np.cos(2 * np.pi * x / 0.0064) + 0.38 * np.cos(2 * np.pi * x / 0.0045 + 1)
     y += 0.2 * np.random.default_rng(3).standard_normal(len(t))
-    found = _periods("coordinate", x, v, y, *whole(t), float(np.ptp(x)), 50.0, 20.0, 0.12)
+    found = _periods(path("coordinate", x, v), y, 50.0, 20.0, 0.12)
     assert found and found[0] == pytest.approx(0.0045, rel=1e-3)
     assert all(v.min() / period > 20.0 for period in found)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from itertools import islice
 from typing import Any
 
@@ -21,21 +22,23 @@ from codegen.mechanics.casadi_form import at_points, function_of
 from codegen.mechanics.system import Matrix, System
 
 BINS = 16384
-"""Bins of the position over the span."""
+"""Bins of the histogram of positions over the span."""
 PADDING = 16
 """Zero padding: the frequencies of the periodogram differ by 1/16 of a period over the whole span."""
 LEAST_TURNS, MOST_TURNS = 1.0, 2000.0
 """Least and largest number of periods in the span."""
 KEPT_PERIODS = 3
+"""Largest number of periods of one residual."""
 PERIODS_TRIED = 64
-"""Periods, in geometric steps, of which the shortest is sought that the motion covers below the coarse cutoff."""
+"""Number of periods, in geometric steps, among which the shortest one is found that is covered below the cutoff."""
 ALPHA = 0.01
-"""Nominal probability that white noise above the cutoff has a period that is tried."""
+"""Nominal probability that white noise between the cutoffs alone gives a period."""
 RIDGE = 1e-9
 """Ridge on the scaled normal equations, which are singular where the direction of motion never changes."""
 KEPT_RESONANCES = 2
+"""Largest number of resonances of one coordinate."""
 SMALL_INPUTS = (0.005, 0.01, 0.02, 0.035, 0.05, 0.08, 0.12, 0.18, 0.25, 0.35, 0.5)
-"""Shares of the samples for ``Covered.small_inputs``."""
+"""Quantiles of the magnitude of an input that are ``Covered.small_inputs``."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +47,7 @@ class Survey:
 
     Attributes:
         residual: (N, n) force residual of the refitted model, with the effects that were found.
-        above_cutoff: (N, n) what its low-pass at the fine cutoff has in addition.
+        above_cutoff: (N, n) the part of the residual between the coarse and the fine cutoff.
         drive: (N, n) low-passed drive force.
         used: (N, n) samples at which the force balance can be used; at standstill friction takes any value.
         mass, distribution: M and U at the mean position.
@@ -65,7 +68,14 @@ class Survey:
     def covered(
         self, part: Part, levels: Sequence[float], noise: Array, coupling: Mapping[str, float] | None = None
     ) -> Covered:
-        """The range that the log covers at the place of ``part``, with the levels of the contacts as refitted."""
+        """The ranges that the log covers at the place of a candidate.
+
+        Args:
+            part: the candidate.
+            levels: refitted friction levels of the contacts.
+            noise: (n,) standard deviation of the noise of each position.
+            coupling: k, c and load_fraction of a compliance that was found there, if any.
+        """
         m, sits_on = self.motion, part.effect.sits_on
         contact = part.place if sits_on == "contact" else None
         i = part.effect.coordinate(self.system, part.place)
@@ -91,7 +101,9 @@ class Survey:
             sample_time=m.sample_time,
             duration=float(m.time[-1] - m.time[0]),
             cutoff_hz=m.cutoff_hz,
-            periods=self._once((sits_on, i, contact), lambda: self._periods(sits_on, x, v, across, used, span)),
+            periods=self._once(
+                (sits_on, i, contact), lambda: self._periods(_Path(sits_on, x, v, used, m.usable, span), across)
+            ),
             carried=self.carried[i],
             coupling=coupling,
             resonances=self._once(i, lambda: self._resonances(i)),
@@ -107,19 +119,19 @@ class Survey:
 
         return found
 
-    def _periods(
-        self, sits_on: str, x: Array, v: Array, across: Array, used: NDArray[np.bool_], span: float
-    ) -> tuple[float, ...]:
-        """Main periods of the residual; then those that the motion passes above the coarse cutoff only.
+    def _periods(self, path: _Path, across: Array) -> tuple[float, ...]:
+        """Main periods of the residual below the coarse cutoff; then those that the motion passes above it only.
 
-        Free runs are compared with the measured position, so they show a force up to the fine cutoff. Most of the
-        residual up there is noise, of which a period must stand out.
+        Free runs are compared with the measured position, so they show a force up to the fine cutoff. The residual
+        between the cutoffs is mostly noise, so a period there must be significant.
+
+        Args:
+            across: (n,) weights of the coordinates' residuals in that of the path.
         """
-        coarse, fine, logged = self.motion.cutoff_hz, self.motion.fine_hz, self.motion.usable
-        main = _periods(sits_on, x, v, self.residual @ across, used, logged, span, coarse)
+        coarse, fine = self.motion.cutoff_hz, self.motion.fine_hz
+        main = _periods(path, self.residual @ across, coarse)
         independent = 2 * (fine - coarse) * self.motion.sample_time
-        above = self.above_cutoff @ across
-        return *main, *_periods(sits_on, x, v, above, used, logged, span, fine, coarse, independent)
+        return *main, *_periods(path, self.above_cutoff @ across, fine, coarse, independent)
 
     def _resonances(self, i: int) -> tuple[dict[str, float], ...]:
         """Stiffness, damping and load fraction of the main resonances of coordinate ``i``."""
@@ -133,7 +145,12 @@ class Survey:
 
 
 def survey(system: System, motion: Motion, model: System | None = None) -> Survey:
-    """The survey of a system with refitted values; ``model``: the same with the effects that were found."""
+    """The survey of a log.
+
+    Args:
+        system: with refitted values.
+        model: the same with the effects that were found; by default none were.
+    """
     middle = motion.positions[motion.usable].mean(axis=0)
 
     def numbers(matrix: Matrix) -> Array:
@@ -156,84 +173,116 @@ def survey(system: System, motion: Motion, model: System | None = None) -> Surve
     )
 
 
-def _periods(
-    sits_on: str,
-    x: Array,
-    v: Array,
-    y: Array,
-    used: NDArray[np.bool_],
-    logged: NDArray[np.bool_],
-    span: float,
-    cutoff_hz: float,
-    above_hz: float = 0.0,
-    independent: float | None = None,
-) -> tuple[float, ...]:
-    """Periods of the waves that explain most of a residual y(x): least-squares (Lomb–Scargle) periodogram.
+@dataclass(frozen=True, eq=False)
+class _Path:
+    """The motion at the place of an effect, along which its force may be periodic.
 
-    y = a + b q + q (c cos 2πx/p + d sin 2πx/p), with p the period and q the factor by which the force of such an effect
-    is modulated: sgn v of an effect on a contact; v² of a sensor's error, whose second time derivative grows with it;
-    else 1. The normal equations are weighted by the time at each position. A period is left out if the motion passes it
-    only at frequencies |v|/p above the cutoff.
+    Attributes:
+        sits_on: the kind of place, as of ``Effect``.
+        x, v: (N,) position and velocity.
+        used: (N,) samples in motion, at which a residual is compared.
+        logged: (N,) samples away from ends and gaps. The machine may rest within a period, as it does in moves that are
+            shorter than one.
+        span: of the position.
+    """
+
+    sits_on: str
+    x: Array
+    v: Array
+    used: NDArray[np.bool_]
+    logged: NDArray[np.bool_]
+    span: float
+
+    def resolves(self, period: float, cutoff_hz: float) -> bool:
+        """Whether the motion covers the period somewhere so slowly that |v|/period is below the cutoff."""
+        return is_resolved(period, self.x, self.v, self.logged, cutoff_hz)
+
+    @cached_property
+    def modulation(self) -> Array:
+        """q at the used samples, the factor by which the force of an effect at this place is modulated, scaled to 1.
+
+        sgn v of an effect on a contact; v² of a sensor's error, whose second time derivative grows with it; else 1.
+        """
+        q = {"contact": np.sign(self.v), "sensor": self.v**2}.get(self.sits_on, np.ones_like(self.v))[self.used]
+        return np.asarray(q / max(float(np.abs(q).max(initial=0.0)), 1e-300))
+
+
+def _periods(
+    path: _Path, y: Array, cutoff_hz: float, above_hz: float = 0.0, independent: float | None = None
+) -> tuple[float, ...]:
+    """Periods of the waves that explain most of a residual (N,), by a least-squares (Lomb–Scargle) periodogram.
+
+    A period is left out if the motion passes it only at frequencies |v|/p above the cutoff.
 
     Args:
-        used: samples in motion, at which y is compared.
-        logged: samples away from ends and gaps. The machine may rest within a period, as it does in moves that are
-            shorter than one.
         above_hz: periods that the motion covers somewhere below this frequency are left out too.
         independent: share of independent samples in a residual that is mostly noise. Waves that are not significant at
             ``ALPHA`` among all, by the χ² of their power in white noise (R. A. Fisher, Proc. R. Soc. A 125, 1929), are
             then left out. A screen only: noise of a measured acceleration is not white, and passes it in a tenth of the
             logs. None if the residual is not noise.
     """
-    carrier = {"contact": np.sign(v), "sensor": v**2}.get(sits_on, np.ones_like(v))[used]
-    if not carrier.any():
+    if not path.modulation.any():
         return ()
-    carrier = carrier / np.abs(carrier).max()
-    place = np.clip(((x[used] - x.min()) / span * BINS).astype(int), 0, BINS - 1)
-    count = round(PADDING * min(MOST_TURNS, used.sum() / 8)) + 1
-    turns = np.arange(count) / PADDING
-
-    def waves(weights: Array) -> Array:
-        """Σ weight exp(2πi f x) at every frequency, up to twice the last."""
-        density = np.bincount(place, weights=weights, minlength=BINS)
-        return np.asarray(np.conj(np.fft.rfft(density, PADDING * BINS)))
-
-    once, square, data = (waves(w) for w in (carrier, carrier**2, carrier * y[used]))
-    twice, once, wave, data = square[: 2 * count - 1 : 2], once[:count], square[:count], data[:count]
-    total = square[0].real
-    matrix = np.empty((count, 4, 4))
-    matrix[:, 0, 0], matrix[:, 0, 1], matrix[:, 1, 1] = len(carrier), carrier.sum(), total
-    matrix[:, 0, 2], matrix[:, 0, 3], matrix[:, 1, 2], matrix[:, 1, 3] = once.real, once.imag, wave.real, wave.imag
-    matrix[:, 2, 2], matrix[:, 3, 3], matrix[:, 2, 3] = (
-        (total + twice.real) / 2,
-        (total - twice.real) / 2,
-        twice.imag / 2,
-    )
-    rows, columns = np.tril_indices(4, -1)
-    matrix[:, rows, columns] = matrix[:, columns, rows]
-    size = np.sqrt(np.maximum(np.einsum("kii->ki", matrix), 1e-12 * total))
-    matrix /= size[:, :, None] * size[:, None, :]
-    matrix += RIDGE * np.eye(4)
-    right = np.column_stack([np.full(count, y[used].sum()), np.full(count, data[0].real), data.real, data.imag]) / size
-    power = np.einsum("ki,ki->k", right, np.linalg.solve(matrix, right[:, :, None])[:, :, 0])
+    turns, power, gain = _periodogram(path, y[path.used])
     if independent is not None:
-        plain = right[:, :2]
-        gain = power - np.einsum("ki,ki->k", plain, np.linalg.solve(matrix[:, :2, :2], plain[:, :, None])[:, :, 0])
-        variance = np.maximum(np.var(y[used]) - gain / used.sum(), 1e-300)
+        variance = np.maximum(np.var(y[path.used]) - gain / path.used.sum(), 1e-300)
         nats = independent * gain / (2 * variance)
-        power[nats < np.log(count / PADDING / ALPHA)] = 0.0
+        power[nats < np.log(len(turns) / PADDING / ALPHA)] = 0.0
     least = LEAST_TURNS
     if above_hz:
         shares = np.geomspace(1 / turns[-1], 1.0, PERIODS_TRIED)
-        least = next((1 / q for q in shares if is_resolved(q * span, x, v, logged, above_hz)), LEAST_TURNS)
+        least = next((1 / q for q in shares if path.resolves(q * path.span, above_hz)), LEAST_TURNS)
     power[turns < least] = 0.0
     peaks = [
         k
         for k in np.argsort(-power)[:200]
         if power[k] > 0 and power[k] >= power[max(0, k - PADDING // 2) : k + PADDING // 2 + 1].max()
     ]
-    periods = (float(span / turns[k]) for k in peaks)
-    seen = (
-        p for p in periods if is_resolved(p, x, v, logged, cutoff_hz) and not is_resolved(p, x, v, logged, above_hz)
-    )
+    periods = (float(path.span / turns[k]) for k in peaks)
+    seen = (p for p in periods if path.resolves(p, cutoff_hz) and not path.resolves(p, above_hz))
     return tuple(islice(seen, KEPT_PERIODS))
+
+
+def _periodogram(path: _Path, y: Array) -> tuple[Array, Array, Array]:
+    """Least squares of y = a + b q + q (c cos 2πfx + d sin 2πfx) at frequencies f, with q the ``modulation``.
+
+    The sums of the normal equations over samples are Fourier transforms of histograms over the position.
+
+    Args:
+        y: residual at the used samples.
+
+    Returns:
+        (numbers of periods in the span, squares of y that the model explains, squares that the wave alone adds).
+    """
+    x, q = path.x, path.modulation
+    place = np.clip(((x[path.used] - x.min()) / path.span * BINS).astype(int), 0, BINS - 1)
+    count = round(PADDING * min(MOST_TURNS, path.used.sum() / 8)) + 1
+
+    def waves(weights: Array) -> Array:
+        """Σ weight exp(2πi f x) at every frequency, up to twice the last."""
+        density = np.bincount(place, weights=weights, minlength=BINS)
+        return np.asarray(np.conj(np.fft.rfft(density, PADDING * BINS)))
+
+    once, square, data = (waves(w) for w in (q, q**2, q * y))
+    twice, once, wave, data = square[: 2 * count - 1 : 2], once[:count], square[:count], data[:count]
+    total = square[0].real
+    matrix = np.empty((count, 4, 4))
+    matrix[:, 0, 0], matrix[:, 0, 1], matrix[:, 1, 1] = len(q), q.sum(), total
+    matrix[:, 0, 2], matrix[:, 0, 3], matrix[:, 1, 2], matrix[:, 1, 3] = once.real, once.imag, wave.real, wave.imag
+    matrix[:, 2, 2], matrix[:, 3, 3] = (total + twice.real) / 2, (total - twice.real) / 2
+    matrix[:, 2, 3] = twice.imag / 2
+    rows, columns = np.tril_indices(4, -1)
+    matrix[:, rows, columns] = matrix[:, columns, rows]
+    size = np.sqrt(np.maximum(np.einsum("kii->ki", matrix), 1e-12 * total))
+    matrix /= size[:, :, None] * size[:, None, :]
+    matrix += RIDGE * np.eye(4)
+    right = np.column_stack([np.full(count, y.sum()), np.full(count, data[0].real), data.real, data.imag]) / size
+
+    def explained(terms: int) -> Array:
+        """The squares that the first terms of the model explain, at every frequency."""
+        sums = right[:, :terms]
+        weights = np.linalg.solve(matrix[:, :terms, :terms], sums[:, :, None])[:, :, 0]
+        return np.asarray(np.einsum("ki,ki->k", sums, weights))
+
+    power = explained(4)
+    return np.arange(count) / PADDING, power, power - explained(2)
