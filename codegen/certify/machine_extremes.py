@@ -1,6 +1,7 @@
 """Extremes of M(x) and ∂g/∂v over the envelope, for a certificate by structure; estimated by optimisation, not proved.
 
-All are computed from the sampled error matrix: its upper right block is −M⁻¹(x), its upper left −k I + M⁻¹∂g/∂v.
+M⁻¹ and ∂g/∂v are taken from the sampled error matrix: its upper right block is −M⁻¹(x), its upper left block
+−k I + M⁻¹∂g/∂v. L is the Cholesky factor, M = L L', and |e|_M = √(e'Me).
 """
 
 from __future__ import annotations
@@ -21,16 +22,16 @@ from codegen.mechanics.casadi_form import at_points
 
 POINTS = 4000
 """Random points of the envelope."""
-KEPT, CHILDREN, ROUNDS = 20, 10, 30
-"""Random search: best points kept in each round, trial points from each of them, rounds."""
+KEPT, TRIALS, ROUNDS = 20, 10, 30
+"""Random search: number of best points that each round starts from, of trial points about each of them, of rounds."""
 DECADES = 4
-"""Velocities are scaled by 1 down to 10^-DECADES."""
+"""A third of the points have their velocities scaled by 10^-s, s uniform in [0, DECADES]."""
 SCALED = 0.3
-"""Share of trial points with a relative step."""
+"""Share of trial points that are scaled rather than shifted."""
 MARGIN = 0.1
 """Relative margin on the extremes found."""
 SHIFTS = np.linspace(0, 1, 21)
-"""Values of ζ that are tried, over the largest norm of M⁻¹∂g/∂v."""
+"""Values of ζ that are tried, as shares of the largest norm of M⁻¹∂g/∂v."""
 DIGITS = 3
 """Significant digits of the extremes in the certificate."""
 
@@ -40,7 +41,7 @@ class Extremes:
     """The properties of the machine that a certificate by structure assumes, as estimated, with a margin of 10 %.
 
     Attributes:
-        slowest, fastest: range of the eigenvalues ν of G M⁻¹, 1/s.
+        slowest, fastest: range of the eigenvalues ν of G M⁻¹, 1/s; G is the gain of the force estimate.
         growth: μ of M(x + hv) ≤ (1 + μh) M(x), 1/s, exact.
         shift, slope: ζ and η of |(M⁻¹∂g/∂v + ζI) e|_M ≤ η |e|_M, 1/s, exact.
         points: number of evaluations.
@@ -57,9 +58,9 @@ class Extremes:
 def extremes(analysis: Analysis, k: float, gain: Array) -> Extremes | None:
     """The extremes over the envelope; None if M depends on a position whose velocity is no variable of A.
 
-    First random points of the envelope, a third of them with every velocity at an end of its range (where the slope of
-    the Coriolis forces is largest) and a third with velocities scaled toward zero (where a declared law is most
-    nonlinear). Then, for each extreme, a random search from the best points with decreasing step size and a fixed seed.
+    The search starts from random points of the envelope. A third of them has every velocity at an end of its range,
+    where the slope of the Coriolis forces is largest; a third has velocities scaled toward zero, where friction laws
+    are most nonlinear. For each extreme a random search with decreasing step size and a fixed seed follows.
 
     Args:
         analysis: the error dynamics.
@@ -73,34 +74,34 @@ def extremes(analysis: Analysis, k: float, gain: Array) -> Extremes | None:
     first = machine.sampled_points(random)
     slopes = machine.slopes(first)
     shift = float(min(SHIFTS * float(_norms(slopes).max()), key=lambda z: float(_norms(slopes, z).max())))
-    measures: list[Callable[[Array], Array]] = [
-        lambda x: -machine.modes(x)[:, 0],
-        lambda x: machine.modes(x)[:, -1],
-        machine.growths,
-        lambda x: _norms(machine.slopes(x), shift),
-    ]
-    worst = [machine.maximised(measure, first, random) for measure in measures]
-    margin = 1 + MARGIN
+
+    def largest(measure: Callable[[Array], Array]) -> float:
+        return machine.maximised(measure, first, random)
+
+    slowest = -largest(lambda x: -machine.modes(x)[:, 0])
+    fastest = largest(lambda x: machine.modes(x)[:, -1])
+    growth = max(largest(machine.growths), 0.0)
+    slope = largest(lambda x: _norms(machine.slopes(x), shift))
     return Extremes(
-        slowest=-worst[0] * (1 - MARGIN),
-        fastest=worst[1] * margin,
-        growth=_up(max(worst[2], 0.0) * margin),
+        slowest=slowest * (1 - MARGIN),
+        fastest=fastest * (1 + MARGIN),
+        growth=_up(growth * (1 + MARGIN)),
         shift=rounded(shift, DIGITS) if shift else sympy.Integer(0),
-        slope=_up(worst[3] * margin),
-        points=POINTS + len(measures) * ROUNDS * KEPT * CHILDREN,
+        slope=_up(slope * (1 + MARGIN)),
+        points=POINTS + 4 * ROUNDS * KEPT * TRIALS,
     )
 
 
 def _bell_shaped(random: np.random.Generator, shape: tuple[int, ...]) -> Array:
-    """Random numbers of mean 0 and variance 1, as sums of three uniform ones.
+    """Random numbers of mean 0 and variance 1, each the sum of three uniform ones in [−1, 1].
 
-    Normal ones need a logarithm, which processors round differently.
+    Normally distributed ones are computed with a logarithm, which processors round differently.
     """
     return np.asarray(random.uniform(-1, 1, (3, *shape)).sum(axis=0))
 
 
 def _up(value: float) -> Any:
-    """An exact decimal of ``DIGITS`` digits that is not below the value."""
+    """A decimal of ``DIGITS`` digits, as an exact number, that is not below the value."""
     return rounded(value * (1 + 10.0 ** (1 - DIGITS)), DIGITS) if value else sympy.Integer(0)
 
 
@@ -110,7 +111,16 @@ def _norms(slopes: Array, shift: float = 0.0) -> Array:
 
 
 class _Machine:
-    """M⁻¹ and the slopes of the forces at points of the envelope, points by n by n each."""
+    """M⁻¹ and the slopes of the forces at points of the envelope, points by n by n each.
+
+    A point has a value for each variable of the error matrix (positions and velocities).
+
+    Attributes:
+        moves: columns (position, velocity) of each coordinate that varies; None if such a velocity is no variable.
+        speeds: columns of the velocities.
+        ends: (low, high) of each variable.
+        root: √G.
+    """
 
     def __init__(self, analysis: Analysis, k: float, gain: Array) -> None:
         self.analysis, self.k, self.n = analysis, k, len(gain)
@@ -139,7 +149,7 @@ class _Machine:
         best = points[np.argsort(measure(points))[-KEPT:]]
         for size in geometric(0.2, 0.005, ROUNDS):
             width = size * (self.ends[:, 1] - self.ends[:, 0])
-            trial = np.repeat(best, CHILDREN, axis=0)
+            trial = np.repeat(best, TRIALS, axis=0)
             step = size * _bell_shaped(random, trial.shape)
             scaled = trial * (1 + step + step**2 / 2)  # about e^step: a relative step, for points near standstill
             shifted = trial + width * _bell_shaped(random, trial.shape)

@@ -32,7 +32,7 @@ class Sliding:
 
 
 def sliding(observer: Observer, contact: ContactFriction) -> Sliding | None:
-    """The law of a contact in sliding: its slope bound, level and least slip speed; None if its slope has no bound."""
+    """The law of a contact while it slides in one direction; None if its slope has no bound."""
     law, values = contact.law, {k: observer.values[s] for k, s in contact.law_parameters.items()}
     known = law.in_sliding(values) if isinstance(law, DynamicLaw) else (sympy.Integer(0), law.slope_bound(values))
     if known is None or not getattr(known[1], "is_finite", False):
@@ -47,8 +47,16 @@ def sliding(observer: Observer, contact: ContactFriction) -> Sliding | None:
 def largest_friction(spec: Spec, observer: Observer) -> list[Fraction | None]:
     """Upper bound on |friction| of each contact for every slip in the envelope, rest included; None if there is none.
 
-    It is that of the law and of ``extra_level``; ``extra_force`` of declared effects is not included. The largest slip
-    speed is Σ |U_i| max |v_i|.
+    The friction is that of the law and of ``extra_level``; ``extra_force`` of declared effects is not included. There
+    is no bound for a U that depends on position, for a speed without a range that the bound needs, and without a range
+    ``a_NAME`` for a contact with a declared effect on its level.
+    """
+    bounds = [_largest_friction(spec, observer, c) for c in range(len(observer.system.contacts))]
+    return [fraction(rational_above(bound)) if bound.is_finite else None for bound in bounds]
+
+
+def _largest_friction(spec: Spec, observer: Observer, c: int) -> Any:
+    """The bound on the friction of contact ``c``, exact; oo if there is none.
 
     - Law without memory: the larger of the level at rest and that at u → 0, plus the slope bound times the largest slip
       speed.
@@ -56,41 +64,40 @@ def largest_friction(spec: Spec, observer: Observer) -> list[Fraction | None]:
     - Law with one state: its force at the ends of the state's range; with a range ``a_NAME``, at the largest level in
       it.
 
-    There is none for a U that depends on position, for a speed without a range that the bound needs, and without a
-    range ``a_NAME`` for a contact with a declared effect on its level.
+    The largest slip speed is Σ |U_i| max |v_i|.
     """
-    system, bounds = observer.system, list[Fraction | None]()
-    distribution = observer.distribution
+    contact, column = observer.system.contacts[c], observer.distribution.col(c)
+    law, values = contact.law, {k: observer.values[s] for k, s in contact.law_parameters.items()}
+    rest = None if contact.level_at_rest is None else contact.level_at_rest.xreplace(observer.values)
+    ranged = f"a_{contact.name}" in spec.envelope
+    largest_level = _largest_in_envelope(spec, f"a_{contact.name}")
+    terms = zip(column, observer.system.velocities, strict=True)
+    fastest = sum((abs(u) * _largest_in_envelope(spec, v.name) for u, v in terms if u != 0), sympy.Integer(0))
+    if ranged and not isinstance(law, DynamicLaw):
+        return sympy.Max(largest_level, rest or 0)
+    if (contact.extra_level != 0 and not ranged) or column.free_symbols:
+        return sympy.oo
+    if isinstance(law, DynamicLaw):
+        scaled = {law.scale: largest_level} if ranged and law.scale else {}
+        return _largest_force_of_state(law, values | scaled, fastest)
+    if isinstance(law, ZeroMemoryLaw) and rest is not None:
+        slope, s = law.slope_bound(values), sympy.Symbol("s", positive=True)
+        slow = law.level(s, values).replace(Sgn, lambda _: sympy.Integer(1)).subs(s, 0)
+        return sympy.Max(slow, rest) + (slope * fastest if slope != 0 else 0)
+    return sympy.oo
 
-    def end(name: str) -> Any:
-        return max((abs(sympy.Rational(e)) for e in spec.envelope.get(name, ())), default=sympy.oo)
 
-    for c, contact in enumerate(system.contacts):
-        law, values = contact.law, {k: observer.values[s] for k, s in contact.law_parameters.items()}
-        column = zip(distribution.col(c), system.velocities, strict=True)
-        fastest = sum((0 if u == 0 else abs(u) * end(v.name) for u, v in column), sympy.Integer(0))
-        ranged = f"a_{contact.name}" in spec.envelope
-        if ranged and not isinstance(law, DynamicLaw):
-            rest = contact.level_at_rest
-            bound = sympy.Max(end(f"a_{contact.name}"), 0 if rest is None else rest.xreplace(observer.values))
-        elif (contact.extra_level != 0 and not ranged) or distribution.col(c).free_symbols:
-            bound = sympy.oo
-        elif isinstance(law, DynamicLaw):
-            scaled = {law.scale: end(f"a_{contact.name}")} if ranged and law.scale else {}
-            bound = _largest_force_of_state(law, values | scaled, fastest)
-        elif isinstance(law, ZeroMemoryLaw) and contact.level_at_rest is not None:
-            slope, s = law.slope_bound(values), sympy.Symbol("s", positive=True)
-            slow = law.level(s, values).replace(Sgn, lambda _: sympy.Integer(1)).subs(s, 0)
-            bound = sympy.Max(slow, contact.level_at_rest.xreplace(observer.values))
-            bound += slope * fastest if slope != 0 else 0
-        else:
-            bound = sympy.oo
-        bounds.append(fraction(rational_above(bound)) if bound.is_finite else None)
-    return bounds
+def _largest_in_envelope(spec: Spec, name: str) -> Any:
+    """The largest magnitude in the envelope's range of a variable; oo without a range."""
+    return max((abs(sympy.Rational(e)) for e in spec.envelope.get(name, ())), default=sympy.oo)
 
 
 def _largest_force_of_state(law: DynamicLaw, values: Any, fastest: Any) -> Any:
-    """The largest |λ| of a law whose force is a constant times its only state; oo for other laws."""
+    """The largest |λ| of a law whose force is a constant times its only state; oo for other laws.
+
+    Args:
+        fastest: largest slip speed, which bounds the state.
+    """
     if len(law.states) != 1 or not fastest.is_finite:
         return sympy.oo
     u, z = sympy.symbols("u z", real=True)
