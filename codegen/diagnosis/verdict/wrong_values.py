@@ -1,10 +1,10 @@
 """Wrong declared values as an alternative explanation to missing effects.
 
-Forward selection keeps toleranced parameters within a few tolerances, so that they do not absorb a missing effect. If
-several are wrong together, as with an unknown payload, an effect may imitate them. So if the refit ends at that limit,
-it is repeated with the tolerances as Gaussian prior only. If that explains more than the effects, or as much with fewer
-changes, effects are searched in addition to it. A value without a tolerance is not fitted; one that alone would explain
-a residual that no effect explains is reported.
+Forward selection keeps parameters within a few tolerances, so that they do not absorb a missing effect. If several are
+wrong together, as with an unknown payload, an effect may explain the log in their place. So if the refit ends at that
+limit, it is repeated without it, with the tolerances as Gaussian prior only. If that explains more than the effects, or
+as much with fewer changes of the declared model, effects are sought in addition to it. A parameter without a tolerance
+is not fitted; if another value of it alone would explain a residual that no effect explains, it is reported.
 """
 
 from __future__ import annotations
@@ -40,10 +40,10 @@ from codegen.logs.audit.scales import ALIKE, APPARENT
 from codegen.mechanics.system import System
 from codegen.spec.model import Spec
 
-MOST = 0.8
-"""Least share of the squared force residual that a value explains on held-out blocks of the training log."""
+EXPLAINS = 0.8
+"""Least share of the squared force residual that a reported value explains on held-out blocks of the training log."""
 FAR_LESS = 1 / 3
-"""Largest ratio of the squared residual forces that a value and the effects leave at which the effects are refused."""
+"""Effects are refused if another value alone leaves at most this share of the squared residual force they leave."""
 MIRRORED = 0.1
 """Relative difference up to which a force counts as −2 times a term of the spec, whose sign may be wrong."""
 
@@ -63,14 +63,16 @@ def released(search: Search, base: Fit, outcome: Outcome) -> tuple[Search, Fit] 
 def is_better(free: Search, fit: Fit, search: Search, other: Fit) -> bool:
     """Whether a fit without limits explains the log better than one within them, for its number of changes.
 
-    By losses tempered by the share of independent residuals and ``BETTER`` nats for each change to the declared model:
-    an effect, or a parameter ``WITHIN`` tolerances or more away.
+    The score is the log-likelihood, tempered by the share of independent residuals, less ``BETTER`` nats for each
+    change of the declared model: an effect, or a parameter ``WITHIN`` tolerances or more away. The first fit is better
+    if its score is higher by ``BETTER``/2.
     """
     gain = _gain(fit, other)
     return gain + BETTER * (_changes(search, other) - _changes(free, fit)) > BETTER / 2
 
 
 def _gain(fit: Fit, other: Fit) -> float:
+    """Tempered log-likelihood of a fit less that of another, nats."""
     return fit.prior.tempering * (segment_cost(other.residual) - segment_cost(fit.residual))
 
 
@@ -81,13 +83,14 @@ def _tolerances(search: Search, fit: Fit) -> Array:
 
 
 def _changes(search: Search, fit: Fit) -> int:
+    """Number of effects, and of parameters ``WITHIN`` tolerances or more away."""
     return int((_tolerances(search, fit) >= AT_END * WITHIN).sum()) + len(fit.trial.parts)
 
 
 def equal_parameters(search: Search, base: Fit, outcome: Outcome) -> list[Fact]:
     """Facts on parameters that explain the log as well as the single effect of an outcome.
 
-    Example: a mass declared too small by ten tolerances and an inertia error are one motion.
+    Example: a mass that is declared too small by ten tolerances gives the same motion as an inertia error.
     """
     freed = search.without_limits(base) if len(outcome.parts) == 1 else None
     if freed is None or _gain(freed[1], outcome.final) < -BETTER:
@@ -101,9 +104,9 @@ def equal_parameters(search: Search, base: Fit, outcome: Outcome) -> list[Fact]:
 def better_values(search: Search, outcome: Outcome) -> str:
     """Values outside their tolerances that explain the log better than an outcome's effects, in words; else empty.
 
-    The effects have values by the force residual, and are fitted again by free runs for this comparison. The values
-    must also be better than no change, and ``BETTER`` nats better than the effects, not only fewer. In a search without
-    limits the refit has such values already, and the effects must be better than the refit.
+    The effects were fitted to the force residual, and are fitted again by free runs for this comparison. The values
+    must be better than no change, and better than the effects by ``BETTER`` nats even if they are fewer changes. In a
+    search without limits the refit has such values already, and the effects must be better than the refit.
 
     Args:
         outcome: its last fit is of free runs with its effects.
@@ -119,7 +122,7 @@ def better_values(search: Search, outcome: Outcome) -> str:
 
 
 def _far_values(search: Search, fit: Fit) -> str:
-    """Words "NAME = … explains" for the values that a fit moved by ``WITHIN`` tolerances or more; empty if none."""
+    """The words "NAME = … explains" on the values that are ``WITHIN`` tolerances or more away in a fit; else empty."""
     away = _tolerances(search, fit)
     values = [
         f"{search.moved[k]} = {fit.theta[k]:.4g}{in_unit(search.system, search.moved[k])} in place of the declared "
@@ -132,10 +135,13 @@ def _far_values(search: Search, fit: Fit) -> str:
 
 
 def moved_values(answer: Answer, fit: Fit, problem: Problem, material: float) -> list[Fact]:
-    """Facts on parameters that are written with another value although their tolerance allows the declared one.
+    """Facts on parameters whose written value differs from the declared one, and that are not reported as wrong.
 
-    Their intervals exclude the declared value, the change is a ``material`` share of the drive force, and the verdict
-    does not report them as wrong. ``fit``: the fit of the written values.
+    There is a fact if the parameter's interval excludes the declared value and the change of the force is material.
+
+    Args:
+        fit: of the written values.
+        material: least change of the force, as a share of the drive force.
     """
     written, declared = answer.adopted, problem.system
     if written is None:
@@ -170,11 +176,10 @@ def moved_values(answer: Answer, fit: Fit, problem: Problem, material: float) ->
 
 
 def turned_terms(answer: Answer, problem: Problem) -> list[Fact]:
-    """Facts on terms of the declared force whose sign is reversed by credited effects.
+    """Facts on terms of the declared force that have the opposite sign with the credited effects.
 
-    A term T with the wrong sign is equivalent to a missing force −2 T, whatever effect has that force: an offset for a
-    weight, a spring for a spring, an asymmetry of the friction for a constant force. So the forces of the effects, each
-    and together, are compared with −2 T.
+    A term T with the wrong sign is the same as a missing force −2 T, which some effect may represent: an offset, if T
+    is a weight; a spring, if T is one. So the force of each effect, and of all together, is compared with −2 T.
     """
     written, motion = answer.augmented, problem.motion
     if answer.verdict != "effect" or written.transmissions:
@@ -207,7 +212,7 @@ def turned_terms(answer: Answer, problem: Problem) -> list[Fact]:
 
 
 def _terms_along(system: System, k: int, problem: Problem) -> list[tuple[sympy.Expr, Array]]:
-    """The terms of the force on coordinate k, as its sum is written, and their low-passed values along a motion."""
+    """The terms of the sum that is the force on coordinate k, and their low-passed values (N,) along the motion."""
     terms = [term for term in sympy.Add.make_args(system.modelled_force[k]) if term.free_symbols]
     rows = [sympy.Matrix([term if i == k else 0 for i in range(system.degrees_of_freedom)]) for term in terms]
     values = evaluate_forces(system, rows, problem.motion) if rows else np.zeros((0, len(problem.motion.time), 1))
@@ -215,7 +220,7 @@ def _terms_along(system: System, k: int, problem: Problem) -> list[tuple[sympy.E
 
 
 def _mirrored(added: Array, force: Array) -> float | None:
-    """The ratio of an added force to a declared one if it is about −2 throughout; else None."""
+    """The ratio of an added force (N,) to a declared one (N,) if it is about −2 in all samples; else None."""
     power = float(force @ force)
     if power == 0 or not np.all(np.isfinite(added)):
         return None
@@ -226,11 +231,11 @@ def _mirrored(added: Array, force: Array) -> float | None:
 
 
 def scaled_position(answer: Answer, log: Log, spec: Spec, problem: Problem) -> list[Fact]:
-    """The fact on a position scale that is nearly equivalent to a credited gain of the input.
+    """The fact on a scale of the position that explains the log nearly as well as a credited gain of the input.
 
-    With a position k times too large, inertia, damping and springs are divided by k; with a gain k of the input, so are
-    friction and constant forces. With free levels and linear forces, the two are one motion with other levels. The fact
-    is reported if the scale's squared force residual is at most ``ALIKE`` times that of the gain.
+    A position that is k times too large gives (M/k) a + (d/k) v + U λ = w; a gain k of the input gives
+    (M/k) a + (d/k) v + (U λ)/k = w. They differ in friction and constant forces alone, and friction levels are
+    refitted. The fact is reported if the scale's squared force residual is at most ``ALIKE`` times that of the gain.
     """
     system, written = answer.refit, answer.augmented
     gains = [one for one in answer.effects if CATALOGUE[one.kind].scales_input]
@@ -272,10 +277,10 @@ def _as_well_by_scale(problem: Problem, written: System, gain: float) -> bool:
 
 
 def refused_for_a_value(spec: Spec, answer: Answer, problem: Problem) -> Answer:
-    """The answer without its effects if one value without tolerance explains the residual far better.
+    """The answer without its effects if one value without tolerance explains the residual far better (``FAR_LESS``).
 
-    Example: weaker motors on both joints of an arm imitate its payload. A true effect leaves only the noise, of which
-    no value can leave ``FAR_LESS``.
+    Example: a payload of an arm fits weaker motors on both of its joints. A true effect leaves only the noise, and no
+    value can leave a third of the noise.
     """
     if answer.verdict not in ("effect", "ambiguous"):
         return answer
@@ -290,7 +295,8 @@ def refused_for_a_value(spec: Spec, answer: Answer, problem: Problem) -> Answer:
         f"{named} would leave {in_percent(left)} of the squared residual force of the training log, "
         f"another value of {found.symbol.name} alone {in_percent(1 - found.share)}"
     )
-    figures = (*answer.figures[:2], answer.figures[1])
+    declared, refit, _ = answer.figures
+    figures = (declared, refit, refit)
     against = (Fact("not credited", words),)
     return replace(answer, verdict="unknown", augmented=answer.refit, figures=figures, errors=(), against=against)
 
@@ -302,20 +308,24 @@ def _left_by_effects(answer: Answer, problem: Problem) -> float:
     coordinates' own shares, a joint with nothing but noise would leave half of a residual that is on the other joint.
     """
     plain = inverse_dynamics_residual(answer.refit, problem.motion)
-    rest = [residual_without_levels(problem, system) for system in (answer.refit, answer.augmented)]
-    sums = [0.0, 0.0]
+    by_refit = residual_without_levels(problem, answer.refit)
+    by_effects = residual_without_levels(problem, answer.augmented)
+    before = after = 0.0
     for i, used in enumerate(problem.used.T):
         if used.any():
             power = max(float(plain[used, i] @ plain[used, i]), 1e-300)
-            for k, r in enumerate(rest):
-                sums[k] += float(r[used, i] @ r[used, i]) / power
-    return sums[1] / max(sums[0], 1e-300)
+            before += float(by_refit[used, i] @ by_refit[used, i]) / power
+            after += float(by_effects[used, i] @ by_effects[used, i]) / power
+    return after / max(before, 1e-300)
 
 
 @dataclass(frozen=True)
 class ExplainingValue:
-    """A declared value without tolerance, its estimated change, and the share of the squared residual force that this
-    explains on held-out parts of the training log.
+    """A parameter without tolerance of which another value would explain the residual.
+
+    Attributes:
+        change: estimate less declared value.
+        share: of the squared residual force that this explains on held-out parts of the training log.
     """
 
     symbol: sympy.Symbol
@@ -342,7 +352,7 @@ def explaining_values(spec: Spec, refit: System, problem: Problem) -> list[Fact]
 
 
 def _explaining_value(spec: Spec, refit: System, problem: Problem) -> ExplainingValue | None:
-    """The value without tolerance that explains most of the residual of a refit; None if that is less than ``MOST``.
+    """The value without tolerance that explains most of the residual of a refit; None if below ``EXPLAINS``.
 
     A payload on an arm changes inertia and weight of several coordinates at once; no effect does so, the declared mass
     does. The residual is regressed on its slope by each such value, with the levels, on all coordinates together.
@@ -357,38 +367,49 @@ def _explaining_value(spec: Spec, refit: System, problem: Problem) -> Explaining
     levels = list(range(len(fixed), len(fixed) + len(problem.levels)))
     shares = [_explained(rows, [k, *levels], levels) for k in range(len(fixed))]
     best = int(np.argmax(shares))
-    if shares[best] < MOST:
+    if shares[best] < EXPLAINS:
         return None
     return ExplainingValue(fixed[best], float(_weights(rows, [best, *levels])[0]), float(shares[best]))
 
 
 def _explained(rows: Sequence[ForceRows], columns: Sequence[int], without: Sequence[int]) -> float:
-    """Share of the squared residual that columns of the slopes explain on held-out blocks beyond ``without``."""
+    """Share of the squared residual that some values explain on held-out blocks beyond what others explain.
+
+    Args:
+        rows: force residual of each coordinate and its slopes by the values.
+        columns: of the slopes by these values.
+        without: columns of the slopes by the others, which are among ``columns``.
+    """
     ends = max(int(r.sample[-1]) for r in rows) + 1
     blocks = [np.minimum(r.sample * BLOCKS // ends, BLOCKS - 1) for r in rows]
-    left = [0.0, 0.0]
-    for held in range(BLOCKS):
-        outside, inside = (
-            [_of(r, (b == held) == chosen) for r, b in zip(rows, blocks, strict=True)] for chosen in (False, True)
-        )
-        for k, some in enumerate((without, columns)):
-            change = _weights(outside, some)
-            for r, part in zip(rows, inside, strict=True):
-                rest = part.residual + part.slopes[:, list(some)] @ change
-                left[k] += float(rest @ rest) / _power(r)
-    return 1 - left[1] / left[0] if left[0] > 0 else 0.0
+
+    def left(chosen: Sequence[int]) -> float:
+        """What these columns leave on all held-out blocks, each coordinate over its square."""
+        total = 0.0
+        for held in range(BLOCKS):
+            change = _weights([_selected(r, b != held) for r, b in zip(rows, blocks, strict=True)], chosen)
+            for r, b in zip(rows, blocks, strict=True):
+                part = _selected(r, b == held)
+                rest = part.residual + part.slopes[:, list(chosen)] @ change
+                total += float(rest @ rest) / _power(r)
+        return total
+
+    before = left(without)
+    return 1 - left(columns) / before if before > 0 else 0.0
 
 
-def _of(rows: ForceRows, chosen: NDArray[np.bool_]) -> ForceRows:
+def _selected(rows: ForceRows, chosen: NDArray[np.bool_]) -> ForceRows:
+    """The chosen samples of one coordinate."""
     return replace(rows, sample=rows.sample[chosen], residual=rows.residual[chosen], slopes=rows.slopes[chosen])
 
 
 def _power(rows: ForceRows) -> float:
+    """Sum of the squared residuals of one coordinate."""
     return max(float(rows.residual @ rows.residual), 1e-300)
 
 
 def _weights(rows: Sequence[ForceRows], columns: Sequence[int]) -> Array:
-    """Least-squares changes of these values, each coordinate's residual in units of its own."""
+    """Changes of the values of these columns by least squares, each coordinate's residual scaled to norm 1."""
     size = [np.sqrt(_power(r)) for r in rows]
     slopes = np.vstack([r.slopes[:, list(columns)] / s for r, s in zip(rows, size, strict=True)])
     residual = np.concatenate([r.residual / s for r, s in zip(rows, size, strict=True)])
