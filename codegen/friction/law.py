@@ -106,7 +106,9 @@ class FrictionLaw(ABC):
 
     @abstractmethod
     def response(self, time: Any, slip_velocity: Any, p: Mapping[str, float], applied_force: Any = None) -> Any:
-        """The force λ over a history of slip, which begins at rest without load.
+        """The force λ over a history of slip, with the states at rest without load at its start.
+
+        Not finite where the law is not defined, as logarithms of the slip speed at standstill.
 
         Args:
             time: s, increasing, length N.

@@ -106,23 +106,38 @@ def test_a_ladder_without_a_peak_lacks_nothing(tmp_path: Path) -> None:
     assert found["verdict"] == "none" and not found["effects"]
 
 
+def warmed_up(folder: Path, held_rise: float) -> dict[str, Any]:
+    """The diagnosis with a peak and a drag in the training records, and a peak of ``held_rise`` alone in the others."""
+    (folder / "spec.yaml").write_text(SPEC)
+    spec = stiction.check(folder / "spec.yaml").spec
+    files = ladder(folder, TRAINED, RISE, 1)
+    for file in files:
+        rows = np.loadtxt(file, delimiter=",", skiprows=1)
+        rows[:, 2] += 1.5e-6 * rows[:, 1] * np.abs(rows[:, 1])
+        np.savetxt(file, rows, delimiter=",", header="t,v,u", comments="", fmt="%.9g")
+    train, test = (read_logs(some, spec) for some in (files, ladder(folder, HELD, held_rise, 2)))
+    found: dict[str, Any] = diagnose_log(spec, system_of(spec), train, test)[0].as_json()
+    return found
+
+
 def test_a_further_effect_that_held_out_records_refuse_is_not_named(tmp_path: Path) -> None:
     """A worm gear was said to lack a drag too, with which the held-out records were predicted worse.
 
     Here friction in the training records rises at high speed, as when they warm up, and in the others it does not.
     """
-    (tmp_path / "spec.yaml").write_text(SPEC)
-    spec = stiction.check(tmp_path / "spec.yaml").spec
-    files = ladder(tmp_path, TRAINED, RISE, 1)
-    for file in files:
-        rows = np.loadtxt(file, delimiter=",", skiprows=1)
-        rows[:, 2] += 1.5e-6 * rows[:, 1] * np.abs(rows[:, 1])
-        np.savetxt(file, rows, delimiter=",", header="t,v,u", comments="", fmt="%.9g")
-    train, test = (read_logs(some, spec) for some in (files, ladder(tmp_path, HELD, RISE, 2)))
-    found = diagnose_log(spec, system_of(spec), train, test)[0].as_json()
+    found = warmed_up(tmp_path, RISE)
     assert found["verdict"] == "effect" and [e["kind"] for e in found["effects"]] == ["stribeck"]
     (said,) = (fact["words"] for fact in found["facts"] if fact["topic"] == "not credited")
     assert said.startswith("quadratic_drag on q, a further effect: on held-out data the residual force is")
+
+
+def test_where_the_first_effect_is_refused_it_is_told_alone(tmp_path: Path) -> None:
+    """It was told with the values that it has beside a second effect, which no held-out record had judged."""
+    found = warmed_up(tmp_path, 0.0)
+    assert found["verdict"] == "unknown"
+    alone, (said,) = found["candidates"][0], (f["words"] for f in found["facts"] if f["topic"] == "not credited")
+    assert said.startswith(f"stribeck on nut (delta = {alone['parameters']['delta']:.2g} N*m, v_s = ")
+    assert "on held-out data" in said and "further" not in said
 
 
 def test_what_a_steady_speed_can_show_is_a_force_of_speed_alone(tmp_path: Path) -> None:

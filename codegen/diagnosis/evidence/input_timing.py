@@ -128,6 +128,8 @@ def common_lead(leads: Sequence[Lead]) -> float:
     a joint with a large force that the model lacks. A lead is common if it is the only one that is significant for some
     input, and if Σ min(d², ``SURE``²) over the inputs is less for it than for a lead of 0, where d is the difference
     from an input's estimate in standard deviations.
+    If two devices wrote the inputs, an uncertain one gets the lead of the other's. Leads that are not ``USUAL`` differ,
+    so none of several is common.
     """
     shown = {lead.rows for lead in leads if lead.matters}
     if len(shown) != 1:

@@ -216,6 +216,7 @@ class CrossValidation:
         """(p,) values that occur in the force balance of a coordinate that moves; all if none moves.
 
         The other values cannot be estimated: a joint at rest stays at rest with any friction level above its load.
+        A declared level below it is kept too, although the joint slips with it.
         """
         error = self.search.system.equation_error
         rows = [row for row, used in zip(error, self.problem.used.T, strict=True) if used.any()]

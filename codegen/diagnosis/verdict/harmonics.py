@@ -131,7 +131,7 @@ def _periods(
     """Periods to try: a whole turn of an angle, and multiples of the periods of single sines that were credited.
 
     After a turn an angle is at the same place. That a force repeats after another period must be seen within the
-    stroke: over less than two periods a sum of sines fits any function of position.
+    stroke: over one period a sum of sines fits any function of position, and only what lies beyond tests it.
     """
     system, motion = search.system, problem.motion
     x, used = motion.positions[:, coordinate], motion.usable[1:] & motion.usable[:-1]
