@@ -30,9 +30,10 @@ import re
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING or __package__:
-    from codegen.checker import forms, frame, kernel
+    from codegen.checker import forms, frame, kernel, rounding
 
 demand, term, Text = frame.demand, kernel.term, kernel.Text
+OTHERS = "prepare gives others: {} of the header differs from its formula by more than rounding"
 
 
 @frame.limited()
@@ -43,17 +44,19 @@ def prove(proof: dict[str, Any], files: dict[str, str]) -> dict[str, Any]:
     """
     signs, errors, formulas, velocity = (proof[x] for x in ("signs", "errors", "states", "positions"))
     c = frame.read(proof["name"], files)
-    # Parameters are what `prepare` makes of the values, exactly: the decimals there are that, rounded. But one that is
-    # the exp of a number is its decimal, for all that is made of it, and so is this exp wherever it stands, but exp(0).
+    # Parameters are what `prepare` makes of the values, exactly: the decimals there are that, rounded, and a difference
+    # with an error of its terms' size (rounding.py bounds what this does to other values). But one that is the exp of a
+    # number is its decimal, for all that is made of it, and so is this exp wherever it stands, but exp(0).
     known: dict[Any, Any] = {}
     decimals: dict[Any, Any] = {}  # of an exp: one, or those of many parameters could lead away from it
-    prepared = Text({x: term(v) for x, v in c.values.items() if x not in dict(c.prepare)}, known, c.precision)
+    prepared = rounding.Sized({x: term(v) for x, v in c.values.items() if x not in dict(c.prepare)}, known, c.precision)
     for parameter, text in c.prepare:
         exact = prepared.run([(parameter, text)], [*c.values])[parameter]
         decimal = c.values.get(parameter, exact.constant())
-        demand(abs(exact.constant() - decimal) <= abs(decimal) * c.precision.rounding, "prepare gives others")
         exps = {(f, p): term(decimal) for (f, p), e in known.items() if f == "exp" and p and e == exact}
-        demand(all(decimals.setdefault(key, e) == e for key, e in exps.items()), "prepare gives others")
+        size = abs(decimal) if exps else prepared.sizes[parameter]
+        demand(abs(exact.constant() - decimal) <= size * c.precision.rounding, OTHERS.format(parameter))
+        demand(all(decimals.setdefault(key, e) == e for key, e in exps.items()), OTHERS.format(parameter))
         known |= exps
         prepared.names |= {parameter: term(decimal)} if exps else {}
     # Free are inputs, truth, signs, errors, and states without a formula. An estimate is truth less sign * error.

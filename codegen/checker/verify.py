@@ -35,7 +35,7 @@ if TYPE_CHECKING or __package__:
     from codegen.checker import agreement, decay, enclosure, files, forms, frame, kernel, theorem
 else:
     parts: dict[str, SimpleNamespace] = {}  # each is given those before it
-    for part in ("files", "frame", "enclosure", "kernel", "forms", "decay", "errors", "held", "rounding", "reversal",
+    for part in ("files", "frame", "enclosure", "kernel", "forms", "decay", "rounding", "errors", "held", "reversal",
                  "ellipsoid", "theorem", "agreement"):  # fmt: skip
         parts[part] = beside(part, **parts)
     globals().update(parts)

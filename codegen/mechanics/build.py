@@ -5,6 +5,7 @@ M(x) must be symmetric and positive definite at sampled points of the envelope.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -31,6 +32,10 @@ SYMMETRY = 1e-12
 """Tolerance of the symmetry of M, relative to its largest entry: M_ij and M_ji may be written in different forms."""
 MOST_VALUES = 4
 """Largest number of parameters whose values a message shows."""
+PI = symbol("pi")
+"""Parameter in place of π in M, g and U; its value is the double, as that of a lead in mm/rev is rounded to one.
+
+So a certificate, its bounds and the proof of the C have rational numbers."""
 MASSES = {"kg": "mass", "kg*m^2": "moment of inertia"}
 """Unit → kind of a parameter that must not be negative."""
 
@@ -50,7 +55,9 @@ def build_system(spec: Spec, free: Sequence[LinkParameter] = ()) -> System:
     units = {symbol(p.name): coherent_name(p.unit, spec.place(f"parameters.{p.name}.unit")) for p in spec.parameters}
     values |= {symbol(p.name): decimal_of(float(p.value)) for p in free}
     units |= {symbol(p.name): p.unit for p in free}
-    mass_matrix, force, distribution = equation_of_motion(spec, free)
+    mass_matrix, force, distribution = (m.xreplace({sympy.pi: PI}) for m in equation_of_motion(spec, free))
+    if any(m.has(PI) for m in (mass_matrix, force, distribution)):
+        values[PI], units[PI] = decimal_of(math.pi), "1"
     contacts, law_values, law_units = build_contacts(spec, distribution)
     for name in law_values:
         if name in values:
