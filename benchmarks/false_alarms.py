@@ -18,7 +18,7 @@ from codegen.base.arrays import Array
 from codegen.diagnosis.evidence.force_evidence import ForceGain
 from codegen.diagnosis.evidence.score_test import t_of_scores
 from codegen.diagnosis.evidence.slow_noise import slow_noise_likelihood
-from codegen.diagnosis.fit.credit import ALPHA, LEAST_SHARE, SIGNED
+from codegen.diagnosis.fit.credit import ALPHA, LEAST_SHARE, SIGN_BLOCKS
 from codegen.diagnosis.selection.significance import FORCE_SHARE, FORCE_SHARE_OF_FEW
 
 Candidate = tuple[int, float, list[Array]]
@@ -64,7 +64,7 @@ def passes(r: Array, candidate: Candidate, share: float, count: int) -> bool:
     force = columns @ (columns.T @ r)
     left = float(np.sum((r - force) ** 2) / np.sum(r**2))
     nats = slow_noise_likelihood(r - force, 1.0) - slow_noise_likelihood(r, 1.0)
-    scores, sizes = (np.array([p.sum() for p in np.array_split(y * force, SIGNED)]) for y in (r, force))
+    scores, sizes = (np.array([p.sum() for p in np.array_split(y * force, SIGN_BLOCKS)]) for y in (r, force))
     p = ForceGain(left, 0.0, t_of_scores(scores, sizes), nats).p_added(k)
     return left <= 1 - LEAST_SHARE and count * periods * p / share <= ALPHA
 

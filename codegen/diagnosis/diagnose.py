@@ -58,7 +58,7 @@ from codegen.diagnosis.verdict.conclusion import (
 from codegen.diagnosis.verdict.examination import examine, settled
 from codegen.diagnosis.verdict.force_led import credited_by_force
 from codegen.diagnosis.verdict.harmonics import with_harmonics
-from codegen.diagnosis.verdict.held_out import HeldOut, only
+from codegen.diagnosis.verdict.held_out import HeldOut, within
 from codegen.diagnosis.verdict.proposal import propose_terms, refuse_without_pysindy
 from codegen.diagnosis.verdict.replay import compare_residuals
 from codegen.diagnosis.verdict.statement import statement
@@ -159,7 +159,7 @@ class _FreeRuns:
 
     @cached_property
     def held_out(self) -> Problem:
-        return Problem(self.case.problem.system, only(self.case.test.motion, self.case.window), {})
+        return Problem(self.case.problem.system, within(self.case.test.motion, self.case.window), {})
 
     def examined(self, last: Search, found: Outcome) -> tuple[Answer, Outcome]:
         """The answer from an outcome, and the outcome that it belongs to; ``last``: the search of its last fit."""

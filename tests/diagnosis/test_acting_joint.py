@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from codegen.diagnosis.fit.credit import SIGNED, evidence_of
+from codegen.diagnosis.fit.credit import SIGN_BLOCKS, evidence_of
 from codegen.diagnosis.fit.search import joint_of_difference, where_they_differ
 from codegen.diagnosis.verdict.force_fits import ForceFits
 
@@ -80,7 +80,7 @@ def test_the_force_at_one_joint_is_judged_by_its_own_residual() -> None:
     before = 10 * rng.standard_normal((samples, joints))
     after = before * np.where(np.arange(joints) == 2, np.sqrt(0.5), 1.0)
     plain, found = fits.where_they_differ(made(before), made(after, GEAR))
-    assert plain.residual.shape == found.residual.shape == (SIGNED, blocks(before).shape[1])
+    assert plain.residual.shape == found.residual.shape == (SIGN_BLOCKS, blocks(before).shape[1])
     assert (plain.residual**2).sum() == pytest.approx((before[fits._rows[2], 2] ** 2).sum())
     assert evidence_of(plain, found, floored=False).share == pytest.approx(0.5, abs=0.02)
     assert evidence_of(made(before), made(after, GEAR), floored=False).share < 0.2

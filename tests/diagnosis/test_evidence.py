@@ -13,7 +13,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.stats import binom, norm, ttest_1samp
 
-from codegen.diagnosis.fit.credit import by_random_signs, evidence
+from codegen.diagnosis.fit.credit import evidence, p_of_sign_flips
 from codegen.diagnosis.selection import significance
 from tests.in_part import drawn
 
@@ -51,7 +51,7 @@ def test_an_effect_of_a_few_accelerations_is_significant_far_above_the_noise() -
 @pytest.mark.parametrize("count", [1, 3, 5, 8])
 def test_equal_gains_in_all_blocks_are_chance_as_often_as_so_many_coins_agree(count: int) -> None:
     """The normal approximation says 1.3 % of five blocks, of which one in 32 is right."""
-    assert by_random_signs(np.full(count, 0.7)) == pytest.approx(0.5**count)
+    assert p_of_sign_flips(np.full(count, 0.7)) == pytest.approx(0.5**count)
 
 
 def test_random_signs_are_counted() -> None:
@@ -61,10 +61,10 @@ def test_random_signs_are_counted() -> None:
     for _ in range(20):
         gains = draw.normal(size=12) * np.exp(1.5 * draw.normal(size=12))
         p, normal = np.mean(signs @ np.abs(gains) >= gains.sum() - 1e-9), norm.sf(gains.sum() / np.linalg.norm(gains))
-        assert by_random_signs(gains) == pytest.approx(max(p, normal), rel=0.02)
-    assert by_random_signs(np.zeros(4)) == by_random_signs(np.array([])) == 1.0
-    assert by_random_signs(np.array([3.0, -3.0])) == pytest.approx(0.75)
-    assert by_random_signs(np.full(48, 2.0)) == pytest.approx(norm.sf(np.sqrt(48)))
+        assert p_of_sign_flips(gains) == pytest.approx(max(p, normal), rel=0.02)
+    assert p_of_sign_flips(np.zeros(4)) == p_of_sign_flips(np.array([])) == 1.0
+    assert p_of_sign_flips(np.array([3.0, -3.0])) == pytest.approx(0.75)
+    assert p_of_sign_flips(np.full(48, 2.0)) == pytest.approx(norm.sf(np.sqrt(48)))
 
 
 def test_a_worse_model_is_never_significant() -> None:
@@ -153,7 +153,7 @@ def test_above_the_noise_a_likelihood_counts_only_as_far_as_the_blocks_agree() -
         found = evidence(after + gains, after, KEPT, FLOOR)
         assert found.gain == pytest.approx(60) and found.p(0.3) < 1e-6
         assert found.by_blocks == pytest.approx(ttest_1samp(gains, 0.0, alternative="greater").pvalue)
-        assert (found.p(0.3, alone=False) < 1e-4) is blocks
+        assert (found.p(0.3, only_noise=False) < 1e-4) is blocks
 
 
 @pytest.mark.parametrize(("segments", "nats", "least"), [(13, 9, 0.85), (48, 9, 0.85), (48, 14, 0.95)])

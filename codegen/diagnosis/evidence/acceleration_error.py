@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from codegen.base.arrays import Array
-from codegen.diagnosis.fit.credit import ALPHA, SIGNED, by_random_signs
+from codegen.diagnosis.fit.credit import ALPHA, SIGN_BLOCKS, p_of_sign_flips
 from codegen.diagnosis.fit.output_error import Fit
 
 WINDOW = 1.5
@@ -52,8 +52,8 @@ def larger_acceleration_error(before: Fit, after: Fit, coordinate: int, cutoff_h
     known = np.isfinite(one) | np.isfinite(other)
     squares = [np.where(np.isfinite(squares), squares, np.inf)[known] + 1e-300 for squares in (one, other)]
     more = np.clip(np.log(squares[0] / squares[1]), -MOST, MOST)
-    blocks = np.array([block.sum() for block in np.array_split(more, min(SIGNED, max(1, len(more))))])
+    blocks = np.array([block.sum() for block in np.array_split(more, min(SIGN_BLOCKS, max(1, len(more))))])
     times = float(np.exp(more.mean())) if len(more) else 1.0
-    if not times > LARGER or by_random_signs(blocks) > ALPHA:
+    if not times > LARGER or p_of_sign_flips(blocks) > ALPHA:
         return ""
     return f"makes the squared acceleration error of the simulation {times:.2g} times as large"

@@ -22,7 +22,7 @@ from codegen.diagnosis.evidence.residual_regression import (
 from codegen.diagnosis.evidence.score_test import along_best, t_of_scores
 from codegen.diagnosis.evidence.shift_test import by_shifts
 from codegen.diagnosis.evidence.slow_noise import slow_noise_likelihood
-from codegen.diagnosis.fit.credit import SIGNED, are_large, by_random_signs, of_logarithms
+from codegen.diagnosis.fit.credit import SIGN_BLOCKS, are_large, p_of_log_ratios, p_of_sign_flips
 from codegen.diagnosis.fit.force_rows import residual_slopes
 from codegen.diagnosis.fit.linear import correlation, independent
 from codegen.diagnosis.fit.output_error import Fit
@@ -62,7 +62,7 @@ class ForceGain:
     Attributes:
         left: squared residual over the other model's, on the coordinate on which they differ most.
         nats: gain in log-likelihood for the number of independent residuals.
-        by_signs: p of the gains of blocks of the log if their signs are random (``by_random_signs``).
+        by_signs: p of the gains of blocks of the log if their signs are random (``p_of_sign_flips``).
         score: ``t_of_scores`` of the sums over blocks of r'(r − r₁), r the other model's residual and r₁ this one's.
         nats_added: gain in log-likelihood if either residual may contain slow noise (``slow_noise_likelihood``).
         ratios: logarithms of the other model's squares over this one's, in the blocks with most to explain.
@@ -117,7 +117,7 @@ class ForceGain:
         """
         if not self.ratios or fitted >= self.values:
             return 1.0
-        return of_logarithms(np.array(self.ratios) + log1p(-fitted / self.values))
+        return p_of_log_ratios(np.array(self.ratios) + log1p(-fitted / self.values))
 
 
 def force_gain(problem: Problem, before: Array, after: Array, joint: int | None = None) -> ForceGain:
@@ -133,10 +133,10 @@ def force_gain(problem: Problem, before: Array, after: Array, joint: int | None 
     if joint is not None:
         rows = rows & (np.arange(rows.shape[1]) == joint)
     moving = np.flatnonzero(rows[:, rows.sum(axis=0) >= LEAST_ROWS].any(axis=1))
-    blocks_of = np.array_split(moving, SIGNED)
+    blocks_of = np.array_split(moving, SIGN_BLOCKS)
     rate = 2 * motion.cutoff_hz * motion.sample_time
-    left, nats, added, blocks, scores = 1.0, 0.0, 0.0, np.zeros(SIGNED), np.zeros((2, SIGNED))
-    squares, values = np.zeros((2, SIGNED)), np.zeros(SIGNED)
+    left, nats, added, blocks, scores = 1.0, 0.0, 0.0, np.zeros(SIGN_BLOCKS), np.zeros((2, SIGN_BLOCKS))
+    squares, values = np.zeros((2, SIGN_BLOCKS)), np.zeros(SIGN_BLOCKS)
     pairs: list[tuple[Array, Array]] = []
     for i in range(rows.shape[1]):
         if rows[:, i].sum() < LEAST_ROWS:
@@ -161,7 +161,7 @@ def force_gain(problem: Problem, before: Array, after: Array, joint: int | None 
     large = are_large(one, other) if some.any() else np.zeros(0, dtype=bool)
     ratios = tuple(np.log(one[large] / other[large]).tolist())
     many = float(values[some][large].sum())
-    signs = by_random_signs(blocks)
+    signs = p_of_sign_flips(blocks)
     return ForceGain(left, nats, t_of_scores(*scores), added, ratios, many, by_shifts(pairs), signs)
 
 

@@ -52,7 +52,7 @@ def score_test(before: Fit, after: Fit) -> float:
     with r and r₁ the residuals of segment s without and with the added parameters, and w_s = 1/(1 + (r² + (r −
     r₁)²)/K), which bounds the influence of runs that diverge in either model, and favours no sign of r·(r − r₁). Along
     d the common parameters are at their optimum, so that u_s has the mean zero under the null hypothesis. Sums over
-    ``SIGNED`` blocks of segments are judged by ``t_of_scores``.
+    ``SIGN_BLOCKS`` blocks of segments are judged by ``t_of_scores``.
     """
     change = before.residual - after.residual
     weights = 1 / (1 + (before.residual**2 + change**2).mean(axis=1))

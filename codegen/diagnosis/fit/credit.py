@@ -1,7 +1,7 @@
 """Cross-validated evidence for a candidate model: log-likelihood gained on held-out segments, and its significance.
 
 A segment's loss is its negative log-likelihood, K/2 log(1 + RSS/K), with RSS the sum of its K squared residuals in
-units of the noise. A model "removes" a share of the squared residual if its own is smaller by that share.
+units of the noise. A model "removes" a share s of the squared residual r² of another one if its own is (1 − s) r².
 """
 
 from __future__ import annotations
@@ -24,25 +24,26 @@ LEAST_SHARE = 0.05
 LEAST_SIZE = 5e-3
 """Least RMS force of an effect over the RMS drive force; of an effect that is no force, least ``size_of``."""
 LEAST_NET = 1e-3
-"""Least RMS force of the model with the effect less that of the refit, whose friction levels may already reproduce
-nearly all of it, over the RMS drive force; for an effect that adds states, least ``size_of``."""
+"""Least RMS of the force of the model with the effect less that of the refit, over the RMS drive force. It is less
+than the force of the effect where friction levels can reproduce that. For an effect with states, least ``size_of``."""
 NEAR_NOISE = 3.0
 """Largest RMS residual, in units of the noise, at which the Gaussian likelihood is used."""
 FAR, FEW = 10.0, 0.05
 """A refit is incomplete if its RMS residual exceeds ``FAR`` times the noise in a share of segments above ``FEW``."""
 SETTLED = 1 / 3
-"""Bound of ``free_runs_settle`` on the product of both ratios of squared residuals, with the effect over without."""
+"""Largest product of two ratios in ``free_runs_settle``: squared free-run error and squared force residual, each with
+the effect over without."""
 FURTHER = 0.4
 """Least share of the remaining loss that a further effect must remove; less can be a misfit of the first one's form."""
-SIGNED = 48
+SIGN_BLOCKS = 48
 """Blocks of consecutive segments in the sign test: a disturbance may last longer than one segment."""
 SIGN_STEPS = 2000
-"""Steps of the grid on which gains with random signs are added, in the sum of their magnitudes."""
+"""Grid of ``p_of_sign_flips``: number of steps in Σ |g_b|."""
 LEAST_FAR = 5
 """Fewest blocks for a t test on the blocks with large residuals only."""
 LARGE = 4.0
-"""A block is large if either model's square exceeds this multiple of the median of the smaller of the two."""
-ALONE = 1.2
+"""A block is large if either model's squared residual exceeds this multiple of the median of the smaller one."""
+ONLY_NOISE = 1.2
 """Squared ratio of residual to noise up to which the likelihood of free runs counts without a test on blocks."""
 AT_NOISE = 0.05
 """Relative excess of the loss over that of pure noise below which the search for effects ends."""
@@ -52,12 +53,12 @@ TIE_RATIO = 2.0
 TESTS_OF_RIVALS = 5
 """Number of tests of two rivals at the noise, of which the smallest p is taken (Bonferroni)."""
 EXPLAINED = 2.0
-"""Largest square that a model may leave of a segment whose gain counts in the likelihood ratio, over that of the noise
-or of its own median segment: of 40 values of white noise one segment in 10,000 leaves more."""
+"""A segment's gain counts in the likelihood ratio if the candidate's squared residual there is at most this multiple of
+that of the noise, or of its own median segment. With 40 values of white noise one segment in 10,000 exceeds it."""
 MOST_NATS = 2.0
-"""Largest gain of one of the ``SIGNED`` blocks that counts in ``Evidence.capped``."""
+"""Largest gain of one of the ``SIGN_BLOCKS`` blocks that counts in ``Evidence.capped``."""
 MOST = 0.97
-"""Share of the segments of which ``size_of`` and ``misfit`` take the mean: those that change least."""
+"""``size_of`` and ``misfit`` are RMS values over this share of the segments, those with the least change."""
 GAIN_STEP = 1e-3
 """Relative step of the drive force in the finite difference of ``_over_drive``."""
 
@@ -93,22 +94,25 @@ class Evidence:
     capped: float = 0.0
     likely: float = 0.0
 
-    def p(self, whiteness: float, alone: bool = True) -> float:
+    def p(self, whiteness: float, only_noise: bool = True) -> float:
         """One-sided p-value of the gain under "no effect": the smallest of several, times their number (Bonferroni).
 
-        The tests are the sign test on all blocks, the likelihood ratio near the noise, two t tests on blocks with large
-        residuals, for an effect that acts in few of them, and the score test of a model that contains the other.
-        The likelihood is that of white noise. What a candidate leaves of a disturbance in a segment is one error,
-        however many values it changes; so such a segment's gain is no evidence, and its loss is.
+        The tests are
+
+        - a sign test on all blocks;
+        - the likelihood ratio of white noise, without gains in segments of which the candidate leaves more than noise:
+          what it leaves of a disturbance is one error, however many values of the segment it changes;
+        - two t tests on blocks with large residuals, for an effect that acts in few blocks;
+        - the score test, if one model contains the other.
 
         Args:
             whiteness: share of the candidate's residuals that are independent.
-            alone: whether the candidate leaves only noise. If not, its errors may be correlated between segments, and
-                a few segments may decide the likelihood ratio of two wrong models; then a t test on blocks must agree
-                with it.
+            only_noise: whether the candidate leaves only noise. If not, its errors may be correlated between segments,
+                and few segments may decide the likelihood ratio of two wrong models. The likelihood ratio then counts
+                only as far as a t test on blocks agrees with it.
         """
         likelihood = exp(-max(whiteness * self.likely, 0.0))
-        if not alone:
+        if not only_noise:
             likelihood = max(likelihood, self.by_blocks)
         tests = [random_signs(self.t), likelihood, self.where_far, self.where_large]
         tests += [] if self.by_score is None else [self.by_score]
@@ -120,7 +124,7 @@ class Evidence:
         If the other model is true, the mean of the likelihood ratio is 1, and a gain of G nats has at most the
         probability exp(−G) (Markov's inequality). A cap does not increase a gain, so this also holds for ``capped``.
         """
-        p = self.p(whiteness, alone=False)
+        p = self.p(whiteness, only_noise=False)
         return min(p, TESTS_OF_RIVALS * exp(-max(whiteness * self.capped, 0.0))) if at_noise else p
 
     @property
@@ -135,16 +139,20 @@ class Evidence:
 def random_signs(t: float) -> float:
     """One-sided p-value of ``Evidence.t`` if the gain of each block has a random sign: 1 − Φ(t), Φ the normal CDF.
 
-    B equal gains are all positive with the probability 2^−B, 3 times 1 − Φ(√B) for B = 3 and 1.7 times for B = 8.
+    It is too small for few blocks: B equal gains have t = √B and are all positive with the probability 2^−B, which is 3
+    times 1 − Φ(√B) for B = 3 and 1.7 times for B = 8.
     """
     return 0.5 * erfc(t / sqrt(2))
 
 
-def by_random_signs(gains: Array) -> float:
+def p_of_sign_flips(gains: Array) -> float:
     """One-sided p-value of a sign-flip test: P(Σ s_b |g_b| ≥ Σ g_b) for independent random signs s_b = ±1.
 
-    By the characteristic function Π cos(ω |g_b|), on a grid of the sums of gains g_b (B,); or ``random_signs`` where
-    that is larger: with few blocks it is too small, 0.013 in place of 1/32 for five equal gains.
+    The distribution of Σ s_b |g_b| is the inverse Fourier transform of its characteristic function Π cos(ω |g_b|), with
+    the |g_b| rounded to a grid. The result is not less than that of ``random_signs``.
+
+    Args:
+        gains: g_b, (B,).
     """
     sizes = np.abs(gains)
     whole = float(sizes.sum())
@@ -168,7 +176,14 @@ def evidence_of(before: Fit, after: Fit, floored: bool = True) -> Evidence:
 
 
 def evidence(base: Array, other: Array, kept: int, floor: float = 0.0) -> Evidence:
-    """Evidence for ``other`` by (S,) held-out losses of ``kept`` residuals, raised to ``floor``, the loss of noise."""
+    """Evidence for a model over another one.
+
+    Args:
+        base: (S,) held-out losses of the segments by the other model.
+        other: (S,) the same by this model.
+        kept: K, number of residuals in a segment.
+        floor: loss of a segment of pure noise, to which smaller losses are raised.
+    """
     gains = np.maximum(base, floor) - np.maximum(other, floor)
     total = float(gains.sum())
     spread = float(np.sqrt((in_blocks(gains) ** 2).sum()))
@@ -193,15 +208,15 @@ def evidence(base: Array, other: Array, kept: int, floor: float = 0.0) -> Eviden
         blocks=len(wins),
         where_far=far,
         where_large=large,
-        signed=min(SIGNED, len(gains)),
+        signed=min(SIGN_BLOCKS, len(gains)),
         capped=float(np.minimum(in_blocks(gains), MOST_NATS).sum()),
         likely=float(np.where(disturbed, np.minimum(gains, 0.0), gains).sum()),
     )
 
 
 def in_blocks(values: Array) -> Array:
-    """Sums over ``SIGNED`` blocks of consecutive segments."""
-    return np.array([b.sum() for b in np.array_split(values, min(SIGNED, len(values)))])
+    """Sums over ``SIGN_BLOCKS`` blocks of consecutive segments."""
+    return np.array([b.sum() for b in np.array_split(values, min(SIGN_BLOCKS, len(values)))])
 
 
 def are_large(before: Array, after: Array) -> NDArray[np.bool_]:
@@ -210,18 +225,22 @@ def are_large(before: Array, after: Array) -> NDArray[np.bool_]:
 
 
 def _of_ratios(before: Array, after: Array, chosen: NDArray[np.bool_]) -> float:
-    """``of_logarithms`` over blocks chosen by both models; a choice by ``before`` alone would favour ``after``."""
-    return of_logarithms(np.log(before[chosen] / after[chosen]))
+    """``p_of_log_ratios`` over the chosen blocks.
 
-
-def of_logarithms(ratios: Array) -> float:
-    """One-sided p-value of Student's t test that logarithms of before/after have a positive mean, taken as normal.
-
-    1 if there are fewer than ``LEAST_FAR``. It is not valid for ratios with only two values, as of diverging runs.
+    The choice must depend on both models alike: one by ``before`` alone would favour ``after``.
     """
-    if len(ratios) < LEAST_FAR or not ratios.std() > 0:
+    return p_of_log_ratios(np.log(before[chosen] / after[chosen]))
+
+
+def p_of_log_ratios(logarithms: Array) -> float:
+    """One-sided p-value of Student's t test that log(before/after) has a positive mean over blocks.
+
+    1 for fewer than ``LEAST_FAR`` blocks. The logarithms are taken as normally distributed; with two different values
+    only, as of diverging runs, the test is not valid.
+    """
+    if len(logarithms) < LEAST_FAR or not logarithms.std() > 0:
         return 1.0
-    return float(student.sf(t_of_mean(ratios), len(ratios) - 1))
+    return float(student.sf(t_of_mean(logarithms), len(logarithms) - 1))
 
 
 def t_of_mean(values: Array) -> float:
@@ -236,7 +255,7 @@ def _squares(losses: Array, kept: int) -> Array:
 
 
 def independent_share(fit: Fit) -> float:
-    """Share of independent residuals, with the median over segments of their autocorrelation at lag 1."""
+    """Share of independent residuals (1 − φ)/(1 + φ), φ the median over segments of the autocorrelation at lag 1."""
     n = fit.offsets.shape[1] // 2
     residual = fit.residual.reshape(len(fit.residual), -1, n)
     power = (residual**2).sum(axis=(1, 2))
@@ -268,7 +287,7 @@ def is_negligible(fit: Fit) -> bool:
 
 
 def _over_drive(change: Array, base: Fit, share: float = MOST) -> float:
-    """RMS of a change over that by the drive force, of the share of the segments that change least."""
+    """RMS of a change of the prediction over that by the drive force, over the ``share`` of least changed segments."""
     runner = base.runner
     reduced = mean_residuals(runner, runner.run(base.theta, base.offsets, 1 - GAIN_STEP))
     by_drive = base.starts.project((base.unprojected - reduced) / GAIN_STEP, slope=True)
@@ -291,25 +310,26 @@ def near_noise(fit: Fit, times: float = 1.0) -> bool:
     """Whether the residual is near the noise, in the median and in all but a share ``FEW`` of the segments.
 
     Args:
-        times: noise that the fit assumes over the measurement's, which scales the median.
+        times: noise that the fit assumes over that of the measurement; the median is multiplied by it.
     """
     return noise_ratio(fit) * times <= NEAR_NOISE and share_far(fit) <= FEW
 
 
 def leaves_only_noise(fit: Fit, times: float = 1.0) -> bool:
-    """Whether the residual is that of noise: both its median square and its mean loss are at most at ``ALONE``.
+    """Whether the residual is that of noise: both its median square and its mean loss are at most at ``ONLY_NOISE``.
 
     A few segments far from the noise do not change the median. ``times``: as of ``near_noise``.
     """
     squares = times**2 * fit.by_segment / fit.residual.shape[1]
-    return float(np.median(squares)) <= ALONE and float(np.log1p(squares).mean()) <= log1p(ALONE)
+    return float(np.median(squares)) <= ONLY_NOISE and float(np.log1p(squares).mean()) <= log1p(ONLY_NOISE)
 
 
 def free_runs_settle(fit: Fit, share: float, times: float) -> bool:
     """Whether free-run simulation credits a model although the model increases the force residual.
 
-    The free runs must end near the noise, which no wrong model does, and improve by far more than the force residual
-    increases. The low-passed force residual shows neither a narrow Stribeck peak nor a load behind a spring.
+    The free runs must end near the noise, which no wrong model does, and their squared error must decrease by a larger
+    factor than the squared force residual increases (``SETTLED``). The low-passed force residual shows neither a narrow
+    Stribeck peak nor a load behind a spring.
 
     Args:
         share: of the squared free-run residual that the model removes.

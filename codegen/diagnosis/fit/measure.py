@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codegen.base.arrays import Array
-from codegen.diagnosis.fit.credit import SIGNED
+from codegen.diagnosis.fit.credit import SIGN_BLOCKS
 from codegen.diagnosis.fit.linear import rms
 from codegen.diagnosis.fit.recent import OF_MODELS, recent
 from codegen.diagnosis.fit.residual import (
@@ -89,7 +89,7 @@ def _last_restart(motion: Motion, restart_s: float) -> NDArray[np.int_]:
 def free_run_errors(
     system: System, motion: Motion, window: slice, restart_s: float = RESTART_S
 ) -> tuple[list[float], tuple[tuple[float, ...], ...]]:
-    """RMS of predicted less raw position on each coordinate, and mean squares in ``SIGNED`` or fewer parts.
+    """RMS of predicted less raw position on each coordinate, and mean squares in ``SIGN_BLOCKS`` or fewer parts.
 
     NaN and zero where the reading never changes while another one does: a model that sticks there has no error at all,
     and a ratio to that says nothing of the joint that moves.
@@ -105,7 +105,7 @@ def free_run_errors(
     still &= ~still.all()
     squares[:, still] = 0.0
     runs = max(1, round(len(squares) * motion.sample_time / restart_s))
-    parts = tuple(tuple(map(float, part.mean(axis=0))) for part in np.array_split(squares, min(SIGNED, runs)))
+    parts = tuple(tuple(map(float, part.mean(axis=0))) for part in np.array_split(squares, min(SIGN_BLOCKS, runs)))
     return [float(e) for e in np.where(still, np.nan, np.sqrt(np.mean(squares, axis=0)))], parts
 
 

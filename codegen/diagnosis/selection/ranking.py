@@ -190,8 +190,8 @@ def runs_prefer(search: Search, best: Fit, other: Fit) -> bool:
     """
     other, best = where_they_differ(search, other, best)
     if extends(best.trial, other.trial):
-        return nested_evidence_of(other, best).p(whiteness(search, best), alone=False) <= credit.TIE_LEVEL
-    gained, at_noise = evidence_of(other, best, floored=False), dispersion(search, best) <= credit.ALONE
+        return nested_evidence_of(other, best).p(whiteness(search, best), only_noise=False) <= credit.TIE_LEVEL
+    gained, at_noise = evidence_of(other, best, floored=False), dispersion(search, best) <= credit.ONLY_NOISE
     return gained.p_of_rivals(whiteness(search, best), at_noise) <= credit.TIE_LEVEL
 
 

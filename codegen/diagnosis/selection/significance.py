@@ -18,7 +18,7 @@ from codegen.diagnosis.fit.trial import Part
 
 FORCE_SHARE, FORCE_SHARE_OF_FEW = 0.1, 0.5
 """Share of α for the test on the force residual (weighted Bonferroni), and that for logs of fewer than
-``credit.SIGNED`` segments, since a sign test on B segments gives at least Φ(−√B)."""
+``credit.SIGN_BLOCKS`` segments, since a sign test on B segments gives at least Φ(−√B)."""
 
 
 def hypotheses(parts: Sequence[Part]) -> int:
@@ -46,7 +46,7 @@ def chance(search: Search, fit: Fit, e: Evidence, candidates: float) -> float:
 
 def combined_p(p: float, before: ForceCriterion, after: ForceCriterion, candidates: float) -> float:
     """P-value by free runs, or also by the force residual if that by free runs is too large (weighted Bonferroni)."""
-    few = len(after.search.record.start) < credit.SIGNED
+    few = len(after.search.record.start) < credit.SIGN_BLOCKS
     share = FORCE_SHARE_OF_FEW if few else FORCE_SHARE
     free = min(1.0, p / (1 - share))
     if free <= credit.ALPHA:

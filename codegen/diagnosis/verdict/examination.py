@@ -309,7 +309,9 @@ def _by_both(search: Search, base: Fit, final: Fit, polished: Fit, own: Estimate
         return own
     joints = [joint_of(search, part) for part in final.trial.parts]
     left = {j: dispersion(search, final if j is None else final.of_joint(j)) for j in set(joints)}
-    shares = {k: 1 - credit.ALONE / left[joint] for k, joint in enumerate(joints) if left[joint] > credit.ALONE}
+    shares = {
+        k: 1 - credit.ONLY_NOISE / left[joint] for k, joint in enumerate(joints) if left[joint] > credit.ONLY_NOISE
+    }
     if not shares:
         return own
     by_force = ForceFits(search, problem, _on_its_record(search, base)).fit(polished.trial, polished.theta)

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codegen.base.arrays import Array
-from codegen.diagnosis.fit.credit import SIGNED
+from codegen.diagnosis.fit.credit import SIGN_BLOCKS
 from codegen.diagnosis.fit.force_rows import residual_slopes
 from codegen.diagnosis.fit.output_error import Fit, damped_step, polish, segment_cost, segment_weights, shooting_fit
 from codegen.diagnosis.fit.residual import (
@@ -42,7 +42,7 @@ STEPS, DAMPED = 5, 4
 
 @dataclass(frozen=True, eq=False)
 class ForceFits:
-    """Fits of models to the low-passed force residual, with the log in ``SIGNED`` blocks in place of segments.
+    """Fits of models to the low-passed force residual, with the log in ``SIGN_BLOCKS`` blocks in place of segments.
 
     Attributes:
         search: gives the prior of parameters with a tolerance. problem: the declared system on the log's motion.
@@ -98,7 +98,7 @@ class ForceFits:
         return less <= CLOSE * most and plain - most <= CLOSE * (plain - less)
 
     def _residual(self, trial: Trial, theta: Array) -> Array:
-        """Scaled residuals of each block, (SIGNED, K), over the drive gain: a weaker drive makes every force smaller.
+        """Scaled residuals of each block, (SIGN_BLOCKS, K), over the drive gain, with which every force decreases.
 
         The residual is linear in the parameters of an arm's links. So the arm's bodies are evaluated at their declared
         values.
@@ -134,26 +134,26 @@ class ForceFits:
         return not drive_symbols(self.problem.system).isdisjoint(self.search.moved)
 
     def _scaled(self, forces: Array) -> Array:
-        """Forces (N, n) at the used samples, each coordinate in units of its scale, in blocks (SIGNED, K)."""
+        """Forces (N, n) at the used samples, each coordinate in units of its scale, in blocks (SIGN_BLOCKS, K)."""
         return self._in_blocks(
             [values[rows] / size for values, rows, size in zip(forces.T, self._rows, self._sizes, strict=True)]
         )
 
     def _in_blocks(self, columns: Sequence[Array]) -> Array:
-        """A column of the used samples of each coordinate, in blocks (SIGNED, K), padded with zeros."""
+        """A column of the used samples of each coordinate, in blocks (SIGN_BLOCKS, K), padded with zeros."""
         return np.append(np.concatenate(columns), 0.0)[self._places]
 
     @cached_property
     def _places(self) -> NDArray[np.int_]:
-        """(SIGNED, K) indices of each block's values in the joined columns; one past their end where it is padded."""
-        edges = np.linspace(0, len(self.problem.motion.time), SIGNED + 1)[1:-1]
+        """(SIGN_BLOCKS, K) indices of each block's values in the joined columns; past their end where padded."""
+        edges = np.linspace(0, len(self.problem.motion.time), SIGN_BLOCKS + 1)[1:-1]
         block = np.concatenate([np.searchsorted(edges, rows, side="right") for rows in self._rows])
-        parts = [np.flatnonzero(block == k) for k in range(SIGNED)]
+        parts = [np.flatnonzero(block == k) for k in range(SIGN_BLOCKS)]
         longest = max(map(len, parts))
         return np.array([np.pad(p, (0, longest - len(p)), constant_values=len(block)) for p in parts])
 
     def _by_coordinate(self, values: NDArray[Any]) -> Array:
-        """One value of each coordinate, (n,), at its used samples in blocks (SIGNED, K)."""
+        """One value of each coordinate, (n,), at its used samples in blocks (SIGN_BLOCKS, K)."""
         return self._in_blocks([np.full(len(r), v, dtype=float) for r, v in zip(self._rows, values, strict=True)])
 
     def where_they_differ(self, one: Fit, other: Fit) -> tuple[Fit, Fit]:
@@ -214,11 +214,11 @@ class ForceFits:
 
     @cached_property
     def _scaled_by_links(self) -> Array:
-        """(P, SIGNED, K) slopes of the scaled residual by the parameters of an arm's links."""
+        """(P, SIGN_BLOCKS, K) slopes of the scaled residual by the parameters of an arm's links."""
         return np.array([self._scaled(slope) for slope in self.by_links.values()])
 
     def _slopes(self, trial: Trial, theta: Array, now: Array, size: Array, before: Array | None = None) -> Array:
-        """Derivatives of the predicted force by each parameter, (p, SIGNED, K).
+        """Derivatives of the predicted force by each parameter, (p, SIGN_BLOCKS, K).
 
         Forces are linear in the refitted levels and parameters, so their derivatives are taken from ``before``, which
         is over the present ``_gain``, unless that depends on them.

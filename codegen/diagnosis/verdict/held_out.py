@@ -32,18 +32,23 @@ from codegen.diagnosis.selection.ranking import CLOSE
 from codegen.diagnosis.verdict.answer import Measured, worsened
 
 WITHIN = 2.0
-"""Standard errors within which the values of a model may move before held-out data refuse it."""
+"""A model is refused only if it would also be with any of its values changed by up to this many standard errors."""
 
 
 @dataclass(frozen=True, eq=False)
 class HeldOut:
-    """Held-out data: the declared system on their motion, and errors of a system on them."""
+    """Held-out data on which models with the values of the training log are compared.
+
+    Attributes:
+        problem: the declared system and the held-out motion.
+        measured: function that gives the errors of a system on them.
+    """
 
     problem: Problem
     measured: Measured
 
     def refused(self, fits: Sequence[Fit]) -> dict[int, tuple[int, float]]:
-        """The fits to other data that are refused: index → (index of a better fit, ratio of squared force residuals).
+        """The refused of some fits to the training log: index → (index of a better fit, ratio of force residuals²).
 
         A fit is refused if another one has neither error more than 1 % larger and a significantly smaller force
         residual, at the level ``TIE_LEVEL`` over the number of comparisons. This must also hold after the refused fit's
@@ -68,9 +73,9 @@ class HeldOut:
         return found
 
     def _within_errors(self, fit: Fit) -> Array:
-        """(N, n) force residual of a fit after regression on levels and on its values within standard errors.
+        """(N, n) least force residual of a fit if its values may change by ``WITHIN`` standard errors, levels freely.
 
-        To first order, each value separately, which is a larger region than the joint one.
+        It is linear in the changes. The region is a box, which contains the joint confidence ellipsoid of that size.
         """
         motion, model = self.problem.motion, fit.model
         clusters = (0, BLOCKS) if len(fit.residual) > BLOCKS else (0,)
@@ -87,12 +92,15 @@ class HeldOut:
 
 
 def is_preferred(gain: ForceGain, level: float) -> bool:
-    """Whether the force residual prefers a model to a rival, by more than models far from the noise may differ."""
+    """Whether the force residual prefers a model to a rival: significantly, and by a factor of more than ``CLOSE``."""
     return gain.left < 1 / CLOSE and gain.p_of_rivals() <= level
 
 
 def without_refused(search: Search, outcome: Outcome, held_out: HeldOut) -> tuple[Outcome, tuple[Fact, ...]]:
-    """The outcome without the tied effects that held-out data refuse, unless these are all, and the facts on them."""
+    """The outcome without the tied candidates that held-out data refuse, and the facts on these.
+
+    It is unchanged, without facts, if no candidate or every one is refused.
+    """
     fits: list[Fit] = [outcome.final, *(in_place(search, outcome, r) for r in outcome.rivals)]
     refused = held_out.refused(fits)
     kept = [k for k in range(len(fits)) if k not in refused]
@@ -117,7 +125,7 @@ def in_words(fits: Sequence[Fit], refused: Mapping[int, tuple[int, float]]) -> t
     )
 
 
-def only(motion: Motion, window: slice) -> Motion:
+def within(motion: Motion, window: slice) -> Motion:
     """A motion with only the samples in a window marked as usable."""
     usable = motion.usable.copy()
     usable[: window.start] = False
