@@ -33,7 +33,7 @@ def polynomial(entry: Any, names: Mapping[str, Any], known: dict[Any, Any], encl
             can be in its enclosure, in which the decimal then has to be.
     """
     if isinstance(entry, str):
-        return names[entry] if entry in names else kernel.term(entry)
+        return names[entry] if entry in names else kernel.term(enclosure.rational(entry, "matrix"))
     word, *parts = entry
     kernel.demand(word in ("+", "*", "neg", "/", "^", *FUNCTIONS), f"matrix: {word}")
     first = polynomial(parts[0], names, known, enclosed)
@@ -99,7 +99,8 @@ def shown(top: dict[str, Any], axes: dict[str, list[Interval]], fall: Fraction) 
     A = [[enclosure.parse(entry, thetas, f"matrix[{i}][{j}]", affine=True) for j, entry in enumerate(row)]
          for i, row in enumerate(top["matrix"])]  # fmt: skip
     used, cells = {name for row in A for names, _ in row for name in names}, prod(map(len, axes.values()))
-    enclosure.demand(cells <= MAX_TOTAL, f"{cells} cells, more than {MAX_TOTAL}")
+    each = max(1, len(axes), len(used))
+    enclosure.demand(cells * each <= MAX_TOTAL, f"{cells} cells of {each} names, more than {MAX_TOTAL} in all")
     grid = [dict(zip(axes, ends, strict=True)) for ends in product(*axes.values())]
     boxes = [{x: enclosure.widen(*thetas[x](cell)) for x in used} for cell in grid if not top["cover"]]
     counts = [2 ** sum(low < high for low, high in box.values()) for box in boxes]

@@ -80,7 +80,7 @@ def widen(low: Fraction, high: Fraction, digits: int = DIGITS) -> Interval:
 
 
 def hull(numbers: Iterable[Fraction]) -> Interval:
-    frame.demand(True, "")  # there is time left
+    frame.demand(True, "")  # a sum has many operands
     ends = sorted(numbers)
     demand(all(max(abs(x.numerator), x.denominator) < TOO_LONG for x in ends), "a number grew too long to go on")
     return ends[0], ends[-1]
@@ -127,6 +127,7 @@ def exponential(low: Fraction, high: Fraction) -> Interval:
 
 def apply(op: str, args: list[Interval], where: str) -> Interval:
     """The range of an operator over the ranges of its operands."""
+    frame.demand(True, "")  # there is time left
     (low, high), zero = args[0], Fraction(0)
     if op == "+":
         return reduce(lambda x, y: hull((x[0] + y[0], x[1] + y[1])), args)

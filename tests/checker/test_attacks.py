@@ -239,6 +239,14 @@ def test_an_expression_beside_the_matrix_takes_neither_time_nor_memory(
     assert time.thread_time() - begun < 5
 
 
+def test_a_number_of_a_slip_is_written_as_in_a_matrix() -> None:
+    """Python makes of 1e999999999 a fraction of a thousand million digits, for minutes; 1e9999 shows the same."""
+    content = certificate("one_mass")
+    content["code"]["errors"][1] = ["*", ["/", "1e9999", ["abs", "1e9999"]], "outputs.a_hat_rail"]
+    report = check(content, sources("one_mass"))
+    assert verify.status(report) == verify.NO_CODE and "'1e9999' is no 'RATIONAL'" in report.unproved
+
+
 def test_a_matrix_with_more_than_signs_is_not_bound() -> None:
     content = certificate("one_mass")
     content["parameters"] = [{"name": "root", "expression": ["sqrt", "1"]}]

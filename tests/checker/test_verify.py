@@ -9,6 +9,7 @@ from __future__ import annotations
 import ast
 import copy
 import fcntl
+import functools
 import hashlib
 import itertools
 import json
@@ -23,6 +24,7 @@ import struct
 import subprocess
 import sys
 import termios
+import time
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from fractions import Fraction
@@ -674,7 +676,7 @@ REFUSALS: dict[str, tuple[Cert | str, str]] = {
     "expression is a bare number": (parameter(["+", 1, "q"]), "b'1' is no 'RATIONAL'"),
     "8192 vertices": (many_parameters(13), "8192 vertices in a cell"),
     "262144 vertices": (many_parameters(9, 2), "262144 in all, more"),
-    "a billion cells": (many_parameters(9, 10), "1000000000 cells, more than 200000"),
+    "a billion cells": (many_parameters(9, 10), "1000000000 cells of 9 names, more than 200000 in all"),
     "a long text": (" " * 5_000_001, "5000001 characters"),
 }
 
@@ -686,6 +688,26 @@ def test_refused_for_the_reason(case: str, monkeypatch: pytest.MonkeyPatch) -> N
     with pytest.raises(Refused, match=reason) as caught:
         check(cert if isinstance(cert, str) else text(cert))
     assert str(caught.value).isprintable() and len(str(caught.value)) < 1000
+
+
+@pytest.mark.parametrize("case", ["many parameters", "many variables", "a long expression"])
+def test_many_cells_take_neither_time_nor_memory(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of all cells, each with all its names, gigabytes were filled before a limit was asked."""
+    monkeypatch.setattr(frame, "OF_ALGEBRA", 2)
+    count, cells = (1, 150_000) if case == "a long expression" else (100, 20_000)
+    cert = scalar()
+    cert["variables"] = {"x": ["0", "1"]}
+    cert["splits"] = {"x": [f"{k}/{cells}" for k in range(cells + 1)]}
+    if case == "many variables":
+        cert["variables"] |= {f"y{k}": ["0", "1"] for k in range(count)}
+    long = functools.reduce(lambda of, _: ["neg", of], range(250), "x")
+    expressions = ["x"] * count if case == "many parameters" else [long]
+    cert["parameters"] = [{"name": f"t{k}", "expression": of} for k, of in enumerate(expressions)]
+    cert["matrix"] = [[["+", "-50", *(f"t{k}" for k in range(len(expressions)))]]]
+    stated, begun = text(cert), time.thread_time()
+    with pytest.raises(Refused, match="more work than the limit" if case == "a long expression" else "20000 cells"):
+        check(stated)
+    assert time.thread_time() - begun < 6
 
 
 def test_what_is_nearly_refused_is_verified() -> None:
