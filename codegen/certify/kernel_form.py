@@ -35,9 +35,10 @@ class NotCovered(Exception):
 def proof_text(
     observer: Observer, places: Mapping[str, str], content: Mapping[str, Any], precision: str = "double"
 ) -> str:
-    """The proof for the kernel, as JSON.
+    """The proof for the kernel, as JSON; its fields are those of docs/certificate_theory.md, "proof.json".
 
     Args:
+        observer: with its machine.
         places: parameter, state, input or output of the observer's code → its place there, such as outputs.v_hat[3].
         content: the certificate's JSON object.
         precision: "double" or "single", that of the code; decides the digits of a multiple of π.
@@ -45,27 +46,21 @@ def proof_text(
     Raises:
         NotCovered: if the kernel cannot express the certificate.
     """
+    _refuse_uncovered(observer, content)
     system, write = observer.system, Writer(observer, places, precision)
-    if content["along"]:
-        raise NotCovered("a refutation")
-    if observer.integration not in ("euler", "semi_implicit", "exponential"):
-        raise NotCovered(f"the step {observer.integration}")
-    if len(content["error"]) != len(observer.errors):
-        raise NotCovered("a proof by structure")
-    if system.sensor_errors:
-        raise NotCovered("a sensor that reads wrong")
     effective, shared = driven(observer)
     force = (system.modelled_force - observer.true_friction).xreplace(effective)
     acceleration = inverse(system) * force
     shared |= {TIME: TIME + symbol("h")} if force.has(TIME) else {}
     at = {name: write(symbol(name)) for name in content["variables"]}
-    own = {write(v): write(s) for v, s in zip(system.slip_velocity, observer.signs, strict=True)}
-    at |= {f"|{x}|": f"{s}*{x}" for x, s in own.items()}
-    along = {x: s for x, s in own.items() if x.startswith("true.") and f"{s}*{x}" in str(matrix_texts(content, at))}
+    sign_of = {write(u): write(s) for u, s in zip(system.slip_velocity, observer.signs, strict=True)}
+    at |= {f"|{u}|": f"{s}*{u}" for u, s in sign_of.items()}
+    matrix = str(matrix_texts(content, at))
+    signed = {u: s for u, s in sign_of.items() if u.startswith("true.") and f"{s}*{u}" in matrix}
     signs = [
         observer.signs[e.contact] if e.contact is not None and observer.level_errors else None for e in observer.errors
     ]
-    made = {
+    fields = {
         "positions": {write(x): write(v) for x, v in zip(system.positions, system.velocities, strict=True)},
         "mass_matrix": [[write(x) for x in system.mass_matrix.row(i)] for i in range(system.mass_matrix.rows)],
         "force": [write(f) for f in force],
@@ -76,27 +71,40 @@ def proof_text(
         "mean": {write(x): write(q) for x, q in mean_velocity(observer).items()},
         **error_fields(observer, write, signs, content, at),
         "box": {at[name]: ends for name, ends in content["variables"].items() if at[name].startswith("true.")},
-        **_found(content, at),
+        **_of_solver(content, at),
     }
-    made["states"] |= _held(observer, write)
-    sizes = {x: size for x in along if (size := _magnitude(made["box"].get(x)))}
-    if sizes:
-        made |= {"along": {x: along[x] for x in sizes}, "box": made["box"] | sizes}
-    if not made["cover"]:
-        made["cover"] = _cells(
-            [(at[x], cuts) for x, cuts in content["splits"].items() if at[x] in made["box"]], made["box"]
-        )
-    made["signs"] = {s: of for s, of in made["signs"].items() if s in json.dumps(made | {"signs": {}})}
-    made = {key: value for key, value in made.items() if value or key not in ("shared", "mean")}
+    fields["states"] |= _constant_states(observer, write)
+    # Where the matrix has s u of a slip u, the box bounds s u = |u| in place of u: ``along`` says which sign that is.
+    magnitudes = {u: size for u in signed if (size := _range_of_magnitude(fields["box"].get(u)))}
+    if magnitudes:
+        fields |= {"along": {u: signed[u] for u in magnitudes}, "box": fields["box"] | magnitudes}
+    if not fields["cover"]:
+        splits = [(at[x], cuts) for x, cuts in content["splits"].items() if at[x] in fields["box"]]
+        fields["cover"] = _cells(splits, fields["box"])
+    others = json.dumps(fields | {"signs": {}})
+    fields["signs"] = {s: u for s, u in fields["signs"].items() if s in others}
+    fields = {key: value for key, value in fields.items() if value or key not in ("shared", "mean")}
     return proof_json(
-        {"name": content["subject"]["name"], "step": observer.integration, **made, **witness(made, places)}
+        {"name": content["subject"]["name"], "step": observer.integration, **fields, **witness(fields, places)}
     )
+
+
+def _refuse_uncovered(observer: Observer, content: Mapping[str, Any]) -> None:
+    """Raise NotCovered for a kind of certificate, step or machine that the kernel has no form of proof for."""
+    if content["along"]:
+        raise NotCovered("a refutation")
+    if observer.integration not in ("euler", "semi_implicit", "exponential"):
+        raise NotCovered(f"the step {observer.integration}")
+    if len(content["error"]) != len(observer.errors):
+        raise NotCovered("a proof by structure")
+    if observer.system.sensor_errors:
+        raise NotCovered("a sensor that reads wrong")
 
 
 def with_solution(proof: str, content: Mapping[str, Any]) -> str:
     """The proof with P, cover, rate and reversals replaced by those of another certificate of the same matrix."""
     made = json.loads(proof)
-    return proof_json(made | _found(content, {x.split(".")[1]: x for x in (*made["positions"], *made["box"])}))
+    return proof_json(made | _of_solver(content, {x.split(".")[1]: x for x in (*made["positions"], *made["box"])}))
 
 
 def proof_json(proof: Mapping[str, Any]) -> str:
@@ -177,7 +185,7 @@ def driven(observer: Observer) -> tuple[dict[Any, Any], dict[Any, Any]]:
 
 
 def _cells(splits: list[tuple[str, list[str]]], box: Mapping[str, list[str]]) -> Any:
-    """A balanced binary tree of cuts, with one leaf for each cell of these splits in the box; "" is a leaf.
+    """The cells of a box as a balanced binary tree of cuts [variable, cut, tree below, tree above]; "" is a leaf.
 
     Args:
         splits: (variable, breakpoints) pairs.
@@ -197,27 +205,33 @@ def _cells(splits: list[tuple[str, list[str]]], box: Mapping[str, list[str]]) ->
     return tree(inner)
 
 
-def _magnitude(ends: Any) -> list[str] | None:
+def _range_of_magnitude(ends: Any) -> list[str] | None:
     """The range of |x| for x in a range [−c, c] or one with a lower end of at least 0; None for others."""
     low, high = map(Fraction, ends or (-1, 0))
     return ["0" if low == -high else str(ends[0]), str(ends[1])] if low == -high or low >= 0 else None
 
 
-def witness(made: Mapping[str, Any], places: Mapping[str, str]) -> dict[str, Any]:
-    """The field ``witness``: a point in domain and box, which shows that they are not empty; {} if there are none.
+def witness(fields: Mapping[str, Any], places: Mapping[str, str]) -> dict[str, Any]:
+    """The field ``witness``: a point in domain and box, which shows that they are not empty; {} without domain and box.
 
-    The estimates equal the true values, and all velocities differ.
+    At this point the estimates equal the true values, and all velocities differ.
+
+    Args:
+        fields: the other fields of the proof.
+        places: as in ``proof_text``.
     """
-    if not (made["domain"] or made["box"]):
+    if not (fields["domain"] or fields["box"]):
         return {}
-    free = [e["truth"] for e in made["errors"]] + [x for x in places.values() if x.startswith("inputs.")]
+    free = [e["truth"] for e in fields["errors"]] + [x for x in places.values() if x.startswith("inputs.")]
     unit = "*parameters.slip_speed" if "parameters.slip_speed" in places.values() else ""
-    point = {x: "0" if x in made["positions"] else f"{k + 2}{unit}" for k, x in enumerate(free)}
-    for k, (x, ends) in enumerate(made["box"].items(), len(free) + 1):  # above the middle
+    point = {x: "0" if x in fields["positions"] else f"{k + 2}{unit}" for k, x in enumerate(free)}
+    for k, (x, ends) in enumerate(fields["box"].items(), len(free) + 1):  # above the middle
         low, high = map(Fraction, ends)
         point[x] = str(low + (high - low) * Fraction(k, 2 * len(free) + 1))
-    point |= {e["estimate"]: point[e["truth"]] for e in made["errors"]}
-    return {"witness": point | {z: "0" for z in places.values() if z.startswith("state.") and z not in made["states"]}}
+    point |= {e["estimate"]: point[e["truth"]] for e in fields["errors"]}
+    return {
+        "witness": point | {z: "0" for z in places.values() if z.startswith("state.") and z not in fields["states"]}
+    }
 
 
 def _named(tree: Any, at: Mapping[str, str]) -> Any:
@@ -231,8 +245,8 @@ def _named(tree: Any, at: Mapping[str, str]) -> Any:
     return [" ".join([at[name], *of]), tree[1], *(_named(part, at) for part in tree[2:])]
 
 
-def _found(content: Mapping[str, Any], at: Mapping[str, str]) -> dict[str, Any]:
-    """The fields of a proof that the solver found: cover, P, rate and reversals.
+def _of_solver(content: Mapping[str, Any], at: Mapping[str, str]) -> dict[str, Any]:
+    """The fields of a proof that the search for a certificate found: cover, P, rate and reversals.
 
     Args:
         at: variable of the certificate → its place in the code.
@@ -391,7 +405,7 @@ def _states(observer: Observer) -> dict[Any, Any]:
 def _domain(observer: Observer, write: Writer) -> list[str]:
     """Expressions that are positive in the observer's domain, in which the level is updated; empty without a domain.
 
-    The counter of samples since the last reversal is taken as full.
+    The counter of samples since the last reversal is at its limit.
     """
     if observer.domain is None:
         return []
@@ -402,8 +416,11 @@ def _domain(observer: Observer, write: Writer) -> list[str]:
     return domain
 
 
-def _held(observer: Observer, write: Writer) -> dict[str, str]:
-    """State of the domain's logic → its constant value in the domain: direction of slip, full counter of samples."""
+def _constant_states(observer: Observer, write: Writer) -> dict[str, str]:
+    """State → its constant value while the slip is in the observer's domain; empty without a domain.
+
+    The states are the direction of slip and the counter of samples since the last reversal, which is at its limit.
+    """
     if observer.domain is None:
         return {}
     (contact,), (s,) = observer.system.contacts, observer.signs
