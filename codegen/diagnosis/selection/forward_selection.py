@@ -197,7 +197,9 @@ def find_effects(search: Search, base: Fit, report_progress: Progress, refit_onl
         if is_first and not credit.near_noise(alone) and not credit.is_negligible(alone):
             leaders, led, count = possible[:PAIRED], current, hypotheses(parts)
     pair = _split(search, confirmed)
-    current, rivals = (pair, []) if pair else (confirmed, rivals if confirmed.trial.parts else [])
+    if pair is not None:
+        confirmed, rivals, paired, among_all = pair, [], True, False
+    current, rivals = confirmed, rivals if confirmed.trial.parts else []
     if len(current.trial.parts) > 1:
         current, rivals = _reconsidered(search, current, None if paired else rivals, among_all)
         current, rivals = _pruned_with_rivals(search, current, rivals)
