@@ -63,7 +63,8 @@ def test_a_log_that_is_too_short_is_refused(tmp_path: Path) -> None:
 def test_the_ends_that_a_log_states_are_left_out(stated: float | None, left_out: float, tmp_path: Path) -> None:
     """14 s, of which a tenth is left out at each end at most."""
     log = log_of(stage(duration=14.0), tmp_path, "log.csv")
-    about = LogDescription.model_validate({} if stated is None else {"evaluation": {"trim_s": stated}})
+    about = LogDescription()
+    about = about.model_copy(update={"evaluation": about.evaluation.model_copy(update={"trim_s": stated})})
     usable = smooth_motion(replace(log, description=about)).usable
     first = np.argmax(usable) * log.sample_time
     assert first == pytest.approx(left_out, abs=1.5 * log.sample_time) and np.argmax(usable) == np.argmax(usable[::-1])

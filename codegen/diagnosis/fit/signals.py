@@ -23,30 +23,34 @@ FINE_TO_COARSE = 2.5
 TRIM_S = 1.0
 SHORTEST_S = 4.0
 SHORTEST_TEST_S = 3.0
-"""Least duration of a log that only compares models; with both ends trimmed, it has two free runs."""
+"""Least duration, s, of a log on which models are only compared; after trimming its ends it holds two free runs."""
 CUTOFFS_HZ = (20.0, 14.0, 10.0, 7.0, 5.0, 3.5, 2.5)
 """Default cutoff: the highest of these, at most a tenth of the sample rate, with little noise."""
 NOISE_WINDOWS, LEAST_WINDOW, MOST_FREQUENCY = 40, 100, 0.47
-"""Estimate of a speed's noise: windows of the log, least samples of one, highest frequency over the sample rate."""
+"""Estimate of a speed's noise: number of windows, least samples in one, highest frequency over the sample rate."""
 NOISE_SHARE = 0.05
 """Largest share of noise in the low-passed acceleration, or of that in M a in the drive force, on every coordinate."""
 FASTER_HZ = (80.0, 56.0, 40.0, 28.0)
 """Cutoffs for a motion that is mostly above the usual ones, such as a motor's cogging at speed."""
 MOSTLY_FASTER = 0.5
-"""Share of a squared acceleration, or of an input's square, that the usual cutoff must lose for a faster one."""
+"""A faster cutoff is taken if the usual one loses more than this share of the squared acceleration, or of an input's
+square."""
 
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """The smoothed motion of one log on its own grid, in SI.
+    """The smoothed motion of one log on its uniform grid of N samples, in SI.
 
     Attributes:
-        time: (N,). positions, velocities, accelerations: (N, n). measured: (N, n) raw positions.
-        inputs: (N, m), at t_k the mean of the values held before and after. commands: (N, m), as logged.
-        cutoff_hz, fine_hz: of the coarse and the fine filter.
+        time: (N,).
+        positions, velocities, accelerations: (N, n), low-passed at the fine cutoff.
+        inputs: (N, m), at t_k the mean of the values held before and after.
+        commands: (N, m), as logged.
+        cutoff_hz, fine_hz: cutoffs of the coarse and of the fine filter.
         usable: (N,) samples away from the ends and from gaps.
+        measured: (N, n) positions as measured.
         counted: (N,) samples that were logged, where the grid is finer than the log; None where all were.
-        integrated: (n,) whether the positions are the integral of the measured speed; empty for none.
+        integrated: (n,) whether a position is the integral of a measured speed; empty if none is.
     """
 
     time: Array
@@ -77,23 +81,24 @@ class Motion:
         return low_pass(signals, self.cutoff_hz, self.sample_time)
 
     def step(self, samples: float) -> int:
-        """The distance in samples at which so many samples lie in a period of the coarse cutoff; at least 1."""
+        """Distance, in samples of the log, of ``samples`` points in a period of the coarse cutoff; at least 1."""
         return max(1, int(1 / (samples * self.cutoff_hz * self.sample_time)))
 
 
 def low_pass(signals: Array, cutoff_hz: float, sample_time: float) -> Array:
     """Fourth-order Butterworth filter forward and backward: zero phase, −6 dB at the cutoff."""
     b, a = _butterworth(min(2 * cutoff_hz * sample_time, 0.95))
-    found, acting = np.zeros(signals.shape), signals.any(axis=0)  # an effect acts on few joints of an arm
-    found[..., acting] = filtfilt(
-        b, a, signals[..., acting], axis=0, padlen=min(len(signals) - 1, 3 * max(len(a), len(b)) * 8)
+    filtered = np.zeros(signals.shape)
+    nonzero = signals.any(axis=0)  # of an effect on an arm, the columns of most joints are zero
+    filtered[..., nonzero] = filtfilt(
+        b, a, signals[..., nonzero], axis=0, padlen=min(len(signals) - 1, 3 * max(len(a), len(b)) * 8)
     )
-    return found
+    return filtered
 
 
 @lru_cache(maxsize=16)
 def _butterworth(share: float) -> tuple[Array, Array]:
-    """Numerator and denominator at this share of the Nyquist frequency, of which a diagnosis uses a few."""
+    """Numerator and denominator of the filter with its cutoff at this share of the Nyquist frequency."""
     b, a = butter(ORDER, share)
     return b, a
 
@@ -136,8 +141,21 @@ def smooth_motion(log: Log, cutoff_hz: float | None = None, shortest_s: float = 
     for start, stop in log.gaps:
         reach = round(1 / (coarse * h))
         usable[max(0, start - reach) : stop + reach] = False
-    moved, inputs = (positions, velocities, accelerations), ((before + log.inputs) / 2, log.inputs)
-    return Motion(log.time, *moved, *inputs, h, coarse, fine, usable, log.positions, log.counted, integrated)
+    return Motion(
+        time=log.time,
+        positions=positions,
+        velocities=velocities,
+        accelerations=accelerations,
+        inputs=(before + log.inputs) / 2,
+        commands=log.inputs,
+        sample_time=h,
+        cutoff_hz=coarse,
+        fine_hz=fine,
+        usable=usable,
+        measured=log.positions,
+        counted=log.counted,
+        integrated=integrated,
+    )
 
 
 def white_noise(
@@ -148,10 +166,11 @@ def white_noise(
     integrated: Sequence[bool] = (),
     rows: NDArray[np.bool_] | slice = slice(None),
 ) -> Array:
-    """(n,) standard deviation of the white measurement noise, from raw less low-passed positions.
+    """(n,) standard deviation of the white measurement noise: of the positions, or of a speed where that was measured.
 
-    If a position is the integral of a measured speed, it is that of the speed. The steps of such a position are means
-    of two neighbouring speeds, with the share cos²(πν) of the noise's power at the frequency ν/h.
+    Of positions it is σ(measured − smooth)/√(1 − 2fh), since the low-pass at f keeps the share 2fh of the noise's
+    power. A position that is the integral of a speed has as differences the means of two neighbouring speeds, with the
+    share cos²(πν) of the noise's power at the frequency ν/h.
 
     Args:
         measured, smooth: (N, n) positions, raw and low-passed at this cutoff.
@@ -166,10 +185,11 @@ def white_noise(
 
 
 def _white_speed(steps: Array, above: float) -> Array:
-    """(n,) standard deviation of the white noise of a speed, from means of its neighbours (N, n).
+    """(n,) standard deviation of the white noise of a speed, from means of two neighbouring speeds (N, n).
 
-    By the median of the spectral density ``above`` a share of the sample rate, over windows and frequencies; it is ln 2
-    times the mean: a vibration stands out at few frequencies, an impact in few windows.
+    It is the root of the median over ln 2 of the spectral density, over windows and frequencies above a share of the
+    sample rate. The median of a periodogram of white noise is ln 2 times its mean, and unlike the mean it does not
+    depend on a vibration at few frequencies or an impact in few windows.
     """
     length = max(LEAST_WINDOW, len(steps) // NOISE_WINDOWS)
     starts = range(0, max(1, len(steps) - length + 1), length)
@@ -184,10 +204,10 @@ def _white_speed(steps: Array, above: float) -> Array:
 
 
 def derivative_noise(noise: Array, cutoff_hz: float, h: float, order: int, integrated: Sequence[bool] = ()) -> Array:
-    """(n,) RMS due to white measurement noise in a derivative of low-passed positions.
+    """(n,) RMS of white measurement noise of standard deviation σ in a derivative of low-passed positions.
 
-    σ (2πf)ᵏ √(2fh/(2k + 1)) in the k-th derivative of the measured signal, low-passed at f; for a measured speed, k is
-    one less than ``order``.
+    It is σ (2πf)ᵏ √(2fh/(2k + 1)), f the cutoff and k the order of the derivative of the measured signal: ``order`` for
+    a position, one less for a measured speed.
     """
     k = order - np.array(integrated or (False,) * len(noise), dtype=float)
     return np.asarray(noise * (2 * np.pi * cutoff_hz) ** k * np.sqrt(2 * cutoff_hz * h / (2 * k + 1)))
