@@ -11,11 +11,12 @@ class DomainBound:
     """Error bounds of an observer that updates its level in a domain only (slip speeds above ``slip_speed``).
 
     Attributes:
-        inside: on the friction error while the code's output ``in_domain`` is set; None if ``slip_speed`` is too low.
-        everywhere: on the level error at every sample, for any slip.
-        velocity: on the error of the estimated slip velocity at every sample, in the slip's unit/s.
-        least_slip_speed: lower limit of the domain's ``slip_speed``, above which there is a bound.
-        innovation: on |x[k] − (x + h v̂)[k−1]| in the domain.
+        inside: bound on the friction error while the code's output ``in_domain`` is set; None if ``slip_speed`` is at
+            most ``least_slip_speed``.
+        everywhere: bound on the level error at every sample, for any slip.
+        velocity: bound on the error of the estimated slip velocity at every sample, in the slip's unit/s.
+        least_slip_speed: the ``slip_speed`` of a domain above which ``inside`` exists.
+        innovation: bound on |x[k] − (x + h v̂)[k−1]| in the domain.
     """
 
     inside: float | None
@@ -30,9 +31,9 @@ class Reversal:
     """Bound on the error of a contact's level after a reversal, as proved of the C (checker/reversal.py).
 
     Attributes:
-        samples: number of samples of the reversal; before the first, every error is within its long-run bound.
+        samples: number of samples that the reversal takes; at its start every error is within its long-run bound.
         turns: largest number of sign changes of the estimated slip in these samples.
-        left: bound on the error after them, in its unit.
+        left: bound on the error at its end, in the unit of the error.
     """
 
     samples: int
@@ -48,12 +49,13 @@ class ErrorBound:
         name, unit: of the error component, such as e_a_rail in N.
         steady: limit of the bound long after a reversal.
         parts: disturbance → its part of ``steady``: noise, displacement, velocity, friction, acceleration, rounding.
-        start: |error| that is assumed at time 0 after a reversal. True and estimated slip then have the new sign, a law
-            with a state has reached its level, and all other errors are within their ``steady``.
+        start: bound on |error| that is assumed at time 0, the end of a reversal: when true and estimated slip have the
+            new sign, a law with a state has reached its level, and all other errors are within their ``steady``.
         starts: the assumed |error| of every component at time 0, in the observer's order.
-        after: (0, ``start``), then pairs (time in s, bound from then on), which fall to ``steady``. Before the first of
-            these an error that oscillates may exceed ``start``, and the bound may be larger than that.
-        worst: exact worst case of the first-order system over the samples that were summed; below ``steady``.
+        after: (0, ``start``), then pairs (time in s, bound from then on), which decrease to ``steady``. Before the first
+            of these times the bound may be above ``start``, since the error may oscillate.
+        worst: largest error of the first-order system that disturbances within their bounds attain in the samples that
+            were summed; below ``steady``, which also bounds the remainder of the sum.
         slip_speed, slip_unit: least slip speed at which true and estimated slip have the same sign, and at which an
             observer with a domain updates its level.
         domain: bounds through reversals if the spec has a ``domain``, or the reason why there are none.
@@ -65,9 +67,9 @@ class ErrorBound:
             that this gives, else from the assumed ``starts``.
         reversal: bound after a reversal as proved of the C; None if it is not proved.
         largest: bound on |friction|, by the envelope's range of its level or by the law; None if not known.
-        always: proved of the C, for trackers: bound in the long run for any friction within ``largest`` at each sample,
-            including stick, reversals and chatter; ``after_of_code`` is from the last such sample on then. None if it
-            is not proved.
+        always: for trackers, proved of the C: long-run bound at every sample, for any friction within ``largest``,
+            through stick, reversals and chatter; ``after_of_code`` then starts when every contact slides in one
+            direction. None if it is not proved.
         without_noise: positions whose noise was taken as zero, since the envelope has no range for it.
     """
 
