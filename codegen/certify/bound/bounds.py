@@ -52,8 +52,8 @@ class ErrorBound:
         start: bound on |error| that is assumed at time 0, the end of a reversal: when true and estimated slip have the
             new sign, a law with a state has reached its level, and all other errors are within their ``steady``.
         starts: the assumed |error| of every component at time 0, in the observer's order.
-        after: (0, ``start``), then pairs (time in s, bound from then on), which decrease to ``steady``. Before the first
-            of these times the bound may be above ``start``, since the error may oscillate.
+        after: (0, ``start``), then pairs (time in s, bound from then on), which decrease to ``steady``. Before the
+            first of these times the bound may be above ``start``, since the error may oscillate.
         worst: largest error of the first-order system that disturbances within their bounds attain in the samples that
             were summed; below ``steady``, which also bounds the remainder of the sum.
         slip_speed, slip_unit: least slip speed at which true and estimated slip have the same sign, and at which an
