@@ -97,7 +97,7 @@ def same_matrix(top: dict[str, Any], proof: dict[str, Any], shown: dict[str, Any
             return False
         rows = decay.step(top, names, text.known, enclosed=True)
         # A V of its own falls in the certificate's ranges, and those printed are the proof's: they are the same, or
-        # the variable stands in sines and cosines alone, of which a cover takes every angle.
+        # the variable occurs only in sines and cosines, for which a cover takes every angle.
         used = kernel.cleared(kernel.joined([*rows, [kernel.term(1)]]), text.known).names()
         for name, ends in top["variables"].items():
             x = free.get(name, "")  # what is in a range times a sign is with the other sign in the range turned round
@@ -126,8 +126,8 @@ def met_by(top: dict[str, Any], proof: dict[str, Any], shown: dict[str, Any], pl
     text = kernel.Text(at | {e["estimate"]: at[e["truth"]] for e in proof["errors"]}, {})
     stated = [s for s in proof["signs"] if not at[s].names()]
     slips = [at[s] * text.value(proof["signs"][s]) for s in stated]
-    told = [p.constant() for p in map(text.value, proof["domain"]) if not p.names()]
-    if min(told, default=1) <= 0 or any(p.constant() < 0 for p in slips if not p.names()):
+    constants = [p.constant() for p in map(text.value, proof["domain"]) if not p.names()]
+    if min(constants, default=1) <= 0 or any(p.constant() < 0 for p in slips if not p.names()):
         return False
     left = [p for p in slips if p.names()]
     while left:
@@ -153,7 +153,7 @@ def bound(top: dict[str, Any], sources: dict[str, bytes]) -> tuple[list[str], st
         return [], why, False
     if not claims_fall(top, proof, shown):
         return theorem.words(proof, shown, False, fall=False), "", shown["whole"]
-    return theorem.told(proof, shown, sources), "", shown["whole"]
+    return theorem.proved_statements(proof, shown, sources), "", shown["whole"]
 
 
 def of_its_proof(top: dict[str, Any], sources: dict[str, bytes]) -> tuple[dict[str, Any], dict[str, Any], str]:
@@ -172,7 +172,7 @@ def of_its_proof(top: dict[str, Any], sources: dict[str, bytes]) -> tuple[dict[s
         with theorem.or_refused(f"{not_its} it cannot be read"):
             proof = theorem.read(sources[theorem.PROOF])
             other = unlike(top, proof) if proof and theorem.numbers(proof) else ""
-    except enclosure.Refused as why:  # the algebra of the certificate stands without its proof
+    except enclosure.Refused as why:  # the algebra of the certificate is valid without the proof
         return {}, {}, str(why)
     if proof is None:
         return {}, {}, f"{theorem.PROOF} is not the JSON of a proof, with just its fields"

@@ -89,7 +89,7 @@ CASES = (
     *alike(
         "c",
         FORM,
-        ("a fault that is told to another", "    outputs->fault = 1;", "    outputs = 0; outputs->fault = 1;"),
+        ("a fault that is reported of another step", "    outputs->fault = 1;", "    outputs = 0; outputs->fault = 1;"),
         ("a fault for what is not large", "if (fabs(check) <= 1e+150 && state", "if (fabs(check) <= 1e+3 && state"),
         (
             "another guard",
@@ -103,7 +103,7 @@ CASES = (
         ),
         ("a sample that is not used shows fault 0", "    outputs->fault = 1;\n}", "    outputs->fault = 0;\n}"),
         ("fault 1 at times", "    outputs->fault = 1;\n}", "    if (given > 0.0) outputs->fault = 1;\n}"),
-        ("a fault that is told no more", "    outputs->fault = 1;\n}", "    return;\n    outputs->fault = 1;\n}"),
+        ("a fault that is no longer reported", "    outputs->fault = 1;\n}", "    return;\n    outputs->fault = 1;\n}"),
     ),
     Case("most samples are faults", "c", "check = z_v_next", "check = 1e75 * 1e75 * z_v_next", "not hold all"),
     Case("a number that no double holds", "c", LAW, f"({LAW}) * 1e-400 * 1e200 * 1e200", "out of place"),

@@ -176,5 +176,5 @@ def parse(raw: Any, known: Collection[str], where: str, affine: bool = False) ->
         number = rational(rest[1], where)
         demand(op == "/" or number in range(MAX_POWER + 1), f"{where}: exponent {show(number)}, not 0 to {MAX_POWER}")
     union = frozenset[str]().union(*names)
-    demand(not affine or op != "*" or sum(map(len, names)) == len(union), f"{where}: a name stands in two factors")
+    demand(not affine or op != "*" or sum(map(len, names)) == len(union), f"{where}: a name occurs in two factors")
     return union, lambda at: apply(op, [value(at) for value in values], where)

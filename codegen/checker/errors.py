@@ -44,9 +44,10 @@ def prove(proof: dict[str, Any], files: dict[str, str]) -> dict[str, Any]:
     """
     signs, errors, formulas, velocity = (proof[x] for x in ("signs", "errors", "states", "positions"))
     c = frame.read(proof["name"], files)
-    # Parameters are what `prepare` makes of the values, exactly: the decimals there are that, rounded, and a difference
-    # with an error of its terms' size (rounding.py bounds what this does to other values). But one that is the exp of a
-    # number is its decimal, for all that is made of it, and so is this exp wherever it stands, but exp(0).
+    # A parameter has the value that `prepare` computes from the values, in exact arithmetic. The decimals in the header
+    # are these values rounded, and of a difference with an error of the size of its terms (rounding.py bounds the
+    # effect on other values). A parameter that is the exp of a number has its decimal as value, in all that is computed
+    # from it, and so has this exp wherever it occurs, except exp(0).
     known: dict[Any, Any] = {}
     decimals: dict[Any, Any] = {}  # of an exp: one, or those of many parameters could lead away from it
     prepared = rounding.Sized({x: term(v) for x, v in c.values.items() if x not in dict(c.prepare)}, known, c.precision)

@@ -1,6 +1,6 @@
 """Parser of the generated C: NAME.h and NAME.c must be HEADER and SOURCE with other text in place of each "...".
 
-Standard library only; part of the checker. Comments are ignored. What stands in place of "..." holds no # and no
+Standard library only; part of the checker. Comments are ignored. The text in place of "..." has no # and no
 quotes, so that no macro can redefine a name. It must be fields of type double, numbers, assignments (which
 kernel.Text.run evaluates), and declarations of functions of this NAME. C in single precision is read as the same C in
 doubles, with 1e18 for 1e150: in exact arithmetic both compute the same. So, in C that compiles:
@@ -226,7 +226,7 @@ def plain(text: str) -> str:
 
 
 def in_doubles(text: str) -> str:
-    """A plain text of C in single precision as the same in doubles; ValueError where a double stands in it too."""
+    """A plain text of C in single precision as the same in doubles; ValueError if it has a double too."""
     demand(not re.search(r"\bdouble\b", text), "double and single precision in one file")
     for number in re.findall(rf"(?<![\w.]){DOUBLE}", text):
         within = not Fraction(number) or Fraction(1, 10**37) < Fraction(number) < 10**37
@@ -237,7 +237,7 @@ def in_doubles(text: str) -> str:
 
 
 def between(form: str, name: str, text: str) -> list[str]:
-    """What stands in a text of C in place of each "..." of the form, -> as a dot."""
+    """The parts of a text of C in place of each "..." of the form, with a dot for ->."""
     found, rest = [], plain(text)
     *pieces, end = re.split(r" ?\.\.\. ?", plain(form).replace("NAME", name).replace("UPPER", name.upper()))
     for piece in pieces:
@@ -364,7 +364,7 @@ def detects(c: C) -> None:
 
 
 def terms(name: str, text: str) -> list[str]:
-    """The terms of a sum that is all of this C, its loops unrolled; each stands in it once."""
+    """The terms of the sum that this C computes, with its loops unrolled; each must occur once."""
     head, *loops = re.split(" (?=for )", text)
     first = re.fullmatch(rf"(?:const )?double {name} = ([^;{{}}]*);", head)
     found = first[1].split(" + ") if first else []
@@ -374,5 +374,5 @@ def terms(name: str, text: str) -> list[str]:
         each = range(int(part[1]), int(part[2])) if part else ()
         demand(len(each) * len(loop) < MOST_TEXT, "loops that are too long")
         found += [x.replace("[i]", f"[{k}]") for k in each for x in part[3].split(" + ")] if part else []
-    demand(first and len(found) == len({*found}), f"`{name}` is no sum, or a term stands twice in it")
+    demand(first and len(found) == len({*found}), f"`{name}` is no sum, or a term occurs twice in it")
     return [x for x in found if x != "0.0"]

@@ -72,7 +72,7 @@ def require(proof: dict[str, Any], shown: dict[str, Any]) -> None:
 
 
 def usually(sum_: list[Any], c: Any) -> bool:
-    """Whether a sum is within the limit of invalid samples while all that stands in it is of usual size."""
+    """Whether a sum is within the limit of invalid samples while all quantities in it are of usual size."""
     usual, terms = c.precision.usual, [term for p in sum_ for term in p.items()]
     size = sum(abs(a) * usual ** sum(not x.startswith("sign.") for x in m) for m, a in terms)
     return bool(size <= c.precision.limit)

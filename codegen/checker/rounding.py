@@ -8,8 +8,8 @@ terms as written in the C, over the sum of the absolute coefficients of the poly
 variables equal to 1. In the shipped code the ratio is at most 600 000.
 
 So the size of a value times the rounding error of one number bounds the error of the value, to first order. A quotient
-a/b and a function pass the error of what they are of on: its size is |a| size(b)/b^2 and at most |f| size(argument). A
-parameter that `prepare` computes has the size of its formula wherever it stands.
+a/b and a function pass on the errors of their arguments: its size is |a| size(b)/b^2 and at most |f| size(argument). A
+parameter that `prepare` computes has the size of its formula wherever it occurs.
 """
 
 import ast

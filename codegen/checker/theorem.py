@@ -75,7 +75,7 @@ def once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 
 def instead(raw: Any) -> str:
-    """Words for the JSON that stands where a certificate is expected (objects as pairs, bare numbers as bytes)."""
+    """Words for the JSON found where a certificate is expected (objects as pairs, bare numbers as bytes)."""
     if not isinstance(raw, tuple):
         return {list: "a list", str: "a text", bytes: "a number", type(None): "null"}.get(type(raw), "true or false")
     names = [name for name, _ in raw]
@@ -231,11 +231,11 @@ def steady(proof: dict[str, Any], shown: dict[str, Any], turns: list[str]) -> No
         p = claim.value(proof["signs"][s])
         (x, a), *_ = [(m[0], c) for m, c in p.items() if len(m) == 1 and sum(m[0] in n for n in p) == 1] or [("", 1)]
         at = (p - kernel.term(a, x)) * kernel.term(-1 / Fraction(a))  # where there is no x, any D is refused
-        within: set[str] = {s}  # s, and sines, quotients and magnitudes in which it stands
+        within: set[str] = {s}  # s, and sines, quotients and magnitudes in which it occurs
         for (_, of), value in claim.known.items():
             within |= value.names() if within & of.names() else set()
         for z, formula in formulas.items():
-            kernel.demand(not (within - {s}) & formula.names(), f"{s} stands in a function in {z}")
+            kernel.demand(not (within - {s}) & formula.names(), f"{s} occurs in a function in {z}")
             left = kernel.Poly()
             for m, c in formula.items():
                 if s in m:
@@ -271,8 +271,8 @@ def plainly(why: Exception) -> str:
     )
 
 
-def told(proof: dict[str, Any], shown: dict[str, Any], sources: dict[str, bytes]) -> list[str]:
-    """All proved statements, as lines, those of an ellipsoid.json among the sources included; Refused if that fails."""
+def proved_statements(proof: dict[str, Any], shown: dict[str, Any], sources: dict[str, bytes]) -> list[str]:
+    """All proved statements, as lines, also those of an ellipsoid.json among the sources; Refused if that fails."""
     more = reached(proof, shown, sources[SETS]) if SETS in sources else []
     return [*words(proof, shown, bool(more)), *more]
 
@@ -338,8 +338,8 @@ def disturbed(claim: dict[str, Any], plain: Callable[[str], str], at: str = "") 
 
 def uncompared(lines: list[str], sources: dict[str, bytes]) -> list[str]:
     """What is not checked of ellipsoid.json: the sizes of noise and drift, or all of it if no line uses it."""
-    told = any(line.startswith(ASSUMED) for line in lines)
-    return [SIZES] * told + [UNREAD] * (SETS in sources and not told)
+    used = any(line.startswith(ASSUMED) for line in lines)
+    return [SIZES] * used + [UNREAD] * (SETS in sources and not used)
 
 
 def units(proof: dict[str, Any], header: str) -> list[str]:

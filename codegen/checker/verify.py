@@ -96,7 +96,7 @@ def conform(raw: Any, schema: Any, where: str) -> Any:
         return enclosure.rational(raw, where)
     if not isinstance(schema, str):
         kind = "a list" if isinstance(schema, list) else "an object"
-        raise Refused(f"{where}: expected is {kind}, here stands {theorem.instead(raw)}")
+        raise Refused(f"{where}: expected is {kind}, found {theorem.instead(raw)}")
     good = isinstance(raw, bytes if schema == "WHOLE" else str) and len(raw) <= MAX_STRING
     text = raw.decode() if good and schema == "WHOLE" else raw
     good = good and text.isprintable() and re.fullmatch(FORMS[schema], text) is not None  # the unprintable could forge
@@ -199,9 +199,9 @@ def parsed(text: str) -> dict[str, Any]:
     demand(len(text) <= MAX_TEXT, f"{len(text)} characters, more than {MAX_TEXT}")
     bare = str.encode
     raw = json.loads(text, object_pairs_hook=tuple, parse_int=bare, parse_float=bare, parse_constant=bare)
-    told = [value for key, value in raw if key == "format"] if isinstance(raw, tuple) else []
+    formats = [value for key, value in raw if key == "format"] if isinstance(raw, tuple) else []
     expected = f'expected is a certificate: an object with "format": "{FORMS["FORMAT"]}", or a {PROOF}'
-    demand(FORMS["FORMAT"] in told, f"here stands {theorem.instead(raw)}; {expected}")
+    demand(FORMS["FORMAT"] in formats, f"found {theorem.instead(raw)}; {expected}")
     top: dict[str, Any] = conform(raw, SCHEMA, "certificate")
     return top
 
@@ -279,7 +279,7 @@ def of_proof(proof: dict[str, Any], folder: Path | None, sources: dict[str, byte
         sources = {path.name: files.read(path, MAX_TEXT) for path in here}
         alone(folder, f"{name}.h")
     shown = theorem.proved(proof, sources)
-    lines = theorem.told(proof, shown, sources)
+    lines = theorem.proved_statements(proof, shown, sources)
     open_ = ("a certificate: this is the kernel's proof alone", *theorem.uncompared(lines, sources), *ALWAYS)
     return Report(name, "", (), (), open_, (), tuple(lines), "", shown["whole"])
 

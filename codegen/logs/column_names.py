@@ -1,6 +1,6 @@
 """Names of a log's columns: the unit in a name, and proposals of columns for variables that a log does not name.
 
-A unit stands in a name as in ``x [mm]``, ``x (mm)``, ``x / mm``, ``x/mm`` or ``x_mm``. A column is proposed by its
+The unit in a name is written as ``x [mm]``, ``x (mm)``, ``x / mm``, ``x/mm`` or ``x_mm``. A column is proposed by its
 name, its unit, usual names of a quantity, numbers in the names, or since no other is left. A proposal is only shown in
 a message; no column is read because of it.
 """

@@ -213,7 +213,7 @@ class LogDescription(BaseModel):
         parameter_tolerance: relative uncertainty of the declared parameters.
         sample_rate_hz: nominal rate; ``sample_time`` takes precedence.
         input_hold, input_is: as written.
-        encoder_step, position_noise_rms: one number a coordinate (a single one stands for all), m or rad; zero: none.
+        encoder_step, position_noise_rms: one number a coordinate (a single one for all), m or rad; zero: none.
     """
 
     model_config = _KEYS

@@ -26,7 +26,7 @@ class Term:
 
     Attributes:
         columns: the file's columns that are needed.
-        expression: None for a column as it stands.
+        expression: None for an unchanged column.
         symbols: a symbol of the expression for each of ``columns``.
     """
 

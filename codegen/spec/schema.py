@@ -42,7 +42,7 @@ def _quantity_like(value: object) -> object:
 
 
 def _value_beside_unit(value: object) -> object:
-    """As ``_number_like``; a value with its unit is told where the unit belongs."""
+    """As ``_number_like``; for a value with its unit, the message says where the unit belongs."""
     parts = split_quantity(value) if isinstance(value, str) else None
     if parts is not None:
         number, unit = parts

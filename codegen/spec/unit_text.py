@@ -52,7 +52,7 @@ def spelled(text: str) -> str:
     plain = with_plain_signs(text)
     if _AMBIGUOUS.search(plain):
         meant = re.sub(r"/\s*([^/*() ]+)", lambda below: f"/({below[1].replace('.', '*')})", plain)
-        raise Unreadable("parentheses around what stands below the line", meant)
+        raise Unreadable("parentheses around what is below the line", meant)
     plain = _COMPOUND.sub(_compound, re.sub(r"(?<=[A-Za-z_\d])\s*\.\s*(?=[A-Za-z_])", "*", plain))
     if len(plain) > 200 or not plain.isascii() or not _PLAIN.fullmatch(plain):
         raise Unreadable("a unit such as N*m, kg*m^2 or 1")

@@ -89,7 +89,7 @@ class Limits:
                 if inner.key_next:
                     raise BadInput(Place(file, line), f"the alias `*{event.anchor}` as a key", "a word", code="SPEC002")
                 if any(event.anchor == node.anchor for node in stack):
-                    found = f"the alias `*{event.anchor}` in what it stands for: a node that contains itself"
+                    found = f"the alias `*{event.anchor}` within its own anchor: a node that contains itself"
                     raise BadInput(Place(file, line), found, "plain YAML without recursive aliases", code="SPEC002")
                 inner.nodes += nodes_of.get(event.anchor, 1)  # one that is not known is the loader's to refuse
             case MappingStartEvent() | SequenceStartEvent():

@@ -532,10 +532,10 @@ def nested(depth: int, op: str = "neg") -> str:
 
 REFUSALS: dict[str, tuple[Cert | str, str]] = {
     "other format": (dig("format", "stiction-certificate/2"), 'an object of the format "stiction-certificate/2"'),
-    "no JSON object": ("[]", "here stands a list"),
+    "no JSON object": ("[]", "found a list"),
     "a list for a text": (dig("claim", ["x"]), r"claim: \['x'\] is no 'LINE'"),
-    "a text for a list": (dig("assumptions", "x"), "assumptions: expected is a list, here stands a text"),
-    "a list for an object": (dig("subject", []), "subject: expected is an object, here stands a list"),
+    "a text for a list": (dig("assumptions", "x"), "assumptions: expected is a list, found a text"),
+    "a list for an object": (dig("subject", []), "subject: expected is an object, found a list"),
     "key twice": (text(scalar()).replace('"claim"', '"claim": "x", "claim"'), "a key appears twice"),
     "key twice within": (text(cfo()).replace('"contact"', '"contact": "x", "contact"'), "a key appears twice"),
     "key of variables twice": (
@@ -644,9 +644,9 @@ REFUSALS: dict[str, tuple[Cert | str, str]] = {
     "an unknown name": (parameter(["+", "q", "nothing"]), "'nothing' is no 'RATIONAL'"),
     "cos in the matrix": (dig("matrix.0.0", ["cos", "c"]), "is no expression here"),
     "a power in the matrix": (dig("matrix.0.0", ["^", "c", "2"]), "is no expression here"),
-    "a square in the matrix": (dig("matrix.0.0", ["*", "c", "c"]), "stands in two factors"),
-    "a hidden square": (dig("matrix.0.0", ["*", ["+", "c", "w"], ["neg", ["/", "c", "2"]]]), "stands in two factors"),
-    "a square of three": (dig("matrix.0.0", ["*", "c", "w", "c"]), "stands in two factors"),
+    "a square in the matrix": (dig("matrix.0.0", ["*", "c", "c"]), "occurs in two factors"),
+    "a hidden square": (dig("matrix.0.0", ["*", ["+", "c", "w"], ["neg", ["/", "c", "2"]]]), "occurs in two factors"),
+    "a square of three": (dig("matrix.0.0", ["*", "c", "w", "c"]), "occurs in two factors"),
     "a parameter divides": (dig("matrix.0.0", ["/", "1", "w"]), "'w' is no 'RATIONAL'"),
     "a sum divides": (dig("matrix.0.0", ["/", "c", ["+", "1", "1"]]), "is no 'RATIONAL'"),
     "0 divides in the matrix": (dig("matrix.0.0", ["/", "c", "0"]), "divisor from 0 to 0"),
@@ -1017,7 +1017,7 @@ def test_command_line_verifies(folder: Path) -> None:
 def test_a_bound_of_an_earlier_version_is_no_certificate(tmp_path: Path) -> None:
     (tmp_path / "bound.json").write_text('{"format": "stiction-bound/1"}')
     status, out, err = run(tmp_path / "bound.json")
-    assert (status, err) == (3, "") and 'here stands an object of the format "stiction-bound/1"; expected is a' in out
+    assert (status, err) == (3, "") and 'found an object of the format "stiction-bound/1"; expected is a' in out
 
 
 @pytest.mark.parametrize("kernel", [True, False])
@@ -1134,16 +1134,16 @@ def test_sixty_four_vertices_of_four_components_are_checked() -> None:
 
 
 NO_CERTIFICATE = {
-    "[]": "here stands a list;",
-    "3": "here stands a number;",
-    '"x"': "here stands a text;",
-    "null": "here stands null;",
-    "{}": "here stands an object without fields;",
-    '{"a": 1, "b": {"format": "stiction-certificate/1"}}': 'here stands an object with the fields "a", "b";',
-    '{"format": "stiction-fleet/1"}': 'here stands an object of the format "stiction-fleet/1";',
-    '{"format": {"a": 1}}': 'here stands an object with the fields "format";',
+    "[]": "found a list;",
+    "3": "found a number;",
+    '"x"': "found a text;",
+    "null": "found null;",
+    "{}": "found an object without fields;",
+    '{"a": 1, "b": {"format": "stiction-certificate/1"}}': 'found an object with the fields "a", "b";',
+    '{"format": "stiction-fleet/1"}': 'found an object of the format "stiction-fleet/1";',
+    '{"format": {"a": 1}}': 'found an object with the fields "format";',
     json.dumps({f"field{k}": k for k in range(99)}): '"field2", "field3", and 95 more;',
-    json.dumps({"\x1b[2J" + "x" * 9999: 1}): "here stands an object with the fields ",
+    json.dumps({"\x1b[2J" + "x" * 9999: 1}): "found an object with the fields ",
 }
 
 
