@@ -199,8 +199,9 @@ def _boxes(values: Sequence[Value], cells: Iterable[Cell]) -> list[Box]:
     """The parameter box of each cell, without boxes that another one contains, since its vertices cover them."""
     named = ({v.name: interval for v, interval in cell.items()} for cell in cells)
     boxes = {tuple(verify.widen(*value(cell)) for value in values) for cell in named}
-    return [
-        b
-        for b in boxes
-        if not any(o != b and all(p[0] <= q[0] and q[1] <= p[1] for p, q in zip(o, b, strict=True)) for o in boxes)
-    ]
+    return [b for b in boxes if not any(other != b and _contains(other, b) for other in boxes)]
+
+
+def _contains(outer: Box, inner: Box) -> bool:
+    """Whether each interval of a box contains that of another one."""
+    return all(low <= a and b <= high for (low, high), (a, b) in zip(outer, inner, strict=True))

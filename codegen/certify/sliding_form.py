@@ -189,7 +189,7 @@ def _second_order(level: Any, observer: Observer, moves: Mapping[Any, Any]) -> A
 
 
 def _in_signs(law: Any, s: sympy.Symbol, along: Mapping[Any, Any]) -> tuple[Any, list[Any]]:
-    """(law with sgn x replaced by σ and |x| by σx, list of the σx), with σ = s, −s, 1 or −1 constant in the region.
+    """(law with σ in place of sgn x and σx in place of |x|, list of the σx), with σ = s, −s, 1 or −1 in the region.
 
     Args:
         along: variable in which x is linear → range of s times the variable.
@@ -199,10 +199,11 @@ def _in_signs(law: Any, s: sympy.Symbol, along: Mapping[Any, Any]) -> tuple[Any,
     """
     found: dict[Any, Any] = {}
     for x in sorted({atom.args[0] for atom in law.atoms(Magnitude, Sgn)}, key=str):
-        ends = [range_of(x, {u: tuple(side * end for end in pair) for u, pair in along.items()}) for side in (1, -1)]
-        if any(low <= 0 <= high for low, high in ends):
+        forward = range_of(x, along)
+        backward = range_of(x, {u: (-low, -high) for u, (low, high) in along.items()})
+        if any(low <= 0 <= high for low, high in (forward, backward)):
             raise NotCovered(f"the sign of {x}, which changes in the region")
-        first, second = (sympy.sign(low) for low, _ in ends)
-        found[x] = first if first == second else first * s
+        sign = sympy.sign(forward[0])
+        found[x] = sign if sign == sympy.sign(backward[0]) else sign * s
     law = law.replace(Magnitude, lambda x: found[x] * x).replace(Sgn, lambda x: found[x])
     return law, [sign * x for x, sign in found.items()]

@@ -130,11 +130,16 @@ def met_by(top: dict[str, Any], proof: dict[str, Any], shown: dict[str, Any], pl
     if min(constants, default=1) <= 0 or any(p.constant() < 0 for p in slips if not p.names()):
         return False
     left = [p for p in slips if p.names()]
+
+    def has_own_variable(p: Any) -> bool:
+        """Whether a variable is a term of p and occurs in no other term of those left: it gives p any value."""
+        return any((x,) in p and sum(x in m for q in left for m in q) == 1 for x in p.names())
+
     while left:
-        free = [p for p in left if any((x,) in p and sum(x in m for q in left for m in q) == 1 for x in p.names())]
-        if not free:
+        free = next(filter(has_own_variable, left), None)
+        if free is None:
             return False
-        left.remove(free[0])
+        left.remove(free)
     return True
 
 
