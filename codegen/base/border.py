@@ -16,11 +16,12 @@ from collections.abc import Callable, Mapping, Sequence, Set
 from functools import wraps
 from numbers import Integral, Real
 from pathlib import Path
+from traceback import extract_tb
 from typing import Any, ParamSpec, TypeVar, Union, get_args, get_origin, get_type_hints
 
 from threadpoolctl import threadpool_limits
 
-from codegen.base.errors import BadInput, InternalError
+from codegen.base.errors import BadInput, InternalError, Place
 
 _NAMES: dict[Any, tuple[type | tuple[type, ...], str]] = {
     Path: (os.PathLike, "a path (text or a Path)"),
@@ -116,6 +117,18 @@ Given = ParamSpec("Given")
 Result = TypeVar("Result")
 OURS = (BadInput, InternalError, BrokenPipeError)
 """Exceptions that every verb may raise."""
+OWN_CODE: set[str] = set()
+"""Files with Python code of the user, as named by him; an error in it is an input that cannot be used."""
+
+
+def fault_of_own_code(error: Exception) -> BadInput | None:
+    """An error that was raised in the user's own code, or below it, as BadInput with the line there; else None."""
+    lines = [frame for frame in extract_tb(error.__traceback__) if frame.filename in OWN_CODE]
+    if not lines:
+        return None
+    place = Place(lines[-1].filename, lines[-1].lineno)
+    expected = "code that runs, as in docs/effects.md, an effect of your own"
+    return BadInput(place, f"{type(error).__name__}: {error}", expected, code="EFFECT001")
 
 
 def verb_that_raises(
@@ -141,6 +154,8 @@ def verb_that_raises(
             except passed:
                 raise
             except Exception as error:
+                if own := fault_of_own_code(error):
+                    raise own from error
                 files = [
                     os.fspath(value) for value in (*given, *named.values()) if isinstance(value, str | os.PathLike)
                 ]

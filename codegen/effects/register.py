@@ -10,6 +10,7 @@ from traceback import extract_tb
 from types import ModuleType
 from typing import Any
 
+from codegen.base.border import OWN_CODE
 from codegen.base.errors import BadInput, Place
 from codegen.base.input_files import read_text
 from codegen.effects import CATALOGUE, Effect
@@ -20,6 +21,8 @@ from codegen.spec.units import is_written
 
 LIST = "EFFECTS"
 """Name of the list in a user's file."""
+NEEDED = ("kind", "sits_on", "equation", "signature", "seen_over", "parameters", "confused_with")
+"""Attributes that an effect has no default for."""
 
 
 def register(effect: Effect, where: str = "an effect") -> None:
@@ -31,6 +34,10 @@ def register(effect: Effect, where: str = "an effect") -> None:
     Raises:
         BadInput: if its kind is taken by another effect, a name is no identifier, or a unit is no unit.
     """
+    for name in NEEDED:
+        if not hasattr(effect, name):
+            found = f"an effect `{getattr(effect, 'kind', type(effect).__name__)}` without `{name}`"
+            raise BadInput(where, found, f"each of {', '.join(NEEDED)}", code="EFFECT001")
     for name in (effect.kind, *(p.name for p in effect.parameters)):
         if not is_identifier(name):
             expected = "letters, digits and _, starting with a letter, since generated code has names from it"
@@ -77,6 +84,7 @@ def load_effects(path: str | Path) -> tuple[str, ...]:
         raise BadInput(where, f"no list `{LIST}` of effects", expected, code="EFFECT001")
     for effect in found:
         register(effect, where)
+    OWN_CODE.add(where)
     return tuple(effect.kind for effect in found)
 
 

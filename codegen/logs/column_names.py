@@ -111,7 +111,7 @@ class Proposed:
 
 
 def proposed_columns(symbols: Sequence[str], units: Mapping[str, str], spec: Spec) -> tuple[Proposed, ...]:
-    """A column for each variable for which exactly one of the unused columns is likely.
+    """A column for each variable for which exactly one of the unused columns is likely, and this for no other variable.
 
     Args:
         symbols: the variables without a column.
@@ -124,7 +124,8 @@ def proposed_columns(symbols: Sequence[str], units: Mapping[str, str], spec: Spe
             if symbol in proposed:
                 continue
             found = [name for name in left if like(symbol, name, left, spec)]
-            if len(found) == 1:
+            rivals = [s for s in symbols if s not in proposed and like is not _by_name]
+            if len(found) == 1 and not any(like(s, found[0], left, spec) for s in rivals if s != symbol):
                 proposed[symbol] = _proposed(symbol, found[0], left.pop(found[0]), why, spec)
     for group in _alike([symbol for symbol in symbols if symbol not in proposed], spec):
         names = _numbered(group, left, spec)

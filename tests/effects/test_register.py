@@ -7,10 +7,12 @@ from pathlib import Path
 
 import pytest
 
+import stiction
 from codegen.base.errors import BadInput
 from codegen.effects import CATALOGUE
 from codegen.effects.register import load_effects
 
+SPEC = Path(__file__).parents[2] / "specs/one_mass.yaml"
 MINE = """
 from codegen.effects.on_coordinate import Spring
 class Mine(Spring):
@@ -56,3 +58,36 @@ def test_refused(case: str, tmp_path: Path) -> None:
         load_effects(write(tmp_path, text))
     assert found in told.value.found
     assert before == CATALOGUE
+
+
+OWN = """
+from codegen.effects import Confusion, Effect, EffectParameter
+class Pull(Effect):
+    kind, sits_on, equation, seen_over = "pull", "coordinate", "e = −p·x", "position"
+    signature = "a pull to the middle"
+    parameters = (EffectParameter("p", "{F}/{q}", "stiffness", neutral=0.0),)
+    confused_with = (Confusion("spring", "a wider range"),)
+    def add(self, system, place, p):
+        return system.with_force(place, -p["p"] * system.position[place])
+EFFECTS = [Pull()]
+"""
+
+
+def test_an_effect_without_an_attribute_is_refused_with_its_name(tmp_path: Path) -> None:
+    with pytest.raises(BadInput, match="an effect `pull` without `confused_with`"):
+        load_effects(write(tmp_path, OWN.replace("    confused_with", "    confused")))
+
+
+def test_an_error_in_an_effect_of_ones_own_is_told_with_its_line(tmp_path: Path) -> None:
+    """It is a fault of the file, not of stiction."""
+    path = write(tmp_path, OWN)
+    load_effects(path)
+    spec = tmp_path / "spec.yaml"
+    spec.write_text(
+        SPEC.read_text("utf-8").replace("effects: []", "effects: [{kind: pull, on: x, parameters: {p: 3}}]"), "utf-8"
+    )
+    with pytest.raises(BadInput) as told:
+        stiction.load(spec).certify()
+    assert told.value.code == "EFFECT001"
+    assert str(told.value.place) == f"{path}:9"
+    assert "AttributeError: 'System' object has no attribute 'position'" in told.value.found

@@ -215,3 +215,21 @@ def test_a_velocity_by_the_name_of_its_coordinate_is_named(tmp_path, motor):
             read_log(path, motor, columns=columns)
         assert "the velocity of phi is called om" in caught.value.expected
         (tmp_path / "meta.yaml").unlink(missing_ok=True)
+
+
+def test_a_unit_that_two_variables_have_assigns_its_column_to_neither(tmp_path: Path) -> None:
+    """Motor and link are both in rad: a column in deg may be either, and so may the one that is left."""
+    spec = parse_spec(
+        MOTOR.replace("{phi:", "{psi: {velocity: om2, unit: rad}, phi:")
+        .replace("[[J]]", "[[J, 0], [0, J]]")
+        .replace("[k*i]", "[k*i, 0]")
+        .replace("[[1]]", "[[1], [0]]"),
+        tmp_path / "motor.yaml",
+    )
+    log = tmp_path / "log.csv"
+    log.write_text("t,enc_motor,link_deg,i_mA\n" + "".join(f"{k / 1000},{k},{k},{k}\n" for k in range(300)))
+    with pytest.raises(BadInput) as told:
+        read_log(log, spec)
+    assert "i: i_mA" in str(told.value)
+    assert "psi: link_deg" not in str(told.value) and "phi: link_deg" not in str(told.value)
+    assert "no other column is left" not in str(told.value)
