@@ -456,8 +456,8 @@ class _Search:
         units = {unit for c in term.columns if (unit := self._stated(c))} - {"-", "1", own}
         if units:
             words = f"{symbol} is computed from columns in {listing(sorted(units))}, and taken to be in {own}"
-            choice = f"`units: {{{symbol}: UNIT}}` or `scale: {{{symbol}: FACTOR}}`"
-            self._doubt(symbol, words, f"Say {choice} in meta.yaml beside the log.")
+            choice = f"`units: {{{symbol}: {own}}}` if it is, else its unit there, or `scale: {{{symbol}: FACTOR}}`"
+            self._doubt(symbol, words, f"Say {choice}, in meta.yaml beside the log.")
 
     def _doubt(self, symbol: str, words: str, advice: str) -> None:
         """A note, and a warning of the preflight, on a unit that nobody states clearly."""
