@@ -8,6 +8,8 @@ import resource
 import struct
 import subprocess
 import sys
+import tracemalloc
+import zipfile
 import zlib
 from pathlib import Path
 
@@ -42,7 +44,7 @@ HOSTILE = {
     "unclosed text": (npy("{'descr': '''"), "no .npy file"),
     "brackets": (npy("(" * 9000), "no .npy file"),
     "signs": (npy("{'descr': " + "-" * 9000 + "1}"), "no .npy file"),
-    "a call": (npy(described("__import__('os').abort()")), "no .npy file"),
+    "a call": (npy(described("__import__('os').abort()")), "no .npy file: malformed node or string;"),
     "a huge length": (npy(described(shape=f"({'9' * 18},)")), "bytes, where its header says"),
     "a longer length": (npy(described(shape=f"({'9' * 30},)")), "lengths cannot be read"),
     "a negative length": (npy(described(shape="(-1,)")), "lengths cannot be read"),
@@ -79,6 +81,33 @@ def test_an_npy_file(tmp_path, spec, case):
     with pytest.raises(BadInput, match=words) as told:
         read_log(tmp_path / "a.npy", spec)
     assert len(str(told.value)) < 500
+
+
+@pytest.mark.filterwarnings("ignore:Duplicate name")
+@pytest.mark.parametrize("before", [[], [np.arange(9.0)]])
+def test_a_packed_header_is_not_unpacked_beyond_its_limit(tmp_path, spec, before):
+    """256 MB of blanks in 256 kB; of two members of a name the last one is read, so its header is."""
+    with zipfile.ZipFile(tmp_path / "a.npz", "w", zipfile.ZIP_DEFLATED) as archive:
+        for array in before:
+            with archive.open("t.npy", "w") as member:
+                np.save(member, array)
+        with archive.open("t.npy", "w", force_zip64=True) as member:
+            member.write(b"\x93NUMPY\x02\0\xff\xff\xff\xff")
+            for _ in range(256):
+                member.write(b" " * (1 << 20))
+    with pytest.raises(BadInput, match=r"t .no \.npy file"):
+        read_log(tmp_path / "a.npz", spec)
+    tracemalloc.start()
+    try:
+        with (
+            zipfile.ZipFile(tmp_path / "a.npz") as archive,
+            archive.open("t.npy") as packed,
+            pytest.raises(ValueError, match=r"no \.npy file"),
+        ):
+            read_member(packed)
+        assert tracemalloc.get_traced_memory()[1] < 1 << 24
+    finally:
+        tracemalloc.stop()
 
 
 def test_no_object_is_unpickled(tmp_path, spec, monkeypatch):

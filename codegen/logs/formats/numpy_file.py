@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import math
+import re
 import zipfile
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -19,6 +20,8 @@ from codegen.logs.formats.source import BlockFile, Columns, LogFile
 ROWS = 1 << 16
 MOST_COLUMNS = 4096
 LONGEST_HEADER = 1 << 16
+MAGIC = 12
+"""Bytes before a header, its length included, at most."""
 MOST_MEMBERS = 10_000
 NO_NAMES = "an array without names of columns"
 
@@ -69,10 +72,13 @@ class Member:
 def read_member(stream: IO[bytes]) -> Member:
     """The header at the start of an array of numbers, by NumPy, which reads it as a literal and creates no array.
 
+    NumPy asks for the length of a header after it has read all of it: here it is given no more than it may read.
+
     Raises:
         ValueError: saying what is wrong with it, or that it is no array of numbers.
     """
     try:
+        stream = io.BytesIO(stream.read(MAGIC + LONGEST_HEADER + 1))
         version = npy_format.read_magic(stream)
         if version not in ((1, 0), (2, 0), (3, 0)):
             raise ValueError(f"version {version[0]} of the format")
@@ -81,7 +87,7 @@ def read_member(stream: IO[bytes]) -> Member:
         if version == (3, 0) and dtype.names:  # as 2.0, but with names in UTF-8, which were read as Latin-1
             dtype.names = tuple(name.encode("latin-1").decode() for name in dtype.names)
     except Exception as error:  # NumPy lets through whatever its parsers raise
-        words = str(error).partition("\n")[0] or type(error).__name__
+        words = re.split(r"\n| on line", str(error))[0] or type(error).__name__
         raise ValueError(f"no .npy file: {words}") from None
     if dtype.hasobject:
         raise ValueError("pickled objects, which are never read")
@@ -138,11 +144,11 @@ class NpzFile(LogFile):
         self._members: dict[str, Member] = {}
         self._others: dict[str, str] = {}
         with self.reading(), zipfile.ZipFile(io.BytesIO(self._data)) as archive:
-            members = archive.infolist()
+            members = {info.filename: info for info in archive.infolist()}  # by its name the last one is opened
             if len(members) > MOST_MEMBERS:
                 expected = f"{self.expected}; at most {MOST_MEMBERS}"
                 raise self.fault(f"an archive of {len(members)} files", expected, code="LOG010")
-            for info in members:
+            for info in members.values():
                 if info.filename.endswith(".npy") and not info.flag_bits & 1:
                     self._add(archive, info)
         if not self._columns:
