@@ -42,6 +42,15 @@ def test_units_by_name(tmp_path, spec):
             read_log(path, spec)
 
 
+def test_a_hexadecimal_number_of_more_than_64_bits_is_none(tmp_path, spec):
+    """0xff... of 400 digits is beyond a double, of which Python raises OverflowError."""
+    for digits in (400, 17):
+        rows_ = "".join(f"{k},1,0x{'f' * (digits if k == 1 else 16)}\n" for k in range(50))
+        (tmp_path / "a.csv").write_text(f"n,x,t\n{rows_}")
+        with refused("LOG005 a.csv:3 t: `0xff"):
+            read_log(tmp_path / "a.csv", spec, columns={"t": "t", "x": "x", "w": "n"})
+
+
 def test_expressions_of_columns(tmp_path, spec):
     made = rows(2)
     table = {

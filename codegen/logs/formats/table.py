@@ -37,7 +37,7 @@ MISSING |= {f"{sign}{word}" for sign in ("", "-") for word in ("nan(ind)", "1.#i
 NUMBER = re.compile(
     r"[+-]?(\d++\.?\d*+([eE][+-]?\d+)?|\.\d+([eE][+-]?\d+)?|inf|infinity|nan)\Z", re.ASCII | re.IGNORECASE
 )
-HEX = re.compile(r"0[xX][0-9a-fA-F]+\Z", re.ASCII)
+HEX = re.compile(r"0[xX][0-9a-fA-F]{1,16}\Z", re.ASCII)
 WORDS = {"true": 1.0, "false": 0.0}
 _DIGITS = re.compile(r"[+-]?(\d+|[.,]\d+)([.,]\d+)*(e[+-]?\d+)?\Z", re.ASCII | re.IGNORECASE)
 """A number with any separators of decimals and thousands."""
