@@ -20,8 +20,9 @@ e describes all of these states. Then
   a truth times the sign that `along` assigns to it, by default the sign of its error.
 Nothing is claimed about states without a formula (`aside`). Those listed in `shared` are assumed to be states of the
 machine too, with the same values (a clock, a delay line, a lag).
-Trusted: this file, kernel.py, frame.py, which reads the C, Python, and that the machine is yours; where the exp of a
-number is used, rounding.py too. Not covered: rounding, samples with a fault, and the sample in which a sign changes.
+Trusted: this file, kernel.py, frame.py, which reads the C, rounding.py, which bounds how far the header's decimals and
+the exp of a number may be from exact values, Python, and that the machine is yours. Not covered: rounding, samples with
+a fault, and the sample in which a sign changes.
 theorem.py verifies the further fields of a proof: `mass_matrix`, `force`, `reversals`, how `shared` states move, that
 no state of `aside` can feed a growing value back, and, by an example point, that `domain` and `box` are not empty.
 """
