@@ -16,7 +16,6 @@ from codegen.mechanics.system import ContactFriction, Matrix, System
 from codegen.report.examples import EXAMPLES
 from codegen.report.style import CURVE, framed, rounded, svg_of
 from codegen.simulate.controller import Feedback, sampled
-from codegen.simulate.observed_loop import run_loop
 from codegen.spec.model import symbol
 
 MASS, LEVEL, STIFFNESS = 2.0, 3.0, 40.0
@@ -56,6 +55,8 @@ def example_residual(effect: Effect, parameters: dict[str, float]) -> Residual:
     Args:
         parameters: of the effect, in SI.
     """
+    from codegen.simulate.observed_loop import run_loop  # it loads SciPy, which the list of effects does not need
+
     angular = effect.needs == "a coordinate in rad"
     plain = _axis("rad" if angular else "m", 2 if effect.sits_on == "two coordinates" else 1)
     symbols = effect_symbols(effect, places_of(effect, plain)[0], plain)

@@ -146,13 +146,12 @@ def read_share(text: str, place: Place) -> float:
         BadInput: for a text that is no number, a number below zero or above 1000 %, or one from 1 to 100 without a per
             cent sign, which may be meant in percent.
     """
-    try:
-        number = _share(text, place)
-    except BadInput:
+    if split_quantity(text) is not None:
         expected = (
             "a share of the value such as 1% or 0.01, without a unit; of a value of 0 declare what it may be, with 100%"
         )
-        raise BadInput(place, f"tolerance {shown(text)}", expected, code="SPEC007") from None
+        raise BadInput(place, f"tolerance {shown(text)}", expected, code="SPEC007")
+    number = _share(text, place)
     if 1 <= number <= 100 and not text.strip().endswith("%"):
         expected = f"`{text.strip()}%`, or `{100 * number:g}%` if that is meant"
         raise BadInput(place, f"tolerance {text}", expected, code="SPEC007")

@@ -82,7 +82,7 @@ def test_what_jumps_at_a_turn_of_the_slip_between_two_masses(formula: str, jumps
     shown = errors.prove(proof, files)
     other = proof | {"states": proof["states"] | {"state.z_between": formula}}
     if jumps:
-        with pytest.raises(ValueError, match=r"sign\.between (turns|stands)"):
+        with pytest.raises(ValueError, match=r"sign\.between (turns|occurs in a function)"):
             theorem.steady(other, shown, ["sign.between"])
     else:
         theorem.steady(other, shown, ["sign.between"])

@@ -89,11 +89,11 @@ def test_deviations_are_those_of_files_drawn_at_random(tmp_path: Path) -> None:
 
 def test_what_is_no_tolerance_is_told_at_its_line(tmp_path: Path) -> None:
     for more, words in {
-        ", tolerance: 20 %": "`20 %`; expected `mass`, `centre_of_mass`, `inertia` and `damping`",
+        ", tolerance: 20 %": "`20 %`; expected a mapping with centre_of_mass, damping, inertia, mass",
         ", tolerance: {masses: 20 %}": "unknown key `masses`",
         ", tolerance: {mass: much}": "urdf.tolerance.mass",
         ", tolerance: {mass: -1 %}": "expected a share such as 1% or 0.01",
-        ", base_parameters: [1]": "expected names with numbers",
+        ", base_parameters: [1]": "a list of 1; expected a mapping",
         ", base_parameters: {q_1_mx: yes}": "urdf.base_parameters.q_1_mx",
     }.items():
         with pytest.raises(BadInput) as error:
