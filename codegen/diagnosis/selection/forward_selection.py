@@ -282,8 +282,8 @@ def _merged(search: Search, current: Fit) -> Fit | None:
 def _split(search: Search, current: Fit) -> Fit | None:
     """The fit with two effects in place of one that is confused with both, if they explain more; else None.
 
-    The two have no more parameters than the one, so nothing speaks for the one but the fit. Example: within a part of a
-    turn, a spring and a constant force look like an unbalanced mass.
+    Only pairs with no more parameters than the one are tried, so that the better fit decides. Example: within a part of
+    a turn, a spring and a constant force look like an unbalanced mass.
     """
     here = ForceCriterion(search, current)
     for k, part in enumerate(current.trial.parts):
@@ -309,7 +309,7 @@ def _is_confused(search: Search, one: Part, other: Part) -> bool:
 
 
 def _in_simplest_forms(search: Search, current: Fit, rivals: list[Ranked]) -> tuple[Fit, list[Ranked]]:
-    """The fit with each effect in the simplest form that fits as well beside the others, at the joint of the last one.
+    """The fit with each effect at the joint of the last one in its simplest form that fits as well with all the others.
 
     Each form was chosen before the later effects were found. Examples: a backlash with a gap of 1e-15 rad is a
     compliance; viscous friction whose slope falls with speed may be a line once a spring is found. A simpler kind is

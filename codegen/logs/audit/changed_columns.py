@@ -96,15 +96,25 @@ class Change(ABC):
     """A change of a log's columns.
 
     Attributes:
-        mistakes: how many mistakes it is about; of equal ones those with the fewest are reported.
-        topic, what: of the finding; ``what`` is a clause such as ``the sign of input w seems flipped``.
-        other: the same as an alternative to another change, such as ``that of input w``.
+        mistakes: number of mistakes that it corrects; of changes that fit alike, those with the fewest are reported.
     """
 
     mistakes = 1
-    topic = "columns"
-    what: str
-    other: str
+
+    @property
+    def topic(self) -> str:
+        """Topic of the finding."""
+        return "columns"
+
+    @property
+    @abstractmethod
+    def what(self) -> str:
+        """The finding as a clause, such as ``the sign of input w seems flipped``."""
+
+    @property
+    @abstractmethod
+    def other(self) -> str:
+        """The same as an alternative to another change, such as ``that of input w``."""
 
     def enough(self, now: float) -> float:
         """The largest misfit at which it is reported; ``now``: the misfit as read."""
@@ -137,11 +147,11 @@ class Exchanged(Change):
         return " and ".join(taken)
 
     @property
-    def what(self) -> str:  # type: ignore[override]
+    def what(self) -> str:
         return f"the columns of {self._words} seem exchanged"
 
     @property
-    def other(self) -> str:  # type: ignore[override]
+    def other(self) -> str:
         return f"those of {self._words}"
 
     def changed(self, case: Case) -> Values:
@@ -160,7 +170,7 @@ class Integrated(Change):
     coordinates: tuple[str, ...]
 
     @property
-    def what(self) -> str:  # type: ignore[override]
+    def what(self) -> str:
         one = len(self.coordinates) == 1
         columns = "column" if one else "columns"
         held = "seems to hold its velocity" if one else "seem to hold their velocities"
@@ -200,15 +210,15 @@ class Flipped(Change):
     mistakes: int = 1
 
     @property
-    def what(self) -> str:  # type: ignore[override]
+    def what(self) -> str:
         return f"the sign of {self.words} seems flipped"
 
     @property
-    def other(self) -> str:  # type: ignore[override]
+    def other(self) -> str:
         return f"that of {self.words}"
 
     @property
-    def topic(self) -> str:  # type: ignore[override]
+    def topic(self) -> str:
         return f"sign and scale of {self.of_inputs[0]}" if self.of_inputs else f"sign of {self.variables[0]}"
 
     def changed(self, case: Case) -> Values:
