@@ -3,13 +3,14 @@
 Standard library only; part of the checker (verify.py), which hands ``frame`` and ``kernel`` in. The kernel's theorem is
 in exact arithmetic. In doubles each parameter, number and exp has a relative rounding error of at most 2^-50, which a
 large factor can amplify: 1e14 * (0.1 + 0.2 - 0.3) is 0 in exact arithmetic and 0.006 in doubles. So this ratio is
-bounded by `cancelled` for each assigned value and each argument of a function or a quotient: the sum of the absolute
-terms as written in the C, over the sum of the absolute coefficients of the polynomial that they add up to, with all
-variables equal to 1. In the shipped code the ratio is at most 600 000.
+bounded by `cancelled` for each value assigned in a sample and each argument of a function or a quotient: the sum of
+the absolute terms as written in the C, over the sum of the absolute coefficients of the polynomial that they add up to,
+with all variables equal to 1. In the shipped code the ratio is at most 600 000.
 
 So the size of a value times the rounding error of one number bounds the error of the value, to first order. A quotient
 a/b and a function pass on the errors of their arguments: its size is |a| size(b)/b^2 and at most |f| size(argument). A
-parameter that `prepare` computes has the size of its formula wherever it occurs.
+parameter that `prepare` computes has the size of its formula wherever it occurs, and is bounded there alone: of a load
+equal to its counterweight nothing is left, but its rounding is small compared with the forces to which it is added.
 """
 
 import ast
@@ -70,13 +71,14 @@ class Sized(kernel.Text):
 
     Args:
         sizes: size of names that are already set; for others it is the sum of the magnitudes of their coefficients.
+            None for `prepare`, whose values may cancel.
     """
 
     def __init__(
         self, names: dict[str, Any], known: Any, precision: Any, sizes: dict[str, float] | None = None
     ) -> None:
         super().__init__(names, known, precision)
-        self.sizes, self.latest = dict(sizes or {}), 0.0
+        self.sizes, self.latest, self.may_cancel = dict(sizes or {}), 0.0, sizes is None
 
     def run(self, assignments: list[tuple[str, str]], writable: list[str]) -> dict[str, Any]:
         for name, value in assignments:
@@ -87,7 +89,9 @@ class Sized(kernel.Text):
     def value(self, text: str) -> Any:
         """The polynomial of an expression; the attribute ``latest`` is then its size."""
         p = super().value(text := text.strip(" "))
-        self.latest = self.left(p, self.size(kernel.TREES[len(text) > 200](text, mode="eval").body, text))
+        self.latest = self.size(kernel.TREES[len(text) > 200](text, mode="eval").body, text)
+        if not self.may_cancel:
+            self.left(p, self.latest)
         return p
 
     def left(self, p: Any, size: float) -> float:

@@ -58,9 +58,12 @@ def test_pi_in_the_equations_is_a_number_like_any_other(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("form", [*FORMS])
-@pytest.mark.parametrize("counterweight", ["11.2", "11.99"])
+@pytest.mark.parametrize("counterweight", ["11.2", "11.99", "12"])
 def test_the_c_of_a_balanced_axis_is_proved(tmp_path: Path, form: str, counterweight: str) -> None:
-    """12 kg less 11.2 kg is 0.8000000000000007 kg in doubles: the rounding of the weights, not another value."""
+    """12 kg less 11.2 kg is 0.8000000000000007 kg in doubles: the rounding of the weights, not another value.
+
+    Of 12 kg less 12 kg nothing is left.
+    """
     made = lift(tmp_path, form, counterweight=counterweight).generate(tmp_path / "out")
     assert {"proof.json", "ellipsoid.json"} <= made.files.keys()
     stiction.verify(tmp_path / "out")

@@ -29,6 +29,7 @@ E = decimal.Context(50).exp(-1)
         (f"1e10 * (exp(-(1e10 * ({LEFT}) + 1.0)) - {E})", ""),
         (f"1e8 * (sin(inputs->x + 1e10 * ({LEFT})) - sin(inputs->x))", ""),
         ("1e10 * (parameters->h_K_F - 0.01)", f"1e8 * ({LEFT})"),
+        ("1e3 * (parameters->h_K_F - 0.01)", f"1e14 * ({LEFT})"),
     ],
 )
 def test_an_error_that_is_passed_on_is_not_forgotten(added: str, prepared: str) -> None:
