@@ -46,7 +46,7 @@ class GainBound:
     @property
     def share(self) -> float:
         """The bound over the friction."""
-        return self.bound.steady / self.bound.largest if self.bound.largest else 0.0
+        return self.bound.steady / self.bound.friction if self.bound.friction else 0.0
 
     @property
     def content(self) -> dict[str, Any]:
@@ -103,5 +103,5 @@ def _bound(machine: Derived, axes: Sequence[GainAxis], suggestion: Suggestion, d
     bounds = error_bounds(there.spec, analysis, certificate)
     if isinstance(bounds, str):
         return None
-    largest = max(bounds, key=lambda b: b.steady / b.largest if b.largest else 0.0)
+    largest = max(bounds, key=lambda b: b.steady / b.friction if b.friction else 0.0)
     return GainBound(divisor, numbers, certificate.decay_rate, largest)

@@ -11,6 +11,7 @@ import numpy as np
 import sympy
 
 from codegen.base.arrays import Array
+from codegen.spec.functions import Sgn
 
 Values = Mapping[str, sympy.Expr]
 """Parameter of a law → its symbol or its value."""
@@ -128,6 +129,11 @@ def _function(arguments: Sequence[sympy.Symbol], expression: Any) -> Callable[..
     return made
 
 
+def at_speed(slope: Any, fastest: Any) -> Any:
+    """slope · fastest; 0 for a slope of 0, also where there is no highest speed (oo)."""
+    return sympy.Integer(0) if slope == 0 else slope * fastest
+
+
 class ZeroMemoryLaw(FrictionLaw):
     """A law λ = level(|u|) sgn(u), whose force depends on the present slip velocity only."""
 
@@ -136,6 +142,15 @@ class ZeroMemoryLaw(FrictionLaw):
         "The force depends on the present slip velocity alone, as in figure 1.1 of the thesis.",
     )
     drives = "level"
+
+    def largest_level(self, fastest: sympy.Expr, p: Values) -> sympy.Expr:
+        """Upper bound on the level for 0 < |u| ≤ ``fastest``: by default a(0+) and the bound on the slope times it.
+
+        oo if there is none. ``p`` are numbers.
+        """
+        s = sympy.Symbol("s", positive=True)
+        slow = self.level(s, p).replace(Sgn, lambda _: sympy.Integer(1)).subs(s, 0)
+        return slow + at_speed(self.slope_bound(p), fastest)
 
     def response(self, time: Any, slip_velocity: Any, p: Mapping[str, float], applied_force: Any = None) -> Any:
         """The force over a history; zero at rest."""

@@ -6,7 +6,7 @@ from abc import abstractmethod
 
 import sympy
 
-from codegen.friction.law import LawParameter, Values, ZeroMemoryLaw
+from codegen.friction.law import LawParameter, Values, ZeroMemoryLaw, at_speed
 from codegen.spec.functions import Sgn
 
 COULOMB = LawParameter("F_c", "{F}", False, "Coulomb (kinetic) level")
@@ -67,6 +67,10 @@ class ExtendedCoulomb(ZeroMemoryLaw):
 
     def slope_bound(self, p: Values) -> sympy.Expr:
         return sympy.Max(abs(p["a4"] - p["a2"] * p["a3"]), abs(p["a4"]))
+
+    def largest_level(self, fastest: sympy.Expr, p: Values) -> sympy.Expr:
+        """a1 + a2, and the viscous part at the highest speed."""
+        return p["a1"] + p["a2"] + at_speed(p["a4"], fastest)
 
 
 class Polynomial(ZeroMemoryLaw):
@@ -130,6 +134,10 @@ class StribeckLaw(ZeroMemoryLaw):
 
     def level(self, slip_speed: sympy.Expr, p: Values) -> sympy.Expr:
         return p["F_c"] + (p["F_s"] - p["F_c"]) * self.shape(slip_speed, p) + p["F_v"] * slip_speed
+
+    def largest_level(self, fastest: sympy.Expr, p: Values) -> sympy.Expr:
+        """The larger of F_c and F_s, and the viscous part at the highest speed."""
+        return sympy.Max(p["F_c"], p["F_s"]) + at_speed(p["F_v"], fastest)
 
     def slope_bound(self, p: Values) -> sympy.Expr:
         """max |F_v + (F_s − F_c) s'|, which is at an end of the range of s'."""

@@ -117,3 +117,41 @@ def test_a_proposed_sample_time_is_the_printed_one_and_a_useless_bound_is_said_w
     assert done.code == 3 and largest and proposed and largest[1] == proposed[1]
     words = re.match(r"\|e_a_gear\| <= (\S+) N\*m, the friction at most 0.35 N\*m", proposed[2])
     assert words and float(words[1]) > 0.35
+
+
+AXIS = """name: axis
+coordinates: {x: {velocity: v, unit: m}}
+inputs: {u: {unit: N}}
+parameters: {m: {value: 79, unit: kg}}
+mass_matrix: [[m]]
+force: [u]
+friction: {distribution: [[1]], contacts: [{name: guide, LAW, unit: N}]}
+effects: [EFFECTS]
+observer: {kind: gcfo, velocity: estimated, gains: {K_F: 600, K_v: 200}, sample_time: 1 ms}
+envelope: {v: [-0.3, 0.3], v_dot: [-2, 2], x_noise: [-0.5 um, 0.5 um]}
+"""
+NARROW = "law: gaussian, F_c: 40, F_s: 65, v_s: 5 mm/s"
+OTHER_LEVEL = "{kind: position_dependent_friction, on: guide, parameters: {amplitude: 5, period: 0.01, phase: 0}}"
+
+
+@pytest.mark.parametrize(
+    ("law", "effects", "friction"),
+    [(NARROW, "", "at most 65 N by the envelope or the law"), (NARROW, OTHER_LEVEL, "65 N as declared")],
+)
+def test_a_bound_above_the_friction_is_said_to_be_of_no_use(
+    law: str, effects: str, friction: str, tmp_path: Path
+) -> None:
+    """A new user read 1128 N for a guide with 65 N of friction, without a word: the slope at v_s counts everywhere."""
+    lines = lines_of("certify", AXIS.replace("LAW", law).replace("EFFECTS", effects), tmp_path)
+    text = " ".join(" ".join(lines).split())
+    bound = re.search(r"\|e_a_guide\| <= (\S+) N long after a reversal \(of no use: not below the friction", text)
+    assert bound and float(bound[1]) > 1000
+    assert f"friction itself is {friction}" in text and "raise K_F" in text and "a wider v_s" in text
+
+
+def test_a_declared_stribeck_curve_is_named_as_the_reason_for_no_bound(tmp_path: Path) -> None:
+    """The slope of `g` meant nothing to a user whose `force:` has no speed in it."""
+    stribeck = "{kind: stribeck, on: guide, parameters: {delta: 25, v_s: 5 mm/s}}"
+    text = AXIS.replace("LAW", "law: coulomb, a: 40").replace("EFFECTS", stribeck)
+    words = " ".join(" ".join(lines_of("certify", text, tmp_path)).split())
+    assert "the effects on guide are curved over the slip speed" in words and "`law: gaussian`" in words

@@ -67,6 +67,7 @@ class ErrorBound:
             that this gives, else from the assumed ``starts``.
         reversal: bound after a reversal as proved of the C; None if it is not proved.
         largest: bound on |friction|, by the envelope's range of its level or by the law; None if not known.
+        level: declared |friction| where sliding begins.
         always: for trackers, proved of the C: long-run bound at every sample, for any friction within ``largest``,
             through stick, reversals and chatter; ``after_of_code`` then starts when every contact slides in one
             direction. None if it is not proved.
@@ -87,6 +88,7 @@ class ErrorBound:
     percent: Mapping[str, float] = field(default_factory=dict)
     largest_model_error: Mapping[str, float] = field(default_factory=dict)
     largest: float | None = None
+    level: float = 0.0
     of_code: float | None = None
     after_of_code: tuple[tuple[float, float], ...] = ()
     reversal: Reversal | None = None
@@ -97,6 +99,16 @@ class ErrorBound:
     def stated(self) -> float:
         """The limit of the bound: ``of_code`` if it is proved, else ``steady``."""
         return self.steady if self.of_code is None else self.of_code
+
+    @property
+    def friction(self) -> float:
+        """The |friction| with which the bound is compared: ``largest``, or the declared level where it is not known."""
+        return self.level if self.largest is None else self.largest
+
+    @property
+    def useless(self) -> bool:
+        """Whether the friction itself is not larger than the bound: an estimate of zero would be as good."""
+        return 0 < self.friction <= self.steady
 
     @property
     def largest_part(self) -> str:

@@ -229,6 +229,7 @@ def error_bounds(
                 percent={cause: b[i].bound - steady[i] for cause, b in other_bounds.items()},
                 largest_model_error=tolerated,
                 largest=_largest(observer, error, friction),
+                level=jumps[i] / 2,
                 without_noise=tuple(x.name for x in system.positions if f"{x}_noise" not in spec.envelope),
             )
         )

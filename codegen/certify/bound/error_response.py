@@ -181,8 +181,20 @@ def _not_constant(observer: Observer, matrices: Mapping[str, Matrix]) -> str:
     slopes = [words for name, words in SLOPES.items() if name in varying and varying[name].free_symbols]
     if slopes or any(e.free_symbols for e in varying.values()):
         what = slopes[0] if slopes else "the slope of h"
-        return f"{what} is no constant, and a bound is known for constant slopes only"
+        reason = f"{what} is no constant, and a bound is known for constant slopes only"
+        curved = _curved_contacts(observer) if what == SLOPES["by_velocity"] else []
+        by_law = (
+            f"; the effects on {', '.join(curved)} are curved over the slip speed: a curve that is the contact's law"
+        )
+        return f"{reason}{by_law} (`law: gaussian`) has a bound, since it is then estimated" if curved else reason
     return "a number of the step is not rational"
+
+
+def _curved_contacts(observer: Observer) -> list[str]:
+    """The contacts with declared effects whose force is no straight line over the slip of one direction."""
+    contacts = observer.system.contacts
+    forces = [c.known_force.replace(Sgn, lambda u: 1).replace(Magnitude, lambda u: u) for c in contacts]
+    return [c.name for c, force in zip(contacts, forces, strict=True) if force.diff(c.slip, 2) != 0]
 
 
 class NonAffine:

@@ -12,7 +12,6 @@ from codegen.certify.prefix import fraction, rational_above
 from codegen.friction.law import DynamicLaw, ZeroMemoryLaw
 from codegen.mechanics.system import ContactFriction
 from codegen.observers.equations import Observer
-from codegen.spec.functions import Sgn
 from codegen.spec.model import Spec
 
 
@@ -58,8 +57,7 @@ def largest_friction(spec: Spec, observer: Observer) -> list[Fraction | None]:
 def _largest_friction(spec: Spec, observer: Observer, c: int) -> Any:
     """The bound on the friction of contact ``c``, exact; oo if there is none.
 
-    - Law without memory: the larger of the level at rest and that at u → 0, plus the slope bound times the largest slip
-      speed.
+    - Law without memory: the larger of the level at rest and ``largest_level`` for the largest slip speed.
     - The same with a range ``a_NAME`` in the envelope: the larger of the level at rest and the ends of the range.
     - Law with one state: its force at the ends of the state's range; with a range ``a_NAME``, at the largest level in
       it.
@@ -81,9 +79,7 @@ def _largest_friction(spec: Spec, observer: Observer, c: int) -> Any:
         scaled = {law.scale: largest_level} if ranged and law.scale else {}
         return _largest_force_of_state(law, values | scaled, fastest)
     if isinstance(law, ZeroMemoryLaw) and rest is not None:
-        slope, s = law.slope_bound(values), sympy.Symbol("s", positive=True)
-        slow = law.level(s, values).replace(Sgn, lambda _: sympy.Integer(1)).subs(s, 0)
-        return sympy.Max(slow, rest) + (slope * fastest if slope != 0 else 0)
+        return sympy.Max(rest, law.largest_level(fastest, values))
     return sympy.oo
 
 
