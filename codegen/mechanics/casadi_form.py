@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import ctypes
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import lru_cache
+from functools import lru_cache, partial
 from types import MappingProxyType
 from typing import Any
 
@@ -14,6 +15,8 @@ import numpy as np
 import sympy
 
 from codegen.base.arrays import Array
+from codegen.base.compiler import cached_library, load_library
+from codegen.base.errors import BadInput
 from codegen.mechanics.computed import ComputedEntry
 from codegen.spec.functions import Magnitude, Sgn
 
@@ -123,6 +126,28 @@ def in_place(function: Any, arguments: Sequence[Any], results: Sequence[Any]) ->
         for index, array in enumerate(arrays):
             place(index, memoryview(array))
     return buffer, evaluate
+
+
+_VISIBLE = ("-O1", "-fvisibility=default")
+"""Compiler flags. -O2 takes half as long again, and the code is no faster."""
+
+
+def compiled_in_place(
+    function: Any, arguments: Sequence[Array], results: Sequence[Array]
+) -> tuple[Any, Callable[[], None]]:
+    """``in_place`` by compiled C, which has the same bits in a fifth of the time; by CasADi if nothing compiles here."""
+    generator = casadi.CodeGenerator("function", {"with_header": False})
+    generator.add(function)
+    try:
+        library = load_library(cached_library({"function.c": generator.dump()}, ["function.c"], _VISIBLE))
+    except BadInput:
+        return in_place(function, arguments, results)
+    given, found = (
+        (ctypes.c_void_p * size)(*(array.ctypes.data for array in arrays))
+        for size, arrays in ((function.sz_arg(), arguments), (function.sz_res(), results))
+    )
+    work = (ctypes.c_longlong * function.sz_iw())(), (ctypes.c_double * function.sz_w())()
+    return (arguments, results), partial(library[function.name()], given, found, *work, 0)
 
 
 def over_rows(function: casadi.Function, rows: Array) -> Array:

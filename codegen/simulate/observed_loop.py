@@ -9,7 +9,7 @@ from typing import Protocol
 import numpy as np
 
 from codegen.base.arrays import Array
-from codegen.mechanics.casadi_form import in_place
+from codegen.mechanics.casadi_form import compiled_in_place, in_place
 from codegen.mechanics.sampling import numbers_over
 from codegen.mechanics.system import System
 from codegen.simulate.controller import Controller, Sample
@@ -22,6 +22,8 @@ from codegen.simulate.sensors import SensorError, Sensors, low_passed_velocity
 PARTS = 20
 """Number of progress reports in a run."""
 PERFECT = Sensors()
+WORTH_COMPILING = 100_000
+"""Steps of a run from which on compiled C saves more time than its compilation takes, for plants of any size."""
 
 
 class MovedPlant(Protocol):
@@ -96,7 +98,7 @@ def run_loop(
     if make_plant is not None:
         plant = make_plant(period, x, v)
     else:
-        plant = _Plant(system, period, substeps or substeps_of(system, period, x), x, v)
+        plant = _Plant(system, period, substeps or substeps_of(system, period, x), samples, x, v)
     estimator = None if observer is None else Estimator(observer, system, cancellation)
     controller.start()
     noise, velocity_noise = sensors.noise(samples, n, seed)
@@ -143,9 +145,12 @@ def run_loop(
 
 
 class _Plant:
-    """The time stepper as a ``MovedPlant``; CasADi reads and writes the arrays of this object in place."""
+    """The time stepper as a ``MovedPlant``, which reads and writes the arrays of this object in place.
 
-    def __init__(self, system: System, period: float, substeps: int, x: Array, v: Array) -> None:
+    The steps of a long run are compiled.
+    """
+
+    def __init__(self, system: System, period: float, substeps: int, samples: int, x: Array, v: Array) -> None:
         plant, n = Plant(system, substeps), system.degrees_of_freedom
         self.state = plant.start(x, v)
         self.forces = np.zeros(len(system.contacts))
@@ -156,14 +161,15 @@ class _Plant:
         self._inputs = self._drive[2:].reshape(substeps, len(system.inputs))
         self.positions, self.velocities = self.state[:n], self.state[n : 2 * n]
         arguments, results = [self.state, self._drive], [self._next_state, self.forces]
-        self._buffer, self._evaluate = in_place(plant.sample, arguments, results)
+        prepared = compiled_in_place if samples * substeps >= WORTH_COMPILING else in_place
+        self._buffer, self._evaluate = prepared(plant.sample, arguments, results)
 
     def move(self, time: float, command: Array) -> None:
         """Simulate one sample under a command held from ``time``."""
         self._drive[0] = time
         self._inputs[:] = self._actuators.take(command)
         self._evaluate()
-        self.state[:] = self._next_state  # in place: CasADi and the views hold this array
+        self.state[:] = self._next_state  # in place: the stepper and the views hold this array
 
 
 def _empty_run(system: System, period: float, samples: int, outputs: tuple[str, ...]) -> LoopRun:

@@ -61,15 +61,12 @@ class Plant:
 
     def _sample_function(self) -> Any:
         """The function ``sample``: all substeps of one sample."""
-        m = len(self.system.inputs)
-        state = casadi.SX.sym("state", self.state_size)
-        drive = casadi.SX.sym("drive", 2 + m * self.substeps)
-        now, forces = state, []
-        for j in range(self.substeps):
-            w = drive[2 + j * m : 2 + (j + 1) * m]
-            now, force = self._step(now, w, drive[0] + j * drive[1], drive[1])
-            forces.append(force)
-        return casadi.Function("sample", [state, drive], [casadi.densify(now), casadi.densify(forces[0])])
+        m, k = len(self.system.inputs), self.substeps
+        state, drive = casadi.MX.sym("state", self.state_size), casadi.MX.sym("drive", 2 + m * k)
+        times = drive[0] + drive[1] * casadi.DM(range(k)).T
+        inputs, lengths = casadi.reshape(drive[2:], m, k), casadi.repmat(drive[1], 1, k)
+        states, forces = self._step.mapaccum("substeps", k, 1)(state, inputs, times, lengths)
+        return casadi.Function("sample", [state, drive], [states[:, -1], forces[:, 0]])
 
 
 def _step_function(contacts: PlantContacts, motors: int) -> Any:
@@ -115,8 +112,8 @@ def _step_function(contacts: PlantContacts, motors: int) -> Any:
     after, new_memory, force = end_velocity((v + predicted) / 2, contacts.guess(memory, predicted_memory))
     motion = casadi.SX(2 * n, 1)
     motion[at_x], motion[at_v] = middle + h / 2 * after, after
-    result = casadi.vertcat(motion, new_memory)
-    return casadi.Function("step", [state, w, t, h], [result, force], {"cse": True})
+    result = casadi.densify(casadi.vertcat(motion, new_memory))
+    return casadi.Function("step", [state, w, t, h], [result, casadi.densify(force)], {"cse": True})
 
 
 def _next_velocity(v: Any, h: Any, free: Any, compliance: Any, forces: Any) -> Any:

@@ -11,13 +11,14 @@ import pytest
 
 from codegen.observers import observer_of
 from codegen.replay.engine import TwinEngine
+from codegen.simulate import observed_loop
 from codegen.simulate.closed_loop import simulate
 from codegen.simulate.controller import Feedback
 from codegen.simulate.loop_run import write_log
 from codegen.simulate.observed_loop import run_loop
 from codegen.simulate.observer_in_loop import Cancellation, generated_observer
 from codegen.simulate.sensors import Sensors
-from tests.machines import one_mass, two_mass
+from tests.machines import arm, axis, one_mass, two_mass
 from tests.told import refused
 
 from .event_integrator import Mass, integrate
@@ -261,3 +262,37 @@ def test_peeking_leaves_the_observer_as_it_is():
             stepped.append(observer.engine.run(row[None])[0][0])
         assert np.array_equal(np.array(stepped), plain)
         assert np.array_equal(np.array(peeked), plain)
+
+
+JOINTED = "effects: [{kind: compliance, on: x, parameters: {k: 900, c: 2, load_fraction: 0.4}}]\n"
+PLANTS = {
+    "two contacts": lambda: two_mass()[1],
+    "sines": lambda: arm(a=0.05)[1],
+    "bristle": lambda: axis("law: lugre, sigma_0: 1e5, sigma_1: 300, sigma_2: 0.4, F_c: 2, F_s: 3, v_s: 0.01")[1],
+    "load": lambda: one_mass(more=JOINTED)[1],
+}
+
+
+@pytest.mark.parametrize("name", PLANTS)
+def test_a_compiled_plant_has_the_bits_of_the_interpreted_one(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where there is no compiler, the run is the interpreted one."""
+    system = PLANTS[name]()
+    n, m = system.degrees_of_freedom, len(system.inputs)
+    drive = Feedback(m, n, feedforward=lambda t: 9 * np.sin(5 * t + np.arange(m)))
+    calls, compiled = [], observed_loop.compiled_in_place
+
+    def prepared(*arguments):
+        calls.append(compiled(*arguments))
+        return calls[-1]
+
+    monkeypatch.setattr(observed_loop, "compiled_in_place", prepared)
+    interpreted = run_loop(system, 0.004, 150, drive, substeps=8)
+    monkeypatch.setattr(observed_loop, "WORTH_COMPILING", 0)
+    runs = [run_loop(system, 0.004, 150, drive, substeps=8)]
+    monkeypatch.setenv("CC", "/nowhere/cc")
+    runs.append(run_loop(system, 0.004, 150, drive, substeps=8))
+    assert len(calls) == 2 and isinstance(calls[0][0], tuple) and not isinstance(calls[1][0], tuple)
+    assert np.ptp(interpreted.true_positions) > 1e-3
+    for run in runs:
+        for found, expected in ((run.true_positions, interpreted.true_positions), (run.friction, interpreted.friction)):
+            assert np.array_equal(found, expected)
