@@ -135,7 +135,7 @@ _VISIBLE = ("-O1", "-fvisibility=default")
 def compiled_in_place(
     function: Any, arguments: Sequence[Array], results: Sequence[Array]
 ) -> tuple[Any, Callable[[], None]]:
-    """``in_place`` by compiled C, which has the same bits in a fifth of the time; by CasADi if nothing compiles here."""
+    """``in_place`` by compiled C: the same bits in a fifth of the time; by CasADi where nothing can be compiled."""
     generator = casadi.CodeGenerator("function", {"with_header": False})
     generator.add(function)
     try:
