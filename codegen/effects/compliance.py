@@ -43,7 +43,7 @@ FOLLOWED_LOADS, FOLLOWED_RATIO = (0.25, 0.45, 0.65), 1.5
 force residual changes gradually with both, and gives the friction level too."""
 HELD_FREQUENCIES, HELD_RATIOS = tuple(np.geomspace(0.05, 1.5, 14).tolist()), (0.05, 0.3)
 """Frequencies of the load with the motor held, in cutoffs of the log, and its damping ratios, of the compliances of
-``Effect.followed``: a force of position acts at the load, and moves it too."""
+``Effect.followed``: a declared force of position acts at the load, and moves it too."""
 RESTARTED_LOADS, IMPACT = (0.15, 0.35, 0.55, 0.75), 0.3
 """Load fractions, and damping ratio, from which a fit of backlash is repeated with the fitted stiffness. Slow motion
 under gravity depends on the stiffness only, so the load fraction of the first fit may be wrong by far. The simulated
@@ -83,8 +83,8 @@ class _OnAxis(Effect):
 class Compliance(_OnAxis):
     """Compliance: inertia (1 − ρ)M at the motor, ρM at the load, and the force k dx + c dv between, dx = x − x_load.
 
-    Encoder, input, friction and damping are at the motor; declared forces of position alone, such as gravity, act at
-    the load.
+    Encoder, input, friction and damping are at the motor, and so are forces of other effects, such as cogging; declared
+    forces of position alone, such as gravity, act at the load.
     """
 
     kind = "compliance"

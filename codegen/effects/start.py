@@ -26,7 +26,7 @@ class Covered:
         sample_time, duration: of the log, s.
         cutoff_hz: cutoff frequency of the log's filters; accelerations are visible below it.
         periods: function that gives the main periods of the residual over position.
-        carried: whether a force of position, such as gravity, acts there: behind a spring, it acts at the load.
+        carried: whether a declared force of position, such as gravity, acts there; behind a spring, at the load.
         coupling: k, c and load_fraction of the compliance fitted at this place; None where none was fitted.
         resonances: function that gives k, c and load_fraction of the compliances that the residual suggests.
     """

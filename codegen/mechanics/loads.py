@@ -14,8 +14,9 @@ from codegen.spec.model import symbol
 def with_loads(system: System) -> System:
     """The system in two-mass form: for each transmission a load coordinate x_load is appended.
 
-    The load has the inertia ρ M_ii, the motor (1 − ρ) M_ii, and the transmission's force acts between them. Forces on
-    the coordinate that depend on neither velocity nor input, such as gravity, act at the load.
+    The load has the inertia ρ M_ii, the motor (1 − ρ) M_ii, and the transmission's force acts between them. Declared
+    forces on the coordinate that depend on neither velocity nor input, such as gravity, act at the load; forces that
+    effects add, such as cogging, act at the motor.
     """
     for transmission in system.transmissions:
         system = _with_load(system, transmission)
@@ -30,7 +31,7 @@ def _with_load(system: System, transmission: Transmission) -> System:
     share = transmission.load_fraction
     mass = sympy.diag(system.mass_matrix, share * system.mass_matrix[i, i])
     mass[i, i] = (1 - share) * system.mass_matrix[i, i]
-    still = system.force[i].subs(dict.fromkeys((*system.inputs, *system.velocities), 0))
+    still = system.declared_force[i].subs(dict.fromkeys((*system.inputs, *system.velocities), 0))
     between = transmission.force(x - x_load, v - v_load)
     force = sympy.Matrix([*system.force, still.subs(x, x_load) + between])
     force[i] += -still - between

@@ -116,6 +116,7 @@ class System:
             sensors with an error.
         transmissions: springs between motors and loads. M, g and U are those of the rigid machine; ``with_loads``
             gives the system with motors and loads as separate coordinates.
+        effect_forces: coordinate index → the part of g that effects add, which acts at the motor of such a coordinate.
     """
 
     name: str
@@ -133,6 +134,7 @@ class System:
     actuators: Mapping[sympy.Symbol, Actuator] = field(default_factory=dict)
     sensor_errors: Mapping[sympy.Symbol, sympy.Expr] = field(default_factory=dict)
     transmissions: tuple[Transmission, ...] = ()
+    effect_forces: Mapping[int, sympy.Expr] = field(default_factory=dict)
 
     @property
     def degrees_of_freedom(self) -> int:
@@ -183,6 +185,11 @@ class System:
     def known_friction(self, slip: Matrix) -> Matrix:
         """Friction forces of the declared effects at slip velocities ``slip``, contacts by 1."""
         return Matrix([c.known_force.subs(c.slip, u) for c, u in zip(self.contacts, slip, strict=True)])
+
+    @property
+    def declared_force(self) -> Matrix:
+        """g without the forces that effects add to it, n by 1."""
+        return Matrix([g - self.effect_forces.get(i, 0) for i, g in enumerate(self.force)])
 
     @property
     def modelled_force(self) -> Matrix:
@@ -249,10 +256,11 @@ class System:
         return replace(self, values={**self.values, **values}, units={**self.units, **units})
 
     def with_force(self, coordinate: int, expression: sympy.Expr) -> System:
-        """Add a generalised force to a coordinate, positive in the direction of +x."""
+        """Add a generalised force to a coordinate, positive in the direction of +x; at the motor, where it has a load."""
         force = self.force.as_mutable()
         force[coordinate] += expression
-        return replace(self, force=Matrix(force))
+        added = {**self.effect_forces, coordinate: self.effect_forces.get(coordinate, 0) + expression}
+        return replace(self, force=Matrix(force), effect_forces=added)
 
     def with_inertia(self, coordinate: int, expression: sympy.Expr) -> System:
         """Add an inertia to a coordinate, on the diagonal of M."""

@@ -55,6 +55,20 @@ def test_a_weight_hangs_on_its_spring_from_the_first_sample(gap: float) -> None:
     np.testing.assert_allclose(loads[:, 1], 0, atol=1e-4)
 
 
+def test_cogging_acts_at_the_motor_and_leaves_the_load_where_its_weight_hangs() -> None:
+    """Of the force balance at rest, weight and cogging are both on the motor; the load hangs by the weight alone."""
+    load = f"{{kind: compliance, on: q, parameters: {{k: {K}, c: {C}, load_fraction: {SHARE}}}}}"
+    wave = "{kind: cogging, on: q, parameters: {amplitude: 4, period: 0.7, phase: 0.4}}"
+    q = 0.3
+    hanging = brentq(lambda there: K * (q - there) - G * np.cos(there), q - 0.2, q)
+    rest, still = np.full((2000, 1), q), np.zeros((2000, 1))
+    record = Record(rest, rest, still, still, STEP, np.ones(1), np.arange(2000, dtype=np.int32), 1)
+    for effects in (f"{load}, {wave}", f"{wave}, {load}"):
+        system = system_of(spec_of(effects))
+        loads = Runner(Trial(system, (), ()), Shooter([system], [()]), 0, record, 4).hidden(np.zeros(0))[:, 1:]
+        np.testing.assert_allclose(loads[:, 0], hanging, atol=1e-6)
+
+
 def joint_log(folder: Path, name: str, frequencies: tuple[float, ...], duration: float) -> None:
     """Motor and load of a joint by scipy, from rest in a balance of drive, spring and weight; friction as a steep tanh.
 

@@ -112,8 +112,8 @@ FORMS = {
 }
 
 
-def machine(effects: str, unit: str) -> System:
-    text = SPRING_MASS.format(m=M, k=0, b=0, a=A) + f"effects: [{effects}]\n"
+def machine(effects: str, unit: str, spring: float = 0.0) -> System:
+    text = SPRING_MASS.format(m=M, k=spring, b=0, a=A) + f"effects: [{effects}]\n"
     if unit == "rad":
         for length, angle in (("m", "rad"), ("N", "N*m"), ("kg", "kg*m^2"), ("N/m", "N*m/rad"), ("N*s/m", "N*m*s/rad")):
             text = text.replace(f"unit: {length}}}", f"unit: {angle}}}")
@@ -131,8 +131,10 @@ def dahl(sigma: float) -> Truth:
     )
 
 
-def two_inertias(k: float, c: float, share: float, gap: float = 0.0, gravity: float = 0.0) -> Truth:
-    """y = (x, v, load's position, load's velocity); ``gravity`` is a declared constant force."""
+def two_inertias(
+    k: float, c: float, share: float, gap: float = 0.0, at_motor: float = 0.0, spring: float = 0.0
+) -> Truth:
+    """y = (x, v, load's position, load's velocity); a constant force at the motor, a spring to ground at the load."""
 
     def between(y) -> float:
         dx, dv = y[0] - y[2], y[1] - y[3]
@@ -144,23 +146,30 @@ def two_inertias(k: float, c: float, share: float, gap: float = 0.0, gravity: fl
     return Truth(
         lambda t, y, w, friction: [
             y[1],
-            (w - between(y) - friction) / ((1 - share) * M),
+            (w + at_motor - between(y) - friction) / ((1 - share) * M),
             y[3],
-            (between(y) + gravity) / (share * M),
+            (between(y) - spring * y[2]) / (share * M),
         ],
-        lambda t, y, w: w - between(y),
+        lambda t, y, w: w + at_motor - between(y),
         lambda t, y, w, s: A,
     )
 
 
-def compare(effects: str, truth: Truth, unit: str = "m", substeps: int = 50, more: tuple[float, ...] = ()) -> None:
-    system = machine(effects, unit)
+def compare(
+    effects: str,
+    truth: Truth,
+    unit: str = "m",
+    substeps: int = 50,
+    more: tuple[float, ...] = (),
+    spring: float = 0.0,
+) -> None:
+    system = machine(effects, unit, spring)
     expected = integrate(truth, TIME, COMMAND, np.array([0.05, 0.0, *more]))
     start = np.array([0.05]), np.zeros(1)
     x, v = simulate_open_loop(system, TIME, COMMAND[:, None], *start, substeps=substeps)
     assert np.max(np.abs(x[:, 0] - expected[:, 0])) < 1e-5
     assert np.max(np.abs(v[:, 0] - expected[:, 1])) < 1e-4
-    plain, _ = simulate_open_loop(machine("", unit), TIME, COMMAND[:, None], *start)
+    plain, _ = simulate_open_loop(machine("", unit, spring), TIME, COMMAND[:, None], *start)
     assert np.max(np.abs(plain[:, 0] - expected[:, 0])) > 0.005
 
 
@@ -193,10 +202,11 @@ def test_backlash() -> None:
     compare(f"{{kind: backlash, on: x, parameters: {{gap: 0.02, {STIFF}}}}}", truth, more=(0.05, 0.0), substeps=400)
 
 
-def test_a_constant_force_acts_at_the_load() -> None:
-    truth = two_inertias(900, 6, 0.6, gravity=1.3)
-    effects = f"{{kind: compliance, on: x, parameters: {{{STIFF}}}}}, {{kind: offset, on: x, parameters: {{f0: 1.3}}}}"
-    compare(effects, truth, more=(0.05, 0.0))
+def test_the_force_of_another_effect_acts_at_the_motor_and_a_declared_one_at_the_load() -> None:
+    truth = two_inertias(900, 6, 0.6, at_motor=1.3, spring=40.0)
+    both = [f"{{kind: compliance, on: x, parameters: {{{STIFF}}}}}", "{kind: offset, on: x, parameters: {f0: 1.3}}"]
+    for effects in (both, both[::-1]):
+        compare(", ".join(effects), truth, more=(0.05, 0.0), spring=40.0)
 
 
 def test_an_eccentric_encoder_is_read_wrong_and_put_right() -> None:

@@ -51,7 +51,7 @@ class Survey:
         drive: (N, n) low-passed drive force.
         used: (N, n) samples at which the force balance can be used; at standstill friction takes any value.
         mass, distribution: M and U at the mean position.
-        carried: whether a force that depends on neither velocity nor input acts on a coordinate.
+        carried: whether a declared force that depends on neither velocity nor input acts on a coordinate.
     """
 
     system: System
@@ -159,7 +159,7 @@ def survey(system: System, motion: Motion, model: System | None = None) -> Surve
     complete = model or system
     residual = inverse_dynamics_residual(complete, motion)
     fine = low_pass(unfiltered_residual(complete, motion), motion.fine_hz, motion.sample_time)
-    still = complete.force.subs(dict.fromkeys((*complete.inputs, *complete.velocities), 0))
+    still = system.declared_force.subs(dict.fromkeys((*system.inputs, *system.velocities), 0))
     return Survey(
         system,
         motion,

@@ -95,6 +95,7 @@ def joint_of(system: System, index: int) -> Joint:
             contacts=tuple(own),
             actuators={},
             transmissions=(),
+            effect_forces={0: system.effect_forces.get(index, sympy.S.Zero)},
         ),
     )
 

@@ -323,7 +323,8 @@ def terms_of(system: System) -> tuple[sympy.Expr, ...]:
     """The compiled expressions of a system; systems with equal ones share code."""
     contacts = [term for c in system.contacts for term in (_set_valued_level(c), c.extra_force)]
     laws = [term for c, terms in all_law_terms(system) for term in (sympy.Integer(c), terms.force, *terms.rates)]
-    return (*system.mass_matrix, *system.force, *system.distribution, *contacts, *laws)
+    forces = *system.force, *system.declared_force
+    return (*system.mass_matrix, *forces, *system.distribution, *contacts, *laws)
 
 
 def is_plain(system: System) -> bool:
@@ -363,7 +364,7 @@ def terms_functions(
         place_NAME (x, w, t, p, share) → (U, M⁻¹U, U'M⁻¹U, inertia of the loads, kept), M less that inertia
         model_NAME (x, v, w, t, p, share, kept, push, bristle) → (M⁻¹(g + push − U (smooth friction + bristle)),
             levels forward and backward, and those at rest where they may jump)
-        resting_NAME (x, w, t, p) → g at v = 0
+        resting_NAME (x, w, t, p) → declared g at v = 0, without the forces of effects
 
     ``kept`` does not depend on v. Without ``loads``, ``share`` and ``push`` have no effect.
     """
@@ -399,5 +400,5 @@ def terms_functions(
     found = [distribution, carried, casadi.mtimes(distribution.T, carried), heavy, before]
     place = casadi.Function(f"place_{name}", [x, w, t, p, share], [casadi.densify(f) for f in found], {"cse": True})
     model = casadi.Function(f"model_{name}", [x, v, w, t, p, share, kept, push, bristle], moving)
-    rest = to_casadi(system.force, names | dict.fromkeys(system.velocities, casadi.SX(0)), by_angle=True)
+    rest = to_casadi(system.declared_force, names | dict.fromkeys(system.velocities, casadi.SX(0)), by_angle=True)
     return place, model, casadi.Function(f"resting_{name}", [x, w, t, p], [casadi.densify(rest)])
