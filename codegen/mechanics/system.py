@@ -256,7 +256,7 @@ class System:
         return replace(self, values={**self.values, **values}, units={**self.units, **units})
 
     def with_force(self, coordinate: int, expression: sympy.Expr) -> System:
-        """Add a generalised force to a coordinate, positive in the direction of +x; at the motor, where it has a load."""
+        """Add a generalised force to a coordinate, positive in the direction of +x; it acts at the motor of a load."""
         force = self.force.as_mutable()
         force[coordinate] += expression
         added = {**self.effect_forces, coordinate: self.effect_forces.get(coordinate, 0) + expression}
