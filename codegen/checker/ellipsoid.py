@@ -397,7 +397,7 @@ class Line(NamedTuple):
         start: the errors' bounds at the start, None for any.
     """
 
-    c: Row
+    c: tuple[str, ...]
     bound: Fraction
     samples: range
     start: tuple[str, ...] | None
@@ -426,18 +426,18 @@ def require_bounds(
         "the box of `within` is not inside the set: not positive semidefinite",
     )
     lines: list[Line] = []
-    last: dict[Row, int] = {}  # row c -> the last sample at which it is asked for
+    last: dict[tuple[str, ...], int] = {}  # row c -> the last sample at which it is asked for
     asked: set[int] = set()
     for row, count, start, end in claimed_rows(set_):
         for text in (count, end or "0"):
             good = re.fullmatch("0|[1-9][0-9]{0,6}", str(text))
             kernel.demand(good, f"{str(text)[:20]!r} is not a number of samples")
             kernel.demand(int(text) <= MOST_SAMPLES, "too many samples")
-        *c, bound = map(number, row)
-        kernel.demand(any(c), "a bound of 0 times every error")
+        *c, bound = row
+        kernel.demand(any(map(number, c)), "a bound of 0 times every error")
         samples = range(int(count), int(end) if end else int(count) + 1)
         kernel.demand(samples, "the samples of `after` do not rise")
-        lines.append(Line(tuple(c), bound, samples, None if start is None else tuple(start), bool(end)))
+        lines.append(Line(tuple(c), number(bound), samples, None if start is None else tuple(start), bool(end)))
         last[lines[-1].c] = max(last.get(lines[-1].c, 0), samples[-1])
         asked.update(samples)
         kernel.demand(len(last) * len(asked) * len(Q) <= MOST_ENTRIES, "too many rows at too many samples")
@@ -458,7 +458,8 @@ def require_bounds(
         require_carried(alike, samples_, Q, r, step, entering, unit, starts)
     bounds = []
     for line in lines:
-        direct = sum((kernel.term(a) * d for a, d in zip(line.c, shift, strict=True) if a), kernel.Poly())
+        weighted = zip(map(number, line.c), shift, strict=True)
+        direct = sum((kernel.term(a) * d for a, d in weighted if a), kernel.Poly())
         bounds.append(line.bound + largest(direct, most, proof))
     return bounds
 
@@ -480,7 +481,8 @@ def require_carried(
         return {row for _, row, _ in due.get(n, ())}
 
     larger = [[r * x for x in row] for row in Q]
-    for n, moved in propagated([*rows], rows_due, last, step, entering, unit, larger):
+    of_rows = [tuple(map(number, c)) for c in rows]
+    for n, moved in propagated(of_rows, rows_due, last, step, entering, unit, larger):
         for line, row, level in due.pop(n):
             (entries, summed), (a, b) = moved[row], line.bound.as_integer_ratio()
             scale = b * unit * GRID

@@ -18,11 +18,14 @@ if TYPE_CHECKING or __package__:
 
 MAX_STRING, MAX_POWER = 4000, 64
 TOO_LONG, DIGITS, FINEST = 1 << 2**14, 96, 512  # rounded numbers have DIGITS binary digits, none below 2^-FINEST
-RATIONAL = "-?[0-9]+(/0*[1-9][0-9]*)?"
+RATIONAL = re.compile("-?[0-9]+(/0*[1-9][0-9]*)?")
 MANY = 5_000_000
 OPERANDS = {"+": MANY, "*": MANY, "neg": 1, "/": 2, "^": 2, "sin": 1, "cos": 1, "exp": 1, "abs": 1, "sqrt": 1}
 Interval = tuple[Fraction, Fraction]
 Compiled = tuple[frozenset[str], Callable[[Mapping[str, Interval]], Interval]]  # an expression's names and its range
+
+
+fraction = lru_cache(4096)(Fraction)  # of a text: a symmetric matrix, which certificate and proof have, repeats them
 
 
 class Refused(Exception):
@@ -34,11 +37,13 @@ def demand(condition: bool, fault: str) -> None:
         raise Refused(fault)
 
 
-def rational(raw: Any, where: str) -> Fraction:
-    good = isinstance(raw, str) and len(raw) <= MAX_STRING and re.fullmatch(RATIONAL, raw) is not None
+def rational(raw: Any, where: str, known: Collection[str] = ()) -> Fraction:
+    """The number that a text says; Refused if it is none, with the names that may stand in its place."""
+    good = isinstance(raw, str) and len(raw) <= MAX_STRING and RATIONAL.fullmatch(raw) is not None
     if not good:
-        raise Refused(f"{where}: {brief(raw)} is no 'RATIONAL' of at most {MAX_STRING} characters")
-    return Fraction(raw)
+        names = f" (known names: {brief(sorted(known))})" if known else ""
+        raise Refused(f"{where}{names}: {brief(raw)} is no 'RATIONAL' of at most {MAX_STRING} characters")
+    return fraction(raw)
 
 
 def show(x: Fraction, rounding: str = ROUND_HALF_EVEN) -> str:
@@ -166,7 +171,7 @@ def parse(raw: Any, known: Collection[str], where: str, affine: bool = False) ->
     if isinstance(raw, str) and raw in known:
         return frozenset({raw}), lambda at: at[raw]
     if not isinstance(raw, list):
-        value = rational(raw, f"{where} (known names: {brief(sorted(known))})")
+        value = rational(raw, where, known)
         return frozenset(), lambda at: (value, value)
     op, rest, admitted = (raw or [None])[0], raw[1:], ("+", "*", "neg", "/") if affine else (*OPERANDS,)
     good = op in admitted and min(2, OPERANDS[op]) <= len(rest) <= OPERANDS[op]

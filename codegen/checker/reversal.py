@@ -172,7 +172,7 @@ def moves(of: Reversal, slip: dict[int, Fraction], begun: list[Fraction], step: 
     kernel.demand(min(units) > 0, "no error before")
     rows = [*map(list, step)]
     rows[first] = [sum((a * step[i][j] for i, a in slip.items()), ZERO) for j in range(len(step))]
-    for row in rows:  # the first velocity is y less the others
+    for row in (row for row in rows if row[first]):  # the first velocity is y less the others
         row[first] /= slip[first]
         for j, a in slip.items():
             row[j] -= row[first] * a if j != first else 0
