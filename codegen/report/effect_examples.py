@@ -55,7 +55,8 @@ def example_residual(effect: Effect, parameters: dict[str, float]) -> Residual:
     Args:
         parameters: of the effect, in SI.
     """
-    from codegen.simulate.observed_loop import run_loop  # it loads SciPy, which the list of effects does not need
+    # Imported here: it loads SciPy, which the list of effects does not need.
+    from codegen.simulate.observed_loop import SampledLoop, run_loop
 
     angular = effect.needs == "a coordinate in rad"
     plain = _axis("rad" if angular else "m", 2 if effect.sits_on == "two coordinates" else 1)
@@ -66,7 +67,7 @@ def example_residual(effect: Effect, parameters: dict[str, float]) -> Residual:
     commands = np.column_stack([COMMAND, -0.7 * np.roll(COMMAND, 700)])[:, :n]
     period = float(TIME[1])
     drive = Feedback(n, n, feedforward=sampled(commands, period))
-    run = run_loop(system, period, len(TIME), drive, substeps=SUBSTEPS)
+    run = run_loop(system, SampledLoop(drive), period, len(TIME), substeps=SUBSTEPS)
     x = run.positions
     v = np.gradient(x, TIME, axis=0) if system.sensor_errors else run.true_velocities
     a = np.gradient(v, TIME, axis=0)

@@ -13,7 +13,7 @@ from codegen.mechanics.system import System
 from codegen.observers import observer_of
 from codegen.simulate.controller import declared_controller, input_limit
 from codegen.simulate.loop_run import LoopRun
-from codegen.simulate.observed_loop import PlantMaker, run_loop
+from codegen.simulate.observed_loop import PlantMaker, SampledLoop, run_loop
 from codegen.simulate.observer_in_loop import Cancellation, ObserverInLoop, generated_observer
 from codegen.simulate.sensors import Sensors
 from codegen.simulate.simulable import refuse_unsimulable, steps_a_sample
@@ -57,20 +57,17 @@ def simulate(
     if simulation.cancel is not None:  # the observer must compute the cancelling input, also without its own section
         observed_spec = replace(spec, cancellation=spec.cancellation or CancellationChoice())
     start = np.zeros(len(spec.positions)) if controller.reference is None else controller.reference(0.0)
-    run = run_loop(
-        system,
-        simulation.sample_time,
-        samples,
+    loop = SampledLoop(
         controller,
         generated_in_loop(observed_spec, simulation) if simulation.observer else None,
         None if simulation.cancel is None else declared_cancellation(simulation, system, simulation.cancel),
         declared_sensors(spec, simulation),
+        simulation.seed,
         input_limit(spec, simulation),
-        (start, np.zeros_like(start)),
-        seed=simulation.seed,
-        progress=progress,
-        make_plant=make_plant,
     )
+    at_rest = (start, np.zeros_like(start))
+    period = simulation.sample_time
+    run = run_loop(system, loop, period, samples, at_rest, progress=progress, make_plant=make_plant)
     finite = np.isfinite(run.true_positions).all(axis=1) & np.isfinite(run.true_velocities).all(axis=1)
     if not finite.all():
         found = f"a motion that leaves all bounds at t = {run.time[np.argmin(finite)]:.4g} s"

@@ -14,7 +14,7 @@ from codegen.mechanics.sampling import numbers_over
 from codegen.mechanics.system import System
 from codegen.simulate.closed_loop import declared_cancellation, declared_sensors, generated_in_loop
 from codegen.simulate.controller import control_loops, declared_controller, input_limit
-from codegen.simulate.observed_loop import run_loop
+from codegen.simulate.observed_loop import SampledLoop, run_loop
 from codegen.simulate.observer_in_loop import ObserverInLoop
 from codegen.simulate.simulable import refuse_unsimulable
 from codegen.spec.model import CancellationChoice, Simulation, Spec
@@ -252,17 +252,14 @@ class RegulatorLoop:
 
     def _once(self, gain: float, x: Array, v: Array, samples: int) -> tuple[LimitCycle | None, bool]:
         simulation, system = self.simulation, self._system
-        run = run_loop(
-            system,
-            simulation.sample_time,
-            samples,
+        loop = SampledLoop(
             declared_controller(self._spec, simulation, samples),
             self._observer,
             declared_cancellation(simulation, system, gain),
             self._sensors,
-            input_limit(self._spec, simulation),
-            (x, v),
+            limit=input_limit(self._spec, simulation),
         )
+        run = run_loop(system, loop, simulation.sample_time, samples, (x, v))
         cycle = limit_cycle(run.time, run.true_positions, self._floor)
         return cycle, cycle is not None or at_rest(run.true_positions, self._floor)
 

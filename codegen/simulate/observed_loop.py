@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import partial
 from typing import Protocol
 
 import numpy as np
@@ -48,18 +49,39 @@ PlantMaker = Callable[[float, Array, Array], MovedPlant]
 """Function (sample time, initial positions, initial velocities) → plant."""
 
 
+@dataclass(frozen=True)
+class SampledLoop:
+    """What is sampled around a plant: sensors, controller, observer, cancelling input, and limits of the inputs.
+
+    Attributes:
+        controller: called once a sample.
+        observer: stepped once in ``every`` samples, may be one of another system; None for none.
+        cancellation: of the observer's estimates; None for none.
+        sensors: perfect by default.
+        seed: of the sensor noise.
+        limit: (m,) of the magnitudes of the inputs; None for none.
+    """
+
+    controller: Controller
+    observer: ObserverInLoop | None = None
+    cancellation: Cancellation | None = None
+    sensors: Sensors = PERFECT
+    seed: int = 0
+    limit: Array | None = None
+
+    def __post_init__(self) -> None:
+        """Raises ValueError for a cancellation without an observer."""
+        if self.cancellation is not None and self.observer is None:
+            raise ValueError("a cancellation without an observer; expected one whose estimates it cancels")
+
+
 def run_loop(
     system: System,
+    loop: SampledLoop,
     period: float,
     samples: int,
-    controller: Controller,
-    observer: ObserverInLoop | None = None,
-    cancellation: Cancellation | None = None,
-    sensors: Sensors = PERFECT,
-    limit: Array | None = None,
     start: tuple[Array, Array] | None = None,
     substeps: int | None = None,
-    seed: int = 0,
     progress: Callable[[float], None] | None = None,
     make_plant: PlantMaker | None = None,
 ) -> LoopRun:
@@ -71,16 +93,10 @@ def run_loop(
     friction is unloaded at the start, and there is no command before.
 
     Args:
-        system: the plant, with its effects; the observer may be one of another system.
+        system: the plant, with its effects.
         period: sample time, s.
-        controller: called once a sample.
-        observer: stepped once in ``every`` samples; None for none.
-        cancellation: of the observer's estimates; None for none.
-        sensors: perfect by default.
-        limit: (m,) of the magnitudes of the inputs; None for none.
         start: positions and velocities (n,), zero by default.
         substeps: plant steps in a sample; by default those of ``substeps_of``.
-        seed: of the sensor noise.
         progress: called with the share that is done, from 0 to 1.
         make_plant: maker of another plant in place of the time stepper, such as one of another simulator.
 
@@ -88,54 +104,43 @@ def run_loop(
         The run; NaN from the sample on at which the motion is not finite.
 
     Raises:
-        ValueError: for a cancellation without an observer, or an observer with inputs that the system does not have.
+        ValueError: for an observer with inputs that the system does not have.
     """
-    if cancellation is not None and observer is None:
-        raise ValueError("a cancellation without an observer; expected one whose estimates it cancels")
-    n, m = system.degrees_of_freedom, len(system.inputs)
+    n, m, sensors, controller = system.degrees_of_freedom, len(system.inputs), loop.sensors, loop.controller
     x, v = (np.zeros(n), np.zeros(n)) if start is None else (np.array(part, dtype=float) for part in start)
-    plant: MovedPlant
-    if make_plant is not None:
-        plant = make_plant(period, x, v)
-    else:
-        plant = _Plant(system, period, substeps or substeps_of(system, period, x), samples, x, v)
-    estimator = None if observer is None else Estimator(observer, system, cancellation)
+    plant = (make_plant or partial(_Plant, system, samples, substeps))(period, x, v)
+    estimator = None if loop.observer is None else Estimator(loop.observer, system, loop.cancellation)
     controller.start()
-    noise, velocity_noise = sensors.noise(samples, n, seed)
+    noise, velocity_noise = sensors.noise(samples, n, loop.seed)
     sensor_error = SensorError(system)
     measured = sensors.encoded(sensor_error.measured(x), noise[0])
     previous, filtered_velocity, sent, cancelling = measured, np.zeros(n), np.zeros(m), np.zeros(m)
-    rows = _empty_run(system, period, samples, () if observer is None else observer.outputs)
+    estimates = np.zeros(0)
+    rows = _empty_run(system, period, samples, () if loop.observer is None else loop.observer.outputs)
     with np.errstate(all="ignore"):
         for k in range(samples):
             if not np.isfinite(plant.state).all():
                 break
             measured = sensors.encoded(sensor_error.measured(plant.positions), noise[k])
             measured_velocity = plant.velocities + velocity_noise[k]
-            is_observed = estimator is not None and k % estimator.observer.every == 0
-            if estimator is not None and is_observed:
-                estimator.measure(measured, measured_velocity, sent)
-                # The estimates depend on the measurements only, so they are known before this sample's command; the
-                # observer's states can be updated only with the command.
-                if cancellation is None or cancellation.delay == 0:
-                    estimator.estimate()
+            if estimator is not None:
+                estimator.measure(k, measured, measured_velocity, sent)
+                estimates = estimator.latest
             filtered_velocity = low_passed_velocity(measured, previous, filtered_velocity, period)
             previous = measured
-            estimates = estimator.latest if estimator is not None else np.zeros(0)
             velocities = measured_velocity if sensors.tachometer else filtered_velocity
             sent = controller.command(Sample(k * period, measured, velocities, estimates, sent, period))
-            if estimator is not None and cancellation is not None:
-                cancelling = estimator.cancelling(cancellation)
+            if estimator is not None:
+                cancelling = estimator.cancelling()
                 sent = sent + cancelling
-            if limit is not None:
-                sent = np.clip(sent, -limit, limit)
-            if estimator is not None and is_observed:
-                estimator.step(sent)
+            if loop.limit is not None:
+                sent = np.clip(sent, -loop.limit, loop.limit)
+            if estimator is not None:
+                estimator.step(k, sent)
+                rows.estimates[k], rows.faults[k] = estimator.latest, estimator.fault
             rows.positions[k], rows.velocities[k] = measured, measured_velocity
             rows.inputs[k], rows.cancelling[k] = sent, cancelling
             rows.true_positions[k], rows.true_velocities[k] = plant.positions, plant.velocities
-            if estimator is not None:
-                rows.estimates[k], rows.faults[k] = estimator.latest, estimator.fault
             plant.move(k * period, sent)
             rows.contact_forces[k] = plant.forces
             done, done_before = (k + 1) * PARTS // samples, k * PARTS // samples
@@ -150,7 +155,8 @@ class _Plant:
     The steps of a long run are compiled.
     """
 
-    def __init__(self, system: System, period: float, substeps: int, samples: int, x: Array, v: Array) -> None:
+    def __init__(self, system: System, samples: int, substeps: int | None, period: float, x: Array, v: Array) -> None:
+        substeps = substeps or substeps_of(system, period, x)
         plant, n = Plant(system, substeps), system.degrees_of_freedom
         self.state = plant.start(x, v)
         self.forces = np.zeros(len(system.contacts))

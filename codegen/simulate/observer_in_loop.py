@@ -73,17 +73,22 @@ class Cancellation:
 
 
 class Estimator:
-    """An observer during a run: its latest estimates, and the cancelling input computed from them."""
+    """An observer during a run: its latest estimates, and the cancelling input computed from them.
+
+    Attributes:
+        latest: (outputs,) the estimates of its last sample, NaN before the first.
+        fault: 1 where it held its estimates, else 0.
+    """
 
     def __init__(self, observer: ObserverInLoop, system: System, cancellation: Cancellation | None) -> None:
         """Raises ValueError for an input of the observer that the system does not have."""
-        self.observer = observer
+        self._engine, self._every = observer.engine, observer.every
         names = [s.name for s in (*system.positions, *system.velocities)]
         inputs = [w.name for w in system.inputs]
-        for field in observer.program.inputs:
-            if field.name not in names + inputs:
-                raise ValueError(f"an observer of `{field.name}`; expected one of {', '.join(names + inputs)}")
         fields = [f.name for f in observer.program.inputs]
+        for name in fields:
+            if name not in names + inputs:
+                raise ValueError(f"an observer of `{name}`; expected one of {', '.join(names + inputs)}")
         self._measured = [names.index(name) for name in fields if name in names]
         self._row = np.zeros((1, len(fields)))
         self._heads = [k for k, name in enumerate(fields) if name in names]
@@ -91,36 +96,40 @@ class Estimator:
         self._commanded = [inputs.index(name) for name in fields if name in inputs]
         self.latest = np.full(len(observer.outputs), np.nan)
         self.fault = 0
-        self._started = False
+        self._cancellation, self._delay = cancellation, 0 if cancellation is None else cancellation.delay
         chosen = () if cancellation is None else cancellation.outputs or observer.friction
         self._chosen = [observer.outputs.index(name) for name in chosen]
-        self._older: deque[Array] = deque(maxlen=1 if cancellation is None else max(cancellation.delay, 1))
+        self._older: deque[Array] = deque(maxlen=max(self._delay, 1))
+        self._none = np.zeros(len(inputs))
 
-    def measure(self, positions: Array, velocities: Array, sent: Array) -> None:
-        """Set the measurements of a sample; ``sent`` is the command until now."""
+    def measure(self, k: int, positions: Array, velocities: Array, sent: Array) -> None:
+        """Set the measurements of the loop's sample k; ``sent`` is the command until now.
+
+        The estimates depend on the measurements only, so without a delay they are computed now, before the command of
+        this sample; the states can be updated only with it.
+        """
+        if k % self._every:
+            return
         self._row[0, self._heads] = np.concatenate([positions, velocities])[self._measured]
         self._row[0, self._tails] = sent[self._commanded]
-        if not self._started:
-            self.observer.engine.start(self._row[0])
-            self._started = True
+        if k == 0:
+            self._engine.start(self._row[0])
+        if self._delay == 0:
+            self.latest = self._engine.trial_step(self._row)
 
-    def estimate(self) -> None:
-        """Compute the estimates of the measured sample before its command is known; the state is unchanged."""
-        self.latest = self.observer.engine.trial_step(self._row)
-
-    def step(self, sent: Array) -> None:
-        """Step the observer with the measured sample and its command."""
+    def step(self, k: int, sent: Array) -> None:
+        """Step the observer with the measurements of the loop's sample k and its command."""
+        if k % self._every:
+            return
         self._row[0, self._tails] = sent[self._commanded]
-        estimates, faults = self.observer.engine.run(self._row)
+        estimates, faults = self._engine.run(self._row)
         self.latest, self.fault = estimates[0], int(faults[0])
         self._older.append(self.latest)
 
-    def cancelling(self, cancellation: Cancellation) -> Array:
-        """ū (m,); zero until an estimate of the age ``delay`` exists."""
-        if cancellation.delay == 0:
-            estimate = self.latest
-        elif len(self._older) == cancellation.delay:
-            estimate = self._older[0]
-        else:
-            return np.zeros(cancellation.matrix.shape[0])
+    def cancelling(self) -> Array:
+        """ū (m,); zero without a cancellation, and until an estimate of the age ``delay`` exists."""
+        cancellation, late = self._cancellation, self._delay > 0
+        if cancellation is None or (late and len(self._older) < self._delay):
+            return self._none
+        estimate = self._older[0] if late else self.latest
         return np.asarray(cancellation.gain * (cancellation.matrix @ estimate[self._chosen]), dtype=float)

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from scipy.optimize import lsq_linear
 
 from codegen.simulate.controller import Feedback
-from codegen.simulate.observed_loop import run_loop
+from codegen.simulate.observed_loop import SampledLoop, run_loop
 from tests.in_part import examples, in_part
 from tests.machines import SPRING_MASS, arm, one_mass, read_machine, two_mass
 from tests.simulate.open_loop import simulate_open_loop
@@ -228,7 +228,9 @@ def test_closed_loop_by_events_is_the_one_by_steps():
         1, 2, feedforward=lambda t: np.array([14 * np.sin(4 * t)]), velocity_gain=np.array([[0.0, 3.0]])
     )
     by_events = functools.partial(EventPlant, system)
-    steps, events = (run_loop(system, 0.01, 150, controller, substeps=200, make_plant=p) for p in (None, by_events))
+    steps, events = (
+        run_loop(system, SampledLoop(controller), 0.01, 150, substeps=200, make_plant=p) for p in (None, by_events)
+    )
     assert np.max(np.abs(steps.true_positions - events.true_positions)) < 1e-6
     assert np.max(np.abs(steps.inputs - events.inputs)) < 1e-4
     assert np.max(np.abs(events.true_positions)) > 0.05
@@ -284,7 +286,7 @@ def test_no_contact_creates_energy_and_the_balance_closes(method: str):
     controller = Feedback(1, 2, feedforward=lambda t: np.array([14 * np.sin(4 * t)]))
     plants = {"steps": None, "events": functools.partial(EventPlant, system)}
     period = 2e-4 if method == "steps" else 4e-3
-    run = run_loop(system, period, round(1.5 / period), controller, make_plant=plants[method])
+    run = run_loop(system, SampledLoop(controller), period, round(1.5 / period), make_plant=plants[method])
     x, v, force = run.true_positions, run.true_velocities, run.contact_forces
     slip = v @ np.array([[1, 0], [-1, 1]])
     moved = np.diff(x, axis=0)

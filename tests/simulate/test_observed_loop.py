@@ -9,13 +9,14 @@ from unittest.mock import patch
 import numpy as np
 import pytest
 
+from codegen.mechanics import casadi_form
 from codegen.observers import observer_of
 from codegen.replay.engine import TwinEngine
 from codegen.simulate import observed_loop
 from codegen.simulate.closed_loop import simulate
 from codegen.simulate.controller import Feedback
 from codegen.simulate.loop_run import write_log
-from codegen.simulate.observed_loop import run_loop
+from codegen.simulate.observed_loop import SampledLoop, run_loop
 from codegen.simulate.observer_in_loop import Cancellation, generated_observer
 from codegen.simulate.sensors import Sensors
 from tests.machines import arm, axis, one_mass, two_mass
@@ -101,7 +102,7 @@ def test_loop_is_the_one_that_scipy_and_the_twin_close_by_hand(delay: int):
     gains = {"position_gain": np.array([[40.0]]), "velocity_gain": np.array([[8.0]])}
     controller = Feedback(1, 1, reference=lambda t: np.array([reference]), **gains)
     cancellation = Cancellation(np.array([[1.0]]), 0.7, delay)
-    run = run_loop(system, 0.01, 60, controller, observer, cancellation, substeps=200)
+    run = run_loop(system, SampledLoop(controller, observer, cancellation), 0.01, 60, substeps=200)
 
     engine = by_twin(generated_observer, spec, observer_of(spec)).engine
     mass = Mass(2, lambda w, x, v: w, lambda speed, s: 3)
@@ -184,7 +185,7 @@ def test_sensor_noise_is_white_and_the_same_at_any_sample_time():
     sensors = Sensors(position_noise=np.array([1e-3]))
     _, system = rig()
     for period in (0.001, 0.01):
-        run = run_loop(system, period, 4000, Feedback(1, 1), sensors=sensors, seed=3)
+        run = run_loop(system, SampledLoop(Feedback(1, 1), sensors=sensors, seed=3), period, 4000)
         noise = (run.positions - run.true_positions)[:, 0]
         assert np.std(noise) == pytest.approx(1e-3, rel=0.05)
         assert abs(np.mean(noise[1:] * noise[:-1])) < 0.06 * 1e-6
@@ -198,12 +199,12 @@ def test_an_integral_removes_the_error_and_rests_at_the_limit():
         return np.array([1.0])
 
     load = Feedback(1, 1, lambda t: np.array([-3.0]), reference, integral_gain=np.array([[30.0]]), **gains)
-    late = run_loop(system, 0.005, 4000, load).true_positions[-1, 0]
+    late = run_loop(system, SampledLoop(load), 0.005, 4000).true_positions[-1, 0]
     assert late == pytest.approx(1, abs=1e-6)
     limit, far = np.array([2.0]), []
     for known in (None, limit):
         controller = Feedback(1, 1, None, reference, integral_gain=np.array([[30.0]]), limit=known, **gains)
-        far.append(run_loop(system, 0.005, 1200, controller, limit=limit))
+        far.append(run_loop(system, SampledLoop(controller, limit=limit), 0.005, 1200))
     over = [np.max(run.true_positions) - 1 for run in far]
     assert all(np.max(np.abs(run.inputs)) == 2 for run in far)
     assert over[1] < 0.3 * over[0]
@@ -242,9 +243,9 @@ def test_an_observer_of_another_machine_is_refused():
     spec, _ = rig()
     _, system = two_mass()
     with pytest.raises(ValueError, match="an observer of `x`; expected one of x1"):
-        run_loop(system, 0.002, 10, Feedback(1, 2), generated_observer(spec, observer_of(spec)))
+        run_loop(system, SampledLoop(Feedback(1, 2), generated_observer(spec, observer_of(spec))), 0.002, 10)
     with pytest.raises(ValueError, match="without an observer"):
-        run_loop(system, 0.002, 10, Feedback(1, 2), cancellation=Cancellation(np.ones((1, 2))))
+        SampledLoop(Feedback(1, 2), cancellation=Cancellation(np.ones((1, 2))))
 
 
 def test_peeking_leaves_the_observer_as_it_is():
@@ -286,11 +287,12 @@ def test_a_compiled_plant_has_the_bits_of_the_interpreted_one(name: str, monkeyp
         return calls[-1]
 
     monkeypatch.setattr(observed_loop, "compiled_in_place", prepared)
-    interpreted = run_loop(system, 0.004, 150, drive, substeps=8)
+    interpreted = run_loop(system, SampledLoop(drive), 0.004, 150, substeps=8)
     monkeypatch.setattr(observed_loop, "WORTH_COMPILING", 0)
-    runs = [run_loop(system, 0.004, 150, drive, substeps=8)]
+    runs = [run_loop(system, SampledLoop(drive), 0.004, 150, substeps=8)]
     monkeypatch.setenv("CC", "/nowhere/cc")
-    runs.append(run_loop(system, 0.004, 150, drive, substeps=8))
+    casadi_form._library.cache_clear()
+    runs.append(run_loop(system, SampledLoop(drive), 0.004, 150, substeps=8))
     assert len(calls) == 2 and isinstance(calls[0][0], tuple) and not isinstance(calls[1][0], tuple)
     assert np.ptp(interpreted.true_positions) > 1e-3
     for run in runs:

@@ -227,7 +227,8 @@ def follow(
     Returns:
         The run, or None if it diverges.
     """
-    from codegen.simulate.observed_loop import run_loop  # with the code generator, which few diagnoses need
+    # Imported here: it comes with the code generator, which few diagnoses need.
+    from codegen.simulate.observed_loop import SampledLoop, run_loop
 
     position_gain, velocity_gain = loop_gains(search, centre, h)
     controller = Feedback(
@@ -239,7 +240,7 @@ def follow(
         velocity_gain=velocity_gain,
     )
     start = (target[0], np.zeros_like(target[0]))
-    run = run_loop(machine, h, len(target), controller, limit=limit, start=start)
+    run = run_loop(machine, SampledLoop(controller, limit=limit), h, len(target), start)
     return run if np.isfinite(run.positions).all() and np.isfinite(run.inputs).all() else None
 
 

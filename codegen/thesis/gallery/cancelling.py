@@ -14,6 +14,7 @@ from codegen.mechanics import build_system
 from codegen.observers import build_observer
 from codegen.simulate.controller import declared_controller
 from codegen.simulate.loop_run import LoopRun
+from codegen.simulate.observed_loop import SampledLoop
 from codegen.simulate.observer_in_loop import Cancellation, generated_observer
 from codegen.spec.model import Spec
 from codegen.thesis.gallery import drawing as d
@@ -47,8 +48,9 @@ def with_and_without(specs: Sequence[Spec], setting: Setting, pid: Gains | None 
 
 def _run(spec: Spec, setting: Setting, observer: Any = None, cancellation: Any = None, start: Any = None) -> LoopRun:
     controller = declared_controller(spec, spec.required_simulation, sample_count(spec))
-    sensors = setting.sensors(spec, False)
-    return closed_loop(spec, setting, controller, observer, cancellation, sensors=sensors, start=start)
+    seed = spec.required_simulation.seed + setting.seed
+    loop = SampledLoop(controller, observer, cancellation, setting.sensors(spec, False), seed)
+    return closed_loop(spec, loop, start=start)
 
 
 def _closeness(runs: Runs, prefix: str) -> Reading:

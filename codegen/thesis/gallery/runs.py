@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import numpy as np
 from scipy.optimize import minimize
@@ -14,10 +13,11 @@ from codegen.effects.declare import system_of
 from codegen.mechanics import build_system
 from codegen.mechanics.system import System
 from codegen.observers import build_observer
-from codegen.simulate.controller import Controller, Feedback, Sample, declared_controller, sampled
+from codegen.simulate.controller import Feedback, Sample, declared_controller, sampled
 from codegen.simulate.loop_run import LoopRun
-from codegen.simulate.observed_loop import run_loop
+from codegen.simulate.observed_loop import SampledLoop, run_loop
 from codegen.simulate.observer_in_loop import Cancellation, ObserverInLoop, generated_observer
+from codegen.simulate.sensors import Sensors
 from codegen.spec.model import Spec
 from codegen.thesis.gallery.measures import rms
 from codegen.thesis.gallery.setting import Setting, from_zero, without_friction
@@ -88,28 +88,25 @@ def servo_run(
     gains = [next(iter(g.values())) for g in (simulation.position_gain, simulation.velocity_gain)]
     servo = Servo(period, reference_of(spec, samples), gains[0], gains[1], estimate)
     cancellation = None if cancel is None else Cancellation(np.eye(1), cancel, delay)
-    return closed_loop(spec, setting, servo, observer, cancellation, plant, substeps=substeps)
+    loop = SampledLoop(servo, observer, cancellation, *noise_of(spec, setting))
+    return closed_loop(spec, loop, plant, substeps)
+
+
+def noise_of(spec: Spec, setting: Setting) -> tuple[Sensors, int]:
+    """The sensors of an applied spec in a setting, and the seed of their noise."""
+    return setting.sensors(spec, velocity_measured(spec)), spec.required_simulation.seed + setting.seed
 
 
 def closed_loop(
     spec: Spec,
-    setting: Setting,
-    controller: Controller,
-    observer: ObserverInLoop | None = None,
-    cancellation: Cancellation | None = None,
+    loop: SampledLoop,
     plant: System | None = None,
-    **more: Any,
+    substeps: int | None = None,
+    start: tuple[Array, Array] | None = None,
 ) -> LoopRun:
-    """Run the machine of an applied spec, or ``plant``, with the sensors and the noise of a setting.
-
-    Args:
-        more: further arguments of ``run_loop``.
-    """
-    simulation = spec.required_simulation
-    given: dict[str, Any] = {"sensors": setting.sensors(spec, velocity_measured(spec)), **more}
-    given.setdefault("seed", simulation.seed + setting.seed)
+    """Run the machine of an applied spec, or ``plant``; ``substeps`` and ``start`` as of ``run_loop``."""
     machine = plant if plant is not None else system_of(spec)
-    return run_loop(machine, simulation.sample_time, sample_count(spec), controller, observer, cancellation, **given)
+    return run_loop(machine, loop, spec.required_simulation.sample_time, sample_count(spec), start, substeps)
 
 
 def sample_count(spec: Spec) -> int:
@@ -164,8 +161,8 @@ def pid_run(
         for values in (ideal.inputs, ideal.true_positions, ideal.true_velocities)
     )
     pid = Feedback(1, 1, feed, position, velocity, *(np.array([[gain]]) for gain in gains))
-    noise: dict[str, Any] = {} if seed is None else {"seed": seed}
-    return closed_loop(spec, setting, pid, plant=plant, substeps=substeps, **noise)
+    sensors, own = noise_of(spec, setting)
+    return closed_loop(spec, SampledLoop(pid, sensors=sensors, seed=own if seed is None else seed), plant, substeps)
 
 
 def tuned_pid(
@@ -213,7 +210,8 @@ def tuned_pid(
 def watch(spec: Spec, setting: Setting, observers: Mapping[str, Spec]) -> dict[str, LoopRun]:
     """One open-loop motion with its noise as run ``motion``, and each observer's estimates of it."""
     spec = setting.applied(spec)
-    seen = closed_loop(spec, setting, declared_controller(spec, spec.required_simulation, sample_count(spec)))
+    controller = declared_controller(spec, spec.required_simulation, sample_count(spec))
+    seen = closed_loop(spec, SampledLoop(controller, None, None, *noise_of(spec, setting)))
     runs = {"motion": seen}
     for name, observed in observers.items():
         observer = observer_of(from_zero(setting.applied(observed)))
