@@ -202,6 +202,11 @@ class Effect(ABC):
         shapes = self.shapes
         return tuple(q for q in self.parameters if q not in shapes)
 
+    @property
+    def adds_up(self) -> bool:
+        """Whether two of this effect on one place are one with the sums of their parameters: its force is linear."""
+        return all(q in self.scaling and q.neutral == 0 for q in self.parameters)
+
     def probes(self, shape: Mapping[str, float], covered: Covered) -> list[tuple[dict[str, float], float]]:
         """Points for finite differences: (parameters, step) for each scale parameter.
 

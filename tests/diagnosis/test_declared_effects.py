@@ -18,6 +18,7 @@ from codegen.diagnosis.fit.record import record_of
 from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.search import search_on
 from codegen.diagnosis.fit.signals import smooth_motion
+from codegen.diagnosis.results import FoundEffect
 from codegen.diagnosis.verdict.augment import augmented_text
 from codegen.effects.declare import effect_deviations
 from codegen.spec import Spec, parse_spec
@@ -180,3 +181,23 @@ def test_a_note_keeps_the_comment_of_a_value_on_a_line_of_its_own() -> None:
     (k,) = [k for k, line in enumerate(lines) if "refitted by diagnosis" in line]
     assert " ".join(lines[k].split()) == "a: 5.0 # measured cold; a refitted by diagnosis, was 4.0"
     assert lines[k + 1].strip() == "# of the old rail"
+
+
+def test_a_found_effect_is_added_to_the_declared_one_of_its_kind() -> None:
+    """A second `viscous` entry was written next to the declared one: a reader had to add 6 and 1.5 N·s/m himself."""
+    spec = staged("[{kind: viscous, on: rail, parameters: {b: 6 N*s/m}}]", force="w")
+    found = FoundEffect("viscous", "rail", {"b": 1.5}, {"b": "N*s/m"})
+    text = augmented_text(spec, [found], {"rail_a": 4.5}, system_of(spec))
+    (effect,) = parse_spec(text, Path("stage.yaml")).effects
+    assert float(effect.parameters["b"]) == 7.5 and "b changed by diagnosis, was 6 N*s/m" in text
+
+
+@pytest.mark.parametrize(
+    ("kind", "parameters"), [("viscous", {"b": 1.5, "v_s": 0.2}), ("stribeck", {"delta": 1.0, "v_s": 0.2})]
+)
+def test_effects_whose_sum_is_no_such_effect_have_their_own_entries(kind: str, parameters: dict[str, float]) -> None:
+    """Two Stribeck curves of different widths, or a viscous line and a curve, are no third curve of the same form."""
+    declared = {"viscous": "b: 6", "stribeck": "delta: 2, v_s: 0.05"}[kind]
+    spec = staged(f"[{{kind: {kind}, on: rail, parameters: {{{declared}}}}}]", force="w")
+    text = augmented_text(spec, [FoundEffect(kind, "rail", parameters, {})], {}, system_of(spec))
+    assert [e.kind for e in parse_spec(text, Path("stage.yaml")).effects] == [kind, kind]

@@ -8,6 +8,7 @@ from typing import Any
 from ruamel.yaml.comments import CommentedMap, CommentedSeq
 
 from codegen.diagnosis.results import FoundEffect
+from codegen.effects import CATALOGUE
 from codegen.effects.declare import declared_symbols, written_place
 from codegen.mechanics.base_parameters import base_values
 from codegen.mechanics.system import System
@@ -20,13 +21,14 @@ DIGITS = 6
 
 
 def augmented_text(spec: Spec, effects: Sequence[FoundEffect], values: Mapping[str, float], system: System) -> str:
-    """The spec's text with the found effects appended and the refitted values in place of the declared ones.
+    """The spec's text with the found effects and the refitted values in place of the declared ones.
 
-    Each replaced value is noted in a comment at the end of its line. Friction levels and parameters of effects are
+    A found effect is appended, or added to a declared one of its kind and place where their parameters add up. Each
+    replaced value is noted in a comment at the end of its line. Friction levels and parameters of effects are
     written in SI, parameters of the model in the unit of their declaration.
 
     Args:
-        effects: those to append.
+        effects: those that were found.
         values: name of a friction level, model parameter, effect parameter or base parameter → refitted value in SI.
         system: that of the spec; it has the names of the levels and of the declared effects' parameters.
     """
@@ -44,16 +46,30 @@ def augmented_text(spec: Spec, effects: Sequence[FoundEffect], values: Mapping[s
         if parameter.name in values and parameter.value != 0:
             in_its_unit = float(parameter.declared) * values[parameter.name] / float(parameter.value)
             _replace(document, ("parameters", parameter.name, "value"), in_its_unit)
-    for index, symbols in enumerate(declared_symbols(system, spec)):
+    declared = declared_symbols(system, spec)
+    more = [_declared_place(effect, spec) for effect in effects]
+    for index, symbols in enumerate(declared):
+        found = [effect.parameters for effect, at in zip(effects, more, strict=True) if at == index]
         for name, s in symbols.items():
-            if s.name in values:
-                _replace(document, ("effects", index, "parameters", name), values[s.name])
+            if s.name in values or found:
+                value = values.get(s.name, float(system.values[s])) + sum(part[name] for part in found)
+                how = "changed" if found else "refitted"
+                _replace(document, ("effects", index, "parameters", name), value, how=how)
     _write_links(document, spec, values)
-    for effect in effects:
+    for effect in (effect for effect, at in zip(effects, more, strict=True) if at is None):
         parameters = _flow({name: _short(value) for name, value in effect.parameters.items()})
         entry = {"kind": effect.kind, "on": written_place(effect.on), "parameters": parameters}
         document["effects"].append(_flow(entry))
     return changed_text(spec.text, document)
+
+
+def _declared_place(effect: FoundEffect, spec: Spec) -> int | None:
+    """The index of the declared effect to whose parameters those of a found one are added; None if there is none."""
+    for index, e in enumerate(spec.effects):
+        same = (e.kind, ", ".join(e.on), {*e.parameters}) == (effect.kind, effect.on, {*effect.parameters})
+        if same and CATALOGUE[e.kind].with_parameters(list(e.parameters)).adds_up:
+            return index
+    return None
 
 
 def _list_effects_by_line(document: CommentedMap) -> None:
@@ -111,7 +127,9 @@ def _write_links(document: CommentedMap, spec: Spec, values: Mapping[str, float]
         _replace(document, ("urdf", "base_parameters", name), value, float(nominal[name]))
 
 
-def _replace(document: CommentedMap, path: Sequence[str | int], value: float, default: float = 0.0) -> None:
+def _replace(
+    document: CommentedMap, path: Sequence[str | int], value: float, default: float = 0.0, how: str = "refitted"
+) -> None:
     """Replace a number, or a number with its unit, and state the old value in a comment at the end of its line.
 
     A collection in brackets (flow style) has no comments inside; there the comment follows the outermost bracket.
@@ -119,6 +137,7 @@ def _replace(document: CommentedMap, path: Sequence[str | int], value: float, de
     Args:
         path: keys from the document's root to the number.
         default: the old value if there is no such key yet.
+        how: "refitted", or "changed" where an effect that was found is added.
     """
     *above, key = path
     outermost: tuple[CommentedMap | CommentedSeq, str | int] | None = None
@@ -132,7 +151,7 @@ def _replace(document: CommentedMap, path: Sequence[str | int], value: float, de
         return
     section[key] = _short(value)
     parent, entry = outermost or (section, key)
-    _append_comment(parent, entry, f"{key} refitted by diagnosis, was {old}")
+    _append_comment(parent, entry, f"{key} {how} by diagnosis, was {old}")
 
 
 def _append_comment(parent: CommentedMap | CommentedSeq, key: str | int, note: str) -> None:
