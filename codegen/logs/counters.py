@@ -14,6 +14,7 @@ from codegen.base.arrays import Array
 from codegen.base.errors import BadInput, nearest_name
 from codegen.base.user_text import shown
 from codegen.logs.description import LogDescription
+from codegen.logs.formats.series import is_part_of
 from codegen.logs.formats.source import Columns, listing
 from codegen.logs.log import Finding
 from codegen.logs.term import Term
@@ -49,7 +50,7 @@ def corrected(raw: Columns, description: LogDescription) -> Columns:
 
 
 def require_columns(names: Sequence[str], description: LogDescription) -> None:
-    """Check that the file has every column that the description corrects or selects rows by.
+    """Check that the file has every column that the description corrects, selects rows by or holds.
 
     Raises:
         BadInput: for one that is missing, at the description's key.
@@ -66,6 +67,11 @@ def require_columns(names: Sequence[str], description: LogDescription) -> None:
                 expected = f"one of the columns {listing(names)}"
                 found = f"no column `{shown(column)}`"
                 raise BadInput(place, found, expected, nearest_name(column, names), code="LOG003")
+    for name in description.hold:
+        if not any(is_part_of(column, name) for column in names):
+            found = f"`{shown(name)}`, which is no topic, file or column of the log"
+            expected = f"topics, files or columns, such as {listing(list(names), 5)}"
+            raise BadInput(description.place("hold"), found, expected, nearest_name(name, names), code="LOG013")
 
 
 def counter_findings(raw: Columns, terms: Mapping[str, Term]) -> list[tuple[tuple[str, ...], Finding]]:

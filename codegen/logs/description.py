@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -29,26 +30,30 @@ Read = Callable[[Any, Place], Any]
 
 @dataclass(frozen=True)
 class _Reading:
-    """The context of the validators: the places of keys, and the faults found so far."""
+    """The context of the validators: the places of keys, and the faults found so far.
+
+    Without a file (``file`` is empty), as where a program makes a description, a fault is raised and not noted.
+    """
 
     file: str
     places: Mapping[str, Place]
     faults: Faults = field(default_factory=Faults)
 
     def place(self, key: str) -> Place:
-        return self.places.get(key, Place(self.file, None, key))
+        return self.places.get(key, Place(self.file or "a description", None, key))
+
+    def noting(self) -> AbstractContextManager[None]:
+        return self.faults.noting() if self.file else nullcontext()
 
 
 def _by(read: Read, section: str = "") -> Any:
     """A validator that reads the value of a key; its faults are noted, and raised together with others."""
 
     def noted(value: object, info: ValidationInfo) -> Any:
-        reading: Any = info.context
-        try:
-            return read(value, reading.place(f"{section}{info.field_name}"))
-        except BadInput as fault:
-            reading.faults.noted.append(fault)
-            return None
+        reading, found = info.context or _Reading("", {}), dict[str, Any]()
+        with reading.noting():
+            found["value"] = read(value, reading.place(f"{section}{info.field_name}"))
+        return found.get("value")
 
     return BeforeValidator(noted)
 
@@ -57,12 +62,12 @@ def _each(read: Read, example: str, made: Callable[[dict[str, Any]], Any] = dict
     """A validator of a mapping, each of whose values is read; ``made``: of all of them the value of the key."""
 
     def noted(value: object, info: ValidationInfo) -> Any:
-        reading: Any = info.context
+        reading = info.context or _Reading("", {})
         found: dict[str, Any] = {}
         if not isinstance(value, dict):
             raise ValueError(f"expected a mapping such as {example}")
         for name, one in value.items():
-            with reading.faults.noting():
+            with reading.noting():
                 found[str(name)] = read(one, reading.place(f"{info.field_name}.{name}"))
         return made(found)
 

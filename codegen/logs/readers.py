@@ -364,7 +364,7 @@ def _log(
         cutoff_hz=_cutoff(spec, description, grid),
         tolerance=description.parameter_tolerance,
         encoder_step=encoder,
-        notes=(*notes, *binding.notes, *_hold_note(description), *cleaned.notes, *grid.notes),
+        notes=(*notes, *binding.notes, *_notes_of(description), *cleaned.notes, *grid.notes),
         gaps=grid.gaps,
         intake=intake,
         description=description,
@@ -392,6 +392,19 @@ def _cutoff(spec: Spec, description: LogDescription, grid: Uniform) -> float | N
     place = description.place(key) if description.cutoff_hz else spec.place("log.cutoff_hz")
     expected = f"a frequency below half the log's sample rate, {0.5 / grid.step:.6g} Hz"
     raise BadInput(place, f"{cutoff:g} Hz", expected, code="LOG013")
+
+
+def _notes_of(description: LogDescription) -> list[str]:
+    """What the log's description says of its inputs, and which of its words nothing follows from."""
+    notes = _hold_note(description)
+    if description.input_is and not description.input_hold:
+        notes.append(
+            f"input_is `{shown(description.input_is)}` is a remark from which nothing follows: `input_hold: linear` "
+            "says that the inputs were measured, `input_hold: zero-order` that they are commands"
+        )
+    if description.evaluation.filter:
+        notes.append("evaluation.filter is a remark from which nothing follows: `cutoff_hz` sets the low-pass")
+    return notes
 
 
 def _hold_note(description: LogDescription) -> list[str]:

@@ -180,3 +180,26 @@ def test_every_key_is_in_the_table_of_the_docs() -> None:
     table = text.split("| key | what it says |\n")[1].split("\n\n")[0]
     keys = {key for line in table.splitlines() for key in re.findall(r"`(\w+)`", line.split("|")[1])}
     assert keys == set(LogDescription.model_fields)
+
+
+def test_a_held_name_that_is_nothing_of_the_log_is_refused_in_a_csv_too(tmp_path, spec):
+    log = write_csv(tmp_path / "a.csv", rows(1))
+    with refused("LOG013 about.yaml:1: hold: `ANYTHING`"):
+        read_log(log, spec, description=described(tmp_path, "hold: ANYTHING\n"))
+
+
+def test_keys_from_which_nothing_follows_are_named(tmp_path, spec):
+    """`evaluation: {filter: …}` and `input_is` were read and used by nothing, without a word."""
+    log = write_csv(tmp_path / "a.csv", rows(1))
+    about = described(tmp_path, "input_is: measured current\nevaluation: {filter: Butterworth 15 Hz}\n")
+    notes = " ".join(read_log(log, spec, description=about).notes)
+    assert "input_is `measured current` is a remark" in notes and "evaluation.filter is a remark" in notes
+    stated = described(tmp_path, "input_is: measured current\ninput_hold: linear\n")
+    assert "is a remark" not in " ".join(read_log(log, spec, description=stated).notes)
+
+
+def test_a_description_may_be_made_by_a_program():
+    """It ended in AttributeError: the validators asked the file for the place of a key."""
+    assert LogDescription(late={"i": 0.002}, cutoff_hz="15 Hz").late == {"i": 0.002}
+    with pytest.raises(BadInput, match=r"a description: late\.i: `2 m`"):
+        LogDescription(late={"i": "2 m"})

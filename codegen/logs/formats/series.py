@@ -10,10 +10,10 @@ from typing import NamedTuple
 import numpy as np
 
 from codegen.base.arrays import Array, Flags
-from codegen.base.errors import BadInput, Place, nearest_name
+from codegen.base.errors import BadInput, Place
 from codegen.base.user_text import shown
 from codegen.logs.description import LogDescription
-from codegen.logs.formats.source import Columns, LogFile, listing
+from codegen.logs.formats.source import Columns, LogFile
 
 GAP_STEPS = 5.0
 """Median steps of a series beyond which nothing is interpolated between two samples."""
@@ -61,16 +61,10 @@ class SignalFile(LogFile):
         """Set the columns of the log.
 
         Raises:
-            BadInput: for no column, or a name under ``hold`` of the description that is no column or topic.
+            BadInput: for no column.
         """
         if not lengths:
             raise self.fault("no signal of numbers")
-        for name in self.description.hold:
-            if not any(_of(column, name) for column in lengths):
-                found = f"`{shown(name)}`, which is no topic or column of the log"
-                expected = f"topics or columns, such as {listing(list(lengths), 5)}"
-                place = self.description.place("hold")
-                raise BadInput(place, found, expected, nearest_name(name, lengths), code="LOG013")
         self.lengths, self.names = lengths, (TIME, *(name for name in lengths if name != TIME))
 
     def load(self, wanted: Sequence[str]) -> Columns:
@@ -151,7 +145,7 @@ def at_common_times(
         before = np.clip(np.searchsorted(one.time, time, side="right") - 1, 0, len(one.time) - 1)
         gap = _in_gap(one, time, before)
         kept &= ~gap
-        held = [c for c in one.columns if any(_of(c, name) for name in description.hold)]
+        held = [c for c in one.columns if any(is_part_of(c, name) for name in description.hold)]
         for column, values in zip(one.columns, one.values.T, strict=True):
             columns[column] = values[before] if column in held else np.interp(time, one.time, values)
         notes.append(_words(one, base, len(held), int(gap.sum()), in_seconds))
@@ -206,7 +200,7 @@ def grouped_by_time(signals: Mapping[str, Signal]) -> list[Series]:
     return made
 
 
-def _of(column: str, name: str) -> bool:
+def is_part_of(column: str, name: str) -> bool:
     """Whether a column is, or is part of, the column or topic of this name."""
     return column == name or column.startswith((f"{name}.", f"{name}["))
 
