@@ -47,7 +47,7 @@ def prove(proof: dict[str, Any], files: dict[str, str]) -> dict[str, Any]:
     c = frame.read(proof["name"], files)
     # A parameter has the value that `prepare` computes from the values, in exact arithmetic. The decimals in the header
     # are these values rounded, and of a difference with an error of the size of its terms, but of at most a share of
-    # 1e-4 (rounding.py bounds the effect on other values). A parameter that is the exp of a number has its decimal as
+    # 1e-3 (rounding.py bounds the effect on other values). A parameter that is the exp of a number has its decimal as
     # value, in all that is computed from it, and so has this exp wherever it occurs, except exp(0).
     known: dict[Any, Any] = {}
     decimals: dict[Any, Any] = {}  # of an exp: one, or those of many parameters could lead away from it
@@ -57,7 +57,7 @@ def prove(proof: dict[str, Any], files: dict[str, str]) -> dict[str, Any]:
         decimal = c.values.get(parameter, exact.constant())
         exps = {(f, p): term(decimal) for (f, p), e in known.items() if f == "exp" and p and e == exact}
         size = abs(decimal) if exps else prepared.sizes[parameter]
-        most = min(size * c.precision.rounding, abs(exact.constant()) / 10**4)
+        most = min(size * c.precision.rounding, abs(exact.constant()) / 10**3)
         demand(abs(exact.constant() - decimal) <= most, OTHERS.format(parameter))
         demand(all(decimals.setdefault(key, e) == e for key, e in exps.items()), OTHERS.format(parameter))
         known |= exps

@@ -8,10 +8,11 @@ doubles, with 1e18 for 1e150: in exact arithmetic both compute the same. So, in 
 - `step` sets fault 0 if the sum `check` is within the limit and the mode is RUNNING, and else fault 1.
 - HOLDING follows 1, 2, 4 or 8 invalid samples in a row. The count is at most 8 and cannot overflow.
 - A sample is valid if the sum of all inputs is within the limit; `check` of the step is a sum that holds every next
-  state once, and depends on every input. A valid sample leaves HOLDING and STARTING, and any value that is not a
-  mode; the next mode is RUNNING, or STARTING if the state that this sample gives is invalid.
+  state once, and to which every input passes on its NaN or infinity. A valid sample leaves HOLDING and STARTING, and
+  any value that is not a mode; the next mode is RUNNING, or STARTING if the state that this sample gives is invalid.
 """
 
+import ast
 import re
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -355,12 +356,26 @@ def detects(c: C) -> None:
     )
     sources: dict[str, set[str]] = {}
     for target, value in re.findall(r"([\w.]+)(?:\[[^][]*\])? \+?= ([^;={}]+);", before):
-        sources.setdefault(target, set()).update(re.findall(r"[A-Za-z_][\w.]*", value))
+        sources.setdefault(target, set()).update(passed_on(ast.parse(value.strip(), mode="eval").body))
     reached, left = set(), {re.sub(r"\[\d+\]", "", x) for x in summed}
     while left:
         reached |= left
         left = {y for x in left for y in sources.get(x, ())} - reached
     demand({re.sub(r"\[\d+\]", "", x) for x in inputs} <= reached, f"{name}.c: `check` does not see all inputs")
+
+
+def passed_on(node: ast.expr) -> set[str]:
+    """Names in an expression of C whose NaN or infinity is passed on: none in a divisor or a call of sign or exp."""
+    match node:
+        case ast.Name() | ast.Attribute():
+            return {ast.unparse(node)}
+        case ast.Call(ast.Name(name), [argument]) if name in ("fabs", "sin", "cos"):
+            return passed_on(argument)
+        case ast.BinOp(left, operator, right):
+            return passed_on(left) | (set() if isinstance(operator, ast.Div) else passed_on(right))
+        case ast.UnaryOp(_, of) | ast.Subscript(of):
+            return passed_on(of)
+    return set()
 
 
 def terms(name: str, text: str) -> list[str]:

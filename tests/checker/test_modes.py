@@ -18,6 +18,8 @@ from codegen.checker import frame, verify
 from codegen.checker.verify import Refused
 from codegen.replay.engine import load_twin
 
+from .forged import certificate, changed, check
+
 GENERATED = Path(__file__).parents[2] / "generated"
 SHIPPED = sorted(path.parent.name for path in GENERATED.glob("*/manifest.json"))
 RESUMED = "    state->mode = ONE_MASS_RUNNING;\n    state->invalid_samples = 0u;\n}\n\n/* Handle"
@@ -120,6 +122,32 @@ def test_forged_modes_are_refused(case: str) -> None:
     proof = verify.theorem.read((GENERATED / "one_mass" / "proof.json").read_text("utf-8"))
     with pytest.raises(Refused, match="the kernel does not prove"):
         verify.theorem.proved(proof, sources)
+
+
+@pytest.mark.parametrize("of", ["sign", "exp"])
+@pytest.mark.parametrize("added", [" + inputs->u", ""])
+def test_an_input_whose_infinity_no_next_state_shows_is_in_the_check(of: str, added: str) -> None:
+    """sign(NaN) is 0 in the C, exp(-inf) too: an input in these alone was invalid in samples with fault 0."""
+    code, model = {
+        "sign": ("one_mass_sign(inputs->u)", "sgn(inputs.u)"),
+        "exp": ("exp(-inputs->u * inputs->u)", "exp(-inputs.u*inputs.u)"),
+    }[of]
+    _, files = changed(
+        "one_mass",
+        ("inputs->w - F_hat_rail", f"inputs->w * {code} - F_hat_rail"),
+        ("inputs->x + inputs->w", "inputs->x + inputs->w + inputs->u"),
+        (CHECK, CHECK.replace(";", f"{added};")),
+    )
+    field = b"double w; /* N: input */"
+    files["one_mass.h"] = files["one_mass.h"].replace(field, field + b" double u; /* 1: input */")
+    proof = certificate("one_mass", "proof.json")
+    force = proof["force"][0].replace("inputs.w", f"inputs.w*{model}")
+    proof |= {"force": [force], "acceleration": {"true.v": f"({force})/parameters.m"}}
+    if added:
+        assert check(proof, files).whole
+    else:
+        with pytest.raises(Refused, match="does not see all inputs"):
+            check(proof, files)
 
 
 def test_the_genuine_files_are_proved() -> None:
