@@ -40,6 +40,8 @@ COMMANDED = frozenset(
     {"command", "commands", "cmd", "desired", "target", "reference", "ref", "setpoint", "goal", "action"}
 )
 """Words of a column's name that say that it holds a command, and no measured position."""
+SUPPLY = frozenset({"supply", "bus", "vbus", "battery", "batt", "vin", "dc", "mains", "input"})
+"""Words of a column's name that say that its voltage or current is that of the drive's supply."""
 COUNTED = frozenset({"sample", "samples", "index", "idx", "row", "line", "nr", "no", "number", "n", "k", "count", "id"})
 """Words of the name of a column of row numbers, which is no time."""
 COUNTS = frozenset({"counts", "count", "cnts", "cnt", "ticks", "tick", "increments", "incs", "inc", "pulses", "lsb"})
@@ -158,7 +160,7 @@ def _numbered(group: Sequence[str], left: Mapping[str, str], spec: Spec) -> list
     usual, sets = USUAL.get(unit_of(group[0], spec), frozenset()), dict[str, list[str]]()
     for name in left:
         words = words_of(re.sub(r"\d+", " ", name))
-        if re.search(r"\d", name) and usual.intersection(words) and not _is_command(group[0], name, spec):
+        if re.search(r"\d", name) and usual.intersection(words) and not _is_another(group[0], name, spec):
             sets.setdefault(re.sub(r"\d+", "#", name), []).append(name)
     whole = [names for names in sets.values() if len(names) == len(group)]
     return sorted(whole[0], key=lambda name: [int(n) for n in re.findall(r"\d+", name)]) if len(whole) == 1 else []
@@ -187,15 +189,18 @@ def _by_name(symbol: str, name: str, left: Mapping[str, str], spec: Spec) -> boo
 
 def _by_unit(symbol: str, name: str, left: Mapping[str, str], spec: Spec) -> bool:
     unit = _unit(name, left[name])
-    return unit != "" and _fits(unit, unit_of(symbol, spec)) and not _is_command(symbol, name, spec)
+    return unit != "" and _fits(unit, unit_of(symbol, spec)) and not _is_another(symbol, name, spec)
 
 
 def _by_usual_name(symbol: str, name: str, left: Mapping[str, str], spec: Spec) -> bool:
-    return bool(USUAL.get(unit_of(symbol, spec), frozenset()) & _words(name)) and not _is_command(symbol, name, spec)
+    return bool(USUAL.get(unit_of(symbol, spec), frozenset()) & _words(name)) and not _is_another(symbol, name, spec)
 
 
-def _is_command(symbol: str, name: str, spec: Spec) -> bool:
-    return symbol in spec.positions and bool(COMMANDED & _words(name))
+def _is_another(symbol: str, name: str, spec: Spec) -> bool:
+    """Whether the name says that the column is a command, for a position, or of the drive's supply, for an input."""
+    if symbol in spec.positions:
+        return not _words(name).isdisjoint(COMMANDED)
+    return unit_of(symbol, spec) in ("V", "A") and not _words(name).isdisjoint(SUPPLY)
 
 
 def is_counter(name: str) -> bool:

@@ -157,3 +157,12 @@ def test_between_two_rows_the_mean_acts(fast: Log) -> None:
     errors = [np.sqrt(np.mean((one.inputs - exact)[used] ** 2)) for one in (between, log)]
     assert errors[0] < 0.5 * errors[1]
     np.testing.assert_array_equal(acting_earlier(log, {}).inputs, log.inputs)
+
+
+def test_a_lead_that_is_too_long_to_be_corrected_is_a_warning(fast: Log) -> None:
+    """A screw drive's torque is 5.9 rows late, of which no word was said."""
+    log = every(fast, means=True)
+    late = replace(log, inputs=np.vstack([log.inputs[:1]] * 5 + [log.inputs[:-5]]), description=LogDescription())
+    leads, (finding,) = leads_of(late)
+    assert not leads and finding.severity == "warning" and finding.figures["lead"] > 2.5
+    assert "only leads up to 2.5 rows are" in finding.words and "`late: {w: " in finding.words

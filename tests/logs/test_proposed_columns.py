@@ -36,7 +36,8 @@ PROPOSED = {
     "clock_s,phi,i": {"t": "clock_s"},
     "t,ref_angle,angle [deg],i": {"phi": '"angle [deg]"'},
 }
-NOT_TOLD = ("t,phi,a,b", "t,phi,left_A,right_A", "t,phi,flow_mm")
+NOT_TOLD = ("t,phi,a,b", "t,phi,left_A,right_A", "t,phi,flow_mm", "t,phi,input_current,load", "t,phi,battery_A,load")
+"""The last two have the current of the supply; of a servo, `u: input_volts` was proposed."""
 
 
 @pytest.fixture

@@ -68,10 +68,13 @@ class Lead:
     @property
     def matters(self) -> bool:
         """Whether its estimate is significant, it is in the range that is corrected, and its force is material."""
+        return self.is_shown and self.rows <= LARGEST_LEAD
+
+    @property
+    def is_shown(self) -> bool:
+        """Whether its estimate is significant and its force is material; it may be too long to be corrected."""
         significant = self.estimate > SURE * self.deviation and self.size >= LEAST_SIZE
-        if not significant or not LEAST_LEAD <= self.rows <= LARGEST_LEAD:
-            return False
-        return self.rows <= ABOUT_HALF or self.explained >= EXPLAINED
+        return significant and self.rows >= LEAST_LEAD and (self.rows <= ABOUT_HALF or self.explained >= EXPLAINED)
 
 
 def acting_earlier(log: Log, rows: Mapping[int, float]) -> Log:
@@ -90,8 +93,9 @@ def acting_earlier(log: Log, rows: Mapping[int, float]) -> Log:
 def input_leads(problem: Problem, log: Log) -> tuple[dict[int, float], tuple[Finding, ...]]:
     """The leads that are corrected (index of the input → rows), and the findings on them.
 
-    Where ``input_hold`` is stated nothing is corrected, and a lead of more than ``ABOUT_HALF`` rows is a finding. An
-    input without a significant lead of its own is corrected by ``common_lead`` if its estimate agrees with it.
+    Where ``input_hold`` is stated nothing is corrected, and a lead of more than ``ABOUT_HALF`` rows is a finding; so is
+    one above ``LARGEST_LEAD``, which is not corrected either. An input without a significant lead of its own is
+    corrected by ``common_lead`` if its estimate agrees with it.
     """
     system, about = problem.system, log.description
     if system.actuators:
@@ -102,14 +106,14 @@ def input_leads(problem: Problem, log: Log) -> tuple[dict[int, float], tuple[Fin
     leads, found, alike = dict[int, float](), list[Finding](), list[str]()
     for k, lead in own.items():
         w = system.inputs[k]
-        if not lead.matters:
+        if not lead.is_shown:
             if common and lead.apart(common) <= SURE:
                 leads[k] = common
                 alike.append(w.name)
             continue
         if stated and lead.rows <= ABOUT_HALF:
             continue
-        if not stated:
+        if lead.matters and not stated:
             leads[k] = lead.rows
         figures = {"lead": lead.rows, "deviation": lead.deviation, "explained": lead.explained}
         words = _words(w.name, lead.rows, problem.motion.sample_time, stated)
@@ -153,9 +157,10 @@ def _words(w: str, rows: float, h: float, stated: bool) -> str:
         "acts or behind a filter of the drive, or the motion is logged early"
     )
     key = f"`late: {{{w}: {by}}}` in meta.yaml beside the log"
-    if stated:
+    if stated or rows > LARGEST_LEAD:
+        why = "the description states `input_hold`" if stated else f"only leads up to {LARGEST_LEAD:g} rows are"
         return (
-            f"{early}. Nothing is corrected, since the description states `input_hold`; {key} corrects it. Otherwise "
+            f"{early}. Nothing is corrected, since {why}; {key} corrects it. Otherwise "
             "compliance, damping or presliding may be named in its place."
         )
     return (
