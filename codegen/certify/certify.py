@@ -124,13 +124,13 @@ def _certified(
         return replace(_no_words(analysis, error), regions=by_parts())
     except verify.Refused as error:
         return replace(_undecided(analysis, str(error)), regions=by_parts())
-    why = "no quadratic Lyapunov function common to the whole envelope was found"
+    why = "no quadratic Lyapunov function was found that decreases at every operating point of the envelope"
     found_first = _proposals(analysis, family, cells, common, spectral, all_angles)
     for candidate, share in ((each, share) for each in found_first for share in SLOWER):
         try:
             ((content, report),) = proved([(base, replace(candidate, rate=share * candidate.rate))], analysis)
         except verify.Refused as error:
-            why = f"the matrix that was found fails the check in exact arithmetic ({error})"
+            why = f"a Lyapunov function was found, and the checker refuses it once its numbers are rounded ({error})"
             continue
         found = Certificate(
             content,
@@ -215,7 +215,11 @@ def spectral_rate(analysis: Analysis) -> float:
 
 def _no_words(analysis: Analysis, error: Exception) -> Refusal:
     """The refusal of error dynamics that the certificate format cannot express."""
-    why = str(error) if isinstance(error, NotEnclosable) else f"a certificate cannot express {error}"
+    why = (
+        str(error)
+        if isinstance(error, NotEnclosable)
+        else f"the error dynamics contain {error}, which a certificate cannot state"
+    )
     return _undecided(analysis, why, narrower=False)
 
 

@@ -70,7 +70,7 @@ class Enclosure:
         if count_varying > MOST_PARAMETERS:
             varying = [str(family.bounded.get(v, v)) for v in family.variables if v != PI]
             count = f"the error dynamics depend on {', '.join(varying)} through {count_varying} expressions"
-            raise NotEnclosable(f"{count}, and this version encloses up to {MOST_PARAMETERS}")
+            raise NotEnclosable(f"{count} that vary over the envelope, and at most {MOST_PARAMETERS} can be covered")
         self._values = _parsed(family.parameters, family.variables)
         self._function = function_of(family.matrix, [*family.parameters])
 

@@ -71,7 +71,9 @@ def build_family(dynamics: ErrorDynamics, ranges: Mapping[sympy.Symbol, tuple[An
     numbers = {**observer.values, sympy.Symbol("h", real=True): observer.sample_time}
     matrix = dynamics.in_force(dynamics.sampled).xreplace(numbers)
     if matrix.has(ComputedEntry) or (dynamics.inverse_mass and observer.system.mass_matrix.has(ComputedEntry)):
-        raise NotEnclosable("an M(x) or force computed along a robot's joints; a certificate needs expressions")
+        raise NotEnclosable(
+            "the mass matrix or the force comes from a robot file and has no formula, which a certificate needs"
+        )
     matrix, slips = _in_slips(matrix, dynamics, ranges)
     matrix = matrix.applyfunc(expand_products)
     ranges = {**ranges, **slips}
@@ -199,7 +201,8 @@ def _inverse_mass(
     n = mass.rows
     if mass.free_symbols and n > LARGEST_INVERSE:
         raise NotEnclosable(
-            f"a mass matrix of order {n} that varies with position; this version encloses up to order {LARGEST_INVERSE}"
+            f"the mass matrix varies with position and is {n} by {n}, and certificates cover up to"
+            f" {LARGEST_INVERSE} by {LARGEST_INVERSE}"
         )
     if not mass.free_symbols:
         exact = mass.inv()
@@ -279,7 +282,7 @@ def _bounded_functions(entry: Any, bounded: dict[Any, sympy.Symbol], ranges: Map
         NotEnclosable: for log, which certificates do not have.
     """
     if entry.has(sympy.log):
-        raise NotEnclosable("log occurs in the slope of the force, and certificates have no such function")
+        raise NotEnclosable("the slope of the force contains a logarithm, which a certificate cannot state")
     for atom in sorted(entry.atoms(Sgn, sympy.tanh), key=str):
         sign = _known_sign(atom.args[0], ranges) if atom.func is Sgn else 0
         if sign:

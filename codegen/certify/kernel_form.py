@@ -94,11 +94,13 @@ def _refuse_uncovered(observer: Observer, content: Mapping[str, Any]) -> None:
     if content["along"]:
         raise NotCovered("a refutation")
     if observer.integration not in ("euler", "semi_implicit", "exponential"):
-        raise NotCovered(f"the step {observer.integration}")
+        raise NotCovered(f"the step is {observer.integration}, and the proof of the C covers explicit steps only")
     if len(content["error"]) != len(observer.errors):
-        raise NotCovered("a proof by structure")
+        raise NotCovered(
+            "this certificate is about one mode of the error, and has no matrix of all errors to find in the C"
+        )
     if observer.system.sensor_errors:
-        raise NotCovered("a sensor that reads wrong")
+        raise NotCovered("the code corrects a sensor error by iteration, which the proof of the C does not cover")
 
 
 def with_solution(proof: str, content: Mapping[str, Any]) -> str:
@@ -303,7 +305,7 @@ def infix(entry: Any, names: Mapping[str, str]) -> str:
         return f"{word}({texts[0]})"
     if word == "abs":
         return names.get(f"|{texts[0]}|") or f"fabs({texts[0]})"
-    raise NotCovered(f"a matrix with {word}")
+    raise NotCovered(f"the error matrix contains {word}, a function that the proof of the C does not have")
 
 
 class Writer:
@@ -376,7 +378,7 @@ class Writer:
         if e.is_Symbol:
             name = "sample_time" if e.name == "h" else e.name
             if name not in self._places:
-                raise NotCovered(f"the quantity {name}")
+                raise NotCovered(f"the model uses {name}, which is no input, output, state or parameter of the code")
             return str(self._places[name])
         if e.is_Pow and e.exp.is_Integer and e.exp > 0:
             return "*".join([self._factor(e.base)] * int(e.exp))
@@ -384,7 +386,8 @@ class Writer:
             return f"{FUNCTIONS[e.func]}({self._sum(e.args[0])})"
         if e.is_Add or e.is_Mul or e.is_Number:
             return f"({self._sum(e)})"
-        raise NotCovered(f"the number {e}" if e.is_NumberSymbol else f"the function {e.func}")
+        what = f"the number {e}" if e.is_NumberSymbol else f"the function {e.func}"
+        raise NotCovered(f"the model contains {what}, which the proof of the C does not have")
 
 
 def estimates_of(observer: Observer) -> list[Any]:

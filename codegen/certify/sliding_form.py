@@ -38,7 +38,7 @@ def sliding_proofs(observer: Observer, places: Mapping[str, str], content: Mappi
     """
     system, write = observer.system, Writer(observer, places)
     if observer.integration != "euler" or observer.velocity != "estimated":
-        raise NotCovered("a DFO with another step than euler, or whose velocity is measured")
+        raise NotCovered("of a DFO, the proof of the C covers the euler step with estimated velocity only")
     ends = {x: [sympy.Rational(e) for e in pair] for x, pair in content["variables"].items()}
     shown = dict(zip(estimates_of(observer), (e.truth for e in observer.errors), strict=True))
     state = {e.contact: e.truth for e in observer.errors if e.of == "state"}
@@ -120,7 +120,7 @@ def _speeds(observer: Observer, ends: Mapping[str, list[Any]]) -> dict[Any, tupl
             most = (min(-low, high) - taken) / (len(free) * abs(u.coeff(v)))
             left[v] = min(most, left.get(v, most))
     if any(most <= 0 for most in left.values()) or not {*system.velocities} <= {*found, *left}:
-        raise NotCovered("slips without a range for each velocity")
+        raise NotCovered("the ranges of the slips in sliding.json leave no range for one of the velocities")
     return found | {v: (None, [-most, most]) for v, most in left.items()}
 
 
@@ -146,14 +146,16 @@ def _largest_sources(
         slopes = {y: rate.coeff(y) for y in free if rate.has(y)}
         rest = sympy.expand(rate - sum(y * c for y, c in slopes.items()))
         if rest.has(*free) or any(not c.is_number for c in slopes.values()) or not rest.free_symbols <= box.keys():
-            raise NotCovered("accelerations that are not linear in positions and inputs")
+            raise NotCovered(
+                "an acceleration is not linear in positions and inputs, so that no ranges of these follow from its own"
+            )
         taken = sum(
             abs(c) * sympy.prod(max(map(abs, box[x])) ** n for x, n in zip(box, powers, strict=True))
             for powers, c in sympy.Poly(rest, *box).terms()
         )
         low, high = ends[f"slip_{contact.name}_dot_along"]
         if min(-low, high) <= taken:
-            raise NotCovered("accelerations that the friction alone exceeds")
+            raise NotCovered("friction and damping alone can exceed the range of an acceleration in sliding.json")
         for y, c in slopes.items():
             share = (min(-low, high) - taken) / (len(slopes) * abs(c))
             most[y] = min(share, most.get(y, share))
@@ -202,7 +204,9 @@ def _in_signs(law: Any, s: sympy.Symbol, along: Mapping[Any, Any]) -> tuple[Any,
         forward = range_of(x, along)
         backward = range_of(x, {u: (-low, -high) for u, (low, high) in along.items()})
         if any(low <= 0 <= high for low, high in (forward, backward)):
-            raise NotCovered(f"the sign of {x}, which changes in the region")
+            raise NotCovered(
+                f"{x} changes its sign in the region of sliding.json, and the friction law has a kink there"
+            )
         sign = sympy.sign(forward[0])
         found[x] = sign if sign == sympy.sign(backward[0]) else sign * s
     law = law.replace(Magnitude, lambda x: found[x] * x).replace(Sgn, lambda x: found[x])

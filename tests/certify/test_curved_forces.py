@@ -77,14 +77,14 @@ def test_a_cubic_force_needs_a_range() -> None:
     machine = rail(effects=HARD)
     outcome = machine.outcome
     assert isinstance(outcome, Certificate) and isinstance(outcome.bounds, str)
-    assert outcome.bounds == "g is not affine, and the envelope has no range for x"
+    assert outcome.bounds == "the force is not linear in position and input, and the envelope has no range for x"
 
 
 @pytest.mark.parametrize(
     ("force", "said"),
     [
-        ("w + k*sgn(x)", "g jumps where x changes its sign"),
-        ("w + k*sgn(x)*cos(x/d)", "g jumps where x changes its sign"),
+        ("w + k*sgn(x)", "the force jumps where x changes its sign"),
+        ("w + k*sgn(x)*cos(x/d)", "the force jumps where x changes its sign"),
         ("w - k/(2 + x/d)", "no bound of"),
     ],
 )

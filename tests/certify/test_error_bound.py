@@ -294,13 +294,13 @@ REASONS = {
     "implicit": (TEXT, "implicit", "estimated", "the step is implicit"),
     "exponential": (TEXT, "exponential", "estimated", "the step is exponential"),
     "measured": (TEXT, "euler", "measured", "the observer measures velocity"),
-    "varying mass": (TURNED, "euler", "estimated", "M depends on x, and a bound is known for a constant M"),
+    "varying mass": (TURNED, "euler", "estimated", "the mass matrix depends on x, and the bound covers a constant one"),
     "no accelerations": (TEXT.replace("v_dot: [-80, 80], ", ""), "euler", "estimated", "has no range for v_dot"),
     "drag": (
         PLACED.replace("force: [w]", "force: [w - drag*v*v]").replace("envelope: {", "envelope: {v: [0.1, 1], "),
         "euler",
         "estimated",
-        "the slope of g in v is no constant, and a bound is known for constant slopes only",
+        "the damping dg/dv is not constant, and the bound covers a constant one",
     ),
 }
 

@@ -47,8 +47,8 @@ PROVED = (
     "two_link_arm",
 )
 LEFT = {
-    "one_mass_dfo_implicit": "the step implicit",
-    "seven_joint_arm": "a proof by structure",
+    "one_mass_dfo_implicit": "the step is implicit",
+    "seven_joint_arm": "one mode of the error",
 }
 
 

@@ -30,7 +30,7 @@ def machine(effects: str) -> Derived:
     [
         ("[]", ()),
         (DELAY, ()),
-        (ECCENTRIC, ("a sensor that reads wrong", "the sensor of x reads wrong")),
+        (ECCENTRIC, ("the code corrects a sensor error by iteration", "the sensor of x reads wrong")),
         (COGGING, ()),
         (UNSTABLE, ("no certificate",)),
     ],

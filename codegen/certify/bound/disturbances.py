@@ -78,12 +78,12 @@ def disturbances(spec: Spec, observer: Observer, response: Response, off: ModelE
     by_clock = [scale * scale * a for a in acceleration]
     velocity = [largest(v.name) for v in system.velocities]
     if any((*response.by_position, *by_position)) and None in velocity:
-        return "g depends on x, and the envelope has no range for every velocity"
+        return "the force depends on position, and then the bound needs a range of every velocity in the envelope"
     inputs = [largest(w.name) for w in system.inputs]
     if off.gain and None in inputs:
         return "the envelope has no range for every input"
     if off.time and any(response.by_velocity) and None in velocity:
-        return "g depends on v, and the envelope has no range for every velocity"
+        return "the force depends on velocity, and then the bound needs a range of every velocity in the envelope"
     speeds = [s or Fraction(0) for s in velocity]
     speeds_by_clock = [scale * s for s in speeds]
     distribution = observer.distribution
@@ -91,7 +91,7 @@ def disturbances(spec: Spec, observer: Observer, response: Response, off: ModelE
     for c, contact in enumerate(system.contacts):
         slides = sliding(observer, contact)
         if slides is None:
-            return f"the law {contact.law.name} at {contact.name} has no bound on its slope"
+            return f"the law {contact.law.name} at {contact.name} can be arbitrarily steep over speed"
         contact_rates.append(scale * slides.slope * dot(distribution.col(c), acceleration))
     coordinate_rates = [dot(distribution.row(i), contact_rates) for i in range(n)]
     friction_rates = []
@@ -132,7 +132,7 @@ def largest_slopes(spec: Spec, observer: Observer, part: Any, off: ModelError) -
     """
     system, unknown = observer.system, []
     if part.has(Sgn):
-        return f"g jumps where {next(iter(part.atoms(Sgn))).args[0]} changes its sign"
+        return f"the force jumps where {next(iter(part.atoms(Sgn))).args[0]} changes its sign"
 
     def end(name: str) -> Any:
         return max((abs(sympy.Rational(e)) for e in spec.envelope.get(name, ())), default=sympy.Integer(0))
@@ -158,7 +158,7 @@ def largest_slopes(spec: Spec, observer: Observer, part: Any, off: ModelError) -
         return sympy.Integer(0)
 
     bounds = [largest(part.diff(x)) for x in (*system.positions, *system.inputs)]
-    return f"g is not affine, and {unknown[0]}" if unknown else bounds
+    return f"the force is not linear in position and input, and {unknown[0]}" if unknown else bounds
 
 
 def unbounded_effect(system: System) -> str:

@@ -55,7 +55,7 @@ def domain_bound(
     scale, step = abs(gear), np.array(response.step.tolist(), dtype=float)
     phi, beta = step[0, 0], -gear * step[0, 1]
     if not (0 <= phi < 1 and beta > 0):
-        return "through reversals no bound is known: h K_v is above 1"
+        return "through reversals no bound is known: h K_v is above 1; lower K_v or shorten the sample time"
     contact = observer.system.contacts[0]
     if isinstance(contact.law, DynamicLaw):  # its friction is not monotone in the slip
         return f"through reversals no bound is known for a law with a state, as {contact.law.name} at {contact.name}"

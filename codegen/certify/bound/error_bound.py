@@ -177,7 +177,7 @@ def error_bounds(
     other_sizes = {cause: size for cause, size in with_model_error.items() if not isinstance(size, str)}
     sums = impulse_sums(response, [sizes, *other_sizes.values()], certificate)
     if sums is None:
-        return f"the error decays too slowly to be summed over {LONGEST} samples"
+        return f"the error has not decayed after {LONGEST} samples, the most that are summed"
     bounds = steady_bounds(response, sums, sizes)
     n, h = system.degrees_of_freedom, float(observer.sample_time)
     steady = [b.bound for b in bounds]

@@ -33,9 +33,9 @@ from codegen.spec.model import symbol
 STEP = symbol("h")
 """Symbol of the sample time."""
 SLOPES = {
-    "by_position": "the slope of g in x",
-    "by_velocity": "the slope of g in v",
-    "by_input": "the slope of g in the inputs",
+    "by_position": "the stiffness dg/dx",
+    "by_velocity": "the damping dg/dv",
+    "by_input": "the input gain dg/dw",
 }
 """Matrix of ``Response`` → its name in reasons."""
 
@@ -86,7 +86,9 @@ def error_response(observer: Observer) -> Response | str:
     values, acceleration, estimates = _substituted(observer, inverse, a, nonaffine)
     rates = observer.rates.xreplace(numbers).xreplace(values)
     if nonaffine.parts and (observer.domain is not None or rates.free_symbols & nonaffine.parts.keys()):
-        return "g is not affine in x; with a domain, or with states that use g directly, no bound is known"
+        return (
+            "the force is not linear in position; with a domain, or where the observer integrates it, no bound is known"
+        )
 
     z, x = sympy.Matrix(observer.states), sympy.Matrix(system.positions)
     step_rates = rates.xreplace(dict(zip(a, acceleration, strict=True)))
@@ -132,15 +134,15 @@ def _numbers(observer: Observer) -> dict[sympy.Symbol, Any]:
 def _unsupported(observer: Observer) -> str:
     """Why an observer of this kind has no response; empty if it may have one."""
     if observer.velocity == "measured":
-        return "the observer measures velocity, and a bound is known for estimated velocity alone"
+        return "the observer measures velocity, and the bound covers estimated velocity only"
     if observer.integration == "implicit":
-        return "the step is implicit, and a bound is known for euler and semi_implicit"
+        return "the step is implicit, and the bound covers euler and semi_implicit"
     if observer.kind in ("dfo", "gdfo"):
-        return "the error of a DFO's friction state is not linear"
+        return "the error of a DFO's friction state is not linear, and the bound is a sum of linear responses"
     if varying := _names(observer.system.mass_matrix.xreplace(_numbers(observer))):
-        return f"M depends on {varying}, and a bound is known for a constant M"
+        return f"the mass matrix depends on {varying}, and the bound covers a constant one"
     if varying := _names(observer.system.distribution.xreplace(_numbers(observer))):
-        return f"the friction distribution U depends on {varying}, and a bound is known for a constant U"
+        return f"the friction distribution depends on {varying}, and the bound covers a constant one"
     return ""
 
 
@@ -177,17 +179,17 @@ def _not_constant(observer: Observer, matrices: Mapping[str, Matrix]) -> str:
     if not varying:
         return ""
     if observer.integration == "exponential":
-        return "the step is exponential, and a bound is known for euler and semi_implicit"
+        return "the step is exponential, and the bound covers euler and semi_implicit"
     slopes = [words for name, words in SLOPES.items() if name in varying and varying[name].free_symbols]
     if slopes or any(e.free_symbols for e in varying.values()):
-        what = slopes[0] if slopes else "the slope of h"
-        reason = f"{what} is no constant, and a bound is known for constant slopes only"
+        what = slopes[0] if slopes else "the slope of the gain function h"
+        reason = f"{what} is not constant, and the bound covers a constant one"
         curved = _curved_contacts(observer) if what == SLOPES["by_velocity"] else []
         by_law = (
             f"; the effects on {', '.join(curved)} are curved over the slip speed: a curve that is the contact's law"
         )
         return f"{reason}{by_law} (`law: gaussian`) has a bound, since it is then estimated" if curved else reason
-    return "a number of the step is not rational"
+    return "the matrix of a sample contains an irrational number, and the bound is computed in rational ones"
 
 
 def _curved_contacts(observer: Observer) -> list[str]:

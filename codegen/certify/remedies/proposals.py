@@ -110,7 +110,7 @@ def propose(spec: Spec, analysis: Analysis, derive: Derive) -> Proposals:
         return Proposals(None, None, str(error))
     limit = MOST_VERTICES_UNDECIDED if analysis.stable else MOST_VERTICES
     if vertices > limit:
-        return _too_large("vertices of Psi over the envelope", vertices, limit)
+        return _too_large("corner matrices over the envelope", vertices, limit)
     tried = ATTEMPTS if vertices == 1 else ATTEMPTS_VARYING
     return Proposals(_first("sample_time", times[:tried], derive), _first("gains", sets[:tried], derive))
 
