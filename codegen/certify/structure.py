@@ -36,12 +36,11 @@ same factor, because the terms in ρ add up to at most zero.
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
-from itertools import product
 from typing import Any
 
 import numpy as np
@@ -50,19 +49,17 @@ import sympy
 from codegen.analysis.analysis import Analysis
 from codegen.base.arrays import Array
 from codegen.base.exact_numbers import geometric
-from codegen.certify.content import Found, Frame, lines, one_line
+from codegen.certify.centre import least_rate
+from codegen.certify.content import Found, Frame, lines, one_line, proved
+from codegen.certify.enclosure import Enclosure
 from codegen.certify.family import Family
 from codegen.certify.lyapunov import common_lyapunov
 from codegen.certify.machine_extremes import MARGIN, Extremes, extremes
-from codegen.certify.prefix import rational_text, rounded, rounded_matrix, texts
+from codegen.certify.prefix import rounded
 from codegen.checker import verify
 from codegen.mechanics.system import Matrix
 from codegen.spec.model import symbol
 
-SLOWER = 1 - 1e-3
-"""Quotient of the certified rate and the rate found in floating point."""
-DIGITS = 6
-"""Significant digits of the entries of P."""
 MODES = 40
 """Values of σ for which P is searched."""
 MOST_CELLS, FINEST = 400, 1e-3
@@ -71,14 +68,19 @@ KAPPAS = (0.8, 1.1, 1.4, 1.8)
 """Values of κk/ν that are tried, ν being the least eigenvalue."""
 SHARES = (0.97, 0.9, 0.75)
 """Shares of the rate at the ``MODES`` values that are tried for the whole interval of σ."""
+Ends = tuple[Fraction, Fraction]
+"""(low, high) of σ."""
+Corners = Callable[[Fraction, Fraction], Array]
+"""Ends of an interval of σ → A at the vertices of the box of (σ, σ², 1/σ) over it."""
 MODE, SIGMA, P, Q, NU = (symbol(name) for name in ("mode", "sigma", "p", "q", "nu"))
 """Parameter of the scalar step, the variable σ, and the parameters p = σ, q = 1/σ and nu = σ² of the 3 by 3 step."""
+SCALAR = (("f", "a component of G^(-1/2) e, e the force errors, G = -K_2"),)
 COORDINATES = (
     ("r", "a component of T^(1/2) (u + kappa f), u = G^(1/2) e_v, f = G^(-1/2) e_f"),
     ("phi", "a component of f + beta u"),
     ("d", "a component of T^(1/2) (D + zeta) u, D the slope of M^-1 g in v"),
 )
-"""(name, meaning) of each component of the error of one mode in a certificate."""
+"""(name, meaning) of each component of the error of one mode in a certificate: measured and estimated velocity."""
 
 
 def by_structure(analysis: Analysis, stated: Frame) -> tuple[dict[str, Any], verify.Report] | None:
@@ -87,17 +89,26 @@ def by_structure(analysis: Analysis, stated: Frame) -> tuple[dict[str, Any], ver
     Args:
         stated: (analysis, family) → the fields of a certificate that do not depend on the proof.
     """
-    content = _measured(analysis, stated) or _estimated(analysis, stated)
-    if content is None:
-        return None
-    try:
-        return content, verify.check(json.dumps(content))
-    except verify.Refused:
+    if (found := _measured(analysis) or moving_mass(analysis)) is None:
         return None
 
+    def finish(_: Found, content: dict[str, Any]) -> dict[str, Any]:
+        """The certificate with the mode's own errors, claim and assumptions."""
+        template, errors, words = _of_all(analysis, found, content["lyapunov_matrix"])
+        words |= {"rate": float(Fraction(content["decay_rate"])), "period": float(Fraction(content["sample_time"]))}
+        return content | {
+            "claim": one_line(f"text/{template}_claim.j2", **words),
+            "assumptions": lines(f"text/{template}_assumptions.j2", **words),
+            "error": [{"name": name, "meaning": meaning, "unit": "1"} for name, meaning in errors],
+        }
 
-def _measured(analysis: Analysis, stated: Frame) -> dict[str, Any] | None:
-    """The certificate for measured velocity, from the scalar step 1 − hν; None if the observer has another form."""
+    with suppress(verify.Refused):
+        return proved([(stated(analysis, found.family), found)], analysis, finish)[0]
+    return None
+
+
+def _measured(analysis: Analysis) -> Found | None:
+    """The certified mode of measured velocity, the scalar step 1 − hν; None if the observer has another form."""
     observer, modes = analysis.dynamics.observer, analysis.modes
     form = observer.cascade
     if modes is None or form is None or observer.velocity != "measured" or observer.integration != "euler":
@@ -110,39 +121,25 @@ def _measured(analysis: Analysis, stated: Frame) -> dict[str, Any] | None:
         return None
     ends = rounded(low, 4), rounded(high, 4)
     family = Family({NU: ends}, {MODE: NU}, Matrix([[-MODE]]))
-    rate = rounded(SLOWER * min(float(end) * (1 - h * float(end) / 2) for end in ends), 4)
-    words = {"observer": observer, "rate": float(rate), "period": h, "modes": modes, "ends": [float(e) for e in ends]}
-    words |= {"points": len(analysis.points.values), "share": MARGIN}
-    return {
-        **stated(analysis, family),
-        "claim": one_line("text/structure_claim.j2", **words),
-        "assumptions": lines("text/structure_assumptions.j2", **words),
-        "error": [{"name": "f", "meaning": "a component of G^(-1/2) e, e the force errors, G = -K_2", "unit": "1"}],
-        "lyapunov_matrix": [["1"]],
-        "decay_rate": rational_text(rate),
-    }
+    return Found(family, np.eye(1), min(float(end) * (1 - h * float(end) / 2) for end in ends))
 
 
-def _estimated(analysis: Analysis, stated: Frame) -> dict[str, Any] | None:
-    """The certificate for estimated velocity with K_v = k I; None if the observer has another form or no V is found."""
-    mode = moving_mass(analysis)
-    if mode is None:
-        return None
-    rate = rounded(mode.rate * SLOWER, 4)
-    p, splits = mode.p / mode.p[1, 1], mode.splits[SIGMA]
-    exact = rounded_matrix(p, DIGITS, np.sqrt(np.diag(p)))
-    words = {"mode": mode, "rate": float(rate), "period": float(analysis.dynamics.observer.sample_time)}
-    words |= {"a": float(exact[0][0] / exact[1][1]), "ends": [float(e) for e in (splits[0], splits[-1])]}
-    words |= {"variables": {s.name: [float(e) for e in ends] for s, ends in analysis.points.ranges.items()}}
-    return {
-        **stated(analysis, mode.family),
-        "claim": one_line("text/moving_mass_claim.j2", **words),
-        "assumptions": lines("text/moving_mass_assumptions.j2", **words),
-        "error": [{"name": name, "meaning": meaning, "unit": "1"} for name, meaning in COORDINATES],
-        "splits": {SIGMA.name: [str(s) for s in splits]},
-        "lyapunov_matrix": texts(exact),
-        "decay_rate": rational_text(rate),
-    }
+def _of_all(analysis: Analysis, found: Found, p: list[list[str]]) -> tuple[str, Any, dict[str, Any]]:
+    """(kind of template, (name, meaning) of each error of the mode, words) for what the mode says of all errors.
+
+    Args:
+        p: P, exact.
+    """
+    if not isinstance(found, MovingMass):
+        words = {"modes": analysis.modes, "points": len(analysis.points.values), "share": MARGIN}
+        return "structure", SCALAR, words | {"ends": [float(e) for e in found.family.variables[NU]]}
+    ranges = {s.name: [float(e) for e in ends] for s, ends in analysis.points.ranges.items()}
+    ends = [float(e) for e in found.family.variables[SIGMA]]
+    return (
+        "moving_mass",
+        COORDINATES,
+        {"mode": found, "a": float(Fraction(p[0][0]) / Fraction(p[1][1])), "ends": ends, "variables": ranges},
+    )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -183,25 +180,29 @@ def certified_mode(h: Any, k: Any, machine: Extremes) -> MovingMass | None:
     ends = Fraction(math.floor(low * 1000), 1000), Fraction(math.ceil(high * 1000), 1000)
     if ends[0] <= 0:
         return None
-    best: tuple[float, Any, Matrix, Array] | None = None
+    best: tuple[float, Any, Family, Array, Enclosure] | None = None
     beta = h * k / 2
     for ratio in KAPPAS:
         kappa = rounded(ratio * machine.slowest / float(k), 3)
         step = mode_step(h, k, machine, kappa, beta)
-        function = _numbers(step)
-        sampled = [_corners(function, s, s)[0] for s in geometric(float(ends[0]), float(ends[1]), MODES)]
+        exact = (sympy.Rational(ends[0]), sympy.Rational(ends[1]))
+        family = Family({SIGMA: exact}, {P: SIGMA, NU: SIGMA**2, Q: 1 / SIGMA}, step)
+        enclosure = Enclosure(family)
+        sampled = enclosure.vertices(
+            {SIGMA: (s, s)} for s in map(Fraction, geometric(float(ends[0]), float(ends[1]), MODES))
+        )
         proposal = common_lyapunov(sampled, float(h), np.eye(3, dtype=bool))
         if proposal is not None and (best is None or proposal[1] > best[0]):
-            best = proposal[1], kappa, step, proposal[0]
+            best = proposal[1], kappa, family, proposal[0], enclosure
     if best is None:
         return None
-    alpha, kappa, step, p = best
-    exact = (sympy.Rational(ends[0]), sympy.Rational(ends[1]))
-    family = Family({SIGMA: exact}, {P: SIGMA, NU: SIGMA**2, Q: 1 / SIGMA}, step)
+    alpha, kappa, family, p, enclosure = best
     for share in SHARES:
-        splits = _splits(step, p, ends, alpha * share, float(h))
+        splits = _splits(lambda a, b: enclosure.vertices([{SIGMA: (a, b)}]), p, ends, alpha * share, float(h))
         if splits is not None:
-            return MovingMass(family, p, alpha * share, {SIGMA: splits}, extremes=machine, kappa=kappa, beta=beta)
+            return MovingMass(
+                family, p / p[1, 1], alpha * share, {SIGMA: splits}, extremes=machine, kappa=kappa, beta=beta
+            )
     return None
 
 
@@ -253,17 +254,15 @@ def _multi_affine(entry: Any, s: sympy.Symbol) -> Any:
     return sum((polynomial.coeff_monomial(s**i) * power for i, power in enumerate(powers)), sympy.Integer(0))
 
 
-def _splits(step: Matrix, p: Array, ends: tuple[Fraction, Fraction], alpha: float, h: float) -> list[Fraction] | None:
+def _splits(corners: Corners, p: Array, ends: Ends, alpha: float, h: float) -> list[Fraction] | None:
     """Ends of intervals of σ such that P proves the rate at every vertex of the box of (σ, σ², 1/σ) over each; or None.
 
     Found by bisection. None if more than ``MOST_CELLS`` intervals, or shorter ones than ``FINEST``, would be needed.
     """
-    waiting, done, function = [ends], [ends[0]], _numbers(step)
+    waiting, done = [ends], [ends[0]]
     while waiting and len(done) + len(waiting) <= MOST_CELLS:
         a, b = waiting.pop()
-        steps = np.eye(3) + h * np.array(_corners(function, float(a), float(b)))
-        gaps = (1 - 2 * alpha * h) * p - steps.transpose(0, 2, 1) @ p @ steps
-        if np.linalg.eigvalsh(gaps)[:, 0].min() > 0:
+        if least_rate(p, corners(a, b), h) > alpha:
             done.append(b)
         elif b - a < FINEST * b:
             return None
@@ -271,15 +270,3 @@ def _splits(step: Matrix, p: Array, ends: tuple[Fraction, Fraction], alpha: floa
             middle = Fraction(round(float(a + b) * 5000), 10000)
             waiting += [(middle, b), (a, middle)]
     return None if waiting else done
-
-
-def _numbers(step: Matrix) -> Callable[..., Any]:
-    """A over (σ, σ², 1/σ) in floating point."""
-    function: Callable[..., Any] = sympy.lambdify((P, NU, Q), step, "numpy")
-    return function
-
-
-def _corners(function: Callable[..., Any], a: float, b: float) -> list[Array]:
-    """A at the vertices of the box of (σ, σ², 1/σ) for σ in [a, b]."""
-    box = sorted(set(product((a, b), (a * a, b * b), (1 / a, 1 / b))))
-    return [np.array(function(*corner), dtype=float) for corner in box]

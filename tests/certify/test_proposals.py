@@ -136,8 +136,8 @@ def test_where_nothing_helps(tmp_path: Path) -> None:
 def test_one_that_is_too_large(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(proposals, "LARGEST", 1)
     path = write(tmp_path, "one_mass", ONE, "gains: {K_F: 20000, K_v: 100}")
-    assert proposed(path) == Proposals(None, None, "the observer has 2 error components, and the search takes up to 1")
-    assert "tried: 2 error components" in stiction("certify", path).err
+    assert proposed(path) == Proposals(None, None, "there are 2 error components, and the search takes up to 1")
+    assert "tried: there are 2 error components" in stiction("certify", path).err
 
 
 def test_text_and_json(tmp_path: Path) -> None:
