@@ -27,7 +27,7 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from fractions import Fraction
 from functools import cache
 from math import ceil, isqrt
-from operator import mul
+from operator import itemgetter, mul
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 if TYPE_CHECKING or __package__:
@@ -206,7 +206,10 @@ def propagated(
     starts = [[int(x * GRID) for x in c] for c in rows]
     of_all = all(len(c) == size and max(map(abs, c)) < 1 << LARGEST for c in starts)
     kernel.demand(starts and of_all, "no row of every error")
-    sparse = [[(i, a) for i, a in enumerate(column) if a] for column in [*across, *columns]]
+    sparse = []
+    for column in [*across, *columns]:
+        at = [i for i, a in enumerate(column) if a] * 2 or [0, 0]  # of one place itemgetter gives no tuple
+        sparse.append((itemgetter(*at), [a for a in column if a]))
     left_out = ceil(2 * unit * sum((root_above(Q[i][i]) for i in range(size)), Fraction(0)))
     bundles, total = [packed.pack(entries) for entries in zip(*starts, strict=True)], 0
     for n in range(last + 1):
@@ -215,7 +218,7 @@ def propagated(
             sums = [x + (n + 1) * left_out for x in packed.unpack(total, places)]
             entries = zip(*[packed.unpack(bundle, places) for bundle in bundles], strict=True)
             yield n, dict(zip(places, zip(entries, sums, strict=True), strict=True))
-        moved = [sum([a * bundles[i] for i, a in column]) for column in sparse]
+        moved = [sum(map(mul, column, of(bundles))) for of, column in sparse]
         total += sum(map(packed.magnitudes, moved[size:]))
         bundles = [packed.shifted(m * R) for m in moved[:size]]
 
