@@ -160,7 +160,7 @@ def _add(system: System, spec: Spec, index: int, declared: DeclaredEffect) -> Sy
     with_all = system.with_parameters(values, {symbols[name]: unit for name, unit in units.items()})
     richer = added(effect, with_all, place, symbols, spec.place(key))
     if declared.tolerance is not None:
-        _refuse_tolerance(effect, richer, place, symbols, spec.place(f"{key}.tolerance"))
+        _refuse_tolerance(effect, declared, richer, place, symbols, spec.place(f"{key}.tolerance"))
     if not numbers:
         return richer
     kept = {name: s for name, s in symbols.items() if name not in numbers}
@@ -199,18 +199,28 @@ def _written(effect: Effect, declared: DeclaredEffect, system: System) -> str:
 
 
 def _refuse_tolerance(
-    effect: Effect, system: System, place: int, symbols: Mapping[str, sympy.Symbol], where: Place
+    effect: Effect,
+    declared: DeclaredEffect,
+    system: System,
+    place: int,
+    symbols: Mapping[str, sympy.Symbol],
+    where: Place,
 ) -> None:
     """Raise BadInput where an effect cannot have a tolerance, which lets a refit change its parameters.
 
-    A refit is an unbounded linear fit to the force balance. So the parameters must all occur in the force balance, and
-    must have no limits: the refitted value could be one that a spec must not have.
+    A refit is a linear fit to the force balance, in which a value keeps its sign if its tolerance is below 100 %, and
+    has no other limit. So the parameters must all occur in the force balance, and must have no limits that such a
+    value can pass: the refitted value could be one that a spec must not have.
     """
     limited = [p.name for p in effect.parameters if p.low is not None or p.high is not None]
     if limited:
         expected = f"no tolerance for {effect.kind}: a refit does not keep to the limits of {', '.join(limited)}"
         raise BadInput(where, "`tolerance`", expected, code="SPEC021")
-    far = (dict.fromkeys(symbols, sign * FAR_VALUE) for sign in (1, -1))
+    keeps_sign = declared.tolerance is not None and declared.tolerance < 1
+    far = [
+        {p: 0.0 if keeps_sign and sign * v < 0 else sign * FAR_VALUE for p, v in declared.parameters.items()}
+        for sign in (1, -1)
+    ]
     if not all(effect.admissible(system, place, values) for values in far):
         expected = f"no tolerance for {effect.kind}: a refit does not keep {effect.demands}"
         raise BadInput(where, "`tolerance`", expected, code="SPEC021")

@@ -33,8 +33,8 @@ STANDARD_GRAVITY = (Fraction(0), Fraction(0), Fraction("-9.81"))
 MOVING, REFUSED = ("revolute", "continuous", "prismatic"), ("floating", "planar")
 EXPECTED = "a robot description (URDF)"
 TRIANGLE = 1e-3
-"""Relative tolerance of the triangle inequality of principal moments of inertia: files round their numbers, and for a
-thin rod or plate the inequality is an equality.
+"""Relative tolerance of the inequalities of principal moments of inertia: files round their numbers, and for a thin rod
+or plate one of them is an equality.
 """
 UNIT, NOWHERE = exact_array(np.eye(3, dtype=int)), exact_array([0, 0, 0])
 NO_INERTIA = exact_array(np.zeros((3, 3), dtype=int))
@@ -185,9 +185,9 @@ class _Reading:
 
     def _kind(self, joint: Any) -> str:
         kind = str(joint.get("type"))
-        if joint.find("mimic") is not None:
-            expected = "a joint of its own, or a fixed one"
-            raise BadInput(self.place(joint, "mimic"), "a mimic joint", expected, code="SPEC031")
+        if joint.find("mimic") is not None and kind != "fixed":
+            expected = 'no <mimic> where the log has its position and force, else type="fixed"'
+            raise BadInput(self.place(joint, "mimic"), "a joint that follows another", expected, code="SPEC031")
         if kind not in (*MOVING, "fixed"):
             code = "SPEC031" if kind in REFUSED else "SPEC030"
             raise BadInput(self.place(joint), f"a {kind} joint", f"one of {', '.join(MOVING)}, fixed", code=code)
@@ -225,28 +225,12 @@ class _Reading:
             raise BadInput(self.place(inertial), "<inertia> is missing", expected, code="SPEC032")
         xx, xy, xz, yy, yz, zz = entries
         about_centre = exact_array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-        self._refuse_impossible(about_centre, self.place(inertial, "inertia"))
+        _refuse_impossible(about_centre, self.place(inertial, "inertia"))
         turn, centre = self._placement(inertial)
         turn, c = rotation @ turn, offset + rotation @ centre
         body.mass += mass
         body.first_moment = body.first_moment + mass * c
         body.inertia = body.inertia + turn @ about_centre @ turn.T + mass * (c @ c * UNIT - np.outer(c, c))
-
-    def _refuse_impossible(self, inertia: Exact, place: Place) -> None:
-        """Raise BadInput unless the principal moments are positive, and the largest at most the sum of the others."""
-        expected = "a positive definite inertia"
-        try:
-            smallest, middle, largest = (float(value) for value in np.linalg.eigvalsh(inertia.astype(float)))
-        except np.linalg.LinAlgError as error:
-            found = f"principal moments that cannot be computed ({error})"
-            raise BadInput(place, found, expected, code="SPEC032") from None
-        if not smallest > 0:
-            found = f"an inertia with the principal moment {smallest:.4g} kg m^2"
-            raise BadInput(place, found, expected, code="SPEC032")
-        if largest > (smallest + middle) * (1 + TRIANGLE):
-            found = f"principal moments {smallest:.4g}, {middle:.4g} and {largest:.4g} kg m^2"
-            expected = "those of a real body: the largest is at most the sum of the other two"
-            raise BadInput(place, found, expected, code="SPEC032")
 
     def _moving_bodies(self) -> tuple[MovingBody, ...]:
         labels: dict[str, str] = {}
@@ -262,6 +246,9 @@ class _Reading:
                 link = self.links[self._end(joint, "child")]
                 found = f'link "{link.get("name")}" and the links fixed to it have no mass'
                 raise BadInput(self.place(link), found, "<inertial> with mass and inertia", code="SPEC032")
+            link, c = self.links[self._end(joint, "child")], body.first_moment / body.mass
+            about_centre = body.inertia - body.mass * (c @ c * UNIT - np.outer(c, c))
+            _refuse_impossible(about_centre, self.place(link, "inertial", "inertia"), is_moving=True)
             axis = self._numbers(joint, "axis", "xyz", 3, "1 0 0")
             length = square_root(axis @ axis)
             if not length > 0:
@@ -309,6 +296,27 @@ class _Reading:
         if not np.isfinite(numbers).all():
             raise BadInput(place, str(text), "finite numbers", code="SPEC006")
         return exact_array(numbers)
+
+
+def _refuse_impossible(inertia: Exact, place: Place, is_moving: bool = False) -> None:
+    """Raise BadInput unless an inertia about its centre of mass is that of a real body.
+
+    No principal moment is negative, and the largest is at most the sum of the others. The moments of a point mass or of
+    a thin rod may be zero; those of a moving body, with all links that are fixed to it, must be positive.
+    """
+    try:
+        smallest, middle, largest = (float(value) for value in np.linalg.eigvalsh(inertia.astype(float)))
+    except np.linalg.LinAlgError as error:
+        found = f"principal moments that cannot be computed ({error})"
+        raise BadInput(place, found, "finite numbers", code="SPEC032") from None
+    if smallest < -TRIANGLE * largest or (is_moving and smallest <= 0):
+        found = f"an inertia with the principal moment {smallest:.4g} kg m^2"
+        expected = "a positive definite inertia" + " of the link with those that are fixed to it" * is_moving
+        raise BadInput(place, found, expected, code="SPEC032")
+    if largest > (smallest + middle) * (1 + TRIANGLE):
+        found = f"principal moments {smallest:.4g}, {middle:.4g} and {largest:.4g} kg m^2"
+        expected = "those of a real body: the largest is at most the sum of the other two"
+        raise BadInput(place, found, expected, code="SPEC032")
 
 
 def _limits(joint: Any) -> tuple[float, float] | None:

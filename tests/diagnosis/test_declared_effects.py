@@ -94,6 +94,17 @@ def test_it_is_refused_where_a_refit_would_pass_the_friction_level() -> None:
     assert refused.value.code == "SPEC021" and "effects[0].tolerance" in str(refused.value)
 
 
+@pytest.mark.parametrize(("delta", "tolerance", "allowed"), [(0.8, 15, True), (0.8, 150, False), (-0.8, 15, False)])
+def test_an_armature_has_a_tolerance_with_which_it_keeps_its_sign(delta: float, tolerance: int, allowed: bool) -> None:
+    """A refit keeps the sign of a value that is more than one tolerance from zero (``CrossValidation.justified``)."""
+    spec = staged(f"[{{kind: inertia_error, on: x, parameters: {{delta: {delta}}}, tolerance: {tolerance} %}}]")
+    if allowed:
+        assert list(effect_deviations(system_of(spec), spec).values()) == [pytest.approx(0.12)]
+    else:
+        with pytest.raises(BadInput, match="an inertia above 0"):
+            system_of(spec)
+
+
 @pytest.mark.parametrize(
     "effect",
     [

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -133,6 +134,23 @@ def test_a_link_without_mass_that_moves_is_refused(tmp_path: Path) -> None:
     with pytest.raises(BadInput) as error:
         read(tmp_path, ARM[:start] + ARM[end:])
     assert error.value.place.line == 10 and tells(error.value, 'SPEC032 "rod"')
+
+
+@pytest.mark.parametrize("inertia", ["0 0 0", "0.1 0.1 0", "1e-6 1e-6 -2e-22"])
+def test_a_point_mass_or_a_rod_on_a_body_is_read(inertia: str, tmp_path: Path) -> None:
+    """Tool frames of published robots have a mass without inertia; the body that they are fixed to has one."""
+    ixx, iyy, izz = inertia.split()
+    tool = f'<mass value="0.5"/><inertia ixx="{ixx}" ixy="0" ixz="0" iyy="{iyy}" iyz="0" izz="{izz}"/>'
+    more = SECOND.format("mount", "rod", "tool") + f'<link name="tool"><inertial>{tool}</inertial></link></robot>'
+    (body,) = read(tmp_path, ARM.replace("</robot>", more)).bodies
+    rod = 0.2 + 2 * 0.5**2  # about the joint
+    assert np.allclose(np.array(body.inertia, dtype=float), np.diag([rod + float(ixx), rod + float(iyy), 0.01]))
+
+
+def test_a_mimic_joint_is_read_as_fixed_where_the_file_says_so(tmp_path: Path) -> None:
+    finger = SECOND.format("finger", "rod", "tip").replace("/></joint>", '/><mimic joint="hinge"/></joint>')
+    tree = read(tmp_path, ARM.replace("</robot>", finger + LINK.format("tip") + "</robot>"))
+    assert [(b.joint, float(b.mass)) for b in tree.bodies] == [("hinge", 3.0)]
 
 
 def test_entities_are_not_expanded(tmp_path: Path) -> None:

@@ -102,14 +102,19 @@ class Search:
     def without_limits(self, fit: Fit) -> tuple[Search, Fit] | None:
         """The search with tolerances as Gaussian prior only, without limits, and the fit repeated in it.
 
-        None if the fit did not end at a limit of a toleranced parameter, or if one would change its sign.
+        None if the fit did not end at a limit of a toleranced parameter, or if one would take an excluded sign.
         """
         count = len(self.moved)
         if not fit.limited[:count].any():
             return None
         free = replace(self, within=np.inf)
         again = free.fitted_again(fit)
-        return (free, again) if np.all(again.theta[:count] * self.declared >= 0) else None
+        return None if self.has_turned(again.theta[:count]).any() else (free, again)
+
+    def has_turned(self, values: Array) -> NDArray[np.bool_]:
+        """(p,) values whose sign differs from the declared one although zero is more than one tolerance away."""
+        excluded = np.abs(self.declared) * np.sqrt(self.prior_precision) > 1
+        return np.asarray(excluded & (values * self.declared < 0))
 
     def polished(self, fit: Fit) -> tuple[Fit, Fit]:
         """The fit with its own residual as noise level and slopes at its values, and the same on shorter segments."""

@@ -276,7 +276,7 @@ class CrossValidation:
         """
         while True:
             far, errors = self.distance(chosen), []
-            turned = self._has_turned(chosen)
+            turned = self.search.has_turned(chosen.values)
             for k in (int(k) for k in np.lexsort((far, ~turned)) if far[k] > DOUBTFUL or turned[k]):
                 group, fixed = self._with_declared(chosen, k)
                 if turned[k] or not all(r < 1 - SAME for r in chosen.score.over(fixed.score)):
@@ -286,12 +286,6 @@ class CrossValidation:
                     errors.append(self._error(chosen, fixed, k, [j for j in group if j != k]))
             else:
                 return chosen, tuple(errors)
-
-    def _has_turned(self, chosen: MapEstimate) -> Flags:
-        """(p,) values whose sign differs from the declared one although zero is more than one tolerance away."""
-        declared = self.search.declared
-        excluded = np.abs(declared) * np.sqrt(self.search.prior_precision) > 1
-        return np.asarray(excluded & (chosen.values * declared < 0))
 
     def _with_declared(self, chosen: MapEstimate, k: int) -> tuple[list[int], MapEstimate]:
         """The estimate with value ``k`` and its substitutes fixed as declared, and the indices of these values.
@@ -311,7 +305,7 @@ class CrossValidation:
         """Facts on values that free runs alone would move by more than ``DOUBTFUL`` tolerances, and that stay."""
         kept = self.distance(adopted)
         alone = self.map_estimate(self._by_run, np.ones(self.count, dtype=bool))
-        far, turned, facts = self.distance(alone), self._has_turned(alone), []
+        far, turned, facts = self.distance(alone), self.search.has_turned(alone.values), []
         for k in np.flatnonzero((far > DOUBTFUL) & (kept <= DOUBTFUL)):
             s, taken = self.search.moved[k], f"{adopted.values[k]:.4g}"
             declared, unit = f"{self.search.declared[k]:.4g}", in_unit(self.search.system, s)
