@@ -32,7 +32,7 @@ from codegen.effects.declare import add_declared_effects, effect_deviations
 from codegen.logs import Finding, Log, excerpt, preflight
 from codegen.logs.motion import steady_speeds
 from codegen.mechanics import build_system
-from codegen.mechanics.base_parameters import link_parameters
+from codegen.mechanics.base_parameters import LinkParameter, link_parameters
 from codegen.mechanics.system import System
 from codegen.simulate.simulable import is_simulable
 from codegen.spec.model import Spec
@@ -85,7 +85,7 @@ class Case:
 @numerical("the force balance on the log")
 def case_of(spec: Spec, system: System, log: Log, test_log: Log | None, material: float) -> Case:
     """Prepare log and spec; ``material`` as of ``Case``."""
-    system, deviations = uncertain_values(spec, system, log)
+    system, deviations, changes = uncertain_values(spec, system, log)
     log, cut = excerpt(log)
     findings = {
         "train": (
@@ -101,7 +101,7 @@ def case_of(spec: Spec, system: System, log: Log, test_log: Log | None, material
         findings["test"] = (*cut, *preflight(test_log, spec), *unknown_starts(system, test_log))
     motion = smoothed(log, system)
     split = len(motion.time) if test_log is not None else round(len(motion.time) * (1 - HELD_OUT_SHARE))
-    problem = Problem(system, _restrict(motion, split), deviations)
+    problem = Problem(system, _restrict(motion, split), deviations, changes)
     if _is_steady(log, motion) or moves_one_way(problem):
         unseen = unseen_inertias(problem)
         findings["train"] += not_refitted(problem, unseen)
@@ -112,13 +112,13 @@ def case_of(spec: Spec, system: System, log: Log, test_log: Log | None, material
     if late:
         log, test_log = _with_leads(log, test_log, dict.fromkeys(range(len(system.inputs)), -late))
         motion = smoothed(log, system)
-        problem = Problem(system, _restrict(motion, split), deviations)
+        problem = replace(problem, motion=_restrict(motion, split))
     leads, timing = input_leads(problem, log)
     findings["train"] += timing
     if leads:
         log, test_log = _with_leads(log, test_log, leads)
         motion = smoothed(log, system)
-        problem = Problem(system, _restrict(motion, split), deviations)
+        problem = replace(problem, motion=_restrict(motion, split))
     other = motion if test_log is None else smooth_motion(test_log, motion.cutoff_hz, SHORTEST_TEST_S)
     window = slice(split if test_log is None else 0, len(other.time))
     return Case(spec, log, test_log, motion, problem, Problem(system, other, {}), window, findings, material)
@@ -168,15 +168,22 @@ def _is_steady(log: Log, motion: Motion) -> bool:
     return len(steady_speeds(log, motion.velocities, motion.usable)) == len(motion.velocities[0])
 
 
-def uncertain_values(spec: Spec, system: System, log: Log) -> tuple[System, Mapping[sympy.Symbol, float]]:
-    """The system with all uncertain quantities as parameters, and their standard deviations in SI."""
+def uncertain_values(
+    spec: Spec, system: System, log: Log
+) -> tuple[System, Mapping[sympy.Symbol, float], Mapping[sympy.Symbol, Array]]:
+    """The system with all uncertain quantities as parameters, their standard deviations in SI, and link changes.
+
+    The last are ``LinkParameter.changes`` of the base parameters of a robot file.
+    """
     own = {spec.symbol(p.name): p.tolerance if p.tolerance is not None else log.tolerance for p in spec.parameters}
     deviations = {s: share * abs(float(system.values[s])) for s, share in own.items() if share}
+    links: tuple[LinkParameter, ...] = ()
     if isinstance(spec.form, KinematicTree) and spec.form.tolerance is not None:
         links = link_parameters(spec, spec.form)
         system = add_declared_effects(build_system(spec, links), spec)
         deviations |= {spec.symbol(p.name): p.deviation for p in links}
-    return system, deviations | effect_deviations(system, spec)
+    changes = {spec.symbol(p.name): p.changes for p in links}
+    return system, deviations | effect_deviations(system, spec), changes
 
 
 def _restrict(motion: Motion, stop: int) -> Motion:

@@ -20,6 +20,7 @@ from typing import Any
 import casadi
 import numpy as np
 
+from codegen.base.arrays import Array
 from codegen.base.errors import refuse_unknown
 from codegen.base.exact_numbers import Exact, exact_array, square_root
 from codegen.mechanics.kinematic_chain import Points, bias_force, mass_matrix
@@ -167,13 +168,19 @@ class LinkParameter:
         name: joint and moment, such as elbow_pitch_mx.
         unit: kg, kg*m or kg*m^2.
         value: the spec's value, or the robot file's if the spec gives none.
-        deviation: standard deviation, from the tolerances in the spec.
+        changes: (k,) its change when one uncertain number of the robot file, such as a link's mass, changes by its
+            standard deviation. The scalar product of those of two parameters is their covariance.
     """
 
     name: str
     unit: str
     value: Fraction
-    deviation: float
+    changes: Array
+
+    @property
+    def deviation(self) -> float:
+        """Standard deviation, from the tolerances in the spec."""
+        return float(np.linalg.norm(self.changes))
 
 
 def link_parameters(spec: Spec, tree: KinematicTree) -> tuple[LinkParameter, ...]:
@@ -183,8 +190,8 @@ def link_parameters(spec: Spec, tree: KinematicTree) -> tuple[LinkParameter, ...
         BadInput: for an unknown name in the spec's ``base_parameters``.
     """
     values = base_values(spec, tree)
-    acting, deviation = _acting(regrouped(tree), tuple(values)), _deviations(tree)
-    return tuple(LinkParameter(n, _unit(n), value, deviation[n]) for n, value in values.items() if n in acting)
+    acting, changes = _acting(regrouped(tree), tuple(values)), _changes(tree)
+    return tuple(LinkParameter(n, _unit(n), value, changes[n]) for n, value in values.items() if n in acting)
 
 
 def base_values(spec: Spec, tree: KinematicTree) -> dict[str, Fraction]:
@@ -271,21 +278,18 @@ def _unit(name: str) -> str:
     return "kg" if moment == "m" else "kg*m" if moment.startswith("m") else "kg*m^2"
 
 
-def _deviations(tree: KinematicTree) -> dict[str, float]:
-    """Standard deviation of each base parameter, by linear propagation of the independent link tolerances.
-
-    It is √Σ d², with d the change of the parameter when one uncertain number changes by its standard deviation.
-    """
+def _changes(tree: KinematicTree) -> dict[str, Array]:
+    """Changes of each base parameter, one for each number with a tolerance, which changes by its standard deviation."""
     nominal = _moments(regrouped(tree))
-    squares = dict.fromkeys(nominal, 0.0)
+    changes: dict[str, list[float]] = {name: [] for name in nominal}
     if tree.tolerance is not None:
         for k, body in enumerate(tree.bodies):
             for changed in _perturbed(body, tree.tolerance):
                 bodies = (*tree.bodies[:k], changed, *tree.bodies[k + 1 :])
                 moments = _moments(regrouped(replace(tree, bodies=bodies)))
                 for name, value in nominal.items():
-                    squares[name] += float(moments[name] - value) ** 2
-    return {name: square**0.5 for name, square in squares.items()}
+                    changes[name].append(float(moments[name] - value))
+    return {name: np.array(some) for name, some in changes.items()}
 
 
 def _perturbed(body: MovingBody, tolerance: LinkTolerance) -> list[MovingBody]:

@@ -37,7 +37,7 @@ def staged(effects: str = "[]", b: str = "value: 6", force: str = "w - b*v") -> 
 def refit(spec: Spec, folder: Path) -> dict[str, float]:
     """The refitted values on a log of a stage whose damping is 7.5 N·s/m and whose level is 4.5 N."""
     log = log_of(stage("[{kind: viscous, on: rail, parameters: {b: 1.5}}]", 4.5), folder, "log.csv")
-    system, deviations = uncertain_values(spec, system_of(spec), log)
+    system, deviations, _ = uncertain_values(spec, system_of(spec), log)
     motion = smooth_motion(log)
     search = search_on(Problem(system, motion, deviations), partial(record_of, motion, log))
     return {s.name: float(v) for s, v in zip(search.moved, search.refit().theta, strict=True)}

@@ -78,7 +78,7 @@ def logged(folder: Path, effect: str = "", urdf: str = TWO_LINKS) -> Log:
 
 def search_of(spec: Spec, log: Log) -> Search:
     motion = smooth_motion(log)
-    system, deviations = uncertain_values(spec, system_of(spec), log)
+    system, deviations, _ = uncertain_values(spec, system_of(spec), log)
     return search_on(Problem(system, motion, deviations), lambda share: record_of(motion, log, share))
 
 

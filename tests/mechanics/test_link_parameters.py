@@ -76,7 +76,8 @@ def test_a_seven_joint_arm_has_the_43_of_the_textbook(tmp_path: Path) -> None:
 def test_deviations_are_those_of_files_drawn_at_random(tmp_path: Path) -> None:
     text = TWO_LINKS
     spec = spec_of(tmp_path, text, ", tolerance: {mass: 20 %}")
-    said = {p.name: p.deviation for p in link_parameters(spec, spec.form)}
+    free = link_parameters(spec, spec.form)
+    said = {p.name: p.deviation for p in free}
     random = np.random.default_rng(1)
     drawn = []
     for _ in range(400):
@@ -85,6 +86,11 @@ def test_deviations_are_those_of_files_drawn_at_random(tmp_path: Path) -> None:
     spread = dict(zip(base_values(spec, spec.form), 4 * np.std(drawn, axis=0), strict=True))
     for name, deviation in said.items():
         assert deviation == pytest.approx(spread[name], rel=0.1, abs=1e-9)
+    names = list(base_values(spec, spec.form))
+    together = 16 * np.cov(np.array(drawn).T)[np.ix_(*2 * [[names.index(p.name) for p in free]])]
+    size = np.array([max(p.deviation, 1e-9) for p in free])
+    covariance = np.array([[a.changes @ b.changes for b in free] for a in free])
+    np.testing.assert_allclose(covariance / np.outer(size, size), together / np.outer(size, size), atol=0.2)
 
 
 def test_what_is_no_tolerance_is_told_at_its_line(tmp_path: Path) -> None:

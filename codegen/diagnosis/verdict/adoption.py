@@ -2,8 +2,8 @@
 
 Free-run simulations alone are biased on a real machine: an unmodelled force acts like noise on the input and increases
 the inertia estimate. So the values are estimated from three tempered likelihoods (free runs, force residual, both),
-with the tolerances as Gaussian prior. Each estimate is repeated without each block of the log, and its errors on that
-block by force residual and by free run are compared.
+with the tolerances as Gaussian prior, in which the parameters of an arm's links are correlated. Each estimate is
+repeated without each block of the log, and its errors on that block by force residual and by free run are compared.
 """
 
 from __future__ import annotations
@@ -216,11 +216,13 @@ class CrossValidation:
         """(p,) values that occur in the force balance of a coordinate that moves; all if none moves.
 
         The other values cannot be estimated: a joint at rest stays at rest with any friction level above its load.
-        A declared level below it is kept too, although the joint slips with it.
+        A declared level below it is kept too, although the joint slips with it. Parameters of links follow one another
+        by their tolerances.
         """
         error = self.search.system.equation_error
         rows = [row for row, used in zip(error, self.problem.used.T, strict=True) if used.any()]
-        return np.array([not rows or any(row.has(s) for row in rows) for s in self.search.moved], dtype=bool)
+        seen = np.array([not rows or any(row.has(s) for row in rows) for s in self.search.moved], dtype=bool)
+        return np.asarray(seen | self.problem.is_link)
 
     @cached_property
     def evaluated(self) -> Fit:
@@ -241,13 +243,18 @@ class CrossValidation:
         """The MAP estimate by one likelihood with only the values ``moves`` free, and its cross-validated score."""
         values = self._solved(*source.total, moves)
         without = [self._solved(*source.without(block), moves) for block in range(BLOCKS)]
-        deviation = self._deviation(source, moves, self.search.prior_precision)
+        deviation = self._deviation(source, moves, self._prior)
         return MapEstimate(values, deviation, moves, source, self._score(values, without))
 
-    def _deviation(self, source: Information, moves: Flags, prior_precision: Array) -> Array:
-        """(p,) standard errors of the values that are estimated, 0 for the others: √diag (M + prior precision)⁻¹."""
+    @cached_property
+    def _prior(self) -> Array:
+        """(p, p) inverse covariance of the values by their tolerances."""
+        return self.problem.prior_information()
+
+    def _deviation(self, source: Information, moves: Flags, prior: Array) -> Array:
+        """(p,) standard errors of the values that are estimated, 0 for the others: √diag (M + prior)⁻¹."""
         deviation = np.zeros(self.count)
-        matrix = (source.total[0] + np.diag(prior_precision))[np.ix_(moves, moves)]
+        matrix = (source.total[0] + prior)[np.ix_(moves, moves)]
         if moves.any():
             deviation[moves] = np.sqrt(np.maximum(np.diag(np.linalg.pinv(matrix, hermitian=True)), 0.0))
         return deviation
@@ -347,8 +354,7 @@ class CrossValidation:
 
         Neither is narrower than by the sandwich covariance of the fit, which is also valid with model errors.
         """
-        without = self.search.prior_precision.copy()
-        without[k] = 0.0
+        without = self.problem.prior_information(k)
         free = self._solved(*chosen.source.total, chosen.moves, without)
         free_deviation = self._deviation(chosen.source, chosen.moves, without)
         values = np.array([chosen.values[k], free[k]])
@@ -362,19 +368,19 @@ class CrossValidation:
         return [0.5 * (found[s.name][1][1] - found[s.name][1][0]) for s in self.search.moved]
 
     def _solved(self, matrix: Array, vector: Array, moves: Flags, prior: Array | None = None) -> Array:
-        """(p,) the values that minimise ½ θ'Mθ − m'θ + ½ Σ prior (θ − declared)², those not in ``moves`` as declared.
+        """(p,) the values that minimise ½ θ'Mθ − m'θ + ½ d'P d, those not in ``moves`` as declared; d = θ − declared.
 
         Args:
             matrix, vector: M and m.
             moves: (p,) the free values.
-            prior: (p,) prior precisions; by default those of the tolerances.
+            prior: P, (p, p); by default that of the tolerances.
         """
         values = self.search.declared.copy()
         if moves.any():
-            prior_precision = (self.search.prior_precision if prior is None else prior)[moves]
-            inner = matrix[np.ix_(moves, moves)] + np.diag(prior_precision)
+            inner_prior = (self._prior if prior is None else prior)[np.ix_(moves, moves)]
+            inner = matrix[np.ix_(moves, moves)] + inner_prior
             fixed = matrix[np.ix_(moves, ~moves)] @ values[~moves]
-            right = vector[moves] - fixed + prior_precision * self.search.declared[moves]
+            right = vector[moves] - fixed + inner_prior @ self.search.declared[moves]
             values[moves] = solved(inner, right)
         return values
 

@@ -1,0 +1,67 @@
+"""The prior of an arm's link parameters, correlated by the numbers of the robot file that they come from."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+import pytest
+from mechanics.robots import SEVEN, numbers
+
+from codegen.diagnosis.case import uncertain_values
+from codegen.diagnosis.fit.residual import Problem
+from codegen.diagnosis.fit.trial import with_values
+from codegen.logs import Log
+from codegen.mechanics.base_parameters import base_values
+from codegen.spec import Spec, parse_spec
+from codegen.spec.motion import KinematicTree
+from tests.diagnosis.stage import system_of
+
+TOLERANCE = "tolerance: {mass: 20 %, centre_of_mass: 20 %, inertia: 40 %}"
+SEEN = [
+    f"{joint}_{moment}" for joint in ("shoulder_pitch", "elbow_pitch", "wrist_pitch") for moment in ("mx", "my", "zz")
+]
+
+
+def arm(folder: Path, text: str) -> Spec:
+    (folder / "arm.urdf").write_text(text, encoding="utf-8")
+    return parse_spec(f"name: arm\nurdf: {{file: arm.urdf, {TOLERANCE}}}\n", folder / "arm.yaml")
+
+
+def followed(problem: Problem, information: np.ndarray, true: dict[str, float]) -> dict[str, float]:
+    """The most probable values of all parameters where those of ``SEEN`` are known."""
+    names = [s.name for s in problem.moved]
+    seen = np.array([name in SEEN for name in names])
+    rest = (information.diagonal() > 0) & ~seen
+    values = problem.declared.copy()
+    values[seen] = [true[name] for name in names if name in SEEN]
+    off = information[np.ix_(rest, seen)] @ (values - problem.declared)[seen]
+    values[rest] -= np.linalg.solve(information[np.ix_(rest, rest)], off)
+    return dict(zip(names, map(float, values), strict=True))
+
+
+@pytest.mark.parametrize("share", [0.8, 1.2])
+def test_links_that_a_log_does_not_show_follow_those_that_it_shows(share: float, tmp_path: Path) -> None:
+    """Three parallel joints of seven move. With variances alone, M(x) of a lighter arm is not positive definite."""
+    text = SEVEN.read_text(encoding="utf-8")
+    spec = arm(
+        tmp_path, re.sub(r'(mass value=|i[xyz]{2}=)"([^"]+)"', lambda m: f'{m[1]}"{share * float(m[2]):.15g}"', text)
+    )
+    assert isinstance(spec.form, KinematicTree)
+    true = {name: float(value) for name, value in base_values(spec, spec.form).items()}
+    spec = arm(tmp_path, text)
+    system, deviations, changes = uncertain_values(spec, system_of(spec), cast(Log, None))
+    problem = Problem(system, cast(Any, None), deviations, changes)
+    random = np.random.default_rng(5)
+    postures = random.uniform(-2, 2, (20, 7))
+
+    def least(information: np.ndarray) -> float:
+        """Smallest eigenvalue of M over the postures."""
+        model = with_values(system, followed(problem, information, true))
+        return min(np.linalg.eigvalsh(numbers(model, model.mass_matrix, x, np.zeros(7)))[0] for x in postures)
+
+    assert least(problem.prior_information()) > 0
+    if share < 1:
+        assert least(np.diag(problem.prior_precision)) < 0
