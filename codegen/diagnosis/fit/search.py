@@ -109,12 +109,7 @@ class Search:
             return None
         free = replace(self, within=np.inf)
         again = free.fitted_again(fit)
-        return None if self.has_turned(again.theta[:count]).any() else (free, again)
-
-    def has_turned(self, values: Array) -> NDArray[np.bool_]:
-        """(p,) values whose sign differs from the declared one although zero is more than one tolerance away."""
-        excluded = np.abs(self.declared) * np.sqrt(self.prior_precision) > 1
-        return np.asarray(excluded & (values * self.declared < 0))
+        return None if has_turned(self, again.theta[:count]).any() else (free, again)
 
     def polished(self, fit: Fit) -> tuple[Fit, Fit]:
         """The fit with its own residual as noise level and slopes at its values, and the same on shorter segments."""
@@ -247,6 +242,12 @@ class Search:
                 self.compiled.update({key: (shooter, model) for model, key in enumerate(some)})
         found = [self.compiled[key] for key in keys]
         return [Runner(trial, *place, self.record, self.substeps) for trial, place in zip(trials, found, strict=True)]
+
+
+def has_turned(search: Search, values: Array) -> NDArray[np.bool_]:
+    """(p,) values whose sign differs from the declared one although zero is more than one tolerance away."""
+    excluded = np.abs(search.declared) * np.sqrt(search.prior_precision) > 1
+    return np.asarray(excluded & (values * search.declared < 0))
 
 
 def _noise_ratios(fit: Fit) -> Array:

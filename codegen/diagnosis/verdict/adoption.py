@@ -30,7 +30,7 @@ from codegen.diagnosis.fit.output_error import (
     shooting_fit,
 )
 from codegen.diagnosis.fit.residual import Problem
-from codegen.diagnosis.fit.search import Search
+from codegen.diagnosis.fit.search import Search, has_turned
 from codegen.diagnosis.fit.trial import in_unit
 from codegen.diagnosis.results import Fact, ParameterError
 from codegen.mechanics.system import System
@@ -283,7 +283,7 @@ class CrossValidation:
         """
         while True:
             far, errors = self.distance(chosen), []
-            turned = self.search.has_turned(chosen.values)
+            turned = has_turned(self.search, chosen.values)
             for k in (int(k) for k in np.lexsort((far, ~turned)) if far[k] > DOUBTFUL or turned[k]):
                 group, fixed = self._with_declared(chosen, k)
                 if turned[k] or not all(r < 1 - SAME for r in chosen.score.over(fixed.score)):
@@ -312,7 +312,7 @@ class CrossValidation:
         """Facts on values that free runs alone would move by more than ``DOUBTFUL`` tolerances, and that stay."""
         kept = self.distance(adopted)
         alone = self.map_estimate(self._by_run, np.ones(self.count, dtype=bool))
-        far, turned, facts = self.distance(alone), self.search.has_turned(alone.values), []
+        far, turned, facts = self.distance(alone), has_turned(self.search, alone.values), []
         for k in np.flatnonzero((far > DOUBTFUL) & (kept <= DOUBTFUL)):
             s, taken = self.search.moved[k], f"{adopted.values[k]:.4g}"
             declared, unit = f"{self.search.declared[k]:.4g}", in_unit(self.search.system, s)
