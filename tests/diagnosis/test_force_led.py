@@ -99,6 +99,33 @@ def test_a_spring_is_found_and_free_runs_confirm_it(tmp_path: Path) -> None:
     assert found.explained > 0.5 and found.run.values[1] == [pytest.approx(found.fit.values[1][0])]
 
 
+HIDING = "[{{kind: spring, on: x, parameters: {{k: 30}}}}, {{kind: offset, on: x, parameters: {{f0: {f0}}}}}]"
+NEAR = "0.3 + 0.05*sin(2*pi*0.11*t) + 0.02*sin(2*pi*0.9*t)"
+"""A spring with a mean force of −9 N, and a constant force that cancels most of it."""
+
+
+@pytest.mark.parametrize("f0", [8.1, 8.4])
+def test_two_effects_that_hide_each_other_are_found_together(tmp_path: Path, f0: float) -> None:
+    """Alone neither is significant."""
+    search, problem = searched(log_of(stage(HIDING.format(f0=f0), reference=NEAR), tmp_path, "train.csv"))
+    with among("spring", "viscous", "quadratic_drag", "offset"):
+        found = selected_by_force(search, search.refit(), problem, lambda share: None)
+    assert found is not None and not found.rivals
+    assert all("may be chance" in r.why_not for r in found.rounds[0].ranked[:2])
+    values = dict(zip((p.kind for p in found.parts), found.fit.values[1], strict=True))
+    assert values == {"spring": {"k": pytest.approx(30.0, rel=0.02)}, "offset": {"f0": pytest.approx(f0, rel=0.02)}}
+
+
+def test_an_effect_that_is_not_significant_is_not_named_without_a_second_one(tmp_path: Path) -> None:
+    """The same log without the second effect on trial."""
+    search, problem = searched(log_of(stage(HIDING.format(f0=8.1), reference=NEAR), tmp_path, "train.csv"))
+    with among("spring", "viscous", "quadratic_drag"):
+        fits = ForceFits(search, problem, search.refit())
+        first, *_ = force_selection.force_round(fits, fits.plain, None, lambda share: None)
+        assert first.unsure and first.found.part.kind == "spring"
+        assert selected_by_force(search, search.refit(), problem, lambda share: None) is None
+
+
 TWO = "[{kind: spring, on: x, parameters: {k: 30}}, {kind: viscous, on: rail, parameters: {b: 4}}]"
 
 

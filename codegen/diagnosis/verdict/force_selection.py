@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from math import comb
 
 import numpy as np
 
@@ -85,16 +86,26 @@ def selected_by_force(
     joints: Sequence[int | None] = range(search.system.degrees_of_freedom) if search.rigid else [None]
     most = MOST_EFFECTS * len(joints)
     for joint in joints:
+        credited = fit
         for turn in range(MOST_EFFECTS):
             progress = partial(lambda done, share: report_progress((done + share) / most), len(rounds))
             ranked = force_round(fits, fit, joint, progress)
-            rounds.append(LaterRound(fit.trial.parts, tuple(r.for_table if r.why_not else r for r in ranked)))
+            kept = (r if r.unsure or not r.why_not else r.for_table for r in ranked)
+            rounds.append(LaterRound(fit.trial.parts, tuple(kept)))
             # Rivals are reported for the first effect only; another joint's effect with rivals is not credited.
-            is_tied = fit.trial.parts and not turn and ties(search, ranked)
-            if not ranked or ranked[0].why_not or is_tied:
+            is_tied = fit.trial.parts and not turn and _tied(search, ranked)
+            # An effect that is not significant alone may be with a second one: each hides the other.
+            doubtful = fit is not credited
+            if not ranked or is_tied or (ranked[0].why_not and (doubtful or not ranked[0].unsure)):
                 break
             fit = ranked[0].found
-    rounds.sort(key=lambda one: not one.ranked or bool(one.ranked[0].why_not))
+            if ranked[0].why_not:
+                continue
+            if doubtful and not are_significant(fits, credited, fit):
+                break
+            credited = fit
+        fit = credited
+    rounds.sort(key=lambda one: not one.ranked or one.ranked[0].found.part not in fit.trial.parts)
     first = rounds[0].ranked
     fit = still_credited(fits, fit, in_determined_forms(fits, fit))
     before = fits.run(plain)
@@ -106,10 +117,23 @@ def selected_by_force(
         return None
     leading = [first[0]]
     if first[0].found.part in fit.trial.parts:
-        again, leading = best_first_effect(fits, fit, [first[0], *ties(search, first)])
+        again, leading = best_first_effect(fits, fit, [first[0], *_tied(search, first)])
         fit, run = (fit, run) if again is fit else confirmed(fits, again, fits.run(again))
     rounds[0] = replace(rounds[0], ranked=tuple(led_by(leading[0], first)))
     return ForceSelection(fits, fit, run, evidence_of_blocks(before, run).share, tuple(rounds), tuple(leading[1:]))
+
+
+def _tied(search: Search, ranked: Sequence[Ranked]) -> list[Ranked]:
+    """The rivals of the best candidate of a round; candidates that are not significant only where it is not either."""
+    return ties(search, [r for r in ranked if not r.why_not or ranked[0].why_not])
+
+
+def are_significant(fits: ForceFits, before: Fit, fit: Fit) -> bool:
+    """Whether several effects together are credited over a fit without them, of all sets of as many candidates."""
+    added = len(fit.trial.parts) - len(before.trial.parts)
+    shown = evidence_of(*fits.where_they_differ(before, fit), floored=False)
+    chance = comb(hypotheses(fits.candidates.parts), added) * random_signs(shown.t)
+    return shown.share >= credit.LEAST_SHARE and chance <= credit.ALPHA
 
 
 def force_round(
@@ -135,7 +159,7 @@ def force_round(
         report_progress(len(found) / len(chosen))
         found.append(fit_in_addition(fits, plain, trial, theta))
     ranked = [judged(fits, plain, f, hypotheses(parts)) for f in found if is_possible(fits.search, f)]
-    return sorted(in_simplest_admitted_forms(ranked), key=lambda r: (bool(r.why_not), r.found.cost))
+    return sorted(in_simplest_admitted_forms(ranked), key=lambda r: (bool(r.why_not), not r.unsure, r.found.cost))
 
 
 def drive_kept(fits: ForceFits, plain: Fit, trial: Trial, theta: Array) -> float:
@@ -177,7 +201,7 @@ def judged(fits: ForceFits, plain: Fit, found: Fit, candidates: int) -> Ranked:
     acting = min(1.0, float(np.min(drive_shares(found.model, plain.model, motion, used) / scales)))
     one = evidence_of(before, after, floored=False)
     p = min(1.0, candidates * random_signs(one.t))
-    why_not = ""
+    why_not, unsure = "", False
     share = min(one.share, 1 - ratio**2)
     if 1 - share > (1 - least) * acting**2:
         why_not = f"removes {in_percent(share)} of the squared residual force on held-out parts"
@@ -185,8 +209,8 @@ def judged(fits: ForceFits, plain: Fit, found: Fit, candidates: int) -> Ranked:
     elif not matters(fits.search, found, plain):
         why_not = "is too small to matter"
     elif p > credit.ALPHA:
-        why_not = f"may be chance: it fits better by so little that p = {p:.2g} over all candidates"
-    return Ranked(found, one, ratio, relative_size(fits.search, found, plain), why_not, False, p)
+        why_not, unsure = f"may be chance: it fits better by so little that p = {p:.2g} over all candidates", True
+    return Ranked(found, one, ratio, relative_size(fits.search, found, plain), why_not, unsure, p)
 
 
 def _has_twin_elsewhere(search: Search, part: Part) -> bool:
