@@ -23,7 +23,7 @@ from codegen.certify.content import Found, frame, proved
 from codegen.certify.enclosure import Cells, Enclosure, enclose_family, exact_ranges
 from codegen.certify.family import Family, NotEnclosable, build_family
 from codegen.certify.levels import levels_of
-from codegen.certify.lyapunov import common_lyapunov, common_lyapunov_at, decay_rate_limit
+from codegen.certify.lyapunov import common_lyapunov_at, decay_rate_limit
 from codegen.certify.size import beyond_checker
 from codegen.checker import verify
 from codegen.mechanics.casadi_form import at_points
@@ -95,18 +95,23 @@ def largest_sample_times(spec: Spec, own: Analysis, outcome: Certificate | Refus
 
 
 def _largest(spec: Spec, analysis: Analysis) -> float | None:
-    """The largest certified sample time over the envelope, s, as of ``_bisected``."""
+    """The largest certified sample time over the envelope, s, as of ``_Proofs.largest``."""
 
     def cells(at: Analysis) -> tuple[Family, Cells]:
         family = build_family(at.dynamics, at.points.ranges)
         return family, enclose_family(family)
 
+    proofs, stable = _Proofs(spec, analysis, cells), _stable(analysis)
     parameters = build_family(analysis.dynamics, analysis.points.ranges).parameters
     if not any(e.free_symbols for e in parameters.values()):
-        return _bisected(_one_matrix(analysis), _Proofs(spec, analysis, cells).certified, STEPS, ANY)
+        return proofs.largest(stable, STEPS)
     if analysis.largest_sample_time == 0:  # not stable in continuous time
         return 0.0
-    return _Proofs(spec, analysis, cells).largest(_spectral_limit(analysis))
+    low = high = proofs.start
+    while high < ANY and stable(high):
+        low, high = high, high * FACTOR
+    beyond = _between(stable, low, high, STEPS_VARYING if low < high < ANY else 0)[1]
+    return proofs.largest(proofs.feasible, STEPS_VARYING, beyond)
 
 
 def _largest_sliding(spec: Spec, analysis: Analysis, content: Mapping[str, Any]) -> float | None:
@@ -121,11 +126,15 @@ def _largest_sliding(spec: Spec, analysis: Analysis, content: Mapping[str, Any])
         family = along.at(at.dynamics.observer.sample_time).family(box)
         return family, Cells({}, Enclosure(family).vertices([exact_ranges(family)]))
 
-    return _Proofs(spec, analysis, cells).largest(ANY)
+    proofs = _Proofs(spec, analysis, cells)
+    return proofs.largest(proofs.feasible, STEPS_VARYING)
 
 
-def _spectral_limit(analysis: Analysis) -> float:
-    """Upper bound of the sample time, s, near the least at which an operating point is unstable."""
+def _stable(analysis: Analysis) -> Callable[[float], bool]:
+    """The test of a sample time, s: whether the sampled error is stable at every sampled operating point.
+
+    For an A constant over the envelope there is then a P.
+    """
     dynamics, points = analysis.dynamics, analysis.points
     function = matrix_function(dynamics, dynamics.in_force(dynamics.sampled), points.variables)
 
@@ -134,22 +143,7 @@ def _spectral_limit(analysis: Analysis) -> float:
         values = np.linalg.eigvals(at_points(function, rows))
         return bool(np.abs(dynamics.multipliers(values, h)).max() < 1)
 
-    low = high = float(dynamics.observer.sample_time)
-    while high < ANY and stable(high):
-        low, high = high, high * FACTOR
-    return _between(stable, low, high, STEPS_VARYING if low < high < ANY else 0)[1]
-
-
-def _one_matrix(analysis: Analysis) -> Callable[[float], bool]:
-    """The test of a sample time, s, for an A constant over the envelope: whether a P is found in floating point."""
-    dynamics, points = analysis.dynamics, analysis.points
-    function = matrix_function(dynamics, dynamics.in_force(dynamics.sampled), points.variables)
-
-    def feasible(h: float) -> bool:
-        a = at_points(function, np.append(points.values[:1], [[h]], axis=1))[0]
-        return common_lyapunov([a], 0.0 if dynamics.implicit else h) is not None
-
-    return feasible
+    return stable
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,10 +158,39 @@ class _Proofs:
     analysis: Analysis
     cells_at: Callable[[Analysis], tuple[Family, Cells]]
 
-    def largest(self, beyond: float) -> float | None:
-        """The largest certified sample time, s, in a search from the spec's own up to ``beyond``."""
-        start = float(self.analysis.dynamics.observer.sample_time)
-        return _bisected(lambda h: self.found(h) is not None, self.certified, STEPS_VARYING, start, beyond)
+    @property
+    def start(self) -> float:
+        """The spec's own sample time, s."""
+        return float(self.analysis.dynamics.observer.sample_time)
+
+    def largest(self, feasible: Callable[[float], bool], steps: int, beyond: float = ANY) -> float | None:
+        """The largest certified sample time, s: from the spec's own up or down by factors, then by bisection.
+
+        inf if ``ANY`` is certified; None if a P is found for ``ANY`` that the checker refuses; 0 if none is certified.
+
+        Args:
+            feasible: whether a P exists, in floating point, at a sample time.
+            steps: number of bisection steps.
+            beyond: upper bound of the sample time, s.
+        """
+        if beyond >= ANY and feasible(ANY):
+            return math.inf if self.certified(ANY) else None
+        low = high = self.start
+        if beyond < ANY and feasible(NEAR * beyond):
+            low, high, steps = NEAR * beyond, beyond, 0
+        while not feasible(low):
+            low, high = low / FACTOR, low
+            if low < SHORTEST:
+                return 0.0
+        while high == low or (high < beyond and feasible(high)):
+            low, high = high, min(high * FACTOR, beyond)
+        low, _ = _between(feasible, low, high, steps)
+        tried = (float(f"{low * share:.3g}") for share in (MARGIN, MARGIN**2, 0.9))
+        return next(filter(self.certified, tried), 0.0)
+
+    def feasible(self, h: float) -> bool:
+        """Whether a P is found at this sample time, s."""
+        return self.found(h) is not None
 
     def found(self, h: float) -> tuple[Analysis, Found] | None:
         """(analysis at this sample time, P in floating point); None if no P is found.
@@ -197,38 +220,6 @@ class _Proofs:
         with suppress(verify.Refused):
             return bool(proved([(frame(self.spec, {}, "certify", at, found.family), found)], at, reversals=False))
         return False
-
-
-def _bisected(
-    feasible: Callable[[float], bool], certified: Callable[[float], bool], steps: int, start: float, beyond: float = ANY
-) -> float | None:
-    """The largest certified sample time, s: from ``start`` up or down by factors, then by bisection.
-
-    inf if ``ANY`` is certified; None if a P is found for ``ANY`` that the checker refuses; 0 if none is certified.
-
-    Args:
-        feasible: whether a P is found in floating point at a sample time.
-        certified: whether the checker accepts it.
-        steps: number of bisection steps.
-        beyond: upper bound of the sample time, s.
-    """
-    if beyond >= ANY and feasible(ANY):
-        return math.inf if certified(ANY) else None
-    low = high = start
-    if beyond < ANY and feasible(NEAR * beyond):
-        low, high, steps = NEAR * beyond, beyond, 0
-    while not feasible(low):
-        low, high = low / FACTOR, low
-        if low < SHORTEST:
-            return 0.0
-    while high == low or (high < beyond and feasible(high)):
-        low, high = high, min(high * FACTOR, beyond)
-    low, _ = _between(feasible, low, high, steps)
-    for share in (MARGIN, MARGIN**2, 0.9):
-        h = float(f"{low * share:.3g}")
-        if certified(h):
-            return h
-    return 0.0
 
 
 def _between(holds: Callable[[float], bool], low: float, high: float, steps: int) -> tuple[float, float]:
