@@ -242,7 +242,7 @@ def test_an_axis_under_gravity_has_a_bound_and_one_with_drag_is_told_why_it_has_
     assert curved["no_error_bound"] is None and linear["no_error_bound"] is None
     bounds = [told["error_bounds"][0]["bound"]["steady"] for told in (curved, linear)]
     assert bounds[1] < bounds[0] < 1.001 * bounds[1]
-    assert drag["error_bounds"] == [] and "the slope of g in v is no constant" in drag["no_error_bound"]
+    assert drag["error_bounds"] == [] and "the damping dg/dv is not constant" in drag["no_error_bound"]
     assert drag["no_error_bound"] in stiction("gains", path).out
     chosen = tmp_path / "chosen.yaml"
     chosen.write_text(path.read_text().replace("{free: [50, 200]}", "100"))
