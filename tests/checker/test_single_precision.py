@@ -101,6 +101,36 @@ def test_a_derived_value_in_the_header_has_three_digits_of_its_formula() -> None
                 checked("one_mass", files)
 
 
+BALANCE = "    parameters->left = 9900.0f - 9900.0f;\n"
+
+
+@pytest.mark.parametrize(("value", "real", "holds"), [("1e-12", "double", True), ("0.009", "float", False)])
+def test_a_balance_of_which_rounding_is_left(value: str, real: str, holds: bool) -> None:
+    """A load equal to its counterweight: with the rounding of doubles it is proved, with that of floats not."""
+    files = (
+        single("one_mass")
+        if real == "float"
+        else {f"one_mass.{x}": (GENERATED / "one_mass" / f"one_mass.{x}").read_text("utf-8") for x in "ch"}
+    )
+    f = "f" if real == "float" else ""
+    pairs = {
+        "one_mass.c": [("    parameters->h_K_F =", BALANCE.replace("0f", f"0{f}") + "    parameters->h_K_F ="),
+                       ("parameters->h_K_F * sign", "(parameters->left + parameters->h_K_F) * sign")],
+        "one_mass.h": [(f"    {real} h_K_F;", f"    {real} left;\n    {real} h_K_F;"),
+                       (f"        0.01{'0000001' * bool(f)}{f} /*", f"        {value}{f}, 0.01{f} /*")],
+    }  # fmt: skip
+    changed = dict(files)
+    for file, of in pairs.items():
+        for old, new in of:
+            assert old in changed[file], old
+            changed[file] = changed[file].replace(old, new, 1)
+    if holds:
+        assert checked("one_mass", changed).whole
+    else:
+        with pytest.raises(verify.Refused, match="prepare gives others"):
+            checked("one_mass", changed)
+
+
 def test_what_is_read_is_the_c_in_doubles_but_for_its_values() -> None:
     c, d = (frame.read("two_mass_gto", files) for files in (single("two_mass_gto"), {
         file: (GENERATED / "two_mass_gto" / file).read_text("utf-8") for file in ("two_mass_gto.c", "two_mass_gto.h")
