@@ -9,7 +9,7 @@ not refuse.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -38,7 +38,6 @@ from codegen.diagnosis.results import (
     Fact,
     FoundEffect,
     Remainder,
-    Separation,
     Verdict,
 )
 from codegen.diagnosis.selection.candidate_fits import start_compiling
@@ -247,19 +246,17 @@ def _by_free_runs(case: Case, search: Search, report: Progress, propose: bool) -
 
     report("tracking observer", 0.93)
     unknown = propose and answer.verdict == "unknown"
-    return _result(
+    models = _models(case, problem, answer, case.window, runs.restart_s, excitation)
+    diagnosis = _diagnosis(
         case,
-        problem,
         answer,
-        left,
+        models,
         rivals_of(outcome, tied, answer.refit),
         lambda model: force_errors(model, problem.motion, problem.used)[2],
-        _data(case, problem, runs.restart_s) | _search_data(search, outcome),
-        case.window,
-        runs.restart_s,
-        excitation,
         outcome,
-        experiment,
+        remainder=left,
+        data=_data(case, problem, runs.restart_s) | _search_data(search, outcome),
+        separation=experiment,
         candidates=candidates(outcome, system, answer.verdict),
         agreement=agreement(),
         later_rounds=rounds(outcome),
@@ -267,6 +264,7 @@ def _by_free_runs(case: Case, search: Search, report: Progress, propose: bool) -
         reliability=reliability_of(answer.verdict, noise_ratio(outcome.final) <= NEAR_NOISE),
         proposal=propose_terms(answer.refit, problem, case.test, case.window) if unknown else None,
     )
+    return diagnosis, models
 
 
 def _by_means(case: Case, means: steady_runs.Means) -> tuple[Diagnosis, Models]:
@@ -291,70 +289,80 @@ def _by_means(case: Case, means: steady_runs.Means) -> tuple[Diagnosis, Models]:
     if answer.verdict == "none" and any(r.nature(case.material) == "structured" for r in left):
         answer = replace(answer, verdict="unknown")
     first, *later = found.rounds
-    return _result(
+    models = _models(case, problem, answer, window)
+    diagnosis = _diagnosis(
         case,
-        problem,
         answer,
-        left,
+        models,
         [steady_runs.effects_of(one.fit, answer.refit)[0] for one in found.rivals],
         lambda model: steady_runs.figures_of(model, means, answer.figures[0]).relative_force,
-        data | {"segments": len(means), "alpha": ALPHA},
-        window,
         records=len(means),
+        remainder=left,
+        data=data | {"segments": len(means), "alpha": ALPHA},
         candidates=first.candidates,
         later_rounds=tuple(later),
     )
+    return diagnosis, models
 
 
-def _result(
+def _models(
     case: Case,
     train: Problem,
     answer: Answer,
-    left: tuple[Remainder, ...],
-    rivals: Sequence[FoundEffect],
-    relative_error: Callable[[System], float],
-    data: Mapping[str, Any],
     window: slice,
     restart_s: float = RESTART_S,
     excitation: str | None = None,
-    outcome: Outcome | None = None,
-    experiment: Separation | None = None,
-    records: int = 0,
-    **tables: Any,
-) -> tuple[Diagnosis, Models]:
-    """The diagnosis, with further fields of it, and its models; arguments as of ``statement`` and ``Models``."""
+) -> Models:
+    """The models of an answer, with the augmented spec; arguments as of ``Models``."""
     system, written = train.system, answer.adopted
-    moved, three = train.moved, (system, answer.refit, answer.augmented)
     named = answer.effects if answer.verdict == "effect" else ()
-    values = {} if written is None else {s.name: float(written.values[s]) for s in moved}
+    values = {} if written is None else {s.name: float(written.values[s]) for s in train.moved}
+    text = augmented_text(case.spec, named, values, system)
+    three = (system, answer.refit, answer.augmented)
+    return Models(*three, train, case.test, window, text, answer.effects, restart_s, excitation)
+
+
+def _diagnosis(
+    case: Case,
+    answer: Answer,
+    models: Models,
+    rivals: Sequence[FoundEffect],
+    relative_error: Callable[[System], float],
+    outcome: Outcome | None = None,
+    records: int = 0,
+    **found: Any,
+) -> Diagnosis:
+    """The diagnosis of an answer; arguments as of ``statement``.
+
+    Args:
+        relative_error: of a model, by force, on the training log.
+        found: the fields of the diagnosis that only the caller knows, its remainder and candidates at least.
+    """
+    system, moved, three = models.declared, models.train.moved, (models.declared, models.refit, models.augmented)
     declared, refit, augmented = answer.figures
     refitted = {
         s.name: (float(system.values[s]), float(answer.refit.values[s]), float(answer.augmented.values[s]))
         for s in moved
     }
-    training = (relative_error(system), relative_error(answer.refit), relative_error(answer.augmented))
-    diagnosis = Diagnosis(
+    training = (relative_error(three[0]), relative_error(three[1]), relative_error(three[2]))
+    left, experiment = found["remainder"], found.get("separation")
+    return Diagnosis(
         verdict=answer.verdict,
         statement=statement(case, answer, left, rivals, refitted, outcome, experiment, records, training),
-        effects=named,
+        effects=answer.effects if answer.verdict == "effect" else (),
         declared=declared,
         refit=refit,
         augmented=augmented,
         training=training,
         refitted=refitted,
-        data=data,
         findings=case.findings_in_words,
         rivals=tuple(rivals) if answer.verdict == "ambiguous" else (),
-        separation=experiment,
         parameter_errors=answer.errors,
-        at_limit=levels_at_zero(system, three[1:], train.levels),
-        remainder=left,
+        at_limit=levels_at_zero(system, three[1:], models.train.levels),
         material=case.material,
         units={s.name: system.units.get(s, "1") for s in moved},
-        **tables,
+        **found,
     )
-    text = augmented_text(case.spec, named, values, system)
-    return diagnosis, Models(*three, train, case.test, window, text, answer.effects, restart_s, excitation)
 
 
 def _left_out(outcome: Outcome, answer: Answer) -> Fact:

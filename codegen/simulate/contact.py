@@ -28,14 +28,13 @@ class Levels:
 
     Attributes:
         forward, backward: levels of sliding for u > 0 and u < 0.
-        held_forward, held_backward: levels at rest (static friction).
+        held: levels at rest (static friction), the same in both directions.
         jumps: for each contact, whether its levels at rest differ from those of sliding; empty if none do.
     """
 
     forward: Any
     backward: Any
-    held_forward: Any = None
-    held_backward: Any = None
+    held: Any = None
     jumps: tuple[bool, ...] = ()
 
 
@@ -156,7 +155,6 @@ def _lone_contact(slip: Any, free: Any, mobility: Any, levels: Levels, c: int, s
     holding = free / mobility
     after = casadi.fmin(casadi.fmax(holding, -backward), forward)
     if levels.jumps and levels.jumps[c]:
-        held = casadi.logic_and(holding <= levels.held_forward[c], holding >= -levels.held_backward[c])
-        after = casadi.if_else(held, holding, after)
+        after = casadi.if_else(casadi.fabs(holding) <= levels.held[c], holding, after)
         share = casadi.if_else(speed <= REST, 0, share)
     return share * sliding + (1 - share) * after

@@ -14,7 +14,7 @@ from codegen.mechanics.loads import with_loads
 from codegen.mechanics.solve import factorised
 from codegen.mechanics.system import TIME, System
 from codegen.simulate.dynamic_contact import DynamicContacts
-from codegen.simulate.plant_contacts import PlantContacts
+from codegen.simulate.plant_contacts import PlantContacts, smooth_forces
 
 _ROUNDING = 64 * float(np.finfo(np.float64).eps)
 """A velocity after a step is a rounding error if it is below this share of the terms whose sum it is."""
@@ -102,7 +102,7 @@ def _step_function(contacts: PlantContacts, motors: int) -> Any:
         if not system.contacts:
             return v + h * factors.solve(force), guess, guess
         slip = casadi.mtimes(U.T, velocity)
-        smooth, levels = contacts.smooth(slip, here), contacts.levels(slip, here)
+        smooth, levels = smooth_forces(system.contacts, slip, here), contacts.levels(slip, here)
         free = factors.solve(force - casadi.mtimes(U, smooth))
         slip_before, free_slip_rate = casadi.mtimes(U.T, v), casadi.mtimes(U.T, free)
         found, new_memory = contacts.forces(guess, slip_before, free_slip_rate, mobility, levels, h)

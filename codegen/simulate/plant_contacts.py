@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import casadi
@@ -83,19 +84,27 @@ class PlantContacts:
 
     def levels(self, slip: Any, names: dict[sympy.Symbol, Any]) -> Levels:
         """Levels of the set-valued parts at slip velocities ``slip``, contacts by 1."""
-        columns: list[list[Any]] = [[], [], [], []]
-        for c, level in zip(self.set_valued, self._levels, strict=True):
-            symbol = self.system.contacts[c].slip
-            speed = casadi.fabs(slip[c]) + _STANDSTILL
-            for column, u in zip(columns, (speed, -speed, casadi.SX(0), casadi.SX(0)), strict=True):
-                column.append(casadi.fmax(0, to_casadi(level, names | {symbol: u})))
-        forward, backward, held_forward, held_backward = [casadi.vertcat(*column) for column in columns]
-        return Levels(forward, backward, held_forward, held_backward, self._jumps)
+        contacts = [self.system.contacts[c] for c in self.set_valued]
+        columns = levels_at(contacts, self._levels, slip[list(self.set_valued)], names)
+        forward, backward, held = (casadi.fmax(0, column) for column in columns)
+        return Levels(forward, backward, held, self._jumps)
 
-    def smooth(self, slip: Any, names: dict[sympy.Symbol, Any]) -> Any:
-        """Smooth forces that declared effects add to each contact, contacts by 1."""
-        contacts = enumerate(self.system.contacts)
-        return casadi.vertcat(*[to_casadi(c.extra_force, names | {c.slip: slip[k]}) for k, c in contacts])
+
+def levels_at(
+    contacts: Sequence[ContactFriction], levels: Sequence[sympy.Expr], slip: Any, names: dict[sympy.Symbol, Any]
+) -> list[Any]:
+    """[forward, backward, at rest]: levels of contacts, contacts by 1, at the magnitudes of slip velocities."""
+    columns: list[list[Any]] = [[], [], []]
+    for c, (contact, level) in enumerate(zip(contacts, levels, strict=True)):
+        speed = casadi.fabs(slip[c]) + _STANDSTILL
+        for column, u in zip(columns, (speed, -speed, casadi.SX(0)), strict=True):
+            column.append(to_casadi(level, names | {contact.slip: u}))
+    return [casadi.vertcat(*column) for column in columns]
+
+
+def smooth_forces(contacts: Sequence[ContactFriction], slip: Any, names: dict[sympy.Symbol, Any]) -> Any:
+    """Smooth forces that declared effects add to contacts, contacts by 1, at slip velocities ``slip``."""
+    return casadi.vertcat(*[to_casadi(c.extra_force, names | {c.slip: slip[k]}) for k, c in enumerate(contacts)])
 
 
 def _level(contact: ContactFriction) -> sympy.Expr:

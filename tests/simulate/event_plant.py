@@ -14,7 +14,7 @@ from codegen.mechanics.casadi_form import in_place, symbol_values, to_casadi
 from codegen.mechanics.solve import factorised
 from codegen.mechanics.system import TIME, System
 from codegen.simulate.drive import HeldInput
-from codegen.simulate.plant_contacts import PlantContacts
+from codegen.simulate.plant_contacts import PlantContacts, smooth_forces
 
 from .mode_search import Limits, Mode, NoMode, find_mode, forces_of
 
@@ -197,13 +197,13 @@ def _laws(system: System, contacts: PlantContacts) -> Any:
     compliance = factors.solve_columns(U)
     slip = casadi.mtimes(U.T, v)
     levels = contacts.levels(slip, names)
-    smooth = contacts.smooth(slip, names)
+    smooth = smooth_forces(system.contacts, slip, names)
     motion = factors.solve(to_casadi(system.force, names) - casadi.mtimes(U, smooth))
     free = casadi.mtimes(U.T, motion) + casadi.jtimes(slip, x, v)
     jumps = levels.jumps
     held = [
         casadi.vertcat(*[(rest if jumps[c] else sliding)[c] for c in range(count)])
-        for rest, sliding in ((levels.held_forward, levels.forward), (levels.held_backward, levels.backward))
+        for rest, sliding in ((levels.held, levels.forward), (levels.held, levels.backward))
     ]
     parts = [compliance, motion, slip, free, smooth, levels.forward, levels.backward, *held]
     found = casadi.vertcat(*(casadi.vec(casadi.densify(p)) for p in (*parts, casadi.mtimes(U.T, compliance))))

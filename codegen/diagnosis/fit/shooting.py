@@ -26,6 +26,7 @@ from codegen.mechanics.solve import factorised
 from codegen.mechanics.system import TIME, ContactFriction, System
 from codegen.simulate.contact import REST, SWEEPS
 from codegen.simulate.dynamic_contact import DIRECTION, INSIDE, LawTerms, exponents, has_states, sign_of, state_terms
+from codegen.simulate.plant_contacts import levels_at, smooth_forces
 from codegen.spec.functions import Sgn
 
 FAR = 1e300
@@ -116,7 +117,6 @@ MOST_APART = 40
 """Most models of one coordinate with one contact in a library that has the loops over time for each model apart, with
 its equations within them: up to four times as fast without sines, for a tenth of a second of the compiler a model."""
 KEPT_LIBRARIES = 32
-_AT_REST = 1e-30
 _REST = 1e-12
 """Slip speed that counts as standstill where no level jumps there, in slip unit/s."""
 WARM_S = 1.0
@@ -363,7 +363,7 @@ def terms_functions(
 
         place_NAME (x, w, t, p, share) → (U, M⁻¹U, U'M⁻¹U, inertia of the loads, kept), M less that inertia
         model_NAME (x, v, w, t, p, share, kept, push, bristle) → (M⁻¹(g + push − U (smooth friction + bristle)),
-            levels forward and backward, and those at rest where they may jump)
+            levels forward and backward, and at rest where they may jump)
         resting_NAME (x, w, t, p) → declared g at v = 0, without the forces of effects
 
     ``kept`` does not depend on v. Without ``loads``, ``share`` and ``push`` have no effect.
@@ -380,19 +380,13 @@ def terms_functions(
     factors = factorised(mass - casadi.diag(heavy) if loads else mass, reciprocals=False)
     carried = factors.solve_columns(distribution)
     slip = casadi.mtimes(distribution.T, v)
-    levels: list[list[Any]] = [[], [], [], []]
-    smooth = []
-    for c, contact in enumerate(system.contacts):
-        level = _set_valued_level(contact)
-        speed = casadi.fabs(slip[c]) + _AT_REST
-        for column, u in zip(levels, (speed, -speed, casadi.SX(0), casadi.SX(0)), strict=True):
-            column.append(to_casadi(level, names | {contact.slip: u}))
-        smooth.append(to_casadi(contact.extra_force, names | {contact.slip: slip[c]}))
+    levels = levels_at(system.contacts, [_set_valued_level(c) for c in system.contacts], slip, names)
+    smooth = smooth_forces(system.contacts, slip, names)
     force = to_casadi(system.force, names, by_angle=True)
     net = force + push if loads else force
-    for c, own in enumerate(smooth):
-        net = net - distribution[:, c] * (own + bristle[c])
-    outputs = [factors.solve(net), *(casadi.vertcat(*column) for column in (levels if jumps else levels[:2]))]
+    for c in range(len(system.contacts)):
+        net = net - distribution[:, c] * (smooth[c] + bristle[c])
+    outputs = [factors.solve(net), *(levels if jumps else levels[:2])]
     still = casadi.vertcat(x, w, t, p, share)
     moving, pieces, values = casadi.extract_parametric([casadi.densify(o) for o in outputs], still, {})
     kept = casadi.vertcat(*pieces) if pieces else casadi.SX.sym("kept", 0)
