@@ -155,6 +155,7 @@ def gains_json(report: Feasibility, bounds: Sequence[GainBound] = ()) -> dict[st
         "gain_factor": GAIN_FACTOR,
         "gain_sets_tried": report.tried,
         "infeasible": _failure_json(report.infeasible),
+        "outside": dict(report.outside) or None,
         "map": {
             "x": {"name": region.x.name, "unit": region.x.unit, "values": region.x_values.tolist()},
             "y": {"name": region.y.name, "unit": region.y.unit, "values": region.y_values.tolist()},

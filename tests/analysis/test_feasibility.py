@@ -7,7 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from codegen.analysis.error_dynamics import derive_error_dynamics
 from codegen.analysis.feasibility.axes import gain_axes, unit_notes
+from codegen.analysis.feasibility.gain_dynamics import GainDynamics
+from codegen.analysis.feasibility.noise import NoiseModel, position_noise
+from codegen.analysis.operating_points import operating_points
 from codegen.app.derived import Derived
 from codegen.base.errors import BadInput
 from codegen.spec import parse_spec
@@ -183,3 +187,18 @@ def test_one_free_number_for_gains_of_different_units_is_noted() -> None:
     assert "K_F_rail in N*s/m, K_F_hinge in N*m*s/rad" in note
     assert f"`{listed}`" in note
     assert notes(listed) == notes("K_F: 10") == ()
+
+
+def test_noise_near_standstill_is_that_of_one_direction_of_slip() -> None:
+    """Friction changes the speed of a mass of 0.1 g by 500 m/s in a sample; below that the noise was another.
+
+    The error dynamics of a mass do not depend on its speed, so the noise is the same at every point.
+    """
+    path = Path(__file__).parents[2] / "specs" / "one_mass.yaml"
+    text = path.read_text("utf-8").replace("m: {value: 1,", "m: {value: 1e-4,").replace("v: [-5, 5]", "v: [-900, 900]")
+    spec = parse_spec(text.replace("{K_F: 10, K_v: 100}", "{K_F: 0.05, K_v: 100}"), path)
+    observer = Derived(spec).nominal.observer
+    dynamics = GainDynamics(symbolic := derive_error_dynamics(observer), operating_points(symbolic, spec))
+    rms = NoiseModel(observer, spec, position_noise(spec)).rms(dynamics.settings())[0]
+    assert len(rms) > 5 and rms.min() > 0 and np.isfinite(rms).all()
+    np.testing.assert_allclose(rms, rms[:1].repeat(len(rms), axis=0), rtol=1e-9)

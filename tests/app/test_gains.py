@@ -128,7 +128,7 @@ def test_json_holds_grid_values_and_boundary(free: Path) -> None:
             "noise_bound",
             "gain_factor",
         ),
-        *("gain_sets_tried", "infeasible", "map", "error_bounds", "no_error_bound"),
+        *("gain_sets_tried", "infeasible", "outside", "map", "error_bounds", "no_error_bound"),
         "suggested_divided_by",
     }
     assert report["chosen"] is None
@@ -271,3 +271,16 @@ def test_why_a_bound_is_large_follows_from_its_largest_part(
     told = stiction("gains", free).out
     (line,) = [line for line in told.splitlines() if "Certified at those" in line]
     assert f"the largest part is {part}" in line and f"because fast gains amplify the {reason}." in told
+
+
+def test_stable_gains_outside_the_range_are_named(tmp_path: Path) -> None:
+    """A range that fits one inertia was answered with "Infeasible" for another, 10^4 times smaller."""
+    text = (SPECS / "one_mass.yaml").read_text().replace("m: {value: 1,", "m: {value: 1e-4,")
+    text = text.replace("{K_F: 10, K_v: 100}", "{K_F: {free: [10, 1000]}, K_v: 100}")
+    (tmp_path / "small.yaml").write_text(text)
+    done = stiction("gains", tmp_path / "small.yaml", "--json")
+    assert done.code == 3
+    outside = json.loads(done.out)["outside"]
+    assert 0 < outside["K_F"] < 1
+    (tmp_path / "right.yaml").write_text(text.replace("{free: [10, 1000]}", str(outside["K_F"])))
+    assert stiction("certify", tmp_path / "right.yaml").code == 0

@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -26,6 +26,8 @@ from codegen.spec.model import Spec
 from codegen.spec.numerics import numerical
 
 Intervals = tuple[tuple[float, float], ...]
+WIDER = 1e6
+"""Factor, up and down, by which ranges are widened to look for stable gains where nothing within them is stable."""
 SEED, SPREAD = 4, 60
 """Seed and number of random gain sets in the whole range, with which the deciding operating points are first found."""
 
@@ -87,6 +89,7 @@ class Feasibility:
         suggestion, suggested: the suggested set and its assessment; None if nothing in the range is stable.
         before_division: the suggestion before all its numbers were divided by the ``divisor``.
         infeasible: if nothing in the range is stable, the failure of the set whose error grows least.
+        outside: axis name → value of a stable set outside the ranges, if nothing within them is stable; else empty.
         tried: number of gain sets evaluated.
         sampled, continuous: axis name → stable intervals of the step and of Ψ, with the other gains as suggested.
         region: stability region in the plane of two axes.
@@ -106,6 +109,7 @@ class Feasibility:
     before_division: Suggestion | None
     suggested: GainSet | None
     infeasible: Failure | None
+    outside: Mapping[str, float]
     tried: int
     sampled: Mapping[str, Intervals]
     continuous: Mapping[str, Intervals]
@@ -158,6 +162,7 @@ def assess(
     if first is not None and (by := divisor(axes, first)) != 1:
         suggestion = divided(dynamics, axes, first, by)
     base = searched.settings if suggestion is None else suggestion.settings
+    failed = explain_failure(dynamics, base) if isinstance(searched, NothingStable) else None
     region = map_region(dynamics, base, *pair)
     return Feasibility(
         spec=spec,
@@ -172,13 +177,23 @@ def assess(
         suggestion=suggestion,
         before_division=first,
         suggested=judge(dynamics, noise, base, axes) if suggestion else None,
-        infeasible=explain_failure(dynamics, base) if isinstance(searched, NothingStable) else None,
+        infeasible=failed,
+        outside=_outside(dynamics, noise, nominal, axes) if failed else {},
         tried=searched.tried,
         sampled={a.name: intervals(dynamics, "sampled", base, a) for a in axes},
         continuous={a.name: intervals(dynamics, "continuous", base, a) for a in axes},
         region=region,
         noise_share=noise.share(region.settings, region.radius.ravel() < 1).reshape(region.radius.shape),
     )
+
+
+def _outside(
+    dynamics: GainDynamics, noise: NoiseModel, nominal: Settings, axes: Sequence[GainAxis]
+) -> Mapping[str, float]:
+    """The numbers of a stable gain set in ranges that are wider by ``WIDER``; empty if none is found."""
+    wider = [replace(a, low=a.low / WIDER, high=a.high * WIDER) if a.logarithmic else a for a in axes]
+    found = suggest(dynamics, noise, nominal, wider)
+    return found.numbers if isinstance(found, Suggestion) else {}
 
 
 def judge(dynamics: GainDynamics, noise: NoiseModel, settings: Settings, axes: Sequence[GainAxis]) -> GainSet:

@@ -6,6 +6,7 @@ v, then the estimates at the next sample without noise.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -19,7 +20,7 @@ from codegen.mechanics.casadi_form import at_points, function_of, over_rows, sym
 from codegen.mechanics.solve import solve_symmetric
 from codegen.observers import Observer
 from codegen.observers.velocity import SAMPLE_TIME
-from codegen.spec.functions import Magnitude
+from codegen.spec.functions import Magnitude, Sgn
 from codegen.spec.model import Spec
 
 POINTS = 12
@@ -191,6 +192,8 @@ def _points(observer: Observer, spec: Spec) -> tuple[tuple[sympy.Symbol, ...], A
 def _linearised(observer: Observer, known: dict[sympy.Symbol, Any], h: Any, friction: Any) -> list[Any]:
     """The matrices of ``NoiseModel`` as SX: Φ, B for position and velocity noise, C, D for position and velocity noise.
 
+    The signs of the slips are those at the point: near standstill friction may reverse a small inertia within a sample.
+
     Args:
         known: value of each symbol.
         friction: symbols of the friction estimate.
@@ -205,20 +208,33 @@ def _linearised(observer: Observer, known: dict[sympy.Symbol, Any], h: Any, fric
     )
     deviations = e, x_noise, v_noise
 
-    def evaluate(state: Any, at_x: Any, at_v: Any, estimates: Any = None) -> tuple[dict[sympy.Symbol, Any], Any]:
-        """Values of all symbols, and the estimates, from the measurements and either the states or the estimates."""
+    slips = [u for e in observer.equations if e.name == "slip_velocity" for u in e.symbols]
+    sign_of = dict(zip(slips, observer.signs, strict=False))
+
+    def evaluate(
+        state: Any, at_x: Any, at_v: Any, estimates: Any = None, signs: Sequence[Any] = ()
+    ) -> tuple[dict[sympy.Symbol, Any], Any]:
+        """Values of all symbols, and the estimates, from the measurements and either the states or the estimates.
+
+        ``signs``: of the slips; by default those of the estimated slips.
+        """
         values = dict(known)
         values |= zip(system.positions, casadi.vertsplit(at_x), strict=True)
         values |= zip(system.velocities, casadi.vertsplit(at_v), strict=True)
         if state is not None:
             values |= zip(observer.states, casadi.vertsplit(state), strict=True)
+        values |= zip(observer.signs, signs, strict=False)
         found: list[Any] = []
         for equation in observer.equations:
+            expression = equation.expression
+            if signs:
+                expression = expression.replace(Sgn, lambda u: sign_of.get(u, Sgn(u)))
+                expression = expression.replace(Magnitude, lambda u: sign_of[u] * u if u in sign_of else Magnitude(u))
             if equation.state is not None and estimates is not None:
                 given = casadi.vertsplit(estimates)[len(found) : len(found) + len(equation.symbols)]
-                rest = to_casadi(sympy.Matrix(equation.expression - equation.state), values)
+                rest = to_casadi(sympy.Matrix(expression - equation.state), values)
                 values |= zip(equation.state, [a - rest[k] for k, a in enumerate(given)], strict=True)
-            result = to_casadi(equation.expression, values)
+            result = to_casadi(expression, values)
             if equation.form == "mass_solve":
                 result = solve_symmetric(to_casadi(system.mass_matrix, values), result)
             values |= zip(equation.symbols, casadi.vertsplit(casadi.densify(result)), strict=True)
@@ -228,9 +244,10 @@ def _linearised(observer: Observer, known: dict[sympy.Symbol, Any], h: Any, fric
 
     start, _ = evaluate(None, x, v, truth + e)
     state = casadi.vertcat(*[start[s] for s in observer.states])
-    noisy, _ = evaluate(state, x + x_noise, v + v_noise)
+    signs = [casadi.sign(start[u]) for u in slips]
+    noisy, _ = evaluate(state, x + x_noise, v + v_noise, signs=signs)
     next_state = state + h * to_casadi(observer.rates, noisy)
-    _, next_estimates = evaluate(next_state, x + h * v, v)
+    _, next_estimates = evaluate(next_state, x + h * v, v, signs=signs)
     output = casadi.vertcat(*[noisy[s] for s in friction])
     slopes = [casadi.jacobian(result, by) for result in (next_estimates, output) for by in deviations]
     return list(casadi.substitute(slopes, list(deviations), [casadi.SX.zeros(d.shape) for d in deviations]))
