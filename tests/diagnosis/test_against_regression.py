@@ -110,3 +110,17 @@ def test_a_lag_does_not_stand_for_a_vibration_that_the_loop_answers(noise: float
     left = SimpleNamespace(final=SimpleNamespace(by_segment=np.array([40 * noise**2]), residual=np.zeros((1, 40))))
     words = against_regression(left, problem, problem.system, lagged, (lag,))  # type: ignore[arg-type]
     assert "a vibration of constant frequency, 7 Hz" in words
+
+
+@pytest.mark.parametrize("noise", [160.0, 2.7])
+@pytest.mark.parametrize("grows", [False, True])
+def test_a_constant_force_does_not_stand_for_one_that_grows(plain: Log, grows: bool, noise: float) -> None:
+    """A force that rises from 0 to 3 N over the log is no offset of 1.5 N; a constant 1.5 N is one."""
+    inputs, rise = plain.inputs.copy(), np.linspace(0, 1, plain.size)
+    inputs[:, 0] -= 3 * rise if grows else 1.5
+    system = system_of(stage(reference=MOTION))
+    problem = Problem(system, smooth_motion(replace(plain, inputs=inputs)), {})
+    offset = FoundEffect("offset", "x", {"f0": 1.5}, {}, (), {})
+    left = SimpleNamespace(final=SimpleNamespace(by_segment=np.array([40 * noise**2]), residual=np.zeros((1, 40))))
+    words = against_regression(left, problem, system, with_effects(system, (offset,)), (offset,))  # type: ignore[arg-type]
+    assert ("a slow change in time" in words) == grows and bool(words) == grows

@@ -53,6 +53,8 @@ VARIABLES = {
 
 OF_THE_MOTION = 0.02
 """Share of the squared velocity at a line of the spectrum above which the machine is moved with this frequency."""
+SLOW_MOTION = 0.5
+"""Share of the squared velocity that a curve over time explains above which it may be a curve over the motion."""
 
 
 @dataclass(frozen=True)
@@ -240,8 +242,10 @@ class ForceEvidence:
     Attributes:
         removed: share of the refit's squared residual that the augmented model removes.
         own: share that a flexible regression on the effects' own variables explains on held-out parts.
-        alone, line, with_line: shares that a regression explains there on the force of the effects, on the highest line
-            of the residual's spectrum, at ``line_hz``, and on both; zero if the motion has that line too.
+        alone: share that a regression on the force of the effects explains there.
+        line, with_line: the same for the highest line of the residual's spectrum, at ``line_hz``, and for both; zero if
+            the motion has that line too.
+        time, with_time: the same for a smooth curve over time, and for both; zero if the motion is as slow.
     """
 
     coordinate: int
@@ -251,6 +255,8 @@ class ForceEvidence:
     line: float
     with_line: float
     line_hz: float
+    time: float
+    with_time: float
 
 
 def force_evidence(
@@ -267,10 +273,13 @@ def force_evidence(
         r, left = (without_levels(refit, motion, used, y[:, i], i) for y in (before, after))
         removed = 1 - float(np.sum(left[used] ** 2) / max(float(np.sum(r[used] ** 2)), 1e-300))
         together = explained_over(r, used, [variables[name] for name in sorted(own)])
-        wave, force = variables["frequency"], (r - left)[:, None]
-        moves = explained_over(motion.velocities[:, i], used, [wave]) > OF_THE_MOTION
-        alone, line, both = (
-            0.0 if moves else explained_over(r, used, columns) for columns in ([force], [wave], [wave, force])
-        )
-        found.append(ForceEvidence(i, removed, together, alone, line, both, peak_hz(before[:, i], used, motion)))
+        force, speed = (r - left)[:, None], motion.velocities[:, i]
+        shares = [explained_over(r, used, [force])]
+        for name, most in (("frequency", OF_THE_MOTION), ("time", SLOW_MOTION)):
+            columns = variables[name]
+            moves = explained_over(speed, used, [columns]) > most
+            shares += [0.0 if moves else explained_over(r, used, group) for group in ([columns], [columns, force])]
+        alone, line, with_line, time, with_time = shares
+        hz = peak_hz(before[:, i], used, motion)
+        found.append(ForceEvidence(i, removed, together, alone, line, with_line, hz, time, with_time))
     return found

@@ -21,6 +21,7 @@ from codegen.diagnosis.results import Candidate, FoundEffect, Interval, Remainde
 from codegen.diagnosis.selection.forward_selection import Outcome
 from codegen.diagnosis.selection.ranking import Ranked, twins
 from codegen.diagnosis.selection.significance import chance
+from codegen.diagnosis.verdict.wrong_values import FAR_LESS
 from codegen.effects import CATALOGUE
 from codegen.effects.declare import places_of, unit_words
 from codegen.effects.places import pairs
@@ -181,7 +182,8 @@ def against_regression(
 
     They must remove most of what a smooth curve over their own variables explains, unless free runs end near the noise;
     and explain something beside a line of the spectrum that explains more, a vibration in time. A controller answers a
-    vibration, so a delayed input can cancel it down to a few times the noise. Not tested for backlash.
+    vibration, so a delayed input can cancel it down to a few times the noise. Nor may a slow force in time leave less
+    than ``FAR_LESS`` of what they leave; of a true effect that is noise. Not tested for backlash.
     """
     if any(t.gap != 0 for t in augmented.transmissions):
         return ""
@@ -190,12 +192,16 @@ def against_regression(
     for one in force_evidence(problem, refit, augmented, [effect.kind for effect in named], acting):
         if not near and one.removed < MOST * one.own:
             return "a smooth curve over its own variable explains twice as much of the residual force as the law does"
-        if one.alone < one.line and one.with_line - one.line < MOST * one.alone:
-            return (
-                f"a vibration of constant frequency, {one.line_hz:.3g} Hz, explains {100 * one.line:.0f} % of the "
-                f"residual force. The law explains {in_percent(one.alone)}, and only "
-                f"{in_percent(max(0.0, one.with_line - one.line))} in addition to the vibration"
-            )
+        vibration, drift = f"a vibration of constant frequency, {one.line_hz:.3g} Hz,", "a slow change in time"
+        for what, most, share, both in (
+            (vibration, FAR_LESS if near else 1.0, one.line, one.with_line),
+            (drift, FAR_LESS, one.time, one.with_time),
+        ):
+            if 1 - share < most * (1 - one.alone) and both - share < MOST * one.alone:
+                return (
+                    f"{what} explains {100 * share:.0f} % of the residual force. The law explains "
+                    f"{in_percent(one.alone)}, and only {in_percent(max(0.0, both - share))} in addition to that"
+                )
     return ""
 
 

@@ -43,7 +43,8 @@ from codegen.spec.model import Spec
 EXPLAINS = 0.8
 """Least share of the squared force residual that a reported value explains on held-out blocks of the training log."""
 FAR_LESS = 1 / 3
-"""Effects are refused if another value alone leaves at most this share of the squared residual force they leave."""
+"""Effects are refused if another value, or a force in time, leaves less than this share of the squared residual force
+that they leave."""
 MIRRORED = 0.1
 """Relative difference up to which a force counts as −2 times a term of the spec, whose sign may be wrong."""
 
