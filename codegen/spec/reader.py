@@ -32,7 +32,7 @@ from codegen.spec.schema import SpecDocument
 from codegen.spec.simulation_section import read_simulation
 from codegen.spec.units import inertia_for, require_coherent, si_factor, unit_name
 from codegen.spec.urdf_section import expand_robot
-from codegen.spec.validation import nearest_place, validate
+from codegen.spec.validation import nearest_place, validate, with_known_keys
 from codegen.spec.velocity_names import meant_velocity
 from codegen.spec.yaml_text import load_plain
 
@@ -79,12 +79,26 @@ class _Reading:
         self.text, self.path, self.faults = text, path, Faults()
         document, self.places = load_plain(text, str(path))
         filled, self.tree = expand_robot(document, path, self.places)
-        self.document = validate(SpecDocument, filled, self.places, str(path))
+        try:
+            self.document = validate(SpecDocument, filled, self.places, str(path))
+        except BadInput as fault:
+            document = with_known_keys(SpecDocument, filled)
+            if document is None:
+                raise
+            self.document = document
+            self.faults.noted.append(fault)
 
     def place(self, key: str) -> Place:
         return nearest_place(key, self.places, str(self.path))
 
     def spec(self) -> Spec:
+        """The spec; raises all faults that were found, those of keys first."""
+        spec = self._noted(self._spec)
+        self.faults.raise_noted()
+        assert spec is not None
+        return spec
+
+    def _spec(self) -> Spec:
         d = self.document
         self._noted(self._file_name, d.name)
         self._noted(self._refuse_splices, d.source)

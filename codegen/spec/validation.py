@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
+from copy import deepcopy
 from pathlib import Path
 from typing import Any, TypeVar, get_args, get_origin
 
@@ -53,6 +54,31 @@ def validate(model: type[Model], data: Any, places: Mapping[str, Place], file: s
         first, *others = [_explain(fault, found, model, places, file) for fault in _distinct(found, model)]
         first.others = tuple(others)
         raise first from None
+
+
+def with_known_keys(model: type[Model], data: Any) -> Model | None:
+    """``data`` as an instance of ``model`` with unknown keys renamed to the missing key they resemble, or left out.
+
+    So that further faults can be found in the same run. None where this does not make it valid.
+    """
+    data = deepcopy(data)
+    try:
+        return model.model_validate(data)
+    except ValidationError as error:
+        for fault in error.errors():
+            if fault["type"] == "extra_forbidden":
+                *above, name = [s for s in fault["loc"] if isinstance(s, int) or not _is_variant(s)]
+                section = data
+                for step in above:
+                    section = section[step]
+                meant = nearest_name(str(name), _known_keys(model, above))
+                value = section.pop(name, None)
+                if meant and meant not in section:
+                    section[meant] = value
+    try:
+        return model.model_validate(data)
+    except ValidationError:
+        return None
 
 
 def _distinct(errors: list[ErrorDetails], model: type[BaseModel]) -> list[ErrorDetails]:

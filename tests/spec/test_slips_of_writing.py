@@ -161,3 +161,19 @@ def test_a_file_in_another_encoding_is_named_by_line(tmp_path: Path) -> None:
     with refused("FILE006 slider.yaml:2") as fault:
         read_spec(path)
     assert "save it as UTF-8" in fault.value.expected
+
+
+def test_unknown_keys_and_faults_of_units_come_in_one_run() -> None:
+    """Keys were reported first, and units only once these were right."""
+    text = """name: axis
+coordinates: {x: {velocity: v, unit: m}}
+inputs: {u: {unit: N}}
+parameters: {m: {value: 79, unit: kgg}, b: {value: 3, unit: N*s/m, toleranc: 5%}}
+mass_matrix: [[m]]
+force: [u - b*v]
+friction: {distribution: [[1]], contacts: [{name: guide, law: coulomb, a: 3, unit: N}]}
+observer: {kind: gcfo, velocity: estimated, gains: {K_F: 600, K_v: 200}, sample_tim: 1 ms}
+"""
+    fault = told(text)
+    found = {one.found for one in (fault, *fault.others)}
+    assert found == {"unknown key `toleranc`", "unknown key `sample_tim`", "unit `kgg`"}
