@@ -219,10 +219,19 @@ class RobotSection(Section):
     base_parameters: dict[str, Number] = {}
 
 
+def _robot_section(value: Any) -> dict[Any, Any]:
+    """The section as a mapping; ValueError for neither a text nor a mapping."""
+    if isinstance(value, str):
+        return {"file": value}
+    if not isinstance(value, dict):
+        raise ValueError("expected the path of a robot description, or a mapping with `file:`")
+    return value
+
+
 class RobotDocument(BaseModel):
     """The section ``urdf`` of a spec alone; a text is the file."""
 
-    urdf: Annotated[RobotSection, BeforeValidator(lambda value: {"file": value} if isinstance(value, str) else value)]
+    urdf: Annotated[RobotSection, BeforeValidator(_robot_section)]
 
 
 class EffectSection(Section):

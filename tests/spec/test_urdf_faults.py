@@ -246,3 +246,10 @@ def test_a_damaged_file_is_bad_input_or_a_robot(tmp_path_factory, data) -> None:
         read(folder, " ".join(words))
     except BadInput as error:
         assert "\n" not in str(error)
+
+
+@pytest.mark.parametrize("section", ["3", "true", "[arm.urdf]"])
+def test_a_section_that_is_neither_a_path_nor_a_mapping_says_what_it_may_be(section: str) -> None:
+    with pytest.raises(BadInput, match=r"the path of a robot description, or a mapping with `file:`") as told:
+        parse_spec(f"name: arm\nurdf: {section}\n", Path("arm.yaml"))
+    assert str(told.value).startswith("arm.yaml:2: urdf: ")
