@@ -84,6 +84,16 @@ def test_weaker_motors_do_not_stand_in_for_a_payload(tmp_path: Path) -> None:
     assert answer.verdict == "unknown" and "another value of m2 alone" in answer.against[0].words
 
 
+def test_three_effects_are_refused_for_a_value_that_leaves_as_little(tmp_path: Path) -> None:
+    """Both gains and a weight left 0.03 % of the squared residual, the payload's mass alone 0.01 %."""
+    gains = [FoundEffect("input_gain", w, {"gain": g}, {}) for w, g in (("w1", 0.7712), ("w2", 0.7659))]
+    effects = (*gains, FoundEffect("gravity_imbalance", "theta1", {"G": 0.06333, "phase": -1.5708}, {}))
+    system, log = system_of(arm()), log_of(arm(PAYLOAD), tmp_path, "log.csv")
+    none: Any = None
+    found = Answer("effect", effects, system, with_effects(system, effects), (none, none, none))
+    assert refused_for_a_value(arm(), found, Problem(system, smooth_motion(log), {})).verdict == "unknown"
+
+
 TRUE = [
     ("input_gain", "w2", {"gain": 0.8}),
     ("inertia_error", "theta1", {"delta": 0.02}),

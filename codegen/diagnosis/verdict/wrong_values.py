@@ -281,7 +281,8 @@ def refused_for_a_value(spec: Spec, answer: Answer, problem: Problem) -> Answer:
     """The answer without its effects if one value without tolerance explains the residual far better (``FAR_LESS``).
 
     Example: a payload of an arm fits weaker motors on both of its joints. A true effect leaves only the noise, and no
-    value can leave a third of the noise.
+    value can leave a third of the noise. Several effects are refused for a value that leaves no more than they do: it
+    explains as much with fewer changes of the declared model.
     """
     if answer.verdict not in ("effect", "ambiguous"):
         return answer
@@ -289,7 +290,7 @@ def refused_for_a_value(spec: Spec, answer: Answer, problem: Problem) -> Answer:
     if found is None:
         return answer
     left = _left_by_effects(answer, problem)
-    if 1 - found.share > FAR_LESS * left:
+    if 1 - found.share > left * (FAR_LESS if len(answer.effects) == 1 else 1):
         return answer
     named = " and ".join(f"{e.kind} on {e.on}" for e in answer.effects)
     words = (
