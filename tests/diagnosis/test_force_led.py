@@ -398,6 +398,19 @@ def test_friction_of_the_load_pays_once_for_the_drive_that_it_takes(tmp_path: Pa
     assert ranked.why_not == ""
 
 
+def test_an_effect_larger_than_the_declared_level_is_judged_beside_the_refitted_one(tmp_path: Path) -> None:
+    """An asymmetry of 4.6 N: more than the declared level of 4 N, less than the 5.5 N of the machine."""
+    lacking = "[{kind: coulomb_asymmetry, on: rail, parameters: {d: 4.6}}]"
+    search, problem = searched(jittered(log_of(stage(lacking, 5.5), tmp_path, "train.csv"), tmp_path))
+    fits = ForceFits(search, problem, search.refit())
+    trial = search.declared_trial.with_part(part_of(CATALOGUE["coulomb_asymmetry"], 0, search.system))
+    ranked = judged(fits, fits.plain, fits.fit(trial, trial.theta(np.array([5.5]), [{"d": 4.6}])), 20)
+    assert ranked.found.parameters["d"] == pytest.approx(4.6, rel=0.05) and ranked.why_not == ""
+    motion, rows = problem.motion, problem.motion.usable
+    drive = motion.low_pass(motion.inputs)[rows, 0]
+    assert ranked.size == pytest.approx(4.6 / np.sqrt(np.mean(drive**2)), rel=0.05)
+
+
 def test_the_interval_does_not_depend_on_the_start_of_the_fit(tmp_path: Path) -> None:
     """Slopes by mass and damping kept the drive share of the start: with 1 the interval was a quarter narrower."""
     wave = "{kind: cogging, on: x, parameters: {amplitude: 1.5, period: 0.02, phase: 0}}"

@@ -70,8 +70,17 @@ def _least_size(found: Fit) -> float:
 
 
 def relative_size(search: Search, found: Fit, base: Fit) -> float:
-    """Force of the effect over the drive force along the motion; if it is not defined, its change of the prediction."""
+    """Force of the effect over the drive force along the motion; if it is not defined, its change of the prediction.
+
+    A fit to the force residual has no prediction. There the effect acts beside the refitted levels, since it may be
+    larger than the declared one.
+    """
     part = found.part
+    if found.of_forces:
+        refitted = _refitted(search, found)
+        richer = with_effects(refitted, [FoundEffect(part.kind, part.on, found.parameters, {})])
+        without, with_it = (inverse_dynamics_residual(system, search.motion) for system in (refitted, richer))
+        return search.drive.share(with_it - without)
     if found.trial.adds_states or not part.effect.admissible(search.system, part.place, found.parameters):
         return size_of(found, base)
     return force_share(search, found.part, found.parameters)
