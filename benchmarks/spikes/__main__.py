@@ -2,15 +2,17 @@
 
 ``python -m benchmarks.spikes [--set emps …] [--share 3 10 20] [--kinds cogging …]``: every kind that can be spiked, in
 every set of benchmarks/real/sets.yaml that is here. Each plain and spiked log is diagnosed as a user would, 15 to 40 s
-of CPU each; what is there already is not made again. With --kept nothing is run: what is there is shown. The page has
-all rows of rows.json besides, those of earlier runs that were not run again, each with the version of its code. Page
-and rows.json are written where everything was asked for (and with --write); otherwise the text is printed only.
+of CPU each; what is there already is not made again. With --kept nothing is diagnosed: outcomes are those of earlier
+runs, and only least squares is computed anew. The page has all rows of rows.json besides, those of earlier runs that
+were not run again, each with the version of its code. Page and rows.json are written where everything was asked for
+(and with --write); otherwise the text is printed only.
 """
 
 from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from benchmarks.practice.cases import ROOT
@@ -22,6 +24,7 @@ from benchmarks.spikes.outcome import (
     CHOSEN,
     NEAR,
     OUTCOMES,
+    PREFERRED,
     named,
     outcome_of,
     spike_of,
@@ -40,17 +43,22 @@ BARS = {(10.0, "detected"): Bar(0.8), (10.0, "wrong names"): Bar(most=0.05)}
 NOT_RUN = "not run"
 
 
-def part(bench: Bench, kinds: Sequence[str], shares: Sequence[float], again: bool, kept: bool = False) -> Part | None:
-    """Diagnose a set, plain and spiked; with ``kept`` only what was diagnosed already, None where nothing was."""
-    if kept and not bench.is_diagnosed(kinds[0], 0):
-        return None
+def part(bench: Bench, kinds: Sequence[str], shares: Sequence[float], again: bool, kept: Part | None = None) -> Part:
+    """Diagnose a set, plain and spiked.
+
+    Args:
+        kept: what an earlier run found. Then nothing is diagnosed, and only least squares is computed anew.
+    """
+    if kept is not None:
+        some = [row for row in kept.rows if row.kind in kinds and row.percent in shares]
+        spikes = [spike_of(*bench.truth(r.kind, r.percent), bench.one.refitted.get(r.kind, "")) for r in some]
+        rows = [replace(row, spike=spike) for row, spike in zip(some, spikes, strict=True)]
+        return replace(kept, rows=tuple(rows))
     plain = bench.diagnosis(kinds[0], 0, again)
     print(f"{bench.name}  as it is  {plain['verdict']} {', '.join(named(plain))}", flush=True)
     rows = []
     for kind in kinds:
         for percent in shares:
-            if kept and not bench.is_diagnosed(kind, percent):
-                continue
             spiked = bench.diagnosis(kind, percent, again)
             spike = spike_of(*bench.truth(kind, percent), bench.one.refitted.get(kind, ""))
             rows.append(Row(kind, percent, spike, outcome_of(spike, plain, spiked), bench.code))
@@ -67,6 +75,7 @@ def rates(rows: Sequence[Row]) -> dict[str, Rate]:
         "detected, of those that least squares tells among all candidates": [
             r.outcome for r in rows if r.spike.is_told_among_all
         ],
+        "detected, of those that it also prefers to every other law": [r.outcome for r in rows if r.spike.is_preferred],
         "detected, of those that least squares sees": [r.outcome for r in rows if r.spike.is_visible],
     }
     found = totals(every) | {words: totals(outcomes)["detected"] for words, outcomes in some.items()}
@@ -107,6 +116,7 @@ def page(parts: Sequence[Part], shares: Sequence[float], absent: Sequence[str], 
         near=round(100 * NEAR),
         chosen=CHOSEN,
         candidates=CANDIDATES,
+        preferred=PREFERRED,
         least=round(100 * LEAST_SHARE),
     )
 
@@ -124,7 +134,7 @@ def main() -> None:
     parser.add_argument("--kinds", nargs="+", metavar="KIND", default=[])
     parser.add_argument("--out", type=Path, default=ROOT / "practice_results" / "spikes")
     parser.add_argument("--again", action="store_true", help="diagnose what is there already")
-    parser.add_argument("--kept", action="store_true", help="run nothing, show what is there")
+    parser.add_argument("--kept", action="store_true", help="diagnose nothing, compute least squares anew")
     parser.add_argument("--write", action="store_true", help="write the page although not everything was asked for")
     args = parser.parse_args()
     if not SPIKE.is_file():
@@ -137,18 +147,21 @@ def main() -> None:
         parser.error(f"no such set: {name}; there are {', '.join(real_sets())}")
     absent = [name for name, one in chosen.items() if not one.is_here]
     parts: list[Part] = []
+    before = {one.name: one for one in parts_in(ROWS)}
     every: list[str] = []
     try:
         for name, one in chosen.items():
             kinds = [kind for kind in kinds_for(one, out) if not args.kinds or kind in args.kinds]
             every += kinds
             if name not in absent and kinds:
-                found = part(Bench(name, one, out), kinds, args.share, args.again, args.kept)
-                parts += [found] if found is not None else []
-                absent += [name] if found is None else []
+                if args.kept and name not in before:
+                    absent.append(name)
+                    continue
+                kept = before[name] if args.kept else None
+                parts.append(part(Bench(name, one, out), kinds, args.share, args.again, kept))
     except (Unavailable, RuntimeError) as why:
         parser.exit(1, f"spikes: {why}\n")
-    every_part = merged(parts, parts_in(ROWS))
+    every_part = merged(parts, list(before.values()))
     shown = {one.name for one in every_part}
     shares = sorted({row.percent for one in every_part for row in one.rows})
     text = page(every_part, shares, [name for name in real_sets([]) if name not in shown], every)

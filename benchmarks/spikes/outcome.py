@@ -8,12 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from math import log
 from typing import Any
 
 from scipy.stats import norm
 
 from benchmarks.rates import Rate, rate
-from codegen.diagnosis.fit.credit import ALPHA, LEAST_SHARE
+from codegen.diagnosis.fit.credit import ALPHA, LEAST_SHARE, TIE_LEVEL
 from codegen.effects import CATALOGUE
 
 NEAR = 0.3
@@ -24,6 +25,8 @@ CANDIDATES = 23
 """Effects at their places among which a diagnosis of one of these axes chooses."""
 CHOSEN = float(norm.isf(ALPHA / 2 / CANDIDATES))
 """Standard errors from zero at which one of the candidates, not known beforehand, is told at α (Bonferroni)."""
+PREFERRED = log(1 / TIE_LEVEL)
+"""Nats of one law over another at which they do not tie: a likelihood ratio of 20."""
 DETECTED, TAKEN, EXTRA = "detected", "taken by the refit", "detected, and a wrong name"
 WITH, WITHOUT = "ambiguous with it", "ambiguous without it"
 PLAIN, WRONG = "as the plain log", "wrong name"
@@ -48,6 +51,8 @@ class Spike:
         visible: share of the squared residual of least squares that the effect itself removes; None if not known.
         deviations: standard errors of the spike from zero by least squares; None if not known.
         found_deviations: those of the effect in the spiked log, own + spike; None if not known, or where ``own`` is.
+        other, nats: the best other law by least squares, and the log-likelihood by which the spike's law is preferred
+            to it; None if not known.
     """
 
     kind: str
@@ -59,6 +64,8 @@ class Spike:
     visible: float | None = None
     deviations: float | None = None
     found_deviations: float | None = None
+    other: str = ""
+    nats: float | None = None
 
     @property
     def is_told(self) -> bool:
@@ -70,6 +77,11 @@ class Spike:
         """Whether least squares would tell the spike, and the effect that the spiked log has, of any candidate."""
         known = [d for d in (self.deviations, self.found_deviations) if d is not None]
         return all(d >= CHOSEN for d in known)
+
+    @property
+    def is_preferred(self) -> bool:
+        """Whether least squares also prefers the spike's law to every other one in its place; not if not known."""
+        return self.is_told_among_all and self.nats is not None and self.nats >= PREFERRED
 
     @property
     def is_visible(self) -> bool:
@@ -105,7 +117,7 @@ class Outcome:
     near: bool | None = None
 
 
-def spike_of(truth: Mapping[str, Any], checked: Mapping[str, float], refitted: str) -> Spike:
+def spike_of(truth: Mapping[str, Any], checked: Mapping[str, Any], refitted: str) -> Spike:
     """The spike of a truth.json; its strength is the first parameter of the kind in the catalogue.
 
     Args:
@@ -122,7 +134,8 @@ def spike_of(truth: Mapping[str, Any], checked: Mapping[str, float], refitted: s
     accepted = frozenset({effect["kind"], *(twin["kind"] for twin in twins)})
     size, deviations = float(effect["parameters"][name]), checked.get("deviations")
     whole = None if refitted else checked.get("found_deviations")
-    return Spike(effect["kind"], name, size, accepted, own, refitted, visible, deviations, whole)
+    best = str(checked.get("other", "")), checked.get("nats")
+    return Spike(effect["kind"], name, size, accepted, own, refitted, visible, deviations, whole, *best)
 
 
 def outcome_of(spike: Spike, plain: Mapping[str, Any], spiked: Mapping[str, Any]) -> Outcome:

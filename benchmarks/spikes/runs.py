@@ -59,11 +59,16 @@ class Bench:
         name = f"{kind}_{percent:g}" if percent else "plain"
         return self.out / "cases" / self.name / f"{name}_{mark}"
 
+    def made(self, kind: str, percent: float) -> Path:
+        """The folder of the log with a spike, which is made where it is not there."""
+        case = self.case(kind, percent)
+        if not (case / "truth.json").is_file():
+            _make(self.one, self.logs, case, kind, percent, self.out)
+        return case
+
     def diagnosis(self, kind: str, percent: float, again: bool) -> dict[str, Any]:
         """Of the log with a spike."""
-        case, logs = self.case(kind, percent), self.logs
-        if not (case / "truth.json").is_file():
-            _make(self.one, logs, case, kind, percent, self.out)
+        case, logs = self.made(kind, percent), self.logs
         names = ["train.csv", "test.csv", *(f"test{k}.csv" for k in range(2, len(logs.train) + len(logs.test)))]
         files = [case / name for name in names[: len(logs.train) + len(logs.test)]]
         train, test = files[: len(logs.train)], files[len(logs.train) :]
@@ -71,18 +76,13 @@ class Bench:
         diagnosed_logs(case.name, logs.spec, train, test, out, again, logs.description)
         return result_in(out)
 
-    def is_diagnosed(self, kind: str, percent: float) -> bool:
-        """Whether the log with a spike was diagnosed already."""
-        return (self.result(kind, percent) / "run.json").is_file()
-
     def truth(self, kind: str, percent: float) -> tuple[dict[str, Any], dict[str, Any]]:
         """truth.json, and what least squares finds in the log as it is and in the spiked one."""
-        case = self.case(kind, percent)
+        case = self.made(kind, percent)
         checked, truth = case / "check.json", json.loads((case / "truth.json").read_text())
         found = json.loads(checked.read_text()) if checked.is_file() else {}
-        if percent and "found_deviations" not in found:
-            both = _deviations(self.one, self.logs, case, truth, self.out)
-            found["deviations"], found["found_deviations"] = both
+        if percent and "nats" not in found:
+            found |= _significance(self.one, self.logs, case, truth, self.out)
             write_atomically(checked, json.dumps(found) + "\n")
         return truth, found
 
@@ -119,11 +119,12 @@ def _make(one: RealSet, logs: Readable, case: Path, kind: str, percent: float, o
             write_atomically(case / "check.json", line.split(" ", 1)[1] + "\n")
 
 
-def _deviations(one: RealSet, logs: Readable, case: Path, truth: dict[str, Any], out: Path) -> tuple[float, float]:
-    """Standard errors from zero of the spike, and of the effect in the spiked log, by significance.py."""
+def _significance(one: RealSet, logs: Readable, case: Path, truth: dict[str, Any], out: Path) -> dict[str, Any]:
+    """What significance.py finds: standard errors, and the best other law with its distance in nats."""
     (effect,) = truth["effects"]
     asked = {
         "kind": effect["kind"],
+        "kinds": kinds_for(one, out),
         "parameters": effect["parameters"],
         "position": logs.position,
         "input": logs.input,
@@ -133,8 +134,10 @@ def _deviations(one: RealSet, logs: Readable, case: Path, truth: dict[str, Any],
         "gravity": one.gravity,
         "cutoff": 2 * one.cutoff_hz,
     }
-    spike, found = json.loads(_spike_python([str(SIGNIFICANCE), str(case / "train.csv"), json.dumps(asked)], out))
-    return float(spike), float(found)
+    said: dict[str, Any] = json.loads(
+        _spike_python([str(SIGNIFICANCE), str(case / "train.csv"), json.dumps(asked)], out)
+    )
+    return said
 
 
 def _spike_python(command: list[str], out: Path) -> str:

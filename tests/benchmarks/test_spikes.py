@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import argparse
 import importlib
+import importlib.util
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -30,6 +32,7 @@ from benchmarks.spikes.outcome import (
     totals,
 )
 from benchmarks.spikes.rows import Part, Row, merged, parts_in, text_of
+from benchmarks.spikes.runs import SPIKE
 from tests.benchmarks.diagnoses import diagnosis, effect
 
 COGGING = Spike("cogging", "amplitude", 10.0, frozenset({"cogging"}), own=1.0)
@@ -177,6 +180,41 @@ def test_the_jackknife_agrees_with_the_textbook_error_and_knows_no_spanned_colum
     assert jackknife(spanned, drive)[1] == np.inf
 
 
+@pytest.mark.skipif(not SPIKE.is_file(), reason="../shared/practice is not here")
+@pytest.mark.parametrize(("acting", "put_in"), [("hardening_spring", True), ("spring", False)])
+def test_least_squares_prefers_the_law_that_acts(
+    acting: str, put_in: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A machine with a cubic spring, which is preferred where it was put in, and also where a linear one was."""
+    monkeypatch.syspath_prepend(str(SPIKE.parent))
+    monkeypatch.delitem(sys.modules, "benchmarks.spikes.significance", raising=False)
+    if importlib.util.find_spec("yaml") is None:
+        monkeypatch.setitem(sys.modules, "yaml", SimpleNamespace())
+    significance = importlib.import_module("benchmarks.spikes.significance")
+    t = np.arange(0, 20, 2e-3)
+    x, v, a = np.zeros((3, len(t)))
+    for size, w in ((0.2, 2.5), (0.07, 6.9), (0.02, 17.0)):
+        x, v, a = x + size * np.sin(w * t), v + size * w * np.cos(w * t), a - size * w**2 * np.sin(w * t)
+    force = 2 * a + 6 * v + 4 * np.sign(v) + 200 * x**3 + 0.3 * np.random.default_rng(1).standard_normal(len(t))
+    log = tmp_path / "log.csv"
+    np.savetxt(log, np.column_stack([t, x, force]), delimiter=",", header="t,x,w", comments="")
+    asked = {"position": ("x", "x"), "input": ("w", "w"), "time": "t", "time_scale": 1.0, "gain": 1.0, "gravity": False}
+    args = argparse.Namespace(still=None, cutoff=40.0, **asked)
+    other, nats = significance.SpikedLog(acting, {"k": 10.0, "k3": 200.0}, args, log).best_other(
+        ["spring", "hardening_spring"]
+    )
+    assert other == ("spring" if put_in else "hardening_spring")
+    assert nats > 10 if put_in else nats < -10
+
+
+def test_what_least_squares_prefers_to_other_laws_is_counted_apart() -> None:
+    truth = {"effects": [{"kind": "cogging", "on": "x", "parameters": {"amplitude": 10.0}}], "equivalents": [[]]}
+    checked = {"own": 1.0, "deviations": 9.0, "found_deviations": 9.0, "other": "spring"}
+    spikes = [spike_of(truth, {**checked, "nats": nats}, "") for nats in (3.1, 2.9, -5.0)]
+    rows = [Row("cogging", 10.0, one, Outcome(DETECTED, ()), "abc") for one in spikes]
+    assert rates(rows)["detected, of those that it also prefers to every other law"] == Rate(1, 1)
+
+
 def test_totals_count_detections_and_false_names_apart() -> None:
     found = [Outcome(o, (), 1.0 if near is not None else None, near) for o, near in OUTCOMES_SEEN]
     assert totals(found) == {
@@ -191,7 +229,7 @@ def test_totals_count_detections_and_false_names_apart() -> None:
     assert "| detected | 10 % | 4 of 8: 50 % (22 … 78) | ≥ 80 % | **missed** |" in text
     assert "| wrong names | 10 % | 2 of 8: 25 % (7 … 59) | ≤ 5 % | **missed** |" in text
     assert "| cogging | 4 of 8 | " in text
-    assert "| cogging, 10 % | – | – | detected | – | amplitude | 1, off | 11 = 1 + 10 | abc |" in text
+    assert "| cogging, 10 % | – | – | – | detected | – | amplitude | 1, off | 11 = 1 + 10 | abc |" in text
     assert "Not here or not run, so not in these tables: elsewhere." in text
 
 
