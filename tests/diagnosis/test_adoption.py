@@ -639,12 +639,12 @@ def test_a_large_deviation_is_kept_only_where_both_errors_fall_by_more_than_no_c
         moved=(sympy.Symbol("kt"),),
         declared=np.array([1.0]),
         prior_precision=np.array([0.1**-2]),
+        changes={},
         system=SimpleNamespace(units={}),
     )
     monkeypatch.setattr(CrossValidation, "_with_declared", lambda self, chosen, k: ([k], fixed))
     monkeypatch.setattr(CrossValidation, "_sandwich", [0.0])
-    problem = SimpleNamespace(prior_information=lambda without: np.zeros((1, 1)))
-    scoring = CrossValidation(search, None, problem, None)  # type: ignore[arg-type]
+    scoring = CrossValidation(search, None, None, None)  # type: ignore[arg-type]
     found, errors = scoring.justified(far)
     assert (found is far) == kept
     assert len(errors) == kept

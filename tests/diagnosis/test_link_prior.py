@@ -12,6 +12,7 @@ from mechanics.robots import SEVEN, numbers
 
 from codegen.diagnosis.case import uncertain_values
 from codegen.diagnosis.fit.residual import Problem
+from codegen.diagnosis.fit.search import prior_information
 from codegen.diagnosis.fit.trial import with_values
 from codegen.logs import Log
 from codegen.mechanics.base_parameters import base_values
@@ -62,6 +63,6 @@ def test_links_that_a_log_does_not_show_follow_those_that_it_shows(share: float,
         model = with_values(system, followed(problem, information, true))
         return min(np.linalg.eigvalsh(numbers(model, model.mass_matrix, x, np.zeros(7)))[0] for x in postures)
 
-    assert least(problem.prior_information()) > 0
+    assert least(prior_information(problem)) > 0
     if share < 1:
         assert least(np.diag(problem.prior_precision)) < 0

@@ -144,31 +144,7 @@ class Problem:
         """(p,) inverse variances of ``moved``; 0 for a level."""
         return np.array([0.0] * len(self.levels) + [self.deviation[s] ** -2.0 for s in self.uncertain])
 
-    @cached_property
-    def is_link(self) -> NDArray[np.bool_]:
-        """(p,) which of ``moved`` are parameters of links, whose tolerances are correlated."""
-        return np.array([s in self.uncertain and s in self.changes for s in self.moved], dtype=bool)
 
-    def prior_information(self, without: int | None = None) -> Array:
-        """(p, p) inverse covariance of ``moved`` by their tolerances, of all or of all but one; 0 for a level.
-
-        A number of a robot file, such as a link's mass, changes several parameters. So these are correlated: if one
-        is far from its declared value, others must follow, or M(x) is not positive definite though each is within its
-        tolerance. ``INDEPENDENT`` of each variance is uncorrelated, since the propagation is linear.
-        """
-        kept = np.array([k != without for k in range(len(self.moved))], dtype=bool)
-        matrix, links = np.diag(self.prior_precision * kept), np.flatnonzero(self.is_link & kept)
-        if len(links):
-            changes = np.array([self.changes[self.moved[k]] for k in links])
-            size = np.linalg.norm(changes, axis=1)
-            unit = changes / size[:, None]
-            correlation = (1 - INDEPENDENT) * unit @ unit.T + INDEPENDENT * np.eye(len(links))
-            matrix[np.ix_(links, links)] = np.linalg.inv(correlation) / np.outer(size, size)
-        return matrix
-
-
-INDEPENDENT = 0.01
-"""Share of the variance of a link's parameter that is not correlated with others."""
 STICK_SHARE = 0.004
 """A contact is at standstill if its slip is slower than this fraction of the 95 % quantile of its speed."""
 LEAST_LEFT = 1e-6

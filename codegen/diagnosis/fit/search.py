@@ -36,6 +36,8 @@ ROUNDS = 10
 """Most steps of a fit."""
 COMPILED_APART = 8
 """Number of models from which on they are compiled as two libraries in parallel."""
+INDEPENDENT = 0.01
+"""Share of the variance of a link's parameter that is not correlated with others."""
 FITS = 6
 """Cached fits, since successive tests of effects use the same fits."""
 
@@ -53,6 +55,7 @@ class Search:
         rigid: rigid-body terms of an arm whose joints are simulated one at a time.
         memory: cache of its joints' runs.
         compiled: by equations, the library that has them, and their index in it.
+        changes: of the links' parameters, as of ``Problem``.
     """
 
     system: System
@@ -66,6 +69,7 @@ class Search:
     rigid: RigidTerms | None = None
     memory: Memory = field(default_factory=Memory)
     compiled: dict[Hashable, tuple[Shooter | JointShooter, int]] = field(default_factory=dict)
+    changes: Mapping[sympy.Symbol, Array] = field(default_factory=dict)
 
     @cached_property
     def substeps(self) -> int:
@@ -244,6 +248,25 @@ class Search:
         return [Runner(trial, *place, self.record, self.substeps) for trial, place in zip(trials, found, strict=True)]
 
 
+def prior_information(search: Search | Problem, without: int | None = None) -> Array:
+    """(p, p) inverse covariance of the values ``moved`` by their tolerances, of all or of all but one; 0 for a level.
+
+    A number of a robot file, such as a link's mass, changes several parameters. So these are correlated: if one is far
+    from its declared value, others must follow, or M(x) is not positive definite though each is within its tolerance.
+    ``INDEPENDENT`` of each variance is uncorrelated, since the propagation is linear.
+    """
+    kept = np.array([k != without for k in range(len(search.moved))], dtype=bool)
+    matrix = np.diag(search.prior_precision * kept)
+    links = [k for k, s in enumerate(search.moved) if kept[k] and s in search.changes]
+    if links:
+        changes = np.array([search.changes[search.moved[k]] for k in links])
+        size = np.linalg.norm(changes, axis=1)
+        unit = changes / size[:, None]
+        correlation = (1 - INDEPENDENT) * unit @ unit.T + INDEPENDENT * np.eye(len(links))
+        matrix[np.ix_(links, links)] = np.linalg.inv(correlation) / np.outer(size, size)
+    return matrix
+
+
 def has_turned(search: Search, values: Array) -> NDArray[np.bool_]:
     """(p,) values whose sign differs from the declared one although zero is more than one tolerance away."""
     excluded = np.abs(search.declared) * np.sqrt(search.prior_precision) > 1
@@ -269,7 +292,7 @@ def search_on(problem: Problem, shorter: Callable[[float], Record]) -> Search:
     def records(share: float) -> Record:
         return replace(shorter(share), joints=joints)
 
-    return Search(system, problem.motion, records(1.0), *estimated, records, rigid=rigid)
+    return Search(system, problem.motion, records(1.0), *estimated, records, rigid=rigid, changes=problem.changes)
 
 
 def joint_of(search: Search, part: Part) -> int | None:

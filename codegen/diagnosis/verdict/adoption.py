@@ -30,7 +30,7 @@ from codegen.diagnosis.fit.output_error import (
     shooting_fit,
 )
 from codegen.diagnosis.fit.residual import Problem
-from codegen.diagnosis.fit.search import Search, has_turned
+from codegen.diagnosis.fit.search import Search, has_turned, prior_information
 from codegen.diagnosis.fit.trial import in_unit
 from codegen.diagnosis.results import Fact, ParameterError
 from codegen.mechanics.system import System
@@ -222,7 +222,7 @@ class CrossValidation:
         error = self.search.system.equation_error
         rows = [row for row, used in zip(error, self.problem.used.T, strict=True) if used.any()]
         seen = np.array([not rows or any(row.has(s) for row in rows) for s in self.search.moved], dtype=bool)
-        return np.asarray(seen | self.problem.is_link)
+        return np.asarray(seen | np.array([s in self.search.changes for s in self.search.moved], dtype=bool))
 
     @cached_property
     def evaluated(self) -> Fit:
@@ -249,7 +249,7 @@ class CrossValidation:
     @cached_property
     def _prior(self) -> Array:
         """(p, p) inverse covariance of the values by their tolerances."""
-        return self.problem.prior_information()
+        return prior_information(self.search)
 
     def _deviation(self, source: Information, moves: Flags, prior: Array) -> Array:
         """(p,) standard errors of the values that are estimated, 0 for the others: √diag (M + prior)⁻¹."""
@@ -354,7 +354,7 @@ class CrossValidation:
 
         Neither is narrower than by the sandwich covariance of the fit, which is also valid with model errors.
         """
-        without = self.problem.prior_information(k)
+        without = prior_information(self.search, k)
         free = self._solved(*chosen.source.total, chosen.moves, without)
         free_deviation = self._deviation(chosen.source, chosen.moves, without)
         values = np.array([chosen.values[k], free[k]])
