@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -14,6 +13,7 @@ import numpy as np
 from codegen.app.guess_columns import Guess, guess_columns
 from codegen.base.errors import BadInput, Place
 from codegen.base.input_files import read_text
+from codegen.base.temporary import private_folder
 from codegen.base.text import render
 from codegen.base.user_text import one_line
 from codegen.logs.motion import measured_motion
@@ -85,12 +85,12 @@ def robot_files(name: str, path: Path, log: Path | None) -> dict[str, str]:
     robot = _robot(name, path)
     if not robot.converted:
         return {f"{name}.yaml": _spec_text(name, robot, path, path.parent, log), robot.file: robot.text}
-    with tempfile.TemporaryDirectory(prefix="stiction-") as folder:
-        (Path(folder) / robot.file).write_text(robot.text, encoding="utf-8")
+    with private_folder() as folder:
+        (folder / robot.file).write_text(robot.text, encoding="utf-8")
         try:
-            written = _spec_text(name, robot, path, Path(folder), log)
+            written = _spec_text(name, robot, path, folder, log)
         except BadInput as error:
-            if Path(error.place.file).parent != Path(folder):
+            if Path(error.place.file).parent != folder:
                 raise
             place = Place(str(path), None, error.place.key)
             raise BadInput(place, error.found, error.expected, code=error.code) from None

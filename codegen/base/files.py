@@ -13,7 +13,7 @@ from typing import Any, Self
 
 from codegen.base.errors import BadInput
 from codegen.base.input_files import identity, is_there, read_or_none, unusable_name
-from codegen.base.temporary import sweep_files, take_place, temporary_file
+from codegen.base.temporary import sweep, take_place, temporary_file
 
 
 def sha256(text: str) -> str:
@@ -124,7 +124,7 @@ class Waiting:
         with self._writing():
             _refuse_special(path)
             path.parent.mkdir(parents=True, exist_ok=True)
-            sweep_files(path.parent)
+            sweep(path.parent)
             self._temporary, self.stream = temporary_file(path.parent)
 
     def __enter__(self) -> Self:

@@ -364,7 +364,7 @@ def _log(
         cutoff_hz=_cutoff(spec, description, grid),
         tolerance=description.parameter_tolerance,
         encoder_step=encoder,
-        notes=(*notes, *binding.notes, *_notes_of(description), *cleaned.notes, *grid.notes),
+        notes=(*notes, *binding.notes, *_notes_of(spec, description), *cleaned.notes, *grid.notes),
         gaps=grid.gaps,
         intake=intake,
         description=description,
@@ -394,16 +394,16 @@ def _cutoff(spec: Spec, description: LogDescription, grid: Uniform) -> float | N
     raise BadInput(place, f"{cutoff:g} Hz", expected, code="LOG013")
 
 
-def _notes_of(description: LogDescription) -> list[str]:
-    """What the log's description says of its inputs, and which of its words nothing follows from."""
+def _notes_of(spec: Spec, description: LogDescription) -> list[str]:
+    """How the inputs are held, and which keys of the description have no effect without another key."""
     notes = _hold_note(description)
     if description.input_is and not description.input_hold:
         notes.append(
-            f"input_is `{shown(description.input_is)}` is a remark from which nothing follows: `input_hold: linear` "
-            "says that the inputs were measured, `input_hold: zero-order` that they are commands"
+            f"input_is `{shown(description.input_is)}` has no effect without input_hold: write `input_hold: linear` "
+            "for measured inputs, `input_hold: zero-order` for commands"
         )
-    if description.evaluation.filter:
-        notes.append("evaluation.filter is a remark from which nothing follows: `cutoff_hz` sets the low-pass")
+    if description.evaluation.filter and not (description.cutoff_hz or spec.log.cutoff_hz):
+        notes.append("evaluation.filter has no effect without a cutoff: write the low-pass as `cutoff_hz`")
     return notes
 
 

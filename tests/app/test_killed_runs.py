@@ -14,7 +14,7 @@ import pytest
 
 from codegen.base import files as files_of
 from codegen.base.files import write_all
-from codegen.base.temporary import private_folder, sweep_files, temporary_file
+from codegen.base.temporary import private_folder, sweep, temporary_file
 from tests.told import refused
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="no locks that end with their process")
@@ -34,9 +34,9 @@ files.write_all(Path(sys.argv[1]), {"a.txt": "a", "b.txt": "b", "below/c.txt": "
 """
 
 
-def run(folder: Path) -> subprocess.Popen[str]:
+def run(folder: Path, program: str = STOPPED) -> subprocess.Popen[str]:
     """A run that stands still when its temporaries are there."""
-    command = [sys.executable, "-c", STOPPED, str(folder)]
+    command = [sys.executable, "-c", program, str(folder)]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
     assert process.stdout is not None and process.stdout.readline() == "ready\n"
     return process
@@ -73,6 +73,57 @@ def test_a_private_folder_is_removed_and_a_full_disk_is_told(tmp_path: Path, mon
     assert not list(tmp_path.iterdir())
 
 
+HELD = """
+import sys, tempfile, time
+from codegen.base.temporary import private_folder
+
+tempfile.tempdir = sys.argv[1]
+with private_folder() as folder:
+    (folder / "below").mkdir()
+    (folder / "below" / "made.so").write_text("half")
+    print("ready", flush=True)
+    time.sleep(600)
+"""
+
+
+def test_the_next_run_removes_the_folder_of_a_killed_one_and_none_in_use(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    tmp_path.chmod(0o700)
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    process = run(tmp_path, HELD)
+    try:
+        left = list(tmp_path.iterdir())
+        with private_folder() as other:
+            assert sorted(tmp_path.iterdir()) == sorted([*left, other]), "a run that is alive keeps its own"
+        assert list(tmp_path.iterdir()) == left and files(tmp_path) == [".stiction", "made.so"]
+    finally:
+        end(process)
+    with private_folder() as folder:
+        assert list(tmp_path.iterdir()) == [folder]
+
+
+def test_folders_that_no_run_of_ours_left_stay(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """One without a mark, one with another name, a link to a folder, and one of another user."""
+    for name in ("stiction-abcdefg1", "stiction-fuzz-abcdefg1", "stiction-libraries-0", "mine"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "kept").write_text("mine")
+    for name in ("stiction-fuzz-abcdefg1", "stiction-libraries-0", "mine"):
+        (tmp_path / name / ".stiction").touch()
+    (tmp_path / "stiction-abcdefg2").symlink_to("mine")
+    before = sorted(tmp_path.rglob("*"))
+    sweep(tmp_path)
+    assert sorted(tmp_path.rglob("*")) == before
+    (tmp_path / "stiction-abcdefg1" / ".stiction").touch()
+    (tmp_path / "stiction-abcdefg1" / "link").symlink_to(tmp_path / "mine")
+    with monkeypatch.context() as other:
+        other.setattr(os, "getuid", lambda: 12345)
+        sweep(tmp_path)
+    assert (tmp_path / "stiction-abcdefg1" / "kept").exists()
+    sweep(tmp_path)
+    assert not (tmp_path / "stiction-abcdefg1").exists() and (tmp_path / "mine" / "kept").exists()
+
+
 def test_names_that_a_user_might_give_stay(tmp_path: Path) -> None:
     """Among them our pattern with other letters, our names on a folder or a link, and names of before."""
     path, stream = temporary_file(tmp_path)
@@ -85,11 +136,11 @@ def test_names_that_a_user_might_give_stay(tmp_path: Path) -> None:
         (tmp_path / name).write_text("mine")
     (tmp_path / "target").write_text("mine")
     (tmp_path / right).symlink_to("target")
-    sweep_files(tmp_path)
+    sweep(tmp_path)
     assert sorted(p.name for p in tmp_path.iterdir()) == sorted([*kept, "target", right])
     (tmp_path / right).unlink()
     (tmp_path / right).mkdir()
-    sweep_files(tmp_path)
+    sweep(tmp_path)
     assert (tmp_path / right).is_dir() and (tmp_path / "target").read_text() == "mine"
 
 

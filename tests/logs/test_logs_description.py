@@ -188,14 +188,18 @@ def test_a_held_name_that_is_nothing_of_the_log_is_refused_in_a_csv_too(tmp_path
         read_log(log, spec, description=described(tmp_path, "hold: ANYTHING\n"))
 
 
-def test_keys_from_which_nothing_follows_are_named(tmp_path, spec):
+def test_keys_without_effect_are_named_where_the_key_that_they_need_is_absent(tmp_path, spec):
     """`evaluation: {filter: …}` and `input_is` were read and used by nothing, without a word."""
     log = write_csv(tmp_path / "a.csv", rows(1))
-    about = described(tmp_path, "input_is: measured current\nevaluation: {filter: Butterworth 15 Hz}\n")
-    notes = " ".join(read_log(log, spec, description=about).notes)
-    assert "input_is `measured current` is a remark" in notes and "evaluation.filter is a remark" in notes
-    stated = described(tmp_path, "input_is: measured current\ninput_hold: linear\n")
-    assert "is a remark" not in " ".join(read_log(log, spec, description=stated).notes)
+
+    def notes(text):
+        return " ".join(read_log(log, spec, description=described(tmp_path, text)).notes)
+
+    alone = notes("input_is: measured current\nevaluation: {filter: Butterworth 15 Hz}\n")
+    assert "input_is `measured current` has no effect" in alone and "evaluation.filter has no effect" in alone
+    cutoff = "cutoff_hz: 15"
+    for stated in (f"{cutoff}\nevaluation: {{filter: Butterworth}}\n", f"evaluation: {{filter: B, {cutoff}}}\n"):
+        assert "no effect" not in notes("input_is: measured current\ninput_hold: linear\n" + stated)
 
 
 def test_a_description_may_be_made_by_a_program():

@@ -32,7 +32,7 @@ def test_practice_logs(tier, every):
         assert np.array_equal(log.positions, table[:, wanted])
         assert np.array_equal(log.inputs, table[:, [header.index(i.name) for i in spec.inputs]])
         assert (log.velocities is not None) == (spec.velocities[0] in header)
-        assert all(note.startswith("evaluation.filter is a remark") for note in log.notes)
+        assert not log.notes
         assert not log.gaps and not log.intake.resampled
         evaluation = log.description.evaluation
         assert log.cutoff_hz and (evaluation.trim_s, evaluation.restart_s) == (1.0, 0.5)
