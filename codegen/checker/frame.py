@@ -354,27 +354,24 @@ def detects(c: C) -> None:
     demand(
         sorted(committed) == sorted(zip(states, follow, strict=True)), f"{name}.c: other next states than in `check`"
     )
-    sources: dict[str, set[str]] = {}
-    for target, value in re.findall(r"([\w.]+)(?:\[[^][]*\])? \+?= ([^;={}]+);", before):
-        sources.setdefault(target, set()).update(passed_on(ast.parse(value.strip(), mode="eval").body))
-    reached, left = set(), {re.sub(r"\[\d+\]", "", x) for x in summed}
-    while left:
-        reached |= left
-        left = {y for x in left for y in sources.get(x, ())} - reached
-    demand({re.sub(r"\[\d+\]", "", x) for x in inputs} <= reached, f"{name}.c: `check` does not see all inputs")
+    shown = {x: {x} for x in inputs}  # name -> inputs whose NaN or infinity it shows, as the statements run
+    for target, value in c.step:
+        names = passed_on(ast.parse(value := value.strip(), mode="eval").body, value)
+        shown[target] = {y for x in names for y in shown.get(x, ())}
+    demand({*inputs} <= shown["check"], f"{name}.c: `check` does not see all inputs")
 
 
-def passed_on(node: ast.expr) -> set[str]:
+def passed_on(node: ast.expr, text: str) -> set[str]:
     """Names in an expression of C whose NaN or infinity is passed on: none in a divisor or a call of sign or exp."""
     match node:
-        case ast.Name() | ast.Attribute():
-            return {ast.unparse(node)}
+        case ast.Name() | ast.Attribute() | ast.Subscript():
+            return {text[node.col_offset : node.end_col_offset]}
         case ast.Call(ast.Name(name), [argument]) if name in ("fabs", "sin", "cos"):
-            return passed_on(argument)
+            return passed_on(argument, text)
         case ast.BinOp(left, operator, right):
-            return passed_on(left) | (set() if isinstance(operator, ast.Div) else passed_on(right))
-        case ast.UnaryOp(_, of) | ast.Subscript(of):
-            return passed_on(of)
+            return passed_on(left, text) | (set() if isinstance(operator, ast.Div) else passed_on(right, text))
+        case ast.UnaryOp(_, of):
+            return passed_on(of, text)
     return set()
 
 

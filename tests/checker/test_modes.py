@@ -150,6 +150,29 @@ def test_an_input_whose_infinity_no_next_state_shows_is_in_the_check(of: str, ad
             check(proof, files)
 
 
+@pytest.mark.parametrize(
+    "hidden",
+    ["double seen = inputs->u;\n    seen = 0.0;", "double both[2];\n    both[0] = inputs->u;\n    both[1] = 0.0;"],
+    ids=["set again", "another element"],
+)
+def test_an_input_that_is_in_the_check_by_name_alone_is_not_seen(hidden: str) -> None:
+    """A local that held the input once, or has it in another element, passes on no NaN of it."""
+    local = "seen" if "seen" in hidden else "both[1]"
+    _, files = changed(
+        "one_mass",
+        ("inputs->w - F_hat_rail", "inputs->w * one_mass_sign(inputs->u) - F_hat_rail"),
+        ("inputs->x + inputs->w", "inputs->x + inputs->w + inputs->u"),
+        (CHECK, f"{hidden}\n    {CHECK.replace(';', f' + {local};')}"),
+    )
+    field = b"double w; /* N: input */"
+    files["one_mass.h"] = files["one_mass.h"].replace(field, field + b" double u; /* 1: input */")
+    proof = certificate("one_mass", "proof.json")
+    force = proof["force"][0].replace("inputs.w", "inputs.w*sgn(inputs.u)")
+    proof |= {"force": [force], "acceleration": {"true.v": f"({force})/parameters.m"}}
+    with pytest.raises(Refused, match="does not see all inputs"):
+        check(proof, files)
+
+
 def test_the_genuine_files_are_proved() -> None:
     """So that what is refused above is refused for its change."""
     proof = verify.theorem.read((GENERATED / "one_mass" / "proof.json").read_text("utf-8"))
