@@ -460,8 +460,7 @@ class _Search:
             self._doubt(symbol, words, f"Say {choice}, in meta.yaml beside the log.")
 
     def _doubt(self, symbol: str, words: str, advice: str) -> None:
-        """A note, and a warning of the preflight, on a unit that nobody states clearly."""
-        self.notes.append(f"{words}. {advice.rstrip('.')}")
+        """A warning on a unit that is not stated clearly."""
         self.findings.append(Finding("warning", f"unit of {symbol}", f"{words[0].upper()}{words[1:]}. {advice}"))
 
     def _own(self, symbol: str) -> str:

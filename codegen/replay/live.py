@@ -182,7 +182,7 @@ class _Table:
         self._terms = {name: binding.terms[name] for name in symbols}
         first = CsvSource(head.file, head.layout, head.lines, head.first).load(columns_of({"t": binding.terms["t"]}))
         binding = since_epoch(binding, first, described, spec)
-        self.notes = binding.notes
+        self.notes = (*binding.notes, *(finding.words for finding in binding.findings))
         self._scale = np.array([binding.scale[name] for name in symbols])
         self._wanted = columns_of(self._terms)
         self._lines_read = 0

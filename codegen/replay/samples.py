@@ -106,7 +106,7 @@ class Samples:
             raise NotStreamed  # rows depend on other rows
         require_columns(stream.names, described)
         self._require_inputs(binding.terms, stream.place)
-        self.notes = [*stream.notes, *binding.notes]
+        self.notes = [*stream.notes, *binding.notes, *(finding.words for finding in binding.findings)]
         yield from self._blocks(stream, binding, described)
 
     def whole(self, why: Irregular | None) -> Iterator[Block]:
@@ -131,7 +131,7 @@ class Samples:
             expected = f"a log at the observer's sample time, or {'if its time is right, ' if hint else ''}{otherwise}"
             found += f": {hint}" if hint else ""
             raise BadInput(Place(str(self._path)), found, expected, code="LOG013")
-        self.notes = list(log.notes)
+        self.notes = [*log.notes, *(finding.words for finding in log.intake.findings)]
         values = self._of_log(log)
         for start, stop in log.segments:
             for first in range(start, stop, ROWS):

@@ -169,9 +169,11 @@ def test_counts_in_a_columns_name_ask_for_their_size(tmp_path, spec):
     assert told.value.expected.startswith(said)
     about(tmp_path, "columns: {x: pos_counts}\n")
     log = read_log(path, spec)
-    assert "holds counts by its name" in str(log.notes)
-    (one,) = [f for f in preflight(log, spec) if f.topic == "unit of x"]
-    assert one.severity == "warning" and "`scale: {x: 10 um}` of counts of 10 um" in one.words
+    (one,) = [f for f in preflight(log, spec) if "holds counts by its name" in f.words]
+    assert (one.severity, one.topic) == (
+        "warning",
+        "unit of x",
+    ) and "`scale: {x: 10 um}` of counts of 10 um" in one.words
     for size in ("10 um", "1", "1/100000"):
         about(tmp_path, f"columns: {{x: pos_counts}}\nscale: {{x: {size}}}\n")
         assert "unit of x" not in {f.topic for f in preflight(read_log(path, spec), spec)}

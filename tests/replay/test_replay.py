@@ -168,6 +168,16 @@ def test_without_a_compiler_the_twin_steps(tmp_path: Path, monkeypatch: pytest.M
     assert (tmp_path / "a.csv").read_bytes() == (tmp_path / "b.csv").read_bytes()
 
 
+@pytest.mark.parametrize("jitter", [0.0, 0.3])
+def test_a_doubtful_unit_is_noted_once(tmp_path: Path, jitter: float) -> None:
+    table = record(400)
+    table[:, 0] += jitter * PERIOD * np.random.default_rng(3).random(400)
+    log = write_csv(tmp_path / "log.csv", table)
+    log.write_text(log.read_text().replace("x1", "pos_counts", 1))
+    notes = replay(SPEC, log, columns={"x1": "pos_counts"}).notes
+    assert sum("holds counts by its name" in note for note in notes) == 1
+
+
 def test_jitter_goes_through_the_log_reader(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Found in a late block, when estimates of the first ones are written already."""
     monkeypatch.setattr(csv_file, "BLOCK_BYTES", 5000)
