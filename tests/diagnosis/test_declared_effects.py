@@ -203,6 +203,16 @@ def test_a_found_effect_is_added_to_the_declared_one_of_its_kind() -> None:
     assert float(effect.parameters["b"]) == 7.5 and "b changed by diagnosis, was 6 N*s/m" in text
 
 
+def test_a_found_coupling_is_added_to_the_declared_one_in_either_order() -> None:
+    """`on: [y, x]` and `on: [x, y]` are one place of an effect that acts between two coordinates."""
+    text = (Path(__file__).parents[2] / "specs" / "two_mass.yaml").read_text("utf-8")
+    declared = "effects: [{kind: coupling, on: [x2, x1], parameters: {c: 6}}]"
+    spec = parse_spec(text.replace("effects: []", declared), Path("two.yaml"))
+    found = FoundEffect("coupling", "x1, x2", {"c": 1.5}, {"c": "N*s/m"})
+    (effect,) = parse_spec(augmented_text(spec, [found], {}, system_of(spec)), Path("two.yaml")).effects
+    assert float(effect.parameters["c"]) == 7.5
+
+
 @pytest.mark.parametrize(
     ("kind", "parameters"), [("viscous", {"b": 1.5, "v_s": 0.2}), ("stribeck", {"delta": 1.0, "v_s": 0.2})]
 )

@@ -66,7 +66,8 @@ def augmented_text(spec: Spec, effects: Sequence[FoundEffect], values: Mapping[s
 def _declared_place(effect: FoundEffect, spec: Spec) -> int | None:
     """The index of the declared effect to whose parameters those of a found one are added; None if there is none."""
     for index, e in enumerate(spec.effects):
-        same = (e.kind, ", ".join(e.on), {*e.parameters}) == (effect.kind, effect.on, {*effect.parameters})
+        at = sorted(e.on) == sorted(effect.on.split(", "))  # of two coordinates the order has no meaning
+        same = at and (e.kind, {*e.parameters}) == (effect.kind, {*effect.parameters})
         if same and CATALOGUE[e.kind].with_parameters(list(e.parameters)).adds_up:
             return index
     return None
