@@ -110,7 +110,7 @@ def test_the_verdict_is_no_stronger_than_what_is_left_allows(structured, all_of_
     begins = "Missing effect: spring on x, k = 18 N/m." if all_of_it else "Part of what is missing: spring on x"
     assert said.headline.startswith(begins)
     (left, *_) = said.of("unexplained")
-    assert ("Another effect is missing too, or this one stands in for one like it." in left) != all_of_it
+    assert ("Another effect is missing too, or a similar one is missing instead of this one." in left) != all_of_it
 
 
 def test_several_effects_are_named_in_the_headline_and_their_values_below():

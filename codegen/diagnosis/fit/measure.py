@@ -92,7 +92,7 @@ def free_run_errors(
     """RMS of predicted less raw position on each coordinate, and mean squares in ``SIGN_BLOCKS`` or fewer parts.
 
     NaN and zero where the reading never changes while another one does: a model that sticks there has no error at all,
-    and a ratio to that says nothing of the joint that moves.
+    and a ratio to zero is meaningless for the joint that moves.
     """
     error = free_run_series(system, motion, restart_s)[window]
     usable = motion.usable[window] & ~np.isnan(error).any(axis=1)

@@ -57,7 +57,7 @@ def free_run(
         raise ValueError(f"{count} samples, {cut} of them trimmed at each end; expected 2 or more left")
     length = min(max(2, round(restart_s / sample_time)), kept)
     start = np.arange(cut, cut + kept, length, dtype=np.int32)
-    # The last run goes on behind the log; what it predicts there is dropped.
+    # The last run extends past the end of the log; its prediction there is dropped.
     commands = np.vstack([commands, np.repeat(commands[-1:], length, axis=0)])
     record = Record(positions, positions, velocities, commands, sample_time, np.ones(n), start, length)
     values = np.array([float(system.values[s]) for s in arguments])

@@ -237,7 +237,7 @@ def _pair(search: Search, ranked: Sequence[Ranked]) -> tuple[Fit | None, bool]:
     for a second effect, so only the best one is tried in pairs.
 
     Returns:
-        The fit, None if there is none, and whether its last effect was chosen among all beside the first.
+        The fit, None if there is none, and whether its last effect was chosen among all with the first kept.
     """
     best: Fit | None = None
     among_all = False
@@ -388,11 +388,11 @@ def at_noise(fit: Fit) -> bool:
 def _reconsidered(
     search: Search, current: Fit, rivals: Sequence[Ranked] | None, among_all: bool = True
 ) -> tuple[Fit, list[Ranked]]:
-    """Compare each effect with all that may replace it beside the others (stepwise selection with replacement).
+    """Compare each effect with its possible replacements, the others kept (stepwise selection with replacement).
 
     Args:
         rivals: of the first effect by the first round; None if they are unknown, as for a pair.
-        among_all: whether the last effect was chosen among all beside the others, as each one that replaces another is.
+        among_all: whether the last effect was chosen among all candidates with the others kept, as replacements are.
 
     Returns:
         The better fit, and the rivals that still tie with its first effect. If only a later effect has rivals, it is
@@ -498,7 +498,7 @@ def _ranked(search: Search, found: Fit, without: Fit) -> Ranked:
 def _others(search: Search, parts: Sequence[Part], k: int, among_all: bool = True) -> list[Part]:
     """Possible replacements of effect ``k``.
 
-    If the last effect was chosen ``among_all`` beside the others, only those that are confused with it are tried again.
+    If the last effect was chosen ``among_all`` with the others kept, only those confused with it are tried again.
     """
     rest = [p for j, p in enumerate(parts) if j != k]
     same = {(parts[k].kind, parts[k].on), *parts[k].effect.twins(search.system, parts[k].place)}

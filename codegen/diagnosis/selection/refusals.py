@@ -72,8 +72,8 @@ def _least_size(found: Fit) -> float:
 def relative_size(search: Search, found: Fit, base: Fit) -> float:
     """Force of the effect over the drive force along the motion; if it is not defined, its change of the prediction.
 
-    A fit to the force residual has no prediction. There the effect acts beside the refitted levels, since it may be
-    larger than the declared one.
+    A fit to the force residual has no prediction. There the effect is evaluated with refitted friction levels, since it
+    may be larger than the declared one.
     """
     part = found.part
     if found.of_forces:
@@ -128,7 +128,7 @@ def unseen(search: Search, part: Part, values: Mapping[str, float]) -> str:
 
 
 def hides_an_effect(search: Search, found: Fit) -> str:
-    """Objection if, beside the last effect, an earlier one has values that the log cannot show; else empty.
+    """Objection if, with the last effect in the model, an earlier one has values the log cannot show; else empty.
 
     Not if the earlier one has a simpler form, which is tried in its place once both are credited.
     """
@@ -167,7 +167,7 @@ def absorbed_by_refit(before: ForceCriterion, after: ForceCriterion) -> str:
     net = before.search.drive.share(after.residual - before.residual)
     if net >= credit.LEAST_NET:
         return ""
-    return f"is absorbed by refitted values: beside them it changes the force by {in_percent(net)} of the drive force"
+    return f"is absorbed by refitted values: it changes the refitted force by {in_percent(net)} of the drive force only"
 
 
 def only_reduces_drive(before: ForceCriterion, after: ForceCriterion, e: Evidence) -> str:

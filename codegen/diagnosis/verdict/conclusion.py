@@ -178,10 +178,10 @@ def force_agrees(final: Fit, problem: Problem, refit: System, augmented: System)
 def against_regression(
     outcome: Outcome, problem: Problem, refit: System, augmented: System, named: Sequence[FoundEffect]
 ) -> str:
-    """What a regression without any law says against effects, in words; empty where it says nothing.
+    """The objection of a nonparametric regression to effects, in words; empty if there is none.
 
     They must remove most of what a smooth curve over their own variables explains, unless free runs end near the noise;
-    and explain something beside a line of the spectrum that explains more, a vibration in time. A controller answers a
+    and explain something in addition to a spectral line that explains more, a vibration in time. A controller answers a
     vibration, so a delayed input can cancel it down to a few times the noise. Nor may a slow force in time leave less
     than ``FAR_LESS`` of what they leave; of a true effect that is noise. Not tested for backlash.
     """
@@ -208,7 +208,7 @@ def against_regression(
 def effect_of(
     part: Part, values: Mapping[str, float], system: System, intervals: Mapping[str, Interval] | None = None
 ) -> FoundEffect:
-    """An effect with its values; without intervals where its loss is rough and slopes say nothing of them."""
+    """An effect with its values; without intervals where its loss is rough, so that slopes do not give them."""
     units, also = unit_words(part.effect, part.place, system), tuple(part.effect.twins(system, part.place))
     return FoundEffect(part.kind, part.on, values, units, also, {} if part.effect.rough else intervals or {})
 

@@ -128,7 +128,7 @@ def with_shown_on_joints(found: ForceSelection, by_runs: Fit) -> tuple[Fit, tupl
     The effects selected by force residual are added on joints where free runs credit none. They replace the effects of
     free runs on a joint where the force residual objects to these. The joints are judged independently.
     The selection by free runs fits on all segments only what gains most on few: a dead zone, which acts while the input
-    is small, may not be among that, and another effect on its joint stands in for it. Free runs must credit the
+    is small, may not be among those, and another effect is then selected on its joint. Free runs must credit the
     effects that are added, and with those in place of others must not be worse than without any on that joint.
     """
     search, fit, remarks = found.fits.search, by_runs, list[Fact]()
@@ -169,7 +169,7 @@ def _against_on_joint(found: ForceSelection, by_runs: Fit, own: Fit, joint: int 
 
 
 def _refused(answer: Answer, by_force: Answer) -> tuple[Fact, ...]:
-    """Why effects of the force residual are refused, where nothing is named and the answer speaks of other ones."""
+    """Why effects of the force residual are refused, where the verdict is `unknown` and the answer has others."""
     shown = [f"{e.kind} on {e.on}" for e in by_force.effects]
     if answer.verdict != "unknown" or shown == [f"{e.kind} on {e.on}" for e in answer.effects]:
         return ()
