@@ -11,6 +11,7 @@ So the size of a value times the rounding error of one number bounds the error o
 a/b and a function pass on the errors of their arguments: its size is |a| size(b)/b^2 and at most |f| size(argument). A
 parameter that `prepare` computes has the size of its formula wherever it occurs, and is bounded there alone: of a load
 equal to its counterweight nothing is left, but its rounding is small compared with the forces to which it is added.
+How far its decimal in the header may be from its formula is bounded in errors.py.
 """
 
 import ast

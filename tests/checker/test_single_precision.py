@@ -131,6 +131,30 @@ def test_a_balance_of_which_rounding_is_left(value: str, real: str, holds: bool)
             checked("one_mass", changed)
 
 
+@pytest.mark.parametrize(("value", "holds"), [("1.0", True), ("1.0005", True), ("0.2", False), ("-2.0", False)])
+def test_large_terms_that_cancel_do_not_let_a_derived_constant_differ(value: str, holds: bool) -> None:
+    """With 3e15 added and subtracted in `prepare`, an input gain of -2 in place of 1 counted as rounding."""
+    files = {f"one_mass.{x}": (GENERATED / "one_mass" / f"one_mass.{x}").read_text("utf-8") for x in "ch"}
+    derived = "    parameters->gain = 1.0 / parameters->m + 3e15 - 3e15;\n"
+    used = "(parameters->gain * inputs->w - parameters->one_over_m * F_hat_rail -"
+    pairs = {
+        "one_mass.c": [("    parameters->h_K_F =", f"{derived}    parameters->h_K_F ="), ("(v_dot_hat -", used)],
+        "one_mass.h": [
+            ("    double h_K_F;", "    double gain;\n    double h_K_F;"),
+            ("        0.01 /*", f"        {value}, 0.01 /*"),
+        ],
+    }
+    for file, of in pairs.items():
+        for old, new in of:
+            assert files[file].count(old) == 1, old
+            files[file] = files[file].replace(old, new)
+    if holds:
+        assert checked("one_mass", files).whole
+    else:
+        with pytest.raises(verify.Refused, match="prepare gives others"):
+            checked("one_mass", files)
+
+
 def test_what_is_read_is_the_c_in_doubles_but_for_its_values() -> None:
     c, d = (frame.read("two_mass_gto", files) for files in (single("two_mass_gto"), {
         file: (GENERATED / "two_mass_gto" / file).read_text("utf-8") for file in ("two_mass_gto.c", "two_mass_gto.h")
