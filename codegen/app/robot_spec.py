@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from codegen.app.derived import Derived
 from codegen.app.guess_columns import Guess, guess_columns
 from codegen.base.errors import BadInput, Place
 from codegen.base.input_files import read_text
@@ -102,21 +103,41 @@ def _spec_text(name: str, robot: _Robot, path: Path, folder: Path, log: Path | N
     bodies = read_kinematic_tree(folder / robot.file, Place(str(folder / robot.file))).bodies
     guess, target = _guess(log, bodies), folder / f"{name}.yaml"
 
-    def rendered(seen: _Observed) -> str:
-        return render("text/new_robot_spec.j2", name=name, **_content(robot, bodies, guess, log, seen))
+    def rendered(seen: _Observed, tracker_gains: Sequence[str]) -> str:
+        content = _content(robot, bodies, guess, log, seen)
+        return render("text/new_robot_spec.j2", name=name, tracker_gains=tracker_gains, **content)
 
-    written = rendered(_Observed())
+    seen, first = _Observed(), ["-1"] * len(bodies)  # until the inertia is known
     try:
-        spec = parse_spec(written, target)
+        spec = parse_spec(rendered(seen, first), target)
         if log is not None:
-            written = rendered(_observed_in_log(spec, log))
-            parse_spec(written, target)
+            seen = _observed_in_log(spec, log)
+            spec = parse_spec(rendered(seen, first), target)
+        written = rendered(seen, _tracker_gains(spec))
+        parse_spec(written, target)
     except BadInput as error:
         if error.place.file != str(target):
             raise
         found = f"a robot of which no spec can be made: {error.found}"  # the spec is no file yet
         raise BadInput(str(path), found, error.expected, error.nearest, code=error.code) from None
     return written
+
+
+def _tracker_gains(spec: Spec) -> list[str]:
+    """K_2 of each joint, with which the fastest error mode is critically damped.
+
+    With K_2 = −γ D, D the smallest effective inertias 1/(M⁻¹)ᵢᵢ in the envelope, and K_v = k for all joints, each
+    eigenvalue λ of γ D M⁻¹ is a mode s² + k s + k λ (``Modes``), if terms with the velocity and damping are left out.
+    γ makes the largest λ k/4; its mode then is s = −k/2, and the explicit step is stable for h k < 4.
+    """
+    machine = Derived(spec)
+    n, gains = len(spec.coordinates), machine.observer.gains
+    inverse = -machine.dynamics.continuous[:, :n, n:]  # M⁻¹ at points of the envelope
+    inertias = 1 / np.diagonal(inverse, axis1=1, axis2=2).max(axis=0)
+    root = np.sqrt(inertias)
+    largest = np.linalg.eigvalsh(root[:, None] * inverse * root).max()
+    velocity_gain = min(float(value) for symbol, value in gains.items() if symbol.name.startswith("K_v"))
+    return [f"{-velocity_gain / 4 / largest * inertia:.2g}" for inertia in inertias.tolist()]
 
 
 def _robot(name: str, path: Path) -> _Robot:

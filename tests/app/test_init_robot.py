@@ -9,6 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from mechanics.robots import TWO_LINKS
+
 from codegen.app.guess_columns import guess_columns
 from codegen.spec import read_spec
 
@@ -185,6 +187,31 @@ def test_the_limits_of_a_urdf_are_the_envelope_or_it_is_said_to_be_assumed(folde
     low, high = read_spec("slide.yaml").envelope["x"]
     assert (float(low), float(high)) == (ends or (-1, 1))
     assert ("assumed" in Path("slide.yaml").read_text()) == (ends is None)
+
+
+@pytest.mark.parametrize("scale", [1.0, 1e-4])
+def test_the_written_gains_are_stable_for_a_light_arm_too(folder: Path, scale: float) -> None:
+    """K_2 was -1 for every joint: unstable at 1 ms for the light arm, and `generate` refused the new spec.
+
+    M of the planar arm is that of a textbook; its smallest effective inertias are where the fastest mode is.
+    """
+
+    def scaled(found: re.Match[str]) -> str:
+        return f'{found[1]}="{float(found[2]) * scale:.9g}"'
+
+    text = re.sub(r'(value|i[xyz][xyz])="([0-9.]+)"', scaled, TWO_LINKS).replace('damping="0.4"', "")
+    (folder / "arm.urdf").write_text(text)
+    assert stiction("init", "arm.urdf").code == 0
+    observer = read_spec("arm.yaml").observer
+    assert observer is not None
+    gains = -np.array([float(value) for value in observer.gains["K_2"]])
+    cosine = np.cos(np.linspace(-2, 2, 401))
+    coupled = scale * (0.05 + 0.2**2 + 0.5 * 0.2 * cosine)
+    first = scale * (0.2 + 2 * 0.3**2 + 0.05 + 0.5**2 + 0.2**2 + 2 * 0.5 * 0.2 * cosine)
+    mass = np.array([[first, coupled], [coupled, np.full_like(cosine, scale * (0.05 + 0.2**2))]]).transpose(2, 0, 1)
+    fastest = np.linalg.eigvals(gains[:, None] * np.linalg.inv(mass)).real.max()
+    assert fastest == pytest.approx(100 / 4, rel=0.05)  # s^2 + k s + k lambda has a double root at lambda = k/4
+    assert stiction("generate", "arm.yaml").code == 0
 
 
 def test_a_column_in_counts_asks_for_their_size():
