@@ -40,7 +40,7 @@ def expand_robot(
         BadInput: for an invalid robot file, or for sections that the robot file replaces.
     """
     filled = dict(document)
-    if filled.get("urdf") is None:
+    if "urdf" not in filled:
         return filled, None
 
     def place(key: str) -> Place:

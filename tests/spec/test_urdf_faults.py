@@ -182,6 +182,7 @@ def test_names_become_identifiers(name: str, expected: str) -> None:
         ("urdf: {file: none.urdf}", "FILE001 none.urdf`"),
         ("urdf: {path: arm.urdf}", "SPEC004 `path`"),
         ("urdf: 3", "SPEC006 `3`"),
+        ("urdf:", "SPEC006 2 nothing"),
         ("urdf: {gravity: [0, 0, -9.81]}", "SPEC003 `urdf.file`"),
         ("urdf: {file: arm.urdf, tolerance: {masses: 20 %}}", "SPEC004 `masses` mass"),
         ("urdf: {file: arm.urdf, base_parameters: {hinge_m: heavy}}", "SPEC006 `heavy`"),
