@@ -140,8 +140,10 @@ def certify(
 ) -> None:
     """Certify the sampled observer over the envelope, or state why not, with a counterexample and a remedy."""
     from codegen.app.certify import certified_json, certified_text, certify
+    from codegen.base.progress import progress
 
-    found = certify(spec, out)
+    with progress("certify"):
+        found = certify(spec, out)
     target = None if found.certificate is None else out
     on = errors if found.certificate is None else output
     _print(as_json, lambda: certified_json(found), lambda: on.fitted(certified_text(found, target)), on)
@@ -208,6 +210,7 @@ def generate(
     """Write C, Python, certificate and README into generated/NAME/, or NAME.fmu."""
     from codegen.app.derived import Overrides
     from codegen.app.generate import Generated, GeneratedFmu, generate, generate_fmu
+    from codegen.base.progress import progress
 
     fmu = target == ["fmu"]
     overrides = Overrides(precision, fault, () if fmu else tuple(target or ()))
@@ -220,10 +223,11 @@ def generate(
     code, results = 0, []
     for spec in specs:
         made: Generated | GeneratedFmu
-        if fmu:
-            made = generate_fmu(spec, out, fmi, check_only, uncertified, overrides, force)
-        else:
-            made = generate(spec, out, check_only, uncertified, overrides, force)
+        with progress("generate"):
+            if fmu:
+                made = generate_fmu(spec, out, fmi, check_only, uncertified, overrides, force)
+            else:
+                made = generate(spec, out, check_only, uncertified, overrides, force)
         results.append(made.content)
         if not as_json:
             output.print(made.text(check_only=check_only, uncertified=uncertified), end="")
@@ -248,8 +252,10 @@ def gains(
 ) -> None:
     """Show which gains are stable, with what margin, and suggest some; for free gains or around chosen ones."""
     from codegen.app.gains import gains
+    from codegen.base.progress import progress
 
-    report = gains(spec, out, over or ())
+    with progress("gains"):
+        report = gains(spec, out, over or ())
     _show(report, as_json)
     raise typer.Exit(REFUSED if report.feasibility.infeasible is not None else 0)
 

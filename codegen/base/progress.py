@@ -29,7 +29,7 @@ def progress(first: str = "", lines: bool = False) -> Iterator[ProgressCallback]
     """Show progress while the context is open: a bar on a terminal; elsewhere lines on stderr, or nothing.
 
     Args:
-        first: name of the step that the bar shows before the first one is reported.
+        first: name of the step that the bar shows, without a share, until the first one is reported.
         lines: whether to print lines where stderr is no terminal: one for each new step, and one every ``LINE_S``
             seconds. A step reported at a share of 0 prints none, so that a command refused for bad input prints
             its error alone.
@@ -39,7 +39,7 @@ def progress(first: str = "", lines: bool = False) -> Iterator[ProgressCallback]
         return
     columns = (TextColumn("{task.description:20}"), BarColumn(), TimeElapsedColumn())
     with Progress(*columns, console=errors, transient=True, disable=not errors.is_terminal) as bar:
-        yield _Bar(bar, bar.add_task(first, total=1.0))
+        yield _Bar(bar, bar.add_task(first, total=None))
 
 
 class _Bar:
@@ -49,7 +49,7 @@ class _Bar:
         self._bar, self._task = bar, task
 
     def __call__(self, station: str, share: float) -> None:
-        self._bar.update(self._task, description=station, completed=share)
+        self._bar.update(self._task, description=station, total=1.0, completed=share)
 
     def above(self, show: Callable[[], None]) -> None:
         self._bar.stop()

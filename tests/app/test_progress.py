@@ -2,10 +2,18 @@
 
 from __future__ import annotations
 
+import os
+import pty
+import subprocess
+import sys
+from contextlib import suppress
+
 import pytest
 
 from codegen.base import progress as told
 from codegen.base.progress import progress
+
+from .command import SPECS
 
 
 @pytest.fixture
@@ -39,3 +47,21 @@ def test_other_verbs_stay_silent_off_a_terminal(capsys) -> None:
     with progress() as tell:
         tell("simulate", 0.5)
     assert capsys.readouterr() == ("", "")
+
+
+@pytest.mark.parametrize("verb", ["certify", "generate", "gains"])
+def test_a_verb_that_may_take_a_minute_shows_on_a_terminal_that_it_runs(verb: str, tmp_path) -> None:
+    """The certificate of a machine of two coupled coordinates takes a minute, in which nothing was seen."""
+    screen, end = pty.openpty()
+    command = [sys.executable, "-m", "codegen.app.cli", verb, str(SPECS / "one_mass.yaml"), "-o"]
+    environment = {**os.environ, "TERM": "xterm"}
+    target = tmp_path / ("c.json" if verb == "certify" else "out")
+    running = subprocess.Popen([*command, str(target)], stdout=subprocess.DEVNULL, stderr=end, env=environment)
+    os.close(end)
+    seen = b""
+    with suppress(OSError):  # the end of a closed terminal, on Linux
+        while part := os.read(screen, 65536):  # while it runs: a full terminal would stop it
+            seen += part
+    os.close(screen)
+    assert running.wait() == 0
+    assert verb.encode() in seen and b"0:00:0" in seen
