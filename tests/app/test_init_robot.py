@@ -8,7 +8,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
 from mechanics.robots import TWO_LINKS
 
 from codegen.app.guess_columns import guess_columns
