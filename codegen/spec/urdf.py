@@ -36,6 +36,8 @@ TRIANGLE = 1e-3
 """Relative tolerance of the inequalities of principal moments of inertia: files round their numbers, and for a thin rod
 or plate one of them is an equality.
 """
+ROUNDING = 3 * float(np.finfo(np.float64).eps)
+"""Relative size of a computed principal moment that may be zero: the tolerance of ``numpy.linalg.matrix_rank``."""
 UNIT, NOWHERE = exact_array(np.eye(3, dtype=int)), exact_array([0, 0, 0])
 NO_INERTIA = exact_array(np.zeros((3, 3), dtype=int))
 
@@ -302,14 +304,15 @@ def _refuse_impossible(inertia: Exact, place: Place, is_moving: bool = False) ->
     """Raise BadInput unless an inertia about its centre of mass is that of a real body.
 
     No principal moment is negative, and the largest is at most the sum of the others. The moments of a point mass or of
-    a thin rod may be zero; those of a moving body, with all links that are fixed to it, must be positive.
+    a thin rod may be zero; those of a moving body, with all links that are fixed to it, must be positive by more than
+    the rounding of the eigenvalues.
     """
     try:
         smallest, middle, largest = (float(value) for value in np.linalg.eigvalsh(inertia.astype(float)))
     except np.linalg.LinAlgError as error:
         found = f"principal moments that cannot be computed ({error})"
         raise BadInput(place, found, "finite numbers", code="SPEC032") from None
-    if smallest < -TRIANGLE * largest or (is_moving and smallest <= 0):
+    if smallest < -TRIANGLE * largest or (is_moving and smallest <= ROUNDING * largest):
         found = f"an inertia with the principal moment {smallest:.4g} kg m^2"
         expected = "a positive definite inertia" + " of the link with those that are fixed to it" * is_moving
         raise BadInput(place, found, expected, code="SPEC032")

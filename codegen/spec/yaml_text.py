@@ -227,11 +227,15 @@ def dump(document: Any) -> str:
 
 _NUMBER = re.compile(r"(?<![\w.])[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?(?![\w.])")
 
+_COMMENT = re.compile(r"(\s*)(?:\S.*?\s)?(#.*\S)")
+"""The indentation of a line, and its comment."""
+
 
 def changed_text(before: str, document: Any) -> str:
     """A changed document as YAML text, with every unchanged line as the author wrote it.
 
-    The dumper changes spacing and the form of numbers: -0.5e-6 becomes -5.0e-7.
+    The dumper changes spacing and the form of numbers: -0.5e-6 becomes -5.0e-7. Comments that it drops, such as those
+    inside brackets, are written above the lines that replace theirs.
 
     Args:
         before: the text from which the document was loaded.
@@ -239,10 +243,15 @@ def changed_text(before: str, document: Any) -> str:
     after = dump(document)
     old, new = ([line.rstrip("\r") for line in text.split("\n")] for text in (before, after))
     one, other = ([_content(line) for line in lines] for lines in (old, new))
-    for tag, start, stop, first, _ in SequenceMatcher(None, one, other, autojunk=False).get_opcodes():
+    lines = []
+    for tag, start, stop, first, end in SequenceMatcher(None, one, other, autojunk=False).get_opcodes():
         if tag == "equal":
-            new[first : first + stop - start] = old[start:stop]
-    text = "\n".join(new)
+            lines += old[start:stop]
+        else:
+            comments = [found for line in old[start:stop] if (found := _COMMENT.match(line))]
+            lines += [f"{found[1]}{found[2]}" for found in comments if found[2] not in after]
+            lines += new[first:end]
+    text = "\n".join(lines)
     return text if load_mapping(text, "")[0] == load_mapping(after, "")[0] else after
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -145,6 +146,17 @@ def test_a_point_mass_or_a_rod_on_a_body_is_read(inertia: str, tmp_path: Path) -
     (body,) = read(tmp_path, ARM.replace("</robot>", more)).bodies
     rod = 0.2 + 2 * 0.5**2  # about the joint
     assert np.allclose(np.array(body.inertia, dtype=float), np.diag([rod + float(ixx), rod + float(iyy), 0.01]))
+
+
+@pytest.mark.parametrize("rpy", ["0 0 0", "0.3 0.7 1.1", "-2 0.1 0.4", "1 1 1"])
+def test_a_moving_rod_is_refused_in_any_direction(rpy: str, tmp_path: Path) -> None:
+    """Rounding left a tilted rod a moment of 1e-19 of the others about its own axis, and M(x) was singular."""
+    (body,) = (line for line in ARM.splitlines() if "<inertia " in line)
+    text = ARM.replace(body, '<inertia ixx="0" ixy="0" ixz="0" iyy="0.02" iyz="0" izz="0.02"/>')
+    text = re.sub("(<inertial>\\s*)(<origin[^>]*/>)?", rf'\1<origin xyz="0.1 0 0" rpy="{rpy}"/>', text, count=1)
+    with pytest.raises(BadInput) as error:
+        read(tmp_path, text)
+    assert tells(error.value, "SPEC032 moment")
 
 
 def test_a_mimic_joint_is_read_as_fixed_where_the_file_says_so(tmp_path: Path) -> None:
