@@ -443,7 +443,7 @@ class _Search:
                 )
             return factor
         if by_file:
-            taken = f"which is no unit of {own}: its numbers are taken as they stand"
+            taken = f"which is no unit of {own}: its numbers are used unchanged"
             advice = f"Say `scale: {{{symbol}: FACTOR}}` in meta.yaml beside the log, 1 if they are in {own}."
             if is_in_counts(f"x {by_file}"):
                 advice = f"Say their size in meta.yaml beside the log, such as {scale_of_counts(symbol, self.spec)}."

@@ -197,7 +197,7 @@ def _by_usual_name(symbol: str, name: str, left: Mapping[str, str], spec: Spec) 
 
 
 def _is_another(symbol: str, name: str, spec: Spec) -> bool:
-    """Whether the name says that the column is a command, for a position, or of the drive's supply, for an input."""
+    """Whether by its name the column is a command (for a position) or belongs to the drive's supply (for an input)."""
     if symbol in spec.positions:
         return not _words(name).isdisjoint(COMMANDED)
     return unit_of(symbol, spec) in ("V", "A") and not _words(name).isdisjoint(SUPPLY)

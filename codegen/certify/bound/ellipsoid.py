@@ -414,7 +414,7 @@ def _with_decay(
         stated = [
             [str(k), rational_text(upwards(b * (1 + NEAR), DIGITS))]
             for k, b in zip(counts, found, strict=True)
-            if b < np.abs(floats) @ whole or k == counts[-1]  # a bound above that at the start is of no use
+            if b < np.abs(floats) @ whole or k == counts[-1]  # a bound above that at the start adds nothing
         ]
         ball["after"].append({"row": line, "start": start_texts, "bounds": stated})
     return ball

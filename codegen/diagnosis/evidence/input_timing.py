@@ -1,4 +1,4 @@
-"""Estimation of the lead of an input: by how much it acts earlier than its row in the log says.
+"""Estimation of the lead of an input: by how much it acts earlier than the time of its row in the log.
 
 Simulation assumes zero-order hold: w(t) = w[k] from t_k to t_{k+1}. A measured input is between two rows about the mean
 of both values, which leads the held one by half a row. An input that is logged one row late leads by a row, and one

@@ -148,7 +148,7 @@ def remarks(found: FoundEffect, part: Part, problem: Problem) -> list[str]:
 
 
 def _motion_logged_late(found: FoundEffect, part: Part, problem: Problem, delay: float) -> str:
-    """The remark on an input that acts late, which no log tells from a motion that is logged late."""
+    """The remark on an input that acts late, which no log can distinguish from a motion that is logged late."""
     system, integrated = problem.system, problem.motion.integrated
     i = part.effect.coordinate(system, part.place)
     logged = (system.velocities if integrated and integrated[i] else system.positions)[i].name

@@ -303,7 +303,7 @@ def _split(search: Search, current: Fit) -> Fit | None:
 
 
 def _is_confused(search: Search, one: Part, other: Part) -> bool:
-    """Whether the catalogue says of two effects on the same coordinate that they have a similar signature."""
+    """Whether the catalogue lists two effects on the same coordinate as having a similar signature."""
     here, there = (p.effect.coordinate(search.system, p.place) for p in (one, other))
     return here == there and bool(separating_experiment(one.kind, other.kind))
 
@@ -446,7 +446,7 @@ def _swapped(
 
 
 def _is_as_good_and_simpler(here: ForceCriterion, found: Fit, part: Part) -> bool:
-    """Whether a replacement has fewer parameters than the effect ``part``, and neither criterion speaks for that.
+    """Whether a replacement has fewer parameters than the effect ``part``, and neither criterion prefers that effect.
 
     Example: a load that a damper hardly moves is an inertia error and viscous friction, two effects in one.
     """

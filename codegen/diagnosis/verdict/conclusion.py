@@ -54,7 +54,7 @@ def best_refused(outcome: Outcome) -> tuple[str, str, str] | None:
 def main_variables(left: Remainder, material: float) -> list[tuple[str, float]]:
     """Variables that explain a large share of the squared remainder, or a material force; the best first.
 
-    Without time where changes in time are material: ``changes_in_words`` says these.
+    Without time where changes in time are material: ``changes_in_words`` describes these.
     """
     told = ("time",) if left.is_changing(material) else ()
     shares = [(name, share) for name, share in left.over.items() if name not in told]

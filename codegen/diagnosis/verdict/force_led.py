@@ -59,7 +59,7 @@ def credited_by_force(
     Args:
         outcome: of the selection by free runs. answer: the answer from that outcome.
         problem: the declared system on the log's motion.
-        held_out: data that no fit has seen; None where they tell no candidates apart.
+        held_out: data that no fit has seen; None where they do not distinguish candidates.
         steady: whether the log runs at constant speed, at which parameters keep their tolerances.
         examined: the answer from an outcome of the selection by free runs; None where nothing is added to it.
     """

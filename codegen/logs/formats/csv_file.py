@@ -122,7 +122,7 @@ class CsvSource(LogFile):
         return joined(self, grouped_by_time(signals), wanted, clock)
 
     def _columns(self, wanted: Sequence[str], indices: list[int]) -> Columns:
-        """The columns with these indices, row by row as in the file, called as ``wanted`` says."""
+        """The columns with these indices, row by row as in the file, with the names in ``wanted``."""
         body = self.lines[self.first :]
         head = self.layout.head
         # Most lines begin with a number, and are rows without the slower test for comments and repeated headers.
