@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from typing import Any
 
 import sympy
@@ -18,6 +19,7 @@ from codegen.program import Program, lower
 from codegen.simulate.simulable import refuse_unrunnable
 from codegen.spec.free_gains import free_entries
 from codegen.spec.model import Spec
+from codegen.spec.motion import Form, KinematicTree
 from codegen.spec.numerics import numerical
 from codegen.spec.places import placed
 
@@ -64,7 +66,8 @@ def check_json(machine: Derived) -> dict[str, Any]:
         "source": spec.source,
         "coordinates": [{"name": x.name, "velocity": v.name, "unit": unit} for x, v, unit in coordinates],
         "inputs": [{"name": w.name, "unit": u} for w, u in zip(system.inputs, system.input_units, strict=True)],
-        "mass_matrix": [[str(e) for e in system.mass_matrix.row(i)] for i in range(system.mass_matrix.rows)],
+        "robot": _robot_json(spec.form),
+        "mass_matrix": [[_readable(e) for e in system.mass_matrix.row(i)] for i in range(system.mass_matrix.rows)],
         "force": [str(e) for e in system.force],
         "contacts": [dict(zip(("name", "slip", "law", "unit"), row, strict=True)) for row in contacts],
         "effects": [{"kind": e.kind, "on": list(e.on)} for e in spec.effects],
@@ -72,6 +75,17 @@ def check_json(machine: Derived) -> dict[str, Any]:
         "observer": None if observer is None else _observer_json(machine, observer),
         "envelope": {name: [float(low), float(high)] for name, (low, high) in spec.envelope.items()},
     }
+
+
+def _robot_json(form: Form | None) -> dict[str, Any] | None:
+    if not isinstance(form, KinematicTree):
+        return None
+    return {"file": form.file, "tolerance": None if form.tolerance is None else asdict(form.tolerance)}
+
+
+def _readable(entry: Any) -> str:
+    """An entry of M as text; a constant as a decimal of 12 digits, since that of a robot file is a long fraction."""
+    return f"{float(entry):.12g}" if entry.is_Number else str(entry)
 
 
 def _observer_json(machine: Derived, observer: Observer) -> dict[str, Any]:

@@ -213,6 +213,17 @@ def test_the_written_gains_are_stable_for_a_light_arm_too(folder: Path, scale: f
     assert stiction("generate", "arm.yaml").code == 0
 
 
+def test_check_prints_the_tolerances_of_a_robot_file_and_no_fractions(folder: Path) -> None:
+    """A tolerance of 500 %, or of 0, passed without a word; M22, a constant, was printed as a ratio of integers."""
+    (folder / "arm.urdf").write_text(TWO_LINKS)
+    tolerance = "{mass: 500 %, inertia: 0, damping: 50 %}"
+    (folder / "arm.yaml").write_text(f"name: arm\nurdf: {{file: arm.urdf, tolerance: {tolerance}}}\n")
+    out = stiction("check", "arm.yaml").out
+    assert "robot file     arm.urdf, tolerance: mass 500 %, centre_of_mass 0 %, inertia 0 %" in out
+    assert "[M21, 0.09]" in out  # 0.05 kg m^2 about the centre of mass, and 1 kg at 0.2 m
+    assert "tolerance 50 %" in out
+
+
 def test_a_column_in_counts_asks_for_their_size():
     found = guess_columns(["t", "elbow_pos_counts", "elbow_torque"], {"elbow": "elbow"})
     assert found.columns["elbow"] == "elbow_pos_counts"
