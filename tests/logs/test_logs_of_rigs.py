@@ -281,7 +281,7 @@ def test_signals_with_times_of_their_own_are_joined(tmp_path, spec, case):
     assert np.allclose(log.positions[:, 0], np.interp(at, T, X), atol=2e-6)
     smooth = np.abs(np.interp(at + 0.004, T, W) - np.interp(at - 0.004, T, W)) < 1  # a jump becomes a line
     assert smooth.mean() > 0.98 and np.allclose(log.inputs[smooth, 0], np.interp(at, T, W)[smooth], atol=0.02)
-    assert any("stands at the times of" in note for note in log.notes), log.notes
+    assert any("is converted to the times of" in note for note in log.notes), log.notes
 
 
 @pytest.mark.parametrize(
@@ -355,7 +355,7 @@ def test_channels_of_a_scope_at_rates_of_their_own(tmp_path, spec, began):
     assert log.sample_time == pytest.approx(STEP, rel=1e-6) and log.size == len(T) - 1
     assert np.allclose(log.positions[:, 0], X[:-1], atol=2e-9)
     assert np.allclose(log.inputs[::2, 0], W[:-1:2], atol=2e-6)
-    assert any("`Axis.Force` (250 Hz) stands at the times of `Axis.Pos` (500 Hz)" in note for note in log.notes)
+    assert any("`Axis.Force` (250 Hz) is converted to the times of `Axis.Pos` (500 Hz)" in note for note in log.notes)
     held = "columns: {x: Axis.Pos, w: Axis.Force}\nhold: Axis.Force\n"
     (tmp_path / "meta.yaml").write_text(held)
     log = read_log(tmp_path / "a.csv", spec)

@@ -97,13 +97,11 @@ def test_topics_at_several_rates(tmp_path: Path, spec: Any) -> None:
     inside = (MADE["t"] >= 0.001) & (MADE["t"] <= 249 * 0.02 + 0.001)
     assert np.array_equal(log.positions[:, 0], MADE["x"][inside])
     assert np.allclose(log.inputs[:, 0], 250 * (MADE["t"][inside] - 0.001), atol=1e-9)
-    assert (
-        "`/force` (50 Hz) stands at the times of `/joint_states` (500 Hz) by the line between neighbours" in log.notes
-    )
+    assert "`/force` (50 Hz) is converted to the times of `/joint_states` (500 Hz) by linear interpolation" in log.notes
     (tmp_path / "meta.yaml").write_text("hold: /force\n")
     held = read_log(path, spec, columns=columns)
     assert np.array_equal(held.inputs[:, 0], 5.0 * np.floor((MADE["t"][inside] - 0.001 + 1e-9) / 0.02))
-    assert any("by the value before" in note for note in held.notes)
+    assert any("by holding the last value" in note for note in held.notes)
     (tmp_path / "meta.yaml").write_text("hold: /forces\n")
     with refused("LOG013 meta.yaml:1: hold: `/forces`"):
         read_log(path, spec, columns=columns)

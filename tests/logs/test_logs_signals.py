@@ -108,7 +108,7 @@ def test_values(tmp_path: Path, spec: Any, ending: str) -> None:
     assert np.allclose(log.positions[:, 0], MADE["x"][:n], atol=1e-15)
     assert np.allclose(log.velocities[:, 0], MADE["v"][:n], atol=1e-15)
     assert np.allclose(log.inputs[:, 0], np.interp(MADE["t"][:n], SLOW["t"], SLOW["w"]), atol=1e-8)
-    assert any("(50 Hz) stands at the times of" in note and "the line between neighbours" in note for note in log.notes)
+    assert any("(50 Hz) is converted to the times of" in note and "linear interpolation" in note for note in log.notes)
 
 
 def test_names_that_are_not_there(tmp_path: Path, spec: Any, ending: str) -> None:

@@ -230,12 +230,12 @@ def _in_gap(one: Series, time: Array, before: Array) -> Flags:
 
 
 def _words(one: Series, base: Series, held: int, gap: int, in_seconds: bool) -> str:
-    how = "the value before" if held == len(one.columns) else "the line between neighbours"
+    how = "holding the last value" if held == len(one.columns) else "linear interpolation"
     if 0 < held < len(one.columns):
-        how = f"the line between neighbours, {held} of its columns by the value before"
+        how = f"linear interpolation, {held} of its columns by holding the last value"
     left = f"; {gap} rows in its gaps left out" if gap else ""
     rate, of = (_rate(s) if in_seconds else f"{len(s.time)} samples" for s in (one, base))
-    return f"`{shown(one.name)}` ({rate}) stands at the times of `{shown(base.name)}` ({of}) by {how}{left}"
+    return f"`{shown(one.name)}` ({rate}) is converted to the times of `{shown(base.name)}` ({of}) by {how}{left}"
 
 
 def _rate(one: Series) -> str:
