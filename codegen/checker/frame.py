@@ -157,7 +157,7 @@ class Precision(NamedTuple):
 MOST_NUMBER = 10**300
 EXACT = Precision(Fraction(0), MOST_NUMBER, MOST_NUMBER, 1, 0)
 PRECISIONS = {
-    "double": Precision(Fraction(1, 2**50), 10**150, 10**300, 10**6, 1e11),
+    "double": Precision(Fraction(1, 2**50), 10**150, 10**300, 10**6, 1e8),
     "float": Precision(Fraction(1, 2**21), 10**18, 10**37, 10**3, 2e6),
 }
 

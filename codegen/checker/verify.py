@@ -12,34 +12,29 @@ import hashlib
 import json
 import os
 import re
+import runpy
 import shutil
 import signal
 import sys
 import textwrap
 from collections import namedtuple
 from fractions import Fraction
-from importlib.util import module_from_spec, spec_from_file_location
 from itertools import pairwise
 from pathlib import Path
 from reprlib import repr as brief
-from types import ModuleType
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 
-def beside(name: str, **given: ModuleType) -> ModuleType:
-    """NAME.py in this file's folder as a module, loaded by path: independent of Python's import path."""
-    spec = spec_from_file_location(name, Path(__file__).with_name(f"{name}.py"))
-    assert spec is not None and spec.loader is not None
-    module = module_from_spec(spec)
-    vars(module).update(given)
-    spec.loader.exec_module(module)
-    return module
+def beside(name: str, **given: SimpleNamespace) -> SimpleNamespace:
+    """The names that NAME.py in this file's folder defines: compiled from that text, not read from cached bytecode."""
+    return SimpleNamespace(**runpy.run_path(str(Path(__file__).with_name(f"{name}.py")), given))
 
 
 if TYPE_CHECKING or __package__:
     from codegen.checker import agreement, decay, enclosure, files, forms, frame, kernel, theorem
 else:
-    parts: dict[str, ModuleType] = {}  # each is given those before it
+    parts: dict[str, SimpleNamespace] = {}  # each is given those before it
     for part in ("files", "frame", "enclosure", "kernel", "forms", "decay", "rounding", "errors", "held", "reversal",
                  "ellipsoid", "theorem", "agreement"):  # fmt: skip
         parts[part] = beside(part, **parts)

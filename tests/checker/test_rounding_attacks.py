@@ -40,6 +40,18 @@ def test_an_error_that_is_passed_on_is_not_forgotten(added: str, prepared: str) 
         check(*changed("one_mass", *pairs))
 
 
+def test_what_cancels_in_the_step_is_no_input_gain() -> None:
+    """The header's 2999999999999999 is 3e15 + 1/m to one rounding, and leaves a gain of -1 in place of 1."""
+    here = "sample_time * (v_dot_hat -"
+    there = "(parameters->large * inputs->w - 3e15 * inputs->w - parameters->one_over_m * F_hat_rail -"
+    large = f"    parameters->large = 1.0 / parameters->m + 3e15;\n    {H_K_F}"
+    _, files = changed("one_mass", (f"    {H_K_F}", large), (here, f"sample_time * {there}"))
+    header = files["one_mass.h"].decode().replace("    double h_K_F;", "    double large;\n    double h_K_F;")
+    files["one_mass.h"] = header.replace("        0.01 /*", "        2999999999999999.0, 0.01 /*").encode()
+    with pytest.raises(verify.Refused, match="is its rounding"):
+        check(certificate("one_mass", "proof.json"), files)
+
+
 @pytest.mark.parametrize("cover", ["", ['" t', "1/2", "", ""]])
 def test_a_machine_of_what_is_left_of_a_derived_exponential_is_refused(cover: Any) -> None:
     """1e60 times 1 - exp(-h K_v) less its first 50 digits, under the name that the C gives it: more than 1e6 N."""
