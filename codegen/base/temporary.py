@@ -1,8 +1,8 @@
 """Temporary files and folders of a run.
 
-A temporary file stands hidden beside its target and is locked while it is written; a folder is locked while it is used.
-The operating system releases a lock when its process ends, however it ends, so a later run can remove what a killed one
-left.
+A temporary file is hidden, in the folder of its target, and is locked while it is written; a folder is locked while it
+is used. The operating system releases a lock when its process ends, however it ends, so a later run can remove what a
+killed one left.
 """
 
 from __future__ import annotations

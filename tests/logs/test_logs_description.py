@@ -177,7 +177,7 @@ def test_a_measured_input_at_irregular_times_keeps_its_integral(tmp_path, spec):
 
 def test_every_key_is_in_the_table_of_the_docs() -> None:
     text = (Path(__file__).parents[2] / "docs" / "logs.md").read_text("utf-8")
-    table = text.split("| key | what it says |\n")[1].split("\n\n")[0]
+    table = text.split("| key | meaning |\n")[1].split("\n\n")[0]
     keys = {key for line in table.splitlines() for key in re.findall(r"`(\w+)`", line.split("|")[1])}
     assert keys == set(LogDescription.model_fields)
 

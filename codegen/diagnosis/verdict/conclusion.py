@@ -180,10 +180,15 @@ def against_regression(
 ) -> str:
     """The objection of a nonparametric regression to effects, in words; empty if there is none.
 
-    They must remove most of what a smooth curve over their own variables explains, unless free runs end near the noise;
-    and explain something in addition to a spectral line that explains more, a vibration in time. A controller answers a
-    vibration, so a delayed input can cancel it down to a few times the noise. Nor may a slow force in time leave less
-    than ``FAR_LESS`` of what they leave; of a true effect that is noise. Not tested for backlash.
+    There are three objections. Backlash is exempt.
+
+    - A smooth curve over the effects' own variables explains much more than they do (not tested near the noise of the
+      free runs).
+    - A spectral line, a vibration in time, explains more, and the effects explain little in addition. A controller
+      reacts to a vibration, so a delayed input can cancel it down to a few times the noise. Near the noise the line
+      must leave less than ``FAR_LESS`` of the square that the effects leave.
+    - A slow change in time leaves less than ``FAR_LESS`` of the square that the effects leave, and they explain little
+      in addition. What a true effect leaves is noise, which no such curve explains.
     """
     if any(t.gap != 0 for t in augmented.transmissions):
         return ""
