@@ -132,9 +132,7 @@ def _with_leads(log: Log, test_log: Log | None, leads: Mapping[int, float]) -> t
 def smoothed(log: Log, system: System) -> Motion:
     """The smoothed motion of a log, with a higher cutoff if its inputs act mostly above the usual one.
 
-    At constant speed a motor's current contains its cogging, while the acceleration, which sets the usual cutoff, is
-    mostly noise. With a higher cutoff, the noise of M a must be at most ``NOISE_SHARE`` of the drive force (without
-    drive, that of the acceleration), and most of the input must pass.
+    The noise of M a must then be at most ``NOISE_SHARE`` of the drive force, and most of the input must pass.
     """
     motion = smooth_motion(log)
     fast = _above(log, motion) > MOSTLY_FASTER

@@ -390,9 +390,8 @@ def _kept(answer: Answer) -> str:
 def _sought(
     search: Search, base: Fit, progress: Callable[[int, float], None], case: Case
 ) -> tuple[Search, Outcome, tuple[Part, ...]]:
-    """Search, outcome of forward selection, and the effects that were replaced by wrong values of parameters.
-
-    At constant speed parameters keep their limits, since inertia acts only on noise and ripple there.
+    """Search, outcome of forward selection, and the effects that were replaced by wrong values (not at
+    constant speed).
     """
     outcome = find_effects(search, base, progress, case.faults)
     free = None if case.faults or case.steady else wrong_values.released(search, base, outcome)
@@ -418,10 +417,8 @@ def _refit(spec: Spec, search: Search, case: Case) -> tuple[Search, Fit]:
 def _by_remainder(verdict: Verdict, left: Sequence[Remainder], material: float) -> Verdict:
     """The verdict after a test of the remaining force residual; ``effect`` and ``ambiguous`` are not changed.
 
-    ``unknown`` becomes ``none`` if the part that the motion predicts is below the material share, no material change in
-    time is left, and the remainder is below the drive force: a model that leaves more explains nothing of the log, and
-    free runs show that this is not noise. ``none`` becomes ``unknown`` if such a change is left, or if the predicted
-    part is large.
+    ``unknown`` becomes ``none`` if the part that the motion predicts is immaterial, no material change in time is left,
+    and the remainder is below the drive force. ``none`` becomes ``unknown`` if such a change or a large part is left.
     """
     if verdict not in ("none", "unknown"):
         return verdict
@@ -433,18 +430,12 @@ def _by_remainder(verdict: Verdict, left: Sequence[Remainder], material: float) 
 
 
 def _is_far_off(left: Remainder, material: float) -> bool:
-    """Whether the remainder is predicted by the motion and at least ``LEAST_SHARE`` of the squared drive force.
-
-    Free runs near a large noise, such as that of a measured speed, do not show it.
-    """
+    """Whether the motion predicts at least ``LEAST_SHARE`` of the squared drive force in the remainder."""
     return left.nature(material) == "structured" and left.material**2 >= LEAST_SHARE
 
 
 def _once_on_held_out(answer: Answer, case: Case) -> tuple[Fact, ...]:
-    """Facts on single events, such as a push, with half of the squared residual force on held-out data.
-
-    Events at a reversal are left out, since friction whose sign changes one sample early leaves the same residual.
-    """
+    """Facts on single events, no reversals, with half of the squared residual force on held-out data."""
     if answer.adopted is None:
         return ()
     motion = case.test.motion

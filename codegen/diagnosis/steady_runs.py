@@ -49,10 +49,7 @@ MOST_EFFECTS = 3
 WEIGHED = 3
 """Iterations of the weight of the prior, by the residual of the fit before."""
 TRIES, STEP = 100, 1e-5
-"""Most evaluations of a fit, and the step of its slopes over the size of each parameter. A fit whose parameters the
-means determine takes at most a third of them; one that has not converged by then follows a direction that they do not
-determine, as a curve that is a line within the speeds of the log.
-"""
+"""Most evaluations of a fit, and the step of its slopes over the size of each parameter."""
 STARTS = 3
 """Starting values of a candidate that are fitted."""
 TIE_NATS = float(-np.log(credit.TIE_LEVEL))
@@ -99,10 +96,7 @@ def is_static(system: System) -> bool:
 
 
 def is_seen(trial: Trial) -> bool:
-    """Whether records at steady speed can show the last part of a trial, which is no force of the input.
-
-    At an imposed speed the input follows friction, so any function of it would explain friction.
-    """
+    """Whether records at steady speed can show the last part of a trial, which is no force of the input."""
     changed, before = trial.changed, replace(trial, parts=trial.parts[:-1]).changed
     if not is_static(changed):
         return False
@@ -116,7 +110,6 @@ class SteadyFit:
     """Least squares of one trial on the means.
 
     Attributes:
-        theta: (p,) the trial's vector. residual: (R n) of the force. slopes: (R n, p) of the residual.
         prior_precision: (p,) times the squared scale of the residual, as in the normal matrix.
     """
 
@@ -369,10 +362,7 @@ def figures_of(system: System, means: Means, measured: ErrorFigures) -> ErrorFig
 
 
 def remainders_of(system: System, means: Means) -> tuple[Remainder, ...]:
-    """The remainder of a model on the means; its structured share is what interpolation over speed predicts.
-
-    Each record by linear interpolation between those of the next lower and next higher speed in the same direction.
-    """
+    """The remainder of a model on the means; its structured share is what linear interpolation over speed predicts."""
     residual, drive = mean_forces(system, means)
     found = []
     for i in range(residual.shape[1]):
@@ -426,10 +416,7 @@ def select_effects(search: SteadySearch) -> SteadyOutcome:
 
 
 def answer_of(search: SteadySearch, measured: Measured, by_means: bool) -> tuple[Answer, SteadyOutcome]:
-    """The answer, which held-out records may refuse; by free runs too unless they are judged ``by_means``.
-
-    Each effect must predict them better than the model without it, a further one than that with the effects before it.
-    """
+    """The answer, which held-out records may refuse; by free runs too unless they are judged ``by_means``."""
     system, found = search.system, select_effects(search)
 
     def judged(model: System) -> ErrorFigures:

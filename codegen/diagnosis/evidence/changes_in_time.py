@@ -1,11 +1,9 @@
 """Changes in time of the force balance: intervals in which a constant force, or another coefficient, explains more.
 
-Held-out pieces of the log cannot show a single event; comparison with the residual in the rest of the log can (epidemic
-changepoints). In each interval of blocks of the log the low-passed residual r is regressed on a constant (an
-external force), the sign of the slip (another friction level), the row of M a (another inertia) or the slip velocity
-(another viscous friction), with one coefficient inside and another outside. The interval and term that remove most of
-Σr² are added to a joint regression, and the next are sought in its residual, while the two coefficients differ by at
-least ``LEAST_Z`` standard deviations. These are of sums over blocks, so that the noise need not be white in a block.
+In each interval of blocks of the log the low-passed residual r is regressed on a constant (an external force), the sign
+of the slip (another friction level), the row of M a (another inertia) or the slip velocity, with one coefficient inside
+and another outside (epidemic changepoints). The pair that removes most of Σr² is added to a joint regression, and the
+next is sought in its residual, while the coefficients differ by ``LEAST_Z`` standard deviations of sums over blocks.
 """
 
 from __future__ import annotations

@@ -122,9 +122,6 @@ class Survey:
     def _periods(self, path: _Path, across: Array) -> tuple[float, ...]:
         """Main periods of the residual below the coarse cutoff; then those that the motion passes above it only.
 
-        Free runs are compared with the measured position, so they show a force up to the fine cutoff. The residual
-        between the cutoffs is mostly noise, so a period there must be significant.
-
         Args:
             across: (n,) weights of the coordinates' residuals in that of the path.
         """
@@ -199,9 +196,8 @@ class _Path:
 
     @cached_property
     def modulation(self) -> Array:
-        """q at the used samples, the factor by which the force of an effect at this place is modulated, scaled to 1.
-
-        sgn v of an effect on a contact; v² of a sensor's error, whose second time derivative grows with it; else 1.
+        """q at the used samples, by which the force of an effect at this place is modulated: sgn v on a contact, v² of
+        a sensor, else 1.
         """
         q = {"contact": np.sign(self.v), "sensor": self.v**2}.get(self.sits_on, np.ones_like(self.v))[self.used]
         return np.asarray(q / max(float(np.abs(q).max(initial=0.0)), 1e-300))

@@ -1,8 +1,4 @@
-"""Parameter estimates of the final fit with 95 % confidence intervals by the sandwich covariance.
-
-No covariance of one criterion shows the bias of a wrong form, which its estimate absorbs. A second criterion weighs the
-same misfit otherwise; ``widened_by`` widens the intervals by the difference of both estimates.
-"""
+"""Parameter estimates of the final fit with 95 % confidence intervals by the sandwich covariance."""
 
 from __future__ import annotations
 
@@ -40,8 +36,6 @@ class Estimate:
 
 def estimate(fit: Fit, other: Fit | None = None) -> Estimate:
     """Estimates and intervals of a fit, by the larger of the sandwich covariances over segments and over parts.
-
-    Errors of the model differ between ``BLOCKS`` parts of the log but hardly between neighbouring segments.
 
     Args:
         other: the same fit on segments of another length; the difference between the two is added to the deviation.
@@ -165,10 +159,6 @@ def wave_intervals(size: float, covariance: Array, freedom: int) -> tuple[Interv
     An effect is linear in the weights (size·cos(phase), size·sin(phase)). The intervals are the ranges of radius and
     angle over the ellipse of these weights for one parameter. If the joint region by the F distribution contains the
     origin, the size may be zero and the phase has any value.
-
-    Args:
-        covariance: (2, 2) of size and phase.
-        freedom: degrees of freedom.
     """
     along = np.diag([np.sign(size) or 1.0, abs(size)])
     variances, axes = np.linalg.eigh(along @ covariance @ along)

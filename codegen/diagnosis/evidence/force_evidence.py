@@ -83,10 +83,7 @@ class ForceGain:
 
     @property
     def p(self) -> float:
-        """One-sided p-value of the gain if the model is no better: by blocks, or by likelihood if larger.
-
-        The likelihood ratio is valid if the other model is true, the tests on blocks also if both are incomplete.
-        """
+        """One-sided p-value of the gain if the model is no better: by blocks, or by likelihood if larger."""
         return max(min(1.0, 2 * min(self.by_signs, self.where_large())), exp(-max(self.nats, 0.0)))
 
     def p_of_rivals(self, fitted: int = 0, against: float = 0.0) -> float:
@@ -102,20 +99,16 @@ class ForceGain:
     def p_added(self, parameters: int) -> float:
         """P-value of the gain if the other model is true and this one has so many more parameters.
 
-        It is the larger of a score test on blocks and of Wilks' likelihood-ratio test, which is also valid for noise
-        slower than a block. A score test is used since the gain r² − r₁² of a block is smaller than 2 r'(r − r₁) by the
-        square of the added force. The force is fitted to this log, along the best of its k directions
-        (``along_best``); what is fitted to both models must be removed from both residuals
-        (``ForceCriterion.added_to``).
+        The larger of a score test on blocks, along the best of k directions, and of Wilks' likelihood-ratio test. What
+        is fitted to both models must be removed from both residuals (``ForceCriterion.added_to``).
         """
         k = max(parameters, 1)
         by_blocks = min(1.0, 2 * min(along_best(*self.score, k), self.where_large(k)))
         return max(by_blocks, float(chi2.sf(2 * max(self.nats_added, 0.0), k)))
 
     def where_large(self, fitted: int = 0) -> float:
-        """P-value of the ratios in the blocks with the largest residuals, by a t test.
-
-        Parameters that are fitted to the same n residuals remove the share fitted/n by chance.
+        """P-value of the ratios in the blocks with the largest residuals, by a t test, less fitted/n for so many
+        parameters.
         """
         if not self.ratios or fitted >= self.values:
             return 1.0
@@ -123,13 +116,11 @@ class ForceGain:
 
 
 def force_gain(problem: Problem, before: Array, after: Array, joint: int | None = None) -> ForceGain:
-    """The gain of residuals ``after`` over ``before``, both (N, n), after regression on friction levels or more.
+    """The gain of residuals ``after`` over ``before``, (N, n), after regression on friction levels; of ``joint`` alone
+    if given.
 
     Low-passed at f, a log of T seconds has 2 f T independent values, or fewer if these are correlated. Blocks have
-    equally many used samples, since a block without any would count as one without a gain.
-
-    Args:
-        joint: the only coordinate that is compared; all if not given.
+    equally many used samples.
     """
     motion, rows = problem.motion, problem.used
     if joint is not None:
@@ -174,10 +165,8 @@ def _sums(values: Array | NDArray[np.bool_], blocks: Sequence[NDArray[np.intp]])
 
 @dataclass(frozen=True, eq=False)
 class ForceCriterion:
-    """The force residual of a fit, computed when it is needed.
-
-    Two fits to an arm that is simulated joint by joint are compared at the joint on which their effects differ: a step
-    of the links' values that suits this joint may be felt at another one whose forces are explained already.
+    """The force residual of a fit; of an arm that is simulated joint by joint, compared at the joint
+    where fits differ.
     """
 
     search: Search
@@ -199,10 +188,8 @@ class ForceCriterion:
         return force_gain(self.search.problem, other.without_levels, self.without_levels, joint)
 
     def added_to(self, other: ForceCriterion) -> ForceGain:
-        """The gain over a fit with fewer effects, both after regression on levels and toleranced values.
-
-        A refit by free runs may leave a value off by some standard errors of the force. If a refit with a worthless
-        effect corrects that, it is no evidence for the effect. Slopes are at the other fit's values.
+        """The gain over a fit with fewer effects, both after regression on levels and toleranced values, which it may
+        only correct.
         """
         if len(self.search.moved) == len(self.search.problem.levels):
             return self.over(other)
@@ -224,9 +211,8 @@ class ForceCriterion:
         return self.without_values(self.slopes, joint)
 
     def without_values(self, slopes: Array, joint: int | None) -> Array:
-        """(N, n) residual after regression on friction levels and, per coordinate, toleranced values in limits.
-
-        Only of one joint, where one is given: a regression on all parameters of an arm's links takes a while.
+        """(N, n) residual after regression on levels and toleranced values in limits, for each coordinate
+        or one joint.
         """
         prior, first, count = self.fit.prior, len(self.search.problem.levels), len(self.search.moved)
         there = self.fit.theta[first:count] - prior.centre[first:count]

@@ -1,9 +1,7 @@
 """Estimation of the lead of an input: by how much it acts earlier than the time of its row in the log.
 
-Simulation assumes zero-order hold: w(t) = w[k] from t_k to t_{k+1}. A measured input is between two rows about the mean
-of both values, which leads the held one by half a row. An input that is logged one row late leads by a row, and one
-that the drive filters before it is logged by the lag of the filter. No effect of a machine acts before its input, but
-compliance, presliding and damping fit the force residual of a lead, so it is corrected before effects are sought.
+Simulation holds w(t) = w[k] from t_k to t_{k+1}. A measured input is between two rows about the mean of both, which
+leads by half a row. No effect of a machine acts before its input, so a lead is corrected before effects are sought.
 """
 
 from __future__ import annotations
@@ -78,11 +76,7 @@ class Lead:
 
 
 def acting_earlier(log: Log, rows: Mapping[int, float]) -> Log:
-    """The log with inputs that are corrected for their leads.
-
-    Args:
-        rows: index of an input → its lead in rows.
-    """
+    """The log with inputs corrected for their leads: index of an input → rows."""
     values = log.inputs.copy()
     for k, lead in rows.items():
         if k < values.shape[1]:
@@ -126,14 +120,10 @@ def input_leads(problem: Problem, log: Log) -> tuple[dict[int, float], tuple[Fin
 
 
 def common_lead(leads: Sequence[Lead]) -> float:
-    """The lead in rows that the inputs of a log have in common; 0 for none.
+    """The lead in rows that all inputs of a log have in common, since one device writes them; 0 for none.
 
-    One device writes all inputs of a log, so they should have the same lead. An input may not show it, such as that of
-    a joint with a large force that the model lacks. A lead is common if it is the only one that is significant for some
-    input, and if Σ min(d², ``SURE``²) over the inputs is less for it than for a lead of 0, where d is the difference
-    from an input's estimate in standard deviations.
-    If two devices wrote the inputs, an uncertain one gets the lead of the other's. Leads that are not ``USUAL`` differ,
-    so none of several is common.
+    It is the only one that is significant for some input, and Σ min(d², ``SURE``²) over the inputs, with d the
+    difference from an input's estimate in standard deviations, is less for it than for a lead of 0.
     """
     shown = {lead.rows for lead in leads if lead.matters}
     if len(shown) != 1:
@@ -169,10 +159,7 @@ def _words(w: str, rows: float, h: float, stated: bool) -> str:
 
 
 def lead_of(problem: Problem, k: int) -> Lead:
-    """The lead of input k, by the coordinate where it is most significant.
-
-    The input is shifted by each estimate and the rest is estimated again, up to ``MOST_ESTIMATES`` times.
-    """
+    """The lead of input k, by the coordinate where it is most significant."""
     motion, system = problem.motion, problem.system
     before, explained = 0.0, 0.0
     for _ in range(MOST_ESTIMATES):
@@ -206,8 +193,6 @@ def _force_share(problem: Problem, change: Array) -> float:
 
 def _lead_at(problem: Problem, i: int, residual: Array, change: Array) -> Lead:
     """The lead by one coordinate: least squares of its force residual on ``change`` and on other terms.
-
-    The other terms are errors of the declared model (inertia, damping, friction, springs) and ``_undeclared_forces``.
 
     Args:
         residual, change: (N,) the force residual, and its change by a lead of half a row.
@@ -243,11 +228,10 @@ def _lead_at(problem: Problem, i: int, residual: Array, change: Array) -> Lead:
 
 
 def _undeclared_forces(x: Array, v: Array, drive: Array) -> tuple[Array, ...]:
-    """Regressors (N, m) each for forces that a model may lack at one coordinate.
+    """Regressors (N, m) for forces that a model may lack at one coordinate.
 
-    Smooth curves over speed and position, the latter also with the sign of the speed; and of that sign Stribeck curves
-    exp(−|v|/v_s) and presliding exp(−d/d_s) at the distance d from a reversal, which are steep where splines are not,
-    and friction in proportion to the drive force.
+    Smooth curves over speed and position, the latter also times sgn v; Stribeck curves sgn v exp(−|v|/v_s), presliding
+    exp(−d/d_s) at the distance d from a reversal, and friction in proportion to the drive force.
     """
     sign, speed, distance = np.sign(v)[:, None], np.abs(v)[:, None], since_reversal(x, v)[:, None] ** 2
     place = splines(x, KNOTS)

@@ -44,10 +44,8 @@ def rows_of_difference(speed: Array, h: float) -> int:
 
 
 def late_speeds(problem: Problem, log: Log) -> tuple[float, tuple[Finding, ...]]:
-    """Delay of the logged motion in rows, and the finding; 0 unless both the noise and the inputs show a delay.
-
-    The noise of all logged speeds must be that of a difference over the same n rows, and the inputs must act n/2 rows
-    later than logged, or up to a row less, since the inputs may be logged late themselves.
+    """Delay of the logged motion in rows, and the finding; 0 unless the noise of all speeds and the
+    inputs agree on it.
     """
     velocities = [v.name for v in problem.system.velocities]
     integrated = log.intake.integrated

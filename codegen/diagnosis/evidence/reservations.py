@@ -82,10 +82,8 @@ def passed_too_fast(system: System, motion: Motion, part: Part, parameters: Mapp
 def resolvable_periods(system: System, motion: Motion, part: Part, parameters: Mapping[str, float]) -> float:
     """Number of distinguishable periods among which that of an effect was searched: stroke over shortest, or 1.
 
-    Waves are distinguishable if their numbers of periods in the stroke differ by at least one. The largest of so many
-    squared amplitudes is judged as so many hypotheses (R. B. Davies, Biometrika 74, 1987, to first order). The period
-    counts as a parameter of χ² too: M P(χ²₃ > 2z) is 1.1 times Davies's bound for uniform motion,
-    M √(πz/3) exp(−z) + exp(−z).
+    Their numbers in the stroke differ by at least one. The largest of so many squared amplitudes is judged as so many
+    hypotheses (R. B. Davies, Biometrika 74, 1987, to first order).
     """
     stroke, period = _stroke(system, motion, part), parameters.get("period")
     if period is None or stroke <= 0 or _known_turn(system, part, period):
@@ -106,10 +104,7 @@ def is_level_or_line(system: System, motion: Motion, part: Part, parameters: Map
 
 
 def takes_the_level(problem: Problem, refit: System, augmented: System) -> str:
-    """The objection to effects with which a friction level becomes zero, if its contact never reverses in the log.
-
-    In one direction a level is a constant force, which cannot be distinguished from a gain of the drive.
-    """
+    """The objection to effects with which a friction level becomes zero, if its contact never reverses; else empty."""
     gone = set(levels_at_zero(problem.system, [augmented], problem.levels))
     gone -= set(levels_at_zero(problem.system, [refit], problem.levels))
     slip = slip_velocities(problem.system, problem.motion)[problem.motion.usable]

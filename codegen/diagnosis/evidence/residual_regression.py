@@ -1,9 +1,8 @@
-"""Flexible regression of a force residual on each variable, without any law, by penalised B-splines.
+"""Flexible regression of a force residual on each variable, without any law, by penalised B-splines (P-splines).
 
-The low-passed residual r of a coordinate is regressed on cubic B-splines of one variable at a time, on a line of its
-spectrum, on all together, and on the ringing of a load behind a spring. The penalty on second differences (P-splines)
-is chosen by cross-validation; shares are 1 − Σ(r − r̂)²/Σr² on held-out parts of the log. A friction law should explain
-most of what a regression on its own variable can. The share of a constant, which every regression has, is separate.
+The low-passed residual r of a coordinate is regressed on one variable at a time, on a line of its spectrum, on all
+together, and on the ringing of a load behind a spring. The penalty on second differences is chosen by cross-validation;
+shares are 1 − Σ(r − r̂)²/Σr² on held-out parts of the log.
 """
 
 from __future__ import annotations
@@ -125,9 +124,8 @@ def _changed(
     variables: Mapping[str, Array],
     noise: float,
 ) -> ChangesInTime:
-    """Changes in time of a residual, or of its remainder after a curve over state variables that predicts more of it.
-
-    ``noise`` is the mean square in the row of M a.
+    """Changes in time of a residual, or of what a curve over state variables leaves; ``noise``: mean square in the row
+    of M a.
     """
     in_terms: dict[Term, float] = {"inertia": noise}
     about = motion.time, motion.cutoff_hz, in_terms
@@ -157,8 +155,7 @@ def acting_force(system: System, motion: Motion) -> Array:
 def predicted_load(system: System, motion: Motion, residual: Array) -> Array:
     """(N, n) the acting force less the share of the residual that is not noise of the measured acceleration.
 
-    The residual has the noise of the input, which the acting force has too, less that in the row of M a. The share is
-    chosen so that load and residual have no common noise. If no input acts, it is the acting force.
+    The share is chosen so that load and residual have no common noise. If no input acts, it is the acting force.
     """
     reached = np.any(drive_force(system, motion) != 0, axis=0)
     shares = [1 - noise_share(system, motion, residual, i) for i in range(system.degrees_of_freedom)]
@@ -257,13 +254,8 @@ def _inertia(system: System, motion: Motion, i: int) -> Array:
 def ringing(residual: Array, rows: NDArray[np.bool_], acceleration: Array, inertia: float, motion: Motion) -> float:
     """Share of a squared residual (N,) that one resonance explains on held-out pieces; 0 if it is not significant.
 
-    The residual of a load behind a spring is a weight times the acceleration, filtered by a resonance (``resonances``).
-    A few moves may excite nearly all of it, so the weight must be ``SURELY_RINGS`` standard deviations from zero. These
-    follow from sums over pieces of column times remainder, with the weight that is fitted to the other folds.
-
-    Args:
-        acceleration: (N,) without noise that is in the residual too.
-        inertia: of the coordinate.
+    The residual of a load behind a spring is a weight times the acceleration filtered by a resonance (``resonances``).
+    The weight must be ``SURELY_RINGS`` standard deviations from zero, by sums over pieces.
     """
     kept = _thinned(rows)
     found = resonances(residual, acceleration, rows, inertia, motion, 1) if kept.sum() >= LEAST_ROWS else ()

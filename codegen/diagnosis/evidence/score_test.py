@@ -1,8 +1,4 @@
-"""Score test in free runs: correlation of a model's residual with the change of the prediction by an added effect.
-
-It is more powerful than the gain in loss, which is smaller than twice the slope of the loss by the square of the
-change.
-"""
+"""Score test in free runs: correlation of a model's residual with the change of the prediction by an added effect."""
 
 from __future__ import annotations
 
@@ -92,10 +88,7 @@ def along_best(t: float, blocks: float, parameters: int) -> float:
 
 
 def _beside_its_own(fit: Fit, change: Array, weights: Array) -> Array:
-    """A change of the prediction, (S, K n), less its weighted projection on the slopes of the fit's free parameters.
-
-    A fit stops a little before its optimum; the gain of a further step is no evidence for an effect.
-    """
+    """A change of the prediction, (S, K n), less its weighted projection on the slopes of the fit's free parameters."""
     slopes = fit.slopes[~fit.limited]
     if not len(slopes):
         return change

@@ -1,8 +1,4 @@
-"""Log-likelihood of a force residual, modelled as white noise plus first-order autoregressive noise.
-
-A candidate explains part of a slow force by chance if it varies as slowly. So the likelihood ratio of two models uses
-the noise model of largest likelihood for each; its parameters are nuisance parameters.
-"""
+"""Log-likelihood of a force residual, modelled as white noise plus first-order autoregressive noise."""
 
 from __future__ import annotations
 

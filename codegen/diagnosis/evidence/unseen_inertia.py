@@ -17,14 +17,9 @@ KNOWN = 0.1
 def unseen_inertias(problem: Problem) -> list[sympy.Symbol]:
     """The uncertain parameters that act through inertia alone and that the force residual hardly determines.
 
-    At constant speed, free runs would still change an inertia: the noise of a logged input moves the model and not the
-    machine, and a heavier model follows it less (errors in variables). So the information of the force residual is
-    used,
-
-        H = Σ s s'/σ² + diag(1/tolerance²),
-
-    with the slopes s and the RMS residual σ over independent samples. A parameter is undetermined if its variance by
-    H⁻¹ exceeds ``KNOWN`` times that of its tolerance.
+    At constant speed the noise of a logged input changes an inertia in free runs (errors in variables). So a parameter
+    is undetermined if its variance by the force residual, H⁻¹, exceeds ``KNOWN`` times that of its tolerance: H = Σ s
+    s'/σ² + diag(1/tolerance²), with the slopes s and RMS residual σ over independent samples.
     """
     still = problem.system.equation_error.subs(dict.fromkeys(problem.system.accelerations, 0))
     inertias = [s for s in problem.uncertain if s not in still.free_symbols]

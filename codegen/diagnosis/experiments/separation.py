@@ -1,6 +1,5 @@
-"""Candidates that tie on one log: their similarity, and the cheapest extra motion that discriminates them.
-
-Extra motions are from a library, within the ranges of the log or of the spec's envelope.
+"""Candidates that tie on one log: their similarity, and the cheapest extra motion of a library
+that discriminates them.
 """
 
 from __future__ import annotations
@@ -89,9 +88,6 @@ def separate(
     Args:
         outcome: with rivals. tied: its fits, see ``tied_fits``.
         envelope: of the spec; the motions stay inside it or inside what the log has shown.
-
-    Returns:
-        The figures, and the excitation file's text, or None if no motion separates them.
     """
     fits = [*tied, *(in_place(search, outcome, r) for r in _confusable(outcome))]
     pairs = tuple(_tied_pair(search, outcome, fits[0], other) for other in tied[1:])
@@ -160,9 +156,8 @@ def _tied_pair(search: Search, outcome: Outcome, first: Fit, other: Fit) -> Tied
 
 
 def _distance(truth: Fit, other: Fit) -> float:
-    """Distance by which one fit is better than another, in standard deviations of the noise; negative if it is worse.
-
-    Near the noise a segment's loss is a quarter of its squared residual: the norm of the difference of two predictions.
+    """Distance by which one fit is better than another, in standard deviations of the noise; negative
+    if it is worse.
     """
     gain = float(other.held_out_losses.sum() - truth.held_out_losses.sum())
     return float(np.copysign(2 * np.sqrt(independent_share(truth) * abs(gain)), gain))
@@ -177,11 +172,8 @@ def _try(
     motion: ExtraMotion,
     first: LoopRun,
 ) -> MotionTried:
-    """The smallest separation over all pairs of truth and other candidate.
-
-    Args:
-        machines: of the tied ``fits``, taken as the truth.
-        first: the run of the first machine.
+    """The smallest separation over all pairs of a truth (``machines``) and another candidate; ``first``: the first
+    one's run.
     """
     h, least = log.sample_time, float("inf")
     energy = _energy(first, h)
@@ -212,9 +204,8 @@ def follow(
     h: float,
     limit: Array,
 ) -> LoopRun | None:
-    """Simulate a machine that follows a trajectory under a PD loop, critically damped at ``centre``.
-
-    The run starts at rest at the first position.
+    """Simulate a machine that follows a trajectory under a PD loop, critically damped at ``centre``; None if it
+    diverges.
 
     Args:
         search: its system and cutoff give the gains, see ``loop_gains``.

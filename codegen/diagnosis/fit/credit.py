@@ -121,8 +121,7 @@ class Evidence:
     def p_of_rivals(self, whiteness: float, at_noise: bool) -> float:
         """One-sided p-value for two models neither of which contains the other: ``p``, at the noise also by ``capped``.
 
-        If the other model is true, the mean of the likelihood ratio is 1, and a gain of G nats has at most the
-        probability exp(−G) (Markov's inequality). A cap does not increase a gain, so this also holds for ``capped``.
+        If the other model is true, a gain of G nats has at most the probability exp(−G) (Markov's inequality).
         """
         p = self.p(whiteness, only_noise=False)
         return min(p, TESTS_OF_RIVALS * exp(-max(whiteness * self.capped, 0.0))) if at_noise else p
@@ -137,10 +136,8 @@ class Evidence:
 
 
 def random_signs(t: float) -> float:
-    """One-sided p-value of ``Evidence.t`` if the gain of each block has a random sign: 1 − Φ(t), Φ the normal CDF.
-
-    It is too small for few blocks: B equal gains have t = √B and are all positive with the probability 2^−B, which is 3
-    times 1 − Φ(√B) for B = 3 and 1.7 times for B = 8.
+    """One-sided p-value of ``Evidence.t`` if the gain of each block has a random sign: 1 − Φ(t), too small for few
+    blocks.
     """
     return 0.5 * erfc(t / sqrt(2))
 
@@ -150,9 +147,6 @@ def p_of_sign_flips(gains: Array) -> float:
 
     The distribution of Σ s_b |g_b| is the inverse Fourier transform of its characteristic function Π cos(ω |g_b|), with
     the |g_b| rounded to a grid. The result is not less than that of ``random_signs``.
-
-    Args:
-        gains: g_b, (B,).
     """
     sizes = np.abs(gains)
     whole = float(sizes.sum())
@@ -225,18 +219,13 @@ def are_large(before: Array, after: Array) -> NDArray[np.bool_]:
 
 
 def _of_ratios(before: Array, after: Array, chosen: NDArray[np.bool_]) -> float:
-    """``p_of_log_ratios`` over the chosen blocks.
-
-    The choice must depend on both models alike: one by ``before`` alone would favour ``after``.
-    """
+    """``p_of_log_ratios`` over the chosen blocks, a choice that must depend on both models alike."""
     return p_of_log_ratios(np.log(before[chosen] / after[chosen]))
 
 
 def p_of_log_ratios(logarithms: Array) -> float:
-    """One-sided p-value of Student's t test that log(before/after) has a positive mean over blocks.
-
-    1 for fewer than ``LEAST_FAR`` blocks. The logarithms are taken as normally distributed; with two different values
-    only, as of diverging runs, the test is not valid.
+    """One-sided p-value of Student's t test that log(before/after) has a positive mean; 1 for fewer than ``LEAST_FAR``
+    blocks.
     """
     if len(logarithms) < LEAST_FAR or not logarithms.std() > 0:
         return 1.0
@@ -307,32 +296,22 @@ def noise_ratio(fit: Fit) -> float:
 
 
 def near_noise(fit: Fit, times: float = 1.0) -> bool:
-    """Whether the residual is near the noise, in the median and in all but a share ``FEW`` of the segments.
-
-    Args:
-        times: noise that the fit assumes over that of the measurement; the median is multiplied by it.
+    """Whether the residual is near the noise, in the median (times ``times``) and in all but a share ``FEW`` of the
+    segments.
     """
     return noise_ratio(fit) * times <= NEAR_NOISE and share_far(fit) <= FEW
 
 
 def leaves_only_noise(fit: Fit, times: float = 1.0) -> bool:
-    """Whether the residual is that of noise: both its median square and its mean loss are at most at ``ONLY_NOISE``.
-
-    A few segments far from the noise do not change the median. ``times``: as of ``near_noise``.
-    """
+    """Whether the residual is that of noise: both its median square and its mean loss are at most at ``ONLY_NOISE``."""
     squares = times**2 * fit.by_segment / fit.residual.shape[1]
     return float(np.median(squares)) <= ONLY_NOISE and float(np.log1p(squares).mean()) <= log1p(ONLY_NOISE)
 
 
 def free_runs_settle(fit: Fit, share: float, times: float) -> bool:
-    """Whether free-run simulation credits a model although the model increases the force residual.
+    """Whether free runs credit a model although it increases the force residual, squared, by the factor ``times``.
 
-    The free runs must end near the noise, which no wrong model does, and their squared error must decrease by a larger
-    factor than the squared force residual increases (``SETTLED``). The low-passed force residual shows neither a narrow
-    Stribeck peak nor a load behind a spring.
-
-    Args:
-        share: of the squared free-run residual that the model removes.
-        times: squared force residual over that without the model's effects.
+    They must end near the noise, which no wrong model does, and their squared error must decrease, by ``share``, by a
+    larger factor (``SETTLED``). The force residual shows neither a narrow Stribeck peak nor a load behind a spring.
     """
     return near_noise(fit) and (1 - share) * times < SETTLED

@@ -46,10 +46,7 @@ class ForceRows:
     gain: Array
 
     def about(self, change: Array) -> ForceRows:
-        """The rows linearised about a change Δ of the values: r₀ + S Δ/(1 + γΔ), which is (r₀ + R Δ)/(1 + γΔ).
-
-        The gain 1 + γΔ is limited to at least ``LEAST_GAIN``, for first steps that are too long.
-        """
+        """The rows linearised about a change Δ of the values: r₀ + S Δ/(1 + γΔ), which is (r₀ + R Δ)/(1 + γΔ)."""
         if not self.gain.any():
             return replace(self, residual=self.residual + self.slopes @ change)
         step, gain = self.slopes @ change, max(1 + float(self.gain @ change), LEAST_GAIN)
@@ -71,10 +68,7 @@ def force_rows(system: System, problem: Problem, symbols: Sequence[sympy.Symbol]
 
 
 def relative_force_rows(system: System, problem: Problem, symbols: Sequence[sympy.Symbol]) -> list[ForceRows]:
-    """``force_rows`` of the residual over ``drive_gain``, which is 1 at the values: slopes ∂r/∂θ − r ∂gain/∂θ.
-
-    A weaker drive with all other forces reduced by the same factor gives the same motion with a smaller residual.
-    """
+    """``force_rows`` of the residual over ``drive_gain``, which is 1 at the values: slopes ∂r/∂θ − r ∂gain/∂θ."""
     rows, acting = force_rows(system, problem, symbols), drive_symbols(system)
     moved = np.flatnonzero(problem.used.any(axis=0))
     slopes = np.zeros((len(rows), len(symbols)))

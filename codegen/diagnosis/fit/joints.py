@@ -301,10 +301,7 @@ class JointShooter:
         return run
 
     def is_felt(self, model: int, k: int, record: Record) -> bool:
-        """Whether the free runs of the compared joints may depend on argument ``k`` of a model.
-
-        Of the parameters of the links, a joint feels those of the links that it moves.
-        """
+        """Whether the free runs of the compared joints may depend on argument ``k`` of a model."""
         if k not in self._rigid[model]:
             return True
         along = self.terms.along(record.positions, record.velocities, record.sample_time)
@@ -313,10 +310,7 @@ class JointShooter:
         return any(felt[c.joint.index] or k in c.arguments for c in compared)
 
     def _columns(self, joint: Joint, drive: Array, along: MotionTerms, off: Array, substeps: int) -> Array:
-        """(N substeps, m) inputs of a joint, effective, then the imposed signals at the middle of each step.
-
-        Remembered, since most runs of a fit change neither inputs nor links.
-        """
+        """(N substeps, m) inputs of a joint, effective, then the imposed signals at the middle of each step."""
         i, (inputs, content) = joint.index, self._driven(drive, joint)
         key = "columns", along, i, substeps, joint.others, self._shooter.inputs, content, off[along.felt[i]].tobytes()
         found = self.memory.get(key)

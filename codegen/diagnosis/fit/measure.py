@@ -44,10 +44,7 @@ def measure(
 def force_errors(
     system: System, motion: Motion, used: NDArray[np.bool_], window: slice = WHOLE
 ) -> tuple[tuple[float, ...], float, float]:
-    """RMS low-passed residual by coordinate and over all, and its norm (``power``) over that of the drive force.
-
-    By ``residual_at_drive``, which favours no friction that follows the drive force; samples at standstill are zero.
-    """
+    """RMS low-passed residual by coordinate and over all, and its norm (``power``) over that of the drive force."""
     residual = residual_at_drive(system, motion)
     inside = np.zeros(len(motion.time), dtype=bool)
     inside[window] = True
@@ -63,10 +60,8 @@ def force_errors(
 
 
 def restart_within_reach(system: System, motion: Motion, window: slice, longest: float = RESTART_S) -> float:
-    """Seconds between restarts with which free runs stay near the motion: ``longest``, halved while necessary.
-
-    A run whose error exceeds the distance moved since the restart, as of a rotor in another cogging minimum, does not
-    discriminate between models.
+    """Seconds between restarts: ``longest``, halved while the error of a run exceeds the distance that the machine
+    moved.
     """
     restart, least = longest, SHORTEST_PERIODS / motion.cutoff_hz
     while restart / 2 >= least:
@@ -91,8 +86,7 @@ def free_run_errors(
 ) -> tuple[list[float], tuple[tuple[float, ...], ...]]:
     """RMS of predicted less raw position on each coordinate, and mean squares in ``SIGN_BLOCKS`` or fewer parts.
 
-    NaN and zero where the reading never changes while another one does: a model that sticks there has no error at all,
-    and a ratio to zero is meaningless for the joint that moves.
+    NaN and zero where the reading never changes while another one does.
     """
     error = free_run_series(system, motion, restart_s)[window]
     usable = motion.usable[window] & ~np.isnan(error).any(axis=1)

@@ -140,9 +140,8 @@ class Fit:
     def held_out_losses(self) -> Array:
         """(S,) cross-validated loss of each segment, under the fit to the other blocks by one Gauss–Newton step.
 
-        A weak prior (``UNKNOWN``) keeps a parameter at its value where the other blocks do not determine it, as the
-        limit of a drive that saturates in one block only. The prediction after the step is linear in it, or simulated
-        if the loss of an effect in free runs is not smooth (``_simulated``).
+        A weak prior (``UNKNOWN``) keeps a parameter that the other blocks do not determine. The prediction after the
+        step is linear in it, or simulated where the loss of an effect is not smooth.
         """
         residual, slopes, prior = self.residual, self.slopes, self.prior
         segments = np.arange(len(residual))
@@ -164,11 +163,7 @@ class Fit:
         return losses
 
     def _simulated(self, step: Array, block: NDArray[np.int_], rest: NDArray[np.int_]) -> Array:
-        """Losses of a block in free runs after a step by the other blocks, ``rest``, if the step reduces their loss.
-
-        The slope of a loss that is not smooth holds for the difference by which it was computed only: a step of 1 % of
-        a stiffness trebled the loss of a block by its slopes, and changed it by 0.2 % in free runs.
-        """
+        """Losses of a block in free runs after a step by the other blocks, ``rest``, if the step reduces their loss."""
         theta, losses = self.prior.clip(self.theta + step), segment_losses(self.residual)
         moved = self.starts.project(mean_residuals(self.runner, self.runner.run(theta, self.offsets)))
         after = segment_losses(moved)
@@ -290,10 +285,7 @@ class Starts:
         return np.asarray(values - np.matmul(self.slopes, shift)[..., 0])
 
     def projected(self, slopes: Sequence[Array], like: Array) -> Array:
-        """(p, S, K n) slopes, each as ``like``, after regression on the start states.
-
-        A joint of an arm does not feel most parameters of the links; such a slope is zero, and stays so.
-        """
+        """(p, S, K n) slopes, each as ``like``, after regression on the start states."""
         found = np.zeros((len(slopes), *like.shape))
         for k, slope in enumerate(slopes):
             if slope.any():
@@ -334,7 +326,6 @@ def gauss_newton(
     """Output-error fit by Gauss–Newton steps with Levenberg–Marquardt damping.
 
     Args:
-        known: slopes of the first parameters, before projection.
         residual: at theta and offsets, if it is known.
         difference: step of a slope, over the size of its parameter.
         final_slopes: whether the slopes are computed again after the last one of ``rounds`` steps, a free run for each

@@ -144,7 +144,7 @@ def _averaging(group: int, n: int) -> Array:
 
 
 def record_of(motion: Motion, log: Log, shorter: float = 1.0) -> Record:
-    """Segments of a motion. Each starts at a fast sample nearby, since a run that starts at rest may stick.
+    """Segments of a motion, each from a fast sample nearby, since a run that starts at rest may stick.
 
     Raises:
         BadInput: if too few segments move, even ``SHORTENED``, times the factor ``shorter``.
@@ -207,8 +207,8 @@ def _starts(motion: Motion, usable: NDArray[np.bool_], stretches: list[tuple[int
 def position_noise(motion: Motion, log: Log) -> Array:
     """(n,) standard deviation of the positions: from the log's description, else estimated above the fine filter.
 
-    For the integral of a measured speed, that of its steps from row to row. With jitter of the time stamps, positions
-    scatter by speed times jitter; then the noise near the Nyquist frequency is used.
+    Of an integrated speed, that of its steps from row to row; with jitter of the time stamps, near the Nyquist
+    frequency.
     """
     walks = np.array(motion.integrated or (False,) * motion.measured.shape[1])
     seen = motion.noise * np.where(walks, motion.sample_time, 1.0)

@@ -168,10 +168,8 @@ def effective_inputs(system: System, motion: Motion) -> Array:
 def used_samples(system: System, motion: Motion, noise_speed: float = 0.0) -> NDArray[np.bool_]:
     """(N, n) samples to use for the force balance of each coordinate: away from ends, gaps and standstill.
 
-    At standstill friction may have any value up to its level, so samples within the filter's width of a standstill are
-    left out; quick zero crossings are kept. In creep as slow as the noise of the speed, the sign of slip is noise, so a
-    short excursion above the threshold ends no standstill. On a finer grid than the log's, only as many samples are
-    used as were logged.
+    Samples within the filter's width of a standstill are left out, quick zero crossings kept; a short excursion above
+    the noise of the speed ends no standstill. Of a finer grid as many samples are used as were logged.
     """
     slip = slip_velocities(system, motion)
     reach = max(1, round(0.35 / (motion.cutoff_hz * motion.sample_time)))
@@ -214,12 +212,7 @@ def residual_without_values(
 ) -> Array:
     """(N, n) residual of a system after regression on friction levels and on changes of values within limits.
 
-    Each coordinate has its own fit, so that values that act on several may differ between them.
-
-    Args:
-        slopes: (N, n, p) by the values.
-        limits: (p,) least and largest change.
-        joint: the only coordinate that is fitted; all if not given.
+    Each coordinate has its own fit. ``slopes``: (N, n, p) by the values, ``limits``: (p,) least and largest change.
     """
     motion, found = problem.motion, residual_at_drive(system, problem.motion).copy()
     for i in range(found.shape[1]) if joint is None else [joint]:
@@ -254,11 +247,7 @@ def bounded_least_squares(columns: Array, values: Array, bounds: tuple[Array, Ar
 
 
 def without_levels(system: System, motion: Motion, used: NDArray[np.bool_], residual: Array, i: int) -> Array:
-    """The residual of one coordinate, (N,), less the least-squares contribution of its friction levels.
-
-    The part that a level explains is no evidence for an effect. Free runs weigh samples differently and may give
-    other levels.
-    """
+    """The residual of one coordinate, (N,), less the least-squares contribution of its friction levels."""
     if not contacts_on(system, i) or not used.any():
         return residual
     columns = level_columns(system, motion, i)
@@ -274,9 +263,8 @@ def drive_left(system: System, motion: Motion) -> Array:
 class DriveLeft:
     """Fraction of the logged drive force that remains after actuators and load-dependent friction, of a trial.
 
-    The median over samples of |Σ w ∂f/∂w| for f = g − U λ with the actuators' outputs, over that for f = g with the
-    logged inputs. Derivatives are used since a dead zone passes an error of the drive unchanged; samples in saturation
-    are left out. The median is used since at very low speed the sign of the speed is noise.
+    The median over samples, without those in saturation, of |Σ w ∂f/∂w| for f = g − U λ with the actuators' outputs,
+    over that for f = g with the logged inputs.
     """
 
     def __init__(self, trial: Trial, motion: Motion) -> None:
@@ -344,8 +332,7 @@ def drive_gain(system: System, other: System, motion: Motion) -> Array:
 def drive_shares(system: System, other: System, motion: Motion, rows: NDArray[np.bool_]) -> Array:
     """RMS of the effect of the inputs on g − U λ over that of another system, (n,); 1 where the inputs have none.
 
-    Or, if that is smaller, the same on the samples ``rows`` (N, n) in motion after regression on the friction levels: a
-    limit below the friction level makes the drive proportional to the sign of the speed, which a level cancels.
+    Or the same on the samples ``rows`` (N, n) in motion after regression on the friction levels, if that is smaller.
     """
     if not _changes_drive(system):
         return np.ones(system.degrees_of_freedom)
@@ -377,9 +364,8 @@ def _drive(system: System, motion: Motion) -> Array:
 
 
 def _by_bodies(system: System) -> tuple[Matrix, Matrix]:
-    """The equation error g − M a − U λ as a sum: terms computed from an arm's bodies, which are slow, and all others.
-
-    The first depend on positions, velocities, accelerations and parameters; if not, all terms are among the others.
+    """The equation error g − M a − U λ as a sum: terms computed from an arm's bodies, which are slow,
+    and all others.
     """
     error = system.equation_error
     bodies, others = (Matrix(part) for part in zip(*map(by_computed, error), strict=True))
@@ -407,10 +393,7 @@ def unfiltered_residual(system: System, motion: Motion) -> Array:
 
 
 class ResidualAlong:
-    """The unfiltered force residual g − M a − U λ of a trial along a motion, for many values of its parameters.
-
-    These change no sensor errors. States that are not logged are simulated along the motion.
-    """
+    """The unfiltered force residual g − M a − U λ of a trial along a motion, for many values of its parameters."""
 
     def __init__(
         self, trial: Trial, motion: Motion, compiled: Runner | None = None, first: Array | tuple[()] = ()

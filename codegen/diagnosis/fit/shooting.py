@@ -349,10 +349,7 @@ def term_symbols(changed: System, system: System) -> set[sympy.Symbol]:
 
 
 def _set_valued_level(contact: ContactFriction) -> sympy.Expr:
-    """The level of the set-valued law; for a law with states only the part that effects add to it.
-
-    λ = force(u, y) + sgn(u) extra_level + extra_force
-    """
+    """The level of the set-valued law; for a law with states only the part that effects add to its force."""
     return contact.extra_level if law_terms(contact) is not None else contact.plant_level
 
 

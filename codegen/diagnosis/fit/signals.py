@@ -187,9 +187,8 @@ def white_noise(
 def _white_speed(steps: Array, above: float) -> Array:
     """(n,) standard deviation of the white noise of a speed, from means of two neighbouring speeds (N, n).
 
-    It is the root of the median over ln 2 of the spectral density, over windows and frequencies above a share of the
-    sample rate. The median of a periodogram of white noise is ln 2 times its mean, and unlike the mean it does not
-    depend on a vibration at few frequencies or an impact in few windows.
+    The root of the median over ln 2 of the spectral density, over windows and frequencies above a share of the sample
+    rate; unlike the mean it does not depend on a vibration or an impact.
     """
     length = max(LEAST_WINDOW, len(steps) // NOISE_WINDOWS)
     starts = range(0, max(1, len(steps) - length + 1), length)

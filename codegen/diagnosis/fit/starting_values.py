@@ -1,10 +1,8 @@
 """Starting values of a candidate's fit, by free runs and by the force residual of the measured motion.
 
-By free runs: shapes on a grid, weights by one linear step. By the force residual r = g − M a − U λ, if free runs
-diverge from the measured motion: r is linear in weights and friction levels, which are solved for together for each
-shape. A stage of an actuator has no weight; it changes r only through the effective input w, r + (∂g/∂w)(w' − w), and
-its one parameter is found by a bounded search. A compliance has the frequency of the resonance in a rigid model's
-residual.
+By free runs: shapes on a grid, weights by one linear step. By the force residual r = g − M a − U λ: weights and
+friction levels by linear least squares for each shape. A stage of an actuator changes r only through the effective
+input w, r + (∂g/∂w)(w' − w); its one parameter is found by a bounded search.
 """
 
 from __future__ import annotations
@@ -65,11 +63,8 @@ def starting_point(runner: Runner, base: Fit, covered: Covered, shape: Mapping[s
 
 
 def best_starts(found: Sequence[tuple[float, Array]], most: int, apart: int = 0) -> list[tuple[float, Array]]:
-    """The best distinct results of ``starting_point``, best first.
-
-    Args:
-        apart: number of last values of theta, one of which must differ by ``APART_STARTS`` between two results; 0 for
-            none. Where a loss has many local minima, neighbours of the best start end in the same one.
+    """The best distinct results of ``starting_point``; one of the last ``apart`` values must differ by
+    ``APART_STARTS``.
     """
     ordered, chosen = sorted(found, key=lambda pair: pair[0]), list[tuple[float, Array]]()
     for cost, theta in ordered if apart else ordered[:most]:
@@ -82,9 +77,8 @@ def best_starts(found: Sequence[tuple[float, Array]], most: int, apart: int = 0)
 
 
 def simplex_search(runner: Runner, base: Fit, theta: Array, tries: int = TRIES) -> tuple[float, Array]:
-    """(cost, theta) by Nelder–Mead from ``theta`` over the parameters of the last part, where the loss is not smooth.
-
-    The other parameters follow by one linear step for each of at most so many evaluations.
+    """(cost, theta) by Nelder–Mead over the parameters of the last part, where the loss is not smooth; others by linear
+    steps.
     """
     size = len(runner.trial.parts[-1].names)
     first = theta[-size:]
@@ -148,9 +142,8 @@ class ForceStart:
     _along: dict[Part, ResidualAlong] = field(default_factory=dict)
 
     def best(self, trial: Trial, covered: Covered) -> tuple[float, Array] | None:
-        """(share of the squared force residual that remains, theta) with starting values of the last part and levels.
-
-        None if the part adds states, or is neither a force with a weight nor an actuator stage with one parameter.
+        """(share of the squared force residual that remains, theta) with starting values of the last part and levels;
+        or None.
         """
         part = trial.parts[-1]
         if trial.adds_states or self.base.trial.adds_states:
@@ -191,8 +184,7 @@ class ForceStart:
     def _residual_of(self, trial: Trial, theta: Array) -> Array:
         """(M, n) low-passed force residual of a trial at the base's values and these of its last part.
 
-        Only the change from the base's residual is computed at every ``_every``-th sample and low-passed there.
-        Measurement noise is the same in both residuals and cancels, so it does not alias.
+        Only the change from the base's residual, in which the noise cancels, is computed at every ``_every``-th sample.
         """
         motion, model, part = self.problem.motion, self.base.model, trial.parts[-1]
         alone = Trial(model, (part,), ())
@@ -233,11 +225,7 @@ class ForceStart:
         return min(found, key=lambda pair: pair[0], default=None)
 
     def _added(self, system: System, symbols: Sequence[sympy.Symbol]) -> casadi.Function:
-        """What a system adds to g − M a − U λ of the base, as a function of a point of the motion and these symbols.
-
-        The terms of an arm's bodies are in both and cancel here. Evaluated, they take a hundred times as long as an
-        effect.
-        """
+        """What a system adds to g − M a − U λ of the base, as a function of a point of the motion and these symbols."""
         trial = self.base.trial
         own = dict(zip(trial.symbols, trial.numbers(self.base.theta), strict=True))
         added = (system.equation_error - trial.changed.equation_error).applyfunc(sympy.expand_mul)
@@ -263,10 +251,7 @@ class ForceStart:
         return np.concatenate([f[u] / s for f, u, s in zip(forces.T, used, self._sizes, strict=True) if u.any()])
 
     def _least_squares(self, columns: Array, residual: Array) -> tuple[Array, float]:
-        """The least-squares steps of the weights of columns (R, k) and of the values, and the share that remains.
-
-        The share is of the squared residual with the cost of the prior, over that of the base, whose mean square is 1.
-        """
+        """The least-squares steps of the weights of columns (R, k) and of the values, and the share that remains."""
         theta, prior, weights = self.base.theta, self.base.prior, columns.shape[1]
         if self.whole:
             columns, residual = self._in_few_rows(columns, residual)
@@ -294,11 +279,7 @@ class ForceStart:
         return q, r
 
     def _in_few_rows(self, columns: Array, residual: Array) -> tuple[Array, Array]:
-        """The same problem with a row for each unknown and one more, by orthogonal transformations.
-
-        After the columns (R, k), it has those of ``_factors``, computed once for all starts: an arm of seven joints has
-        57. After the residual, it has the deviations of the values from the prior's centre.
-        """
+        """The same problem with a row for each unknown and one more, by orthogonal transformations (``_factors``)."""
         q, r = self._factors
         held = np.zeros((len(r), columns.shape[1] + 1))
         held[:, -1] = self._held @ (self.base.theta - self.base.prior.centre)

@@ -81,11 +81,7 @@ def every_part(search: Search, taken: Sequence[Part]) -> list[Part]:
 
 
 def start_compiling(search: Search) -> None:
-    """Start the C compiler on the declared model and on the models of the first round of selection.
-
-    The latter are compiled while the declared model is refitted. For an arm that is simulated joint by joint they are
-    not started, since the refit decides at which joints effects are tried.
-    """
+    """Start the C compiler on the declared model and, but for an arm's joints, on the models of the first round."""
     trial = search.declared_trial
     search.runners([trial])
     if search.rigid is None:
@@ -133,8 +129,7 @@ def in_simplest_forms(found: Sequence[Fit]) -> list[Fit]:
 def is_simpler_form(other: Fit, found: Fit) -> bool:
     """Whether a candidate is a simpler effect than another one, on the same coordinate or input, and fits as well.
 
-    Simpler is the same effect with fewer parameters, its usual form with as many, or the effect that the other one
-    extends: without evidence for its play, a backlash is a compliance.
+    Simpler is the same effect with fewer parameters, its usual form with as many, or the effect that the other extends.
     """
     one, richer = other.part, found.part
     if one.on != richer.on or one.kind not in (richer.kind, richer.effect.extends):
@@ -198,10 +193,7 @@ class CandidateFits:
         self.survey = survey(refit, self.search.motion, self.base.model)
 
     def promising(self, indices: Sequence[int]) -> list[int]:
-        """Indices of the parts that are fitted: the best by the gain of one linear step from their best start.
-
-        An effect without a scale has only a coarse grid of starts, so it is always fitted.
-        """
+        """Indices of the parts that are fitted: the best by the gain of one linear step, and all that have no scale."""
         self._start_by_force()  # meanwhile the compiler may still work
         self._start_by_runs(indices)
         gains = {k: self._few(k).cost - min((cost for cost, _ in self.starts[k]), default=np.inf) for k in indices}
@@ -243,10 +235,8 @@ class CandidateFits:
         return left, forced, [theta for left, theta in by_left[:FOLLOWED] if left < 1]
 
     def best_by_force(self, indices: Sequence[int]) -> list[int]:
-        """Indices of the parts that explain most of the force residual, the best form of each kind at a place.
-
-        Only those that explain ``CLEAR_BY_FORCE`` of its square. On few segments, free runs may gain less by the
-        missing force than by changes of their start states, as for an axis that rings or sticks.
+        """Indices of the parts that explain most of the force residual, and ``CLEAR_BY_FORCE`` of it: one form of each
+        effect.
         """
         best: dict[tuple[str, str], int] = {}
         for k in sorted((k for k in indices if k in self.left), key=self.left.__getitem__):
@@ -323,10 +313,7 @@ class CandidateFits:
         return [theta for _, theta in starts]
 
     def _searched(self, indices: Sequence[int]) -> dict[int, list[Array]]:
-        """Index of a part with a non-smooth loss → the result of simplex searches from its best starting points.
-
-        The best of them is searched again, three times as long.
-        """
+        """Index of a part with a non-smooth loss → the result of simplex searches from its best starting points."""
         near = [
             (k, theta)
             for k in indices

@@ -95,11 +95,7 @@ def run_round(
 
 
 def credible(search: Search, before: Fit, after: Fit, candidates: int) -> bool:
-    """Whether a model with more effects is credited over one with fewer, each chosen among so many candidates.
-
-    An effect may have passed its tests together with another one that was removed since, so the drive force that the
-    effects leave together is tested too.
-    """
+    """Whether a model with more effects is credited over one with fewer, each chosen among so many candidates."""
     soft, base = search.with_noise_floor(before)
     base, richer = where_they_differ(search, base, soft.fitted_again(after))
     one = nested_evidence_of(base, richer) if contains(after.trial, before.trial) else evidence_of(base, richer)
@@ -129,9 +125,8 @@ def in_simplest_admitted_forms(ranked: Sequence[Ranked]) -> list[Ranked]:
 
 
 def refused_when_fitted_again(ranked: Sequence[Ranked], chosen: Ranked) -> list[Ranked]:
-    """A round whose chosen candidate was not credited, with it and its twins marked as failing the significance test.
-
-    The candidates of a round are fitted with the noise of the free runs; the chosen one again with that of the log.
+    """A round whose chosen candidate fails, fitted with the noise of the log; it and its twins are marked as not
+    significant.
     """
     words = "may be chance: it passes with the noise that the refit leaves, but not with the noise of the log"
     same = _same_motion(chosen.found)
@@ -166,9 +161,8 @@ def _tied(search: Search, best: Ranked, ranked: Sequence[Ranked]) -> list[Ranked
 
 
 def is_elsewhere(search: Search, other: Ranked, best: Ranked) -> bool:
-    """Whether two candidates act on different joints of an arm that is simulated joint by joint.
-
-    Neither can explain the residual of the other's joint, so they are no rivals; the model may lack both.
+    """Whether two candidates act on different joints of an arm that is simulated joint by joint, so that both may be
+    missing.
     """
     parts = [one.found.part for one in (other, best)]
     if search.rigid is None or any(p.effect.sits_on == "two coordinates" for p in parts):
@@ -184,10 +178,7 @@ def tied_by_free_runs(search: Search, best: Ranked, other: Ranked) -> bool:
 
 
 def runs_prefer(search: Search, best: Fit, other: Fit) -> bool:
-    """Whether free runs prefer a fit to another one (``Evidence.p_of_rivals``), or to one that it extends.
-
-    A backlash contains the compliance; it is judged as an effect with a further parameter is, also by the score test.
-    """
+    """Whether free runs prefer a fit to another one, or to one that it extends, as a backlash a compliance."""
     other, best = where_they_differ(search, other, best)
     if extends(best.trial, other.trial):
         return nested_evidence_of(other, best).p(whiteness(search, best), only_noise=False) <= credit.TIE_LEVEL
@@ -224,11 +215,7 @@ def usual_form_first(search: Search, ranked: Sequence[Ranked]) -> list[Ranked]:
 
 
 def better_predicting_first(search: Search, ranked: Sequence[Ranked]) -> list[Ranked]:
-    """The candidates, first one with fewer parameters than the best if free runs of held-out segments prefer it.
-
-    The order is by fits, and a further parameter improves the fit to the segments on which it is fitted. For example, a
-    Stribeck velocity near the top speed of a log imitates a wrong damping and part of another effect.
-    """
+    """The candidates, first one with fewer parameters than the best if free runs of held-out segments prefer it."""
     best = ranked[0]
     better = [
         r

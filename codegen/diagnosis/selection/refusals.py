@@ -70,11 +70,7 @@ def _least_size(found: Fit) -> float:
 
 
 def relative_size(search: Search, found: Fit, base: Fit) -> float:
-    """Force of the effect over the drive force along the motion; if it is not defined, its change of the prediction.
-
-    A fit to the force residual has no prediction. There the effect is evaluated with refitted friction levels, since it
-    may be larger than the declared one.
-    """
+    """Force of the effect over the drive force along the motion; if it is not defined, its change of the prediction."""
     part = found.part
     if found.of_forces:
         refitted = _refitted(search, found)
@@ -128,10 +124,7 @@ def unseen(search: Search, part: Part, values: Mapping[str, float]) -> str:
 
 
 def hides_an_effect(search: Search, found: Fit) -> str:
-    """Objection if, with the last effect in the model, an earlier one has values the log cannot show; else empty.
-
-    Not if the earlier one has a simpler form, which is tried in its place once both are credited.
-    """
+    """Objection if, with the last effect in the model, an earlier one has values the log cannot show; else empty."""
     for part, values in zip(found.trial.parts[:-1], found.values[1][:-1], strict=True):
         why = "" if simpler_forms(part) else unseen(search, part, values)
         if why:
@@ -209,9 +202,8 @@ def only_reduces_drive(before: ForceCriterion, after: ForceCriterion, e: Evidenc
 
 
 def _leaves_more(before: ForceCriterion, after: ForceCriterion, remaining: Array, times: float) -> bool:
-    """Whether r² > times (q² r₀² + (1 − q²) min(n², r₀²)) on some coordinate whose drive force the effect reduces.
-
-    ``remaining``: (n,) q; symbols of ``only_reduces_drive``.
+    """Whether r² > times (q² r₀² + (1 − q²) min(n², r₀²)) where the drive force falls, q = ``remaining``
+    (``only_reduces_drive``).
     """
     search = before.search
     for i, used in enumerate(search.problem.used.T):
@@ -224,10 +216,7 @@ def _leaves_more(before: ForceCriterion, after: ForceCriterion, remaining: Array
 
 
 def corrects_a_form(before: ForceCriterion, after: ForceCriterion) -> str:
-    """Objection if a candidate adds little to another effect on the same coordinate that depends on the same variable.
-
-    It may then only correct a misfit of the other's form. Else empty.
-    """
+    """Objection if a candidate adds little to another effect over the same variable, whose form it may only correct."""
     *others, part = after.fit.trial.parts
     *values, _ = after.fit.values[1]
     system = before.search.system
@@ -250,11 +239,8 @@ def corrects_a_form(before: ForceCriterion, after: ForceCriterion) -> str:
 def contradicted_by_force(before: ForceCriterion, after: ForceCriterion, share: float = 0.0) -> str:
     """Objection if a candidate makes the force residual significantly larger; else empty.
 
-    Short free runs without drive, as with an inertia a thousand times too large, continue at the measured start speed.
-    With wrong friction levels they fit better than any model that moves by its forces.
-
-    Args:
-        share: of the squared free-run residual that the candidate removes on held-out segments.
+    With wrong friction levels short free runs of an inertia a thousand times too large fit better than any true model.
+    ``share``: removed of the squared free-run residual.
     """
     times = after.over(before).left
     if times < CONTRADICTED or before.over(after).p > credit.ALPHA:

@@ -1,9 +1,8 @@
 """Adoption of refitted parameter values, by cross-validation on blocks of the training log.
 
-Free-run simulations alone are biased on a real machine: an unmodelled force acts like noise on the input and increases
-the inertia estimate. So the values are estimated from three tempered likelihoods (free runs, force residual, both),
-with the tolerances as Gaussian prior, in which the parameters of an arm's links are correlated. Each estimate is
-repeated without each block of the log, and its errors on that block by force residual and by free run are compared.
+Free runs alone increase an inertia where a force is missing. So the values are estimated from three tempered
+likelihoods (free runs, force residual, both), with the tolerances as Gaussian prior. Each estimate is repeated without
+each block of the log, and its errors on that block by both criteria are compared.
 """
 
 from __future__ import annotations
@@ -53,12 +52,7 @@ HALF_WIDTH = float(norm.ppf(0.5 + CONFIDENCE / 2))
 
 @dataclass(frozen=True, eq=False)
 class Information:
-    """Negative log-likelihood ½ θ'Mθ − m'θ + const of the refitted values θ, one for each block of the log.
-
-    Attributes:
-        matrix: M, (BLOCKS, p, p).
-        vector: m, (BLOCKS, p).
-    """
+    """Negative log-likelihood ½ θ'Mθ − m'θ of the refitted values, one a block: M (BLOCKS, p, p), m (BLOCKS, p)."""
 
     matrix: Array
     vector: Array
@@ -147,18 +141,13 @@ def adopt_values(search: Search, fit: Fit, problem: Problem, system: System) -> 
     Args:
         search: has the declared values and their tolerances.
         fit: a fit of free runs; the parameters of its effects stay fixed.
-        problem: the log.
         system: the declared system with these effects.
     """
     return CrossValidation(search, fit, problem, system).adopted()
 
 
 def settled_values(search: Search, fit: Fit, problem: Problem, system: System) -> Refit:
-    """The values of ``adopt_values``; if one exceeds a limit of the fit, all are fitted again until they settle.
-
-    The estimates linearise the motion about the fit, which is not accurate over such a distance. Also, what a
-    limited mass leaves counted as noise, which gave the tolerances too much weight.
-    """
+    """The values of ``adopt_values``; if one exceeds a limit of the fit, all are fitted again until they settle."""
     adopted = adopt_values(search, fit, problem, system)
     away = np.abs(adopted.values - adopted.declared) * np.sqrt(search.prior_precision)
     if not (away > search.within).any() or not fit.limited[: len(search.moved)].any():
@@ -176,10 +165,7 @@ def settled_values(search: Search, fit: Fit, problem: Problem, system: System) -
 
 @dataclass(frozen=True, eq=False)
 class CrossValidation:
-    """Estimates of the refitted values, compared by cross-validated force and free-run errors.
-
-    The arguments are those of ``adopt_values``.
-    """
+    """Estimates of the refitted values, compared by cross-validated errors; arguments as of ``adopt_values``."""
 
     search: Search
     fit: Fit
@@ -213,12 +199,7 @@ class CrossValidation:
 
     @cached_property
     def is_excited(self) -> Flags:
-        """(p,) values that occur in the force balance of a coordinate that moves; all if none moves.
-
-        The other values cannot be estimated: a joint at rest stays at rest with any friction level above its load.
-        A declared level below it is kept too, although the joint slips with it. Parameters of links follow one another
-        by their tolerances.
-        """
+        """(p,) values in the force balance of a coordinate that moves, and parameters of links; all if none moves."""
         error = self.search.system.equation_error
         rows = [row for row, used in zip(error, self.problem.used.T, strict=True) if used.any()]
         seen = np.array([not rows or any(row.has(s) for row in rows) for s in self.search.moved], dtype=bool)
@@ -260,9 +241,8 @@ class CrossValidation:
         return deviation
 
     def best(self, estimates: Sequence[MapEstimate]) -> MapEstimate:
-        """The estimate with the least product of both errors, among those no worse than the first in either error.
-
-        Differences of 1 % (``SAME``) are ignored; of equal ones the first is returned.
+        """The estimate with the least product of both errors, by more than ``SAME``, among those no worse than the
+        first.
         """
         first = best = estimates[0]
         for one in estimates:
@@ -295,10 +275,7 @@ class CrossValidation:
                 return chosen, tuple(errors)
 
     def _with_declared(self, chosen: MapEstimate, k: int) -> tuple[list[int], MapEstimate]:
-        """The estimate with value ``k`` and its substitutes fixed as declared, and the indices of these values.
-
-        Substitutes are values that would change in place of value ``k`` (``ALIKE``).
-        """
+        """The indices of value ``k`` and of its substitutes (``ALIKE``), and the estimate with these as declared."""
         far, moves = self.distance(chosen), chosen.moves.copy()
         moves[k] = False
         k_fixed = self.map_estimate(chosen.source, moves)
@@ -368,12 +345,8 @@ class CrossValidation:
         return [0.5 * (found[s.name][1][1] - found[s.name][1][0]) for s in self.search.moved]
 
     def _solved(self, matrix: Array, vector: Array, moves: Flags, prior: Array | None = None) -> Array:
-        """(p,) the values that minimise ½ θ'Mθ − m'θ + ½ d'P d, those not in ``moves`` as declared; d = θ − declared.
-
-        Args:
-            matrix, vector: M and m.
-            moves: (p,) the free values.
-            prior: P, (p, p); by default that of the tolerances.
+        """(p,) the values that minimise ½ θ'Mθ − m'θ + ½ d'P d, d = θ − declared, those not in ``moves``
+        as declared.
         """
         values = self.search.declared.copy()
         if moves.any():
@@ -385,13 +358,8 @@ class CrossValidation:
         return values
 
     def _score(self, values: Array, without: Sequence[Array]) -> Score:
-        """The cross-validated errors.
-
-        The free runs of a block are simulated with the values of all blocks, and corrected to first order.
-
-        Args:
-            values: (p,) estimated from all blocks.
-            without: for each block (p,) the values estimated without it.
+        """The cross-validated errors of ``values``, (p,), by values estimated ``without`` each block; free runs to
+        first order.
         """
         force = np.zeros(BLOCKS)
         for block, estimated in enumerate(without):
@@ -440,9 +408,8 @@ class CrossValidation:
 
     @cached_property
     def _by_force(self) -> Information:
-        """Information of the force residual.
-
-        Divided by a drive gain, it is not linear in the values, and is linearised again about its own estimate.
+        """Information of the force residual, which is not linear in a drive gain: linearised again about its own
+        estimate.
         """
         declared, every = self.search.declared, np.ones(self.count, dtype=bool)
         found = self._information(self._rows, declared)

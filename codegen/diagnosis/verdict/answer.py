@@ -85,10 +85,8 @@ class Refusal:
 
 
 def merged(refusals: Sequence[Refusal], say: Literal["against", "written"] = "against") -> tuple[Fact, ...]:
-    """Refusals in words, one fact for each test; that of most options first.
-
-    Args:
-        say: whether the refusals are against an effect, or of values that are not written.
+    """Refusals in words, one fact for each test; that of most options first. ``say``: against an effect, or of its
+    values.
     """
     tests: dict[tuple[str, tuple[str, ...]], list[Refusal]] = {}
     for one in refusals:
@@ -175,9 +173,8 @@ def refusal(
     most: float,
     shown: Callable[[], bool],
 ) -> Refusal | None:
-    """The refusal of an option by its held-out errors on the coordinates ``where``, or on all if empty; else None.
-
-    Other arguments are as of ``admitted``.
+    """The refusal of an option by its held-out errors on the coordinates ``where`` (all if empty), as of ``admitted``;
+    else None.
     """
     worse, model = worsened(figures, declared), "as declared"
     if refit is not None and most >= 0 and may_be_chance(worse, figures, declared):
@@ -209,13 +206,10 @@ def _ratios(figures: ErrorFigures, declared: ErrorFigures) -> dict[str, float]:
 
 
 def gains_nothing(figures: ErrorFigures, other: ErrorFigures, refit: ErrorFigures) -> bool:
-    """Whether an effect reduces no held-out error compared with another model, the declared one or the refit.
+    """Whether an effect reduces no held-out error compared with another model; ``refit``: errors without the effect.
 
-    No squared error decreases by ``LEAST_SHARE`` on any coordinate on which it differs from the refit's, and not both
+    No squared error decreases by ``LEAST_SHARE`` on a coordinate on which it differs from the refit's, and not both
     errors decrease by ``SAME``.
-
-    Args:
-        refit: errors without the effect.
     """
     pairs = [
         (_ratio(a, b), abs(_ratio(a, c) - 1) > UNSEEN)
@@ -239,10 +233,8 @@ def may_be_chance(worse: Mapping[str, float], figures: ErrorFigures, other: Erro
 
 
 def is_shown_worse(figures: ErrorFigures, other: ErrorFigures) -> bool:
-    """Whether the free runs of a model are worse than another's by more than chance, by a sign test on their parts.
-
-    With so few parts that the test can never be significant, they count as worse. The test needs three parts by the
-    normal approximation; the probability that all are worse by chance is 1/8 for three parts and 1/16 for four.
+    """Whether the free runs of a model are worse than another's by a sign test on their parts, or these are too few for
+    it.
     """
     parts, others = np.array(figures.free_run_parts), np.array(other.free_run_parts)
     if min(len(parts), len(others)) == 0 or random_signs(np.sqrt(len(parts))) > TIE_LEVEL:

@@ -93,10 +93,8 @@ def _flow(values: Mapping[str, object]) -> CommentedMap:
 
 
 def _write_out_joints(document: CommentedMap, spec: Spec) -> None:
-    """Copy the joint friction of a robot file into the spec, so that its values can be replaced there.
-
-    A ``friction:`` section overrides the file's <dynamics> completely, friction and damping. The damping is therefore
-    copied too, as viscous effects.
+    """Copy a robot file's joint friction, damping too, into the spec: a ``friction:`` section
+    overrides it completely.
     """
     contacts = CommentedSeq()
     for c in spec.contacts:
@@ -166,10 +164,7 @@ def _unshared(section: CommentedMap | CommentedSeq, key: str | int) -> Any:
 
 
 def _append_comment(parent: CommentedMap | CommentedSeq, key: str | int, note: str) -> None:
-    """Append ``note`` to the comment at the end of the line of ``parent[key]``, after a semicolon.
-
-    ruamel keeps the lines of comment below that line in the same token; they stay as they are.
-    """
+    """Append ``note`` to the comment at the end of the line of ``parent[key]``, after a semicolon."""
     slots = parent.ca.items.get(key) or []
     # The slot of an end-of-line comment: of a list the first, of a mapping the third.
     at = 0 if isinstance(parent, CommentedSeq) else 2

@@ -105,9 +105,7 @@ def spared(
 ) -> tuple[Admitted, frozenset[str]]:
     """The option with the declared values of parameters on joints that it makes worse, and the names of these.
 
-    Refitted values of an arm may reduce the held-out error over all joints and increase it on one joint. A parameter
-    that appears in the equations of such joints only keeps its declared value, unless that increases an error over all
-    joints.
+    Only of parameters that appear in the equations of such joints alone, and unless that increases an error over all.
     """
     count = len(declared.force_rms_rows)
     if chosen.option is None or count == 1:
@@ -134,10 +132,8 @@ def spared(
 
 
 def settled(search: Search, outcome: Outcome, problem: Problem, answer: Answer, measured: Measured) -> Answer:
-    """An answer without effects, with its wrong values estimated again, linearised at the estimates; others unchanged.
-
-    The effects were compared with values that are linearised at the tolerance limits. There the tolerances favour an
-    effect: the motion of an inertia error is that of a wrong mass.
+    """An answer without effects, with its wrong values estimated again, linearised at the estimates;
+    others unchanged.
     """
     if answer.verdict not in ("none", "unknown") or not answer.errors:
         return answer
@@ -259,10 +255,7 @@ def references(
 
 
 def _in_proportion(figures: ErrorFigures, augmented: System, system: System, problem: Problem) -> ErrorFigures:
-    """The errors of a system, its force residuals in proportion to a smaller drive force of the augmented one.
-
-    A smaller torque constant reduces the drive force and its residual alike.
-    """
+    """The errors of a system, its force residuals in proportion to a smaller drive force of the augmented one."""
     gains = drive_gain(augmented, system, problem.motion)
     rows = tuple(rms * min(float(gain), 1.0) for rms, gain in zip(figures.force_rms_rows, gains, strict=True))
     return replace(figures, force_rms_rows=rows)
@@ -300,10 +293,8 @@ def _examined(
 
 
 def _by_both(search: Search, base: Fit, final: Fit, polished: Fit, own: Estimate, problem: Problem) -> Estimate:
-    """Estimates whose intervals reach those of the force residual where free runs leave more than noise.
-
-    Not for a load behind a spring, whose force residual is differentiated noise. Of an arm that is simulated joint by
-    joint, only effects on joints that leave more than noise.
+    """Estimates whose intervals reach those of the force residual where free runs leave more than
+    noise; not of a load.
     """
     if final.trial.changed.transmissions:
         return own
@@ -342,10 +333,8 @@ def without_effects(outcome: Outcome) -> Verdict:
 
 
 def _options(system: System, refit: Refit, without: Mapping[str, float] | None = None) -> list[Option]:
-    """Models that may be written, each once, in order of preference.
-
-    Args:
-        without: values adopted for the model without the effects, if ``system`` has effects.
+    """Models that may be written, each once, in order of preference; ``without``: values of the model
+    without effects.
     """
     ways: dict[str, Mapping[str, float]] = {
         "refitted values": refit.mapping(),

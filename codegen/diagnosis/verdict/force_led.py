@@ -1,9 +1,8 @@
 """The answer by effects that the force residual selects, for logs that free runs do not follow.
 
-A free run integrates everything that the model lacks. Its error may be dominated by something that is not an effect,
-such as jitter of the time stamps or a drift, and then no effect is credited by free runs. The force residual at one
-time does not depend on earlier times. Effects that it selects and free runs confirm are examined as others are. They
-replace those that free runs credit only where the force residual objects to these.
+A free run integrates everything that the model lacks; the force residual at one time does not depend on earlier times.
+Effects that it selects and free runs confirm are examined as others are. They replace those that free runs credit only
+where the force residual objects to these.
 """
 
 from __future__ import annotations
@@ -125,11 +124,8 @@ def _joint_by_joint(
 def with_shown_on_joints(found: ForceSelection, by_runs: Fit) -> tuple[Fit, tuple[Fact, ...]]:
     """The fit to free runs after each joint of an arm has taken the better of two selections; and remarks on changes.
 
-    The effects selected by force residual are added on joints where free runs credit none. They replace the effects of
-    free runs on a joint where the force residual objects to these. The joints are judged independently.
-    The selection by free runs fits on all segments only what gains most on few: a dead zone, which acts while the input
-    is small, may not be among those, and another effect is then selected on its joint. Free runs must credit the
-    effects that are added, and with those in place of others must not be worse than without any on that joint.
+    The effects by force residual are added on joints where free runs credit none, and replace those to which the force
+    residual objects. Free runs must credit the added ones.
     """
     search, fit, remarks = found.fits.search, by_runs, list[Fact]()
     many = hypotheses(found.fits.candidates.parts)
@@ -181,9 +177,7 @@ def _refused(answer: Answer, by_force: Answer) -> tuple[Fact, ...]:
 def without_refused_ties(found: ForceSelection, held_out: HeldOut) -> tuple[ForceSelection, tuple[Fact, ...]]:
     """The selection without those of its tied first effects that held-out data refuse, and what is said of them.
 
-    Of a machine that moves about one place, a spring and a constant force are nearly one motion; about another place
-    they are two. Where the leading effect is refused, the best of those that are left takes its place, if free runs
-    confirm the fit with it. Unchanged where none of them is refused, or each of them.
+    The best of those left takes the place of a refused leader, if free runs confirm the fit with it.
     """
     fits, first = found.fits, found.rounds[0]
     leading = [first.ranked[0], *found.rivals]

@@ -1,7 +1,6 @@
 """Cogging with several harmonics: orders selected on the force residual over position, then fitted in free runs.
 
-Cogging is a sum of sines by slots, poles and eccentricity; free runs with a single sine diverge too soon to be fitted.
-The force residual is linear in the weights, so that orders are added one by one and judged on held-out blocks.
+The force residual is linear in the weights, so orders are added one by one and judged on held-out blocks.
 """
 
 from __future__ import annotations
@@ -67,9 +66,8 @@ class Waves:
 
 
 def with_harmonics(search: Search, outcome: Outcome, problem: Problem) -> tuple[Outcome, Search]:
-    """The outcome with a cogging of several harmonics if free runs credit it, and the search of its last fit.
-
-    Its segments are short if the refit is far from the data, since free runs of a rotor in steep cogging soon diverge.
+    """The outcome with a cogging of several harmonics if free runs credit it, and the search, of short segments, of its
+    fit.
     """
     final_search = near = search
     base, final = outcome.base, outcome.final
@@ -128,10 +126,8 @@ def _start(search: Search, fit: Fit, problem: Problem, kept: Sequence[int]) -> t
 def _periods(
     search: Search, outcome: Outcome, problem: Problem, coordinate: int, richer: CoggingHarmonics
 ) -> Iterator[float]:
-    """Periods to try: a whole turn of an angle, and multiples of the periods of single sines that were credited.
-
-    After a turn an angle is at the same place. That a force repeats after another period must be seen within the
-    stroke: over one period a sum of sines fits any function of position, and only what lies beyond tests it.
+    """Periods to try: a whole turn of an angle, and multiples, within the stroke, of single sines that
+    were credited.
     """
     system, motion = search.system, problem.motion
     x, used = motion.positions[:, coordinate], motion.usable[1:] & motion.usable[:-1]
@@ -180,8 +176,7 @@ def _sparse(grams: Array, highest: int) -> tuple[tuple[int, ...], Array, float]:
     """Orders, weights and the share explained on held-out blocks; orders are added by largest gain.
 
     From (blocks, columns + 1, columns + 1) Grams of offset, direction, sine and cosine of each order, and the force.
-    The direction is left out where it predicts held-out blocks worse: if a machine goes back for moments only, the
-    other blocks do not determine offset and friction level, and what these two leave hides all waves but the largest.
+    The direction is left out where it predicts held-out blocks worse.
     """
     whole = grams.sum(axis=0)
     start, fixed = min((_held_out(grams, columns), columns) for columns in ([0], [0, 1]))

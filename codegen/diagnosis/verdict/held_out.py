@@ -1,8 +1,4 @@
-"""Comparison on held-out data of candidates that the training log cannot distinguish; some of them may be refused.
-
-Two models may predict the same motion on the training log and different ones on the held-out log: a dead zone acts like
-a constant force while the input stays on one side of it.
-"""
+"""Comparison on held-out data of candidates that the training log cannot distinguish; some of them may be refused."""
 
 from __future__ import annotations
 
@@ -37,12 +33,7 @@ WITHIN = 2.0
 
 @dataclass(frozen=True, eq=False)
 class HeldOut:
-    """Held-out data on which models with the values of the training log are compared.
-
-    Attributes:
-        problem: the declared system and the held-out motion.
-        measured: function that gives the errors of a system on them.
-    """
+    """Held-out data, with the declared system, on which models with the values of the training log are compared."""
 
     problem: Problem
     measured: Measured
@@ -51,9 +42,8 @@ class HeldOut:
         """The refused of some fits to the training log: index → (index of a better fit, ratio of force residuals²).
 
         A fit is refused if another one has neither error more than 1 % larger and a significantly smaller force
-        residual, at the level ``TIE_LEVEL`` over the number of comparisons. This must also hold after the refused fit's
-        values are adjusted within ``WITHIN`` standard errors, since uncertain values cause errors on a larger range of
-        motion. Loads behind springs are not judged, since they are not measured.
+        residual, at ``TIE_LEVEL`` over the number of comparisons, also after the refused fit's values are adjusted
+        within ``WITHIN`` standard errors. Loads behind springs are not judged.
         """
         models = [fit.model for fit in fits]
         declared = self.problem.system.transmissions
@@ -73,9 +63,8 @@ class HeldOut:
         return found
 
     def _within_errors(self, fit: Fit) -> Array:
-        """(N, n) least force residual of a fit if its values may change by ``WITHIN`` standard errors, levels freely.
-
-        It is linear in the changes. The region is a box, which contains the joint confidence ellipsoid of that size.
+        """(N, n) least force residual of a fit if its values may change by ``WITHIN`` standard errors (a box), levels
+        freely.
         """
         motion, model = self.problem.motion, fit.model
         clusters = (0, BLOCKS) if len(fit.residual) > BLOCKS else (0,)
@@ -97,10 +86,7 @@ def is_preferred(gain: ForceGain, level: float) -> bool:
 
 
 def without_refused(search: Search, outcome: Outcome, held_out: HeldOut) -> tuple[Outcome, tuple[Fact, ...]]:
-    """The outcome without the tied candidates that held-out data refuse, and the facts on these.
-
-    It is unchanged, without facts, if no candidate or every one is refused.
-    """
+    """The outcome without the tied candidates that held-out data refuse, if not all, and the facts on these."""
     fits: list[Fit] = [outcome.final, *(in_place(search, outcome, r) for r in outcome.rivals)]
     refused = held_out.refused(fits)
     kept = [k for k in range(len(fits)) if k not in refused]

@@ -1,10 +1,9 @@
 """Wrong declared values as an alternative explanation to missing effects.
 
-Forward selection keeps parameters within a few tolerances, so that they do not absorb a missing effect. If several are
-wrong together, as with an unknown payload, an effect may explain the log in their place. So if the refit ends at that
-limit, it is repeated without it, with the tolerances as Gaussian prior only. If that explains more than the effects, or
-as much with fewer changes of the declared model, effects are sought in addition to it. A parameter without a tolerance
-is not fitted; if another value of it alone would explain a residual that no effect explains, it is reported.
+Forward selection keeps parameters within a few tolerances, so that they do not absorb a missing effect. If the refit
+ends at that limit, it is repeated with the tolerances as Gaussian prior only; if that explains more than the effects,
+effects are sought in addition to it. A parameter without a tolerance is not fitted; if another value of it alone would
+explain the residual, it is reported.
 """
 
 from __future__ import annotations
@@ -50,9 +49,8 @@ MIRRORED = 0.1
 
 
 def released(search: Search, base: Fit, outcome: Outcome) -> tuple[Search, Fit] | None:
-    """The search without limits of toleranced parameters, and its refit.
-
-    None if the refit did not end at a limit, or if at most one effect explains the log as well.
+    """The search without limits of toleranced parameters, and its refit; None if at most one effect
+    explains as much.
     """
     freed = search.without_limits(base)
     if freed is None:
@@ -89,9 +87,8 @@ def _changes(search: Search, fit: Fit) -> int:
 
 
 def equal_parameters(search: Search, base: Fit, outcome: Outcome) -> list[Fact]:
-    """Facts on parameters that explain the log as well as the single effect of an outcome.
-
-    Example: a mass that is declared too small by ten tolerances gives the same motion as an inertia error.
+    """Facts on parameters that explain the log as well as the single effect of an outcome, as a mass
+    an inertia error.
     """
     freed = search.without_limits(base) if len(outcome.parts) == 1 else None
     if freed is None or _gain(freed[1], outcome.final) < -BETTER:
@@ -105,12 +102,8 @@ def equal_parameters(search: Search, base: Fit, outcome: Outcome) -> list[Fact]:
 def better_values(search: Search, outcome: Outcome) -> str:
     """Values outside their tolerances that explain the log better than an outcome's effects, in words; else empty.
 
-    The effects were fitted to the force residual, and are fitted again by free runs for this comparison. The values
-    must be better than no change, and better than the effects by ``BETTER`` nats even if they are fewer changes. In a
-    search without limits the refit has such values already, and the effects must be better than the refit.
-
-    Args:
-        outcome: its last fit is of free runs with its effects.
+    The effects are fitted again by free runs for this comparison. The values must be better than no change, and better
+    than the effects by ``BETTER`` nats. In a search without limits the effects must be better than the refit.
     """
     base, final = outcome.base, search.fitted_again(outcome.final)
     if not np.isfinite(search.within):
@@ -136,13 +129,9 @@ def _far_values(search: Search, fit: Fit) -> str:
 
 
 def moved_values(answer: Answer, fit: Fit, problem: Problem, material: float) -> list[Fact]:
-    """Facts on parameters whose written value differs from the declared one, and that are not reported as wrong.
+    """Facts on values that are written and not reported as wrong, whose interval excludes the declared value.
 
-    There is a fact if the parameter's interval excludes the declared value and the change of the force is material.
-
-    Args:
-        fit: of the written values.
-        material: least change of the force, as a share of the drive force.
+    ``fit``: of the written values. ``material``: least change of the force, as a share of the drive force.
     """
     written, declared = answer.adopted, problem.system
     if written is None:
@@ -280,9 +269,8 @@ def _as_well_by_scale(problem: Problem, written: System, gain: float) -> bool:
 def refused_for_a_value(spec: Spec, answer: Answer, problem: Problem) -> Answer:
     """The answer without its effects if one value without tolerance explains the residual far better (``FAR_LESS``).
 
-    Example: a payload of an arm fits weaker motors on both of its joints. A true effect leaves only the noise, and no
-    value can leave a third of the noise. Several effects are refused for a value that leaves no more than they do: it
-    explains as much with fewer changes of the declared model.
+    A true effect leaves only the noise, and no value can leave a third of the noise. Several effects are refused for a
+    value that leaves no more than they do.
     """
     if answer.verdict not in ("effect", "ambiguous"):
         return answer
@@ -304,10 +292,8 @@ def refused_for_a_value(spec: Spec, answer: Answer, problem: Problem) -> Answer:
 
 
 def _left_by_effects(answer: Answer, problem: Problem) -> float:
-    """Share of the refit's squared residual that the effects leave, both after regression on the levels.
-
-    Each coordinate counts as in the share that a value explains: over the refit's square there. With the mean of the
-    coordinates' own shares, a joint with nothing but noise would leave half of a residual that is on the other joint.
+    """Share of the refit's squared residual that the effects leave, after regression on the levels, each joint over its
+    square.
     """
     plain = inverse_dynamics_residual(answer.refit, problem.motion)
     by_refit = residual_without_levels(problem, answer.refit)
@@ -323,12 +309,7 @@ def _left_by_effects(answer: Answer, problem: Problem) -> float:
 
 @dataclass(frozen=True)
 class ExplainingValue:
-    """A parameter without tolerance of which another value would explain the residual.
-
-    Attributes:
-        change: estimate less declared value.
-        share: of the squared residual force that this explains on held-out parts of the training log.
-    """
+    """A parameter whose value, changed by so much, would explain this share of the squared held-out residual force."""
 
     symbol: sympy.Symbol
     change: float
@@ -354,11 +335,7 @@ def explaining_values(spec: Spec, refit: System, problem: Problem) -> list[Fact]
 
 
 def _explaining_value(spec: Spec, refit: System, problem: Problem) -> ExplainingValue | None:
-    """The value without tolerance that explains most of the residual of a refit; None if below ``EXPLAINS``.
-
-    A payload on an arm changes inertia and weight of several coordinates at once; no effect does so, the declared mass
-    does. The residual is regressed on its slope by each such value, with the levels, on all coordinates together.
-    """
+    """The value without tolerance that explains most of the residual of a refit; None if below ``EXPLAINS``."""
     error = refit.equation_error
     own = [spec.symbol(p.name) for p in spec.parameters]
     taken = {*problem.levels, *problem.uncertain}
@@ -375,12 +352,8 @@ def _explaining_value(spec: Spec, refit: System, problem: Problem) -> Explaining
 
 
 def _explained(rows: Sequence[ForceRows], columns: Sequence[int], without: Sequence[int]) -> float:
-    """Share of the squared residual that some values explain on held-out blocks beyond what others explain.
-
-    Args:
-        rows: force residual of each coordinate and its slopes by the values.
-        columns: of the slopes by these values.
-        without: columns of the slopes by the others, which are among ``columns``.
+    """Share of the squared residual that values (``columns``) explain on held-out blocks beyond others
+    (``without``).
     """
     ends = max(int(r.sample[-1]) for r in rows) + 1
     blocks = [np.minimum(r.sample * BLOCKS // ends, BLOCKS - 1) for r in rows]
