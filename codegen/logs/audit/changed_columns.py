@@ -316,10 +316,8 @@ def _flips(spec: Spec, velocities: bool, pairs: bool) -> Iterator[Flipped]:
 
 
 def _exchanges(spec: Spec, velocities: bool, axes_alone: bool) -> Iterator[Exchanged]:
-    """Exchanged columns: in any order if there are few, else pairs, axes, and all positions with their velocities.
-
-    Args:
-        axes_alone: whether only exchanges of whole axes are returned.
+    """Exchanged columns, or of whole axes only: in any order if there are few, else pairs, axes, and positions with
+    velocities.
     """
     inputs = [i.name for i in spec.inputs]
     moving = [list(spec.positions), list(spec.velocities)] if velocities else [list(spec.positions)]

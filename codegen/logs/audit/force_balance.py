@@ -54,17 +54,13 @@ class Forces:
 
     @property
     def moving_misfit(self) -> float:
-        """Σ(M a − g + U λ)² over the sum of the squares of the forces without gravity and springs; see ``misfit``.
-
-        If a weight is most of the balance, the squares of all forces depend little on the motion.
-        """
+        """Σ(M a − g + U λ)² over the sum of the squares of the forces without gravity and springs; see ``misfit``."""
         moving = self.rest - self.static
         return _unbalanced(self.inertia - self.rest - self.given, self.inertia, moving, self.inertia - moving)
 
     def inertia_factor(self, i: int) -> tuple[float, float]:
-        """Least-squares factor of M a in the inputs' force on coordinate i, and the partial correlation.
-
-        Friction, springs, dampers and offsets are regressors too, so that they are not taken for inertia.
+        """Least-squares factor of M a, beside friction and springs, in the inputs' force on coordinate i, and the
+        partial correlation.
         """
         others = np.column_stack([self.friction[:, i], self.motion, np.ones(len(self.motion))])
         return partial_correlation(self.given[:, i], self.inertia[:, i], others)

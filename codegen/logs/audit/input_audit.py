@@ -101,12 +101,8 @@ def _input(
     spec: Spec,
     log: Log,
 ) -> Finding:
-    """The finding on one input.
-
-    Args:
-        factor: of its force, by least squares.
-        wanted: (K') the required force less that of the other inputs.
-        given: (K') the input's force.
+    """The finding on one input by the least-squares ``factor`` of its force, ``given``, to the force that it has to
+    give.
     """
     norms = float(np.linalg.norm(wanted) * np.linalg.norm(given))
     correlation = float(wanted @ given) / norms if norms > 0 else 0.0
@@ -148,12 +144,7 @@ def _input(
 
 
 def _seen(given: Array, parts: Mapping[str, Array]) -> dict[str, float]:
-    """The partial correlations of an input's force with the modelled forces, of those that show in it.
-
-    Args:
-        given: (K') the input's force.
-        parts: name → (K') modelled force that the input has to overcome.
-    """
+    """The partial correlations of an input's force with the modelled forces (name → (K')), of those that show in it."""
     acting = {what: force for what, force in parts.items() if np.any(force)}
     found = {}
     for what, force in acting.items():
@@ -217,13 +208,7 @@ def _reversing_line(name: str, spec: Spec, read: Log) -> str:
 
 
 def _asked_unit(name: str, factor: float, spec: Spec, read: Log) -> str:
-    """The question whether an input is in another unit, with the line for meta.yaml; that of a factor if no unit fits.
-
-    The spec's own unit is tried with SI prefixes.
-
-    Args:
-        factor: required force over the force of the input as read; positive.
-    """
+    """The question whether an input is in another unit, by SI prefixes of its own, with the line for meta.yaml."""
     own = next(i.unit for i in spec.inputs if i.name == name)
     line = f"({read.scale_lines({name: factor}, spec)} in meta.yaml beside the log corrects a scale.)"
     if own in ("", "1"):

@@ -87,13 +87,8 @@ def wrong_scales(case: Case, steady: frozenset[int], outside: Outside | None) ->
 
 
 def _off_scale(case: Case, steady: frozenset[int], least: float) -> list[Finding]:
-    """Findings on coordinates by the ratio of inertia to friction, or to the force of the inputs.
-
-    Inertia scales with the coordinate and Coulomb friction does not. If the input's force fits the declared friction,
-    but a multiple or a fraction of the declared inertia, the position or the time is in another unit.
-
-    Args:
-        least: least factor on the declared inertia that is reported.
+    """Findings on coordinates by the ratio of inertia, which scales with the coordinate, to friction, or to the inputs'
+    force.
     """
     forces, found = case.forces, []
     for i, c in enumerate(case.spec.coordinates):
@@ -121,14 +116,7 @@ def _off_scale(case: Case, steady: frozenset[int], least: float) -> list[Finding
 
 
 def _other_unit(case: Case, tried_anyway: bool) -> Finding | None:
-    """A finding on the coordinate that makes the forces balance if it is taken in another unit; None if no one does.
-
-    With coupled masses, a coordinate in a wrong unit disturbs the balance of all, and another one's may be worse. So
-    each coordinate is tried in each other usual unit.
-
-    Args:
-        tried_anyway: also units that the factor on the inertia does not suggest.
-    """
+    """A finding on the coordinate that makes the forces balance if it is taken in another unit; None if no one does."""
     tried = []
     for j, c in enumerate(case.spec.coordinates):
         inertia, seen = case.forces.inertia_factor(j)
@@ -211,9 +199,8 @@ class Explained:
 
 
 def _position_scale(case: Case, j: int) -> Finding | None:
-    """A finding on a position that balances the forces much better if it is divided by a factor.
-
-    Explanations that the log does not exclude are named too; none is reported if one of these is better.
+    """A finding on a position that balances the forces much better if divided by a factor, unless something else does
+    better.
     """
 
     def divided(factor: float) -> Forces:
@@ -250,11 +237,7 @@ def _position_scale(case: Case, j: int) -> Finding | None:
 
 
 def _other_inputs(case: Case, j: int, position: Explained, found: Forces) -> tuple[list[str], str] | None:
-    """In words, the wrong scale of an input as another explanation, and why it is excluded; None if it is better.
-
-    Args:
-        found: the forces with the position divided by its factor.
-    """
+    """In words, the wrong scale of an input as another explanation, and why it is excluded; None if it is better."""
     driving = [i.name for i, force in zip(case.spec.inputs, case.forces.driven, strict=True) if np.any(force[:, j])]
     if len(driving) != 1:
         return [], ""
@@ -276,12 +259,7 @@ def _other_inputs(case: Case, j: int, position: Explained, found: Forces) -> tup
 
 
 def _left(forces: Forces, j: int, given: float = 1.0, mass: float = 1.0) -> Explained:
-    """The unbalanced share on coordinate j with the friction level fitted.
-
-    Args:
-        given: factor on the input's force.
-        mass: factor on the inertia.
-    """
+    """The unbalanced share on coordinate j with the friction level fitted, with these factors on input and inertia."""
     push, inertia, friction = given * forces.given[:, j], mass * forces.inertia[:, j], forces.friction[:, j]
     other = inertia - (forces.rest[:, j] + friction)
     size = float(friction @ friction)

@@ -103,13 +103,7 @@ def _definitions(bag: sqlite3.Connection) -> dict[str, tuple[str, str]]:
 
 
 def _topic(name: str, kind: str, coding: str, given: Mapping[str, tuple[str, str]]) -> Topic:
-    """A topic with the definition of its messages, or with the reason why they cannot be read.
-
-    Args:
-        kind: type of its messages.
-        coding: how they are serialised.
-        given: as of ``_definitions``.
-    """
+    """A topic with the definition of its messages, or with the reason why they cannot be read."""
     encoding, text = given.get(kind, ("", ""))
     if coding != "cdr":
         return Topic(name, kind, "", f"its messages are in `{coding}`, not CDR")

@@ -52,7 +52,6 @@ class CsvSource(LogFile):
     """An opened text table, of which only the header has been read.
 
     Args:
-        file: name of the file.
         lines: lines of the file or of a part of it, in the plain form of ``layout`` and without line ends.
         first: index into ``lines`` of the first line after the header.
         before: number of lines of the file before ``lines``; messages name lines of the file.
@@ -178,11 +177,6 @@ class CsvSource(LogFile):
     def _row_by_row(self, body: list[str], numbers: NDArray[np.int64], indices: list[int]) -> NDArray[np.float64]:
         """The (N, c) numbers of rows that may have comments, missing values, dates or words such as ``true``.
 
-        Args:
-            body: the rows.
-            numbers: line of each row in the file.
-            indices: of the columns.
-
         Raises:
             BadInput: for the first row of another length, or the first text that is no number.
         """
@@ -206,11 +200,7 @@ class CsvSource(LogFile):
         return values
 
     def _number(self, text: str, line: int, index: int) -> float:
-        """The number of a field; of a date or time of day the seconds since the first row, NaN for a missing value.
-
-        Raises:
-            BadInput: for other texts.
-        """
+        """The number of a field; of a date or time of day the seconds since the first row, NaN for a missing value."""
         text = text.strip().replace(MINUS, "-")
         separator = self.layout.decimal
         plain = text.replace(",", ".") if separator == "," and "." not in text else text
@@ -259,12 +249,8 @@ class CsvSource(LogFile):
 def _may_be_grouped(values: NDArray[np.float64], padded: bool) -> bool:
     """Whether the points of a column may be thousands separators, as in 998, 999, 1.000, 1.001.
 
-    They may be if some numbers are whole and below 1000, and all others have three decimals and are at least 1. A
-    column that increases with points read as decimal points has decimal points: the numbers above would decrease.
-
-    Args:
-        values: of the column, with the points read as decimal points.
-        padded: whether some numbers of the table end in ``.000``, which are whole as numbers but not as texts.
+    They may be if some numbers are whole and below 1000, and all others have three decimals and are at least 1, unless
+    the column increases. ``padded``: whether some numbers of the table end in ``.000``.
     """
     size = np.abs(values[np.isfinite(values)])
     whole = size == np.floor(size)
@@ -306,11 +292,7 @@ def _without_incomplete_end(source: CsvSource) -> CsvSource:
 
 
 def open_lines(file: str, lines: list[str], description: LogDescription, encoding: Sequence[str] = ()) -> CsvSource:
-    """The table in lines of a file.
-
-    Raises:
-        BadInput: as ``find_layout``.
-    """
+    """The table in lines of a file; raises as ``find_layout``."""
     named = tuple(description.columns) if description.listed else ()
     asked = set(description.columns.values())
     layout = find_layout(file, lines, description.header, named, description.decimal, asked)
@@ -328,10 +310,6 @@ def _left_out(layout: Layout, lines: list[str]) -> list[str]:
 
 class LongTable(LogFile):
     """The signals of a table in long format, joined at common times.
-
-    Args:
-        table: a row for each value, with the time, the name of the signal and the value.
-        description: its ``long`` states the columns of names and values.
 
     Raises:
         BadInput: for a column that is not there, or rows that cannot be split.

@@ -168,10 +168,8 @@ def _elements(data: memoryview, order: str) -> Iterator[tuple[int, memoryview]]:
 def _matrices(
     payload: memoryview, order: str, left: Iterator[int], name: str = "", depth: int = 0
 ) -> Iterator[Variable]:
-    """A variable, and after a struct the numbers in its fields as ``NAME.FIELD``, in an array ``NAME(2).FIELD``.
-
-    Args:
-        left: an item for each matrix that may still be read, also inside structs.
+    """A variable, and after a struct its numeric fields as ``NAME.FIELD``, in an array ``NAME(2).FIELD``; ``left``: how
+    many.
     """
     if next(left, None) is None:
         raise ValueError(f"more than {MOST_VARIABLES} variables")

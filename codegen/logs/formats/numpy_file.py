@@ -32,7 +32,6 @@ class Member:
 
     Attributes:
         fortran: whether the columns of a table are stored one after the other, and not its rows.
-        offset: of the data, in bytes.
     """
 
     dtype: np.dtype[Any]
@@ -51,10 +50,8 @@ class Member:
         return math.prod(self.shape) * self.dtype.itemsize
 
     def table(self) -> np.dtype[Any]:
-        """The fields of a row; columns without names go by their numbers, counted from 1.
-
-        Raises:
-            ValueError: for anything but records in one dimension, or numbers in two, row after row.
+        """The fields of a row, numbers from 1 where they have no names; ValueError for any but rows in one or two
+        dimensions.
         """
         if self.dtype.names:
             if len(self.shape) != 1:

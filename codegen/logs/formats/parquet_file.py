@@ -73,13 +73,8 @@ class ParquetFile(BlockFile):
             return next(batches, None)
 
     def _entry(self, lists: Any, entry: int, name: str, before: int) -> Array:
-        """An entry of each list of a batch, (N,).
-
-        Args:
-            before: rows of the file before the batch, for messages.
-
-        Raises:
-            BadInput: for a list that does not have this entry.
+        """An entry of each list of a batch, (N,); BadInput for a list without it. ``before``: rows of the file before
+        the batch.
         """
         lengths = np.asarray(lists.value_lengths().fill_null(0), dtype=np.int64)
         short = lengths <= entry
@@ -124,12 +119,9 @@ def _length(file: Any, column: Any) -> int:
 
 
 def _from_first(column: Any, origins: dict[str, int], name: str) -> Any:
-    """A column with times as seconds after the file's first one; numbers unchanged.
+    """A column with times as seconds after its first one, subtracted in integers; numbers unchanged.
 
-    Nanoseconds since 1970 have more digits than a double, so the first time is subtracted in integers.
-
-    Args:
-        origins: column → its first time in ticks; the entry of this column is added.
+    ``origins``: column → its first time in ticks; the entry of this column is added.
     """
     import pyarrow
     from pyarrow import compute, types

@@ -43,7 +43,6 @@ class Topic:
     """A topic.
 
     Attributes:
-        name: such as /joint_states.
         kind: the messages' type, such as sensor_msgs/msg/JointState.
         definition: of the type and its parts, in the format ros2msg.
         unread: why its messages cannot be read; empty if they can.
@@ -194,11 +193,6 @@ def numeric_fields(value: Any, path: str, labels: Sequence[list[str]] = ()) -> I
 
     An entry of a list is called by its name if the message, or one around it, has a list of as many names (``name``,
     ``joint_names`` …), else by its number counted from 0.
-
-    Args:
-        value: a message, with its fields in ``__slots__``, or the value of a field.
-        path: of the value, such as a topic.
-        labels: the lists of names of the messages around it.
     """
     if isinstance(value, (bool, int, float)):
         yield path, float(value)

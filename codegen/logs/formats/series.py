@@ -31,12 +31,7 @@ class Signal(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Series:
-    """Columns, (N, c), with the same times.
-
-    Attributes:
-        name: of the topic, group or channel.
-        time: (N,) s.
-    """
+    """Columns, (N, c), with the same times, (N,) s; ``name``: of the topic, group or channel."""
 
     name: str
     columns: tuple[str, ...]
@@ -45,10 +40,8 @@ class Series:
 
 
 class SignalFile(LogFile):
-    """A log of signals with different sample times.
-
-    Attributes:
-        lengths: column → number of its values, if that is known before they are read, else 0.
+    """A log of signals with different sample times; ``lengths``: column → number of its values, 0 if it is not
+    known.
     """
 
     lengths: Mapping[str, int]
@@ -58,11 +51,7 @@ class SignalFile(LogFile):
         """The signals of some columns; an exception means a damaged file."""
 
     def found(self, lengths: Mapping[str, int]) -> None:
-        """Set the columns of the log.
-
-        Raises:
-            BadInput: for no column.
-        """
+        """Set the columns of the log; raises BadInput for no column."""
         if not lengths:
             raise self.fault("no signal of numbers")
         self.lengths, self.names = lengths, (TIME, *(name for name in lengths if name != TIME))
@@ -94,11 +83,8 @@ def joined(
     in_seconds: bool = True,
     from_first: bool = False,
 ) -> Columns:
-    """The wanted columns of a log at common times, with a note of how; see ``at_common_times``.
-
-    Args:
-        clock: the column of the time; "" for none.
-        from_first: whether time is counted from the first row.
+    """The wanted columns of a log at common times (``at_common_times``), with a note; ``clock``: the column of the
+    time, if any.
     """
     time, columns, notes = at_common_times(str(log.path), series, log.description, in_seconds)
     log.own_notes += [note for note in notes if note not in log.own_notes]
@@ -116,7 +102,6 @@ def at_common_times(
     one of them are left out.
 
     Args:
-        series: no column twice.
         in_seconds: whether times are known to be in s; else the notes state numbers of samples and not rates.
 
     Returns:

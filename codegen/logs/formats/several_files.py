@@ -18,11 +18,8 @@ class SeveralFiles(LogFile):
     A column of another file is called NAME.COLUMN.
 
     Args:
-        log: the file whose rows and times the result has.
-        others: name → file.
         times: name → (time column of the log, time column of that file), both of the same clock; only for the files
             that are matched by time.
-        description: of the log.
     """
 
     def __init__(
@@ -67,13 +64,8 @@ class SeveralFiles(LogFile):
         return joined(self, series, wanted, in_seconds=False)
 
     def _by_number(self, wanted: Sequence[str], owners: Mapping[str, str | None]) -> Columns:
-        """The wanted columns of the log and of files that are joined by row number.
-
-        Args:
-            owners: column → name of its file; None, or no entry, for a column of the log itself.
-
-        Raises:
-            BadInput: if a file has another number of rows.
+        """The wanted columns of the log and of files that are joined by row number; ``owners``: column → its file, or
+        None.
         """
         own = [column for column in wanted if owners.get(column) is None]
         parts = [self.log.load(own)] if own else []

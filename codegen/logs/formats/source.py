@@ -30,8 +30,6 @@ class Columns:
     """Numbers of some columns of a file.
 
     Attributes:
-        file: the file's name.
-        names: (c) names of the columns in the file.
         values: (N, c), as in the file; NaN for a missing value.
         lines: (N,) line numbers of the rows counted from 1, or None where the format has none.
     """

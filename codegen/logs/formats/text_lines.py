@@ -14,11 +14,7 @@ LONGEST_LINE = 1_000_000
 
 
 def text_of(file: str, data: bytes, before: int = 0) -> tuple[str, tuple[str, ...]]:
-    """The text with every line end as \\n, and notes on how it was read.
-
-    Args:
-        file: its name, for messages.
-        before: number of lines before these bytes.
+    """The text with every line end as \n, and notes on how it was read.
 
     Raises:
         BadInput: for bytes that are no text.
@@ -63,7 +59,6 @@ def lines_of(given: Iterator[bytes], file: str, notes: list[str]) -> Iterator[li
 
     Args:
         given: the bytes, as they arrive.
-        file: its name, for messages.
         notes: notes on how the bytes are read are added to this list, each once.
 
     Raises:
