@@ -217,9 +217,7 @@ class Derived(Shown):
         from codegen.certify.certify import Certificate, certify
 
         hashes = {name: sha256(text) for name, text in self.sources.items()}
-        of_spec = partial(
-            certify, self.spec, self.analysis, hashes, self.header.command.raw, places=self.program.places
-        )
+        of_spec = partial(certify, self.spec, self.analysis, hashes, self.header.command.raw)
         outcome = of_spec()
         sources = {name: text.encode() for name, text in self.sources.items()}
         if isinstance(outcome, Certificate):

@@ -6,7 +6,7 @@ its reason and, if one is known, a counterexample.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import replace
 from fractions import Fraction
@@ -18,7 +18,7 @@ import numpy as np
 from codegen.analysis.analysis import Analysis
 from codegen.analysis.operating_points import refuse_missing_ranges
 from codegen.base.text import render
-from codegen.certify.content import Found, frame, proved
+from codegen.certify.content import Found, Frame, frame, proved
 from codegen.certify.enclosure import Cells, enclose_family
 from codegen.certify.family import Family, NotEnclosable, build_family
 from codegen.certify.levels import SHARES, about_declared
@@ -50,7 +50,6 @@ def certify(
     files: Mapping[str, str],
     command: str,
     further: bool = True,
-    places: Mapping[str, str] | None = None,
     all_angles: bool = False,
 ) -> Certificate | Refusal:
     """Certify the sampled observer of a spec over its envelope: find P with V = e'Pe decreasing in every sample.
@@ -64,7 +63,6 @@ def certify(
         files: name → SHA-256 of the generated sources that the certificate is bound to.
         command: the command line, which the certificate records.
         further: whether to search also for one V for all signs of the slips and, after a refusal, for regions.
-        places: name of an input or output of the code → its place there; None if the certificate need not state it.
         all_angles: whether V must decrease at all angles, also beyond the envelope, as the kernel's proof needs.
 
     Raises:
@@ -74,27 +72,20 @@ def certify(
     if beyond := beyond_checker(analysis.dynamics.observer):
         return _undecided(analysis, beyond, narrower=False)
     stated = partial(frame, spec, files, command)
-    found = _certified(analysis, stated, further, places, all_angles)
+    found = _certified(analysis, stated, further, all_angles)
     if isinstance(found, Certificate) and analysis.dynamics.observer.declared_levels:
         for share in SHARES:
-            if isinstance(
-                wider := _certified(about_declared(analysis, share), stated, further, places, all_angles), Certificate
-            ):
+            wider = _certified(about_declared(analysis, share), stated, further, all_angles)
+            if isinstance(wider, Certificate):
                 return wider
     return found
 
 
-def _certified(
-    analysis: Analysis,
-    stated: Callable[..., dict[str, Any]],
-    further: bool,
-    places: Mapping[str, str] | None,
-    all_angles: bool,
-) -> Certificate | Refusal:
+def _certified(analysis: Analysis, stated: Frame, further: bool, all_angles: bool) -> Certificate | Refusal:
     """Certify at the levels of ``analysis``: by structure, by one V over the envelope, or by regions.
 
     Args:
-        stated: (analysis, family, places) → the fields of a certificate that do not depend on the proof.
+        stated: (analysis, family) → the fields of a certificate that do not depend on the proof.
     """
 
     def by_parts() -> Regions | None:
@@ -102,7 +93,7 @@ def _certified(
 
     try:
         family = build_family(analysis.dynamics, analysis.points.ranges)
-        base = stated(analysis, family, places)
+        base = stated(analysis, family)
     except (NotEnclosable, TypeError) as error:
         if not analysis.stable:
             return _unstable(analysis, None, by_parts())

@@ -17,7 +17,6 @@ from codegen.analysis.analysis import Analysis
 from codegen.base.text import render
 from codegen.base.version import VERSION
 from codegen.certify.family import Family
-from codegen.certify.kernel_form import estimates_of
 from codegen.certify.prefix import rational_text, rounded, rounded_matrix, texts, to_prefix
 from codegen.checker import verify
 from codegen.friction import DynamicLaw
@@ -38,7 +37,6 @@ def frame(
     command: str,
     analysis: Analysis,
     family: Family,
-    places: Mapping[str, str] | None = None,
 ) -> dict[str, Any]:
     """The fields of a certificate that do not depend on the proof: subject, observer, errors, family over the envelope.
 
@@ -47,7 +45,6 @@ def frame(
     Args:
         files: name → SHA-256 of the generated sources.
         command: the command line, which is recorded.
-        places: name of an input or output of the code → its place there; None if the certificate need not state it.
     """
     observer = analysis.dynamics.observer
     return {
@@ -64,7 +61,6 @@ def frame(
         "matrix": [[to_prefix(e) for e in family.matrix.row(i)] for i in range(family.matrix.rows)],
         "lyapunov_matrix": [],
         "cover": [],
-        "code": code_reading(observer, family, places or {}),
         "decay_rate": "0",
         "reversals": [],
         "along": [],
@@ -212,38 +208,3 @@ def reversal_entry(exact: list[list[Any]], contact: str, flips: list[int], decay
     bound = rounded(growth * (1 + 1e-6) + 1e-6, 7) if growth > 1 + 1e-12 else sympy.Integer(1)
     dwell = math.ceil(math.log(float(bound)) / decay * (1 + 1e-9))
     return {"contact": contact, "flips": flips, "growth": rational_text(bound), "dwell_samples": int(dwell)}
-
-
-def code_reading(observer: Observer, family: Family, places: Mapping[str, str]) -> dict[str, Any]:
-    """The field ``code`` of a certificate: its errors and variables as expressions in inputs and outputs of the code.
-
-    Quantities that are neither inputs nor outputs are omitted, which the checker reports.
-
-    Args:
-        family: the error matrices over their variables.
-        places: name of an input or output of the code → its place there, such as outputs.v_hat[3].
-    """
-    system = observer.system
-    # Position or velocity → name of the signal that equals it when the errors are zero.
-    names = {x: x.name for x in system.positions if x not in system.sensor_errors}
-    names |= {v: v.name if v.name in places else f"{v.name}_hat" for v in system.velocities}
-    shown = {s: sympy.Symbol(places[name]) for s, name in names.items() if name in places}
-    slips = [*system.slip_velocity.xreplace(observer.values)]
-    signs = [u / sympy.Abs(u) for u in slips]
-    meaning = {x: x for x in (*system.positions, *system.velocities)}
-    meaning |= dict(zip([c.slip for c in system.contacts], slips, strict=True))
-    meaning |= dict(zip(observer.signs, signs, strict=True))
-    known = {v: meaning[v] for v in family.variables if v in meaning and meaning[v].free_symbols <= shown.keys()}
-    errors: list[Any] = []
-    for error, estimate in zip(observer.errors, estimates_of(observer), strict=True):
-        place: Any = places.get(estimate.name, "")
-        if place and observer.level_errors and error.contact is not None:  # a level that is certified as a force
-            sign = signs[error.contact]
-            place = ["*", to_prefix(sign.subs(shown)), place] if sign.free_symbols <= shown.keys() else ""
-        errors.append(place)
-    pairs = zip(system.positions, system.velocities, strict=True)
-    return {
-        "errors": errors if all(errors) else [],
-        "variables": {v.name: to_prefix(e.subs(shown)) for v, e in known.items()},
-        "motion": {shown[x].name: shown[v].name for x, v in pairs if x in shown and v in shown},
-    }

@@ -1,10 +1,8 @@
-"""Whether a certificate claims what the proof.json beside it proves: the same errors, signs, matrix and ranges.
+"""Whether a certificate claims what the proof.json beside it proves: the same errors, matrix and ranges.
 
 Standard library only; part of the checker (verify.py). The certificate is given as ``verify.parsed`` reads it.
 """
 
-import json
-import re
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
@@ -14,46 +12,25 @@ if TYPE_CHECKING or __package__:
 
 @frame.limited()
 def unlike(top: dict[str, Any], proof: dict[str, Any]) -> str:
-    """Which fields of proof.json and certificate disagree, as words; "" if machine, step, errors and signs agree.
+    """Which fields of proof.json and certificate disagree, as words; "" if machine, step and errors agree.
 
     The matrix and the units are compared elsewhere (``same_matrix``, ``of_its_proof``).
 
     Args:
         top: the certificate, as verify.parsed returns it.
     """
-    names = [entry["name"] for entry in top["error"]]
-    pairs = [*zip(names, top["code"]["errors"], strict=True)]
-    places = [raw if isinstance(raw, str) else raw[2] for _, raw in pairs]
-    signs = ["" if isinstance(raw, str) else f"sign.{name.removeprefix('e_a_')}" for name, raw in pairs]
+    signs = [e["sign"] for e in proof["errors"]]
     same = {
         "the machine": top["subject"]["name"] == proof["name"],
         "the step": top["observer"]["integration"] == proof["step"],
-        "the errors": [(e["estimate"], e["sign"]) for e in proof["errors"]] == [*zip(places, signs, strict=True)],
-        "the names of the errors": names == [f"e_{quantity(place)}" for place in places],
-        "the signs of slips": all(
-            same_sign(raw, proof["signs"].get(s)) for (_, raw), s in zip(pairs, signs, strict=True)
-        ),
+        "the names of the errors": [e["name"] for e in top["error"]]
+        == [f"e_{quantity(e['estimate'])}" for e in proof["errors"]],
         "what turns at a reversal": all(
             sorted(e["flips"]) == [i for i, s in enumerate(signs) if s == f"sign.{e['contact']}"]
             for e in top["reversals"]
         ),
     }
     return ", ".join(what for what, alike in same.items() if not alike)
-
-
-def same_sign(raw: Any, slip: str | None) -> bool:
-    """Whether a certificate's error is an output, or ["*", ["/", x, ["abs", x]], output] with x a slip of a proof."""
-    if isinstance(raw, str) or slip is None:  # without a sign, or of a sign that is compared by its name
-        return True
-    match raw:
-        case ["*", ["/", x, ["abs", again]], _] if x == again:
-            places = re.findall(rf"{theorem.KINDS}\.\w+(?:\[\d+\])?", json.dumps([x, slip]))
-            names = {place: kernel.term(1, place) for place in places}
-            own, other = decay.polynomial(x, names, {}), kernel.Text(names, {}).value(slip)
-            one = min(own, default=())
-            by = Fraction(other.get(one, 0)) / Fraction(own.get(one, 1))
-            return by > 0 and bool(own * kernel.term(by) == other)  # a multiple above 0 has the same sign
-    return False
 
 
 def quantity(place: str) -> str:
@@ -168,8 +145,6 @@ def of_its_proof(top: dict[str, Any], sources: dict[str, bytes]) -> tuple[dict[s
     """
     if theorem.PROOF not in sources:
         return {}, {}, f"no {theorem.PROOF} is beside it"
-    if len(top["code"]["errors"]) != len(top["error"]):
-        return {}, {}, "it does not say which outputs its errors are of"
     if {f"{top['subject']['name']}.{end}" for end in "ch"} - sources.keys():
         return {}, {}, "its C or its header is not here, or not among its files"
     not_its = f"{theorem.PROOF} is not its proof:"
@@ -185,7 +160,7 @@ def of_its_proof(top: dict[str, Any], sources: dict[str, bytes]) -> tuple[dict[s
         return {}, {}, f"{not_its} {other}"
     shown = theorem.proved(proof, sources, [f"sign.{e['contact']}" for e in top["reversals"]])
     if any(rest != "0" for rest in proof.get("rest", [])):
-        return {}, {}, f"{not_its} a rest"
+        return {}, {}, f"{not_its} its errors have terms besides those of the matrix (`rest`)"
     alike = shown["c"].values["parameters.sample_time"] == top["sample_time"]
     enclosure.demand(alike, f"the sample time of {proof['name']}.h is another")
     if not same_matrix(top, proof, shown):

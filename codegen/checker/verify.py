@@ -70,7 +70,6 @@ SCHEMA = json.loads("""{"format": "FORMAT", "tool": {"name": "TEXT", "version": 
     "sample_time": "RATIONAL", "decay_rate": "RATIONAL", "error": [{"name": "WORD", "meaning": "TEXT", "unit": "TEXT"}],
     "variables": {"NAME": ["RATIONAL"]}, "splits": {"NAME": ["RATIONAL"]}, "along": ["RATIONAL"],
     "parameters": [{"name": "NAME", "expression": "ANY"}], "matrix": [["ANY"]], "lyapunov_matrix": [["RATIONAL"]],
-    "code": {"errors": ["ANY"], "variables": {"NAME": "ANY"}, "motion": {"LINE": "LINE"}},
     "cover": ["ANY"],
     "reversals": [{"contact": "WORD", "flips": ["WHOLE"], "growth": "RATIONAL", "dwell_samples": "WHOLE"}]}""")
 Matrix = list[list[Fraction]]

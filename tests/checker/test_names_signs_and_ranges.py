@@ -13,7 +13,7 @@ import pytest
 from codegen.app.derived import Derived
 from codegen.checker import frame, verify
 from codegen.spec import parse_spec
-from tests.checker.forged import certificate, check, sources
+from tests.checker.forged import certificate, sources
 from tests.checker.test_kernel import spec_path
 from tests.checker.test_single_precision import single
 from tests.checker.test_without_guard import bare
@@ -125,28 +125,6 @@ def test_the_inequalities_of_a_certificate_have_a_time_too(monkeypatch: pytest.M
     monkeypatch.setattr(frame, "OF_ALGEBRA", 0.0)
     with pytest.raises(verify.Refused, match="more work than the limit"):
         verify.check(json.dumps(certificate("one_mass")), sources=sources("one_mass"))
-
-
-@pytest.mark.parametrize(
-    "stated",
-    [
-        ["*", ["/", ["neg", "outputs.v_hat"], ["abs", ["neg", "outputs.v_hat"]]]],
-        ["*", ["/", "outputs.F_hat_rail", ["abs", "outputs.F_hat_rail"]]],
-        ["*", ["/", "outputs.v_hat", ["abs", "outputs.F_hat_rail"]]],
-        ["*", ["/", "outputs.v_hat", ["neg", "outputs.v_hat"]]],
-        ["/", ["/", "outputs.v_hat", ["abs", "outputs.v_hat"]]],
-        ["*", "0"],
-    ],
-)
-def test_an_error_with_the_sign_of_another_quantity_is_bound_to_no_code(stated: list[Any]) -> None:
-    """It was not read, though `docs/certificate_format.md` says that the certificate is compared by it."""
-    content, files = certificate("one_mass"), sources("one_mass")
-    *sign, place = content["code"]["errors"][1]
-    assert sign == ["*", ["/", "outputs.v_hat", ["abs", "outputs.v_hat"]]]
-    assert verify.status(check(content, files)) == 0
-    content["code"]["errors"][1] = [*stated, place]
-    report = check(content, files)
-    assert verify.status(report) == 5 and not report.proved
 
 
 def test_a_slip_of_other_factors_is_bound_to_its_code() -> None:
