@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, cast
 from unittest.mock import patch
 
 import numpy as np
@@ -14,11 +14,12 @@ from codegen.diagnosis.diagnose import diagnose_log
 from codegen.diagnosis.experiments import separation
 from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.signals import TRIM_S, smooth_motion
-from codegen.diagnosis.fit.trial import with_values
-from codegen.diagnosis.results import Diagnosis
+from codegen.diagnosis.fit.trial import part_of, with_values
+from codegen.diagnosis.results import Diagnosis, FoundEffect
 from codegen.diagnosis.selection.forward_selection import Outcome
 from codegen.diagnosis.verdict import examination
 from codegen.diagnosis.verdict import held_out as rules
+from codegen.effects import CATALOGUE
 from codegen.spec import Spec, parse_spec
 from tests.diagnosis.stage import STAGE, TRAIN, among, log_of, stage, system_of
 from tests.in_part import in_part
@@ -144,6 +145,7 @@ def test_what_is_explained_is_that_of_the_effects_without_the_one_that_is_refuse
         "estimate": None,
         "_by_both": None,
         "may_be_absent": False,
+        "determined_form": None,
         "credible": True,
         "first_candidates": 1,
         "explained_share": 0.4,
@@ -157,3 +159,44 @@ def test_what_is_explained_is_that_of_the_effects_without_the_one_that_is_refuse
     none: Any = None
     left, last, _, against = examination._examined(search, outcome, none, none, True)
     assert (left.final, left.explained, last, against) == (one, 0.4, one, ())
+
+
+def test_an_effect_is_fitted_again_in_the_form_that_its_intervals_contain(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A Stribeck curve with a d_delta that may be zero: the fit without d_delta is examined, with its own share."""
+    system = system_of(stage())
+    curve = CATALOGUE["stribeck"]
+    rich, plain = (part_of(curve.with_parameters(n), 0, system) for n in (["d_delta"], ["delta", "v_s"]))
+    values = {"delta": 0.5, "v_s": 0.2, "d_delta": -0.005}
+    asked: list[Any] = []
+
+    def fit(part: Any) -> Any:
+        trial = SimpleNamespace(parts=(part,))
+        return SimpleNamespace(trial=trial, runner=SimpleNamespace(trial=trial), values=([1.0], [values]))
+
+    def with_parts(final: Any, moved: Any, parts: Any, starts: Any) -> Any:
+        asked.append((parts, starts))
+        return simple
+
+    both, simple = fit(rich), fit(plain)
+    ends = {"delta": (0.4, 0.6), "v_s": (0.1, 0.3), "d_delta": (-0.02, 0.01)}
+    monkeypatch.setattr(
+        examination,
+        "named_effects",
+        lambda parts, *_: [
+            FoundEffect(p.kind, p.on, values, {}, (), {name: ends[name] for name in p.names}) for p in parts
+        ],
+    )
+    for name, value in {"estimate": None, "_by_both": None, "explained_share": 0.4}.items():
+        monkeypatch.setattr(examination, name, lambda *_, value=value: value)
+    monkeypatch.setattr(examination, "at_limit", lambda fit: [()] * len(fit.trial.parts))
+    monkeypatch.setattr(examination, "objections", lambda found, part, problem: [])
+    search: Any = SimpleNamespace(polished=lambda fit: (fit, fit), with_parts=with_parts, system=system)
+    outcome = Outcome(cast(Any, None), both, (), (), 0.9, 10)
+    none: Any = None
+    left, last, (found,), against = examination._examined(search, outcome, none, none, True)
+    assert asked == [([plain], [{"delta": 0.5, "v_s": 0.2}])]
+    assert (left.final, left.explained, last, against) == (simple, 0.4, simple, ())
+    assert list(found.intervals) == ["delta", "v_s"]
+    asked.clear()
+    examination._examined(search, outcome, none, none, False)
+    assert not asked

@@ -10,7 +10,7 @@ import pytest
 
 from codegen.diagnosis.diagnose import Models, diagnose_log
 from codegen.diagnosis.evidence.estimate import Estimate
-from codegen.diagnosis.evidence.reservations import may_be_absent, objections, remarks
+from codegen.diagnosis.evidence.reservations import determined_form, may_be_absent, objections, remarks
 from codegen.diagnosis.fit.output_error import Fit, at_limit
 from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.signals import smooth_motion
@@ -196,3 +196,28 @@ def test_a_load_of_any_size_may_be_none(load: tuple[float, float], absent: bool)
     """A spring of 6e-6 to 1e4 N·m/rad with a load of nothing to all of the inertia was named beside presliding."""
     found = may_be_absent(CATALOGUE["compliance"], {"k": (5.7e-6, 1.1e4), "c": (4e-6, 7.8e3), "load_fraction": load})
     assert found == (["load_fraction"] if absent else [])
+
+
+@pytest.mark.parametrize(
+    ("kind", "intervals", "names"),
+    [
+        ("stribeck", {"delta": (0.54, 0.57), "v_s": (0.18, 0.21), "d_delta": (-0.017, 0.007)}, ["delta", "v_s"]),
+        ("stribeck", {"delta": (0.54, 0.57), "v_s": (0.18, 0.21), "d_delta": (0.002, 0.007)}, None),
+        ("stribeck", {"delta": (-0.01, 0.57), "v_s": (0.18, 0.21)}, None),
+        ("stribeck", {"delta": (0.54, 0.57), "v_s": (0.18, 0.21), "exponent": (1.5, 2.5)}, None),
+        ("viscous", {"b": (2.0, 3.0), "v_s": (0.1, 0.2), "b_inf": (-0.1, 0.1)}, ["b", "v_s"]),
+        ("viscous", {"b": (2.0, 3.0), "v_s": (0.1, 0.2)}, None),
+        (
+            "position_dependent_friction",
+            {"amplitude": (1, 2), "period": (1, 2), "phase": (0, 1), "amplitude_2": (0.0, 0.2), "phase_2": (-3, 3)},
+            ["amplitude", "period", "phase"],
+        ),
+    ],
+)
+def test_a_parameter_whose_interval_holds_zero_is_not_named(
+    kind: str, intervals: dict[str, tuple[float, float]], names: list[str] | None
+) -> None:
+    """A Stribeck curve of a robot's joint was named with a d_delta of -0.005 (-0.017 to 0.007); truth has none."""
+    part = part_of(CATALOGUE[kind].with_parameters(list(intervals)), 0, system_of(stage()))
+    form = determined_form(part, intervals)
+    assert (form and [p.name for p in form.parameters]) == names

@@ -61,8 +61,25 @@ def may_be_absent(effect: Effect, intervals: Mapping[str, tuple[float, float]]) 
     """The parameters that scale an effect, if the interval of each holds the value at which it is absent."""
     absences = [(p.name, p.absent_at if p.neutral is None else p.neutral) for p in effect.parameters]
     sizes = [(name, value) for name, value in absences if value is not None and name in intervals]
-    absent = all(intervals[name][0] <= value <= intervals[name][1] for name, value in sizes)
+    absent = all(_holds(intervals[name], value) for name, value in sizes)
     return [name for name, _ in sizes] if absent else []
+
+
+def determined_form(part: Part, intervals: Mapping[str, tuple[float, float]]) -> Effect | None:
+    """The simplest form that an effect has where parameters take values in their intervals; None if it has no simpler.
+
+    A form with more parameters equals a simpler one where the sizes among these are neutral; a phase of such a size has
+    no influence. A parameter that the log does not distinguish from its neutral value is not named.
+    """
+    effect, ends = part.effect, {p.name: intervals.get(p.name, (np.inf, -np.inf)) for p in part.effect.parameters}
+    neutral = {p.name for p in effect.parameters if p.neutral is not None and _holds(ends[p.name], p.neutral)}
+    free = neutral | {phase for size, phase in effect.waves if size in neutral}
+    forms = ((form, {p.name for p in form.parameters}) for form in effect.forms)
+    return next((form for form, names in forms if names < set(part.names) <= names | free), None)
+
+
+def _holds(interval: tuple[float, float], value: float) -> bool:
+    return interval[0] <= value <= interval[1]
 
 
 def never_passed(system: System, motion: Motion, part: Part, parameters: Mapping[str, float]) -> bool:

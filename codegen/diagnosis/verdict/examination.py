@@ -9,14 +9,20 @@ import numpy as np
 
 from codegen.base.significant import in_percent
 from codegen.diagnosis.evidence.estimate import Estimate, estimate, widened_by
-from codegen.diagnosis.evidence.reservations import may_be_absent, objections, remarks, takes_the_level
+from codegen.diagnosis.evidence.reservations import (
+    determined_form,
+    may_be_absent,
+    objections,
+    remarks,
+    takes_the_level,
+)
 from codegen.diagnosis.experiments.separation import without_leader
 from codegen.diagnosis.fit import credit
 from codegen.diagnosis.fit.credit import NEAR_NOISE, noise_ratio
 from codegen.diagnosis.fit.output_error import Fit, at_limit
 from codegen.diagnosis.fit.residual import Problem, drive_gain, drive_left
 from codegen.diagnosis.fit.search import Search, joint_of
-from codegen.diagnosis.fit.trial import Part, with_effects, with_values
+from codegen.diagnosis.fit.trial import Part, part_of, with_effects, with_values
 from codegen.diagnosis.results import ErrorFigures, Fact, FoundEffect, Verdict
 from codegen.diagnosis.selection.forward_selection import Outcome, explained_share, first_candidates
 from codegen.diagnosis.selection.ranking import credible
@@ -266,8 +272,9 @@ def _examined(
 ) -> tuple[Outcome, Fit, tuple[FoundEffect, ...], tuple[Fact, ...]]:
     """The outcome with the effects that are left, their final fit, its effects, and the objections against them.
 
-    With ``strict``, effects with objections are removed one at a time and the others fitted again. If all have
-    objections, or those without are not credited over the refit, all effects are returned with the objections.
+    With ``strict``, effects are fitted again in the simplest form that their intervals contain, and those with
+    objections are removed one at a time and the others fitted again. If all have objections, or those without are not
+    credited over the refit, all effects are returned with the objections.
     """
     final = outcome.final
     while True:
@@ -277,10 +284,14 @@ def _examined(
         own = named_effects(parts, alone, refit)
         named = named_effects(parts, _by_both(search, outcome.base, final, fit, alone, problem), refit)
         found = tuple(replace(f, at_limit=marks) for f, marks in zip(named, at_limit(fit), strict=True))
+        simpler = _in_determined_forms(search, final, found) if strict else None
+        if simpler is not None:
+            final = simpler
+            continue
         triples = zip(own, found, parts, strict=True)
         raised = [_objections(o, f, p, problem) if strict else [] for o, f, p in triples]
         if not any(raised):
-            if len(parts) < len(outcome.parts):
+            if final is not outcome.final:
                 explained = explained_share(search, outcome.base, final)
                 outcome = replace(outcome, final=final, explained=explained)
             return outcome, fit, found, ()
@@ -290,6 +301,18 @@ def _examined(
         final = search.without(final, next(k for k, one in enumerate(raised) if one))
         if not credible(search, outcome.base, final, first_candidates(search, outcome.base)):
             return outcome, fit, found, against
+
+
+def _in_determined_forms(search: Search, final: Fit, found: Sequence[FoundEffect]) -> Fit | None:
+    """The fit with effects in simpler forms where their intervals contain these; None if there is no such effect."""
+    forms = [determined_form(p, f.intervals) for p, f in zip(final.trial.parts, found, strict=True)]
+    if not any(forms):
+        return None
+    moved, values = final.values
+    pairs = zip(final.trial.parts, forms, strict=True)
+    parts = [part_of(form, part.place, search.system) if form else part for part, form in pairs]
+    kept = [{name: known[name] for name in part.names} for part, known in zip(parts, values, strict=True)]
+    return search.with_parts(final, moved, parts, kept)
 
 
 def _by_both(search: Search, base: Fit, final: Fit, polished: Fit, own: Estimate, problem: Problem) -> Estimate:

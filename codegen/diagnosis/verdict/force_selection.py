@@ -15,7 +15,7 @@ import numpy as np
 from codegen.base.arrays import Array
 from codegen.base.significant import in_percent
 from codegen.diagnosis.evidence.estimate import estimate
-from codegen.diagnosis.evidence.reservations import objections
+from codegen.diagnosis.evidence.reservations import determined_form, objections
 from codegen.diagnosis.fit import credit
 from codegen.diagnosis.fit.credit import Evidence, evidence, evidence_of, random_signs
 from codegen.diagnosis.fit.output_error import Fit, segment_losses
@@ -224,7 +224,7 @@ def _has_twin_elsewhere(search: Search, part: Part) -> bool:
 
 
 def in_determined_forms(fits: ForceFits, fit: Fit) -> Fit:
-    """The fit with a simpler form of each effect whose interval includes zero in a form with more parameters.
+    """The fit with a simpler form of each effect whose interval includes zero, or that form, in one of more parameters.
 
     If a form has more parameters than the log determines, all become uncertain, including the size of the effect.
     """
@@ -232,9 +232,12 @@ def in_determined_forms(fits: ForceFits, fit: Fit) -> Fit:
     named = named_effects(trial.parts, estimate(fit), fit.model)
     for k, (part, found) in enumerate(zip(trial.parts, named, strict=True)):
         simpler = [form for form in CATALOGUE[part.kind].forms if {p.name for p in form.parameters} < set(part.names)]
-        if not simpler or not objections(found, part, fits.problem):
+        form = determined_form(part, found.intervals)
+        if form is None and simpler and objections(found, part, fits.problem):
+            form = simpler[-1]
+        if form is None:
             continue
-        parts = [part_of(simpler[-1], p.place, trial.system) if p is part else p for p in trial.parts]
+        parts = [part_of(form, p.place, trial.system) if p is part else p for p in trial.parts]
         kept = {name: values[k][name] for name in parts[k].names}
         other = replace(trial, parts=tuple(parts))
         return in_determined_forms(fits, fits.fit(other, other.theta(moved, [*values[:k], kept, *values[k + 1 :]])))
