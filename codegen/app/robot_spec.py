@@ -103,9 +103,10 @@ def _spec_text(name: str, robot: _Robot, path: Path, folder: Path, log: Path | N
     bodies = read_kinematic_tree(folder / robot.file, Place(str(folder / robot.file))).bodies
     guess, target = _guess(log, bodies), folder / f"{name}.yaml"
 
-    def rendered(seen: _Observed, tracker_gains: Sequence[str]) -> str:
+    def rendered(seen: _Observed, tracker_gains: Sequence[str], euler_below: float | None = None) -> str:
         content = _content(robot, bodies, guess, log, seen)
-        return render("text/new_robot_spec.j2", name=name, tracker_gains=tracker_gains, **content)
+        below = None if euler_below is None else _time(_rounded_down(euler_below))
+        return render("text/new_robot_spec.j2", name=name, tracker_gains=tracker_gains, euler_below=below, **content)
 
     seen, first = _Observed(), ["-1"] * len(bodies)  # until the inertia is known
     try:
@@ -113,8 +114,12 @@ def _spec_text(name: str, robot: _Robot, path: Path, folder: Path, log: Path | N
         if log is not None:
             seen = _observed_in_log(spec, log)
             spec = parse_spec(rendered(seen, first), target)
-        written = rendered(seen, _tracker_gains(spec))
-        parse_spec(written, target)
+        gains = _tracker_gains(spec)
+        written = rendered(seen, gains)
+        analysis = Derived(parse_spec(written, target)).analysis
+        if not analysis.stable:  # stiff damping: no gain helps, backward Euler is stable at any sample time
+            written = rendered(seen, gains, analysis.largest_sample_time)
+            parse_spec(written, target)
     except BadInput as error:
         if error.place.file != str(target):
             raise
@@ -224,6 +229,12 @@ def _rounded_up(value: float) -> float:
     """Rounded to three digits, away from zero."""
     rounded = float(f"{value:.3g}")
     return rounded if abs(rounded) >= abs(value) else float(f"{value * 1.005:.3g}")
+
+
+def _rounded_down(value: float) -> float:
+    """A positive number rounded to two digits, towards zero."""
+    rounded = float(f"{value:.2g}")
+    return rounded if rounded <= value else float(f"{value * 0.95:.2g}")
 
 
 def _time(seconds: float) -> str:

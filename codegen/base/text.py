@@ -23,6 +23,7 @@ from markupsafe import Markup
 from codegen.base.compiler import cached
 from codegen.base.resources import resource_folder
 from codegen.base.significant import in_percent, instant, rounded_to, with_deserved_digits
+from codegen.base.terminal import output
 from codegen.base.user_text import PRINTED, UserText, comment_text, terminal_text
 
 LANGUAGES = {
@@ -99,7 +100,13 @@ def environment(language: str = WORDS) -> Environment:
     made.filters["instant"] = instant
     made.filters["up"] = partial(rounded_to, rounding=ROUND_CEILING)
     made.filters["down"] = partial(rounded_to, rounding=ROUND_FLOOR)
+    made.globals["width_of_facts"] = _width_of_facts
     return made
+
+
+def _width_of_facts() -> int:
+    """Most characters in a line of a fact, beside its label of 18 characters: 96, or fewer on a narrow screen."""
+    return max(20, min(96, output.width - 18)) if output.is_terminal else 96
 
 
 def _printer(language: str) -> Callable[[Any], Any]:

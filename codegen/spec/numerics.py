@@ -42,7 +42,8 @@ def numerical(quantity: str, given: bool = True) -> Callable[[Station[Rest, Resu
             except (*_NUMERICAL, RuntimeError, ValueError) as error:
                 if not is_numerical(error) or (isinstance(error, ArithmeticError) and not given):
                     raise
-                found = f"{quantity} cannot be computed ({type(error).__name__}: {error})"
+                said = "" if isinstance(error, ArithmeticError) else f" ({error})"  # Python's say nothing of the spec
+                found = f"{quantity} cannot be computed{said}"
                 raise BadInput(Place(str(spec.path)), found, EXPECTED, code="SPEC028") from error
 
         return work

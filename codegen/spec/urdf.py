@@ -38,6 +38,10 @@ or plate one of them is an equality.
 """
 ROUNDING = 3 * float(np.finfo(np.float64).eps)
 """Relative size of a computed principal moment that may be zero: the tolerance of ``numpy.linalg.matrix_rank``."""
+MOST, LEAST = 1e30, 1e-30
+"""Largest number of a robot, and least mass and principal moment of a moving body, SI: no machine is near them, and the
+products of a few such numbers are within the range of a double.
+"""
 UNIT, NOWHERE = exact_array(np.eye(3, dtype=int)), exact_array([0, 0, 0])
 NO_INERTIA = exact_array(np.zeros((3, 3), dtype=int))
 
@@ -219,9 +223,10 @@ class _Reading:
         entries = [self._numbers(inertial, "inertia", key, 1)[0] for key in keys]
         if mass == 0 and given and not any(entries):
             return  # the same, written with zeros
-        if not mass > 0:
+        if not mass >= LEAST:
             found = f"a mass of {float(mass):g} kg"
-            raise BadInput(self.place(inertial, "mass"), found, "a positive mass", code="SPEC032")
+            expected = "a positive mass" if mass <= 0 else f"a mass of at least {LEAST:g} kg"
+            raise BadInput(self.place(inertial, "mass"), found, expected, code="SPEC032")
         if not given:
             expected = "ixx, ixy, ixz, iyy, iyz, izz about the centre of mass"
             raise BadInput(self.place(inertial), "<inertia> is missing", expected, code="SPEC032")
@@ -297,6 +302,9 @@ class _Reading:
             raise BadInput(place, found, f"{expected}, as in {EXPECTED}", code="SPEC030")
         if not np.isfinite(numbers).all():
             raise BadInput(place, str(text), "finite numbers", code="SPEC006")
+        if max(map(abs, numbers)) > MOST:
+            found = f'{attribute}="{text}" in <{tag}>'
+            raise BadInput(place, found, f"numbers of at most {MOST:g} in size, in SI units", code="SPEC007")
         return exact_array(numbers)
 
 
@@ -312,7 +320,7 @@ def _refuse_impossible(inertia: Exact, place: Place, is_moving: bool = False) ->
     except np.linalg.LinAlgError as error:
         found = f"principal moments that cannot be computed ({error})"
         raise BadInput(place, found, "finite numbers", code="SPEC032") from None
-    if smallest < -TRIANGLE * largest or (is_moving and smallest <= ROUNDING * largest):
+    if smallest < -TRIANGLE * largest or (is_moving and smallest <= max(LEAST, ROUNDING * largest)):
         found = f"an inertia with the principal moment {smallest:.4g} kg m^2"
         expected = "a positive definite inertia" + " of the link with those that are fixed to it" * is_moving
         raise BadInput(place, found, expected, code="SPEC032")

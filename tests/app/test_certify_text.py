@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from dataclasses import replace
 from functools import cache
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -93,6 +94,21 @@ def test_a_long_line_is_broken_at_the_width_of_a_screen_and_in_a_file_it_is_not(
     assert first == "refused: short" and last == "" and max(map(len, broken)) <= 70 and len(broken) > 8
     assert broken[0].startswith("  sliding.json: in") and all(re.match(r"    \S", line) for line in broken[1:])
     assert " ".join(broken).split() == text.split()[2:]
+
+
+def test_facts_are_broken_once_on_a_narrow_screen(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Words broken at 114 characters were broken again at 80: every other line had a few words."""
+    monkeypatch.setattr(PlainConsole, "is_terminal", True)
+
+    def printed(width: int) -> list[str]:
+        monkeypatch.setattr(PlainConsole, "width", width)
+        return [line[18:].rstrip() for line in output.fitted(certified_text(found(), None)).splitlines()[1:]]
+
+    wide, narrow = printed(400), printed(80)
+    words = " ".join(narrow).split()
+    assert words == " ".join(wide).split() and max(map(len, narrow)) <= 62
+    short = sum(len(line) + 1 + len(after.split()[0]) <= 62 for line, after in pairwise(narrow) if after)
+    assert short <= len(wide)  # a line with space left for the next word ends a fact
 
 
 ARM = """name: tilt_arm

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import shutil
 from pathlib import Path
@@ -211,6 +212,29 @@ def test_the_written_gains_are_stable_for_a_light_arm_too(folder: Path, scale: f
     fastest = np.linalg.eigvals(gains[:, None] * np.linalg.inv(mass)).real.max()
     assert fastest == pytest.approx(100 / 4, rel=0.05)  # s^2 + k s + k lambda has a double root at lambda = k/4
     assert stiction("generate", "arm.yaml").code == 0
+
+
+def test_heavy_damping_gets_an_implicit_step(folder: Path) -> None:
+    """Euler at 1 ms is unstable whatever K_2: damping over inertia is above 2000 1/s. `init` was silent."""
+    (folder / "arm.urdf").write_text(TWO_LINKS.replace('damping="0.4"', 'damping="400"'))
+    assert stiction("init", "arm.urdf").code == 0
+    text = (folder / "arm.yaml").read_text()
+    (limit,) = (float(n) for n in re.findall("integration: implicit .* euler, is stable below ([0-9.]+) ms only", text))
+
+    def radius(of: str) -> float:
+        (folder / "arm.yaml").write_text(of)
+        return float(json.loads(stiction("derive", "arm.yaml", "--json").out)["spectral_radius"])
+
+    euler = text.replace("integration: implicit", "integration: euler")
+    assert radius(text) < 1 < radius(euler)
+    assert radius(euler.replace("1 ms", f"{limit} ms")) < 1 < radius(euler.replace("1 ms", f"{1.15 * limit} ms"))
+    assert "implicit" not in _of_light_damping(folder)
+
+
+def _of_light_damping(folder: Path) -> str:
+    (folder / "light.urdf").write_text(TWO_LINKS)
+    assert stiction("init", "light.urdf").code == 0
+    return (folder / "light.yaml").read_text()
 
 
 def test_check_prints_the_tolerances_of_a_robot_file_and_no_fractions(folder: Path) -> None:
