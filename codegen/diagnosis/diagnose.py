@@ -193,7 +193,6 @@ class _FreeRuns:
             yield Fact("declared value", f"The fit reduces the friction level {name} to zero, its lowest value")
         yield from _in_place(in_place, answer)
         yield from wrong_values.turned_terms(answer, problem)
-        yield from wrong_values.scaled_position(answer, case.log, case.spec, problem)
         if lacks and not answer.errors:
             yield from wrong_values.equal_parameters(self.search, self.base, outcome)
         yield from wrong_values.moved_values(answer, outcome.final if lacks else self.base, problem, case.material)

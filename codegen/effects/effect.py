@@ -110,7 +110,6 @@ class Effect(ABC):
         refines: a simpler kind; this one is tried only after a diagnosis has found that one; "" for none.
         extends: a kind with one parameter less, which this one equals where that parameter is zero; "" for none.
         both_ways: for an effect on a contact, whether it is identifiable only with slip in both directions.
-        scales_input: whether the effective input is the input times the effect's one parameter.
     """
 
     kind: ClassVar[str]
@@ -126,7 +125,6 @@ class Effect(ABC):
     refines: ClassVar[str] = ""
     extends: ClassVar[str] = ""
     both_ways: ClassVar[bool] = False
-    scales_input: ClassVar[bool] = False
 
     @abstractmethod
     def add(self, system: System, place: int, p: Symbols) -> System:

@@ -44,7 +44,6 @@ class InputGain(OnInput):
         Confusion("load_dependent_friction", "several loads, driving and back-driving"),
     )
     stage = "gain"
-    scales_input = True
 
     def twins(self, system: System, place: int) -> list[tuple[str, str]]:
         return [("inertia_error", x.name) for i, x in enumerate(system.positions) if sole_drive(system, i) == place]

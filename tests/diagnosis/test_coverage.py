@@ -9,7 +9,6 @@ import pytest
 
 from codegen.base.arrays import Array
 from codegen.diagnosis.evidence.coverage import _Path, _periods, survey
-from codegen.diagnosis.evidence.reservations import passed_too_fast
 from codegen.diagnosis.fit.signals import is_resolved, smooth_motion
 from codegen.diagnosis.fit.trial import part_of, with_effects
 from codegen.diagnosis.results import FoundEffect
@@ -100,7 +99,7 @@ def test_a_period_above_the_cutoff_is_tried_if_it_stands_out_of_the_noise(
         assert above == []
         return
     assert above[0] == pytest.approx(0.0045, rel=0.002)
-    assert not passed_too_fast(system, motion, part, {"period": above[0]})
+    assert is_resolved(above[0], x, v, motion.usable, motion.fine_hz)
 
 
 def test_a_period_above_the_cutoff_is_not_hidden_by_a_stronger_one_below() -> None:

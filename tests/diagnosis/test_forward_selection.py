@@ -339,7 +339,7 @@ def test_a_replacement_whose_period_the_log_cannot_show_is_none(monkeypatch: pyt
     monkeypatch.setattr(refusals, "hides_an_effect", lambda search, found: "")
     monkeypatch.setattr(refusals, "admissible", lambda search, found: True)
     monkeypatch.setattr(forward_selection, "matters", lambda *_: True)
-    refusing = "corrects_a_form", "contradicted_by_force", "contradicted_by_acceleration"
+    refusing = "corrects_a_form", "contradicted_by_force"
     for test in refusing:
         monkeypatch.setattr(forward_selection, test, lambda *_: "")
     monkeypatch.setattr(refusals, "acts_as_its_limit", lambda search, found: "")

@@ -48,12 +48,6 @@ def objections(found: FoundEffect, part: Part, problem: Problem) -> list[str]:
             f"the log covers only {stroke:.3g} {unit} of the period of {found.kind}, {period:.3g} {unit}: "
             "nothing shows that it repeats"
         )
-    elif passed_too_fast(problem.system, problem.motion, part, found.parameters):
-        period, unit = found.parameters["period"], found.units["period"]
-        words.append(
-            f"the log passes the period of {found.kind}, {period:.3g} {unit}, too fast everywhere: the force "
-            f"lies above the cutoff of {problem.motion.fine_hz:.3g} Hz"
-        )
     return words
 
 
@@ -86,14 +80,6 @@ def never_passed(system: System, motion: Motion, part: Part, parameters: Mapping
     """Whether a log covers clearly less than an effect's period, unless that is a whole turn of an angle."""
     period = parameters.get("period", 0.0)
     return _stroke(system, motion, part) < LEAST_PERIOD * period and not _known_turn(system, part, period)
-
-
-def passed_too_fast(system: System, motion: Motion, part: Part, parameters: Mapping[str, float]) -> bool:
-    """Whether an effect's period is nowhere covered so slowly that its force is below the cutoff of the position."""
-    period = parameters.get("period", np.inf)
-    return period <= _stroke(system, motion, part) and not is_resolved(
-        period, *_along(system, motion, part), motion.usable, motion.fine_hz
-    )
 
 
 def resolvable_periods(system: System, motion: Motion, part: Part, parameters: Mapping[str, float]) -> float:

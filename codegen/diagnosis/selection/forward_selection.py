@@ -39,7 +39,6 @@ from codegen.diagnosis.selection.ranking import (
     ties,
 )
 from codegen.diagnosis.selection.refusals import (
-    contradicted_by_acceleration,
     contradicted_by_force,
     corrects_a_form,
     force_share,
@@ -465,10 +464,9 @@ def _force_speaks_for(here: ForceCriterion, found: Fit) -> bool:
 
 
 def _refused_by_force(search: Search, without: Fit, found: Fit) -> bool:
-    """Whether the force residual, or the acceleration of free runs, contradicts a replacement."""
+    """Whether the force residual contradicts a replacement."""
     before, after = ForceCriterion(search, without), ForceCriterion(search, found)
-    tests = corrects_a_form, contradicted_by_force, contradicted_by_acceleration
-    return any(test(before, after) for test in tests)
+    return bool(corrects_a_form(before, after) or contradicted_by_force(before, after))
 
 
 def _largest_first(search: Search, fit: Fit) -> Fit:

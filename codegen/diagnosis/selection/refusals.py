@@ -1,7 +1,7 @@
 """The tests that refuse a candidate, apart from that of significance, each with its reason in words.
 
 A candidate is refused for too small a gain or force, for values that are impossible or that the log cannot show, if
-another effect or refitted values explain it, and if force or acceleration contradict the free runs.
+another effect or refitted values explain it, and if the force residual contradicts the free runs.
 """
 
 from __future__ import annotations
@@ -12,9 +12,8 @@ import numpy as np
 
 from codegen.base.arrays import Array
 from codegen.base.significant import in_percent
-from codegen.diagnosis.evidence.acceleration_error import larger_acceleration_error
 from codegen.diagnosis.evidence.force_evidence import ForceCriterion
-from codegen.diagnosis.evidence.reservations import is_level_or_line, never_passed, passed_too_fast, takes_the_level
+from codegen.diagnosis.evidence.reservations import is_level_or_line, never_passed, takes_the_level
 from codegen.diagnosis.evidence.residual_regression import inertia_noise
 from codegen.diagnosis.fit import credit
 from codegen.diagnosis.fit.credit import Evidence, noise_ratio, size_of
@@ -24,7 +23,6 @@ from codegen.diagnosis.fit.search import Search
 from codegen.diagnosis.fit.trial import Part, with_effects, with_values
 from codegen.diagnosis.results import FoundEffect
 from codegen.diagnosis.selection.candidate_fits import simpler_forms
-from codegen.diagnosis.selection.significance import noise_assumed
 from codegen.mechanics.system import System
 
 LEAST_DRIVE = 0.1
@@ -56,7 +54,6 @@ def why_refused(before: ForceCriterion, after: ForceCriterion, e: Evidence, size
         or only_reduces_drive(before, after, e)
         or corrects_a_form(before, after)
         or contradicted_by_force(before, after, e.share)
-        or contradicted_by_acceleration(before, after)
     )
 
 
@@ -115,8 +112,6 @@ def unseen(search: Search, part: Part, values: Mapping[str, float]) -> str:
     """Why the log cannot show an effect: that it repeats, that it varies, or that it is there at all; else empty."""
     if never_passed(search.system, search.motion, part, values):
         return "has a period longer than the distance that the log covers, so nothing shows that it repeats"
-    if passed_too_fast(search.system, search.motion, part, values):
-        return "has a period that the motion passes too fast: its force lies above the cutoff of the filter"
     if is_level_or_line(search.system, search.motion, part, values):
         return "varies only outside the speeds of the log, within which it is a level or a line"
     here = part.effect.coordinate(search.system, part.place)
@@ -248,16 +243,3 @@ def contradicted_by_force(before: ForceCriterion, after: ForceCriterion, share: 
     if credit.free_runs_settle(after.fit, share, times):
         return ""
     return f"makes the squared residual force {times:.2g} times as large"
-
-
-def contradicted_by_acceleration(before: ForceCriterion, after: ForceCriterion) -> str:
-    """Objection if a load behind a spring makes the acceleration error of free runs larger; else empty.
-
-    Near the noise it is not tested, since the acceleration error is noise there.
-    """
-    search, found = after.search, after.fit
-    more = len(found.model.transmissions) > len(before.fit.model.transmissions)
-    if not more or noise_ratio(found) * noise_assumed(search, found) <= credit.NEAR_NOISE:
-        return ""
-    here = found.part.effect.coordinate(search.system, found.part.place)
-    return larger_acceleration_error(before.fit, found, here, search.motion.cutoff_hz)

@@ -25,7 +25,6 @@ from codegen.diagnosis.fit.residual import (
     Problem,
     evaluate_forces,
     inverse_dynamics_residual,
-    level_parameters,
     residual_without_levels,
 )
 from codegen.diagnosis.fit.search import Search
@@ -33,9 +32,6 @@ from codegen.diagnosis.fit.trial import in_unit, with_effects, with_values
 from codegen.diagnosis.results import Fact, FoundEffect
 from codegen.diagnosis.selection.forward_selection import BETTER, Outcome
 from codegen.diagnosis.verdict.answer import Answer
-from codegen.effects import CATALOGUE
-from codegen.logs import Log
-from codegen.logs.audit.scales import ALIKE, APPARENT
 from codegen.mechanics.system import System
 from codegen.spec.model import Spec
 
@@ -218,52 +214,6 @@ def _mirrored(added: Array, force: Array) -> float | None:
     left = added - ratio * force
     same = float(left @ left) <= MIRRORED**2 * float(added @ added)
     return ratio if same and abs(ratio + 2) <= 2 * MIRRORED else None
-
-
-def scaled_position(answer: Answer, log: Log, spec: Spec, problem: Problem) -> list[Fact]:
-    """The fact on a scale of the position that explains the log nearly as well as a credited gain of the input.
-
-    A position that is k times too large gives (M/k) a + (d/k) v + U λ = w; a gain k of the input gives
-    (M/k) a + (d/k) v + (U λ)/k = w. They differ in friction and constant forces alone, and friction levels are
-    refitted. The fact is reported if the scale's squared force residual is at most ``ALIKE`` times that of the gain.
-    """
-    system, written = answer.refit, answer.augmented
-    gains = [one for one in answer.effects if CATALOGUE[one.kind].scales_input]
-    if len(gains) != 1 or answer.verdict != "effect" or system.degrees_of_freedom != 1:
-        return []
-    (gain,) = gains[0].parameters.values()
-    if gain <= 0 or 1 / APPARENT < gain < APPARENT or not _as_well_by_scale(problem, written, gain):
-        return []
-    (x,) = system.positions
-    levels = ", ".join(
-        f"{s.name} = {float(written.values[s]) / gain:.3g}{in_unit(system, s)} in place of "
-        f"{float(written.values[s]):.3g}{in_unit(system, s)}"
-        for s in level_parameters(system)
-        if float(written.values[s])
-    )
-    return [
-        Fact(
-            "next",
-            f"Check the scale of {x.name} first ({log.scale_lines({x.name: 1 / gain}, spec)} in meta.yaml beside the "
-            f"log): {gains[0].kind} on {gains[0].on} is nearly the same motion as {x.name} logged {gain:.3g} times too "
-            "large",
-            f"With that scale: {levels}." if levels else "",
-        )
-    ]
-
-
-def _as_well_by_scale(problem: Problem, written: System, gain: float) -> bool:
-    """Whether the squared residual with the position divided by a gain is at most ``ALIKE`` times that of the gain."""
-    motion = problem.motion
-    names = ("positions", "velocities", "accelerations", "measured")
-    divided = replace(motion, **{name: getattr(motion, name) / gain for name in names})
-    declared = with_values(problem.system, {s.name: float(written.values[s]) for s in problem.uncertain})
-    used = problem.used
-    by_gain, by_scale = (
-        float((residual_without_levels(replace(problem, motion=moved), model)[used] ** 2).sum())
-        for moved, model in ((motion, written), (divided, declared))
-    )
-    return by_scale <= ALIKE * by_gain
 
 
 def refused_for_a_value(spec: Spec, answer: Answer, problem: Problem) -> Answer:
