@@ -108,9 +108,7 @@ def diagnose_log(
     """Diagnose one log.
 
     Args:
-        system: of the spec, with its declared effects.
         log: to train on; without ``test_log`` its last 30 % is held out.
-        propose: whether to propose terms for an unknown residual.
         material: share of the RMS of the drive force from which on a force matters.
         tell: called with what the preflight found, before anything is fitted.
 
@@ -331,11 +329,8 @@ def _diagnosis(
     records: int = 0,
     **found: Any,
 ) -> Diagnosis:
-    """The diagnosis of an answer; arguments as of ``statement``.
-
-    Args:
-        relative_error: of a model, by force, on the training log.
-        found: the fields of the diagnosis that only the caller knows, its remainder and candidates at least.
+    """The diagnosis of an answer; ``relative_error``: of a model on the training log; ``found``: further fields of the
+    result.
     """
     system, moved, three = models.declared, models.train.moved, (models.declared, models.refit, models.augmented)
     declared, refit, augmented = answer.figures

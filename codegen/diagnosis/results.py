@@ -35,11 +35,8 @@ TOPICS: tuple[Topic, ...] = get_args(Topic)
 
 @dataclass(frozen=True)
 class Fact:
-    """One labelled sentence of a verdict.
-
-    Attributes:
-        words: a sentence of at most about thirty words.
-        detail: conditions and figures, for the report and JSON.
+    """One labelled sentence of a verdict of about thirty words; ``detail``: conditions and figures, for report and
+    JSON.
     """
 
     topic: Topic
@@ -70,7 +67,6 @@ class FoundEffect:
 
     Attributes:
         also: (kind, on) of twins, which are effects with the same motion after a refit of friction levels.
-        intervals: 95 %.
         at_limit: parameters at a bound or at the largest step of the fit, whose values are no estimates.
     """
 
@@ -123,10 +119,7 @@ class Candidate:
         free_run: median free-run error of a segment over the refit's. force: the same of the residual; None if not
             known.
         size: force, or change of the motion, over that of the whole drive force.
-        accepted: whether it passes every test.
         why_not: the test that it fails, or why it was not tried, in words.
-        own: whether it is a user's own effect.
-        at_limit: as of ``FoundEffect``.
         p: nominal probability of such gains without an effect, for any candidate of the round.
         form: the parameters in addition to those of the effect's simplest form.
     """
@@ -356,13 +349,10 @@ class Diagnosis(Shown):
     """The complete result of a diagnosis.
 
     Attributes:
-        statement: the verdict in words.
         candidates: of the first round, best first.
         refitted: friction level, or toleranced parameter → its value in the declared, refit and augmented model.
-        units: of these, SI.
         at_limit: names of those at a limit (a friction level at zero).
         training: relative force error of these models on the training log, for comparison with published fits.
-        findings: preflight of each log, in words.
         in_no_round: effects of the verdict that were a candidate in no round, each compared with the fit without it.
         rivals: of the first effect, which the log does not distinguish from it; with the verdict ``ambiguous``.
         separation: discriminating experiments for candidates that tie, alone or in addition to an effect.

@@ -45,7 +45,6 @@ class Binding:
             ``t`` where the sample rate replaces it, positions in ``integrated``, and velocities unless all were logged.
         scale: symbol → factor to SI; 1 by default.
         integrated: positions without a column, which are computed as the integral of their measured velocity.
-        logged: whether every velocity was logged.
         findings: units that could not be used.
         inferred_units, applied_units: as of ``Intake``.
     """
@@ -84,11 +83,7 @@ def time_columns(names: Sequence[str]) -> list[str]:
 
 
 def time_of(source: LogFile, description: LogDescription) -> str:
-    """The time column of a log: as described, or else by its name.
-
-    Raises:
-        BadInput: as ``column_of``.
-    """
+    """The time column of a log: as described, or else by its name; raises as ``column_of``."""
     text = description.columns.get("t") or next(iter(time_columns(source.names)), "t")
     return column_of(source, text, description.place("columns.t"))
 
@@ -270,8 +265,7 @@ class _Search:
     def _is_integral(self, symbol: str, unused: Collection[str]) -> bool:
         """Whether a symbol is a position that is the integral of its logged speed.
 
-        So it is where the description says that the log has no column of it, or where no unused column may hold it:
-        each states a unit that is none of the position, and is not in counts.
+        So it is where the description says so, or no unused column may hold it by its unit.
         """
         velocity = self._velocity_of(symbol)
         if velocity not in self.terms:

@@ -30,9 +30,7 @@ class Clean:
     Attributes:
         time: (N,) s, strictly rising.
         data: (N, c) the other columns in SI, finite.
-        source: the raw rows, for the places of messages.
         repaired: symbol → number of values filled in.
-        dropped: number of rows left out.
     """
 
     time: Array

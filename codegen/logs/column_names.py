@@ -1,8 +1,6 @@
 """Names of a log's columns: the unit in a name, and proposals of columns for variables that a log does not name.
 
-The unit in a name is written as ``x [mm]``, ``x (mm)``, ``x / mm``, ``x/mm`` or ``x_mm``. A column is proposed by its
-name, its unit, usual names of a quantity, numbers in the names, or since no other is left. A proposal is only shown in
-a message; no column is read because of it.
+A unit is written as ``x [mm]``, ``x (mm)``, ``x / mm``, ``x/mm`` or ``x_mm``. A proposal is only shown in a message.
 """
 
 from __future__ import annotations
@@ -99,12 +97,7 @@ def unit_of(symbol: str, spec: Spec) -> str:
 
 @dataclass(frozen=True)
 class Proposed:
-    """A proposed column for a variable.
-
-    Attributes:
-        unit: to be stated in meta.yaml, where it cannot be read from the column's name; empty for none.
-        why: in words, such as "by its unit".
-    """
+    """A proposed column for a variable, the unit to be stated in meta.yaml (empty for none), and why, in words."""
 
     symbol: str
     column: str
@@ -152,10 +145,8 @@ def _alike(symbols: Sequence[str], spec: Spec) -> list[list[str]]:
 
 
 def _numbered(group: Sequence[str], left: Mapping[str, str], spec: Spec) -> list[str]:
-    """A column for each symbol of a group, by usual names that differ only in a number, such as ``q.1`` and ``q.2``.
-
-    Returns:
-        [] where there is no such set of columns, or more than one.
+    """A column for each symbol of a group, by usual names that differ only in a number, ``q.1`` and ``q.2``; [] if
+    unclear.
     """
     usual, sets = USUAL.get(unit_of(group[0], spec), frozenset()), dict[str, list[str]]()
     for name in left:

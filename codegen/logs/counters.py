@@ -75,14 +75,8 @@ def require_columns(names: Sequence[str], description: LogDescription) -> None:
 
 
 def counter_findings(raw: Columns, terms: Mapping[str, Term]) -> list[tuple[tuple[str, ...], Finding]]:
-    """Undeclared storage faults of a file's integer columns.
-
-    Args:
-        raw: columns after ``corrected``.
-        terms: symbol → the term of columns that gives it.
-
-    Returns:
-        For each fault the symbols that are computed from the column, and the finding.
+    """Undeclared storage faults of integer columns, after ``corrected``: the symbols concerned, and the finding, of
+    each.
     """
     findings: list[tuple[tuple[str, ...], Finding]] = []
     for j, name in enumerate(raw.names):
@@ -118,14 +112,8 @@ def repeats(data: Array, steps: Sequence[float]) -> tuple[float, float]:
 
 
 def smallest_step(position: Array) -> float:
-    """Quantisation step of a position: most differences of successive samples are multiples of it.
-
-    Args:
-        position: (N,) raw samples, before any resampling.
-
-    Returns:
-        The step in the position's unit; 0 if the differences are no multiples of one step, or too few are small enough
-        to show it.
+    """Quantisation step of raw samples (N,): most differences are multiples of it; 0 if there is none, or too few show
+    it.
     """
     differences = np.abs(np.diff(position))
     rounding = 1e-14 * float(np.abs(position).max(initial=0.0))

@@ -178,11 +178,8 @@ class LongSection(BaseModel):
 
 
 class EvaluationSection(BaseModel):
-    """Filtering and cutting of the log for an evaluation.
-
-    Attributes:
-        trim_s: seconds to leave out at both ends.
-        restart_s: seconds between restarts of a free-run simulation.
+    """Filtering and cutting of the log for an evaluation: trim at both ends, and time between restarts of free runs, in
+    s.
     """
 
     model_config = _KEYS

@@ -22,9 +22,6 @@ def excerpt(log: Log, most: int = MOST_SAMPLES) -> tuple[Log, tuple[Finding, ...
     """At most so many samples of a log: first every k-th, then one stretch, where the machine travels furthest.
 
     An input held from row to row is replaced by its mean over the new step: the impulse of a force stays what it was.
-
-    Returns:
-        The log itself and no finding where it is short enough.
     """
     if log.size <= most:
         return log, ()

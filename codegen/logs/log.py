@@ -22,8 +22,6 @@ class Finding:
 
     Attributes:
         severity: ``info`` has no influence on a diagnosis, ``warning`` may spoil it, ``problem`` does.
-        topic: a word or two.
-        words: a sentence for an engineer.
         figures: the numbers behind it, SI; shares are 0 to 1.
     """
 
@@ -40,7 +38,6 @@ class Intake:
     Attributes:
         jitter: RMS deviation of the steps (gaps left out) from their median, relative to it.
         longest_step: seconds between the two neighbouring rows that lie furthest apart.
-        resampled: whether the data were interpolated onto the grid.
         repaired: symbol → how many of its values were not finite and were filled in.
         dropped: rows left out because they repeat a time stamp or have none.
         smallest_step: of each coordinate, SI: the quantisation step seen in the raw positions; 0 if none is visible.
@@ -159,9 +156,8 @@ class Log:
     def in_record(self, time: float, ends: bool = False) -> tuple[Log, float]:
         """The record of an experiment in which a time of the whole log lies, and the time by that record's own column.
 
-        Args:
-            ends: whether an interval ends there. In the pause between two records it ends with the first, else it
-                starts with the second.
+        In the pause between two records an interval that ``ends`` there ends with the first, else it starts with the
+        second.
         """
         if len(self.joints) != len(self.records) - 1:  # a single record, or an excerpt without some of them
             return self, time

@@ -33,7 +33,6 @@ class Motion:
     """The motion of a log's n coordinates, low-passed forwards and backwards.
 
     Attributes:
-        cutoff_hz: of the Butterworth filter of order 4.
         positions, velocities, accelerations: (N, n), SI; as measured or zero where ``usable`` is false.
         usable: (N,) true away from gaps, ends and segments too short to filter.
         threshold: (n) speed, SI, below which motion cannot be distinguished from measurement noise.

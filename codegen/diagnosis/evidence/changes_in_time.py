@@ -50,12 +50,9 @@ def changes_in_time(
 ) -> ChangesInTime:
     """Intervals in which terms of the force balance have another coefficient, the one that explains most first.
 
-    Args:
-        residual: (N,) low-passed.
-        rows: (N,) samples that are used.
-        terms: (N,) regressors with the same low-pass.
-        noise: mean square of the noise in a term that is also in the residual with the coefficient −1, as of a measured
-            acceleration. It biases the coefficient by −noise/power, which matters if the machine hardly moves.
+    Of a residual (N,) at the samples ``rows``, on terms (N,) with the same low-pass. ``noise``: mean square of the
+    noise that a term has in common with the residual, such as of a measured acceleration; it biases the coefficient by
+    −noise/power.
     """
     used = np.flatnonzero(rows)
     lasted = float(time[used[-1]] - time[used[0]]) if len(used) else 0.0
@@ -129,10 +126,7 @@ def _best(sums: Array, powers: Array, spans: NDArray[np.int_]) -> tuple[float, t
 
 
 def _uncertainty(sums: Array, powers: Array, counts: Array, noise: float, interval: slice) -> tuple[float, float]:
-    """Bias by noise in the term, and standard deviation, of an interval's coefficient less that of the rest.
-
-    By sums over blocks. The variance is at least that of all blocks, so that few blocks with little noise do not count.
-    """
+    """Bias by noise in the term, and standard deviation, of an interval's coefficient less that of the rest."""
     inside = np.zeros(len(sums), dtype=bool)
     inside[interval] = True
     everywhere, whole = float((sums**2).sum()), max(float(powers.sum()), 1e-300)

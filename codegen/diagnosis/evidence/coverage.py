@@ -71,7 +71,6 @@ class Survey:
         """The ranges that the log covers at the place of a candidate.
 
         Args:
-            part: the candidate.
             levels: refitted friction levels of the contacts.
             noise: (n,) standard deviation of the noise of each position.
             coupling: k, c and load_fraction of a compliance that was found there, if any.
@@ -175,12 +174,10 @@ class _Path:
     """The motion at the place of an effect, along which its force may be periodic.
 
     Attributes:
-        sits_on: the kind of place, as of ``Effect``.
         x, v: (N,) position and velocity.
         used: (N,) samples in motion, at which a residual is compared.
         logged: (N,) samples away from ends and gaps. The machine may rest within a period, as it does in moves that are
             shorter than one.
-        span: of the position.
     """
 
     sits_on: str
@@ -208,14 +205,10 @@ def _periods(
 ) -> tuple[float, ...]:
     """Periods of the waves that explain most of a residual (N,), by a least-squares (Lomb–Scargle) periodogram.
 
-    A period is left out if the motion passes it only at frequencies |v|/p above the cutoff.
-
-    Args:
-        above_hz: periods that the motion covers somewhere below this frequency are left out too.
-        independent: share of independent samples in a residual that is mostly noise. Waves that are not significant at
-            ``ALPHA`` among all, by the χ² of their power in white noise (R. A. Fisher, Proc. R. Soc. A 125, 1929), are
-            then left out. A screen only: noise of a measured acceleration is not white, and passes it in a tenth of the
-            logs. None if the residual is not noise.
+    A period is left out if the motion passes it only at frequencies |v|/p above the cutoff, or somewhere below
+    ``above_hz``. Where ``independent``, the share of independent samples, is given, the residual is mostly noise, and
+    waves are left out that are not significant at ``ALPHA`` among all in white noise (R. A. Fisher, Proc. R. Soc. A
+    125, 1929).
     """
     if not path.modulation.any():
         return ()
@@ -243,9 +236,6 @@ def _periodogram(path: _Path, y: Array) -> tuple[Array, Array, Array]:
     """Least squares of y = a + b q + q (c cos 2πfx + d sin 2πfx) at frequencies f, with q the ``modulation``.
 
     The sums of the normal equations over samples are Fourier transforms of histograms over the position.
-
-    Args:
-        y: residual at the used samples.
 
     Returns:
         (numbers of periods in the span, squares of y that the model explains, squares that the wave alone adds).

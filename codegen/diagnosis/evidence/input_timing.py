@@ -47,7 +47,6 @@ class Lead:
 
     Attributes:
         rows: the lead that is corrected: one of ``USUAL`` if the estimate agrees with it, else the estimate.
-        deviation: standard deviation of the estimate.
         explained: share of the squared force residual, after regression on the other terms.
         size: RMS of the force that the lead changes, over that of the drive force.
         estimate: by regression of the force residual.
@@ -87,9 +86,8 @@ def acting_earlier(log: Log, rows: Mapping[int, float]) -> Log:
 def input_leads(problem: Problem, log: Log) -> tuple[dict[int, float], tuple[Finding, ...]]:
     """The leads that are corrected (index of the input → rows), and the findings on them.
 
-    Where ``input_hold`` is stated nothing is corrected, and a lead of more than ``ABOUT_HALF`` rows is a finding; so is
-    one above ``LARGEST_LEAD``, which is not corrected either. An input without a significant lead of its own is
-    corrected by ``common_lead`` if its estimate agrees with it.
+    Nothing is corrected where ``input_hold`` is stated, or above ``LARGEST_LEAD``. An input without a significant lead
+    is corrected by ``common_lead`` if its estimate agrees with it.
     """
     system, about = problem.system, log.description
     if system.actuators:

@@ -209,10 +209,8 @@ def follow(
 
     Args:
         search: its system and cutoff give the gains, see ``loop_gains``.
-        machine: the plant.
         target, rate: (N, n) reference positions and velocities, one row for each sample.
         centre: (n,) positions at which the gains are computed.
-        h: sample time, s.
         limit: (m,) largest |w|.
 
     Returns:

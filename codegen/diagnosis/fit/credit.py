@@ -170,13 +170,10 @@ def evidence_of(before: Fit, after: Fit, floored: bool = True) -> Evidence:
 
 
 def evidence(base: Array, other: Array, kept: int, floor: float = 0.0) -> Evidence:
-    """Evidence for a model over another one.
+    """Evidence for a model over another one, from their held-out losses ``other`` and ``base`` of the segments, (S,).
 
-    Args:
-        base: (S,) held-out losses of the segments by the other model.
-        other: (S,) the same by this model.
-        kept: K, number of residuals in a segment.
-        floor: loss of a segment of pure noise, to which smaller losses are raised.
+    ``kept``: K, number of residuals in a segment; ``floor``: loss of a segment of pure noise, to which smaller ones are
+    raised.
     """
     gains = np.maximum(base, floor) - np.maximum(other, floor)
     total = float(gains.sum())

@@ -44,9 +44,7 @@ class Prior:
     Attributes:
         precision: inverse prior variances, tempered: divided by ``tempering``, the share of independent residuals.
         size: of each parameter, for differences and for the longest step.
-        reach: largest change in a fit.
         least: smallest value, 0 for a friction level; free runs do not simulate negative friction.
-        within: prior standard deviations that a parameter may move.
     """
 
     precision: Array
@@ -326,7 +324,6 @@ def gauss_newton(
     """Output-error fit by Gauss–Newton steps with Levenberg–Marquardt damping.
 
     Args:
-        residual: at theta and offsets, if it is known.
         difference: step of a slope, over the size of its parameter.
         final_slopes: whether the slopes are computed again after the last one of ``rounds`` steps, a free run for each
             parameter. Not needed if only values and cost are used.

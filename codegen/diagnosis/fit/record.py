@@ -48,7 +48,6 @@ class Record:
         commands: (N, m), held from t_k to t_(k+1).
         noise: (n,) standard deviation of the noise of ``compared``.
         start: (S,) first samples of the segments.
-        length: samples of each segment.
         joints: of an arm that is simulated joint by joint, the compared joints, each a row of its own in every segment;
             None if the coordinates of a segment are compared together.
         integrated: (n,) whether the positions are the integral of the measured speed; empty for none.

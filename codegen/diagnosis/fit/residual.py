@@ -94,8 +94,7 @@ def slip_velocities(system: System, motion: Motion) -> Array:
 class Problem:
     """A declared System, the Motion on which it is judged, and standard deviations of its uncertain values, in SI.
 
-    Attributes:
-        changes: the changes of the links' parameters by the uncertain numbers of a robot file, which correlate them.
+    ``changes``: of the links' parameters by the uncertain numbers of a robot file, which correlate them.
     """
 
     system: System
@@ -398,11 +397,8 @@ class ResidualAlong:
     def __init__(
         self, trial: Trial, motion: Motion, compiled: Runner | None = None, first: Array | tuple[()] = ()
     ) -> None:
-        """The residual of a trial.
-
-        Args:
-            compiled: free runs of the same system, to simulate the states; by default they are compiled.
-            first: values of the parameters of ``compiled`` that precede those of the trial.
+        """``compiled``: free runs of the same system, to simulate the states, whose first parameters have the values
+        ``first``.
         """
         self._trial, self._motion, self._compiled, self._first = trial, motion, compiled, first
         system = trial.changed

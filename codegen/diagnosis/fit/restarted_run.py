@@ -37,9 +37,7 @@ def free_run(
 
     Args:
         positions, velocities: (N, n) measured state, filtered.
-        commands: (N, m), held from t_k to t_(k+1).
         restart_s: at least two samples.
-        substeps: in one sample.
         arguments: parameters that the compiled code takes as arguments: models that differ in these alone share it.
 
     Raises:

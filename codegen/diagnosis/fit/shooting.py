@@ -163,10 +163,8 @@ class Shooter:
 
         Args:
             free: for each system the symbols that are arguments, in order.
-            loads: most loads behind springs in any run.
             driven: how many of each system's inputs belong to actuators; the others are imposed signals.
             seldom: whether only a few runs follow, which take less time than unrolling the loops.
-            jumps: whether levels may jump at standstill.
             at_once: False compiles at the first run.
         """
         self.inputs, self.contacts = max(len(s.inputs) for s in systems), len(systems[0].contacts)

@@ -42,13 +42,10 @@ class Motion:
     """The smoothed motion of one log on its uniform grid of N samples, in SI.
 
     Attributes:
-        time: (N,).
         positions, velocities, accelerations: (N, n), low-passed at the fine cutoff.
         inputs: (N, m), at t_k the mean of the values held before and after.
-        commands: (N, m), as logged.
         cutoff_hz, fine_hz: cutoffs of the coarse and of the fine filter.
         usable: (N,) samples away from the ends and from gaps.
-        measured: (N, n) positions as measured.
         counted: (N,) samples that were logged, where the grid is finer than the log; None where all were.
         integrated: (n,) whether a position is the integral of a measured speed; empty if none is.
     """
@@ -174,7 +171,6 @@ def white_noise(
 
     Args:
         measured, smooth: (N, n) positions, raw and low-passed at this cutoff.
-        rows: samples that are used.
     """
     above = measured - smooth
     noise = np.std(above[rows], axis=0) / np.sqrt(max(0.05, 1 - 2 * cutoff_hz * h))

@@ -128,7 +128,6 @@ class ForceStart:
     """Starting values of candidates in addition to one fit, ``base``.
 
     Attributes:
-        problem: of the declared system on the log's motion.
         whole: whether all values of the base follow by linear least squares, with their prior and limits; else levels.
         runners: part → free runs of the base with it, for states that are not logged; compiled where there are none.
         known: with ``whole``, index of a value → (N, n) slope of the low-passed residual by it, where that is known.

@@ -102,11 +102,7 @@ class Outcome:
 
 
 def within_reach(search: Search) -> tuple[Search, Fit]:
-    """The search with segments so short that free runs stay near the measured motion, and its refit.
-
-    The error of a free run grows with the square of time, in a chaotic machine faster; after a run has diverged, its
-    slopes are useless.
-    """
+    """The search with segments so short that free runs stay near the measured motion, and its refit."""
     near, base, share = search, search.refit(), 1.0
     while noise_ratio(base) > DIVERGING and share > SHORTEST:
         share /= 2
@@ -227,16 +223,10 @@ def _is_better_pair(pair: Fit, confirmed: Fit) -> bool:
 
 
 def _pair(search: Search, ranked: Sequence[Ranked]) -> tuple[Fit | None, bool]:
-    """The best fit with two effects, at least one of them among the best of the first round (a beam search).
+    """The best fit with two effects, at least one of them among the best of the first round (a beam search); or None.
 
-    It ends with a pair that leaves only noise, which no other pair explains better.
-
-    Two missing effects bias each other's fit. Effects with nearly as small a residual as the best get a second round of
-    all candidates; other pairs are of the best candidates with different signatures. Forms of one effect leave the same
-    for a second effect, so only the best one is tried in pairs.
-
-    Returns:
-        The fit, None if there is none, and whether its last effect was chosen among all with the first kept.
+    Effects with nearly as small a residual as the best get a second round of all candidates; other pairs are of the
+    best candidates with different signatures. The second result: whether the last effect was chosen among all.
     """
     best: Fit | None = None
     among_all = False
@@ -279,10 +269,10 @@ def _merged(search: Search, current: Fit) -> Fit | None:
 
 
 def _split(search: Search, current: Fit) -> Fit | None:
-    """The fit with two effects in place of one that is confused with both, if they explain more; else None.
+    """The fit with two effects in place of one that is confused with both, with no more parameters, if they explain
+    more.
 
-    Only pairs with no more parameters than the one are tried, so that the better fit decides. Example: within a part of
-    a turn, a spring and a constant force look like an unbalanced mass.
+    Example: within a part of a turn, a spring and a constant force look like an unbalanced mass.
     """
     here = ForceCriterion(search, current)
     for k, part in enumerate(current.trial.parts):
@@ -337,10 +327,8 @@ def worth_it(search: Search, fit: Fit, richer: Fit, candidates: int) -> bool:
 
 
 def pruned(search: Search, fit: Fit, candidates: int, spared: int = 0) -> Fit:
-    """Backward elimination: the fit without effects that free runs do not credit in addition to the others.
-
-    Args:
-        spared: number of last effects that are kept.
+    """Backward elimination of effects that free runs do not credit in addition to the others; the last
+    ``spared`` stay.
     """
     for k in range(len(fit.trial.parts) - 1 - spared, -1, -1):
         if len(fit.trial.parts) > 1:
@@ -358,11 +346,7 @@ def _pruned_with_rivals(search: Search, current: Fit, rivals: list[Ranked]) -> t
 def still_credited(
     search: Search, base: Fit, current: Fit, rivals: Sequence[Ranked], candidates: int
 ) -> tuple[Fit, list[Ranked]]:
-    """A fit in which effects were replaced or removed, with its rivals; the refit if the fit is not credited.
-
-    Each effect may be needed in addition to the others although all together predict no better than the refit. A rival
-    that was tried in addition to an effect is no rival of a single effect.
-    """
+    """A fit with changed effects, and the rivals that were tried like it; the refit if the fit is not credited."""
     if not credible(search, base, current, candidates):
         return base, []
     alone = len(current.trial.parts) == 1
@@ -445,9 +429,8 @@ def _swapped(
 
 
 def _is_as_good_and_simpler(here: ForceCriterion, found: Fit, part: Part) -> bool:
-    """Whether a replacement has fewer parameters than the effect ``part``, and neither criterion prefers that effect.
-
-    Example: a load that a damper hardly moves is an inertia error and viscous friction, two effects in one.
+    """Whether a replacement has fewer parameters than the effect ``part``, and neither criterion prefers that
+    effect.
     """
     search, current = here.search, here.fit
     if len(found.part.names) >= len(part.names) or found.cost > current.cost + FORM_GAIN:
@@ -456,9 +439,8 @@ def _is_as_good_and_simpler(here: ForceCriterion, found: Fit, part: Part) -> boo
 
 
 def _force_speaks_for(here: ForceCriterion, found: Fit) -> bool:
-    """Whether the force residual prefers the present effects to a replacement whose free runs end far from the noise.
-
-    Such free runs do not decide alone.
+    """Whether the force residual prefers the present effects to a replacement whose free runs end far from the
+    noise.
     """
     return not credit.near_noise(found) and force_prefers(here, ForceCriterion(here.search, found), 1 / CLOSE)
 
@@ -494,10 +476,7 @@ def _ranked(search: Search, found: Fit, without: Fit) -> Ranked:
 
 
 def _others(search: Search, parts: Sequence[Part], k: int, among_all: bool = True) -> list[Part]:
-    """Possible replacements of effect ``k``.
-
-    If the last effect was chosen ``among_all`` with the others kept, only those confused with it are tried again.
-    """
+    """Possible replacements of effect ``k``; of a last one chosen ``among_all``, only those confused with it."""
     rest = [p for j, p in enumerate(parts) if j != k]
     same = {(parts[k].kind, parts[k].on), *parts[k].effect.twins(search.system, parts[k].place)}
     possible = [p for p in every_part(search, rest) if (p.kind, p.on) not in same]

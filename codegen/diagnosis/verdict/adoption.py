@@ -95,11 +95,8 @@ class MapEstimate:
     """Maximum a posteriori (MAP) estimate of the refitted values from one likelihood.
 
     Attributes:
-        values: (p,).
         deviation: (p,) standard errors; 0 for values that are not estimated.
         moves: (p,) which values are estimated; the others are as declared.
-        source: the likelihood.
-        score: cross-validated errors.
     """
 
     values: Array
@@ -115,8 +112,6 @@ class Refit:
 
     Attributes:
         names: of the p values: friction levels, and parameters that have a tolerance.
-        declared, values: (p,) declared and adopted.
-        deviation: (p,) standard errors of the values.
         levels: (p,) the best values if only levels are refitted.
         errors: parameters that differ from their declared values by more than their tolerance explains.
         notes: facts on changes that free runs alone would make and that are not adopted.
@@ -136,12 +131,9 @@ class Refit:
 
 
 def adopt_values(search: Search, fit: Fit, problem: Problem, system: System) -> Refit:
-    """Choose the values of levels and toleranced parameters for a fit.
+    """Choose the values of levels and toleranced parameters for a fit of free runs, with its effects fixed, to a log.
 
-    Args:
-        search: has the declared values and their tolerances.
-        fit: a fit of free runs; the parameters of its effects stay fixed.
-        system: the declared system with these effects.
+    ``system``: the declared one with these effects.
     """
     return CrossValidation(search, fit, problem, system).adopted()
 

@@ -41,8 +41,6 @@ class Answer:
 
     Attributes:
         effects: the effects of the verdict, credited or not.
-        refit, augmented: the system with refitted values, and the same with the effects.
-        figures: errors of the declared, refit and augmented model on held-out data.
         errors: parameter errors in the model that is written.
         against: why the effects are not credited, the decisive reason first.
         remarks: further facts for the reader.
@@ -70,7 +68,6 @@ class Refusal:
     """An option that held-out data refuse, compared with a ``model`` ("as declared", "without the effect on j1").
 
     Attributes:
-        option: its values, in words.
         worse: criterion → error over that model's; empty if the reason is that no error is sufficiently smaller.
     """
 

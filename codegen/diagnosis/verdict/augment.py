@@ -29,7 +29,6 @@ def augmented_text(spec: Spec, effects: Sequence[FoundEffect], values: Mapping[s
     written in SI, parameters of the model in the unit of their declaration.
 
     Args:
-        effects: those that were found.
         values: name of a friction level, model parameter, effect parameter or base parameter → refitted value in SI.
         system: that of the spec; it has the names of the levels and of the declared effects' parameters.
     """
@@ -135,7 +134,6 @@ def _replace(
     A collection in brackets (flow style) has no comments inside; there the comment follows the outermost bracket.
 
     Args:
-        path: keys from the document's root to the number.
         default: the old value if there is no such key yet.
         how: "refitted", or "changed" where an effect that was found is added.
     """

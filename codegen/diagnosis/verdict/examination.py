@@ -63,13 +63,7 @@ def examine(
 
     Args:
         final_search: the search of the outcome's last fit.
-        problem: the declared system on the log.
-        verdict: of forward selection.
-        measured: errors of a system on held-out data.
         held_out: the declared system on these; None if they are not used to distinguish candidates.
-
-    Returns:
-        The answer, and the outcome that it belongs to.
     """
     system = search.system
     declared = measured(system)

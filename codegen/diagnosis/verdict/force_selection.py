@@ -168,10 +168,8 @@ def drive_kept(fits: ForceFits, plain: Fit, trial: Trial, theta: Array) -> float
 
 
 def fit_in_addition(fits: ForceFits, plain: Fit, trial: Trial, theta: Array) -> Fit:
-    """The fit of a trial that has one part more than a fit, from ``theta``.
-
-    The trial contains the model without the part. So a fit with a larger cost has diverged from a bad start; it is
-    repeated from a start at which only friction levels are adjusted to the part.
+    """The fit of a trial with one part more, from ``theta``; if it has diverged, again from adjusted friction
+    levels.
     """
     fit = fits.fit(trial, theta)
     if fit.cost <= plain.cost:
@@ -184,10 +182,8 @@ def fit_in_addition(fits: ForceFits, plain: Fit, trial: Trial, theta: Array) -> 
 def judged(fits: ForceFits, plain: Fit, found: Fit, candidates: int) -> Ranked:
     """A candidate with its evidence from the force residual over a fit without it, and the reason if not credited.
 
-    An effect that reduces the drive force reduces the residual in proportion, so only a larger reduction counts. The
-    residual is already divided by a constant factor on the drive, as by friction in proportion to it
-    (``residual_at_drive``). The share removed on held-out blocks is at most that of the fit to all blocks, since the
-    correction of the fit for a held-out block is linear.
+    Of an effect that reduces the drive force only a larger reduction of the residual counts. The share removed on
+    held-out blocks is at most that of the fit to all blocks.
     """
     joint = joint_of(fits.search, found.part)
     known = [p for p in plain.trial.parts if joint_of(fits.search, p) == joint]
@@ -214,20 +210,13 @@ def judged(fits: ForceFits, plain: Fit, found: Fit, candidates: int) -> Ranked:
 
 
 def _has_twin_elsewhere(search: Search, part: Part) -> bool:
-    """Whether an effect has the same equation of motion as one that depends on another variable.
-
-    Example: an asymmetric friction level is the same as a constant force, so viscous friction found in addition to it
-    does not correct a misfit of its form.
-    """
+    """Whether an effect has the same equation of motion as one that depends on another variable."""
     twins = part.effect.twins(search.system, part.place)
     return any(CATALOGUE[kind].seen_over != part.effect.seen_over for kind, _ in twins)
 
 
 def in_determined_forms(fits: ForceFits, fit: Fit) -> Fit:
-    """The fit with a simpler form of each effect whose interval includes zero, or that form, in one of more parameters.
-
-    If a form has more parameters than the log determines, all become uncertain, including the size of the effect.
-    """
+    """The fit with a simpler form of each effect whose interval includes zero in a form with more parameters."""
     trial, (moved, values) = fit.trial, fit.values
     named = named_effects(trial.parts, estimate(fit), fit.model)
     for k, (part, found) in enumerate(zip(trial.parts, named, strict=True)):
@@ -245,10 +234,7 @@ def in_determined_forms(fits: ForceFits, fit: Fit) -> Fit:
 
 
 def still_credited(fits: ForceFits, before: Fit, fit: Fit) -> Fit:
-    """The fit without effects that are credited in the form of ``before`` and not in their simpler form here.
-
-    A curve over speed may imitate another missing force; a line in its place may then explain nothing.
-    """
+    """The fit without effects that are credited in the form of ``before`` and not in their simpler form here."""
     for k, part in enumerate(fit.trial.parts):
         if part not in before.trial.parts:
             other = fits.without(fit, k)
@@ -263,8 +249,6 @@ def still_credited(fits: ForceFits, before: Fit, fit: Fit) -> Fit:
 
 def best_first_effect(fits: ForceFits, fit: Fit, leading: Sequence[Ranked]) -> tuple[Fit, list[Ranked]]:
     """Repeat the choice between tied first effects with the later effects in the model.
-
-    Without the later effects, their residual may have hidden the difference between the first ones.
 
     Args:
         leading: the best candidate of the first round and its rivals.
@@ -293,10 +277,7 @@ def with_first(fits: ForceFits, fit: Fit, one: Ranked) -> Fit:
 
 
 def confirmed(fits: ForceFits, fit: Fit, run: Fit) -> tuple[Fit, Fit]:
-    """The fit and its free runs, without effects whose removal does not make free runs significantly worse.
-
-    Levels and toleranced values are nuisance parameters, refitted on both sides of a comparison.
-    """
+    """The fit and its free runs, without effects whose removal does not make free runs significantly worse."""
     while parts := fit.trial.parts:
         others = [fits.without(fit, k) for k in range(len(parts))]
         joints = [joint_of_difference(fits.search, fit, other) for other in others]

@@ -36,8 +36,6 @@ def statement(
     """The verdict in words, with figures of the coordinate on which the first effect acts.
 
     Args:
-        left: remainder of each coordinate.
-        rivals: of the first effect.
         refitted: name → value in the declared, refit and augmented model.
         outcome: of the free-run fits; None for a diagnosis of ``records`` steady records by their means.
         training: relative force error on the training log as declared, refitted and augmented.

@@ -93,11 +93,7 @@ def velocity_mismatch(log: Log, motion: Motion) -> float:
 
 
 class Change(ABC):
-    """A change of a log's columns.
-
-    Attributes:
-        mistakes: number of mistakes that it corrects; of changes that fit alike, those with the fewest are reported.
-    """
+    """A change of a log's columns, and the number of mistakes that it corrects, the fewest of which are reported."""
 
     mistakes = 1
 

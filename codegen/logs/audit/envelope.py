@@ -17,8 +17,6 @@ class Span:
     Attributes:
         low, high: the envelope's range, in ``unit``.
         least, most: of the finite values.
-        count: number of finite values.
-        outside: number of finite values outside the envelope.
     """
 
     name: str

@@ -38,9 +38,6 @@ SWINGING = 0.5
 def audit_force(log: Log, spec: Spec, motion: Motion, steady: frozenset[int] = frozenset()) -> Iterator[Finding]:
     """Findings by the balance of forces: on columns, signs, scales and units.
 
-    Args:
-        steady: the coordinates that run at constant speed, whose inertia is not judged.
-
     Raises:
         BadInput: if the spec's mechanics or declared effects cannot be built.
     """

@@ -38,12 +38,7 @@ NEAR_UNIT = 1.5
 
 @dataclass(frozen=True)
 class Outside:
-    """A coordinate far outside the envelope.
-
-    Attributes:
-        what: in words, how far its position or velocity is outside.
-        times: its ratio to the envelope's bound.
-    """
+    """A coordinate far outside the envelope: how far in words, and as a ratio to the bound."""
 
     coordinate: str
     what: str

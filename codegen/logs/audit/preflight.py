@@ -85,11 +85,7 @@ def _warning_if(warn: bool) -> Severity:
 
 
 def _on_record(log: Log, reverses: bool) -> Iterator[Finding]:
-    """Findings on the time stamps and the completeness of a log.
-
-    Args:
-        reverses: whether some coordinate changes its speed, so that a slow rate misses its reversals.
-    """
+    """Findings on time stamps and completeness; ``reverses``: whether a coordinate changes its speed."""
     yield _rate(log, reverses)
     yield _jitter(log)
     yield _length(log)

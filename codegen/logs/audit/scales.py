@@ -65,7 +65,6 @@ def wrong_scales(case: Case, steady: frozenset[int], outside: Outside | None) ->
     """Findings on the scale of positions: in another unit, off by another factor, or off without a factor that fits.
 
     Args:
-        steady: the coordinates that run at constant speed, whose acceleration is ripple and noise alone.
         outside: the coordinate furthest outside the envelope.
     """
     off = _off_scale(case, steady, INERTIA_OFF)
@@ -180,13 +179,7 @@ def scales_of_velocities(case: Case) -> Iterator[Finding]:
 
 @dataclass(frozen=True)
 class Explained:
-    """The best factor of one explanation.
-
-    Attributes:
-        factor: k of the position, c of the input, or the factor by which a mass is too large.
-        left: unbalanced share of the squared forces, with the friction level refitted.
-        level: factor on the declared friction.
-    """
+    """The best factor of one explanation, the unbalanced share that it leaves, and the factor on the friction level."""
 
     factor: float
     left: float
