@@ -19,6 +19,8 @@ def table(separator: str = ",", end: str = "\n", tail: str = "") -> str:
 READ = {
     "preamble": "Date:;2020-07-08\nRate:;100;Hz;x\n\n;w raw\nt;x;w\n" + table(";"),
     "preamble with a comment": "rig 3\n# a note\nt,x,w\n# another\n" + table(),
+    "preamble as wide as the table": "Exported by;Scope X;v2.1\nDrive;Axis 1;rig\nt;x;w\n" + table(";"),
+    "preamble as wide as the table, and units": "Drive;Axis 1;rig\nt;x;w\ns;m;N\n" + table(";"),
     "units": "t;x;w\ns;m;N\n" + table(";"),
     "units in brackets": "t,x,w\n[s],[m],[N]\n" + table(),
     "preamble and units": 'Date:;now\r\nTrigger:;1;"a;b"\r\nt;x;w\r\ns;m;%\r\n' + table(";", "\r\n"),
@@ -109,6 +111,16 @@ def test_columns_by_number(tmp_path, spec):
     assert read_log(tmp_path / "b.csv", spec, columns={"x": "2", "w": "3"}).inputs[0, 0] == -3
 
 
+def test_a_header_that_is_not_taken_is_named(tmp_path, spec):
+    (tmp_path / "a.csv").write_text("t,x,w\nSek,Pos,Kraft\n" + table())
+    with pytest.raises(BadInput) as told:
+        read_log(tmp_path / "a.csv", spec)
+    assert "line 2 is the header; `header: 1` in meta.yaml beside the log" in str(told.value)
+    about = tmp_path / "about.yaml"
+    about.write_text("header: 1\n")
+    assert read_log(tmp_path / "a.csv", spec, description=about).inputs[0, 0] == -3
+
+
 def test_the_header_by_its_line(tmp_path, spec):
     (tmp_path / "a.csv").write_text("x,w,t\nt,x,w\n" + table())
     with pytest.raises(BadInput) as told:
@@ -146,7 +158,7 @@ def test_a_line_of_units_may_have_a_word_that_is_none(tmp_path, spec):
     asked = {"x": "Weg", "w": "Strom"}
     assert read_log(tmp_path / "a.csv", spec, columns=asked).positions[2, 0] == pytest.approx(1e-3)
     (tmp_path / "b.csv").write_text(HEADS["no unit but that of time"] + table(";"))
-    with refused("LOG001 two header"):
+    with refused("LOG003 Weg 2 1 `header: 1`"):
         read_log(tmp_path / "b.csv", spec, columns=asked)
 
 

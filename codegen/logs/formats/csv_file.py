@@ -73,6 +73,7 @@ class CsvSource(LogFile):
         super().__init__(Path(file), None, description)
         self.file, self.layout, self.lines, self.first, self.before = file, layout, lines, first, before
         self.names, self.units, self.own_notes = layout.names, dict(layout.units), [*encoding, *layout.notes]
+        self.unread = dict(layout.unread)
 
     @property
     def place(self) -> Place:

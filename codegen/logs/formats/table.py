@@ -71,6 +71,7 @@ class Layout:
         form: conversion of the lines to plain ones, which all other attributes are about; None if lines are plain.
         times: column → column of its time, both counted from 0; empty if all columns have the same time.
         tick: unit of ``times`` in s. The times in s are the first column.
+        unread: names of a line before the header that could be the header too, each with why it is no column.
     """
 
     names: tuple[str, ...]
@@ -86,6 +87,7 @@ class Layout:
     form: Form | None = None
     times: tuple[int, ...] = ()
     tick: float = 1.0
+    unread: tuple[tuple[str, str], ...] = ()
 
     def plain(self, lines: list[str]) -> list[str]:
         """The lines in plain form, as many as given."""
@@ -373,16 +375,21 @@ def _above(file: str, lines: Sequence[str], rows: _Rows, asked: Collection[str])
         return None
     at = near[0]
     units: tuple[tuple[str, str], ...] = ()
+    unread: tuple[tuple[str, str], ...] = ()
     if len(near) == 2:
         lower, upper = split[near[0]], split[near[1]]
         sought = [sum(name.strip() in asked for name in line) for line in (lower, upper)]
         if _are_units(lower) or sought[1] > sought[0] or (sought[0] == sought[1] and _are_units(lower, but=1)):
             at, units = near[1], tuple(zip(_named(upper), map(_plain_unit, lower), strict=False))
-        elif sought[0] == sought[1] and not COMMENT.match(lines[near[1]]):
+        elif sought[0] == sought[1] and not COMMENT.match(lines[near[1]]) and {*lower} & {*upper}:
             found = f"two lines that may be the header, this one and line {near[1] + 1} (`{shown(lines[near[1]])}`)"
             expected = f"`header: {near[0] + 1}` or `header: {near[1] + 1}` in meta.yaml beside the log"
             raise BadInput(Place(file, near[0] + 1), found, expected, code="LOG001")
-    return _with_notes(lines, Layout(_named(split[at]), at + 1, rows.index, rows.delimiter, units))
+        else:
+            above = near[1] + 1
+            why = f"line {at + 1} is the header; `header: {above}` in meta.yaml beside the log takes line {above}"
+            unread = tuple((name, why) for name in _named(upper))
+    return _with_notes(lines, Layout(_named(split[at]), at + 1, rows.index, rows.delimiter, units, unread=unread))
 
 
 _SAMPLE_TIME = "sampletime[ms]"
