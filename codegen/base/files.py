@@ -114,18 +114,24 @@ def write_atomically(path: Path, text: str) -> None:
 class Waiting:
     """A file that is being written: a temporary one beside the target, which ``take_place`` renames to the target.
 
-    Without a call of ``take_place`` it is removed at the end of the context.
+    Without a call of ``take_place`` it is removed at the end of the context, and so are folders made for it.
 
     Raises BadInput if the folder cannot be made or written, or the target is a folder or a device.
     """
 
     def __init__(self, path: Path, expected: str = "a folder that can be written") -> None:
         self.path, self._expected = path, expected
-        with self._writing():
-            _refuse_special(path)
-            path.parent.mkdir(parents=True, exist_ok=True)
-            sweep(path.parent)
-            self._temporary, self.stream = temporary_file(path.parent)
+        self._made: list[Path] = []
+        try:
+            with self._writing():
+                _refuse_special(path)
+                self._made = [folder for folder in path.parents if not folder.exists()]
+                path.parent.mkdir(parents=True, exist_ok=True)
+                sweep(path.parent)
+                self._temporary, self.stream = temporary_file(path.parent)
+        except BadInput:
+            self._remove_empty()
+            raise
 
     def __enter__(self) -> Self:
         return self
@@ -134,6 +140,13 @@ class Waiting:
         self._temporary.unlink(missing_ok=True)
         with suppress(OSError):
             self.stream.close()
+        self._remove_empty()
+
+    def _remove_empty(self) -> None:
+        """Remove the folders that were made for the file, from the innermost to the first that is not empty."""
+        with suppress(OSError):
+            for folder in self._made:
+                folder.rmdir()
 
     def write(self, data: bytes) -> None:
         """Write further bytes."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import json
 import os
+import resource
 import shutil
 import signal
 import subprocess
@@ -35,8 +36,10 @@ import codegen.base.text
 import codegen.logs.motion
 import codegen.spec.yaml_text
 from codegen.base.errors import InternalError
+from codegen.base.files import write_all
 from stiction import derive
 from tests.in_part import in_part
+from tests.told import refused
 
 from .command import COMMAND, SPECS, is_one_message, stiction
 
@@ -343,3 +346,17 @@ def test_standard_output_that_takes_a_part(tmp_path, unbuffered):
             check=False,
         )
     assert (done.returncode, done.stderr) == (2, UNWRITABLE % os.strerror(errno.EFBIG))
+
+
+def test_a_full_disk_leaves_no_files_and_no_empty_folders(tmp_path: Path) -> None:
+    """`diagnose` and `generate` on a full disk left the folders that they had made, empty."""
+    (tmp_path / "old").mkdir()
+    before, largest = signal.signal(signal.SIGXFSZ, signal.SIG_IGN), resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (1000, largest[1]))
+    try:
+        with refused("FILE003 b.txt"):
+            write_all(tmp_path / "old" / "new", {"a.txt": "a", "c/d/b.txt": "b" * 2000})
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, largest)
+        signal.signal(signal.SIGXFSZ, before)
+    assert [path.name for path in tmp_path.rglob("*")] == ["old"]

@@ -386,8 +386,8 @@ def _above(file: str, lines: Sequence[str], rows: _Rows, asked: Collection[str])
             expected = f"`header: {near[0] + 1}` or `header: {near[1] + 1}` in meta.yaml beside the log"
             raise BadInput(Place(file, near[0] + 1), found, expected, code="LOG001")
         else:
-            above = near[1] + 1
-            why = f"line {at + 1} is the header; `header: {above}` in meta.yaml beside the log takes line {above}"
+            before = near[1] + 1
+            why = f"line {at + 1} is the header; `header: {before}` in meta.yaml beside the log takes line {before}"
             unread = tuple((name, why) for name in _named(upper))
     return _with_notes(lines, Layout(_named(split[at]), at + 1, rows.index, rows.delimiter, units, unread=unread))
 
