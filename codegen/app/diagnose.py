@@ -165,11 +165,9 @@ def diagnose(
         from codegen.app.generate import refuse_hand_written
 
         augmented = Derived(parse_spec(models.spec_text, spec.path.parent / "spec.yaml"))
-        try:
-            generated, change = augmented.files, certificate_change(machine.outcome, augmented.outcome)
-        except BadInput as error:  # only of the augmented spec; the diagnosis remains valid
-            why = f"no code was generated: {error.found}; expected {error.expected}"
-            generated, change = {}, CertificateChange(_rate(machine.outcome), why)
+        before, after = _outcome(machine), _outcome(augmented)
+        generated = {} if isinstance(after, str) else augmented.files
+        change = certificate_change(before, after)
         refuse_hand_written(folder / "generated" / augmented.spec.name, generated)
         diagnosis = replace(diagnosis, certificate=change)
         files |= {f"generated/{augmented.spec.name}/{name}": text for name, text in generated.items()}
@@ -201,19 +199,29 @@ def _files(given: str | Path | Sequence[str | Path] | None) -> Sequence[str | Pa
     return (given,) if isinstance(given, (str, Path)) else tuple(given)
 
 
-def _rate(outcome: Certificate | Refusal) -> float | str:
+def _outcome(machine: Derived) -> Certificate | Refusal | str:
+    """The certificate or its refusal; or why there is no code, which leaves the diagnosis valid."""
+    try:
+        return machine.outcome
+    except BadInput as error:
+        return f"no code was generated: {error.found}; expected {error.expected}"
+
+
+def _rate(outcome: Certificate | Refusal | str) -> float | str:
     from codegen.certify.outcome import Certificate
 
+    if isinstance(outcome, str):
+        return outcome
     return outcome.decay_rate if isinstance(outcome, Certificate) else outcome.reason
 
 
-def certificate_change(before: Certificate | Refusal, after: Certificate | Refusal) -> CertificateChange:
-    """The certified rates before and after, and the proofs that no longer exist."""
+def certificate_change(before: Certificate | Refusal | str, after: Certificate | Refusal | str) -> CertificateChange:
+    """The certified rates before and after, or why there is no code; and the proofs that no longer exist."""
     lost = [(name, why) for name, why in _missing(after).items() if name not in _missing(before)]
-    return CertificateChange(_rate(before), _rate(after), tuple(lost))
+    return CertificateChange(_rate(before), _rate(after), () if isinstance(after, str) else tuple(lost))
 
 
-def _missing(outcome: Certificate | Refusal) -> dict[str, str]:
+def _missing(outcome: Certificate | Refusal | str) -> dict[str, str]:
     """File of a proof other than the certificate → the reason why there is none, as in ``certify``."""
     from codegen.certify.outcome import Certificate
     from codegen.checker.verify import PROOF, SETS

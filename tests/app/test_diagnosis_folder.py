@@ -145,3 +145,19 @@ def test_a_folder_of_signals_is_known_by_the_names_and_bytes_of_its_files(tmp_pa
     assert first == hashlib.sha256(listed.encode()).hexdigest()
     (tmp_path / "a.csv").rename(tmp_path / "c.csv")
     assert log_sha256([tmp_path]) != [first]
+
+
+def test_an_envelope_without_a_needed_range_costs_the_code_but_not_the_diagnosis(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """M depends on x, whose range the certificate needs: SPEC026 came after all fits, and nothing was written."""
+    monkeypatch.chdir(tmp_path)
+    text = SPEC.replace("[[m]]", "[[m*(2 + sin(x/L))]]").replace("kg}", "kg}, L: {value: 1, unit: m}")
+    text += "observer: {kind: cfo, velocity: estimated, gains: {K_F: 10, K_v: 50}, sample_time: 2 ms}\n"
+    Path("s.yaml").write_text(text + "envelope: {v: [-1, 1]}\n")
+    log(Path("run.csv"))
+    done = stiction("diagnose", "s.yaml", "run.csv")
+    assert done.code == 3 and "verdict: unfit" in done.out, done.err
+    change = json.loads(Path("run_diagnosis/diagnosis.json").read_text("utf-8"))["certificate"]
+    assert all("no range for x" in change[when] for when in ("before", "after"))
+    assert not Path("run_diagnosis/generated").exists() and "no range for x" in done.out
