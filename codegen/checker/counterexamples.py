@@ -1,17 +1,19 @@
-"""What the checker refuses, and why.
+"""What the checker refuses, and why: python3 counterexamples.py generated/one_mass < PROOF.json shows each.
 
 Every case changes the genuine one_mass.c (c), one_mass.h (h) or its proof (p) in one place, so that the theorem of
 errors.py, or what frame.py and theorem.py say, would be false or would speak of something else than the C that is
 compiled, or so that it is no proof at all.
 """
 
-from __future__ import annotations
-
 import json
+import sys
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
-from codegen.checker import verify
+if TYPE_CHECKING or __package__:
+    from codegen.checker import verify
+else:
+    import verify
 
 
 class Case(NamedTuple):
@@ -347,3 +349,16 @@ def answer(case: Case, folder: Path, proof: str) -> str:
     except verify.Refused as why:
         return f"{type(why).__name__}: {why}"
     return "proved"
+
+
+def main() -> None:
+    """Print every case and the checker's answer."""
+    if len(sys.argv) != 2 or not (Path(sys.argv[1]) / "one_mass.c").is_file():
+        sys.exit("usage: python3 counterexamples.py generated/one_mass < generated/one_mass/proof.json")
+    proof = sys.stdin.read()
+    for case in CASES:
+        print(f"{case.why}:\n    {answer(case, Path(sys.argv[1]), proof)[:300]}")
+
+
+if __name__ == "__main__":
+    main()
