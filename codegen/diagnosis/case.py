@@ -20,14 +20,7 @@ from codegen.diagnosis.evidence.residual_regression import inertia_noise
 from codegen.diagnosis.evidence.unseen_inertia import moves_one_way, not_refitted, unseen_inertias
 from codegen.diagnosis.fit.measure import drive_force
 from codegen.diagnosis.fit.residual import Problem
-from codegen.diagnosis.fit.signals import (
-    FASTER_HZ,
-    MOSTLY_FASTER,
-    NOISE_SHARE,
-    SHORTEST_TEST_S,
-    Motion,
-    smooth_motion,
-)
+from codegen.diagnosis.fit.signals import FASTER_HZ, MOSTLY_FASTER, NOISE_SHARE, SHORTEST_TEST_S, Motion, smooth_motion
 from codegen.effects.declare import add_declared_effects, effect_deviations
 from codegen.logs import Finding, Log, excerpt, preflight
 from codegen.logs.motion import steady_speeds
@@ -169,10 +162,7 @@ def _is_steady(log: Log, motion: Motion) -> bool:
 def uncertain_values(
     spec: Spec, system: System, log: Log
 ) -> tuple[System, Mapping[sympy.Symbol, float], Mapping[sympy.Symbol, Array]]:
-    """The system with all uncertain quantities as parameters, their standard deviations in SI, and link changes.
-
-    The last are ``LinkParameter.changes`` of the base parameters of a robot file.
-    """
+    """The system with all uncertain quantities as parameters, their deviations in SI, and ``LinkParameter.changes``."""
     own = {spec.symbol(p.name): p.tolerance if p.tolerance is not None else log.tolerance for p in spec.parameters}
     deviations = {s: share * abs(float(system.values[s])) for s, share in own.items() if share}
     links: tuple[LinkParameter, ...] = ()

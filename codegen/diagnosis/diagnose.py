@@ -31,15 +31,7 @@ from codegen.diagnosis.fit.residual import Problem, residual_at_drive
 from codegen.diagnosis.fit.search import Search, search_on
 from codegen.diagnosis.fit.trial import Part
 from codegen.diagnosis.reliability import reliability_of
-from codegen.diagnosis.results import (
-    MATERIAL,
-    Diagnosis,
-    ErrorFigures,
-    Fact,
-    FoundEffect,
-    Remainder,
-    Verdict,
-)
+from codegen.diagnosis.results import MATERIAL, Diagnosis, ErrorFigures, Fact, FoundEffect, Remainder, Verdict
 from codegen.diagnosis.selection.candidate_fits import start_compiling
 from codegen.diagnosis.selection.forward_selection import Outcome, common_effects, find_effects, within_reach
 from codegen.diagnosis.verdict import wrong_values
@@ -329,9 +321,7 @@ def _diagnosis(
     records: int = 0,
     **found: Any,
 ) -> Diagnosis:
-    """The diagnosis of an answer; ``relative_error``: of a model on the training log; ``found``: further fields of the
-    result.
-    """
+    """The diagnosis of an answer; ``relative_error``: of a model on the training log; ``found``: further fields."""
     system, moved, three = models.declared, models.train.moved, (models.declared, models.refit, models.augmented)
     declared, refit, augmented = answer.figures
     refitted = {
@@ -384,9 +374,7 @@ def _kept(answer: Answer) -> str:
 def _sought(
     search: Search, base: Fit, progress: Callable[[int, float], None], case: Case
 ) -> tuple[Search, Outcome, tuple[Part, ...]]:
-    """Search, outcome of forward selection, and the effects that were replaced by wrong values (not at
-    constant speed).
-    """
+    """Search, outcome of forward selection, and the effects that were replaced by wrong values of parameters."""
     outcome = find_effects(search, base, progress, case.faults)
     free = None if case.faults or case.steady else wrong_values.released(search, base, outcome)
     if free is not None:

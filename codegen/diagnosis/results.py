@@ -35,9 +35,7 @@ TOPICS: tuple[Topic, ...] = get_args(Topic)
 
 @dataclass(frozen=True)
 class Fact:
-    """One labelled sentence of a verdict of about thirty words; ``detail``: conditions and figures, for report and
-    JSON.
-    """
+    """One labelled sentence of a verdict of about thirty words; ``detail``: conditions and figures."""
 
     topic: Topic
     words: str

@@ -145,9 +145,7 @@ def _alike(symbols: Sequence[str], spec: Spec) -> list[list[str]]:
 
 
 def _numbered(group: Sequence[str], left: Mapping[str, str], spec: Spec) -> list[str]:
-    """A column for each symbol of a group, by usual names that differ only in a number, ``q.1`` and ``q.2``; [] if
-    unclear.
-    """
+    """A column for each symbol of a group, by usual names that differ only in a number: ``q.1``, ``q.2``."""
     usual, sets = USUAL.get(unit_of(group[0], spec), frozenset()), dict[str, list[str]]()
     for name in left:
         words = words_of(re.sub(r"\d+", " ", name))

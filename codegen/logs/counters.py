@@ -55,11 +55,7 @@ def require_columns(names: Sequence[str], description: LogDescription) -> None:
     Raises:
         BadInput: for one that is missing, at the description's key.
     """
-    for key, columns in (
-        ("signed16", description.signed),
-        ("unwrap", description.unwrap),
-        ("rows", description.rows),
-    ):
+    for key, columns in (("signed16", description.signed), ("unwrap", description.unwrap), ("rows", description.rows)):
         for column in columns:
             if column not in names:
                 bits = description.signed.get(column) if key == "signed16" else None
@@ -75,9 +71,7 @@ def require_columns(names: Sequence[str], description: LogDescription) -> None:
 
 
 def counter_findings(raw: Columns, terms: Mapping[str, Term]) -> list[tuple[tuple[str, ...], Finding]]:
-    """Undeclared storage faults of integer columns, after ``corrected``: the symbols concerned, and the finding, of
-    each.
-    """
+    """Undeclared storage faults of integer columns: the symbols concerned, and the finding, of each."""
     findings: list[tuple[tuple[str, ...], Finding]] = []
     for j, name in enumerate(raw.names):
         values = raw.values[:, j]
@@ -112,9 +106,7 @@ def repeats(data: Array, steps: Sequence[float]) -> tuple[float, float]:
 
 
 def smallest_step(position: Array) -> float:
-    """Quantisation step of raw samples (N,): most differences are multiples of it; 0 if there is none, or too few show
-    it.
-    """
+    """Quantisation step of raw samples (N,): most differences are multiples of it; 0 if none shows."""
     differences = np.abs(np.diff(position))
     rounding = 1e-14 * float(np.abs(position).max(initial=0.0))
     differences = differences[differences > rounding]

@@ -178,9 +178,7 @@ class LongSection(BaseModel):
 
 
 class EvaluationSection(BaseModel):
-    """Filtering and cutting of the log for an evaluation: trim at both ends, and time between restarts of free runs, in
-    s.
-    """
+    """Filtering of the log for an evaluation: trim at both ends, and time between restarts, in s."""
 
     model_config = _KEYS
 

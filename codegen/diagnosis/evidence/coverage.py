@@ -193,9 +193,7 @@ class _Path:
 
     @cached_property
     def modulation(self) -> Array:
-        """q at the used samples, by which the force of an effect at this place is modulated: sgn v on a contact, v² of
-        a sensor, else 1.
-        """
+        """q at the used samples, which modulates the force: sgn v on a contact, v² of a sensor, else 1."""
         q = {"contact": np.sign(self.v), "sensor": self.v**2}.get(self.sits_on, np.ones_like(self.v))[self.used]
         return np.asarray(q / max(float(np.abs(q).max(initial=0.0)), 1e-300))
 

@@ -102,11 +102,7 @@ def _comparison_coordinate(part: Part, name: str, values: Sequence[float]) -> tu
     if neutral is not None:
         signs = {np.sign(v - neutral) for v in values}
         if len(signs) == 1 and (sign := float(signs.pop())):
-            return (
-                lambda v: log(abs(v - neutral)),
-                lambda q: neutral + sign * exp(q),
-                lambda v: 1 / abs(v - neutral),
-            )
+            return (lambda v: log(abs(v - neutral)), lambda q: neutral + sign * exp(q), lambda v: 1 / abs(v - neutral))
     if not coordinate.curved:
         return lambda v: v, lambda q: q, lambda v: 1.0
     step = 1e-6

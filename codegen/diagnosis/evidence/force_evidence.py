@@ -107,9 +107,7 @@ class ForceGain:
         return max(by_blocks, float(chi2.sf(2 * max(self.nats_added, 0.0), k)))
 
     def where_large(self, fitted: int = 0) -> float:
-        """P-value of the ratios in the blocks with the largest residuals, by a t test, less fitted/n for so many
-        parameters.
-        """
+        """P-value of a t test in the blocks with the largest residuals, less fitted/n by chance."""
         if not self.ratios or fitted >= self.values:
             return 1.0
         return p_of_log_ratios(np.array(self.ratios) + log1p(-fitted / self.values))
@@ -165,9 +163,7 @@ def _sums(values: Array | NDArray[np.bool_], blocks: Sequence[NDArray[np.intp]])
 
 @dataclass(frozen=True, eq=False)
 class ForceCriterion:
-    """The force residual of a fit; of an arm that is simulated joint by joint, compared at the joint
-    where fits differ.
-    """
+    """The force residual of a fit; fits of an arm's joints are compared at the joint where they differ."""
 
     search: Search
     fit: Fit
@@ -188,9 +184,7 @@ class ForceCriterion:
         return force_gain(self.search.problem, other.without_levels, self.without_levels, joint)
 
     def added_to(self, other: ForceCriterion) -> ForceGain:
-        """The gain over a fit with fewer effects, both after regression on levels and toleranced values, which it may
-        only correct.
-        """
+        """The gain over a fit with fewer effects, both after regression on levels and toleranced values."""
         if len(self.search.moved) == len(self.search.problem.levels):
             return self.over(other)
         joint = joint_of_difference(self.search, self.fit, other.fit)
@@ -211,9 +205,7 @@ class ForceCriterion:
         return self.without_values(self.slopes, joint)
 
     def without_values(self, slopes: Array, joint: int | None) -> Array:
-        """(N, n) residual after regression on levels and toleranced values in limits, for each coordinate
-        or one joint.
-        """
+        """(N, n) residual after regression on levels and toleranced values within their limits."""
         prior, first, count = self.fit.prior, len(self.search.problem.levels), len(self.search.moved)
         there = self.fit.theta[first:count] - prior.centre[first:count]
         bound = prior.bound[first:count]

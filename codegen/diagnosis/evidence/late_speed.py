@@ -44,9 +44,7 @@ def rows_of_difference(speed: Array, h: float) -> int:
 
 
 def late_speeds(problem: Problem, log: Log) -> tuple[float, tuple[Finding, ...]]:
-    """Delay of the logged motion in rows, and the finding; 0 unless the noise of all speeds and the
-    inputs agree on it.
-    """
+    """Delay of the logged motion in rows, and the finding; 0 unless noise and inputs agree on it."""
     velocities = [v.name for v in problem.system.velocities]
     integrated = log.intake.integrated
     unknown = log.intake.resampled or log.velocities is None or not integrated or not all(integrated)

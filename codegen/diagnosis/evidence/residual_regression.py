@@ -124,9 +124,7 @@ def _changed(
     variables: Mapping[str, Array],
     noise: float,
 ) -> ChangesInTime:
-    """Changes in time of a residual, or of what a curve over state variables leaves; ``noise``: mean square in the row
-    of M a.
-    """
+    """Changes in time of a residual, or of what a curve over state variables leaves; ``noise``: of the row of M a."""
     in_terms: dict[Term, float] = {"inertia": noise}
     about = motion.time, motion.cutoff_hz, in_terms
     plain = changes_in_time(r, rows, terms, *about)
@@ -308,10 +306,7 @@ def peak_hz(residual: Array, rows: NDArray[np.bool_], motion: Motion) -> float:
 
 
 def _peak(residual: Array, rows: NDArray[np.bool_], motion: Motion) -> int | None:
-    """The bin of the highest peak of the spectrum at the samples ``rows``, away from standstill.
-
-    Of those with ``LEAST_PERIODS`` in the log and below the cutoff. None if the log is too short for one.
-    """
+    """The bin of the spectrum's highest peak, with ``LEAST_PERIODS`` in the log and below the cutoff; or None."""
     count, h = len(residual), motion.sample_time
     power = np.abs(np.fft.rfft(np.where(rows, residual, 0.0))) ** 2
     frequencies = np.fft.rfftfreq(count, h)

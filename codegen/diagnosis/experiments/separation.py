@@ -1,6 +1,4 @@
-"""Candidates that tie on one log: their similarity, and the cheapest extra motion of a library
-that discriminates them.
-"""
+"""Candidates that tie on one log: their similarity, and the cheapest extra motion that discriminates them."""
 
 from __future__ import annotations
 
@@ -156,9 +154,7 @@ def _tied_pair(search: Search, outcome: Outcome, first: Fit, other: Fit) -> Tied
 
 
 def _distance(truth: Fit, other: Fit) -> float:
-    """Distance by which one fit is better than another, in standard deviations of the noise; negative
-    if it is worse.
-    """
+    """Distance by which one fit is better than another, in standard deviations of the noise."""
     gain = float(other.held_out_losses.sum() - truth.held_out_losses.sum())
     return float(np.copysign(2 * np.sqrt(independent_share(truth) * abs(gain)), gain))
 
@@ -172,9 +168,7 @@ def _try(
     motion: ExtraMotion,
     first: LoopRun,
 ) -> MotionTried:
-    """The smallest separation over all pairs of a truth (``machines``) and another candidate; ``first``: the first
-    one's run.
-    """
+    """The smallest separation over all pairs of a truth (``machines``) and another candidate."""
     h, least = log.sample_time, float("inf")
     energy = _energy(first, h)
     for k, machine in enumerate(machines):
@@ -196,13 +190,7 @@ def _simulated(search: Search, machine: System, reach: Reach, motion: ExtraMotio
 
 
 def follow(
-    search: Search,
-    machine: System,
-    target: Array,
-    rate: Array,
-    centre: Array,
-    h: float,
-    limit: Array,
+    search: Search, machine: System, target: Array, rate: Array, centre: Array, h: float, limit: Array
 ) -> LoopRun | None:
     """Simulate a machine that follows a trajectory under a PD loop, critically damped at ``centre``; None if it
     diverges.

@@ -136,9 +136,7 @@ class Evidence:
 
 
 def random_signs(t: float) -> float:
-    """One-sided p-value of ``Evidence.t`` if the gain of each block has a random sign: 1 − Φ(t), too small for few
-    blocks.
-    """
+    """One-sided p-value of ``Evidence.t`` if the gain of each block has a random sign: 1 − Φ(t)."""
     return 0.5 * erfc(t / sqrt(2))
 
 
@@ -221,9 +219,7 @@ def _of_ratios(before: Array, after: Array, chosen: NDArray[np.bool_]) -> float:
 
 
 def p_of_log_ratios(logarithms: Array) -> float:
-    """One-sided p-value of Student's t test that log(before/after) has a positive mean; 1 for fewer than ``LEAST_FAR``
-    blocks.
-    """
+    """P-value of Student's t test that log(before/after) has a positive mean; 1 for too few blocks."""
     if len(logarithms) < LEAST_FAR or not logarithms.std() > 0:
         return 1.0
     return float(student.sf(t_of_mean(logarithms), len(logarithms) - 1))
@@ -293,9 +289,7 @@ def noise_ratio(fit: Fit) -> float:
 
 
 def near_noise(fit: Fit, times: float = 1.0) -> bool:
-    """Whether the residual is near the noise, in the median (times ``times``) and in all but a share ``FEW`` of the
-    segments.
-    """
+    """Whether the residual is near the noise, in the median and in all but a share ``FEW`` of the segments."""
     return noise_ratio(fit) * times <= NEAR_NOISE and share_far(fit) <= FEW
 
 

@@ -60,9 +60,7 @@ def force_errors(
 
 
 def restart_within_reach(system: System, motion: Motion, window: slice, longest: float = RESTART_S) -> float:
-    """Seconds between restarts: ``longest``, halved while the error of a run exceeds the distance that the machine
-    moved.
-    """
+    """Seconds between restarts: ``longest``, halved while a run errs by more than the machine moves."""
     restart, least = longest, SHORTEST_PERIODS / motion.cutoff_hz
     while restart / 2 >= least:
         error = free_run_errors(system, motion, window, restart)[0]
@@ -105,10 +103,7 @@ def free_run_errors(
 
 @recent(OF_MODELS)
 def free_run_series(system: System, motion: Motion, restart_s: float = RESTART_S) -> Array:
-    """Predicted less raw position in free-run simulation, (N, n); inf where the run diverges.
-
-    NaN at the trimmed ends, and from a gap until the next restart, where the state is not known.
-    """
+    """Predicted less raw position in free-run simulation, (N, n); inf where the run diverges."""
     h = motion.sample_time
     start = motion.low_pass(motion.measured)
     substeps = int(min(20, max(2, np.ceil(h / LONGEST_STEP_S))))
@@ -139,10 +134,7 @@ def inverse_mass(system: System, motion: Motion) -> Array:
 
 
 def power(inverse: Array, forces: Array) -> Array:
-    """(N,) r' M(x)⁻¹ r of forces r (N, n), by ``inverse_mass``: a norm by the acceleration that a force causes.
-
-    It does not depend on the side of a gear on which a coordinate is measured, and has one unit for all coordinates.
-    """
+    """(N,) r' M(x)⁻¹ r of forces r (N, n), by ``inverse_mass``: a norm by the acceleration that a force causes."""
     return np.asarray((forces * (inverse @ forces[:, :, None])[:, :, 0]).sum(axis=1))
 
 

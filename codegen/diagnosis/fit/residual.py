@@ -363,9 +363,7 @@ def _drive(system: System, motion: Motion) -> Array:
 
 
 def _by_bodies(system: System) -> tuple[Matrix, Matrix]:
-    """The equation error g − M a − U λ as a sum: terms computed from an arm's bodies, which are slow,
-    and all others.
-    """
+    """The equation error g − M a − U λ as a sum: terms of an arm's bodies, which are slow, and all others."""
     error = system.equation_error
     bodies, others = (Matrix(part) for part in zip(*map(by_computed, error), strict=True))
     if bodies.free_symbols <= {*system.positions, *system.velocities, *system.accelerations, *system.values}:
@@ -397,9 +395,7 @@ class ResidualAlong:
     def __init__(
         self, trial: Trial, motion: Motion, compiled: Runner | None = None, first: Array | tuple[()] = ()
     ) -> None:
-        """``compiled``: free runs of the same system, to simulate the states, whose first parameters have the values
-        ``first``.
-        """
+        """``compiled``: free runs of the same system, whose first parameters have the values ``first``."""
         self._trial, self._motion, self._compiled, self._first = trial, motion, compiled, first
         system = trial.changed
         self._laws = dict(all_law_terms(system))

@@ -1,7 +1,4 @@
-"""Free-run simulation of a whole log, restarted at regular intervals from the measured state.
-
-The states of loads behind springs, which no log holds, are estimated from the motion after each restart.
-"""
+"""Free-run simulation of a whole log, restarted at regular intervals from the measured state."""
 
 from __future__ import annotations
 

@@ -104,10 +104,7 @@ class Search:
         return self.fitted_again(rough)
 
     def without_limits(self, fit: Fit) -> tuple[Search, Fit] | None:
-        """The search with tolerances as Gaussian prior only, without limits, and the fit repeated in it.
-
-        None if the fit did not end at a limit of a toleranced parameter, or if one would take an excluded sign.
-        """
+        """The search with tolerances as Gaussian prior only, without limits, and the fit repeated in it."""
         count = len(self.moved)
         if not fit.limited[:count].any():
             return None
@@ -126,19 +123,13 @@ class Search:
         return replace(self, record=self.shorter(share), shorter=lambda further: self.shorter(share * further))
 
     def _with_its_slopes(self, fit: Fit) -> Fit:
-        """The fit with all slopes computed at its values.
-
-        If an effect acts like a parameter, slopes computed at different values would make the two seem distinguishable.
-        """
+        """The fit with all slopes computed at its values."""
         prior = self.prior(fit.trial, fit.theta, fit.prior.tempering)
         fresh = shooting_fit(fit.runner, fit.theta, fit.offsets, prior, 0, fit.unprojected, FINE_STEP)
         return replace(fresh, limited=fit.limited)
 
     def _nearest_to_declared(self, fit: Fit) -> Fit:
-        """The fit, or a fit from the declared values of toleranced parameters if that is better.
-
-        If an effect acts like a parameter, the loss has a curved valley along which Gauss–Newton steps are short.
-        """
+        """The fit, or a fit from the declared values of toleranced parameters if that is better."""
         toleranced = np.flatnonzero(self.prior_precision > 0)
         if not len(toleranced) or not fit.trial.parts:
             return fit

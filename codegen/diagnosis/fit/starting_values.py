@@ -63,9 +63,7 @@ def starting_point(runner: Runner, base: Fit, covered: Covered, shape: Mapping[s
 
 
 def best_starts(found: Sequence[tuple[float, Array]], most: int, apart: int = 0) -> list[tuple[float, Array]]:
-    """The best distinct results of ``starting_point``; one of the last ``apart`` values must differ by
-    ``APART_STARTS``.
-    """
+    """The best distinct results of ``starting_point``; with ``apart`` last values ``APART_STARTS`` apart."""
     ordered, chosen = sorted(found, key=lambda pair: pair[0]), list[tuple[float, Array]]()
     for cost, theta in ordered if apart else ordered[:most]:
         least = APART_STARTS if apart else 0.0
@@ -77,9 +75,7 @@ def best_starts(found: Sequence[tuple[float, Array]], most: int, apart: int = 0)
 
 
 def simplex_search(runner: Runner, base: Fit, theta: Array, tries: int = TRIES) -> tuple[float, Array]:
-    """(cost, theta) by Nelder–Mead over the parameters of the last part, where the loss is not smooth; others by linear
-    steps.
-    """
+    """(cost, theta) by Nelder–Mead over the last part's parameters, where the loss is not smooth."""
     size = len(runner.trial.parts[-1].names)
     first = theta[-size:]
     simplex = np.vstack([first, first + SIMPLEX * np.eye(size)])
@@ -141,9 +137,7 @@ class ForceStart:
     _along: dict[Part, ResidualAlong] = field(default_factory=dict)
 
     def best(self, trial: Trial, covered: Covered) -> tuple[float, Array] | None:
-        """(share of the squared force residual that remains, theta) with starting values of the last part and levels;
-        or None.
-        """
+        """(share of the squared force residual that remains, theta) with the last part and levels; or None."""
         part = trial.parts[-1]
         if trial.adds_states or self.base.trial.adds_states:
             return None
@@ -181,10 +175,7 @@ class ForceStart:
         return share, theta
 
     def _residual_of(self, trial: Trial, theta: Array) -> Array:
-        """(M, n) low-passed force residual of a trial at the base's values and these of its last part.
-
-        Only the change from the base's residual, in which the noise cancels, is computed at every ``_every``-th sample.
-        """
+        """(M, n) low-passed force residual of a trial at the base's values and these of its last part."""
         motion, model, part = self.problem.motion, self.base.model, trial.parts[-1]
         alone = Trial(model, (part,), ())
         if (alone.changed.actuators, alone.changed.sensor_errors) != (model.actuators, model.sensor_errors):

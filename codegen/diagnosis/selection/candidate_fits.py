@@ -140,9 +140,7 @@ def is_simpler_form(other: Fit, found: Fit) -> bool:
 
 
 def simpler_forms(part: Part) -> list[Effect]:
-    """What is simpler than an effect, the simplest first: forms with fewer parameters, the usual form with as many, and
-    the effect that it extends.
-    """
+    """What is simpler than an effect, the simplest first: its simpler forms, and the effect that it extends."""
     usual, *special = CATALOGUE[part.kind].forms
     simpler = [form for form in special if len(form.parameters) < len(part.names)]
     first = [] if is_usual_form(part) or len(usual.parameters) > len(part.names) else [usual]
@@ -235,9 +233,7 @@ class CandidateFits:
         return left, forced, [theta for left, theta in by_left[:FOLLOWED] if left < 1]
 
     def best_by_force(self, indices: Sequence[int]) -> list[int]:
-        """Indices of the parts that explain most of the force residual, and ``CLEAR_BY_FORCE`` of it: one form of each
-        effect.
-        """
+        """Indices of the parts that explain most of the force residual (``CLEAR_BY_FORCE``)."""
         best: dict[tuple[str, str], int] = {}
         for k in sorted((k for k in indices if k in self.left), key=self.left.__getitem__):
             if self.left[k] < 1 - CLEAR_BY_FORCE:

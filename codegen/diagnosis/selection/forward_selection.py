@@ -250,10 +250,7 @@ def _pair(search: Search, ranked: Sequence[Ranked]) -> tuple[Fit | None, bool]:
 
 
 def _merged(search: Search, current: Fit) -> Fit | None:
-    """The fit with one effect in place of two of the same signature, if it fits as well; else None.
-
-    Example: a long wave and a hardening spring can together imitate a linear spring.
-    """
+    """The fit with one effect in place of two of the same signature, if it fits as well; else None."""
     parts = current.trial.parts
     for j, k in combinations(range(len(parts)), 2):
         if not same_signature(parts[j], parts[k]):
@@ -327,9 +324,7 @@ def worth_it(search: Search, fit: Fit, richer: Fit, candidates: int) -> bool:
 
 
 def pruned(search: Search, fit: Fit, candidates: int, spared: int = 0) -> Fit:
-    """Backward elimination of effects that free runs do not credit in addition to the others; the last
-    ``spared`` stay.
-    """
+    """Backward elimination of effects that free runs do not credit; the last ``spared`` stay."""
     for k in range(len(fit.trial.parts) - 1 - spared, -1, -1):
         if len(fit.trial.parts) > 1:
             without = search.without(fit, k)
@@ -429,9 +424,7 @@ def _swapped(
 
 
 def _is_as_good_and_simpler(here: ForceCriterion, found: Fit, part: Part) -> bool:
-    """Whether a replacement has fewer parameters than the effect ``part``, and neither criterion prefers that
-    effect.
-    """
+    """Whether a replacement has fewer parameters than ``part``, which neither criterion prefers."""
     search, current = here.search, here.fit
     if len(found.part.names) >= len(part.names) or found.cost > current.cost + FORM_GAIN:
         return False
@@ -439,9 +432,7 @@ def _is_as_good_and_simpler(here: ForceCriterion, found: Fit, part: Part) -> boo
 
 
 def _force_speaks_for(here: ForceCriterion, found: Fit) -> bool:
-    """Whether the force residual prefers the present effects to a replacement whose free runs end far from the
-    noise.
-    """
+    """Whether the force residual prefers the present effects to a replacement far from the noise."""
     return not credit.near_noise(found) and force_prefers(here, ForceCriterion(here.search, found), 1 / CLOSE)
 
 

@@ -61,11 +61,7 @@ class Ranked:
 
 
 def run_round(
-    search: Search,
-    current: Fit,
-    parts: Sequence[Part],
-    report_progress: Callable[[float], None],
-    leading: bool = False,
+    search: Search, current: Fit, parts: Sequence[Part], report_progress: Callable[[float], None], leading: bool = False
 ) -> list[Ranked]:
     """Fit and rank every candidate in addition to the current effects: those that pass every test first.
 
@@ -125,9 +121,7 @@ def in_simplest_admitted_forms(ranked: Sequence[Ranked]) -> list[Ranked]:
 
 
 def refused_when_fitted_again(ranked: Sequence[Ranked], chosen: Ranked) -> list[Ranked]:
-    """A round whose chosen candidate fails, fitted with the noise of the log; it and its twins are marked as not
-    significant.
-    """
+    """A round whose chosen candidate, with its twins, fails if fitted with the noise of the log."""
     words = "may be chance: it passes with the noise that the refit leaves, but not with the noise of the log"
     same = _same_motion(chosen.found)
     return [
@@ -161,9 +155,7 @@ def _tied(search: Search, best: Ranked, ranked: Sequence[Ranked]) -> list[Ranked
 
 
 def is_elsewhere(search: Search, other: Ranked, best: Ranked) -> bool:
-    """Whether two candidates act on different joints of an arm that is simulated joint by joint, so that both may be
-    missing.
-    """
+    """Whether two candidates act on different joints of an arm, so that both may be missing."""
     parts = [one.found.part for one in (other, best)]
     if search.rigid is None or any(p.effect.sits_on == "two coordinates" for p in parts):
         return False
@@ -171,9 +163,7 @@ def is_elsewhere(search: Search, other: Ranked, best: Ranked) -> bool:
 
 
 def tied_by_free_runs(search: Search, best: Ranked, other: Ranked) -> bool:
-    """Whether free runs do not distinguish two candidates: no significant gain or, far from the noise, nearly the same
-    share of the squared residual.
-    """
+    """Whether free runs do not distinguish two candidates: no significant gain or, far from noise, nearly alike."""
     return (is_far(best.found) and _nearly_alike(best, other)) or not runs_prefer(search, best.found, other.found)
 
 

@@ -128,10 +128,7 @@ def hides_an_effect(search: Search, found: Fit) -> str:
 
 
 def acts_as_its_limit(search: Search, found: Fit) -> str:
-    """Objection if the last effect's force is that of a simpler one to within ``credit.LEAST_SIZE``; else empty.
-
-    Example: a load behind a spring that is too soft to move it is an inertia error with two needless parameters.
-    """
+    """Objection if the last effect's force is that of a simpler one to within ``credit.LEAST_SIZE``; else empty."""
     part, refitted = found.part, _refitted(search, found)
     limit = part.effect.limit(refitted, part.place, found.parameters)
     if limit is None:
@@ -197,9 +194,7 @@ def only_reduces_drive(before: ForceCriterion, after: ForceCriterion, e: Evidenc
 
 
 def _leaves_more(before: ForceCriterion, after: ForceCriterion, remaining: Array, times: float) -> bool:
-    """Whether r² > times (q² r₀² + (1 − q²) min(n², r₀²)) where the drive force falls, q = ``remaining``
-    (``only_reduces_drive``).
-    """
+    """Whether r² > times (q² r₀² + (1 − q²) min(n², r₀²)) on a coordinate whose drive force falls to q."""
     search = before.search
     for i, used in enumerate(search.problem.used.T):
         if used.any() and remaining[i] < 1 - credit.LEAST_SHARE:

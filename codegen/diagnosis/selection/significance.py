@@ -58,9 +58,7 @@ def combined_p(p: float, before: ForceCriterion, after: ForceCriterion, candidat
 
 
 def whiteness(search: Search, fit: Fit) -> float:
-    """Share of the residuals that count as independent: of those, the noise's share of the square; 0 far from the
-    noise.
-    """
+    """The noise's share of the squared residual, times the independent share; 0 far from the noise."""
     near = near_noise(fit, noise_assumed(search, fit))
     return independent_share(fit) / dispersion(search, fit) if near else 0.0
 

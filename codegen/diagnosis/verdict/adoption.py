@@ -233,9 +233,7 @@ class CrossValidation:
         return deviation
 
     def best(self, estimates: Sequence[MapEstimate]) -> MapEstimate:
-        """The estimate with the least product of both errors, by more than ``SAME``, among those no worse than the
-        first.
-        """
+        """The estimate with the least product of both errors, among those no worse than the first."""
         first = best = estimates[0]
         for one in estimates:
             no_worse = all(ratio <= 1 + SAME for ratio in one.score.over(first.score))
@@ -319,10 +317,7 @@ class CrossValidation:
         )
 
     def _interval(self, chosen: MapEstimate, k: int) -> tuple[float, float]:
-        """95 % interval of a wrong value: the hull of those with and without its tolerance as prior.
-
-        Neither is narrower than by the sandwich covariance of the fit, which is also valid with model errors.
-        """
+        """95 % interval of a wrong value: the hull of those with and without its tolerance as prior."""
         without = prior_information(self.search, k)
         free = self._solved(*chosen.source.total, chosen.moves, without)
         free_deviation = self._deviation(chosen.source, chosen.moves, without)
@@ -337,9 +332,7 @@ class CrossValidation:
         return [0.5 * (found[s.name][1][1] - found[s.name][1][0]) for s in self.search.moved]
 
     def _solved(self, matrix: Array, vector: Array, moves: Flags, prior: Array | None = None) -> Array:
-        """(p,) the values that minimise ½ θ'Mθ − m'θ + ½ d'P d, d = θ − declared, those not in ``moves``
-        as declared.
-        """
+        """(p,) minimum of ½ θ'Mθ − m'θ + ½ d'P d, d = θ − declared, those not in ``moves`` as declared."""
         values = self.search.declared.copy()
         if moves.any():
             inner_prior = (self._prior if prior is None else prior)[np.ix_(moves, moves)]
@@ -350,9 +343,7 @@ class CrossValidation:
         return values
 
     def _score(self, values: Array, without: Sequence[Array]) -> Score:
-        """The cross-validated errors of ``values``, (p,), by values estimated ``without`` each block; free runs to
-        first order.
-        """
+        """The cross-validated errors of ``values``, (p,), by those estimated ``without`` each block."""
         force = np.zeros(BLOCKS)
         for block, estimated in enumerate(without):
             change = estimated - self.search.declared
@@ -400,9 +391,7 @@ class CrossValidation:
 
     @cached_property
     def _by_force(self) -> Information:
-        """Information of the force residual, which is not linear in a drive gain: linearised again about its own
-        estimate.
-        """
+        """Information of the force residual, linearised again in a drive gain about its own estimate."""
         declared, every = self.search.declared, np.ones(self.count, dtype=bool)
         found = self._information(self._rows, declared)
         for _ in range(LINEARISED if any(rows.gain.any() for rows in self._rows) else 0):

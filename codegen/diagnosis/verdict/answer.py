@@ -82,9 +82,7 @@ class Refusal:
 
 
 def merged(refusals: Sequence[Refusal], say: Literal["against", "written"] = "against") -> tuple[Fact, ...]:
-    """Refusals in words, one fact for each test; that of most options first. ``say``: against an effect, or of its
-    values.
-    """
+    """Refusals in words, one fact for each test; that of most options first."""
     tests: dict[tuple[str, tuple[str, ...]], list[Refusal]] = {}
     for one in refusals:
         tests.setdefault(one.test, []).append(one)
@@ -170,9 +168,7 @@ def refusal(
     most: float,
     shown: Callable[[], bool],
 ) -> Refusal | None:
-    """The refusal of an option by its held-out errors on the coordinates ``where`` (all if empty), as of ``admitted``;
-    else None.
-    """
+    """The refusal of an option by held-out errors on the coordinates ``where``, as of ``admitted``; else None."""
     worse, model = worsened(figures, declared), "as declared"
     if refit is not None and most >= 0 and may_be_chance(worse, figures, declared):
         worse = {}
@@ -230,9 +226,7 @@ def may_be_chance(worse: Mapping[str, float], figures: ErrorFigures, other: Erro
 
 
 def is_shown_worse(figures: ErrorFigures, other: ErrorFigures) -> bool:
-    """Whether the free runs of a model are worse than another's by a sign test on their parts, or these are too few for
-    it.
-    """
+    """Whether free runs of a model are worse than another's by a sign test on parts, or these are too few."""
     parts, others = np.array(figures.free_run_parts), np.array(other.free_run_parts)
     if min(len(parts), len(others)) == 0 or random_signs(np.sqrt(len(parts))) > TIE_LEVEL:
         return True

@@ -92,9 +92,7 @@ def _flow(values: Mapping[str, object]) -> CommentedMap:
 
 
 def _write_out_joints(document: CommentedMap, spec: Spec) -> None:
-    """Copy a robot file's joint friction, damping too, into the spec: a ``friction:`` section
-    overrides it completely.
-    """
+    """Copy a robot file's joint friction and damping into the spec, whose ``friction:`` overrides both."""
     contacts = CommentedSeq()
     for c in spec.contacts:
         values = {name: _short(float(value)) for name, value in c.parameters.items()}

@@ -40,9 +40,7 @@ MOST_CHANGES = 2
 
 
 def best_refused(outcome: Outcome) -> tuple[str, str, str] | None:
-    """(kind and form, on, why it is not credited) of the candidate of the first round that explains most on held-out
-    segments, as its row of the table has them; None where none explains ``LEAST_SHARE``.
-    """
+    """(kind and form, on, why not) of the refused candidate that explains most, ``LEAST_SHARE`` at least."""
     refused = [r for r in outcome.first if r.why_not and r.evidence.share >= credit.LEAST_SHARE]
     if not refused:
         return None
@@ -140,9 +138,7 @@ def verdict_of(outcome: Outcome, faults: bool) -> Verdict:
 
 
 def is_small(left: Sequence[Remainder], material: float) -> bool:
-    """Whether what the motion predicts of the residual force is below the material share on every coordinate that is
-    judged.
-    """
+    """Whether what the motion predicts is below the material share on every coordinate that is judged."""
     judged = [r.material for r in left if isfinite(r.material)]
     return bool(judged) and max(judged) < material
 

@@ -9,13 +9,7 @@ import numpy as np
 
 from codegen.base.significant import in_percent
 from codegen.diagnosis.evidence.estimate import Estimate, estimate, widened_by
-from codegen.diagnosis.evidence.reservations import (
-    determined_form,
-    may_be_absent,
-    objections,
-    remarks,
-    takes_the_level,
-)
+from codegen.diagnosis.evidence.reservations import determined_form, may_be_absent, objections, remarks, takes_the_level
 from codegen.diagnosis.experiments.separation import without_leader
 from codegen.diagnosis.fit import credit
 from codegen.diagnosis.fit.credit import NEAR_NOISE, noise_ratio
@@ -132,9 +126,7 @@ def spared(
 
 
 def settled(search: Search, outcome: Outcome, problem: Problem, answer: Answer, measured: Measured) -> Answer:
-    """An answer without effects, with its wrong values estimated again, linearised at the estimates;
-    others unchanged.
-    """
+    """An answer without effects, with its wrong values estimated again, linearised at the estimates."""
     if answer.verdict not in ("none", "unknown") or not answer.errors:
         return answer
     values = settled_values(search, outcome.base, problem, problem.system)
@@ -310,9 +302,7 @@ def _in_determined_forms(search: Search, final: Fit, found: Sequence[FoundEffect
 
 
 def _by_both(search: Search, base: Fit, final: Fit, polished: Fit, own: Estimate, problem: Problem) -> Estimate:
-    """Estimates whose intervals reach those of the force residual where free runs leave more than
-    noise; not of a load.
-    """
+    """Estimates whose intervals reach those of the force residual where free runs leave more than noise."""
     if final.trial.changed.transmissions:
         return own
     joints = [joint_of(search, part) for part in final.trial.parts]
@@ -350,9 +340,7 @@ def without_effects(outcome: Outcome) -> Verdict:
 
 
 def _options(system: System, refit: Refit, without: Mapping[str, float] | None = None) -> list[Option]:
-    """Models that may be written, each once, in order of preference; ``without``: values of the model
-    without effects.
-    """
+    """Models that may be written, each once, in order of preference."""
     ways: dict[str, Mapping[str, float]] = {
         "refitted values": refit.mapping(),
         "refitted friction levels alone": refit.mapping(refit.levels),

@@ -89,16 +89,12 @@ class ForceFits:
         return self.fit(self.search.declared_trial, self.adopted)
 
     def nearly_alike(self, one: Fit, best: Fit) -> bool:
-        """Whether two fits differ little in both the remaining and the removed squared residual, as two slightly wrong
-        models may.
-        """
+        """Whether two fits differ little in both the remaining and the removed squared residual."""
         plain, less, most = (float(fit.by_segment.sum()) for fit in (self.plain, one, best))
         return less <= CLOSE * most and plain - most <= CLOSE * (plain - less)
 
     def _residual(self, trial: Trial, theta: Array) -> Array:
-        """Scaled residuals of each block, (SIGN_BLOCKS, K), over the drive gain; linear in the parameters of an arm's
-        links.
-        """
+        """Scaled residuals of each block, (SIGN_BLOCKS, K), over the drive gain."""
         motion, at = self.problem.motion, theta
         linear = not trial.changed.transmissions and not trial.changed.sensor_errors
         places = list(self.by_links) if linear else []
@@ -194,9 +190,7 @@ class ForceFits:
 
     @cached_property
     def by_links(self) -> dict[int, Array]:
-        """Index of a value that is a parameter of an arm's links → (N, n) slope of the low-passed residual, linear in
-        these.
-        """
+        """Index of a value of an arm's links → (N, n) slope of the low-passed residual, linear in it."""
         rigid = self.search.rigid
         if rigid is None or not rigid.parameters:
             return {}
@@ -209,9 +203,7 @@ class ForceFits:
         return np.array([self._scaled(slope) for slope in self.by_links.values()])
 
     def _slopes(self, trial: Trial, theta: Array, now: Array, size: Array, before: Array | None = None) -> Array:
-        """Derivatives of the predicted force by each parameter, (p, SIGN_BLOCKS, K); those by values of ``before`` are
-        known.
-        """
+        """Derivatives of the predicted force by each parameter, (p, SIGN_BLOCKS, K)."""
         slopes = [] if before is None or self._moves_drive else list(before[: len(trial.moved)])
         by_links: dict[int, Array] = {}
         if self.by_links and not slopes and not self._moves_drive and not trial.changed.sensor_errors:
@@ -231,9 +223,7 @@ class ForceFits:
         return self.fit(*fit.trial.without(fit.theta, index))
 
     def run(self, fit: Fit, joint: int | None = None) -> Fit:
-        """Free runs with fixed effects of a fit, and fitted levels, toleranced values and start states; of one joint if
-        given.
-        """
+        """Free runs with fixed effects of a fit, and fitted levels, toleranced values and start states."""
         record = self.search.record if joint is None else replace(self.search.record, joints=(joint,))
         runner = replace(fit.runner, record=record)
         prior, effects = self.search.prior(fit.trial, fit.theta), slice(len(fit.trial.moved), None)

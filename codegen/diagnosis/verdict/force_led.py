@@ -175,10 +175,7 @@ def _refused(answer: Answer, by_force: Answer) -> tuple[Fact, ...]:
 
 
 def without_refused_ties(found: ForceSelection, held_out: HeldOut) -> tuple[ForceSelection, tuple[Fact, ...]]:
-    """The selection without those of its tied first effects that held-out data refuse, and what is said of them.
-
-    The best of those left takes the place of a refused leader, if free runs confirm the fit with it.
-    """
+    """The selection without those of its tied first effects that held-out data refuse, and what is said of them."""
     fits, first = found.fits, found.rounds[0]
     leading = [first.ranked[0], *found.rivals]
     if not found.rivals or leading[0].found.part != found.parts[0]:

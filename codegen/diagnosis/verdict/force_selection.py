@@ -168,9 +168,7 @@ def drive_kept(fits: ForceFits, plain: Fit, trial: Trial, theta: Array) -> float
 
 
 def fit_in_addition(fits: ForceFits, plain: Fit, trial: Trial, theta: Array) -> Fit:
-    """The fit of a trial with one part more, from ``theta``; if it has diverged, again from adjusted friction
-    levels.
-    """
+    """The fit of a trial with one part more; if it has diverged, again from adjusted friction levels."""
     fit = fits.fit(trial, theta)
     if fit.cost <= plain.cost:
         return fit

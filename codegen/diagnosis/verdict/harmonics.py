@@ -66,9 +66,7 @@ class Waves:
 
 
 def with_harmonics(search: Search, outcome: Outcome, problem: Problem) -> tuple[Outcome, Search]:
-    """The outcome with a cogging of several harmonics if free runs credit it, and the search, of short segments, of its
-    fit.
-    """
+    """The outcome with a cogging of several harmonics if free runs credit it, and the search of its fit."""
     final_search = near = search
     base, final = outcome.base, outcome.final
     if final is not base and not force_agrees(final, problem, base.model, final.model):
@@ -126,9 +124,7 @@ def _start(search: Search, fit: Fit, problem: Problem, kept: Sequence[int]) -> t
 def _periods(
     search: Search, outcome: Outcome, problem: Problem, coordinate: int, richer: CoggingHarmonics
 ) -> Iterator[float]:
-    """Periods to try: a whole turn of an angle, and multiples, within the stroke, of single sines that
-    were credited.
-    """
+    """Periods to try: a whole turn of an angle, and multiples of single sines that were credited."""
     system, motion = search.system, problem.motion
     x, used = motion.positions[:, coordinate], motion.usable[1:] & motion.usable[:-1]
     span, way = float(np.ptp(x[motion.usable])), float(np.abs(np.diff(x))[used].sum())

@@ -63,9 +63,7 @@ class HeldOut:
         return found
 
     def _within_errors(self, fit: Fit) -> Array:
-        """(N, n) least force residual of a fit if its values may change by ``WITHIN`` standard errors (a box), levels
-        freely.
-        """
+        """(N, n) least force residual with the values changed by up to ``WITHIN`` standard errors."""
         motion, model = self.problem.motion, fit.model
         clusters = (0, BLOCKS) if len(fit.residual) > BLOCKS else (0,)
         deviations = np.sqrt(np.max([np.diag(covariance(fit, number)) for number in clusters], axis=0).clip(0.0))

@@ -21,12 +21,7 @@ from codegen.diagnosis.evidence.estimate import estimate
 from codegen.diagnosis.fit.force_rows import ForceRows, force_rows
 from codegen.diagnosis.fit.measure import Drive
 from codegen.diagnosis.fit.output_error import AT_END, BLOCKS, WITHIN, Fit, segment_cost
-from codegen.diagnosis.fit.residual import (
-    Problem,
-    evaluate_forces,
-    inverse_dynamics_residual,
-    residual_without_levels,
-)
+from codegen.diagnosis.fit.residual import Problem, evaluate_forces, inverse_dynamics_residual, residual_without_levels
 from codegen.diagnosis.fit.search import Search
 from codegen.diagnosis.fit.trial import in_unit, with_effects, with_values
 from codegen.diagnosis.results import Fact, FoundEffect
@@ -45,9 +40,7 @@ MIRRORED = 0.1
 
 
 def released(search: Search, base: Fit, outcome: Outcome) -> tuple[Search, Fit] | None:
-    """The search without limits of toleranced parameters, and its refit; None if at most one effect
-    explains as much.
-    """
+    """The search without limits of toleranced parameters, and its refit; None if one effect explains as much."""
     freed = search.without_limits(base)
     if freed is None:
         return None
@@ -83,9 +76,7 @@ def _changes(search: Search, fit: Fit) -> int:
 
 
 def equal_parameters(search: Search, base: Fit, outcome: Outcome) -> list[Fact]:
-    """Facts on parameters that explain the log as well as the single effect of an outcome, as a mass
-    an inertia error.
-    """
+    """Facts on parameters that explain the log as well as the single effect of an outcome."""
     freed = search.without_limits(base) if len(outcome.parts) == 1 else None
     if freed is None or _gain(freed[1], outcome.final) < -BETTER:
         return []
@@ -242,9 +233,7 @@ def refused_for_a_value(spec: Spec, answer: Answer, problem: Problem) -> Answer:
 
 
 def _left_by_effects(answer: Answer, problem: Problem) -> float:
-    """Share of the refit's squared residual that the effects leave, after regression on the levels, each joint over its
-    square.
-    """
+    """Share of the refit's squared residual that the effects leave, after regression on the levels."""
     plain = inverse_dynamics_residual(answer.refit, problem.motion)
     by_refit = residual_without_levels(problem, answer.refit)
     by_effects = residual_without_levels(problem, answer.augmented)
@@ -302,9 +291,7 @@ def _explaining_value(spec: Spec, refit: System, problem: Problem) -> Explaining
 
 
 def _explained(rows: Sequence[ForceRows], columns: Sequence[int], without: Sequence[int]) -> float:
-    """Share of the squared residual that values (``columns``) explain on held-out blocks beyond others
-    (``without``).
-    """
+    """Share of the squared residual that ``columns`` explain on held-out blocks beyond ``without``."""
     ends = max(int(r.sample[-1]) for r in rows) + 1
     blocks = [np.minimum(r.sample * BLOCKS // ends, BLOCKS - 1) for r in rows]
 

@@ -287,9 +287,7 @@ def _changes(case: Case, now: float) -> Iterator[Change]:
 
 
 def _flips(spec: Spec, velocities: bool, pairs: bool) -> Iterator[Flipped]:
-    """Reversed signs: of each input and coordinate, of all inputs or all coordinates, of one of the two columns of a
-    coordinate, and with ``pairs`` of any two inputs or coordinates.
-    """
+    """Reversed signs: of inputs, coordinates, one column of a coordinate, and with ``pairs`` of any two."""
     names = [i.name for i in spec.inputs]
     inputs = [Flipped((name,), f"input {name}", (name,)) for name in names]
     whole = [
@@ -312,9 +310,7 @@ def _flips(spec: Spec, velocities: bool, pairs: bool) -> Iterator[Flipped]:
 
 
 def _exchanges(spec: Spec, velocities: bool, axes_alone: bool) -> Iterator[Exchanged]:
-    """Exchanged columns, or of whole axes only: in any order if there are few, else pairs, axes, and positions with
-    velocities.
-    """
+    """Exchanged columns: in any order if there are few, else pairs, axes, and positions with velocities."""
     inputs = [i.name for i in spec.inputs]
     moving = [list(spec.positions), list(spec.velocities)] if velocities else [list(spec.positions)]
     every = [*chain(*moving), *inputs]

@@ -96,9 +96,7 @@ def _input(
     spec: Spec,
     log: Log,
 ) -> Finding:
-    """The finding on one input by the least-squares ``factor`` of its force, ``given``, to the force that it has to
-    give.
-    """
+    """The finding on one input by the least-squares ``factor`` of its force to the force ``wanted``."""
     norms = float(np.linalg.norm(wanted) * np.linalg.norm(given))
     correlation = float(wanted @ given) / norms if norms > 0 else 0.0
     figures = {"factor": factor, "correlation": correlation}

@@ -86,9 +86,7 @@ def wrong_scales(case: Case, steady: frozenset[int], outside: Outside | None) ->
 
 
 def _off_scale(case: Case, steady: frozenset[int], least: float) -> list[Finding]:
-    """Findings on coordinates by the ratio of inertia, which scales with the coordinate, to friction, or to the inputs'
-    force.
-    """
+    """Findings on coordinates by the ratio of inertia to friction, or to the inputs' force."""
     forces, found = case.forces, []
     for i, c in enumerate(case.spec.coordinates):
         required, push = forces.inertia[:, i] - forces.rest[:, i], forces.given[:, i]
@@ -192,9 +190,7 @@ class Explained:
 
 
 def _position_scale(case: Case, j: int) -> Finding | None:
-    """A finding on a position that balances the forces much better if divided by a factor, unless something else does
-    better.
-    """
+    """A finding on a position that balances the forces much better if divided by a factor."""
 
     def divided(factor: float) -> Forces:
         return case.balance.along(case.log, scaled(case.motion, j, 1 / factor))

@@ -38,9 +38,7 @@ class _Column:
 
 
 class Hdf5File(BlockFile):
-    """An opened file; a dataset in groups is named by its path, ``data/demo_0/obs/joint_pos[2]``; no link is
-    followed.
-    """
+    """An opened file; a dataset in groups is named by its path, ``data/obs/joint_pos[2]``; links are ignored."""
 
     expected = "an HDF5 log: a dataset of numbers for each column, or tables N × columns"
 

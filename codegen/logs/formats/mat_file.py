@@ -168,9 +168,7 @@ def _elements(data: memoryview, order: str) -> Iterator[tuple[int, memoryview]]:
 def _matrices(
     payload: memoryview, order: str, left: Iterator[int], name: str = "", depth: int = 0
 ) -> Iterator[Variable]:
-    """A variable, and after a struct its numeric fields as ``NAME.FIELD``, in an array ``NAME(2).FIELD``; ``left``: how
-    many.
-    """
+    """A variable, and after a struct its numeric fields as ``NAME.FIELD``; ``left``: how many may follow."""
     if next(left, None) is None:
         raise ValueError(f"more than {MOST_VARIABLES} variables")
     whole = _matrix(payload, order)

@@ -50,9 +50,7 @@ class Member:
         return math.prod(self.shape) * self.dtype.itemsize
 
     def table(self) -> np.dtype[Any]:
-        """The fields of a row, numbers from 1 where they have no names; ValueError for any but rows in one or two
-        dimensions.
-        """
+        """The fields of a row, by numbers from 1 where they have no names; ValueError for no rows of these."""
         if self.dtype.names:
             if len(self.shape) != 1:
                 raise ValueError("an array that is not of one dimension")

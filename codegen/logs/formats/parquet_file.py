@@ -73,9 +73,7 @@ class ParquetFile(BlockFile):
             return next(batches, None)
 
     def _entry(self, lists: Any, entry: int, name: str, before: int) -> Array:
-        """An entry of each list of a batch, (N,); BadInput for a list without it. ``before``: rows of the file before
-        the batch.
-        """
+        """An entry of each list of a batch, (N,); ``before``: rows of the file before the batch."""
         lengths = np.asarray(lists.value_lengths().fill_null(0), dtype=np.int64)
         short = lengths <= entry
         if short.any():

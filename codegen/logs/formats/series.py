@@ -40,9 +40,7 @@ class Series:
 
 
 class SignalFile(LogFile):
-    """A log of signals with different sample times; ``lengths``: column → number of its values, 0 if it is not
-    known.
-    """
+    """A log of signals with different sample times; ``lengths``: column → number of values, or 0."""
 
     lengths: Mapping[str, int]
 
@@ -83,9 +81,7 @@ def joined(
     in_seconds: bool = True,
     from_first: bool = False,
 ) -> Columns:
-    """The wanted columns of a log at common times (``at_common_times``), with a note; ``clock``: the column of the
-    time, if any.
-    """
+    """The wanted columns of a log at common times, with a note; ``clock``: the column of the time, if any."""
     time, columns, notes = at_common_times(str(log.path), series, log.description, in_seconds)
     log.own_notes += [note for note in notes if note not in log.own_notes]
     if clock:

@@ -64,9 +64,7 @@ class SeveralFiles(LogFile):
         return joined(self, series, wanted, in_seconds=False)
 
     def _by_number(self, wanted: Sequence[str], owners: Mapping[str, str | None]) -> Columns:
-        """The wanted columns of the log and of files that are joined by row number; ``owners``: column → its file, or
-        None.
-        """
+        """The wanted columns of files that are joined by row number; ``owners``: column → its file."""
         own = [column for column in wanted if owners.get(column) is None]
         parts = [self.log.load(own)] if own else []
         for name, other in self.others.items():

@@ -168,9 +168,7 @@ def find_layout(
 
 
 def stamp(text: str) -> datetime | None:
-    """A date and time of day by ISO 8601, UTC by default, or of another date the time of day alone; None for another
-    text.
-    """
+    """A date and time of day by ISO 8601, UTC by default, or a time of day alone; None for another text."""
     found = _STAMP.match(text.strip())
     if found is None or (found["hour"] is None and not found["part"]):
         return None
@@ -365,9 +363,7 @@ def _find_rows(lines: Sequence[str]) -> _Rows | None:
 
 
 def _above(file: str, lines: Sequence[str], rows: _Rows, asked: Collection[str]) -> Layout | None:
-    """The layout with the header above the first rows or a line of units (but one word); None if no line names each
-    column.
-    """
+    """The layout with the header above the first rows or a line of units; None if no line names each column."""
     split = {i: _names_of(line, rows) for i, line in enumerate(lines[: rows.index]) if line.strip()}
     above = [i for i, texts in split.items() if texts or not COMMENT.match(lines[i])][-2:]
     near = [i for i in reversed(above) if split[i]]
