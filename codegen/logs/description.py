@@ -97,10 +97,6 @@ def _positive(unit: str) -> Read:
     return _number(unit, lambda number: number > 0, "a positive number")
 
 
-def _is_share(number: float) -> bool:
-    return 0 <= number < 1
-
-
 class Lengths(tuple[float, ...]):
     """Numbers in SI. ``units``: the unit that each was written with; empty for none."""
 
@@ -236,9 +232,9 @@ class LogDescription(BaseModel):
     hold: Names = []
     cutoff_hz: Annotated[float | None, _by(_positive("1/s"))] = None
     missing: Literal["refuse", "fill", "join"] = "refuse"
-    parameter_tolerance: Annotated[float | None, _by(_number("1", _is_share, "a share such as 1% or 0.01", True))] = (
-        None
-    )
+    parameter_tolerance: Annotated[
+        float | None, _by(_number("1", lambda x: 0 <= x < 1, "a share such as 1% or 0.01", True))
+    ] = None
     sample_rate_hz: Annotated[float | None, _by(_positive("1/s"))] = None
     sample_time: Annotated[float | None, _by(_positive("s"))] = None
     input_hold: str = ""

@@ -16,7 +16,7 @@ from codegen.base.errors import BadInput, Place, nearest_name
 from codegen.base.input_files import identity, is_there, opened
 from codegen.base.user_text import shown
 from codegen.logs.binding import Binding, bind, column_of, time_of
-from codegen.logs.cleaning import Clean, clean
+from codegen.logs.cleaning import Clean, clean, in_time
 from codegen.logs.counters import corrected, counter_findings, repeats, require_columns, smallest_step
 from codegen.logs.description import EMPTY_DESCRIPTION, ZERO_ORDER, Lengths, LogDescription, read_description
 from codegen.logs.formats.bag_file import BagFolder, Db3Storage, is_bag
@@ -35,7 +35,6 @@ from codegen.logs.formats.source import LARGEST_STREAM, Allowance, BlockFile, Co
 from codegen.logs.formats.tdms_file import TdmsFile
 from codegen.logs.formats.ulog_file import UlogFile
 from codegen.logs.joined import join_logs
-from codegen.logs.late_columns import in_time
 from codegen.logs.log import Finding, Intake, Log
 from codegen.logs.term import columns_of, compute
 from codegen.logs.uniform import Uniform, uniform
@@ -251,8 +250,8 @@ def format_of(path: Path) -> Opener:
         with opened(path, expected, LARGEST_STREAM) as stream:
             head = stream.read(HEAD)
         is_text = _is_text(head)
-        other = None if reader is not None and is_text else _other(head)
-        if other is not None:
+        others = ((what, instead) for begin, what, instead in OTHERS if re.match(begin, head))
+        if not (reader is not None and is_text) and (other := next(others, None)):
             raise BadInput(place, *other, code="LOG002")
         if reader is not None or is_text:
             return open_csv
@@ -437,8 +436,3 @@ def _is_text(head: bytes) -> bool:
     if head.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
         return True
     return bool(head) and not re.search(rb"[\x00-\x08\x0e-\x1a\x1c-\x1f]", head)
-
-
-def _other(head: bytes) -> tuple[str, str] | None:
-    """Name of an unsupported format with these first bytes, and the file to give instead; None for other bytes."""
-    return next(((what, instead) for begin, what, instead in OTHERS if re.match(begin, head)), None)

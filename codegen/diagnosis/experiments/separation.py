@@ -100,7 +100,9 @@ def separate(
         tried.append(figures)
         if figures.separation >= SEPARATED:
             names = [x.name for x in search.system.positions]
-            texts = {name: reference_text(r) for name, r in zip(names, motion.references, strict=True)}
+            texts = {
+                name: str(sympy.sstr(r, full_prec=False)) for name, r in zip(names, motion.references, strict=True)
+            }
             text = _csv(search.system, motion, simulated, log.sample_time)
             return Separation(pairs, tuple(tried), figures, texts, SEPARATED), text
     return Separation(pairs, tuple(tried), None, {}, SEPARATED), None
@@ -391,8 +393,3 @@ def _plain(expression: sympy.Expr) -> sympy.Expr:
     """The expression with rounded numbers, so that its printed text is what was simulated."""
     rounded = {n: sympy.Float(f"{float(n):.{DIGITS}g}") for n in expression.atoms(sympy.Float)}
     return expression.xreplace(rounded)
-
-
-def reference_text(expression: sympy.Expr) -> str:
-    """A reference as text for a spec's ``simulation.reference``."""
-    return str(sympy.sstr(expression, full_prec=False))

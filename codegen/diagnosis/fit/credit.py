@@ -222,13 +222,9 @@ def p_of_log_ratios(logarithms: Array) -> float:
     """P-value of Student's t test that log(before/after) has a positive mean; 1 for too few blocks."""
     if len(logarithms) < LEAST_FAR or not logarithms.std() > 0:
         return 1.0
-    return float(student.sf(t_of_mean(logarithms), len(logarithms) - 1))
-
-
-def t_of_mean(values: Array) -> float:
-    """Student's t of the mean of values; 0 if they are all equal."""
-    spread = float(values.std(ddof=1)) / sqrt(len(values))
-    return float(values.mean()) / spread if spread > 0 else 0.0
+    count = len(logarithms)
+    t = float(logarithms.mean()) / (float(logarithms.std(ddof=1)) / sqrt(count))
+    return float(student.sf(t, count - 1))
 
 
 def _squares(losses: Array, kept: int) -> Array:

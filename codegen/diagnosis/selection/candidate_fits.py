@@ -266,7 +266,9 @@ class CandidateFits:
         rough = [k for k in indices if self.parts[k].effect.rough]
         starts = self._searched(rough) | {k: self._near_the_best(k) for k in indices if k not in rough}
         tasks = [(k, theta, False) for k in indices for theta in starts[k]]
-        tasks += [(k, theta, self._adds_load(k)) for k in indices for theta in self.forced.get(k, [])]
+        loads = len(self.base.trial.changed.transmissions)
+        adds = {k: len(self.trials[k].changed.transmissions) > loads for k in indices}
+        tasks += [(k, theta, adds[k]) for k in indices for theta in self.forced.get(k, [])]
         tasks += [(k, theta, True) for k in indices for theta in self.along.get(k, [])]
 
         def fit(task: tuple[int, Array, bool]) -> tuple[float, Array]:
@@ -289,10 +291,6 @@ class CandidateFits:
             if coupling is not None:
                 self.couplings[self.parts[k].place] = coupling
         return best
-
-    def _adds_load(self, k: int) -> bool:
-        """Whether a part adds a load behind a spring."""
-        return len(self.trials[k].changed.transmissions) > len(self.base.trial.changed.transmissions)
 
     @staticmethod
     def _compute_slopes(*fits: Fit) -> None:

@@ -104,7 +104,8 @@ def _input(
     if correlation < FLIPPED:
         seen = _seen(given, parts)
         figures |= {f"against_{what.split()[0]}": value for what, value in seen.items()}
-        return Finding("problem", topic, _flipped(name, correlation, seen, _reversing_line(name, spec, log)), figures)
+        line = f"({log.scale_lines({name: -1.0}, spec)} in meta.yaml beside the log reverses {name}.)"
+        return Finding("problem", topic, _flipped(name, correlation, seen, line), figures)
     telling = correlation > TELLING
     if outside is not None and (factor >= SCALE_OFF if telling else outside.times >= FAR_OUTSIDE):
         words = (
@@ -193,11 +194,6 @@ def audit_undriven(forces: Forces, spec: Spec, outside: Outside | None) -> Itera
         else:
             words = f"The force modelled on {c.name} correlates with mass times acceleration by {correlation:.2f}."
             yield Finding("info", topic, words, figures)
-
-
-def _reversing_line(name: str, spec: Spec, read: Log) -> str:
-    """The line of meta.yaml that reverses the sign of an input, as a remark in brackets."""
-    return f"({read.scale_lines({name: -1.0}, spec)} in meta.yaml beside the log reverses {name}.)"
 
 
 def _asked_unit(name: str, factor: float, spec: Spec, read: Log) -> str:

@@ -28,7 +28,8 @@ class TdmsFile(ChannelFile):
         self._channels: dict[str, tuple[Any, Any]] = {}
         with self.reading():
             for group in nptdms.TdmsFile.open(self.path).groups():
-                clock = next((c for c in group.channels() if _is_clock(c)), None)
+                clocks = (c for c in group.channels() if c.dtype.kind == "M" or c.name.strip().lower() in ("time", "t"))
+                clock = next(clocks, None)
                 for channel in group.channels():
                     name = f"{group.name}.{channel.name}"
                     if channel is not clock and channel.dtype.kind not in "fiub":
@@ -59,10 +60,6 @@ class TdmsFile(ChannelFile):
         if not step > 0:
             raise ValueError(f"{STEP} {step:g}")
         return np.asarray(start + step * np.arange(len(channel)), dtype=np.float64)
-
-
-def _is_clock(channel: Any) -> bool:
-    return channel.dtype.kind == "M" or channel.name.strip().lower() in ("time", "t")
 
 
 def _clock_times(clock: Any) -> Array:
