@@ -1,8 +1,4 @@
-"""The case of a diagnosis: log and spec prepared for the fits.
-
-It has the preflight's findings, the inputs as they act between rows, the filtered motion, the held-out part of the
-data, and the parameters that a fit may change.
-"""
+"""The case of a diagnosis: log and spec prepared for the fits."""
 
 from __future__ import annotations
 

@@ -119,11 +119,7 @@ class Survey:
         return found
 
     def _periods(self, path: _Path, across: Array) -> tuple[float, ...]:
-        """Main periods of the residual below the coarse cutoff; then those that the motion passes above it only.
-
-        Args:
-            across: (n,) weights of the coordinates' residuals in that of the path.
-        """
+        """Main periods of the residual below the coarse cutoff; then those that only pass above it."""
         coarse, fine = self.motion.cutoff_hz, self.motion.fine_hz
         main = _periods(path, self.residual @ across, coarse)
         independent = 2 * (fine - coarse) * self.motion.sample_time
@@ -141,12 +137,7 @@ class Survey:
 
 
 def survey(system: System, motion: Motion, model: System | None = None) -> Survey:
-    """The survey of a log.
-
-    Args:
-        system: with refitted values.
-        model: the same with the effects that were found; by default none were.
-    """
+    """The survey of a log; ``system``: with refitted values; ``model``: the same with the effects that were found."""
     middle = motion.positions[motion.usable].mean(axis=0)
 
     def numbers(matrix: Matrix) -> Array:
@@ -234,9 +225,6 @@ def _periodogram(path: _Path, y: Array) -> tuple[Array, Array, Array]:
     """Least squares of y = a + b q + q (c cos 2πfx + d sin 2πfx) at frequencies f, with q the ``modulation``.
 
     The sums of the normal equations over samples are Fourier transforms of histograms over the position.
-
-    Returns:
-        (numbers of periods in the span, squares of y that the model explains, squares that the wave alone adds).
     """
     x, q = path.x, path.modulation
     place = np.clip(((x[path.used] - x.min()) / path.span * BINS).astype(int), 0, BINS - 1)

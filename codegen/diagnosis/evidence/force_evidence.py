@@ -87,12 +87,7 @@ class ForceGain:
         return max(min(1.0, 2 * min(self.by_signs, self.where_large())), exp(-max(self.nats, 0.0)))
 
     def p_of_rivals(self, fitted: int = 0, against: float = 0.0) -> float:
-        """As ``p``, for two models of which at most one is true; also by the shift test.
-
-        Args:
-            fitted: number of parameters that only this model has, fitted to the same residuals.
-            against: nats of other evidence for the other model.
-        """
+        """As ``p``, for rivals; also by the shift test, less ``fitted`` parameters and nats ``against``."""
         by_blocks = min(self.by_signs, self.where_large(fitted), self.where_apart)
         return max(min(1.0, 3 * by_blocks), exp(-max(self.nats - fitted - against, 0.0)))
 

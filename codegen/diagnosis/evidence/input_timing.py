@@ -190,11 +190,7 @@ def _force_share(problem: Problem, change: Array) -> float:
 
 
 def _lead_at(problem: Problem, i: int, residual: Array, change: Array) -> Lead:
-    """The lead by one coordinate: least squares of its force residual on ``change`` and on other terms.
-
-    Args:
-        residual, change: (N,) the force residual, and its change by a lead of half a row.
-    """
+    """The lead by one coordinate: its force residual, (N,), regressed on ``change``, that of half a row, and others."""
     motion = problem.motion
     used = problem.used[:, i] & (np.abs(motion.low_pass(np.sign(motion.velocities[:, i]))) > LEAST_MEAN_SIGN)
     if used.sum() < LEAST_ROWS or not np.any(change[used]):

@@ -99,10 +99,8 @@ def separate(
         figures = _try(search, log, fits, machines, reach, motion, simulated)
         tried.append(figures)
         if figures.separation >= SEPARATED:
-            names = [x.name for x in search.system.positions]
-            texts = {
-                name: str(sympy.sstr(r, full_prec=False)) for name, r in zip(names, motion.references, strict=True)
-            }
+            named = zip(search.system.positions, motion.references, strict=True)
+            texts = {x.name: str(sympy.sstr(reference, full_prec=False)) for x, reference in named}
             text = _csv(search.system, motion, simulated, log.sample_time)
             return Separation(pairs, tuple(tried), figures, texts, SEPARATED), text
     return Separation(pairs, tuple(tried), None, {}, SEPARATED), None

@@ -34,10 +34,8 @@ REWEIGHED = 2
 
 @dataclass(frozen=True, eq=False)
 class ForceRows:
-    """Linearised low-passed residual (R,) of one coordinate, its slopes (R, p), and the index of each row's sample.
-
-    Attributes:
-        gain: (p,) slopes of the drive gain by which residual and slopes are divided; zeros if they are not divided.
+    """Linearised low-passed residual (R,) of one coordinate, slopes (R, p), samples, and (p,) slopes of the
+    drive gain.
     """
 
     sample: NDArray[np.int_]

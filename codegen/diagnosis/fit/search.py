@@ -146,11 +146,7 @@ class Search:
 
     @recent(FITS)
     def with_noise_floor(self, base: Fit, largest_ratio: float = LARGEST_RATIO) -> tuple[Search, Fit]:
-        """The search with noise no smaller than the base's error over ``largest_ratio``, and the base fitted in it.
-
-        Far above the noise, the logarithmic loss would credit a candidate that happens to fit a few segments. If an arm
-        is simulated joint by joint, each joint has its own noise.
-        """
+        """The search with noise no smaller than the base's error over ``largest_ratio``, and the base fitted in it."""
         factor = np.maximum(1.0, _noise_ratios(base) / largest_ratio)
         if np.all(factor == 1.0):
             return self, base
@@ -211,10 +207,8 @@ class Search:
         return Prior(precision, centre, size, reach, least, tempering, self.within)
 
     def runners(self, trials: Sequence[Trial], at_once: bool = True) -> list[Runner]:
-        """Free-run simulators of trials; those with the same equations share code, which is compiled once.
-
-        Args:
-            at_once: False for trials of which few are run; their code is compiled at the first run.
+        """Free-run simulators of trials; those with the same equations share code, at the first run if not
+        ``at_once``.
         """
         lacking: dict[int, dict[Hashable, Trial]] = {}
         keys = []

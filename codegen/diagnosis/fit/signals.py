@@ -1,8 +1,4 @@
-"""Filters of a log: a smooth motion, and one low-pass for every term of the force balance.
-
-Two zero-phase Butterworth filters: a fine one for positions, velocities and accelerations, and a coarse one for every
-term of the force balance alike, so that no term leads or lags another.
-"""
+"""Filters of a log: a smooth motion, and one low-pass for every term of the force balance."""
 
 from __future__ import annotations
 

@@ -266,11 +266,7 @@ def _merged(search: Search, current: Fit) -> Fit | None:
 
 
 def _split(search: Search, current: Fit) -> Fit | None:
-    """The fit with two effects in place of one that is confused with both, with no more parameters, if they explain
-    more.
-
-    Example: within a part of a turn, a spring and a constant force look like an unbalanced mass.
-    """
+    """The fit with two effects in place of one that is confused with both, if they explain more; else None."""
     here = ForceCriterion(search, current)
     for k, part in enumerate(current.trial.parts):
         if len(part.names) < 2 or at_noise(current):
@@ -297,9 +293,8 @@ def _is_confused(search: Search, one: Part, other: Part) -> bool:
 def _in_simplest_forms(search: Search, current: Fit, rivals: list[Ranked]) -> tuple[Fit, list[Ranked]]:
     """The fit with each effect at the joint of the last one in its simplest form that fits as well with all the others.
 
-    Each form was chosen before the later effects were found. Examples: a backlash with a gap of 1e-15 rad is a
-    compliance; viscous friction whose slope falls with speed may be a line once a spring is found. A simpler kind is
-    then removed from the rivals. A parameter of the other form starts from the one with its unit.
+    Each form was chosen before the later effects were found: a backlash with a gap of 1e-15 rad is a compliance. A
+    parameter of the other form starts from the one with its unit.
     """
     trial, (moved, values) = current.trial, current.values
     if len(trial.parts) < 2:

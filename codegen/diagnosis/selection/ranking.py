@@ -1,8 +1,4 @@
-"""One round of forward selection: every candidate with its evidence and the first test that it fails, in order.
-
-Candidates that pass are ordered by their fits; the force residual, the usual form and the declared friction levels
-decide between those that free runs do not distinguish.
-"""
+"""One round of forward selection: every candidate with its evidence and the first test that it fails, in order."""
 
 from __future__ import annotations
 
@@ -104,11 +100,7 @@ def credible(search: Search, before: Fit, after: Fit, candidates: int) -> bool:
 
 
 def in_simplest_admitted_forms(ranked: Sequence[Ranked]) -> list[Ranked]:
-    """The candidates without those forms of an effect that a simpler form replaces.
-
-    A simpler form replaces another one if it fits as well (``is_simpler_form``) and does at least as well in the tests.
-    Credited is better than failing significance alone, and that is better than failing another test.
-    """
+    """The candidates without those forms of an effect that a simpler form replaces."""
 
     def passed(one: Ranked) -> tuple[bool, bool]:
         return not one.why_not, one.unsure

@@ -1,8 +1,4 @@
-"""The tests that refuse a candidate, apart from that of significance, each with its reason in words.
-
-A candidate is refused for too small a gain or force, for values that are impossible or that the log cannot show, if
-another effect or refitted values explain it, and if the force residual contradicts the free runs.
-"""
+"""The tests that refuse a candidate, apart from that of significance, each with its reason in words."""
 
 from __future__ import annotations
 
@@ -227,11 +223,7 @@ def corrects_a_form(before: ForceCriterion, after: ForceCriterion) -> str:
 
 
 def contradicted_by_force(before: ForceCriterion, after: ForceCriterion, share: float = 0.0) -> str:
-    """Objection if a candidate makes the force residual significantly larger; else empty.
-
-    With wrong friction levels short free runs of an inertia a thousand times too large fit better than any true model.
-    ``share``: removed of the squared free-run residual.
-    """
+    """Objection if a candidate makes the force residual significantly larger; else empty."""
     times = after.over(before).left
     if times < CONTRADICTED or before.over(after).p > credit.ALPHA:
         return ""

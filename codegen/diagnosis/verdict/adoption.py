@@ -77,7 +77,6 @@ class Score:
     Attributes:
         force: (BLOCKS,) squared force residual, relative to the declared model's.
         run: (BLOCKS,) loss of the free runs.
-        count: number of residuals in ``run``.
     """
 
     force: Array

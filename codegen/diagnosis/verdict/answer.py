@@ -1,8 +1,4 @@
-"""The verdict of a diagnosis with its models, and the last check of a model on held-out data.
-
-On these it may be worse neither than the declared model nor than the refit. The held-out log chooses nothing; it can
-only refuse options, whose order is by the training log.
-"""
+"""The verdict of a diagnosis with its models, and the last check of a model on held-out data."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Cogging with several harmonics: orders selected on the force residual over position, then fitted in free runs.
-
-The force residual is linear in the weights, so orders are added one by one and judged on held-out blocks.
-"""
+"""Cogging with several harmonics: orders selected on the force residual over position, then fitted in free runs."""
 
 from __future__ import annotations
 
