@@ -190,11 +190,7 @@ def _axes(analysis: Analysis, contact: int) -> ContactAxes:
 
 
 def _in_axes(dynamics: ErrorDynamics, axes: tuple[ContactAxes, ...], inverse: Matrix) -> ErrorDynamics:
-    """The error dynamics with velocities v[k], v[k+1] and friction states expressed in the axes.
-
-    Args:
-        inverse: U'⁻¹, since u = U'v.
-    """
+    """The error dynamics with velocities v[k], v[k+1] and friction states in the axes; ``inverse`` is U'⁻¹, u = U'v."""
     observer, h = dynamics.observer, sympy.Symbol("h", real=True)
     velocities = observer.system.velocities
     slips, rates = (sympy.Matrix([getattr(a, part) for a in axes]) for part in ("slip", "slip_rate"))

@@ -82,11 +82,7 @@ def certify(
 
 
 def _certified(analysis: Analysis, stated: Frame, further: bool, all_angles: bool) -> Certificate | Refusal:
-    """Certify at the levels of ``analysis``: by structure, by one V over the envelope, or by regions.
-
-    Args:
-        stated: (analysis, family) → the fields of a certificate that do not depend on the proof.
-    """
+    """Certify at the levels of ``analysis``: by structure, by one V over the envelope, or by regions."""
 
     def by_parts() -> Regions | None:
         return find_regions(analysis, stated) if further else None
@@ -215,12 +211,7 @@ def _no_words(analysis: Analysis, error: Exception) -> Refusal:
 
 
 def _unstable(analysis: Analysis, proof: Mapping[str, Any] | None, regions: Regions | None) -> Refusal:
-    """The refusal of an unstable observer.
-
-    Args:
-        proof: the refutation that the checker accepts, or None.
-        regions: proofs for regions of the envelope, or None.
-    """
+    """The refusal of an unstable observer, with the refutation that the checker accepts, if there is one."""
     failing = tuple(
         dict.fromkeys(  # a condition on both Psi and the step is listed once
             f"{c.expression} > 0" if c.readable else f"{c.label} > 0"
@@ -240,11 +231,6 @@ def _unstable(analysis: Analysis, proof: Mapping[str, Any] | None, regions: Regi
 
 
 def _undecided(analysis: Analysis, why: str, narrower: bool = True) -> Refusal:
-    """The refusal of an observer that is neither certified nor shown unstable.
-
-    Args:
-        why: the reason.
-        narrower: whether a narrower envelope might be certified.
-    """
+    """The refusal of an observer neither certified nor shown unstable; ``narrower``: a narrower envelope might help."""
     reason = render("text/refused_undecided.j2", why=why, analysis=analysis, narrower=narrower).strip()
     return Refusal(reason, None, analysis.spectral_radius, (), analysis.largest_sample_time)

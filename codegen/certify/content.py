@@ -134,11 +134,7 @@ def proved(
 def _content(
     base: Mapping[str, Any], found: Found, analysis: Analysis, digits: int, turning: bool, state_reversals: bool
 ) -> dict[str, Any]:
-    """A certificate for a proposal, with P rounded to so many digits and the rate rounded down.
-
-    Args:
-        turning, state_reversals: as ``turning`` and ``reversals`` of ``proved``.
-    """
+    """A certificate for a proposal, with P rounded to so many digits, the rate rounded down; flags of ``proved``."""
     observer, h = analysis.dynamics.observer, analysis.dynamics.observer.sample_time
     exact = rounded_matrix(found.p, digits, np.sqrt(np.diag(found.p)))
     rate = rounded(found.rate - abs(found.rate) * 10.0 ** (1 - digits), 4)

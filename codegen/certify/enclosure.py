@@ -121,12 +121,7 @@ def enclose_family(family: Family) -> Cells:
 def _partition(
     named: tuple[tuple[sympy.Symbol, Any], ...], ranges: tuple[tuple[sympy.Symbol, tuple[Any, Any]], ...]
 ) -> tuple[dict[sympy.Symbol, list[Fraction]], list[Box]]:
-    """Breakpoints of each variable and the parameter boxes of the cells; cached.
-
-    Args:
-        named: the parameters of a family as pairs, which can be hashed.
-        ranges: its variables likewise.
-    """
+    """Breakpoints of each variable and the parameter boxes of the cells; cached by pairs, which can be hashed."""
     parameters, variables = dict(named), dict(ranges)
     values, sampled = _parsed(parameters, variables), _sampled_ranges(parameters, variables)
     breaks = {v: [*map(fraction, ends)] for v, ends in variables.items()}

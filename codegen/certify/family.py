@@ -164,11 +164,7 @@ def _sign_products(matrix: Matrix, signs: tuple[sympy.Symbol, ...]) -> dict[Any,
 
 
 def _with_products(entry: Any, rename: Mapping[Any, sympy.Symbol]) -> Any:
-    """The expanded entry; in each term that contains one of these products, its name in place of the product.
-
-    Args:
-        rename: product, such as s u → symbol or expression that replaces it.
-    """
+    """The expanded entry; in each term that contains a product of ``rename``, such as s u, what replaces it."""
     total = sympy.Integer(0)
     for term in sympy.Add.make_args(expand_products(entry)):
         for product, name in rename.items():

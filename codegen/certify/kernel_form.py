@@ -187,12 +187,7 @@ def driven(observer: Observer) -> tuple[dict[Any, Any], dict[Any, Any]]:
 
 
 def _cells(splits: list[tuple[str, list[str]]], box: Mapping[str, list[str]]) -> Any:
-    """The cells of a box as a balanced binary tree of cuts [variable, cut, tree below, tree above]; "" is a leaf.
-
-    Args:
-        splits: (variable, breakpoints) pairs.
-        box: variable → (low, high).
-    """
+    """The cells of a box as a balanced binary tree of cuts [variable, cut, tree below, tree above]; "" is a leaf."""
     if not splits:
         return ""
     (x, ends), *others = splits
@@ -248,11 +243,7 @@ def _named(tree: Any, at: Mapping[str, str]) -> Any:
 
 
 def _of_solver(content: Mapping[str, Any], at: Mapping[str, str]) -> dict[str, Any]:
-    """The fields of a proof that the search for a certificate found: cover, P, rate and reversals.
-
-    Args:
-        at: variable of the certificate → its place in the code.
-    """
+    """The fields of a proof that the search for a certificate found; ``at``: variable → its place in the code."""
     reversals = [
         {"sign": f"sign.{r['contact']}", "growth": r["growth"], "dwell": str(r["dwell_samples"])}
         for r in content["reversals"]

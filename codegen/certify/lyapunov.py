@@ -423,9 +423,6 @@ def _in_proportion(
     """The analytic centre of all P with this rate and the growth g_i^s at reversal i, for the least feasible s ≤ 1.
 
     s is a multiple of 1/``PROPORTIONS`` and found by bisection. None if s = 1 is not feasible.
-
-    Args:
-        growths: g_i.
     """
     # J'PJ ≤ gP is the decay condition Φ'PΦ ≤ (1 − 2αh)P with Φ = I + hA for A = J − I, h = 1 and α = (1 − g)/2.
     jumps = [np.diag(signs - 1) for signs in _signs(len(matrix), flips)]

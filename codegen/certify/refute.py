@@ -83,11 +83,7 @@ def slowest_point(analysis: Analysis, family: Family) -> Slowest | None:
 def _slower_near(
     analysis: Analysis, known: dict[str, float], rate: Callable[[Mapping[str, float]], float]
 ) -> dict[str, float]:
-    """A slower point by Nelder–Mead from ``known``, velocities keeping their signs, to six digits; else ``known``.
-
-    Args:
-        rate: decay rate at a point, 1/s; inf if the point has no rational values.
-    """
+    """A slower point by Nelder–Mead from ``known``, velocities keeping their signs, to six digits; else ``known``."""
     dynamics, ranges = analysis.dynamics, analysis.points.ranges
     tied = {n.name: s.name for n, s in dynamics.next_velocity.items()}
     free, bounds = [], []
@@ -171,12 +167,7 @@ def _implicit_rate(a: Array, h: float) -> float:
 
 
 def _inertia(a: Array, alpha: float, h: float, implicit: bool) -> Array | None:
-    """Q of the Stein equation cQ − Φ'QΦ = λI with some λ > 0, m by m, in floating point; None if it is singular.
-
-    Args:
-        a: A, balanced, m by m.
-        alpha: α, 1/s.
-    """
+    """Q of the Stein equation cQ − Φ'QΦ = λI with some λ > 0, for a balanced A, in floats; None if it is singular."""
     unit = np.eye(len(a))
     try:
         step = np.linalg.inv(unit - h * a) * (1 + alpha * h) if implicit else unit + h * a

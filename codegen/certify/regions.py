@@ -307,11 +307,7 @@ def _least_slip(slips: tuple[float, float]) -> float:
 
 
 def _bisected(holds: Callable[[float], bool], good: float, bad: float, geometric: bool = False) -> float:
-    """The number nearest to ``bad`` at which a condition holds, which holds at ``good``; by bisection.
-
-    Args:
-        geometric: bisect logarithms, to 3 % relative; else to 0.0002 absolute.
-    """
+    """The number nearest to ``bad`` at which a condition holds, as at ``good``: to 0.0002, or of logarithms to 3 %."""
     if holds(bad):
         return bad
     if good == 0.0:  # search for the largest size: ``bad`` divided by 8 until the condition holds

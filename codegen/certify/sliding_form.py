@@ -169,12 +169,7 @@ def _rounded_down(x: Any) -> Any:
 
 
 def _second_order(level: Any, observer: Observer, moves: Mapping[Any, Any]) -> Any:
-    """Change of a level's error in one step from exact estimates: the terms of second order in h of its update.
-
-    Args:
-        level: the error variable.
-        moves: velocity or friction state of the machine → its derivative.
-    """
+    """Change of a level's error in one step from exact estimates: the terms of second order in h of its update."""
     shown = dict(zip(estimates_of(observer), (e.truth for e in observer.errors), strict=True))
     slips = dict(zip((c.slip for c in observer.system.contacts), observer.system.slip_velocity, strict=True))
     (held,) = (

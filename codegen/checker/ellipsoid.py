@@ -180,7 +180,7 @@ class PackedIntegers:
     def within(self, bundles: list[int]) -> bool:
         """Whether -2^t <= x_k < 2^t for all k."""
         limit, above = self.limit, self.above
-        return not any([bundle + limit & above for bundle in bundles])
+        return not any(bundle + limit & above for bundle in bundles)
 
 
 def propagated(

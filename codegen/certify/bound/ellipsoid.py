@@ -468,11 +468,7 @@ def _bound(row: Array, step: Array, columns: Array, samples: int, matrix: Any) -
 
 
 def _amplitudes(doubled: Sequence[Array], columns: Array, target: Array) -> Array:
-    """√(b_j'Xb_j) for each j, where X = Φ'XΦ/f + ``target``.
-
-    Args:
-        doubled: ``_squarings`` of Φ'/√f.
-    """
+    """√(b_j'Xb_j) for each j, where X = Φ'XΦ/f + ``target``; ``doubled``: ``_squarings`` of Φ'/√f."""
     x = _summed(doubled, target)
     return np.asarray(np.sqrt(np.maximum(np.sum(columns * (x @ columns), axis=0), 0.0)))
 
@@ -486,12 +482,7 @@ def _squarings(step: Array) -> list[Array]:
 
 
 def _summed(doubled: Sequence[Array], start: Array) -> Array:
-    """The solution Σ_k A^k C A'^k of the discrete Lyapunov equation X = AXA' + C, by doubling.
-
-    Args:
-        doubled: ``_squarings`` of a stable A.
-        start: C.
-    """
+    """The solution X = Σ_k A^k C A'^k of X = AXA' + C by doubling; C is ``start``, ``doubled`` ``_squarings`` of A."""
     for step in doubled:
         start = start + step @ start @ step.T
     return start

@@ -89,11 +89,7 @@ def _largest_in_envelope(spec: Spec, name: str) -> Any:
 
 
 def _largest_force_of_state(law: DynamicLaw, values: Any, fastest: Any) -> Any:
-    """The largest |λ| of a law whose force is a constant times its only state; oo for other laws.
-
-    Args:
-        fastest: largest slip speed, which bounds the state.
-    """
+    """The largest |λ| of a law whose force is a constant times its only state, up to this slip speed; else oo."""
     if len(law.states) != 1 or not fastest.is_finite:
         return sympy.oo
     u, z = sympy.symbols("u z", real=True)

@@ -121,11 +121,7 @@ def _too_large(what: str, count: int, limit: int) -> Proposals:
 
 
 def _first(key: str, specs: Sequence[Spec], derive: Derive) -> Proposal | None:
-    """The remedy by the first of these specs that is certified; None if none is.
-
-    Args:
-        key: entry of the observer section that differs from the refused spec.
-    """
+    """The remedy by the first of these specs, other in the observer's ``key``, that is certified; None if none is."""
     for spec in specs:
         with suppress(BadInput):
             derived = derive(spec)
@@ -276,11 +272,7 @@ def _directions(count: int) -> Array:
 
 
 def _stable(family: GainDynamics, base: Settings, axes: Sequence[GainAxis], shifts: Array) -> NDArray[np.bool_]:
-    """Whether I + hA and Ψ are stable with gains multiplied by exp(shifts).
-
-    Args:
-        shifts: log factors, … by number of axes; the result has the shape ….
-    """
+    """Whether I + hA and Ψ are stable with gains times exp(shifts), … by number of axes; the result has shape …."""
     settings, flat = base, shifts.reshape(-1, len(axes))
     for k, axis in enumerate(axes):
         assert axis.chosen is not None
