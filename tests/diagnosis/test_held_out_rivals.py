@@ -159,6 +159,11 @@ def test_what_is_explained_is_that_of_the_effects_without_the_one_that_is_refuse
     none: Any = None
     left, last, _, against = examination._examined(search, outcome, none, none, True)
     assert (left.final, left.explained, last, against) == (one, 0.4, one, ())
+    kept, _, _, against = examination._examined(search, outcome, none, none, False)
+    assert (kept.final, against) == (both, ())
+    monkeypatch.setattr(examination, "objections", lambda found, part, problem: ["zero"])
+    _, _, _, against = examination._examined(search, outcome, none, none, False)
+    assert [fact.words for fact in against] == ["zero", "zero"], "a tie of effects that may all be absent was ambiguous"
 
 
 def test_an_effect_is_fitted_again_in_the_form_that_its_intervals_contain(monkeypatch: pytest.MonkeyPatch) -> None:

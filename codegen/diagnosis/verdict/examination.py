@@ -258,9 +258,9 @@ def _examined(
 ) -> tuple[Outcome, Fit, tuple[FoundEffect, ...], tuple[Fact, ...]]:
     """The outcome with the effects that are left, their final fit, its effects, and the objections against them.
 
-    With ``strict``, effects are fitted again in the simplest form that their intervals contain, and those with
-    objections are removed one at a time and the others fitted again. If all have objections, or those without are not
-    credited over the refit, all effects are returned with the objections.
+    If all have objections, they are returned with these. With ``strict``, which ties are not, effects are fitted again
+    in the simplest form that their intervals contain, and single ones with objections are removed one at a time and the
+    others fitted again; if these are not credited over the refit, all effects are returned with the objections.
     """
     final = outcome.final
     while True:
@@ -275,8 +275,8 @@ def _examined(
             final = simpler
             continue
         triples = zip(own, found, parts, strict=True)
-        raised = [_objections(o, f, p, problem) if strict else [] for o, f, p in triples]
-        if not any(raised):
+        raised = [_objections(o, f, p, problem) for o, f, p in triples]
+        if not any(raised) or not (strict or all(raised)):
             if final is not outcome.final:
                 explained = explained_share(search, outcome.base, final)
                 outcome = replace(outcome, final=final, explained=explained)
