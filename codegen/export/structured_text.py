@@ -117,4 +117,6 @@ def _refuse_names(names: Iterable[str]) -> None:
             raise BadInput("--to", found, "names that differ by more than capitals", code="SPEC009")
         if name.lower() in KEYWORDS or "__" in name or name.endswith("_"):
             found = f"the name `{name}`, which Structured Text keeps or does not have"
-            raise BadInput("--to", found, "another name in the spec", f"{name.strip('_')}_1", code="SPEC009")
+            plain = "_".join(filter(None, name.split("_")))  # no name has two `_` in a row or one at its end
+            nearest = f"{plain}_1" if name.lower() in KEYWORDS else plain
+            raise BadInput("--to", found, "another name in the spec", nearest, code="SPEC009")

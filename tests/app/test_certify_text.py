@@ -44,7 +44,8 @@ def test_the_bound_is_printed_before_what_was_checked_and_what_is_assumed(tmp_pa
 
 def test_of_many_errors_the_largest_is_in_the_first_line_and_each_has_a_line_of_its_own() -> None:
     """A chain of 16 contacts printed 64 lines of bounds before what they assume."""
-    bounds = [replace(bound, name=f"e_a_{k}", steady=1.0 + k % 4) for k, bound in enumerate([found().bounds[0]] * 8)]
+    one = found().bounds[0]
+    bounds = [replace(one, name=f"e_a_{k}", steady=1.0 + k % 4, of_code=1.0 + k % 4) for k in range(8)]
     text = certified_text(replace(found(), bounds=tuple(bounds)), None)
     assert text.startswith("certified: 8 error bounds, the largest |e_a_3| <= 4 N long after a reversal; rate ")
     assert all(text.count(f"|e_a_{k}| <= {1 + k % 4} N long after a reversal, where") == 1 for k in range(8))
@@ -94,6 +95,16 @@ def test_a_long_line_is_broken_at_the_width_of_a_screen_and_in_a_file_it_is_not(
     assert first == "refused: short" and last == "" and max(map(len, broken)) <= 70 and len(broken) > 8
     assert broken[0].startswith("  sliding.json: in") and all(re.match(r"    \S", line) for line in broken[1:])
     assert " ".join(broken).split() == text.split()[2:]
+
+
+def test_a_bound_whose_proved_value_exceeds_the_friction_is_useless() -> None:
+    """Judged was the bound in exact numbers, printed the one proved of the C."""
+    made = found()
+    assert not isinstance(made.bounds, str)
+    bound = replace(made.bounds[0], steady=49.0, largest=50.0, of_code=51.0)
+    assert bound.useless and not replace(bound, of_code=None).useless
+    first = certified_text(replace(made, bounds=(bound,)), None).splitlines()[0]
+    assert "<= 51 N" in first and "of no use" in first
 
 
 def test_facts_are_broken_once_on_a_narrow_screen(monkeypatch: pytest.MonkeyPatch) -> None:

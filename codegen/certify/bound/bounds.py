@@ -107,8 +107,8 @@ class ErrorBound:
 
     @property
     def useless(self) -> bool:
-        """Whether the friction itself is not larger than the bound: an estimate of zero would be as good."""
-        return 0 < self.friction <= self.steady
+        """Whether the friction itself is not larger than the stated bound: an estimate of zero would be as good."""
+        return 0 < self.friction <= self.stated
 
     @property
     def largest_part(self) -> str:
