@@ -46,22 +46,20 @@ def prove(proof: dict[str, Any], files: dict[str, str]) -> dict[str, Any]:
     signs, errors, formulas, velocity = (proof[x] for x in ("signs", "errors", "states", "positions"))
     c = frame.read(proof["name"], files)
     # A parameter has the value that `prepare` computes from the values, in exact arithmetic. The decimals in the header
-    # are these values rounded, and of a difference with an error of the size of its terms (rounding.py bounds the
-    # effect on other values): at most a thousandth of the value, or, where nearly nothing is left of the terms, the
-    # rounding in doubles of terms of a usual magnitude. Larger terms could be added to a formula and cancel, and what
-    # counts as their rounding would be the whole value. A parameter that is the exp of a number has its decimal as
-    # value, in all that is computed from it, and so has this exp wherever it occurs, except exp(0).
+    # are these values rounded: off by the rounding of the formula's terms, of which rounding.py bounds the effect. A
+    # parameter that is the exp of a number has its decimal as value, in all that is computed from it, and so has this
+    # exp wherever it occurs, except exp(0).
     known: dict[Any, Any] = {}
     decimals: dict[Any, Any] = {}  # of an exp: one, or those of many parameters could lead away from it
-    prepared = rounding.Sized({x: term(v) for x, v in c.values.items() if x not in dict(c.prepare)}, known, c.precision)
+    prepared = rounding.Bounded(
+        {x: term(v) for x, v in c.values.items() if x not in dict(c.prepare)}, known, c.precision
+    )
     for parameter, text in c.prepare:
         exact = prepared.run([(parameter, text)], [*c.values])[parameter]
         decimal = c.values.get(parameter, exact.constant())
         exps = {(f, p): term(decimal) for (f, p), e in known.items() if f == "exp" and p and e == exact}
-        size = abs(decimal) if exps else prepared.sizes[parameter]
-        left = min(size, c.precision.usual) * frame.PRECISIONS["double"].rounding
-        most = min(size * c.precision.rounding, max(abs(exact.constant()) / 10**3, left))
-        demand(abs(exact.constant() - decimal) <= most, OTHERS.format(parameter))
+        size = abs(decimal) if exps else prepared.bounds[parameter][0].constant()
+        demand(abs(exact.constant() - decimal) <= size * c.precision.rounding, OTHERS.format(parameter))
         demand(all(decimals.setdefault(key, e) == e for key, e in exps.items()), OTHERS.format(parameter))
         known |= exps
         prepared.names |= {parameter: term(decimal)} if exps else {}

@@ -133,14 +133,14 @@ class Precision(NamedTuple):
         most: the largest admitted magnitude of a coefficient; the smallest is 1/most.
         usual: with all quantities (inputs, states, outputs) of at most this magnitude, in their units, no computed
             value may exceed ``most``.
-        cancelled: the largest admitted ratio of the sum of the terms' magnitudes to that of the result (rounding.py).
+        cancelled: the largest admitted ratio of what a step rounds to what storing its states does (rounding.py).
     """
 
     rounding: Fraction
     limit: int
     most: int
     usual: int
-    cancelled: float
+    cancelled: int
 
     def holds(self, terms: Mapping[tuple[str, ...], Any]) -> bool:
         """Whether the coefficients are within the limits, and the value too for quantities of magnitude ``usual``."""
@@ -157,8 +157,8 @@ class Precision(NamedTuple):
 MOST_NUMBER = 10**300
 EXACT = Precision(Fraction(0), MOST_NUMBER, MOST_NUMBER, 1, 0)
 PRECISIONS = {
-    "double": Precision(Fraction(1, 2**50), 10**150, 10**300, 10**6, 1e8),
-    "float": Precision(Fraction(1, 2**21), 10**18, 10**37, 10**3, 2e6),
+    "double": Precision(Fraction(1, 2**50), 10**150, 10**300, 10**6, 10**8),
+    "float": Precision(Fraction(1, 2**21), 10**18, 10**37, 10**3, 10**3),
 }
 
 

@@ -1,53 +1,160 @@
-"""Refuses sums in the C that suffer from catastrophic cancellation.
+"""What rounding adds to a step of the C: no more than a multiple of what storing its states and inputs rounds anyhow.
 
-Standard library only; part of the checker (verify.py), which hands ``frame`` and ``kernel`` in. The kernel's theorem is
-in exact arithmetic. In doubles each parameter, number and exp has a relative rounding error of at most 2^-50, which a
-large factor can amplify: 1e14 * (0.1 + 0.2 - 0.3) is 0 in exact arithmetic and 0.006 in doubles. So this ratio is
-bounded by `cancelled` for each value assigned in a sample and each argument of a function or a quotient: the sum of
-the absolute terms as written in the C, over the sum of the absolute coefficients of the polynomial that they add up to,
-with all variables equal to 1. In the shipped code the ratio is at most 600 000.
+Standard library only; part of the checker (verify.py), which hands ``forms``, ``frame`` and ``kernel`` in. The kernel's
+theorem is in exact arithmetic, in which 1e14 * (0.1 + 0.2 - 0.3) is 0; in doubles it is 0.006. So of every value of the
+C a bound of its rounding error is computed from the operations that it is made of, term by term:
 
-So the size of a value times the rounding error of one number bounds the error of the value, to first order. A quotient
-a/b and a function pass on the errors of their arguments: its size is |a| size(b)/b^2 and at most |f| size(argument). A
-parameter that `prepare` computes has the size of its formula wherever it occurs, and is bounded there alone: of a load
-equal to its counterweight nothing is left, but its rounding is small compared with the forces to which it is added.
-How far its decimal in the header may be from its formula is bounded in errors.py.
+LEMMA R (Higham, Accuracy and Stability of Numerical Algorithms, section 3.1). Let each operation be off by the factor
+1 + d, |d| <= u. A value is then its polynomial with every term that is added up on the way times at most n factors
+1 + d. So it is off by at most n u/(1 - n u) times the polynomial with the magnitudes of all these terms.
+
+`Bounded` computes that polynomial, and n. `require` compares it, for each state, with the smallest rounding that any
+code with these states has: that of storing them, before and after the step. Where it is more than ``cancelled`` times
+that for any term (a product of inputs, estimates and numbers), terms cancel that are larger than they need to be, and
+the C is refused. The shipped code is below 4 times. And V must still not grow when rounding changes the error dynamics.
+To first order, and with variables of 1 in what is divided by. Overflow, underflow: frame.Precision.holds.
 """
 
 import ast
 import re
 from collections.abc import Iterator
+from fractions import Fraction
+from math import prod
+from operator import mul
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING or __package__:
-    from codegen.checker import frame, kernel
+    from codegen.checker import forms, frame, kernel
 
 EXP, NAME = r"\bexp *\(", r"[A-Za-z_][\w.]*(?:\[[\d.]+\])?"
+LOST = "what is left of a sum is its rounding"
+PART, MOST = 2**4, 2**16  # floats hold all multiples of 1/PART up to MOST
 
 
 def require(proof: dict[str, Any], shown: dict[str, Any]) -> None:
-    """Raises ValueError if a sum in a function of the C, or in a formula of the proof with exp, may cancel too much.
+    """Raises ValueError if a step, or another function of the C, or a formula with exp, may round by too much.
 
     Args:
         shown: what errors.prove returned for the proof.
     """
-    c, names, known = shown["c"], shown["names"], dict(shown["known"])  # of its reciprocals nothing is shown
-    values = {x: names[x] for x in c.values}
-    made = Sized({x: p for x, p in values.items() if x not in dict(c.prepare)}, known, c.precision)
-    made.run(c.prepare, [*values])
-    prepared = {x: size for x, size in made.sizes.items() if x in values}
-    before = {x: p for x, p in names.items() if x not in c.outputs} | shown["before"]
-    text = Sized(before, known, c.precision, prepared)
-    text.run(c.step, [])
-    text.run(c.commit, c.states + c.outputs)
-    said = Sized(names, known, c.precision, prepared)
-    rounded = of_exp(c.prepare)
+    c, code = shown["c"], step(proof, shown)
+    # Any other part that is added to a state, such as a number, may be large: unlike a gain, it changes no matrix.
+    parts = [m for z in shown["moving"] for m in shown["before"][z]]
+    measured = ("true.", "error of ", "inputs.")
+    frame.demand(all(any(x.startswith(measured) for x in m) for m in parts), "a state holds more than estimates")
+    stored = {z: magnitudes(shown["before"][z]) for z in shown["moving"]}
+    estimates = [e["estimate"] for e in proof["errors"]]
+    added = {x: unsigned(put(code.bounds[x][0], stored), code.known) for x in (*stored, *estimates)}
+    for x, bound in added.items():
+        least = put(put(magnitudes(code.names[x]), passed_on(code.known)), stored) + stored.get(x, kernel.Poly())
+        least = unsigned(least, code.known)
+        for term, size in bound.items():  # what cancels to 0, and a force that is nearly balanced, as all the rest does
+            most = max(c.precision.cancelled * least.get(term, 0), 0 if term and term in least else total(least))
+            frame.demand(size <= most, f"{x}: {LOST}")
+    n = 2 + max(code.bounds[z][1] for z in stored)
+    outlasts(proof, shown, code, {z: added[z] * kernel.term(n) for z in stored})
+    # Of other functions, and of formulas with an exp, the sum of the magnitudes of all terms is compared. In a formula
+    # the exp alone is rounded, once: it may lose three digits more, as the mean of an exponential step does.
+    said, rounded = Bounded(shown["names"], dict(shown["known"]), c.precision, code.bounds), of_exp(c.prepare)
     for formula in {*texts(proof)}:
         if re.search(EXP, formula) or rounded.intersection(re.findall(NAME, formula)):
-            said.value(formula)
-    free = values | {x: kernel.term(1, x) for x in (*c.inputs, *c.states, *c.outputs)}
+            said.kept(said.value(formula), said.latest[0] * kernel.term(Fraction(1, 1000)))
+    free = {x: shown["names"][x] for x in c.values}
+    free |= {x: kernel.term(1, x) for x in (*c.inputs, *c.states, *c.outputs)}
     for program in (c.init, c.reset, c.predict, c.resume):
-        Sized(free, {}, c.precision, prepared).run(program, c.states)
+        text = Bounded(free, {}, c.precision, {x: code.bounds[x] for x in c.values})
+        text.run(program, c.states)
+        for target in {x for x, _ in program}:
+            text.kept(text.names[target], text.bounds[target][0])
+
+
+def step(proof: dict[str, Any], shown: dict[str, Any]) -> "Bounded":
+    """The step over inputs and states as they are stored, and its bounds: with their formulas, these would cancel."""
+    c, names, before, known = shown["c"], shown["names"], shown["before"], dict(shown["known"])
+    values = {x: names[x] for x in c.values}
+    made = Bounded({x: p for x, p in values.items() if x not in dict(c.prepare)}, {**known}, c.precision)
+    made.run(c.prepare, [*values])
+    bounds = {}
+    for x, p in values.items():
+        size, n = made.bounds.get(x, (magnitudes(p), 0))
+        # The header's decimal may be off by 8 u of the formula's magnitudes (errors.py), or be rounded itself.
+        bounds[x] = size, (0 if n == 0 and c.values[x] == p.constant() and made.exact(p) else max(n, 8))
+    free = {x: p for x, p in names.items() if x not in c.outputs} | before
+    free |= {z: kernel.term(1, z) for z in shown["moving"]}
+    for _ in range(2):  # the first tells what the outputs are, and so what the signs are of, as in errors.prove
+        code = Bounded(free, {**known}, c.precision, bounds)
+        code.run(c.step, [])
+        code.run(c.commit, c.states + c.outputs)
+        claim = kernel.Text(names | {x: code.names[x] for x in c.outputs if x in code.names}, known)
+        signs = [(names[s], claim.value(of)) for s, of in proof["signs"].items()]
+        signs += [(names[s], names[s] * p) for s in ("", *proof["signs"]) for p in map(claim.value, proof["domain"])]
+        for s, p in signs:
+            known |= {("sgn", kernel.term(way) * p): kernel.term(way) * s for way in (-1, 1)}
+    return code
+
+
+def outlasts(proof: dict[str, Any], shown: dict[str, Any], code: "Bounded", off: dict[str, Any]) -> None:
+    """Raises ValueError unless V still does not grow, if it is to fall, where the states are off by u times ``off``.
+
+    |F e + D e| <= (sqrt(fall) + r) |e| <= |e| in the norm sqrt(e'Pe), r = (1 - fall)/2, if e'D'P D e <= r r e'Pe. With
+    |D| <= R, S = R'|P|R and any d > 0, the left side is at most the sum over i and j of S_ij e_i^2 d_j/d_i. The same is
+    asked where V is only said to grow by at most fall > 1.
+    """
+    R, errors, unit = [], proof["errors"], kernel.term(code.precision.rounding / 8)
+    stored = {z: magnitudes(shown["before"][z]) for z in off}
+    for shows in (magnitudes(code.names[e["estimate"]]) for e in errors):
+        change = sum((put(derivative(shows, z), stored) * p * unit for z, p in off.items()), kernel.Poly())
+        R.append([at_most(change, f"error of {e['truth']}", shown["box"]) for e in errors])
+    P = shown["numbers"]["P"]
+    S = forms.product([*zip(*R, strict=True)], forms.product([[*map(abs, row)] for row in P], R, 0), 0)
+    bits = [(row[i].denominator.bit_length() - row[i].numerator.bit_length()) // 2 for i, row in enumerate(P)]
+    d = [Fraction(2) ** n for n in bits]  # near 1/sqrt(P_ii)
+    r, rows = abs(1 - shown["fall"]) / 2, [sum(map(mul, row, d)) / d[i] for i, row in enumerate(S)]
+    rest = [[r * r * p - (i == j) * rows[i] for j, p in enumerate(row)] for i, row in enumerate(P)]
+    frame.demand(kernel.positive(kernel.integers(rest)[0]), "V may grow by rounding")
+
+
+def derivative(p: Any, x: str) -> Any:
+    """Of a polynomial, by one of its names."""
+    found = kernel.Poly()
+    for m, c in p.items():
+        if x in m:
+            at = m.index(x)
+            found += kernel.term(c * m.count(x), *m[:at], *m[at + 1 :])
+    return found
+
+
+def at_most(p: Any, error: str, box: dict[str, Any]) -> Fraction:
+    """The sum of the coefficients of the terms with this error, all else as large as the box allows, or 1."""
+    size = {x: max(map(abs, ends)) for x, ends in box.items()}
+    return sum((c * prod(size.get(x, 1) for x in m) for m, c in p.items() if error in m), Fraction(0))
+
+
+def put(p: Any, values: dict[str, Any]) -> Any:
+    """A polynomial with others in place of names."""
+    found = kernel.Poly()
+    for m, c in p.items():
+        found += prod((values.get(x, kernel.term(1, x)) for x in m), start=kernel.term(c))
+    return found
+
+
+def passed_on(known: Any) -> dict[str, Any]:
+    """Of what stands for sin, cos or exp: 1 + |argument|, of whose rounding it passes on at most all."""
+    found: dict[str, Any] = {}
+    for (function, argument), value in known.items():
+        if function in ("sin", "cos", "exp"):
+            found |= dict.fromkeys(value.names(), kernel.term(1) + magnitudes(argument))
+    return found
+
+
+def unsigned(p: Any, known: Any) -> Any:
+    """A polynomial of magnitudes, with 1 for what is at most 1: signs, and for functions of an angle lemma 7's t."""
+    small: set[str] = set()
+    for (function, argument), value in known.items():
+        if function in ("sgn", "exp") or {x[-2:] for x in argument.names()} == {" t"}:
+            small |= value.names()
+    one = kernel.term(1)
+    return put(p, {x: one for x in p.names() if x in small or x[:5] == "sign." or x[-2:] == " t"})
 
 
 def texts(part: Any) -> Iterator[str]:
@@ -67,60 +174,73 @@ def of_exp(prepare: list[tuple[str, str]]) -> set[str]:
     return found
 
 
-class Sized(kernel.Text):
-    """Symbolic evaluation that also computes the size of every assigned value (module docstring).
+class Bounded(kernel.Text):
+    """Symbolic evaluation that also computes, of every assigned value, the polynomial and the n of lemma R.
 
     Args:
-        sizes: size of names that are already set; for others it is the sum of the magnitudes of their coefficients.
-            None for `prepare`, whose values may cancel.
+        bounds: those of names that are already set; any other is its polynomial's magnitudes, and exact.
     """
 
     def __init__(
-        self, names: dict[str, Any], known: Any, precision: Any, sizes: dict[str, float] | None = None
+        self, names: dict[str, Any], known: Any, precision: Any, bounds: dict[str, tuple[Any, int]] | None = None
     ) -> None:
         super().__init__(names, known, precision)
-        self.sizes, self.latest, self.may_cancel = dict(sizes or {}), 0.0, sizes is None
+        self.bounds, self.latest = dict(bounds or {}), (kernel.Poly(), 0)
 
     def run(self, assignments: list[tuple[str, str]], writable: list[str]) -> dict[str, Any]:
         for name, value in assignments:
             super().run([(name, value)], writable)
-            self.sizes[name] = self.latest
+            self.bounds[name] = self.latest
         return self.names
 
     def value(self, text: str) -> Any:
-        """The polynomial of an expression; the attribute ``latest`` is then its size."""
+        """The polynomial of an expression; the attribute ``latest`` is then its bound."""
         p = super().value(text := text.strip(" "))
-        self.latest = self.size(kernel.TREES[len(text) > 200](text, mode="eval").body, text)
-        if not self.may_cancel:
-            self.left(p, self.latest)
+        self.latest = self.bound(kernel.TREES[len(text) > 200](text, mode="eval").body, text)
         return p
 
-    def left(self, p: Any, size: float) -> float:
-        """Returns the size; ValueError if the terms cancel so far that p is mostly rounding error."""
-        frame.demand(size <= total(p) * self.precision.cancelled, "what is left of a sum is its rounding")
-        return size
+    def kept(self, p: Any, bound: Any) -> Fraction:
+        """The ratio of a bound to the magnitudes of p, all variables 1; ValueError if p is mostly rounding error."""
+        size, left = total(bound), total(p)
+        frame.demand(size <= left * self.precision.cancelled, LOST)
+        return size / left if size else Fraction(1)
 
-    def size(self, node: ast.expr, text: str) -> float:
-        """The sum of the magnitudes of an expression's terms as written, with all variables equal to 1."""
+    def bound(self, node: ast.expr, text: str) -> tuple[Any, int]:
+        """The bound of a part of an expression."""
+        here, p = text[node.col_offset : node.end_col_offset], self.of(node, text)
         match node:
             case ast.UnaryOp(_, operand):
-                return self.size(operand, text)
+                return self.bound(operand, text)
             case ast.Call(ast.Name(name), [argument], []):
-                size = self.left(p := self.of(argument, text), self.size(argument, text))
+                (size, n), of = self.bound(argument, text), self.of(argument, text)
+                self.kept(of, size)
                 if name in ("fabs", "sgn"):
-                    return size if name == "fabs" else 1.0
-                value = kernel.function(name, p, self.known)
-                return (1.0 if value.names() else total(value)) * max(1.0, size)
+                    sign = magnitudes(kernel.function("sgn", of, self.known))
+                    return (sign * size, n) if name == "fabs" else (sign, 0)
+                p = magnitudes(p)
+                return (p + size * p if name == "exp" else p + size) if n else p, n + 4
             case ast.BinOp(left, operator, right):
-                a, b = self.size(left, text), self.size(right, text)
+                (a, n), (b, m) = self.bound(left, text), self.bound(right, text)
                 if isinstance(operator, ast.Div):
-                    self.left(p := self.of(right, text), b)
-                    return a * b / total(p) ** 2
-                return a * b if isinstance(operator, ast.Mult) else a + b
-        here = text[node.col_offset : node.end_col_offset]
-        return self.sizes[here] if here in self.sizes else total(self.of(node, text))
+                    divisor = self.of(right, text)
+                    b = magnitudes(kernel.function("1/", divisor, self.known)) * kernel.term(self.kept(divisor, b))
+                if not n and not m and self.exact(p):
+                    return magnitudes(p), 0
+                return (a + b, max(n, m) + 1) if isinstance(operator, (ast.Add, ast.Sub)) else (a * b, n + m + 1)
+        return self.bounds.get(here, (magnitudes(p), int(isinstance(node, ast.Constant) and not self.exact(p))))
+
+    def exact(self, p: Any) -> bool:
+        """Whether p is a sum of signs and short numbers, which is computed without rounding."""
+        signs = {x for (f, _), v in self.known.items() if f == "sgn" for x in v.names()}
+        named = all(x in signs or x[:5] == "sign." for x in p.names())
+        return named and total(p) <= MOST and all(PART % Fraction(c).denominator == 0 for c in p.values())
 
 
-def total(p: Any) -> float:
+def magnitudes(p: Any) -> Any:
+    """A polynomial with the magnitudes of its coefficients."""
+    return kernel.Poly({m: abs(c) for m, c in p.items()})
+
+
+def total(p: Any) -> Fraction:
     """The sum of the magnitudes of a polynomial's coefficients."""
-    return float(sum(map(abs, p.values())))
+    return Fraction(sum(map(abs, p.values())))

@@ -1,0 +1,174 @@
+"""The bound of the rounding of a step holds of the compiled C, and refuses a certificate that rounding makes false."""
+
+from __future__ import annotations
+
+import ctypes
+import json
+import random
+import re
+from fractions import Fraction
+from math import prod
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from codegen.checker import errors, rounding, theorem, verify
+from tests.checker.forged import GENERATED, certificate
+from tests.checker.test_single_precision import checked, single
+from tests.compiled.toolchain import compiled
+
+SHIM = """
+#include "NAME.c"
+#include <string.h>
+void run(const REAL *given, REAL *states, REAL *estimates) {
+    const NAME_parameters p = UPPER_PARAMETERS;
+    NAME_state s; NAME_inputs x; NAME_outputs y;
+    memcpy(&x, given, sizeof x);
+    memcpy(&s, states, STATES * sizeof(REAL));
+    s.mode = UPPER_RUNNING; s.invalid_samples = 0; y.fault = 1;
+    NAME_step(&s, &p, &x, &y);
+    memcpy(states, &s, STATES * sizeof(REAL));
+    memcpy(estimates, &y, OUTPUTS * sizeof(REAL));
+}
+"""
+UNIT = {"float": Fraction(1, 2**24), "double": Fraction(1, 2**53)}
+
+
+def of(name: str, real: str) -> dict[str, str]:
+    shipped = {f"{name}.{x}": (GENERATED / name / f"{name}.{x}").read_text("utf-8") for x in "ch"}
+    return dict(single(name)) if real == "float" else shipped
+
+
+def named(x: str, text: str) -> bool:
+    return re.search(rf"{re.escape(x)}(?![\w\[])", text) is not None
+
+
+def at(p: Any, point: dict[str, Fraction]) -> Fraction:
+    return sum((c * prod(point[x] for x in m) for m, c in p.items()), Fraction(0))
+
+
+@pytest.mark.parametrize("real", UNIT)
+@pytest.mark.parametrize("name", ["one_mass", "rig_to", "emps", "belt_axis", "two_mass", "two_mass_gto", "chain"])
+def test_no_step_of_the_compiled_c_is_off_by_more(name: str, real: str, tmp_path: Path) -> None:
+    """At random states and inputs of many sizes, half of them such that a velocity estimate nearly vanishes."""
+    proof, files = certificate(name, "proof.json"), of(name, real)
+    shown = errors.prove(proof, files) | {"numbers": theorem.numbers(proof)}
+    c, code = shown["c"], rounding.step(proof, shown)
+    shim = SHIM.replace("NAME", name).replace("UPPER", name.upper()).replace("REAL", real)
+    shim = shim.replace("STATES", str(len(c.states))).replace("OUTPUTS", str(len(c.outputs)))
+    for file, text in {**files, "shim.c": shim}.items():
+        (tmp_path / file).write_text(text, "utf-8")
+    (tmp_path / "shim.so").write_bytes(compiled(["gcc", "-std=c99", "-O2", "-fPIC", "-shared"], tmp_path, "shim.c"))
+    run, number = ctypes.CDLL(str(tmp_path / "shim.so")).run, ctypes.c_float if real == "float" else ctypes.c_double
+    draw, unit, compared, largest = random.Random(name + real), UNIT[real], 0, Fraction(0)
+    estimates = {e["estimate"]: code.names[e["estimate"]] for e in proof["errors"]}
+    slips = {x: p for x, p in estimates.items() if any(named(x, of) for of in proof["signs"].values())}
+    for k in range(40 if name == "chain" else 400):
+        given = (number * len(c.inputs))(*(draw.gauss(0, 10.0 ** draw.randint(-3, 3)) for _ in c.inputs))
+        states = (number * len(c.states))(*(draw.gauss(0, 10.0 ** draw.randint(-3, 3)) for _ in c.states))
+        point = dict(zip(c.inputs, map(Fraction, given), strict=True)) | dict.fromkeys(c.states, Fraction(0))
+        for p in slips.values() if k % 2 else ():
+            (z,) = p.names() & {*c.states}
+            states[c.states.index(z)] = -float(at(p, point)) * (1 + draw.choice((-99, 99)) * float(unit))
+        point |= dict(zip(c.states, map(Fraction, states), strict=True))
+
+        def most(x: str, size: dict[str, Fraction]) -> Fraction:
+            bound, n = code.bounds[x]
+            return n * unit / (1 - n * unit) * at(bound, size)
+
+        size = {x: abs(v) for x, v in point.items()}
+        text = {x: (at(p, point), most(x, size)) for x, p in slips.items()}
+        signs = {}
+        for s, slip in proof["signs"].items():
+            used = [x for x in slips if named(x, slip)]
+            value = eval(re.sub(r"outputs\.[\w\[\]]+", lambda m: f"text[{m[0]!r}][0]", slip), {}, {"text": text})
+            signs[s] = Fraction((value > 0) - (value < 0)) if abs(value) > 2 * sum(text[x][1] for x in used) else None
+        if None in signs.values():  # the sign of the code may be another one than in exact arithmetic
+            continue
+        found, compared = (number * len(c.outputs))(), compared + 1
+        run(given, states, found)
+        point, size = point | signs, size | {s: abs(v) for s, v in signs.items()}
+        for x, value in [*zip(c.states, states, strict=True), *zip(c.outputs, found, strict=True)]:
+            off = abs(Fraction(value) - at(code.names[x], point))
+            assert off <= most(x, size), (x, k)
+            largest = max(largest, off / most(x, size) if off else largest)
+    assert compared > (10 if name == "chain" else 250)
+    assert largest > Fraction(1, 50)  # and the bound is no idle one
+
+
+GAIN = "parameters->sample_time * (v_dot_hat -"
+LARGE = (
+    "parameters->sample_time * (parameters->large * inputs->w - {0} * inputs->w - parameters->one_over_m * F_hat_rail -"
+)
+
+
+@pytest.mark.parametrize(
+    ("real", "large", "value"),
+    [("float", "1e6", "1000001.45"), ("float", "3e3", "3001.001"), ("double", "1e12", "1000000000001.0008")],
+)
+def test_an_input_gain_that_rounding_changes_is_refused(real: str, large: str, value: str) -> None:
+    """By 45 % in single precision: the header's `large` is 1/m + 1e6 to within its rounding, and 1e6 w is taken off."""
+    files, f = of("one_mass", real), "f" * (real == "float")
+    derived = re.search(r" 0\.01\d*f? /\* h_K_F", files["one_mass.h"])
+    assert derived is not None
+    pairs = {
+        "one_mass.c": [
+            (
+                "    parameters->h_K_F",
+                f"    parameters->large = 1.0{f} / parameters->m + {large}{f};\n    parameters->h_K_F",
+            ),
+            (GAIN, LARGE.format(f"{large}{f}")),
+        ],
+        "one_mass.h": [
+            (f"    {real} h_K_F;", f"    {real} large;\n    {real} h_K_F;"),
+            (derived[0], f" {value}{f},{derived[0]}"),
+        ],
+    }
+    for file, of_file in pairs.items():
+        for old, new in of_file:
+            assert files[file].count(old) == 1, old
+            files[file] = files[file].replace(old, new)
+    with pytest.raises(verify.Refused, match=re.escape("state.z_v: what is left of a sum is its rounding")):
+        checked("one_mass", files)
+
+
+@pytest.mark.parametrize(("real", "offset"), [("float", "1e8"), ("double", "1e17")])
+def test_a_state_with_a_large_number_added_is_refused(real: str, offset: str) -> None:
+    """The velocity estimate is then a multiple of 8 m/s, since the state is."""
+    files, proof, number = of("one_mass", real), certificate("one_mass", "proof.json"), offset + "f" * (real == "float")
+    text = files["one_mass.c"]
+    for old, new in (
+        ("v_hat = state->z_v +", f"v_hat = (state->z_v - {number}) +"),
+        ("state->z_v = -(parameters->K_v * inputs->x);", f"state->z_v = {number} - parameters->K_v * inputs->x;"),
+        ("state->z_v = outputs->v_hat - ", f"state->z_v = {number} + outputs->v_hat - "),
+    ):
+        assert text.count(old) == 1
+        text = text.replace(old, new)
+    proof["states"]["state.z_v"] += f" + {offset}"
+    sources = {"one_mass.c": text.encode(), "one_mass.h": files["one_mass.h"].encode()}
+    with pytest.raises(verify.Refused, match="a state holds more than estimates"):
+        verify.check(json.dumps(proof), sources=sources)
+
+
+def test_an_estimate_that_rounds_more_than_the_states_is_refused() -> None:
+    files = of("one_mass", "float")
+    shown = "outputs->v_hat = v_hat"
+    assert files["one_mass.c"].count(shown) == 1
+    files["one_mass.c"] = files["one_mass.c"].replace(shown, f"{shown} + 1e6f * inputs->x - 1e6f * inputs->x")
+    with pytest.raises(verify.Refused, match="v_hat: what is left of a sum is its rounding"):
+        checked("one_mass", files)
+
+
+@pytest.mark.parametrize(
+    ("real", "rate", "holds"), [("float", "1/20", True), ("float", "1/1000", False), ("double", "1/1000", True)]
+)
+def test_a_decay_below_the_rounding_of_the_states_is_refused(real: str, rate: str, holds: bool) -> None:
+    """V is claimed to fall by 1e-4 or 2e-6 of itself in a sample; a float rounds by 6e-8, some 30 times a step."""
+    proof = certificate("one_mass", "proof.json") | {"decay_rate": rate, "reversals": []}
+    sources = {file: text.encode() for file, text in of("one_mass", real).items()}
+    if holds:
+        assert verify.check(json.dumps(proof), sources=sources).proved
+    else:
+        with pytest.raises(verify.Refused, match="V may grow by rounding"):
+            verify.check(json.dumps(proof), sources=sources)
