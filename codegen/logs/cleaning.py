@@ -48,10 +48,8 @@ def clean(
     """Check the rows of a log, and repair those that can be.
 
     Args:
-        raw: the file's columns, (N, 1 + c); the first is time.
         symbols: (1 + c) names in the spec of these columns, the first ``t``.
         held: (1 + c) whether a column is held between rows (inputs), so that a missing value is the one before it.
-        scale: symbol → factor to SI.
 
     Raises:
         BadInput: for a single row, too many values that are not finite, time that runs backwards, too many rows that
@@ -236,11 +234,7 @@ def _count(count: int, what: str) -> str:
 def in_time(cleaned: Clean, symbols: Sequence[str], held: Sequence[bool], description: LogDescription) -> Clean:
     """The rows with the columns of ``late`` moved by their times; rows without such a value at the ends are left out.
 
-    A sampled column is interpolated linearly. A held one, a zero-order hold from row to row, is given by its mean over
-    each row, which is the value of a later row where the time is a whole number of rows.
-
-    Args:
-        symbols, held: (1 + c), of time and of the columns of ``cleaned.data``.
+    A sampled column is interpolated linearly, a held one given by its mean over each row.
 
     Raises:
         BadInput: for a time as long as the log, or one stated for ``t``.

@@ -90,10 +90,6 @@ def repeats(data: Array, steps: Sequence[float]) -> tuple[float, float]:
 
     A row is in motion if some position changes, over ``REACH`` rows to either side, by more than ``MOVING_STEPS``
     quantisation steps per row.
-
-    Args:
-        data: (N, c) positions, and velocities if they were logged.
-        steps: (n) quantisation step of each position, 0 where none is visible.
     """
     same = (data[1:] == data[:-1]).all(axis=1)
     window = 2 * REACH + 1

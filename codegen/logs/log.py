@@ -38,8 +38,6 @@ class Intake:
     Attributes:
         jitter: RMS deviation of the steps (gaps left out) from their median, relative to it.
         longest_step: seconds between the two neighbouring rows that lie furthest apart.
-        repaired: symbol → how many of its values were not finite and were filled in.
-        dropped: rows left out because they repeat a time stamp or have none.
         smallest_step: of each coordinate, SI: the quantisation step seen in the raw positions; 0 if none is visible.
         integrated: of each coordinate, whether its positions are the integral of its measured speed; empty for none.
         repeated, stale: shares of all rows, and of those in fast motion, that repeat the motion of the row before.
@@ -77,7 +75,6 @@ class Log:
     """One record of N samples of a machine with n coordinates and m inputs, all in SI.
 
     Attributes:
-        path: the file; ``name`` is its stem.
         time: (N,), s, uniform: time[k] = time[0] + k·sample_time.
         positions: (N, n), m or rad, in the spec's order.
         velocities: (N, n), m/s or rad/s, or None unless every velocity was logged.
@@ -86,11 +83,9 @@ class Log:
         cutoff_hz: cutoff of the low-pass for the evaluation, or None if it is not stated.
         tolerance: relative uncertainty of the declared parameters, or None.
         encoder_step: (n) declared quantisation steps, m or rad, zero for none; or None if not stated.
-        notes: what was changed, filled in or left unused, in plain words.
         gaps: half-open index ranges [start, stop) of grid samples without data near by; they must not be used.
         joints: those of ``gaps`` that lie between two records of the experiment, where no data are missing.
         records: the records of an experiment, each at its own rate; empty for a single one.
-        description: the log's description, which also states noise, trim and restart.
         counted: (N,) samples that count as data. Of a record that was put on a finer grid, only as many count as it
             has rows, since interpolation makes no data. None if all count.
     """

@@ -80,10 +80,7 @@ def measured_motion(log: Log) -> Motion:
 
 
 def low_pass(log: Log, values: Array, cutoff_hz: float) -> tuple[Array, Flags]:
-    """Filter every usable segment forwards and backwards.
-
-    Args:
-        values: (N, c). cutoff_hz: below half the sample rate.
+    """Filter every usable segment of values (N, c) forwards and backwards, with the cutoff below half the sample rate.
 
     Returns:
         (N, c) filtered values (as they were in gaps and short segments), and (N,) where they can be relied on: two
@@ -138,7 +135,6 @@ class Steady:
     """A coordinate that runs at one constant speed in each of most records.
 
     Attributes:
-        coordinate: its index.
         records, of: how many records run at constant speed, of how many that can be judged.
         slowest, fastest: mean speeds of these records, SI, signed.
     """

@@ -105,10 +105,7 @@ class CsvSource(LogFile):
         return self._on_common_times(wanted, indices) if self.layout.times else self._columns(wanted, indices)
 
     def _on_common_times(self, wanted: Sequence[str], indices: list[int]) -> Columns:
-        """The wanted columns of a table in which each channel has a column of times, joined at common times.
-
-        Column 0 is that common time, in s from the first time of any wanted channel.
-        """
+        """The wanted columns of a table in which each channel has a column of times, joined at common times."""
         own = {name: k for name, k in zip(wanted, indices, strict=True) if k or len(indices) == 1}
         clock = next((name for name in wanted if name not in own), "")
         names = [str(j) for k in own.values() for j in (k, self.layout.times[k])]

@@ -26,10 +26,7 @@ def release(error: BaseException | None) -> None:
 
 @contextlib.contextmanager
 def bounded() -> Iterator[None]:
-    """Limit the address space, so that compressed data that become too large raise MemoryError.
-
-    There is no limit without /proc, as outside Linux; the lengths that a file states are checked in any case.
-    """
+    """Limit the address space, so that compressed data that become too large raise MemoryError."""
     pages = _pages()
     if pages is None:
         yield

@@ -47,7 +47,6 @@ class Variable:
 
     Attributes:
         kind: MATLAB's class, or another description.
-        numeric: whether it is a full array of real numbers.
         data, stored: its numbers in the file's own type; empty unless ``numeric``.
         part: start, end and step of this variable's numbers in the data.
     """

@@ -139,14 +139,9 @@ def at_common_times(
 def join_columns_by_time(
     raw: Columns, time: Array, of_time: Sequence[str], description: LogDescription
 ) -> tuple[Columns, tuple[str, ...]]:
-    """Fill a table in which each row has values of some columns only, by joining the columns at common times.
+    """Fill a table in which each row has values of some columns only, by joining these at common times.
 
-    Args:
-        time: (N,) s, of the rows.
-        of_time: the columns from which ``time`` was computed.
-
-    Raises:
-        BadInput: as ``at_common_times``.
+    ``time``: (N,) s, computed from the columns ``of_time``. Raises as ``at_common_times``.
     """
     there = np.isfinite(raw.values) & np.isfinite(time)[:, None]
     others = [j for j, name in enumerate(raw.names) if name not in of_time]

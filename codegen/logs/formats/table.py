@@ -57,12 +57,9 @@ class Layout:
     """The layout of a table in a text file.
 
     Attributes:
-        names: of the columns; a column without a name is called by its number, counted from 1.
         line: of the header, or of the first row if there is no header; counted from 1.
         first: index of the first line after header and units.
-        delimiter: one character, or empty for white space.
         units: name → its text in the line of units.
-        notes: in words, for example on the lines before the header.
         decimal: the decimal separator; empty if a comma may be that or separate thousands.
         decimal_stated: whether a description states it.
         head: texts of the header, of the lines between it and the rows, and ``END``: where such a line comes again
@@ -127,10 +124,8 @@ def find_layout(
     """Find the layout of the table, and the decimal separator.
 
     Args:
-        lines: of the file, or of its beginning.
         header: line of the header counted from 1, 0 for a file without one; None if not stated.
         named: names of the columns of a file without a header, in their order; empty if not stated.
-        decimal: the decimal separator; empty if not stated.
         asked: columns that a description names; of two possible headers, the one with more of them is taken.
 
     Raises:
