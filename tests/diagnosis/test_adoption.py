@@ -129,7 +129,7 @@ def test_the_prior_is_weighed_by_the_independent_samples(rough: tuple[Log, Log])
     fit = search.refit()
     priced = search.prior_precision > 0
     assert fit.prior.tempering < 0.3
-    assert fit.prior.precision[priced] == pytest.approx(search.prior_precision[priced] / fit.prior.tempering)
+    assert fit.prior.precision.diagonal()[priced] == pytest.approx(search.prior_precision[priced] / fit.prior.tempering)
 
 
 def test_an_interval_is_as_wide_as_the_tolerance_where_the_log_says_nothing(rough: tuple[Log, Log]) -> None:

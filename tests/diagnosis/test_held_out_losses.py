@@ -21,7 +21,9 @@ def fit_with(second: np.ndarray) -> Fit:
     draw = np.random.default_rng(5)
     residual, slopes = draw.normal(size=(SEGMENTS, SAMPLES)), np.stack([draw.normal(size=(SEGMENTS, SAMPLES)), second])
     runner: Any = SimpleNamespace(trial=SimpleNamespace(parts=()))
-    prior = Prior(np.zeros(2), np.zeros(2), np.ones(2), np.full(2, np.inf), np.full(2, -np.inf))
+    prior = Prior(
+        np.zeros((2, 2)), np.full(2, np.inf), np.zeros(2), np.ones(2), np.full(2, np.inf), np.full(2, -np.inf)
+    )
     starts = Starts(np.zeros((SEGMENTS, SAMPLES, 0)), np.zeros((SEGMENTS, 0, SAMPLES)), np.zeros((SEGMENTS, 0)))
     limited = np.zeros(2, dtype=bool)
     return Fit(runner, np.zeros(2), np.zeros((0, 0)), residual, residual, slopes, starts, prior, limited)

@@ -52,7 +52,7 @@ def test_an_error_that_neighbouring_segments_share_widens_the_standard_error(dra
     """Estimates of one slope over draws of an autoregressive error scatter by what the clusters say."""
     rng, segments, phi = np.random.default_rng(7), 480, 0.8
     column, size = np.ones(segments), 0.05
-    prior = Prior(*np.zeros((5, 1)))
+    prior = Prior(np.zeros((1, 1)), *np.zeros((5, 1)))
     found, alone, clustered = [], [], []
     for _ in range(draws):
         noise = lfilter([1.0], [1.0, -phi], size * rng.standard_normal(segments))

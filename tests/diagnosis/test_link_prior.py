@@ -12,7 +12,7 @@ from mechanics.robots import SEVEN, numbers
 
 from codegen.diagnosis.case import uncertain_values
 from codegen.diagnosis.fit.residual import Problem
-from codegen.diagnosis.fit.search import prior_information
+from codegen.diagnosis.fit.search import Search, prior_information
 from codegen.diagnosis.fit.trial import with_values
 from codegen.logs import Log
 from codegen.mechanics.base_parameters import base_values
@@ -66,3 +66,26 @@ def test_links_that_a_log_does_not_show_follow_those_that_it_shows(share: float,
     assert least(prior_information(problem)) > 0
     if share < 1:
         assert least(np.diag(problem.prior_precision)) < 0
+
+
+def test_a_wrong_mass_costs_a_fit_once(tmp_path: Path) -> None:
+    """The third last link is one tolerance of 20 % heavier: half a nat at most, since others may share it.
+
+    It changes parameters of several joints. With variances alone each of them has a cost of its own.
+    """
+    text = SEVEN.read_text(encoding="utf-8")
+    spec = arm(tmp_path, text)
+    mass = list(re.finditer(r'mass value="([^"]+)"', text))[-3]
+    heavier = f"{text[: mass.start(1)]}{1.2 * float(mass[1]):.15g}{text[mass.end(1) :]}"
+    system, deviations, changes = uncertain_values(spec, system_of(spec), cast(Log, None))
+    problem = Problem(system, cast(Any, None), deviations, changes)
+    none: Any = None
+    values = problem.moved, problem.declared, problem.prior_precision
+    search = Search(system, none, none, *values, none, changes=changes)
+    other = arm(tmp_path, heavier)
+    assert isinstance(other.form, KinematicTree)
+    true = {name: float(value) for name, value in base_values(other, other.form).items()}
+    theta = np.array([true.get(s.name, float(system.values[s])) for s in search.moved])
+    prior = search.prior(search.declared_trial, theta)
+    costs = prior.cost(theta), 0.5 * search.prior_precision @ (theta - search.declared) ** 2
+    assert 0.1 < costs[0] <= 0.5 < costs[1], costs

@@ -48,7 +48,7 @@ def at(measured: Array, slopes: Array, theta: Array) -> Fit:
     """The linear model with these values."""
     residual, none = measured - np.tensordot(theta, slopes, axes=1), np.zeros(len(theta))
     starts = Starts(np.zeros((SEGMENTS, KEPT, 2)), np.zeros((SEGMENTS, 2, KEPT)), np.ones((SEGMENTS, 2)))
-    prior = Prior(none, none, none + 1, none + np.inf, none - np.inf)
+    prior = Prior(np.diag(none), none + np.inf, none, none + 1, none + np.inf, none - np.inf)
     runner: Any = SimpleNamespace(trial=SimpleNamespace(parts=()))
     return Fit(runner, theta, np.zeros((SEGMENTS, 2)), residual, residual, slopes, starts, prior, none > 0)
 

@@ -174,13 +174,13 @@ def covariance(fit: Fit, clusters: int = 0) -> Array:
     clusters = clusters or len(fit.residual)
     weights = segment_weights(fit.residual)
     weighted = fit.slopes * weights[:, None]
-    bread = np.einsum("ask,bsk->ab", weighted, fit.slopes, optimize=True) + np.diag(fit.prior.precision)
+    bread = np.einsum("ask,bsk->ab", weighted, fit.slopes, optimize=True) + fit.prior.precision
     by_segment = np.einsum("ask,sk->sa", weighted, fit.residual)
     gradients = np.array([part.sum(axis=0) for part in np.array_split(by_segment, clusters)])
     segments, count = len(fit.residual), len(fit.theta)
     small_sample = segments / max(segments - count, 1) * (1.0 if clusters == segments else clusters / (clusters - 1))
     meat = gradients.T @ gradients * small_sample
     # The prior's gradient has the variance of the tolerances, whatever the tempering of the likelihood.
-    meat += np.diag(fit.prior.precision / fit.prior.tempering)
+    meat += fit.prior.precision / fit.prior.tempering
     half = inverse(bread)
     return np.asarray(half @ meat @ half)

@@ -93,5 +93,5 @@ def _beside_its_own(fit: Fit, change: Array, weights: Array) -> Array:
     if not len(slopes):
         return change
     weighted = (slopes * weights[:, None]).reshape(len(slopes), -1)
-    matrix = weighted @ slopes.reshape(len(slopes), -1).T + np.diag(fit.prior.precision[~fit.limited])
+    matrix = weighted @ slopes.reshape(len(slopes), -1).T + fit.prior.precision[np.ix_(~fit.limited, ~fit.limited)]
     return np.asarray(change - np.tensordot(solved(matrix, weighted @ change.ravel()), slopes, axes=1))

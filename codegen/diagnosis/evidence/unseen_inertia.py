@@ -6,7 +6,9 @@ import numpy as np
 import sympy
 
 from codegen.diagnosis.fit.force_rows import force_rows, information, residual_sizes
+from codegen.diagnosis.fit.linear import inverse
 from codegen.diagnosis.fit.residual import Problem, slip_velocities
+from codegen.diagnosis.fit.search import prior_information
 from codegen.diagnosis.fit.trial import in_unit
 from codegen.logs import Finding
 
@@ -19,17 +21,15 @@ def unseen_inertias(problem: Problem) -> list[sympy.Symbol]:
 
     At constant speed the noise of a logged input changes an inertia in free runs (errors in variables). So a parameter
     is undetermined if its variance by the force residual, H⁻¹, exceeds ``KNOWN`` times that of its tolerance: H = Σ s
-    s'/σ² + diag(1/tolerance²), with the slopes s and RMS residual σ over independent samples.
+    s'/σ² + ``prior_information``, with the slopes s and RMS residual σ over independent samples.
     """
     still = problem.system.equation_error.subs(dict.fromkeys(problem.system.accelerations, 0))
     inertias = [s for s in problem.uncertain if s not in still.free_symbols]
     if not inertias:
         return []
-    prior, every = problem.prior_precision, np.ones(len(problem.moved), dtype=bool)
-    rows = force_rows(problem.system, problem, problem.moved)
-    left = residual_sizes(rows, prior, every, np.zeros(len(prior)))
-    variance = np.diag(np.linalg.pinv(information(rows, left, prior), hermitian=True))
-    kept = dict(zip(problem.moved, variance * prior, strict=True))
+    prior, rows = prior_information(problem), force_rows(problem.system, problem, problem.moved)
+    variance = np.diag(inverse(information(rows, residual_sizes(rows, prior), prior)))
+    kept = dict(zip(problem.moved, variance * problem.prior_precision, strict=True))
     return [s for s in inertias if kept[s] > KNOWN]
 
 

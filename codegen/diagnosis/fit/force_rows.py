@@ -10,7 +10,7 @@ import sympy
 from numpy.typing import NDArray
 
 from codegen.base.arrays import Array
-from codegen.diagnosis.fit.linear import rms
+from codegen.diagnosis.fit.linear import rms, solved
 from codegen.diagnosis.fit.residual import (
     Problem,
     drive_gain,
@@ -90,26 +90,24 @@ def residual_slopes(system: System, motion: Motion, symbols: Sequence[sympy.Symb
     return motion.low_pass(np.ascontiguousarray(flat.reshape(len(at), len(symbols), -1).transpose(0, 2, 1)))
 
 
-def information(rows: Sequence[ForceRows], sizes: Array, prior_precision: Array) -> Array:
-    """(p, p) information of independent samples with these RMS residuals, and of a prior."""
-    matrix = np.diag(prior_precision)
+def information(rows: Sequence[ForceRows], sizes: Array, prior: Array) -> Array:
+    """(p, p) information of independent samples with these RMS residuals, and of a prior, (p, p)."""
+    matrix = prior
     for r, size in zip(rows, sizes, strict=True):
         share = independent_samples(r.residual) / len(r.residual)
         matrix = matrix + share * r.slopes.T @ r.slopes / size**2
     return matrix
 
 
-def residual_sizes(rows: Sequence[ForceRows], prior_precision: Array, free: NDArray[np.bool_], pull: Array) -> Array:
-    """Residual RMS of each coordinate after a linear fit of the ``free`` parameters, ``pull`` from their prior."""
+def residual_sizes(rows: Sequence[ForceRows], prior: Array) -> Array:
+    """Residual RMS of each coordinate after a linear fit of the parameters from the centre of their prior, (p, p)."""
     size = np.array([_rms(r.residual) for r in rows])
     for _ in range(REWEIGHED):
-        matrix, vector = information(rows, size, prior_precision), prior_precision * pull
+        vector = np.zeros(len(prior))
         for r, one in zip(rows, size, strict=True):
             share = independent_samples(r.residual) / len(r.residual)
             vector = vector - share * r.slopes.T @ r.residual / one**2
-        change = np.zeros(len(prior_precision))
-        if free.any():
-            change[free] = np.linalg.lstsq(matrix[np.ix_(free, free)], vector[free], rcond=1e-10)[0]
+        change = solved(information(rows, size, prior), vector)
         size = np.array([_rms(r.residual + r.slopes @ change) for r in rows])
     return size
 

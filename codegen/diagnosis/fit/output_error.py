@@ -39,15 +39,17 @@ SPEED_SHARE = 0.005
 
 @dataclass(frozen=True, eq=False)
 class Prior:
-    """Gaussian prior and limits of a fit's parameters, all (p,).
+    """Gaussian prior and limits of a fit's parameters, (p,).
 
     Attributes:
-        precision: inverse prior variances, tempered: divided by ``tempering``, the share of independent residuals.
+        precision: (p, p) inverse prior covariance over ``tempering``, the share of independent residuals.
+        deviation: prior standard deviations; infinite for a parameter without a prior.
         size: of each parameter, for differences and for the longest step.
         least: smallest value, 0 for a friction level; free runs do not simulate negative friction.
     """
 
     precision: Array
+    deviation: Array
     centre: Array
     size: Array
     reach: Array
@@ -58,8 +60,7 @@ class Prior:
     @cached_property
     def bound(self) -> Array:
         """Largest distance from the centre."""
-        untempered = np.sqrt(np.maximum(self.tempering * self.precision, 1e-300))
-        return np.where(self.precision > 0, self.within / untempered, np.inf)
+        return np.asarray(self.within * self.deviation)
 
     def clip(self, theta: Array) -> Array:
         return np.maximum(np.clip(theta, self.centre - self.bound, self.centre + self.bound), self.least)
@@ -74,7 +75,11 @@ class Prior:
         return np.asarray(at_reach | (np.abs(theta - self.centre) >= AT_END * self.bound))
 
     def cost(self, theta: Array) -> float:
-        return 0.5 * float((self.precision * (theta - self.centre) ** 2).sum())
+        return 0.5 * float((theta - self.centre) @ self.slope(theta))
+
+    def slope(self, theta: Array) -> Array:
+        """(p,) derivative of the cost."""
+        return np.asarray(self.precision @ (theta - self.centre))
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,10 +154,10 @@ class Fit:
         normal = np.einsum("ask,bsk->sab", weighted, slopes, optimize=True)
         right = np.einsum("ask,sk->sa", weighted, residual)
         losses = np.empty(len(residual))
-        held = np.diag(prior.precision + (UNKNOWN * np.maximum(prior.size, 1e-12)) ** -2.0)
+        held = prior.precision + np.diag((UNKNOWN * np.maximum(prior.size, 1e-12)) ** -2.0)
         for block in np.array_split(segments, BLOCKS):
             rest = np.setdiff1d(segments, block)
-            pull = right[rest].sum(axis=0) - prior.precision * (self.theta - prior.centre)
+            pull = right[rest].sum(axis=0) - prior.slope(self.theta)
             step = solved(normal[rest].sum(axis=0) + held, pull)
             if not self.of_forces and any(part.effect.rough for part in self.trial.parts):
                 losses[block] = self._simulated(step, block, rest)
@@ -340,15 +345,15 @@ def gauss_newton(
         flat = starts.project(now)
         cost = segment_cost(flat) + prior.cost(theta)
         taken: dict[int, Array] = dict(enumerate(known))
-        if turn and (prior.precision > 0).sum() > MANY:
-            taken |= {int(k): slopes[k] for k in np.flatnonzero(prior.precision > 0)}
+        if turn and np.isfinite(prior.deviation).sum() > MANY:
+            taken |= {int(k): slopes[k] for k in np.flatnonzero(np.isfinite(prior.deviation))}
         slopes = _slopes(runner, theta, offsets, now, difference * np.maximum(prior.size, 1e-12), taken)
         columns = starts.projected(slopes, flat)
         if turn == rounds or not slopes:
             break
         weighted = columns * segment_weights(flat)[:, None]
-        matrix = weighted.reshape(len(weighted), -1) @ columns.reshape(len(columns), -1).T + np.diag(prior.precision)
-        right = np.einsum("ask,sk->a", weighted, flat) - prior.precision * (theta - prior.centre)
+        matrix = weighted.reshape(len(weighted), -1) @ columns.reshape(len(columns), -1).T + prior.precision
+        right = np.einsum("ask,sk->a", weighted, flat) - prior.slope(theta)
         longest = 2.0 * np.maximum(prior.size, np.abs(theta))
         for _ in range(6):
             step = np.clip(damped_step(matrix, right, damping, prior.held(theta, right)), -longest, longest)

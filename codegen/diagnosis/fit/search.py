@@ -92,6 +92,10 @@ class Search:
         """The declared system on the motion of the record."""
         return Problem(self.system, self.motion, {})
 
+    @cached_property
+    def prior_information(self) -> Array:
+        return prior_information(self)
+
     @property
     def declared_trial(self) -> Trial:
         return Trial(self.system, (), self.moved)
@@ -196,15 +200,18 @@ class Search:
         count, zeros = len(trial.moved), np.zeros(len(theta) - len(trial.moved))
         size, reach = np.maximum(np.abs(theta), 1e-9), np.full(len(theta), np.inf)
         # The size of a parameter with value zero is its tolerance.
-        tolerance = 1 / np.sqrt(np.maximum(self.prior_precision, 1e-300))
-        size[:count] = np.maximum(size[:count], np.where(self.prior_precision > 0, tolerance, 0.0))
+        known = self.prior_precision > 0
+        deviation = np.full(len(theta), np.inf)
+        deviation[:count][known] = self.prior_precision[known] ** -0.5
+        size[:count][known] = np.maximum(size[:count], deviation[:count])[known]
         for k, coordinate in enumerate((c for part in trial.parts for c in part.coordinates), count):
             size[k] = 1.0 if coordinate.of_unit_size else size[k]
             reach[k] = coordinate.reach
-        precision, centre = np.append(self.prior_precision / tempering, zeros), np.append(self.declared, zeros)
+        precision, centre = np.zeros((len(theta), len(theta))), np.append(self.declared, zeros)
+        precision[:count, :count] = self.prior_information / tempering
         least = np.full(len(theta), -np.inf)
         least[:count] = np.where([s in self.problem.levels for s in self.moved], 0.0, -np.inf)
-        return Prior(precision, centre, size, reach, least, tempering, self.within)
+        return Prior(precision, deviation, centre, size, reach, least, tempering, self.within)
 
     def runners(self, trials: Sequence[Trial], at_once: bool = True) -> list[Runner]:
         """Free-run simulators of trials; those with the same equations share code, at the first run if not

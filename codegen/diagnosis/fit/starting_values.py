@@ -21,7 +21,7 @@ from scipy.signal import lfilter
 
 from codegen.base.arrays import Array
 from codegen.diagnosis.fit.force_rows import force_rows
-from codegen.diagnosis.fit.linear import fitted, solved
+from codegen.diagnosis.fit.linear import fitted, scales, solved
 from codegen.diagnosis.fit.output_error import Fit, mean_residuals, segment_cost, segment_weights
 from codegen.diagnosis.fit.residual import (
     Problem,
@@ -103,12 +103,12 @@ def _linear_step(base: Fit, residual: Array, columns: Array) -> tuple[Array, flo
         return np.zeros(0), segment_cost(flat)
     weights = np.sqrt(segment_weights(base.residual))[:, None]
     scaled = (columns * weights).reshape(len(columns), -1)
-    rest = np.zeros(len(columns) - len(base.theta))
-    precision, away = np.append(base.prior.precision, rest), np.append(base.theta - base.prior.centre, rest)
-    right = scaled @ (flat * weights).ravel() - precision * away
-    step = solved(scaled @ scaled.T + np.diag(precision), right, 1e-9)
+    normal, right, known = scaled @ scaled.T, scaled @ (flat * weights).ravel(), len(base.theta)
+    normal[:known, :known] += base.prior.precision
+    right[:known] -= base.prior.slope(base.theta)
+    step = solved(normal, right, 1e-9)
     left = flat - np.tensordot(step, columns, axes=1)
-    return step, segment_cost(left) + 0.5 * float((precision * (away + step) ** 2).sum())
+    return step, segment_cost(left) + base.prior.cost(base.theta + step[:known])
 
 
 DENSE = 10.0
@@ -259,8 +259,10 @@ class ForceStart:
 
     @cached_property
     def _held(self) -> Array:
-        """(p, p) rows of the deviations from the prior's centre."""
-        return np.diag(np.sqrt(self._dense * self.base.prior.precision))
+        """(p, p) rows of the deviations from the prior's centre: R of the prior's precision R'R."""
+        size = scales(self.base.prior.precision)
+        values, axes = np.linalg.eigh(self.base.prior.precision / np.outer(size, size))
+        return np.asarray(np.sqrt(self._dense * np.maximum(values, 0.0))[:, None] * axes.T * size)
 
     @cached_property
     def _factors(self) -> tuple[Array, Array]:

@@ -221,7 +221,7 @@ class CrossValidation:
     @cached_property
     def _prior(self) -> Array:
         """(p, p) inverse covariance of the values by their tolerances."""
-        return prior_information(self.search)
+        return self.search.prior_information
 
     def _deviation(self, source: Information, moves: Flags, prior: Array) -> Array:
         """(p,) standard errors of the values that are estimated, 0 for the others: √diag (M + prior)⁻¹."""
@@ -402,8 +402,7 @@ class CrossValidation:
         """Information of rows that are linearised about ``values``, weighted by the number of independent samples."""
         p = self.count
         matrix, vector = np.zeros((BLOCKS, p, p)), np.zeros((BLOCKS, p))
-        free = np.ones(p, dtype=bool)
-        left = residual_sizes(self._rows, self.search.prior_precision, free, np.zeros(p))
+        left = residual_sizes(self._rows, self._prior)
         for rows, size, places in zip(about, left, self._blocks, strict=True):
             weight = independent_samples(rows.residual) / len(rows.residual) / size**2
             for block in range(BLOCKS):

@@ -166,8 +166,8 @@ class ForceFits:
         slopes = self._slopes(trial, theta, now, prior.size)
         for _ in range(STEPS):
             weighted = slopes * segment_weights(now)[:, None]
-            matrix = np.einsum("ask,bsk->ab", weighted, slopes) + np.diag(prior.precision)
-            right = np.einsum("ask,sk->a", weighted, now) - prior.precision * (theta - prior.centre)
+            matrix = np.einsum("ask,bsk->ab", weighted, slopes) + prior.precision
+            right = np.einsum("ask,sk->a", weighted, now) - prior.slope(theta)
             cost = segment_cost(now) + prior.cost(theta)
             for _ in range(DAMPED):
                 step = damped_step(matrix, right, damping, prior.held(theta, right))
@@ -227,8 +227,8 @@ class ForceFits:
         record = self.search.record if joint is None else replace(self.search.record, joints=(joint,))
         runner = replace(fit.runner, record=record)
         prior, effects = self.search.prior(fit.trial, fit.theta), slice(len(fit.trial.moved), None)
-        precision, centre = prior.precision.copy(), prior.centre.copy()
-        precision[effects], centre[effects] = (FIXED * prior.size[effects]) ** -2.0, fit.theta[effects]
-        held = replace(prior, precision=precision, centre=centre)
+        fixed, centre = np.zeros(len(fit.theta)), prior.centre.copy()
+        fixed[effects], centre[effects] = (FIXED * prior.size[effects]) ** -2.0, fit.theta[effects]
+        held = replace(prior, precision=prior.precision + np.diag(fixed), centre=centre)
         rough = shooting_fit(runner, fit.theta, record.at_rest, held, ROUNDS, final_slopes=False)
         return replace(polish(rough, ROUNDS), prior=prior)
