@@ -215,13 +215,8 @@ class CrossValidation:
         """The MAP estimate by one likelihood with only the values ``moves`` free, and its cross-validated score."""
         values = self._solved(*source.total, moves)
         without = [self._solved(*source.without(block), moves) for block in range(BLOCKS)]
-        deviation = self._deviation(source, moves, self._prior)
+        deviation = self._deviation(source, moves, self.search.prior_information)
         return MapEstimate(values, deviation, moves, source, self._score(values, without))
-
-    @cached_property
-    def _prior(self) -> Array:
-        """(p, p) inverse covariance of the values by their tolerances."""
-        return self.search.prior_information
 
     def _deviation(self, source: Information, moves: Flags, prior: Array) -> Array:
         """(p,) standard errors of the values that are estimated, 0 for the others: √diag (M + prior)⁻¹."""
@@ -334,7 +329,7 @@ class CrossValidation:
         """(p,) minimum of ½ θ'Mθ − m'θ + ½ d'P d, d = θ − declared, those not in ``moves`` as declared."""
         values = self.search.declared.copy()
         if moves.any():
-            inner_prior = (self._prior if prior is None else prior)[np.ix_(moves, moves)]
+            inner_prior = (self.search.prior_information if prior is None else prior)[np.ix_(moves, moves)]
             inner = matrix[np.ix_(moves, moves)] + inner_prior
             fixed = matrix[np.ix_(moves, ~moves)] @ values[~moves]
             right = vector[moves] - fixed + inner_prior @ self.search.declared[moves]
@@ -402,7 +397,7 @@ class CrossValidation:
         """Information of rows that are linearised about ``values``, weighted by the number of independent samples."""
         p = self.count
         matrix, vector = np.zeros((BLOCKS, p, p)), np.zeros((BLOCKS, p))
-        left = residual_sizes(self._rows, self._prior)
+        left = residual_sizes(self._rows, self.search.prior_information)
         for rows, size, places in zip(about, left, self._blocks, strict=True):
             weight = independent_samples(rows.residual) / len(rows.residual) / size**2
             for block in range(BLOCKS):
