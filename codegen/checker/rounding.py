@@ -48,9 +48,7 @@ def require(proof: dict[str, Any], shown: dict[str, Any]) -> None:
     for x, bound in added.items():
         least = put(put(magnitudes(code.names[x]), passed_on(code.known)), stored) + stored.get(x, kernel.Poly())
         least = unsigned(least, code.known)
-        for term, size in bound.items():  # what cancels to 0, and a force that is nearly balanced, as all the rest does
-            most = max(c.precision.cancelled * least.get(term, 0), 0 if term and term in least else total(least))
-            frame.demand(size <= most, f"{x}: {LOST}")
+        code.kept(least, bound, f"{x}: {LOST}")
     n = 2 + max(code.bounds[z][1] for z in stored)
     outlasts(proof, shown, code, {z: added[z] * kernel.term(n) for z in stored})
     # Of other functions, and of formulas with an exp, the sum of the magnitudes of all terms is compared. In a formula
@@ -199,11 +197,16 @@ class Bounded(kernel.Text):
         self.latest = self.bound(kernel.TREES[len(text) > 200](text, mode="eval").body, text)
         return p
 
-    def kept(self, p: Any, bound: Any) -> Fraction:
-        """The ratio of a bound to the magnitudes of p, all variables 1; ValueError if p is mostly rounding error."""
-        size, left = total(bound), total(p)
-        frame.demand(size <= left * self.precision.cancelled, LOST)
-        return size / left if size else Fraction(1)
+    def kept(self, p: Any, bound: Any, why: str = LOST) -> Fraction:
+        """The ratio of a bound to the magnitudes of p, all variables 1; ValueError if a term is mostly rounding error.
+
+        One that cancels to 0, and a number (a force that is nearly balanced), may round as all the rest does.
+        """
+        left = total(p)
+        for term, size in bound.items():
+            rest = left if not term or term not in p else 0
+            frame.demand(size <= max(self.precision.cancelled * abs(p.get(term, 0)), rest), why)
+        return total(bound) / left if bound else Fraction(1)
 
     def bound(self, node: ast.expr, text: str) -> tuple[Any, int]:
         """The bound of a part of an expression."""

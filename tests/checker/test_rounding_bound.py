@@ -172,3 +172,26 @@ def test_a_decay_below_the_rounding_of_the_states_is_refused(real: str, rate: st
     else:
         with pytest.raises(verify.Refused, match="V may grow by rounding"):
             verify.check(json.dumps(proof), sources=sources)
+
+
+def test_the_sign_of_a_sum_that_rounding_changes_is_refused() -> None:
+    """The code's sign was that of v_hat + 0.019 w: `large` less its formula is within the rounding of 4e4."""
+    files = of("one_mass", "float")
+    derived = re.search(r" 0\.01\d*f /\* h_K_F", files["one_mass.h"])
+    assert derived is not None
+    pairs = {
+        "one_mass.c": [
+            ("    parameters->h_K_F =", "    parameters->large = 40000.3f;\n    parameters->h_K_F ="),
+            ("sign(v_hat)", "sign(v_hat + (parameters->large * inputs->w - 40000.3f * inputs->w))"),
+        ],
+        "one_mass.h": [
+            ("    float h_K_F;", "    float large;\n    float h_K_F;"),
+            (derived[0], f" 40000.319f,{derived[0]}"),
+        ],
+    }
+    for file, of_file in pairs.items():
+        for old, new in of_file:
+            assert files[file].count(old) == 1, old
+            files[file] = files[file].replace(old, new)
+    with pytest.raises(verify.Refused, match="what is left of a sum is its rounding"):
+        checked("one_mass", files)
