@@ -153,7 +153,7 @@ class PackedIntegers:
         self.bytes, self.count, self.s = (width + 7) // 8, count, s
         self.width = width = 8 * self.bytes
         self.ones = sum(1 << width * k for k in range(count))
-        self.half, self.highest = self.ones << width - 1, width - 1
+        self.half = self.ones << width - 1
         self.without, self.halved = (self.ones << width - s) - self.ones, self.half >> s
         self.limit, self.above = self.ones << t, (self.ones << width) - (self.ones << t + 1)
 
@@ -164,23 +164,19 @@ class PackedIntegers:
         middle, digits = 1 << self.width - 1, (bundle + self.half).to_bytes(self.bytes * self.count, "little")
         return [int.from_bytes(digits[k * self.bytes : (k + 1) * self.bytes], "little") - middle for k in places]
 
-    def magnitudes(self, bundles: list[int]) -> int:
-        """The packed sums of |x_k| over these vectors: twice the positive entries, minus all entries."""
-        half, ones, highest, positive = self.half, self.ones, self.highest, 0
-        for bundle in bundles:
-            up = (digits := bundle + half) >> highest & ones
-            positive += digits & (up << highest) - up
-        return 2 * positive - sum(bundles)
+    def magnitudes(self, bundle: int) -> int:
+        """The packed |x_k|: twice the positive entries, minus all entries."""
+        digits = bundle + self.half
+        up = digits >> self.width - 1 & self.ones
+        return 2 * (digits & (up << self.width - 1) - up) - bundle
 
-    def shifted(self, bundles: list[int], times: int) -> list[int]:
-        """The packed x_k times/2^s, rounded down."""
-        half, s, without, halved = self.half, self.s, self.without, self.halved
-        return [(bundle * times + half >> s & without) - halved for bundle in bundles]
+    def shifted(self, bundle: int) -> int:
+        """The packed x_k/2^s, rounded down."""
+        return (bundle + self.half >> self.s & self.without) - self.halved
 
-    def within(self, bundles: list[int]) -> bool:
+    def within(self, bundle: int) -> bool:
         """Whether -2^t <= x_k < 2^t for all k."""
-        limit, above = self.limit, self.above
-        return not any(bundle + limit & above for bundle in bundles)
+        return not bundle + self.limit & self.above
 
 
 def propagated(
@@ -217,14 +213,14 @@ def propagated(
     left_out = ceil(2 * unit * sum((root_above(Q[i][i]) for i in range(size)), Fraction(0)))
     bundles, total = [packed.pack(entries) for entries in zip(*starts, strict=True)], 0
     for n in range(last + 1):
-        kernel.demand(packed.within(bundles), "a row is too large")
+        kernel.demand(all(map(packed.within, bundles)), "a row is too large")
         if places := asked(n):
             sums = [x + (n + 1) * left_out for x in packed.unpack(total, places)]
             entries = zip(*[packed.unpack(bundle, places) for bundle in bundles], strict=True)
             yield n, dict(zip(places, zip(entries, sums, strict=True), strict=True))
         moved = [sum(map(mul, column, of(bundles))) for of, column in sparse]
-        total += packed.magnitudes(moved[size:])
-        bundles = packed.shifted(moved[:size], R)
+        total += sum(map(packed.magnitudes, moved[size:]))
+        bundles = [packed.shifted(m * R) for m in moved[:size]]
 
 
 def largest(shift: Any, most: dict[str, Fraction], proof: dict[str, Any]) -> Fraction:
