@@ -1,4 +1,8 @@
-"""The case of a diagnosis: log and spec prepared for the fits."""
+"""The case of a diagnosis: log and spec prepared for the fits.
+
+It has the preflight's findings, the inputs as they act between rows, the filtered motion, the held-out part of the
+data, and the parameters that a fit may change.
+"""
 
 from __future__ import annotations
 

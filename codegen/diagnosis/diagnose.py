@@ -374,7 +374,10 @@ def _kept(answer: Answer) -> str:
 def _sought(
     search: Search, base: Fit, progress: Callable[[int, float], None], case: Case
 ) -> tuple[Search, Outcome, tuple[Part, ...]]:
-    """Search, outcome of forward selection, and the effects that were replaced by wrong values of parameters."""
+    """Search, outcome of forward selection, and the effects that were replaced by wrong values of parameters.
+
+    At constant speed parameters keep their limits, since inertia acts only on noise and ripple there.
+    """
     outcome = find_effects(search, base, progress, case.faults)
     free = None if case.faults or case.steady else wrong_values.released(search, base, outcome)
     if free is not None:
@@ -414,7 +417,10 @@ def _by_remainder(verdict: Verdict, left: Sequence[Remainder], material: float) 
 
 
 def _once_on_held_out(answer: Answer, case: Case) -> tuple[Fact, ...]:
-    """Facts on single events, no reversals, with half of the squared residual force on held-out data."""
+    """Facts on single events, such as a push, with half of the squared residual force on held-out data.
+
+    Events at a reversal are left out, since friction whose sign changes one sample early leaves the same residual.
+    """
     if answer.adopted is None:
         return ()
     motion = case.test.motion

@@ -96,7 +96,10 @@ def is_static(system: System) -> bool:
 
 
 def is_seen(trial: Trial) -> bool:
-    """Whether records at steady speed can show the last part of a trial, which is no force of the input."""
+    """Whether records at steady speed can show the last part of a trial, which is no force of the input.
+
+    At an imposed speed the input follows friction, so any function of it would explain friction.
+    """
     changed, before = trial.changed, replace(trial, parts=trial.parts[:-1]).changed
     if not is_static(changed):
         return False

@@ -265,7 +265,8 @@ class _Search:
     def _is_integral(self, symbol: str, unused: Collection[str]) -> bool:
         """Whether a symbol is a position that is the integral of its logged speed.
 
-        So it is where the description says so, or no unused column may hold it by its unit.
+        So it is where the description says that the log has no column of it, or where no unused column may hold it:
+        each states a unit that is none of the position, and is not in counts.
         """
         velocity = self._velocity_of(symbol)
         if velocity not in self.terms:

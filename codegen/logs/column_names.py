@@ -1,6 +1,8 @@
 """Names of a log's columns: the unit in a name, and proposals of columns for variables that a log does not name.
 
-A unit is written as ``x [mm]``, ``x (mm)``, ``x / mm``, ``x/mm`` or ``x_mm``. A proposal is only shown in a message.
+The unit in a name is written as ``x [mm]``, ``x (mm)``, ``x / mm``, ``x/mm`` or ``x_mm``. A column is proposed by its
+name, its unit, usual names of a quantity, numbers in the names, or since no other is left. A proposal is only shown in
+a message; no column is read because of it.
 """
 
 from __future__ import annotations
@@ -145,7 +147,11 @@ def _alike(symbols: Sequence[str], spec: Spec) -> list[list[str]]:
 
 
 def _numbered(group: Sequence[str], left: Mapping[str, str], spec: Spec) -> list[str]:
-    """A column for each symbol of a group, by usual names that differ only in a number: ``q.1``, ``q.2``."""
+    """A column for each symbol of a group, by usual names that differ only in a number, such as ``q.1`` and ``q.2``.
+
+    Returns:
+        [] where there is no such set of columns, or more than one.
+    """
     usual, sets = USUAL.get(unit_of(group[0], spec), frozenset()), dict[str, list[str]]()
     for name in left:
         words = words_of(re.sub(r"\d+", " ", name))

@@ -22,11 +22,16 @@ MOST_GROWTH = 3
 
 
 def join_logs(read: Sequence[Callable[[float | None], Log]]) -> Log:
-    """One experiment from one or several records, each read by a function of a sample time, or of None for its own.
+    """One experiment from one or several records.
 
-    The records are resampled to the finest of their sample times, or to a coarser one if there would be more than
-    ``MOST_SAMPLES`` samples, or more than ``MOST_GROWTH`` times their own. Between two is an unused pause (``joints``)
-    of ``PAUSE_S`` with continuous velocity, so that filters do not ring. ``records`` keeps each as it was sampled.
+    The records are resampled to the finest of their sample times, so that none loses information; to a coarser one if
+    there would be more than ``MOST_SAMPLES`` samples, or more than ``MOST_GROWTH`` times those of the records. Between
+    two records is a pause of ``PAUSE_S``, in which the position goes from the end of one to the start of the next with
+    continuous velocity, so that filters do not ring. No sample of a pause (``joints``) is used. ``records`` keeps each
+    record as it was sampled.
+
+    Args:
+        read: for each record, a function that reads it with a sample time in seconds, or with its own for None.
 
     Raises:
         BadInput: if the records differ in cutoff, tolerance or encoder step, or one cannot be read.

@@ -163,7 +163,8 @@ _YEARS_2000_TO_2100 = (946_684_800.0, 4_102_444_800.0)
 def since_epoch(binding: Binding, raw: Columns, description: LogDescription, spec: Spec) -> Binding:
     """The binding with the factor of time to seconds, if time is in ms, µs or ns since 1970 or in Windows' FILETIME.
 
-    The first sample must be a time between 2000 and 2100 by that clock. A stated unit or scale takes precedence.
+    The clock is recognised by its value at the first sample, which must be a time between 2000 and 2100. A time in
+    seconds is never that large. A unit or scale given for ``t`` takes precedence.
     """
     term = binding.terms.get("t")
     if term is None or term.expression is not None or binding.scale["t"] != 1.0 or not len(raw.values):

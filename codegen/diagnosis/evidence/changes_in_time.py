@@ -1,9 +1,11 @@
 """Changes in time of the force balance: intervals in which a constant force, or another coefficient, explains more.
 
-In each interval of blocks of the log the low-passed residual r is regressed on a constant (an external force), the sign
-of the slip (another friction level), the row of M a (another inertia) or the slip velocity, with one coefficient inside
-and another outside (epidemic changepoints). The pair that removes most of Σr² is added to a joint regression, and the
-next is sought in its residual, while the coefficients differ by ``LEAST_Z`` standard deviations of sums over blocks.
+Held-out pieces of the log cannot show a single event; comparison with the residual in the rest of the log can (epidemic
+changepoints). In each interval of blocks of the log the low-passed residual r is regressed on a constant (an
+external force), the sign of the slip (another friction level), the row of M a (another inertia) or the slip velocity
+(another viscous friction), with one coefficient inside and another outside. The interval and term that remove most of
+Σr² are added to a joint regression, and the next are sought in its residual, while the two coefficients differ by at
+least ``LEAST_Z`` standard deviations. These are of sums over blocks, so that the noise need not be white in a block.
 """
 
 from __future__ import annotations
@@ -126,7 +128,10 @@ def _best(sums: Array, powers: Array, spans: NDArray[np.int_]) -> tuple[float, t
 
 
 def _uncertainty(sums: Array, powers: Array, counts: Array, noise: float, interval: slice) -> tuple[float, float]:
-    """Bias by noise in the term, and standard deviation, of an interval's coefficient less that of the rest."""
+    """Bias by noise in the term, and standard deviation, of an interval's coefficient less that of the rest.
+
+    By sums over blocks. The variance is at least that of all blocks, so that few blocks with little noise do not count.
+    """
     inside = np.zeros(len(sums), dtype=bool)
     inside[interval] = True
     everywhere, whole = float((sums**2).sum()), max(float(powers.sum()), 1e-300)

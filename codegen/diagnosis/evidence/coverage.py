@@ -119,7 +119,14 @@ class Survey:
         return found
 
     def _periods(self, path: _Path, across: Array) -> tuple[float, ...]:
-        """Main periods of the residual below the coarse cutoff; then those that only pass above it."""
+        """Main periods of the residual below the coarse cutoff; then those that the motion passes above it only.
+
+        Free runs are compared with the measured position, so they show a force up to the fine cutoff. The residual
+        between the cutoffs is mostly noise, so a period there must be significant.
+
+        Args:
+            across: (n,) weights of the coordinates' residuals in that of the path.
+        """
         coarse, fine = self.motion.cutoff_hz, self.motion.fine_hz
         main = _periods(path, self.residual @ across, coarse)
         independent = 2 * (fine - coarse) * self.motion.sample_time

@@ -1,4 +1,8 @@
-"""Parameter estimates of the final fit with 95 % confidence intervals by the sandwich covariance."""
+"""Parameter estimates of the final fit with 95 % confidence intervals by the sandwich covariance.
+
+No covariance of one criterion shows the bias of a wrong form, which its estimate absorbs. A second criterion weighs the
+same misfit otherwise; ``widened_by`` widens the intervals by the difference of both estimates.
+"""
 
 from __future__ import annotations
 
@@ -36,6 +40,8 @@ class Estimate:
 
 def estimate(fit: Fit, other: Fit | None = None) -> Estimate:
     """Estimates and intervals of a fit, by the larger of the sandwich covariances over segments and over parts.
+
+    Errors of the model differ between ``BLOCKS`` parts of the log but hardly between neighbouring segments.
 
     Args:
         other: the same fit on segments of another length; the difference between the two is added to the deviation.

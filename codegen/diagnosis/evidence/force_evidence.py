@@ -83,19 +83,30 @@ class ForceGain:
 
     @property
     def p(self) -> float:
-        """One-sided p-value of the gain if the model is no better: by blocks, or by likelihood if larger."""
+        """One-sided p-value of the gain if the model is no better: by blocks, or by likelihood if larger.
+
+        The likelihood ratio is valid if the other model is true, the tests on blocks also if both are incomplete.
+        """
         return max(min(1.0, 2 * min(self.by_signs, self.where_large())), exp(-max(self.nats, 0.0)))
 
     def p_of_rivals(self, fitted: int = 0, against: float = 0.0) -> float:
-        """As ``p``, for rivals; also by the shift test, less ``fitted`` parameters and nats ``against``."""
+        """As ``p``, for two models of which at most one is true; also by the shift test.
+
+        Args:
+            fitted: number of parameters that only this model has, fitted to the same residuals.
+            against: nats of other evidence for the other model.
+        """
         by_blocks = min(self.by_signs, self.where_large(fitted), self.where_apart)
         return max(min(1.0, 3 * by_blocks), exp(-max(self.nats - fitted - against, 0.0)))
 
     def p_added(self, parameters: int) -> float:
         """P-value of the gain if the other model is true and this one has so many more parameters.
 
-        The larger of a score test on blocks, along the best of k directions, and of Wilks' likelihood-ratio test. What
-        is fitted to both models must be removed from both residuals (``ForceCriterion.added_to``).
+        It is the larger of a score test on blocks and of Wilks' likelihood-ratio test, which is also valid for noise
+        slower than a block. A score test is used since the gain r² − r₁² of a block is smaller than 2 r'(r − r₁) by the
+        square of the added force. The force is fitted to this log, along the best of its k directions
+        (``along_best``); what is fitted to both models must be removed from both residuals
+        (``ForceCriterion.added_to``).
         """
         k = max(parameters, 1)
         by_blocks = min(1.0, 2 * min(along_best(*self.score, k), self.where_large(k)))
@@ -109,11 +120,13 @@ class ForceGain:
 
 
 def force_gain(problem: Problem, before: Array, after: Array, joint: int | None = None) -> ForceGain:
-    """The gain of residuals ``after`` over ``before``, (N, n), after regression on friction levels; of ``joint`` alone
-    if given.
+    """The gain of residuals ``after`` over ``before``, both (N, n), after regression on friction levels or more.
 
     Low-passed at f, a log of T seconds has 2 f T independent values, or fewer if these are correlated. Blocks have
-    equally many used samples.
+    equally many used samples, since a block without any would count as one without a gain.
+
+    Args:
+        joint: the only coordinate that is compared; all if not given.
     """
     motion, rows = problem.motion, problem.used
     if joint is not None:
@@ -158,7 +171,11 @@ def _sums(values: Array | NDArray[np.bool_], blocks: Sequence[NDArray[np.intp]])
 
 @dataclass(frozen=True, eq=False)
 class ForceCriterion:
-    """The force residual of a fit; fits of an arm's joints are compared at the joint where they differ."""
+    """The force residual of a fit, computed when it is needed.
+
+    Two fits to an arm that is simulated joint by joint are compared at the joint on which their effects differ: a step
+    of the links' values that suits this joint may be felt at another one whose forces are explained already.
+    """
 
     search: Search
     fit: Fit
@@ -179,7 +196,11 @@ class ForceCriterion:
         return force_gain(self.search.problem, other.without_levels, self.without_levels, joint)
 
     def added_to(self, other: ForceCriterion) -> ForceGain:
-        """The gain over a fit with fewer effects, both after regression on levels and toleranced values."""
+        """The gain over a fit with fewer effects, both after regression on levels and toleranced values.
+
+        A refit by free runs may leave a value off by some standard errors of the force. If a refit with a worthless
+        effect corrects that, it is no evidence for the effect. Slopes are at the other fit's values.
+        """
         if len(self.search.moved) == len(self.search.problem.levels):
             return self.over(other)
         joint = joint_of_difference(self.search, self.fit, other.fit)

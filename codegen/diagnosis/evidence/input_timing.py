@@ -1,7 +1,9 @@
 """Estimation of the lead of an input: by how much it acts earlier than the time of its row in the log.
 
-Simulation holds w(t) = w[k] from t_k to t_{k+1}. A measured input is between two rows about the mean of both, which
-leads by half a row. No effect of a machine acts before its input, so a lead is corrected before effects are sought.
+Simulation assumes zero-order hold: w(t) = w[k] from t_k to t_{k+1}. A measured input is between two rows about the mean
+of both values, which leads the held one by half a row. An input that is logged one row late leads by a row, and one
+that the drive filters before it is logged by the lag of the filter. No effect of a machine acts before its input, but
+compliance, presliding and damping fit the force residual of a lead, so it is corrected before effects are sought.
 """
 
 from __future__ import annotations
@@ -86,8 +88,9 @@ def acting_earlier(log: Log, rows: Mapping[int, float]) -> Log:
 def input_leads(problem: Problem, log: Log) -> tuple[dict[int, float], tuple[Finding, ...]]:
     """The leads that are corrected (index of the input → rows), and the findings on them.
 
-    Nothing is corrected where ``input_hold`` is stated, or above ``LARGEST_LEAD``. An input without a significant lead
-    is corrected by ``common_lead`` if its estimate agrees with it.
+    Where ``input_hold`` is stated nothing is corrected, and a lead of more than ``ABOUT_HALF`` rows is a finding; so is
+    one above ``LARGEST_LEAD``, which is not corrected either. An input without a significant lead of its own is
+    corrected by ``common_lead`` if its estimate agrees with it.
     """
     system, about = problem.system, log.description
     if system.actuators:
@@ -118,10 +121,14 @@ def input_leads(problem: Problem, log: Log) -> tuple[dict[int, float], tuple[Fin
 
 
 def common_lead(leads: Sequence[Lead]) -> float:
-    """The lead in rows that all inputs of a log have in common, since one device writes them; 0 for none.
+    """The lead in rows that the inputs of a log have in common; 0 for none.
 
-    It is the only one that is significant for some input, and Σ min(d², ``SURE``²) over the inputs, with d the
-    difference from an input's estimate in standard deviations, is less for it than for a lead of 0.
+    One device writes all inputs of a log, so they should have the same lead. An input may not show it, such as that of
+    a joint with a large force that the model lacks. A lead is common if it is the only one that is significant for some
+    input, and if Σ min(d², ``SURE``²) over the inputs is less for it than for a lead of 0, where d is the difference
+    from an input's estimate in standard deviations.
+    If two devices wrote the inputs, an uncertain one gets the lead of the other's. Leads that are not ``USUAL`` differ,
+    so none of several is common.
     """
     shown = {lead.rows for lead in leads if lead.matters}
     if len(shown) != 1:

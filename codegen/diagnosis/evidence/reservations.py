@@ -107,7 +107,10 @@ def is_level_or_line(system: System, motion: Motion, part: Part, parameters: Map
 
 
 def takes_the_level(problem: Problem, refit: System, augmented: System) -> str:
-    """The objection to effects with which a friction level becomes zero, if its contact never reverses; else empty."""
+    """The objection to effects with which a friction level becomes zero, if its contact never reverses in the log.
+
+    In one direction a level is a constant force, which cannot be distinguished from a gain of the drive.
+    """
     gone = set(levels_at_zero(problem.system, [augmented], problem.levels))
     gone -= set(levels_at_zero(problem.system, [refit], problem.levels))
     slip = slip_velocities(problem.system, problem.motion)[problem.motion.usable]

@@ -153,7 +153,8 @@ def acting_force(system: System, motion: Motion) -> Array:
 def predicted_load(system: System, motion: Motion, residual: Array) -> Array:
     """(N, n) the acting force less the share of the residual that is not noise of the measured acceleration.
 
-    The share is chosen so that load and residual have no common noise. If no input acts, it is the acting force.
+    The residual has the noise of the input, which the acting force has too, less that in the row of M a. The share is
+    chosen so that load and residual have no common noise. If no input acts, it is the acting force.
     """
     reached = np.any(drive_force(system, motion) != 0, axis=0)
     shares = [1 - noise_share(system, motion, residual, i) for i in range(system.degrees_of_freedom)]
@@ -252,8 +253,13 @@ def _inertia(system: System, motion: Motion, i: int) -> Array:
 def ringing(residual: Array, rows: NDArray[np.bool_], acceleration: Array, inertia: float, motion: Motion) -> float:
     """Share of a squared residual (N,) that one resonance explains on held-out pieces; 0 if it is not significant.
 
-    The residual of a load behind a spring is a weight times the acceleration filtered by a resonance (``resonances``).
-    The weight must be ``SURELY_RINGS`` standard deviations from zero, by sums over pieces.
+    The residual of a load behind a spring is a weight times the acceleration, filtered by a resonance (``resonances``).
+    A few moves may excite nearly all of it, so the weight must be ``SURELY_RINGS`` standard deviations from zero. These
+    follow from sums over pieces of column times remainder, with the weight that is fitted to the other folds.
+
+    Args:
+        acceleration: (N,) without noise that is in the residual too.
+        inertia: of the coordinate.
     """
     kept = _thinned(rows)
     found = resonances(residual, acceleration, rows, inertia, motion, 1) if kept.sum() >= LEAST_ROWS else ()
@@ -306,7 +312,10 @@ def peak_hz(residual: Array, rows: NDArray[np.bool_], motion: Motion) -> float:
 
 
 def _peak(residual: Array, rows: NDArray[np.bool_], motion: Motion) -> int | None:
-    """The bin of the spectrum's highest peak, with ``LEAST_PERIODS`` in the log and below the cutoff; or None."""
+    """The bin of the highest peak of the spectrum at the samples ``rows``, away from standstill.
+
+    Of those with ``LEAST_PERIODS`` in the log and below the cutoff. None if the log is too short for one.
+    """
     count, h = len(residual), motion.sample_time
     power = np.abs(np.fft.rfft(np.where(rows, residual, 0.0))) ** 2
     frequencies = np.fft.rfftfreq(count, h)

@@ -1,4 +1,8 @@
-"""Permutation test by circular shifts: whether one of two models has less residual when the two differ."""
+"""Permutation test by circular shifts: whether one of two models has less residual when the two differ.
+
+Two models may differ in too few blocks for a test on blocks: a dead zone and a constant force are one motion except
+while the input is below the dead zone's width.
+"""
 
 from __future__ import annotations
 

@@ -44,7 +44,10 @@ class ForceRows:
     gain: Array
 
     def about(self, change: Array) -> ForceRows:
-        """The rows linearised about a change Δ of the values: r₀ + S Δ/(1 + γΔ), which is (r₀ + R Δ)/(1 + γΔ)."""
+        """The rows linearised about a change Δ of the values: r₀ + S Δ/(1 + γΔ), which is (r₀ + R Δ)/(1 + γΔ).
+
+        The gain 1 + γΔ is limited to at least ``LEAST_GAIN``, for first steps that are too long.
+        """
         if not self.gain.any():
             return replace(self, residual=self.residual + self.slopes @ change)
         step, gain = self.slopes @ change, max(1 + float(self.gain @ change), LEAST_GAIN)

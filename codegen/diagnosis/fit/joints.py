@@ -310,7 +310,10 @@ class JointShooter:
         return any(felt[c.joint.index] or k in c.arguments for c in compared)
 
     def _columns(self, joint: Joint, drive: Array, along: MotionTerms, off: Array, substeps: int) -> Array:
-        """(N substeps, m) inputs of a joint, effective, then the imposed signals at the middle of each step."""
+        """(N substeps, m) inputs of a joint, effective, then the imposed signals at the middle of each step.
+
+        Remembered, since most runs of a fit change neither inputs nor links.
+        """
         i, (inputs, content) = joint.index, self._driven(drive, joint)
         key = "columns", along, i, substeps, joint.others, self._shooter.inputs, content, off[along.felt[i]].tobytes()
         found = self.memory.get(key)

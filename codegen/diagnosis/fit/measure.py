@@ -60,7 +60,11 @@ def force_errors(
 
 
 def restart_within_reach(system: System, motion: Motion, window: slice, longest: float = RESTART_S) -> float:
-    """Seconds between restarts: ``longest``, halved while a run errs by more than the machine moves."""
+    """Seconds between restarts with which free runs stay near the motion: ``longest``, halved while necessary.
+
+    A run whose error exceeds the distance moved since the restart, as of a rotor in another cogging minimum, does not
+    discriminate between models.
+    """
     restart, least = longest, SHORTEST_PERIODS / motion.cutoff_hz
     while restart / 2 >= least:
         error = free_run_errors(system, motion, window, restart)[0]
@@ -84,7 +88,8 @@ def free_run_errors(
 ) -> tuple[list[float], tuple[tuple[float, ...], ...]]:
     """RMS of predicted less raw position on each coordinate, and mean squares in ``SIGN_BLOCKS`` or fewer parts.
 
-    NaN and zero where the reading never changes while another one does.
+    NaN and zero where the reading never changes while another one does: a model that sticks there has no error at all,
+    and a ratio to zero is meaningless for the joint that moves.
     """
     error = free_run_series(system, motion, restart_s)[window]
     usable = motion.usable[window] & ~np.isnan(error).any(axis=1)

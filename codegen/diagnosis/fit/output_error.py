@@ -288,7 +288,10 @@ class Starts:
         return np.asarray(values - np.matmul(self.slopes, shift)[..., 0])
 
     def projected(self, slopes: Sequence[Array], like: Array) -> Array:
-        """(p, S, K n) slopes, each as ``like``, after regression on the start states."""
+        """(p, S, K n) slopes, each as ``like``, after regression on the start states.
+
+        A joint of an arm does not feel most parameters of the links; such a slope is zero, and stays so.
+        """
         found = np.zeros((len(slopes), *like.shape))
         for k, slope in enumerate(slopes):
             if slope.any():

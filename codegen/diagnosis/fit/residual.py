@@ -167,8 +167,10 @@ def effective_inputs(system: System, motion: Motion) -> Array:
 def used_samples(system: System, motion: Motion, noise_speed: float = 0.0) -> NDArray[np.bool_]:
     """(N, n) samples to use for the force balance of each coordinate: away from ends, gaps and standstill.
 
-    Samples within the filter's width of a standstill are left out, quick zero crossings kept; a short excursion above
-    the noise of the speed ends no standstill. Of a finer grid as many samples are used as were logged.
+    At standstill friction may have any value up to its level, so samples within the filter's width of a standstill are
+    left out; quick zero crossings are kept. In creep as slow as the noise of the speed, the sign of slip is noise, so a
+    short excursion above the threshold ends no standstill. On a finer grid than the log's, only as many samples are
+    used as were logged.
     """
     slip = slip_velocities(system, motion)
     reach = max(1, round(0.35 / (motion.cutoff_hz * motion.sample_time)))
@@ -211,7 +213,12 @@ def residual_without_values(
 ) -> Array:
     """(N, n) residual of a system after regression on friction levels and on changes of values within limits.
 
-    Each coordinate has its own fit. ``slopes``: (N, n, p) by the values, ``limits``: (p,) least and largest change.
+    Each coordinate has its own fit, so that values that act on several may differ between them.
+
+    Args:
+        slopes: (N, n, p) by the values.
+        limits: (p,) least and largest change.
+        joint: the only coordinate that is fitted; all if not given.
     """
     motion, found = problem.motion, residual_at_drive(system, problem.motion).copy()
     for i in range(found.shape[1]) if joint is None else [joint]:
@@ -246,7 +253,11 @@ def bounded_least_squares(columns: Array, values: Array, bounds: tuple[Array, Ar
 
 
 def without_levels(system: System, motion: Motion, used: NDArray[np.bool_], residual: Array, i: int) -> Array:
-    """The residual of one coordinate, (N,), less the least-squares contribution of its friction levels."""
+    """The residual of one coordinate, (N,), less the least-squares contribution of its friction levels.
+
+    The part that a level explains is no evidence for an effect. Free runs weigh samples differently and may give
+    other levels.
+    """
     if not contacts_on(system, i) or not used.any():
         return residual
     columns = level_columns(system, motion, i)
@@ -262,8 +273,9 @@ def drive_left(system: System, motion: Motion) -> Array:
 class DriveLeft:
     """Fraction of the logged drive force that remains after actuators and load-dependent friction, of a trial.
 
-    The median over samples, without those in saturation, of |Σ w ∂f/∂w| for f = g − U λ with the actuators' outputs,
-    over that for f = g with the logged inputs.
+    The median over samples of |Σ w ∂f/∂w| for f = g − U λ with the actuators' outputs, over that for f = g with the
+    logged inputs. Derivatives are used since a dead zone passes an error of the drive unchanged; samples in saturation
+    are left out. The median is used since at very low speed the sign of the speed is noise.
     """
 
     def __init__(self, trial: Trial, motion: Motion) -> None:

@@ -29,12 +29,16 @@ def free_run(
 ) -> Array:
     """(N, n) predicted readings of the positions, restarted from the measured state every ``restart_s`` seconds.
 
-    Inf for predictions that are not finite, NaN in the ``trim_s`` seconds at each end. States of loads behind springs
-    are corrected by the run after each restart; a law that cannot be simulated is replaced by its steady-sliding level.
+    Inf for predictions that are not finite, NaN in the ``trim_s`` seconds at each end, where filtered states are poor.
+    The whole log is needed for delays, and for states that are not logged. Those of loads behind springs are corrected
+    by the run after each restart. A law that cannot be simulated
+    (``is_simulable``) is replaced by its level of steady sliding.
 
     Args:
         positions, velocities: (N, n) measured state, filtered.
+        commands: (N, m), held from t_k to t_(k+1).
         restart_s: at least two samples.
+        substeps: in one sample.
         arguments: parameters that the compiled code takes as arguments: models that differ in these alone share it.
 
     Raises:
@@ -74,6 +78,10 @@ def _estimated_loads(runner: Runner, theta: Array, compared: Array) -> Array:
 
     with e the error of the predicted positions, σ its RMS without correction, K = ``KEPT`` independent values, and s_i
     the RMS deflection of the spring, and its rate, over all starts.
+
+    The uncorrected state is simulated along the measured motion (``Shooter.hidden``). A lightly damped load keeps a
+    phase error for many periods, from a slightly wrong frequency or an unknown state at the start of the log, and the
+    free run would then show this error and not that of the model.
 
     Args:
         compared: (S, L, n) positions that the run should predict; NaN where unknown.

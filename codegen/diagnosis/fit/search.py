@@ -108,7 +108,10 @@ class Search:
         return self.fitted_again(rough)
 
     def without_limits(self, fit: Fit) -> tuple[Search, Fit] | None:
-        """The search with tolerances as Gaussian prior only, without limits, and the fit repeated in it."""
+        """The search with tolerances as Gaussian prior only, without limits, and the fit repeated in it.
+
+        None if the fit did not end at a limit of a toleranced parameter, or if one would take an excluded sign.
+        """
         count = len(self.moved)
         if not fit.limited[:count].any():
             return None
@@ -127,7 +130,10 @@ class Search:
         return replace(self, record=self.shorter(share), shorter=lambda further: self.shorter(share * further))
 
     def _with_its_slopes(self, fit: Fit) -> Fit:
-        """The fit with all slopes computed at its values."""
+        """The fit with all slopes computed at its values.
+
+        If an effect acts like a parameter, slopes computed at different values would make the two seem distinguishable.
+        """
         prior = self.prior(fit.trial, fit.theta, fit.prior.tempering)
         fresh = shooting_fit(fit.runner, fit.theta, fit.offsets, prior, 0, fit.unprojected, FINE_STEP)
         return replace(fresh, limited=fit.limited)
@@ -150,7 +156,11 @@ class Search:
 
     @recent(FITS)
     def with_noise_floor(self, base: Fit, largest_ratio: float = LARGEST_RATIO) -> tuple[Search, Fit]:
-        """The search with noise no smaller than the base's error over ``largest_ratio``, and the base fitted in it."""
+        """The search with noise no smaller than the base's error over ``largest_ratio``, and the base fitted in it.
+
+        Far above the noise, the logarithmic loss would credit a candidate that happens to fit a few segments. If an arm
+        is simulated joint by joint, each joint has its own noise.
+        """
         factor = np.maximum(1.0, _noise_ratios(base) / largest_ratio)
         if np.all(factor == 1.0):
             return self, base

@@ -1,4 +1,8 @@
-"""Filters of a log: a smooth motion, and one low-pass for every term of the force balance."""
+"""Filters of a log: a smooth motion, and one low-pass for every term of the force balance.
+
+Two zero-phase Butterworth filters: a fine one for positions, velocities and accelerations, and a coarse one for every
+term of the force balance alike, so that no term leads or lags another.
+"""
 
 from __future__ import annotations
 

@@ -75,7 +75,10 @@ def best_starts(found: Sequence[tuple[float, Array]], most: int, apart: int = 0)
 
 
 def simplex_search(runner: Runner, base: Fit, theta: Array, tries: int = TRIES) -> tuple[float, Array]:
-    """(cost, theta) by Nelder–Mead over the last part's parameters, where the loss is not smooth."""
+    """(cost, theta) by Nelder–Mead from ``theta`` over the parameters of the last part, where the loss is not smooth.
+
+    The other parameters follow by one linear step for each of at most so many evaluations.
+    """
     size = len(runner.trial.parts[-1].names)
     first = theta[-size:]
     simplex = np.vstack([first, first + SIMPLEX * np.eye(size)])
@@ -175,7 +178,11 @@ class ForceStart:
         return share, theta
 
     def _residual_of(self, trial: Trial, theta: Array) -> Array:
-        """(M, n) low-passed force residual of a trial at the base's values and these of its last part."""
+        """(M, n) low-passed force residual of a trial at the base's values and these of its last part.
+
+        Only the change from the base's residual is computed at every ``_every``-th sample and low-passed there.
+        Measurement noise is the same in both residuals and cancels, so it does not alias.
+        """
         motion, model, part = self.problem.motion, self.base.model, trial.parts[-1]
         alone = Trial(model, (part,), ())
         if (alone.changed.actuators, alone.changed.sensor_errors) != (model.actuators, model.sensor_errors):

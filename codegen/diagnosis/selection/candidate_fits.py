@@ -81,7 +81,11 @@ def every_part(search: Search, taken: Sequence[Part]) -> list[Part]:
 
 
 def start_compiling(search: Search) -> None:
-    """Start the C compiler on the declared model and, but for an arm's joints, on the models of the first round."""
+    """Start the C compiler on the declared model and on the models of the first round of selection.
+
+    The latter are compiled while the declared model is refitted. For an arm that is simulated joint by joint they are
+    not started, since the refit decides at which joints effects are tried.
+    """
     trial = search.declared_trial
     search.runners([trial])
     if search.rigid is None:
@@ -191,7 +195,10 @@ class CandidateFits:
         self.survey = survey(refit, self.search.motion, self.base.model)
 
     def promising(self, indices: Sequence[int]) -> list[int]:
-        """Indices of the parts that are fitted: the best by the gain of one linear step, and all that have no scale."""
+        """Indices of the parts that are fitted: the best by the gain of one linear step from their best start.
+
+        An effect without a scale has only a coarse grid of starts, so it is always fitted.
+        """
         self._start_by_force()  # meanwhile the compiler may still work
         self._start_by_runs(indices)
         gains = {k: self._few(k).cost - min((cost for cost, _ in self.starts[k]), default=np.inf) for k in indices}
@@ -233,7 +240,11 @@ class CandidateFits:
         return left, forced, [theta for left, theta in by_left[:FOLLOWED] if left < 1]
 
     def best_by_force(self, indices: Sequence[int]) -> list[int]:
-        """Indices of the parts that explain most of the force residual (``CLEAR_BY_FORCE``)."""
+        """Indices of the parts that explain most of the force residual, the best form of each kind at a place.
+
+        Only those that explain ``CLEAR_BY_FORCE`` of its square. On few segments, free runs may gain less by the
+        missing force than by changes of their start states, as for an axis that rings or sticks.
+        """
         best: dict[tuple[str, str], int] = {}
         for k in sorted((k for k in indices if k in self.left), key=self.left.__getitem__):
             if self.left[k] < 1 - CLEAR_BY_FORCE:

@@ -223,10 +223,16 @@ def _is_better_pair(pair: Fit, confirmed: Fit) -> bool:
 
 
 def _pair(search: Search, ranked: Sequence[Ranked]) -> tuple[Fit | None, bool]:
-    """The best fit with two effects, at least one of them among the best of the first round (a beam search); or None.
+    """The best fit with two effects, at least one of them among the best of the first round (a beam search).
 
-    Effects with nearly as small a residual as the best get a second round of all candidates; other pairs are of the
-    best candidates with different signatures. The second result: whether the last effect was chosen among all.
+    It ends with a pair that leaves only noise, which no other pair explains better.
+
+    Two missing effects bias each other's fit. Effects with nearly as small a residual as the best get a second round of
+    all candidates; other pairs are of the best candidates with different signatures. Forms of one effect leave the same
+    for a second effect, so only the best one is tried in pairs.
+
+    Returns:
+        The fit, None if there is none, and whether its last effect was chosen among all with the first kept.
     """
     best: Fit | None = None
     among_all = False
@@ -250,7 +256,10 @@ def _pair(search: Search, ranked: Sequence[Ranked]) -> tuple[Fit | None, bool]:
 
 
 def _merged(search: Search, current: Fit) -> Fit | None:
-    """The fit with one effect in place of two of the same signature, if it fits as well; else None."""
+    """The fit with one effect in place of two of the same signature, if it fits as well; else None.
+
+    Example: a long wave and a hardening spring can together imitate a linear spring.
+    """
     parts = current.trial.parts
     for j, k in combinations(range(len(parts)), 2):
         if not same_signature(parts[j], parts[k]):
@@ -266,7 +275,11 @@ def _merged(search: Search, current: Fit) -> Fit | None:
 
 
 def _split(search: Search, current: Fit) -> Fit | None:
-    """The fit with two effects in place of one that is confused with both, if they explain more; else None."""
+    """The fit with two effects in place of one that is confused with both, if they explain more; else None.
+
+    Only pairs with no more parameters than the one are tried, so that the better fit decides. Example: within a part of
+    a turn, a spring and a constant force look like an unbalanced mass.
+    """
     here = ForceCriterion(search, current)
     for k, part in enumerate(current.trial.parts):
         if len(part.names) < 2 or at_noise(current):
@@ -293,8 +306,9 @@ def _is_confused(search: Search, one: Part, other: Part) -> bool:
 def _in_simplest_forms(search: Search, current: Fit, rivals: list[Ranked]) -> tuple[Fit, list[Ranked]]:
     """The fit with each effect at the joint of the last one in its simplest form that fits as well with all the others.
 
-    Each form was chosen before the later effects were found: a backlash with a gap of 1e-15 rad is a compliance. A
-    parameter of the other form starts from the one with its unit.
+    Each form was chosen before the later effects were found. Examples: a backlash with a gap of 1e-15 rad is a
+    compliance; viscous friction whose slope falls with speed may be a line once a spring is found. A simpler kind is
+    then removed from the rivals. A parameter of the other form starts from the one with its unit.
     """
     trial, (moved, values) = current.trial, current.values
     if len(trial.parts) < 2:
@@ -336,7 +350,11 @@ def _pruned_with_rivals(search: Search, current: Fit, rivals: list[Ranked]) -> t
 def still_credited(
     search: Search, base: Fit, current: Fit, rivals: Sequence[Ranked], candidates: int
 ) -> tuple[Fit, list[Ranked]]:
-    """A fit with changed effects, and the rivals that were tried like it; the refit if the fit is not credited."""
+    """A fit in which effects were replaced or removed, with its rivals; the refit if the fit is not credited.
+
+    Each effect may be needed in addition to the others although all together predict no better than the refit. A rival
+    that was tried in addition to an effect is no rival of a single effect.
+    """
     if not credible(search, base, current, candidates):
         return base, []
     alone = len(current.trial.parts) == 1
@@ -419,7 +437,10 @@ def _swapped(
 
 
 def _is_as_good_and_simpler(here: ForceCriterion, found: Fit, part: Part) -> bool:
-    """Whether a replacement has fewer parameters than ``part``, which neither criterion prefers."""
+    """Whether a replacement has fewer parameters than the effect ``part``, and neither criterion prefers that effect.
+
+    Example: a load that a damper hardly moves is an inertia error and viscous friction, two effects in one.
+    """
     search, current = here.search, here.fit
     if len(found.part.names) >= len(part.names) or found.cost > current.cost + FORM_GAIN:
         return False

@@ -87,7 +87,11 @@ def run_round(
 
 
 def credible(search: Search, before: Fit, after: Fit, candidates: int) -> bool:
-    """Whether a model with more effects is credited over one with fewer, each chosen among so many candidates."""
+    """Whether a model with more effects is credited over one with fewer, each chosen among so many candidates.
+
+    An effect may have passed its tests together with another one that was removed since, so the drive force that the
+    effects leave together is tested too.
+    """
     soft, base = search.with_noise_floor(before)
     base, richer = where_they_differ(search, base, soft.fitted_again(after))
     one = nested_evidence_of(base, richer) if contains(after.trial, before.trial) else evidence_of(base, richer)
@@ -147,7 +151,10 @@ def _tied(search: Search, best: Ranked, ranked: Sequence[Ranked]) -> list[Ranked
 
 
 def is_elsewhere(search: Search, other: Ranked, best: Ranked) -> bool:
-    """Whether two candidates act on different joints of an arm, so that both may be missing."""
+    """Whether two candidates act on different joints of an arm that is simulated joint by joint.
+
+    Neither can explain the residual of the other's joint, so they are no rivals; the model may lack both.
+    """
     parts = [one.found.part for one in (other, best)]
     if search.rigid is None or any(p.effect.sits_on == "two coordinates" for p in parts):
         return False
@@ -160,7 +167,10 @@ def tied_by_free_runs(search: Search, best: Ranked, other: Ranked) -> bool:
 
 
 def runs_prefer(search: Search, best: Fit, other: Fit) -> bool:
-    """Whether free runs prefer a fit to another one, or to one that it extends, as a backlash a compliance."""
+    """Whether free runs prefer a fit to another one (``Evidence.p_of_rivals``), or to one that it extends.
+
+    A backlash contains the compliance; it is judged as an effect with a further parameter is, also by the score test.
+    """
     other, best = where_they_differ(search, other, best)
     if extends(best.trial, other.trial):
         return nested_evidence_of(other, best).p(whiteness(search, best), only_noise=False) <= credit.TIE_LEVEL

@@ -1,4 +1,8 @@
-"""The tests that refuse a candidate, apart from that of significance, each with its reason in words."""
+"""The tests that refuse a candidate, apart from that of significance, each with its reason in words.
+
+A candidate is refused for too small a gain or force, for values that are impossible or that the log cannot show, if
+another effect or refitted values explain it, and if the force residual contradicts the free runs.
+"""
 
 from __future__ import annotations
 
@@ -63,7 +67,11 @@ def _least_size(found: Fit) -> float:
 
 
 def relative_size(search: Search, found: Fit, base: Fit) -> float:
-    """Force of the effect over the drive force along the motion; if it is not defined, its change of the prediction."""
+    """Force of the effect over the drive force along the motion; if it is not defined, its change of the prediction.
+
+    A fit to the force residual has no prediction. There the effect is evaluated with refitted friction levels, since it
+    may be larger than the declared one.
+    """
     part = found.part
     if found.of_forces:
         refitted = _refitted(search, found)
@@ -124,7 +132,10 @@ def hides_an_effect(search: Search, found: Fit) -> str:
 
 
 def acts_as_its_limit(search: Search, found: Fit) -> str:
-    """Objection if the last effect's force is that of a simpler one to within ``credit.LEAST_SIZE``; else empty."""
+    """Objection if the last effect's force is that of a simpler one to within ``credit.LEAST_SIZE``; else empty.
+
+    Example: a load behind a spring that is too soft to move it is an inertia error with two needless parameters.
+    """
     part, refitted = found.part, _refitted(search, found)
     limit = part.effect.limit(refitted, part.place, found.parameters)
     if limit is None:
@@ -202,7 +213,10 @@ def _leaves_more(before: ForceCriterion, after: ForceCriterion, remaining: Array
 
 
 def corrects_a_form(before: ForceCriterion, after: ForceCriterion) -> str:
-    """Objection if a candidate adds little to another effect over the same variable, whose form it may only correct."""
+    """Objection if a candidate adds little to another effect on the same coordinate that depends on the same variable.
+
+    It may then only correct a misfit of the other's form. Else empty.
+    """
     *others, part = after.fit.trial.parts
     *values, _ = after.fit.values[1]
     system = before.search.system
@@ -223,7 +237,14 @@ def corrects_a_form(before: ForceCriterion, after: ForceCriterion) -> str:
 
 
 def contradicted_by_force(before: ForceCriterion, after: ForceCriterion, share: float = 0.0) -> str:
-    """Objection if a candidate makes the force residual significantly larger; else empty."""
+    """Objection if a candidate makes the force residual significantly larger; else empty.
+
+    Short free runs without drive, as with an inertia a thousand times too large, continue at the measured start speed.
+    With wrong friction levels they fit better than any model that moves by its forces.
+
+    Args:
+        share: of the squared free-run residual that the candidate removes on held-out segments.
+    """
     times = after.over(before).left
     if times < CONTRADICTED or before.over(after).p > credit.ALPHA:
         return ""

@@ -58,7 +58,12 @@ def combined_p(p: float, before: ForceCriterion, after: ForceCriterion, candidat
 
 
 def whiteness(search: Search, fit: Fit) -> float:
-    """The noise's share of the squared residual, times the independent share; 0 far from the noise."""
+    """Share of the residuals that count as independent; 0 far from the noise, where the likelihood is not valid.
+
+    A wrong model form gives one error per segment, whatever the number of samples. So only the noise's share of the
+    squared residual counts: at three times the noise a ninth of the residuals, so that the likelihood gain must be nine
+    times as large. This is more cautious than a quasi-likelihood, whose dispersion is in ``segment_losses``.
+    """
     near = near_noise(fit, noise_assumed(search, fit))
     return independent_share(fit) / dispersion(search, fit) if near else 0.0
 

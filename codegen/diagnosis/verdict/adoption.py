@@ -1,8 +1,9 @@
 """Adoption of refitted parameter values, by cross-validation on blocks of the training log.
 
-Free runs alone increase an inertia where a force is missing. So the values are estimated from three tempered
-likelihoods (free runs, force residual, both), with the tolerances as Gaussian prior. Each estimate is repeated without
-each block of the log, and its errors on that block by both criteria are compared.
+Free-run simulations alone are biased on a real machine: an unmodelled force acts like noise on the input and increases
+the inertia estimate. So the values are estimated from three tempered likelihoods (free runs, force residual, both),
+with the tolerances as Gaussian prior, in which the parameters of an arm's links are correlated. Each estimate is
+repeated without each block of the log, and its errors on that block by force residual and by free run are compared.
 """
 
 from __future__ import annotations
@@ -138,7 +139,11 @@ def adopt_values(search: Search, fit: Fit, problem: Problem, system: System) -> 
 
 
 def settled_values(search: Search, fit: Fit, problem: Problem, system: System) -> Refit:
-    """The values of ``adopt_values``; if one exceeds a limit of the fit, all are fitted again until they settle."""
+    """The values of ``adopt_values``; if one exceeds a limit of the fit, all are fitted again until they settle.
+
+    The estimates linearise the motion about the fit, which is not accurate over such a distance. Also, what a
+    limited mass leaves counted as noise, which gave the tolerances too much weight.
+    """
     adopted = adopt_values(search, fit, problem, system)
     away = np.abs(adopted.values - adopted.declared) * np.sqrt(search.prior_precision)
     if not (away > search.within).any() or not fit.limited[: len(search.moved)].any():
@@ -190,7 +195,12 @@ class CrossValidation:
 
     @cached_property
     def is_excited(self) -> Flags:
-        """(p,) values in the force balance of a coordinate that moves, and parameters of links; all if none moves."""
+        """(p,) values that occur in the force balance of a coordinate that moves; all if none moves.
+
+        The other values cannot be estimated: a joint at rest stays at rest with any friction level above its load.
+        A declared level below it is kept too, although the joint slips with it. Parameters of links follow one another
+        by their tolerances.
+        """
         error = self.search.system.equation_error
         rows = [row for row, used in zip(error, self.problem.used.T, strict=True) if used.any()]
         seen = np.array([not rows or any(row.has(s) for row in rows) for s in self.search.moved], dtype=bool)
@@ -259,7 +269,10 @@ class CrossValidation:
                 return chosen, tuple(errors)
 
     def _with_declared(self, chosen: MapEstimate, k: int) -> tuple[list[int], MapEstimate]:
-        """The indices of value ``k`` and of its substitutes (``ALIKE``), and the estimate with these as declared."""
+        """The estimate with value ``k`` and its substitutes fixed as declared, and the indices of these values.
+
+        Substitutes are values that would change in place of value ``k`` (``ALIKE``).
+        """
         far, moves = self.distance(chosen), chosen.moves.copy()
         moves[k] = False
         k_fixed = self.map_estimate(chosen.source, moves)
@@ -311,7 +324,10 @@ class CrossValidation:
         )
 
     def _interval(self, chosen: MapEstimate, k: int) -> tuple[float, float]:
-        """95 % interval of a wrong value: the hull of those with and without its tolerance as prior."""
+        """95 % interval of a wrong value: the hull of those with and without its tolerance as prior.
+
+        Neither is narrower than by the sandwich covariance of the fit, which is also valid with model errors.
+        """
         without = prior_information(self.search, k)
         free = self._solved(*chosen.source.total, chosen.moves, without)
         free_deviation = self._deviation(chosen.source, chosen.moves, without)

@@ -1,4 +1,8 @@
-"""The verdict of a diagnosis with its models, and the last check of a model on held-out data."""
+"""The verdict of a diagnosis with its models, and the last check of a model on held-out data.
+
+On these it may be worse neither than the declared model nor than the refit. The held-out log chooses nothing; it can
+only refuse options, whose order is by the training log.
+"""
 
 from __future__ import annotations
 
@@ -222,7 +226,11 @@ def may_be_chance(worse: Mapping[str, float], figures: ErrorFigures, other: Erro
 
 
 def is_shown_worse(figures: ErrorFigures, other: ErrorFigures) -> bool:
-    """Whether free runs of a model are worse than another's by a sign test on parts, or these are too few."""
+    """Whether the free runs of a model are worse than another's by more than chance, by a sign test on their parts.
+
+    With so few parts that the test can never be significant, they count as worse. The test needs three parts by the
+    normal approximation; the probability that all are worse by chance is 1/8 for three parts and 1/16 for four.
+    """
     parts, others = np.array(figures.free_run_parts), np.array(other.free_run_parts)
     if min(len(parts), len(others)) == 0 or random_signs(np.sqrt(len(parts))) > TIE_LEVEL:
         return True

@@ -92,7 +92,11 @@ def _flow(values: Mapping[str, object]) -> CommentedMap:
 
 
 def _write_out_joints(document: CommentedMap, spec: Spec) -> None:
-    """Copy a robot file's joint friction and damping into the spec, whose ``friction:`` overrides both."""
+    """Copy the joint friction of a robot file into the spec, so that its values can be replaced there.
+
+    A ``friction:`` section overrides the file's <dynamics> completely, friction and damping. The damping is therefore
+    copied too, as viscous effects.
+    """
     contacts = CommentedSeq()
     for c in spec.contacts:
         values = {name: _short(float(value)) for name, value in c.parameters.items()}

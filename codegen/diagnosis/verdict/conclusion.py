@@ -138,7 +138,10 @@ def verdict_of(outcome: Outcome, faults: bool) -> Verdict:
 
 
 def is_small(left: Sequence[Remainder], material: float) -> bool:
-    """Whether what the motion predicts is below the material share on every coordinate that is judged."""
+    """Whether the part of the residual force that the motion predicts is below the material share on every coordinate.
+
+    Coordinates that move too little to be judged are left out; where none is judged the answer is no.
+    """
     judged = [r.material for r in left if isfinite(r.material)]
     return bool(judged) and max(judged) < material
 
@@ -156,7 +159,8 @@ def _gain(problem: Problem, before: System, after: System) -> ForceGain:
 def force_agrees(final: Fit, problem: Problem, refit: System, augmented: System) -> bool:
     """Whether the force residual confirms effects that free runs credit: its square falls by ``LEAST_SHARE`` too.
 
-    Not asked of backlash, nor near the noise of a load behind a spring; near the noise it must only not contradict.
+    Not asked of backlash, since in the gap no log shows where the load is. At the noise of free runs it is mostly noise
+    of the differentiation and must only not contradict; there a load behind a spring is not tested.
     """
     if any(t.gap != 0 for t in augmented.transmissions):
         return True

@@ -99,7 +99,9 @@ def spared(
 ) -> tuple[Admitted, frozenset[str]]:
     """The option with the declared values of parameters on joints that it makes worse, and the names of these.
 
-    Only of parameters that appear in the equations of such joints alone, and unless that increases an error over all.
+    Refitted values of an arm may reduce the held-out error over all joints and increase it on one joint. A parameter
+    that appears in the equations of such joints only keeps its declared value, unless that increases an error over all
+    joints.
     """
     count = len(declared.force_rms_rows)
     if chosen.option is None or count == 1:
@@ -126,7 +128,11 @@ def spared(
 
 
 def settled(search: Search, outcome: Outcome, problem: Problem, answer: Answer, measured: Measured) -> Answer:
-    """An answer without effects, with its wrong values estimated again, linearised at the estimates."""
+    """An answer without effects, with its wrong values estimated again, linearised at the estimates; others unchanged.
+
+    The effects were compared with values that are linearised at the tolerance limits. There the tolerances favour an
+    effect: the motion of an inertia error is that of a wrong mass.
+    """
     if answer.verdict not in ("none", "unknown") or not answer.errors:
         return answer
     values = settled_values(search, outcome.base, problem, problem.system)

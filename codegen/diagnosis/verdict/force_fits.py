@@ -89,7 +89,11 @@ class ForceFits:
         return self.fit(self.search.declared_trial, self.adopted)
 
     def nearly_alike(self, one: Fit, best: Fit) -> bool:
-        """Whether two fits differ little in both the remaining and the removed squared residual."""
+        """Whether two fits differ little in both the remaining and the removed squared residual.
+
+        A long log shows any difference between two slightly wrong models. Then it does not show which effect acts, but
+        which one also imitates part of what neither describes.
+        """
         plain, less, most = (float(fit.by_segment.sum()) for fit in (self.plain, one, best))
         return less <= CLOSE * most and plain - most <= CLOSE * (plain - less)
 
@@ -149,7 +153,10 @@ class ForceFits:
         return self._in_blocks([np.full(len(r), v, dtype=float) for r, v in zip(self._rows, values, strict=True)])
 
     def where_they_differ(self, one: Fit, other: Fit) -> tuple[Fit, Fit]:
-        """Two fits to the force, restricted to the joint on which their effects differ, if there is one."""
+        """Two fits to the force, restricted to the joint on which their effects differ.
+
+        Unchanged if they differ on more than one joint, or for a machine that is simulated as a whole.
+        """
         joint = joint_of_difference(self.search, one, other)
         if joint is None:
             return one, other
@@ -190,7 +197,11 @@ class ForceFits:
 
     @cached_property
     def by_links(self) -> dict[int, Array]:
-        """Index of a value of an arm's links → (N, n) slope of the low-passed residual, linear in it."""
+        """Index of a value that is a parameter of an arm's links → (N, n) slope of the low-passed residual.
+
+        The residual is linear in these, and effects change nothing of it. An arm of seven joints has 43, each of which
+        would otherwise take a residual of the whole arm in every fit.
+        """
         rigid = self.search.rigid
         if rigid is None or not rigid.parameters:
             return {}
@@ -203,7 +214,11 @@ class ForceFits:
         return np.array([self._scaled(slope) for slope in self.by_links.values()])
 
     def _slopes(self, trial: Trial, theta: Array, now: Array, size: Array, before: Array | None = None) -> Array:
-        """Derivatives of the predicted force by each parameter, (p, SIGN_BLOCKS, K)."""
+        """Derivatives of the predicted force by each parameter, (p, SIGN_BLOCKS, K).
+
+        Forces are linear in the refitted levels and parameters, so their derivatives are taken from ``before``, which
+        is over the present ``_gain``, unless that depends on them.
+        """
         slopes = [] if before is None or self._moves_drive else list(before[: len(trial.moved)])
         by_links: dict[int, Array] = {}
         if self.by_links and not slopes and not self._moves_drive and not trial.changed.sensor_errors:
@@ -223,7 +238,13 @@ class ForceFits:
         return self.fit(*fit.trial.without(fit.theta, index))
 
     def run(self, fit: Fit, joint: int | None = None) -> Fit:
-        """Free runs with fixed effects of a fit, and fitted levels, toleranced values and start states."""
+        """Free runs with fixed effects of a fit, and fitted levels, toleranced values and start states.
+
+        A level or a mass by the force residual may be far off for free runs, whatever the effects.
+
+        Args:
+            joint: the simulated joint of an arm that is simulated joint by joint; all by default.
+        """
         record = self.search.record if joint is None else replace(self.search.record, joints=(joint,))
         runner = replace(fit.runner, record=record)
         prior, effects = self.search.prior(fit.trial, fit.theta), slice(len(fit.trial.moved), None)

@@ -1,8 +1,9 @@
 """The answer by effects that the force residual selects, for logs that free runs do not follow.
 
-A free run integrates everything that the model lacks; the force residual at one time does not depend on earlier times.
-Effects that it selects and free runs confirm are examined as others are. They replace those that free runs credit only
-where the force residual objects to these.
+A free run integrates everything that the model lacks. Its error may be dominated by something that is not an effect,
+such as jitter of the time stamps or a drift, and then no effect is credited by free runs. The force residual at one
+time does not depend on earlier times. Effects that it selects and free runs confirm are examined as others are. They
+replace those that free runs credit only where the force residual objects to these.
 """
 
 from __future__ import annotations
@@ -124,8 +125,11 @@ def _joint_by_joint(
 def with_shown_on_joints(found: ForceSelection, by_runs: Fit) -> tuple[Fit, tuple[Fact, ...]]:
     """The fit to free runs after each joint of an arm has taken the better of two selections; and remarks on changes.
 
-    The effects by force residual are added on joints where free runs credit none, and replace those to which the force
-    residual objects. Free runs must credit the added ones.
+    The effects selected by force residual are added on joints where free runs credit none. They replace the effects of
+    free runs on a joint where the force residual objects to these. The joints are judged independently.
+    The selection by free runs fits on all segments only what gains most on few: a dead zone, which acts while the input
+    is small, may not be among those, and another effect is then selected on its joint. Free runs must credit the
+    effects that are added, and with those in place of others must not be worse than without any on that joint.
     """
     search, fit, remarks = found.fits.search, by_runs, list[Fact]()
     many = hypotheses(found.fits.candidates.parts)

@@ -180,8 +180,10 @@ def fit_in_addition(fits: ForceFits, plain: Fit, trial: Trial, theta: Array) -> 
 def judged(fits: ForceFits, plain: Fit, found: Fit, candidates: int) -> Ranked:
     """A candidate with its evidence from the force residual over a fit without it, and the reason if not credited.
 
-    Of an effect that reduces the drive force only a larger reduction of the residual counts. The share removed on
-    held-out blocks is at most that of the fit to all blocks.
+    An effect that reduces the drive force reduces the residual in proportion, so only a larger reduction counts. The
+    residual is already divided by a constant factor on the drive, as by friction in proportion to it
+    (``residual_at_drive``). The share removed on held-out blocks is at most that of the fit to all blocks, since the
+    correction of the fit for a held-out block is linear.
     """
     joint = joint_of(fits.search, found.part)
     known = [p for p in plain.trial.parts if joint_of(fits.search, p) == joint]
@@ -208,7 +210,11 @@ def judged(fits: ForceFits, plain: Fit, found: Fit, candidates: int) -> Ranked:
 
 
 def _has_twin_elsewhere(search: Search, part: Part) -> bool:
-    """Whether an effect has the same equation of motion as one that depends on another variable."""
+    """Whether an effect has the same equation of motion as one that depends on another variable.
+
+    Example: an asymmetric friction level is the same as a constant force, so viscous friction found in addition to it
+    does not correct a misfit of its form.
+    """
     twins = part.effect.twins(search.system, part.place)
     return any(CATALOGUE[kind].seen_over != part.effect.seen_over for kind, _ in twins)
 
@@ -232,7 +238,10 @@ def in_determined_forms(fits: ForceFits, fit: Fit) -> Fit:
 
 
 def still_credited(fits: ForceFits, before: Fit, fit: Fit) -> Fit:
-    """The fit without effects that are credited in the form of ``before`` and not in their simpler form here."""
+    """The fit without effects that are credited in the form of ``before`` and not in their simpler form here.
+
+    A curve over speed may imitate another missing force; a line in its place may then explain nothing.
+    """
     for k, part in enumerate(fit.trial.parts):
         if part not in before.trial.parts:
             other = fits.without(fit, k)
@@ -247,6 +256,8 @@ def still_credited(fits: ForceFits, before: Fit, fit: Fit) -> Fit:
 
 def best_first_effect(fits: ForceFits, fit: Fit, leading: Sequence[Ranked]) -> tuple[Fit, list[Ranked]]:
     """Repeat the choice between tied first effects with the later effects in the model.
+
+    Without the later effects, their residual may have hidden the difference between the first ones.
 
     Args:
         leading: the best candidate of the first round and its rivals.

@@ -1,4 +1,8 @@
-"""Cogging with several harmonics: orders selected on the force residual over position, then fitted in free runs."""
+"""Cogging with several harmonics: orders selected on the force residual over position, then fitted in free runs.
+
+Cogging is a sum of sines by slots, poles and eccentricity; free runs with a single sine diverge too soon to be fitted.
+The force residual is linear in the weights, so that orders are added one by one and judged on held-out blocks.
+"""
 
 from __future__ import annotations
 
@@ -63,7 +67,10 @@ class Waves:
 
 
 def with_harmonics(search: Search, outcome: Outcome, problem: Problem) -> tuple[Outcome, Search]:
-    """The outcome with a cogging of several harmonics if free runs credit it, and the search of its fit."""
+    """The outcome with a cogging of several harmonics if free runs credit it, and the search of its last fit.
+
+    Its segments are short if the refit is far from the data, since free runs of a rotor in steep cogging soon diverge.
+    """
     final_search = near = search
     base, final = outcome.base, outcome.final
     if final is not base and not force_agrees(final, problem, base.model, final.model):

@@ -1,4 +1,8 @@
-"""Comparison on held-out data of candidates that the training log cannot distinguish; some of them may be refused."""
+"""Comparison on held-out data of candidates that the training log cannot distinguish; some of them may be refused.
+
+Two models may predict the same motion on the training log and different ones on the held-out log: a dead zone acts like
+a constant force while the input stays on one side of it.
+"""
 
 from __future__ import annotations
 
@@ -42,8 +46,9 @@ class HeldOut:
         """The refused of some fits to the training log: index → (index of a better fit, ratio of force residuals²).
 
         A fit is refused if another one has neither error more than 1 % larger and a significantly smaller force
-        residual, at ``TIE_LEVEL`` over the number of comparisons, also after the refused fit's values are adjusted
-        within ``WITHIN`` standard errors. Loads behind springs are not judged.
+        residual, at the level ``TIE_LEVEL`` over the number of comparisons. This must also hold after the refused fit's
+        values are adjusted within ``WITHIN`` standard errors, since uncertain values cause errors on a larger range of
+        motion. Loads behind springs are not judged, since they are not measured.
         """
         models = [fit.model for fit in fits]
         declared = self.problem.system.transmissions
@@ -63,7 +68,10 @@ class HeldOut:
         return found
 
     def _within_errors(self, fit: Fit) -> Array:
-        """(N, n) least force residual with the values changed by up to ``WITHIN`` standard errors."""
+        """(N, n) least force residual of a fit if its values may change by ``WITHIN`` standard errors, levels freely.
+
+        It is linear in the changes. The region is a box, which contains the joint confidence ellipsoid of that size.
+        """
         motion, model = self.problem.motion, fit.model
         clusters = (0, BLOCKS) if len(fit.residual) > BLOCKS else (0,)
         deviations = np.sqrt(np.max([np.diag(covariance(fit, number)) for number in clusters], axis=0).clip(0.0))

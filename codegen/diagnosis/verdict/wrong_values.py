@@ -1,9 +1,10 @@
 """Wrong declared values as an alternative explanation to missing effects.
 
-Forward selection keeps parameters within a few tolerances, so that they do not absorb a missing effect. If the refit
-ends at that limit, it is repeated with the tolerances as Gaussian prior only; if that explains more than the effects,
-effects are sought in addition to it. A parameter without a tolerance is not fitted; if another value of it alone would
-explain the residual, it is reported.
+Forward selection keeps parameters within a few tolerances, so that they do not absorb a missing effect. If several are
+wrong together, as with an unknown payload, an effect may explain the log in their place. So if the refit ends at that
+limit, it is repeated without it, with the tolerances as Gaussian prior only. If that explains more than the effects, or
+as much with fewer changes of the declared model, effects are sought in addition to it. A parameter without a tolerance
+is not fitted; if another value of it alone would explain a residual that no effect explains, it is reported.
 """
 
 from __future__ import annotations
@@ -76,7 +77,10 @@ def _changes(search: Search, fit: Fit) -> int:
 
 
 def equal_parameters(search: Search, base: Fit, outcome: Outcome) -> list[Fact]:
-    """Facts on parameters that explain the log as well as the single effect of an outcome."""
+    """Facts on parameters that explain the log as well as the single effect of an outcome.
+
+    Example: a mass that is declared too small by ten tolerances gives the same motion as an inertia error.
+    """
     freed = search.without_limits(base) if len(outcome.parts) == 1 else None
     if freed is None or _gain(freed[1], outcome.final) < -BETTER:
         return []
@@ -210,8 +214,9 @@ def _mirrored(added: Array, force: Array) -> float | None:
 def refused_for_a_value(spec: Spec, answer: Answer, problem: Problem) -> Answer:
     """The answer without its effects if one value without tolerance explains the residual far better (``FAR_LESS``).
 
-    A true effect leaves only the noise, and no value can leave a third of the noise. Several effects are refused for a
-    value that leaves no more than they do.
+    Example: a payload of an arm fits weaker motors on both of its joints. A true effect leaves only the noise, and no
+    value can leave a third of the noise. Several effects are refused for a value that leaves no more than they do: it
+    explains as much with fewer changes of the declared model.
     """
     if answer.verdict not in ("effect", "ambiguous"):
         return answer
@@ -233,7 +238,11 @@ def refused_for_a_value(spec: Spec, answer: Answer, problem: Problem) -> Answer:
 
 
 def _left_by_effects(answer: Answer, problem: Problem) -> float:
-    """Share of the refit's squared residual that the effects leave, after regression on the levels."""
+    """Share of the refit's squared residual that the effects leave, both after regression on the levels.
+
+    Each coordinate counts as in the share that a value explains: over the refit's square there. With the mean of the
+    coordinates' own shares, a joint with nothing but noise would leave half of a residual that is on the other joint.
+    """
     plain = inverse_dynamics_residual(answer.refit, problem.motion)
     by_refit = residual_without_levels(problem, answer.refit)
     by_effects = residual_without_levels(problem, answer.augmented)
@@ -248,7 +257,12 @@ def _left_by_effects(answer: Answer, problem: Problem) -> float:
 
 @dataclass(frozen=True)
 class ExplainingValue:
-    """A parameter whose value, changed by so much, would explain this share of the squared held-out residual force."""
+    """A parameter without tolerance of which another value would explain the residual.
+
+    Attributes:
+        change: estimate less declared value.
+        share: of the squared residual force that this explains on held-out parts of the training log.
+    """
 
     symbol: sympy.Symbol
     change: float
@@ -274,7 +288,11 @@ def explaining_values(spec: Spec, refit: System, problem: Problem) -> list[Fact]
 
 
 def _explaining_value(spec: Spec, refit: System, problem: Problem) -> ExplainingValue | None:
-    """The value without tolerance that explains most of the residual of a refit; None if below ``EXPLAINS``."""
+    """The value without tolerance that explains most of the residual of a refit; None if below ``EXPLAINS``.
+
+    A payload on an arm changes inertia and weight of several coordinates at once; no effect does so, the declared mass
+    does. The residual is regressed on its slope by each such value, with the levels, on all coordinates together.
+    """
     error = refit.equation_error
     own = [spec.symbol(p.name) for p in spec.parameters]
     taken = {*problem.levels, *problem.uncertain}

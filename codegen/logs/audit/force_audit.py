@@ -1,6 +1,11 @@
 """Preflight of signs, scales, units and columns, by the balance of forces along the measured motion.
 
-M(x) a − g(x, v, 0) + U λ  =  g(x, v, w) − g(x, v, 0)
+    M(x) a − g(x, v, 0) + U λ  =  g(x, v, w) − g(x, v, 0)
+
+On the left is the force that the motion requires, with the declared friction; on the right the force of the inputs. The
+least-squares factor of each input between the two sides is near one if sign and scale are right, also if friction is
+larger than inertia. For coordinates on which no input acts, the correlation of g − U λ with M a is judged instead. If a
+coordinate exceeds the spec's envelope by as large a factor, the finding is about that coordinate and not the input.
 """
 
 from __future__ import annotations
@@ -87,9 +92,11 @@ def _furthest_outside(log: Log, spec: Spec, motion: Motion) -> Outside | None:
 
 
 def _computed_from_position(forces: Forces, spec: Spec, left_out: frozenset[int]) -> Iterator[Finding]:
-    """Findings on inputs that were computed from the position, u = f(q), while something else moved the machine.
+    """Findings on inputs that were computed from the position, so that the force that moves the machine is not logged.
 
-    Such an input contains neither friction nor inertia. A machine that oscillates freely needs no other force.
+    A controller that compensates gravity commands u = f(q). If the machine is moved by hand meanwhile, u contains
+    neither friction nor inertia. The position controller of a spring commands such an input too; there the machine
+    oscillates freely, inertia against friction, and no other force is needed.
     """
     given, n = forces.given, forces.given.shape[1]
     for i, c in enumerate(spec.coordinates):

@@ -59,7 +59,10 @@ class Forces:
         return _unbalanced(self.inertia - self.rest - self.given, self.inertia, moving, self.inertia - moving)
 
     def inertia_factor(self, i: int) -> tuple[float, float]:
-        """Least-squares factor of M a in the inputs' force on coordinate i; partial correlation."""
+        """Least-squares factor of M a in the inputs' force on coordinate i, and the partial correlation.
+
+        Friction, springs, dampers and offsets are regressors too, so that they are not taken for inertia.
+        """
         others = np.column_stack([self.friction[:, i], self.motion, np.ones(len(self.motion))])
         return partial_correlation(self.given[:, i], self.inertia[:, i], others)
 

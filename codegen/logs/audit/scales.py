@@ -113,7 +113,14 @@ def _off_scale(case: Case, steady: frozenset[int], least: float) -> list[Finding
 
 
 def _other_unit(case: Case, tried_anyway: bool) -> Finding | None:
-    """A finding on the coordinate that makes the forces balance if it is taken in another unit; None if no one does."""
+    """A finding on the coordinate that makes the forces balance if it is taken in another unit; None if no one does.
+
+    With coupled masses, a coordinate in a wrong unit disturbs the balance of all, and another one's may be worse. So
+    each coordinate is tried in each other usual unit.
+
+    Args:
+        tried_anyway: also units that the factor on the inertia does not suggest.
+    """
     tried = []
     for j, c in enumerate(case.spec.coordinates):
         inertia, seen = case.forces.inertia_factor(j)
@@ -190,7 +197,10 @@ class Explained:
 
 
 def _position_scale(case: Case, j: int) -> Finding | None:
-    """A finding on a position that balances the forces much better if divided by a factor."""
+    """A finding on a position that balances the forces much better if it is divided by a factor.
+
+    Explanations that the log does not exclude are named too; none is reported if one of these is better.
+    """
 
     def divided(factor: float) -> Forces:
         return case.balance.along(case.log, scaled(case.motion, j, 1 / factor))

@@ -247,8 +247,12 @@ class CsvSource(LogFile):
 def _may_be_grouped(values: NDArray[np.float64], padded: bool) -> bool:
     """Whether the points of a column may be thousands separators, as in 998, 999, 1.000, 1.001.
 
-    They may be if some numbers are whole and below 1000, and all others have three decimals and are at least 1, unless
-    the column increases. ``padded``: whether some numbers of the table end in ``.000``.
+    They may be if some numbers are whole and below 1000, and all others have three decimals and are at least 1. A
+    column that increases with points read as decimal points has decimal points: the numbers above would decrease.
+
+    Args:
+        values: of the column, with the points read as decimal points.
+        padded: whether some numbers of the table end in ``.000``, which are whole as numbers but not as texts.
     """
     size = np.abs(values[np.isfinite(values)])
     whole = size == np.floor(size)

@@ -163,7 +163,10 @@ def find_layout(
 
 
 def stamp(text: str) -> datetime | None:
-    """A date and time of day by ISO 8601, UTC by default, or a time of day alone; None for another text."""
+    """A date and time of day by ISO 8601, UTC by default, or a time of day on a fixed day; None for another text.
+
+    Of a date in another order only the time of day is taken, since 03/04 is ambiguous.
+    """
     found = _STAMP.match(text.strip())
     if found is None or (found["hour"] is None and not found["part"]):
         return None
@@ -187,7 +190,10 @@ def restart_period(text: str) -> float:
 
 
 def _decimal(lines: Sequence[str], delimiter: str) -> str:
-    """The decimal separator: a comma if one cannot separate thousands, a point, or empty if all commas may."""
+    """The decimal separator: a comma, a point, or empty if all commas may separate thousands.
+
+    It is a comma if some comma cannot separate thousands. In a comma-separated file only quoted numbers count.
+    """
     edge = re.escape(delimiter) if delimiter else r"\s"
     before, behind = rf'(?:^|[{edge}"])\s*[+-]?', rf'\s*(?=$|[{edge}"])'
     point = re.compile(rf"{before}\d*\.\d+{behind}", re.ASCII)
@@ -358,7 +364,10 @@ def _find_rows(lines: Sequence[str]) -> _Rows | None:
 
 
 def _above(file: str, lines: Sequence[str], rows: _Rows, asked: Collection[str]) -> Layout | None:
-    """The layout with the header above the first rows or a line of units; None if no line names each column."""
+    """The layout with the header above the first rows or a line of units; None if no line names each column.
+
+    One word of a line of units may be no known unit, such as the `Inkr` of a drive's increments.
+    """
     split = {i: _names_of(line, rows) for i, line in enumerate(lines[: rows.index]) if line.strip()}
     above = [i for i, texts in split.items() if texts or not COMMENT.match(lines[i])][-2:]
     near = [i for i in reversed(above) if split[i]]
@@ -443,7 +452,8 @@ def _with_units_above(found: Layout, lines: Sequence[str]) -> Layout:
 def _names_of(line: str, rows: _Rows) -> list[str]:
     """A line's fields if it can be the header: as many as the rows have, with at least one text and no number.
 
-    Row numbers may have no name (R), a comment an additional one (LabVIEW), or another separator than the rows.
+    Row numbers may have no name, as in tables of R; a comment may have an additional name, as in LabVIEW's files. In a
+    comment, names may have another separator than the rows, with units in brackets or without.
     """
     text = line.strip().lstrip("#%/")
     ways = [_split(text, rows.delimiter)]

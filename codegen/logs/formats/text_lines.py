@@ -14,7 +14,7 @@ LONGEST_LINE = 1_000_000
 
 
 def text_of(file: str, data: bytes, before: int = 0) -> tuple[str, tuple[str, ...]]:
-    """The text with every line end as \n, and notes on how it was read.
+    """The text with every line end as ``\\n``, and notes on how it was read.
 
     Raises:
         BadInput: for bytes that are no text.
