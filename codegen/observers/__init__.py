@@ -63,8 +63,12 @@ def build_observer(spec: Spec, system: System) -> Observer:
     place = spec.place("observer.kind")
     builder = OBSERVERS[choice.kind]
     if choice.kind in SINGLE and (system.degrees_of_freedom > 1 or len(system.contacts) > 1):
-        found = f"{choice.kind} on {system.degrees_of_freedom} coordinates and {len(system.contacts)} contacts"
-        raise BadInput(place, found, f"{SINGLE[choice.kind]}, its general form", SINGLE[choice.kind], code="SPEC022")
+        n, contacts, general = system.degrees_of_freedom, len(system.contacts), SINGLE[choice.kind]
+        found = f"{choice.kind} on {n} coordinate{'s'[: n > 1]} and {contacts} contact{'s'[: contacts > 1]}"
+        expected = f"{general}, its general form"
+        if contacts > n:  # their slips depend on each other, so no observer can tell their forces apart
+            general, expected = "gto", "gto, which estimates the sum of their forces, or one contact in place of them"
+        raise BadInput(place, found, expected, general, code="SPEC022")
     _refuse_idle_options(spec, choice)
     refuse_integration(spec)
     observer = builder(spec, system)

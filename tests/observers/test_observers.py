@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,7 @@ import sympy
 
 from codegen.base.errors import BadInput
 from codegen.mechanics import build_system
-from codegen.observers import Observer, build_observer
+from codegen.observers import Observer, build_observer, observer_of
 from codegen.spec import parse_spec
 from tests.in_part import in_part
 from tests.machines import ONE_MASS, TWO_MASS, machine
@@ -160,3 +161,17 @@ def test_an_ordinary_name_is_not_refused(kind: str, velocity: str) -> None:
     section, _ = write_observer("one_mass", kind, velocity, seeded(kind))
     spec, system = machine("one_mass", section)
     assert build_observer(spec, system).kind == kind
+
+
+def test_two_contacts_at_one_slip_are_sent_to_an_observer_that_takes_them(tmp_path: Path) -> None:
+    """A guide and a brake on one axis: the message on `cfo` named `gcfo`, which refuses them too."""
+    contacts = "contacts: [{name: guide, a: 35, unit: N}, {name: brake, a: 20, unit: N}]"
+    text = re.sub(
+        r"distribution:.*\n  contacts:\n.*\n",
+        f"distribution: [[1, 1]]\n  {contacts}\n",
+        Path("specs/one_mass.yaml").read_text(),
+    )
+    with refused("SPEC022 1 2 'gto' one"):
+        observer_of(parse_spec(text, tmp_path / "one.yaml"))
+    tracked = re.sub("gains: .*", "gains: {K_2: -0.1, K_v: 100}", text.replace("kind: cfo", "kind: gto"))
+    assert observer_of(parse_spec(tracked, tmp_path / "one.yaml")).kind == "gto"
