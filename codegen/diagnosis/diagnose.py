@@ -53,6 +53,7 @@ from codegen.diagnosis.verdict.held_out import HeldOut, within
 from codegen.diagnosis.verdict.proposal import propose_terms, refuse_without_pysindy
 from codegen.diagnosis.verdict.replay import compare_residuals
 from codegen.diagnosis.verdict.statement import statement
+from codegen.diagnosis.verdict.uncovered import better_than_a_sum, better_than_refused, not_determined
 from codegen.logs import Log
 from codegen.mechanics.system import System
 from codegen.spec.model import Spec
@@ -197,6 +198,7 @@ def _by_free_runs(case: Case, search: Search, report: Progress, propose: bool) -
     search, outcome, in_place = _sought(
         search, base, lambda turn, share: report(f"effect {turn + 1}", 0.1 + 0.25 * min(turn + share, 2.7)), case
     )
+    tried = outcome
     outcome, last = with_harmonics(search, outcome, problem) if not case.faults else (outcome, search)
 
     agreement = in_another_process(compare_residuals, case.spec, system, problem.motion)
@@ -218,6 +220,12 @@ def _by_free_runs(case: Case, search: Search, report: Progress, propose: bool) -
         )
     tied: list[Fit] = []
     experiment, excitation = None, None
+    open_, named = None, ""
+    if answer.verdict in ("effect", "ambiguous"):
+        open_ = better_than_a_sum(search, tried, outcome)
+    if open_ is not None:
+        named = " and ".join(f"{e.kind} on {e.on}" for e in answer.effects)
+        answer, outcome = runs.examined(search, replace(tried, final=tried.base, rivals=(), explained=0.0))
     if answer.verdict == "ambiguous":
         report("experiment that separates", 0.85)
         tied = tied_fits(search, outcome)
@@ -231,6 +239,9 @@ def _by_free_runs(case: Case, search: Search, report: Progress, propose: bool) -
     answer = settled(replace(search, within=last.within), outcome, problem, answer, runs.measured)
     left = runs.left_by(answer)
     answer = replace(answer, verdict=_by_remainder(answer.verdict, left, case.material))
+    if open_ is None and answer.verdict in ("none", "unknown"):
+        open_ = better_than_refused(search, tried, outcome, case.material)
+    answer = not_determined(answer, open_, problem, named) if open_ is not None else answer
     answer = replace(answer, remarks=tuple(runs.remarks(outcome, answer, in_place)))
 
     report("tracking observer", 0.93)

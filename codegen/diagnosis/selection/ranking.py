@@ -11,11 +11,11 @@ from codegen.diagnosis.evidence.force_evidence import ForceCriterion
 from codegen.diagnosis.evidence.score_test import added_parameters, contains, extends, nested_evidence_of
 from codegen.diagnosis.fit import credit
 from codegen.diagnosis.fit.credit import Evidence, evidence_of, noise_ratio
-from codegen.diagnosis.fit.output_error import Fit
+from codegen.diagnosis.fit.output_error import Fit, at_limit
 from codegen.diagnosis.fit.search import Search, joint_of, where_they_differ
 from codegen.diagnosis.fit.trial import Part
 from codegen.diagnosis.selection.candidate_fits import FORM_GAIN, fit_candidates, is_simpler_form, is_usual_form
-from codegen.diagnosis.selection.refusals import only_reduces_drive, relative_size, why_refused
+from codegen.diagnosis.selection.refusals import only_reduces_drive, relative_size, uncovered, why_refused
 from codegen.diagnosis.selection.significance import chance, combined_p, dispersion, hypotheses, tried, whiteness
 from codegen.effects import CATALOGUE
 from codegen.effects.register import is_identical
@@ -39,6 +39,7 @@ class Ranked:
         unsure: whether it fails only the significance test; in addition to another effect it may pass.
         p: nominal probability of such gains without an effect, for any candidate of the round; compared with α.
         force_criterion: its force residual.
+        uncovered: whether it fails only because the log covers less than its period, which is not at its limit.
     """
 
     found: Fit
@@ -49,6 +50,7 @@ class Ranked:
     unsure: bool = False
     p: float = 1.0
     force_criterion: ForceCriterion | None = None
+    uncovered: bool = False
 
     @property
     def for_table(self) -> Ranked:
@@ -72,6 +74,8 @@ def run_round(
         one, after = nested_evidence_of(here, there), ForceCriterion(search, found)
         size = relative_size(search, found, base)
         why_not = why_refused(before, after, one, size)
+        repeats_nowhere = "" if why_not else uncovered(search, found.part, found.parameters)
+        why_not = why_not or repeats_nowhere
         many = tried(search, base, found, count)
         p = chance(search, there, one, many)
         p = p if why_not else combined_p(p, before, after, many)
@@ -82,7 +86,8 @@ def run_round(
                 f"candidates (at most {credit.ALPHA:g} is accepted)"
             )
         ratio = noise_ratio(there) / noise_ratio(here)
-        ranked.append(Ranked(found, one, ratio, size, why_not, unsure, p, after))
+        only = bool(repeats_nowhere) and p <= credit.ALPHA and "period" not in at_limit(found)[-1]
+        ranked.append(Ranked(found, one, ratio, size, why_not, unsure, p, after, only))
     return sorted(in_simplest_admitted_forms(ranked), key=lambda r: (bool(r.why_not) and not r.unsure, r.found.cost))
 
 

@@ -34,7 +34,7 @@ FORM_ERROR = 0.1
 
 
 def why_refused(before: ForceCriterion, after: ForceCriterion, e: Evidence, size: float) -> str:
-    """The first test that a candidate fails, in words; empty if it passes all but that of significance."""
+    """The first test that a candidate fails, in words; empty if it passes all but ``uncovered`` and significance."""
     search, found = after.search, after.fit
     if e.gain <= 0:
         return "does not reduce the simulation error on held-out parts of the log"
@@ -46,7 +46,7 @@ def why_refused(before: ForceCriterion, after: ForceCriterion, e: Evidence, size
     if not admissible(search, found):
         return "fits only with unphysical values"
     return (
-        unseen(search, found.part, found.parameters)
+        _unvarying(search, found.part, found.parameters)
         or acts_as_its_limit(search, found)
         or takes_the_level(search.problem, before.fit.model, found.model)
         or hides_an_effect(search, found)
@@ -114,8 +114,18 @@ def _refitted(search: Search, found: Fit) -> System:
 
 def unseen(search: Search, part: Part, values: Mapping[str, float]) -> str:
     """Why the log cannot show an effect: that it repeats, that it varies, or that it is there at all; else empty."""
+    return uncovered(search, part, values) or _unvarying(search, part, values)
+
+
+def uncovered(search: Search, part: Part, values: Mapping[str, float]) -> str:
+    """Objection if the log covers less than the effect's period; else empty."""
     if never_passed(search.system, search.motion, part, values):
         return "has a period longer than the distance that the log covers, so nothing shows that it repeats"
+    return ""
+
+
+def _unvarying(search: Search, part: Part, values: Mapping[str, float]) -> str:
+    """Why the log cannot show that an effect varies, or that it is there at all; else empty."""
     if is_level_or_line(search.system, search.motion, part, values):
         return "varies only outside the speeds of the log, within which it is a level or a line"
     here = part.effect.coordinate(search.system, part.place)

@@ -44,6 +44,7 @@ class Answer:
         errors: parameter errors in the model that is written.
         against: why the effects are not credited, the decisive reason first.
         remarks: further facts for the reader.
+        stroke: in words, the motion that would show the period of the refused effect; else empty.
     """
 
     verdict: Verdict
@@ -54,6 +55,7 @@ class Answer:
     errors: tuple[ParameterError, ...] = ()
     against: tuple[Fact, ...] = ()
     remarks: tuple[Fact, ...] = ()
+    stroke: str = ""
 
     @property
     def adopted(self) -> System | None:

@@ -52,6 +52,7 @@ def statement(
         effects=answer.effects,
         rivals=rivals,
         against=answer.against,
+        stroke=answer.stroke,
         errors=answer.errors,
         remarks=answer.remarks,
         by_force=by_force,
@@ -80,7 +81,7 @@ def statement(
 
 def stated(**given: Any) -> Statement:
     """The statement from plain values; names as in the templates."""
-    view = {"far_noise": credit.FAR, "near_noise": credit.NEAR_NOISE} | given
+    view = {"far_noise": credit.FAR, "near_noise": credit.NEAR_NOISE, "stroke": ""} | given
     headline = render("text/statement/headline.j2", **view).strip()
     facts = [f for f in _facts(view) if f.words]
     return Statement(headline, tuple(sorted(facts, key=lambda fact: TOPICS.index(fact.topic))))
