@@ -8,6 +8,7 @@ from unittest.mock import patch
 import pytest
 
 from codegen.diagnosis import diagnose
+from codegen.diagnosis.verdict import uncovered
 from tests.diagnosis.stage import diagnosed
 
 OF_POSITION = ("cogging", "spring", "hardening_spring", "offset", "position_dependent_friction")
@@ -53,3 +54,10 @@ def test_a_true_sum_is_named_beside_a_long_wave(tmp_path: Path) -> None:
 def test_a_wave_that_the_log_covers_is_named(tmp_path: Path) -> None:
     diagnosis, _ = diagnosed(wave(0.49), tmp_path, kinds=OF_POSITION)
     assert diagnosis.verdict == "effect" and [e.kind for e in diagnosis.effects] == ["cogging"]
+
+
+def test_a_wave_whose_period_is_unsure_refuses_no_other_effect(tmp_path: Path) -> None:
+    """Waves that imitate a spring within their period had intervals of 8 to 780 % of it: no stroke can be stated."""
+    with patch.object(uncovered, "SURE", 1e-9):
+        diagnosis, _ = diagnosed(wave(0.57), tmp_path, kinds=OF_POSITION)
+    assert diagnosis.verdict == "effect" and {e.kind for e in diagnosis.effects} == {"spring", "hardening_spring"}

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from codegen.diagnosis.evidence.estimate import estimate
 from codegen.diagnosis.evidence.force_evidence import ForceCriterion
 from codegen.diagnosis.evidence.reservations import objections
 from codegen.diagnosis.fit.residual import Problem
@@ -17,6 +18,10 @@ from codegen.diagnosis.selection.forward_selection import BETTER, Outcome
 from codegen.diagnosis.selection.ranking import Ranked, force_prefers, same_signature
 from codegen.diagnosis.verdict.answer import Answer
 from codegen.diagnosis.verdict.conclusion import effect_of
+
+SURE = 0.05
+"""Half width of the 95 % interval of a period, over the period, up to which the stroke that shows it is known. Of three
+waves that imitated springs and weights within their period it was 8, 45 and 780 %; of two true ones 0.2 and 0.3 %."""
 
 
 def better_than_a_sum(search: Search, tried: Outcome, outcome: Outcome) -> Ranked | None:
@@ -37,7 +42,7 @@ def better_than_refused(search: Search, tried: Outcome, outcome: Outcome, materi
 
 
 def _explains_more(search: Search, tried: Outcome, one: Ranked, outcome: Outcome, least: int = 0) -> bool:
-    """Whether a candidate fits free runs better, as a replacement must, and the force residual prefers it.
+    """Whether a candidate fits free runs better, as a replacement must, the force prefers it, and its period is sure.
 
     It is fitted in place of all effects; with ``least`` of those of its place and variable, if they are as many.
     """
@@ -48,8 +53,12 @@ def _explains_more(search: Search, tried: Outcome, one: Ranked, outcome: Outcome
     whole = search.with_parts(tried.base, moved, parts, values) if parts else tried.base
     others, known = [parts[k] for k in kept], [values[k] for k in kept]
     wave = search.with_parts(tried.base, moved, [*others, part], [*known, one.found.parameters])
-    better = wave.cost < whole.cost - BETTER
-    return better and force_prefers(ForceCriterion(search, wave), ForceCriterion(search, whole))
+    if wave.cost > whole.cost - BETTER:
+        return False
+    if not force_prefers(ForceCriterion(search, wave), ForceCriterion(search, whole)):
+        return False
+    period, (low, high) = estimate(*search.polished(wave)).effects[-1]["period"]
+    return high - low <= 2 * SURE * period
 
 
 def not_determined(answer: Answer, one: Ranked, problem: Problem, named: str = "") -> Answer:
