@@ -164,6 +164,8 @@ def diagnose(
     elif spec.observer is not None:
         from codegen.app.generate import refuse_hand_written
 
+        if progress is not None:
+            progress("certificates and code", 0.96)
         augmented = Derived(parse_spec(models.spec_text, spec.path.parent / "spec.yaml"))
         before, after = _outcome(machine), _outcome(augmented)
         generated = {} if isinstance(after, str) else augmented.files

@@ -1,6 +1,10 @@
-"""Friction cancellation, ū = gain · K(x) F̂, as further equations of an observer.
+"""Friction cancellation: the input ū = gain · K(x) F̂ that opposes the estimated friction, as equations of an observer.
 
-K is the solution of min r'W r, r = B ū − U F̂, by the factorisation B = C R of a ``Plan``.
+F̂ (p by 1) are the estimated contact forces, U F̂ the force that they exert on the coordinates, and B (coordinates by
+inputs) maps inputs to forces. K F̂ is the ū of weighted least squares, min r'W r with the residual force
+r = B ū − U F̂; of several minima the smallest ū, or, by Appendix B of the thesis, one that uses selected inputs only.
+It is computed from the rank factorisation B = C R of a ``Plan``, since B need have neither full row nor full column
+rank.
 """
 
 from __future__ import annotations

@@ -124,7 +124,6 @@ def diagnose_log(
         tell(case.findings_in_words)
         report("means of steady records", 0.2)
         diagnosis, models = _by_means(case, means)
-    report("done", 1.0)
     return diagnosis, models
 
 

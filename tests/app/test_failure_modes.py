@@ -105,6 +105,17 @@ def test_the_preflight_is_told_before_anything_is_fitted(good, tmp_path, monkeyp
     assert events[:found] == ["preflight"] and events[found] == done.diagnosis.findings
 
 
+def test_the_certificates_after_the_last_fit_are_a_step_of_the_progress(good, tmp_path, monkeypatch):
+    """For a pan and tilt head they took ten minutes, in which "tracking observer, 93 %" was shown."""
+    monkeypatch.chdir(tmp_path)
+    write(tmp_path, UNFIT["x in mm"][0](good))
+    observer = "\nobserver: {kind: cfo, velocity: estimated, gains: {K_F: 10, K_v: 100}, sample_time: 0.002}\n"
+    (tmp_path / "stage.yaml").write_text(stage().text + observer)
+    events = []
+    done = diagnose("stage.yaml", "log.csv", out="one", progress=lambda at, _: events.append(at))
+    assert done.diagnosis.verdict == "unfit" and events[-1] == "certificates and code"
+
+
 def test_a_problem_is_the_verdict_unfit_and_exit_code_3(good, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     write(tmp_path, UNFIT["x in mm"][0](good))

@@ -24,6 +24,12 @@ def test_one_code() -> None:
     assert row["code"] == "LOG003"
 
 
+def test_the_list_of_laws_says_what_drives_means() -> None:
+    told = " ".join(stiction("laws").out.split())
+    assert "drives: level" in told and "drives: state" in told and "drives: neither" in told
+    assert "drives level: cfo and gcfo can estimate" in told and "drives state: dfo and gdfo can" in told
+
+
 def test_every_effect_and_law_in_full() -> None:
     for kind, effect in CATALOGUE.items():
         out = stiction("effects", kind).out

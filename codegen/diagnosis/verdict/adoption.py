@@ -1,9 +1,11 @@
 """Adoption of refitted parameter values, by cross-validation on blocks of the training log.
 
 Free-run simulations alone are biased on a real machine: an unmodelled force acts like noise on the input and increases
-the inertia estimate. So the values are estimated from three tempered likelihoods (free runs, force residual, both),
-with the tolerances as Gaussian prior, in which the parameters of an arm's links are correlated. Each estimate is
-repeated without each block of the log, and its errors on that block by force residual and by free run are compared.
+the inertia estimate. So the values are estimated from three likelihoods (free runs, force residual, both), with the
+tolerances as Gaussian prior, in which the parameters of an arm's links are correlated. Neighbouring residuals are
+correlated, so each log-likelihood is multiplied by the share of independent ones (a tempered likelihood); else the data
+would outweigh the prior. Each estimate is repeated without each block of the log, and its errors on that block by force
+residual and by free run are compared.
 """
 
 from __future__ import annotations
@@ -141,8 +143,8 @@ def adopt_values(search: Search, fit: Fit, problem: Problem, system: System) -> 
 def settled_values(search: Search, fit: Fit, problem: Problem, system: System) -> Refit:
     """The values of ``adopt_values``; if one exceeds a limit of the fit, all are fitted again until they settle.
 
-    The estimates linearise the motion about the fit, which is not accurate over such a distance. Also, what a
-    limited mass leaves counted as noise, which gave the tolerances too much weight.
+    The estimates linearise the motion about the fit, which is not accurate over such a distance. Also, a parameter that
+    is held at a limit, such as a mass, leaves a residual that counts as noise, which gives the prior too much weight.
     """
     adopted = adopt_values(search, fit, problem, system)
     away = np.abs(adopted.values - adopted.declared) * np.sqrt(search.prior_precision)

@@ -208,7 +208,11 @@ def tuned_pid(
 
 
 def watch(spec: Spec, setting: Setting, observers: Mapping[str, Spec]) -> dict[str, LoopRun]:
-    """One open-loop motion with its noise as run ``motion``, and each observer's estimates of it."""
+    """Simulate one open-loop motion and run each observer over its noisy measurements.
+
+    Returns:
+        ``motion``: the simulated run; and by the name of each observer that run with its estimates.
+    """
     spec = setting.applied(spec)
     controller = declared_controller(spec, spec.required_simulation, sample_count(spec))
     seen = closed_loop(spec, SampledLoop(controller, None, None, *noise_of(spec, setting)))
