@@ -167,7 +167,8 @@ def diagnose(
         if progress is not None:
             progress("certificates and code", 0.96)
         augmented = Derived(parse_spec(models.spec_text, spec.path.parent / "spec.yaml"))
-        before, after = _outcome(machine), _outcome(augmented)
+        after = _outcome(augmented)
+        before = after if augmented.spec.sha256 == spec.sha256 else _outcome(machine)
         generated = {} if isinstance(after, str) else augmented.files
         change = certificate_change(before, after)
         refuse_hand_written(folder / "generated" / augmented.spec.name, generated)

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import json
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from codegen.app.derived import Derived
 from codegen.app.diagnose import diagnose
 from codegen.logs import preflight, read_log
 from codegen.simulate.closed_loop import simulate
@@ -111,9 +113,20 @@ def test_the_certificates_after_the_last_fit_are_a_step_of_the_progress(good, tm
     write(tmp_path, UNFIT["x in mm"][0](good))
     observer = "\nobserver: {kind: cfo, velocity: estimated, gains: {K_F: 10, K_v: 100}, sample_time: 0.002}\n"
     (tmp_path / "stage.yaml").write_text(stage().text + observer)
-    events = []
+    events, certified, outcome = [], [], Derived.outcome
+
+    def counted(machine: Derived) -> object:
+        certified.append(machine.spec.path.name)
+        return outcome.func(machine)
+
+    counting = cached_property(counted)
+    counting.__set_name__(Derived, "outcome")
+    monkeypatch.setattr(Derived, "outcome", counting)
     done = diagnose("stage.yaml", "log.csv", out="one", progress=lambda at, _: events.append(at))
     assert done.diagnosis.verdict == "unfit" and events[-1] == "certificates and code"
+    assert certified == ["spec.yaml"]  # the spec is written as declared, so before is after: certified once
+    change = done.diagnosis.certificate
+    assert change is not None and change.before == change.after
 
 
 def test_a_problem_is_the_verdict_unfit_and_exit_code_3(good, tmp_path, monkeypatch):
