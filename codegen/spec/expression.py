@@ -169,7 +169,8 @@ def parse_expression(text: str | int | float, place: Place) -> Expression:
         places = _places(words)[max(0, (error.offset or 1) - 1) :]
         near = words[places[0] :][:20] if places else "the end"
         found = f"`{words}` cannot be read at `{near}`"
-        raise BadInput(place, found, "an expression such as `-k*x + w`", code="SPEC010") from None
+        expected = "an expression such as `-k*x + w`, its numbers in SI and without units"
+        raise BadInput(place, found, expected, code="SPEC010") from None
     except (RecursionError, MemoryError, ValueError):
         found = "an expression nested too deeply or with control characters"
         raise BadInput(place, found, "a simpler expression", code="SPEC010") from None

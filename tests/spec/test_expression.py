@@ -192,6 +192,7 @@ REFUSED = {
     "   ": "SPEC010",
     "x1 +": "SPEC010",
     "2 x1": "SPEC010",
+    "60 mm*sin(x1)": "SPEC010 without units",
     "x1; v1": "SPEC010",
     "x1 = 2": "SPEC010",
     "2if x1 else v1": "SPEC010 2if",
