@@ -44,11 +44,20 @@ def require(proof: dict[str, Any], shown: dict[str, Any]) -> None:
     frame.demand(all(any(x.startswith(measured) for x in m) for m in parts), "a state holds more than estimates")
     stored = {z: magnitudes(shown["before"][z]) for z in shown["moving"]}
     estimates = [e["estimate"] for e in proof["errors"]]
-    added = {x: unsigned(put(code.bounds[x][0], stored), code.known) for x in (*stored, *estimates)}
+    sums = (*stored, *estimates, *["check"] * bool(c.sums))
+    added = {x: unsigned(put(code.bounds[x][0], stored), code.known) for x in sums}
     for x, bound in added.items():
+        code.apart(code.names[x], f"{x}: {LOST}")
         least = put(put(magnitudes(code.names[x]), passed_on(code.known)), stored) + stored.get(x, kernel.Poly())
         least = unsigned(least, code.known)
-        code.kept(least, bound, f"{x}: {LOST}")
+        code.compare(least, bound, f"{x}: {LOST}")
+    for (function, q), _ in code.known.items():
+        if function == "1/":  # where a divisor is less than that, it may be its rounding
+            least = total(put(magnitudes(q), code.ones())) / c.precision.cancelled
+            try:
+                kernel.semidefinite([[q]], shown["box"], proof["cover"], shown["known"], least)
+            except ValueError as why:
+                raise ValueError(f"a divisor: {LOST}, where it is near 0 ({why})") from None
     n = 2 + max(code.bounds[z][1] for z in stored)
     outlasts(proof, shown, code, {z: added[z] * kernel.term(n) for z in stored})
     # Of other functions, and of formulas with an exp, the sum of the magnitudes of all terms is compared. In a formula
@@ -198,13 +207,41 @@ class Bounded(kernel.Text):
         return p
 
     def kept(self, p: Any, bound: Any, why: str = LOST) -> Fraction:
+        """``compare``, and the same of what cancels in p by an identity (``apart``)."""
+        self.apart(p, why)
+        return self.compare(p, bound, why)
+
+    def ones(self) -> dict[str, Any]:
+        """Reciprocal -> its value where the magnitudes of the terms of its divisor are added up, all variables 1."""
+        found: dict[str, Any] = {}
+        for (function, q), r in self.known.items():
+            if function == "1/":
+                found |= dict.fromkeys(r.names(), kernel.term(1 / total(put(magnitudes(q), found))))
+        return found
+
+    def apart(self, p: Any, why: str) -> None:
+        """Raises ValueError where terms of p cancel only once its reciprocals are multiplied out.
+
+        As those of sin^2 + cos^2 - 1 (kernel lemma 7) and of 3q/q - 3 do: as polynomials with reciprocals they are not
+        0, so that the bound of lemma R is not above them.
+        """
+        joined, ones = p, self.ones()
+        for (function, q), r in reversed(self.known.items()):
+            (x,) = r.names() if function == "1/" else ("",)
+            if n := max((m.count(x) for m in joined), default=0):
+                joined = kernel.replaced(joined, x, kernel.term(1), q) * kernel.term(ones[x].constant() ** n)
+        terms = unsigned(put(magnitudes(p), ones), self.known)
+        self.compare(unsigned(magnitudes(joined), self.known), terms, why)
+
+    def compare(self, p: Any, bound: Any, why: str) -> Fraction:
         """The ratio of a bound to the magnitudes of p, all variables 1; ValueError if a term is mostly rounding error.
 
-        One that cancels to 0, and a number (a force that is nearly balanced), may round as all the rest does.
+        One that cancels to 0, and a number (a force that is nearly balanced), may round as all the rest does; but not
+        one of a higher power of the quantities than all the rest, which outgrows it.
         """
-        left = total(p)
+        left, power = total(p), max(map(degree, put(p, passed_on(self.known))), default=0)
         for term, size in bound.items():
-            rest = left if not term or term not in p else 0
+            rest = left if not term or (term not in p and degree(term) <= power) else 0
             frame.demand(size <= max(self.precision.cancelled * abs(p.get(term, 0)), rest), why)
         return total(bound) / left if bound else Fraction(1)
 
@@ -242,6 +279,11 @@ class Bounded(kernel.Text):
 def magnitudes(p: Any) -> Any:
     """A polynomial with the magnitudes of its coefficients."""
     return kernel.Poly({m: abs(c) for m, c in p.items()})
+
+
+def degree(monomial: tuple[str, ...]) -> int:
+    """How many quantities a monomial is a product of."""
+    return sum(x.startswith(frame.QUANTITIES) for x in monomial)
 
 
 def total(p: Any) -> Fraction:

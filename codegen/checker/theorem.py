@@ -110,7 +110,7 @@ def proved(proof: dict[str, Any], sources: dict[str, bytes], turns: Collection[s
         rounding.require(proof, shown)
         held.require(proof, shown)
         steady(proof, shown, sorted({*proof["signs"], *turns}))
-        return shown | {"units": units(proof, texts[f"{proof['name']}.h"])}
+        return shown | {"units": units(proof, shown["c"], texts[f"{proof['name']}.h"])}
 
 
 def machine(proof: dict[str, Any], shown: dict[str, Any]) -> None:
@@ -342,20 +342,26 @@ def uncompared(lines: list[str], sources: dict[str, bytes]) -> list[str]:
     return [SIZES] * used + [UNREAD] * (SETS in sources and not used)
 
 
-def units(proof: dict[str, Any], header: str) -> list[str]:
+def units(proof: dict[str, Any], c: Any, header: str) -> list[str]:
     """The unit that the comment behind its field in the header gives each estimate, or enclosure.Refused.
 
     Units have to be coherent, the sample time in seconds: then x' = v and the bounds hold without a factor between.
-    Raises KeyError where there is none. What looks like a field within a comment is none.
+    Refused where a state, an input or an output has none. What looks like a field within a comment is none.
     """
     *parts, _ = re.split(r"/\*(.*?)\*/", header.replace("\\\n", ""), flags=re.DOTALL)  # C and comments in turn
-    fields = [re.search(r"\b(?:double|float) (\w+)(?:\[\d+\])?;\s*\Z", code) for code in parts[::2]]
+    fields = [re.search(r"\b(?:double|float)\s+(\w+)(?:\[\d+\])?;\s*\Z", code) for code in parts[::2]]
     said = [re.match(r" (\S+): ", comment) for comment in parts[1::2]]
-    pairs = {(field[1], unit[1]) for field, unit in zip(fields, said, strict=True) if field and unit}
+    both = [(k, x[1], unit[1]) for k, (x, unit) in enumerate(zip(fields, said, strict=True)) if x and unit]
+    pairs = {(field, unit) for _, field, unit in both}
     shown = [re.split(r"[.[]", error["estimate"])[1] for error in proof["errors"]]
     seen = pairs | {*re.findall(r"(?:double|float) (\w+)(?:\[\d+\])?; /\* (\S+): ", header)}  # in comments too
     twice = [field for field in [*shown, "sample_time"] if [x for x, _ in seen].count(field) > 1]
     enclosure.demand(not twice, f"{twice[0]} in {proof['name']}.h has two units" if twice else "")
+    measured = [*dict.fromkeys(x.split("[")[0] for x in (*c.states, *c.inputs, *c.outputs))]
+    begun = next((k for k, code in enumerate(parts[::2]) if "}" in code), 0)  # a derived parameter has no unit
+    named = [field for k, field, _ in both if k >= begun]
+    every = named == [x.split(".")[1] for x in measured]
+    enclosure.demand(every, f"{proof['name']}.h: the unit behind a state, an input or an output is missing")
     of = dict(pairs)
     found = [of[field] for field in shown]
     odd = [unit for _, unit in pairs if not re.fullmatch(UNIT, unit)]

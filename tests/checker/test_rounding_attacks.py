@@ -76,3 +76,42 @@ def test_an_exponential_below_all_decimals_is_not_taken_for_zero() -> None:
     proof |= {"force": [force], "acceleration": {"true.v": f"({force})/parameters.m"}}
     with pytest.raises(verify.Refused, match="too small"):
         check(proof, sources("one_mass"))
+
+
+STEP = "const double z_v_next = state->z_v + parameters->sample_time * (v_dot_hat - parameters->K_v * v_hat)"
+CHECK = "const double check = z_v_next + z_rail_next"
+RATE = "const double v_dot_hat = parameters->one_over_m * (inputs->w - F_hat_rail)"
+COSINE = "const double c = cos(inputs->x);\n    const double s = sin(inputs->x);\n    "
+POWER = "const double w2 = inputs->w * inputs->w;\n    const double w16 = w2 * w2 * w2 * w2 * w2 * w2 * w2 * w2;\n    "
+
+
+@pytest.mark.parametrize(
+    ("own", "by"),
+    [
+        # inputs of 600 N: v_hat is 1e36 m/s
+        pytest.param(V_HAT, f"{POWER}{V_HAT} + w16 * ({LEFT})", id="a high power of an input"),
+        # 655 of 1000 samples are refused as invalid
+        pytest.param(CHECK, f"const double j = 1e99 * 1e99 * inputs->x * ({LEFT});\n    {CHECK} + j", id="the check"),
+        # v_hat is -5 in place of 113 m/s
+        pytest.param(STEP, f"{COSINE}{STEP} + 1e16 * inputs->w * (s * s + c * c - 1.0)", id="sin^2 + cos^2 - 1"),
+        pytest.param(
+            CHECK, f"{COSINE}const double j = 1e99 * 1e99 * (s * s + c * c - 1.0);\n    {CHECK} + j", id="both"
+        ),
+        # v_hat is 4818 m/s
+        pytest.param(
+            STEP,
+            f"{COSINE}const double d = 2.0 + c;\n    {STEP} + 1e16 * inputs->w * ((0.3 * d) / (0.1 * d) - 3.0)",
+            id="a quotient of multiples",
+        ),
+        # the divisor is 0 at x = 0, where every sample is then invalid
+        pytest.param(
+            RATE,
+            f"{COSINE}const double d = 1.00000000000000001 - c;\n    {RATE.replace('= ', '= d * ')} / d",
+            id="a divisor of rounding alone",
+        ),
+    ],
+)
+def test_what_cancels_by_an_identity_or_in_a_power_is_seen(own: str, by: str) -> None:
+    """Each was bound to its C with status 0; what the compiled C gave is said with each."""
+    with pytest.raises(verify.Refused, match="is its rounding"):
+        check(*changed("one_mass", (own, by)))

@@ -74,6 +74,24 @@ def test_units_are_coherent(own: str, by: str) -> None:
 
 
 @pytest.mark.parametrize(
+    ("own", "by"),
+    [
+        ("double x; /* m: measured position */", "double x; /* mm, measured position */"),
+        ("double x; /* m: measured position */", "double\n    x; /* mm: measured position */"),
+        ("double w; /* N: input */", "double w; /* input in kN */"),
+        ("double w; /* N: input */", "double w;"),
+        ("double z_v; /* m/s: observer state */", "double z_v; /* observer state in mm/s */"),
+    ],
+)
+def test_each_quantity_has_its_unit_behind_it(own: str, by: str) -> None:
+    """A position in mm and an input in kN were bound to a machine in m and N, with status 0."""
+    header = SOURCES["one_mass.h"].decode()
+    assert header.count(own) == 1
+    with pytest.raises(Refused, match=r"unit behind a state|no unit of SI"):
+        checked(TEXT, {**SOURCES, "one_mass.h": header.replace(own, by).encode()})
+
+
+@pytest.mark.parametrize(
     "line",
     [
         "double v_hat; /* in m/s, the velocity estimate */ /* double v_hat; /* km/h: velocity */",
