@@ -11,7 +11,7 @@ LEMMA R (Higham, Accuracy and Stability of Numerical Algorithms, section 3.1). L
 `Bounded` computes that polynomial, and n. `require` compares it, for each state, with the smallest rounding that any
 code with these states has: that of storing them, before and after the step. Where it is more than ``cancelled`` times
 that for any term (a product of inputs, estimates and numbers), terms cancel that are larger than they need to be, and
-the C is refused. The shipped code is below 4 times. And V must still not grow when rounding changes the error dynamics.
+the C is refused. The limits are chosen, not derived. And V must not grow when rounding changes the error dynamics.
 To first order, and with variables of 1 in what is divided by. Overflow, underflow: frame.Precision.holds.
 """
 

@@ -195,3 +195,42 @@ def test_the_sign_of_a_sum_that_rounding_changes_is_refused() -> None:
             files[file] = files[file].replace(old, new)
     with pytest.raises(verify.Refused, match="what is left of a sum is its rounding"):
         checked("one_mass", files)
+
+
+W9 = " * ".join(["inputs->w"] * 9)
+NOTHING = {
+    "a quotient by itself": (
+        "4e15",
+        "4000000000000000.0",
+        "parameters->large * inputs->w * (2.0 + sin(inputs->x)) / (2.0 + sin(inputs->x)) - 4e15 * inputs->w",
+    ),
+    "cos^2 + sin^2 - 1": (
+        "0.0",
+        "1.0",
+        "parameters->large * inputs->w"
+        " + 1e17 * inputs->w * (sin(inputs->x) * sin(inputs->x) + cos(inputs->x) * cos(inputs->x) - 1.0)",
+    ),
+    "a high power": ("0.0", "1.0000000000000008", f"inputs->w + (parameters->large * {W9} - {W9})"),
+}
+
+
+@pytest.mark.parametrize("kind", NOTHING)
+def test_terms_that_are_nothing_in_exact_arithmetic_do_not_hide_their_rounding(kind: str) -> None:
+    """The input gain was 0, or off by 10, or 800 m/s^2 were added at 100 N: the status was 0."""
+    files, (large, value, gain) = of("one_mass", "double"), NOTHING[kind]
+    pairs = {
+        "one_mass.c": [
+            ("    parameters->h_K_F", f"    parameters->large = 1.0 / parameters->m + {large};\n    parameters->h_K_F"),
+            (GAIN, f"parameters->sample_time * ({gain} - parameters->one_over_m * F_hat_rail -"),
+        ],
+        "one_mass.h": [
+            ("    double h_K_F;", "    double large;\n    double h_K_F;"),
+            (" 0.01 /* h_K_F", f" {value}, 0.01 /* h_K_F"),
+        ],
+    }
+    for file, of_file in pairs.items():
+        for old, new in of_file:
+            assert files[file].count(old) == 1, old
+            files[file] = files[file].replace(old, new)
+    with pytest.raises(verify.Refused, match=re.escape("state.z_v: what is left of a sum is its rounding")):
+        checked("one_mass", files)
