@@ -75,7 +75,7 @@ def prove(name: str, content: Any, files: dict[str, str] | None = None) -> dict[
     shown = errors.prove(content, files) | {"numbers": verify.theorem.numbers(content)}
     verify.theorem.machine(content, shown)
     verify.theorem.recovery(content, shown)
-    return shown | {"units": verify.theorem.units(content, files[f"{name}.h"])}
+    return shown | {"units": verify.theorem.units(content, shown["c"], files[f"{name}.h"])}
 
 
 @pytest.mark.parametrize("name", [*PROVED, pytest.param("chain", marks=pytest.mark.slow)])
@@ -472,7 +472,7 @@ def forged(name: str, *pairs: tuple[str, str, str]) -> tuple[Any, dict[str, str]
 
 
 AXIS = (
-    ("h", "    double z_rail; /* N", "    double z_y; /* m */\n    double z_rail; /* N"),
+    ("h", "    double z_rail; /* N", "    double z_y; /* m: observer state */\n    double z_rail; /* N"),
     ("c", "        state->z_v = z_v_next;", "        state->z_v = z_v_next;\n        state->z_y = 7.13 * state->z_y;"),
 )
 

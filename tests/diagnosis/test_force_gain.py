@@ -315,7 +315,9 @@ def test_what_a_value_within_its_tolerance_explains_of_the_force_is_no_evidence_
     before = ForceCriterion(search, replace(base, theta=off))
     assert richer.over(before).p_added(1) < 1e-4
     assert combined_p(0.05, before, richer, 20) > ALPHA
-    held = replace(base, theta=off, prior=replace(base.prior, centre=off, precision=1e6 * base.prior.precision))
+    prior = base.prior
+    tight = replace(prior, centre=off, precision=1e6 * prior.precision, deviation=1e-3 * prior.deviation)
+    held = replace(base, theta=off, prior=tight)
     assert combined_p(0.05, ForceCriterion(search, held), richer, 20) < ALPHA
 
 
