@@ -11,8 +11,9 @@ LEMMA R (Higham, Accuracy and Stability of Numerical Algorithms, section 3.1). L
 `Bounded` computes that polynomial, and n. `require` compares it, for each state, with the smallest rounding that any
 code with these states has: that of storing them, before and after the step. Where it is more than ``cancelled`` times
 that for any term (a product of inputs, estimates and numbers), terms cancel that are larger than they need to be, and
-the C is refused. The limits are chosen, not derived. And V must not grow when rounding changes the error dynamics.
-To first order, and with variables of 1 in what is divided by. Overflow, underflow: frame.Precision.holds.
+the C is refused. The limits are chosen, not derived. Also, V must not grow when rounding changes the error dynamics.
+The bounds are to first order, and take every variable in a divisor as 1. frame.Precision.holds excludes overflow and
+underflow.
 """
 
 import ast
@@ -212,7 +213,7 @@ class Bounded(kernel.Text):
         return self.compare(p, bound, why)
 
     def ones(self) -> dict[str, Any]:
-        """Reciprocal -> its value where the magnitudes of the terms of its divisor are added up, all variables 1."""
+        """Reciprocal -> 1 over the sum of the magnitudes of its divisor's terms, with all variables 1."""
         found: dict[str, Any] = {}
         for (function, q), r in self.known.items():
             if function == "1/":
@@ -222,8 +223,8 @@ class Bounded(kernel.Text):
     def apart(self, p: Any, why: str) -> None:
         """Raises ValueError where terms of p cancel only once its reciprocals are multiplied out.
 
-        As those of sin^2 + cos^2 - 1 (kernel lemma 7) and of 3q/q - 3 do: as polynomials with reciprocals they are not
-        0, so that the bound of lemma R is not above them.
+        Examples are sin^2 + cos^2 - 1 (kernel lemma 7) and 3q/q - 3. With reciprocals as variables these polynomials
+        are not 0, so `compare` alone would not see that they are rounding error only.
         """
         joined, ones = p, self.ones()
         for (function, q), r in reversed(self.known.items()):
@@ -236,8 +237,9 @@ class Bounded(kernel.Text):
     def compare(self, p: Any, bound: Any, why: str) -> Fraction:
         """The ratio of a bound to the magnitudes of p, all variables 1; ValueError if a term is mostly rounding error.
 
-        One that cancels to 0, and a number (a force that is nearly balanced), may round as all the rest does; but not
-        one of a higher power of the quantities than all the rest, which outgrows it.
+        A constant, such as a force that is nearly balanced, and a term that cancels to 0 may have as much rounding
+        error as all terms of p together. A term that cancels may not have a higher degree than these: with large
+        quantities its rounding error would exceed them.
         """
         left, power = total(p), max(map(degree, put(p, passed_on(self.known))), default=0)
         for term, size in bound.items():

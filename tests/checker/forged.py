@@ -37,3 +37,11 @@ def changed(name: str, *pairs: tuple[str, str], end: str = "c") -> tuple[Any, di
         text = text.replace(old, new)
     content["subject"]["files"][file] = hashlib.sha256(text.encode()).hexdigest()
     return content, files | {file: text.encode()}
+
+
+def replace_once(files: dict[str, str], pairs: dict[str, list[tuple[str, str]]]) -> None:
+    """Replace texts in files, in place; each must occur exactly once. ``pairs``: file → (old, new) of each."""
+    for file, changes in pairs.items():
+        for old, new in changes:
+            assert files[file].count(old) == 1, old
+            files[file] = files[file].replace(old, new)

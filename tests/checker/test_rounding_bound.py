@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 
 from codegen.checker import errors, rounding, theorem, verify
-from tests.checker.forged import GENERATED, certificate
+from tests.checker.forged import GENERATED, certificate, replace_once
 from tests.checker.test_single_precision import checked, single
 from tests.compiled.toolchain import compiled
 
@@ -125,10 +125,7 @@ def test_an_input_gain_that_rounding_changes_is_refused(real: str, large: str, v
             (derived[0], f" {value}{f},{derived[0]}"),
         ],
     }
-    for file, of_file in pairs.items():
-        for old, new in of_file:
-            assert files[file].count(old) == 1, old
-            files[file] = files[file].replace(old, new)
+    replace_once(files, pairs)
     with pytest.raises(verify.Refused, match=re.escape("state.z_v: what is left of a sum is its rounding")):
         checked("one_mass", files)
 
@@ -189,10 +186,7 @@ def test_the_sign_of_a_sum_that_rounding_changes_is_refused() -> None:
             (derived[0], f" 40000.319f,{derived[0]}"),
         ],
     }
-    for file, of_file in pairs.items():
-        for old, new in of_file:
-            assert files[file].count(old) == 1, old
-            files[file] = files[file].replace(old, new)
+    replace_once(files, pairs)
     with pytest.raises(verify.Refused, match="what is left of a sum is its rounding"):
         checked("one_mass", files)
 
@@ -228,9 +222,6 @@ def test_terms_that_are_nothing_in_exact_arithmetic_do_not_hide_their_rounding(k
             (" 0.01 /* h_K_F", f" {value}, 0.01 /* h_K_F"),
         ],
     }
-    for file, of_file in pairs.items():
-        for old, new in of_file:
-            assert files[file].count(old) == 1, old
-            files[file] = files[file].replace(old, new)
+    replace_once(files, pairs)
     with pytest.raises(verify.Refused, match=re.escape("state.z_v: what is left of a sum is its rounding")):
         checked("one_mass", files)

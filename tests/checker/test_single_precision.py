@@ -10,7 +10,7 @@ import pytest
 
 import stiction
 from codegen.checker import frame, verify
-from tests.checker.forged import GENERATED
+from tests.checker.forged import GENERATED, replace_once
 
 SPECS = Path(__file__).parents[2] / "specs"
 STEP = "const float v_hat ="
@@ -165,10 +165,7 @@ def test_large_terms_that_cancel_do_not_let_a_derived_constant_differ(large: str
             ("        0.01 /*", f"        {value}, 0.01 /*"),
         ],
     }
-    for file, of in pairs.items():
-        for old, new in of:
-            assert files[file].count(old) == 1, old
-            files[file] = files[file].replace(old, new)
+    replace_once(files, pairs)
     if not refusal:
         assert checked("one_mass", files).whole
     else:
