@@ -89,15 +89,15 @@ def step(proof: dict[str, Any], shown: dict[str, Any]) -> "Bounded":
         bounds[x] = size, (0 if n == 0 and c.values[x] == p.constant() and made.exact(p) else max(n, 8))
     free = {x: p for x, p in names.items() if x not in c.outputs} | before
     free |= {z: kernel.term(1, z) for z in shown["moving"]}
-    for _ in range(2):  # the first tells what the outputs are, and so what the signs are of, as in errors.prove
-        code = Bounded(free, {**known}, c.precision, bounds)
-        code.run(c.step, [])
-        code.run(c.commit, c.states + c.outputs)
-        claim = kernel.Text(names | {x: code.names[x] for x in c.outputs if x in code.names}, known)
-        signs = [(names[s], claim.value(of)) for s, of in proof["signs"].items()]
-        signs += [(names[s], names[s] * p) for s in ("", *proof["signs"]) for p in map(claim.value, proof["domain"])]
-        for s, p in signs:
-            known |= {("sgn", kernel.term(way) * p): kernel.term(way) * s for way in (-1, 1)}
+    # What the outputs are, and so what the signs are of, as in errors.prove; then the bounds with these signs.
+    outputs = kernel.Text(free, {**known}, c.precision).run(c.step + c.commit, c.states + c.outputs)
+    claim = kernel.Text(names | {x: outputs[x] for x in c.outputs if x in outputs}, known)
+    signs = [(names[s], claim.value(of)) for s, of in proof["signs"].items()]
+    signs += [(names[s], names[s] * p) for s in ("", *proof["signs"]) for p in map(claim.value, proof["domain"])]
+    for s, p in signs:
+        known |= {("sgn", kernel.term(way) * p): kernel.term(way) * s for way in (-1, 1)}
+    code = Bounded(free, known, c.precision, bounds)
+    code.run(c.step + c.commit, c.states + c.outputs)
     return code
 
 
@@ -111,13 +111,15 @@ def outlasts(proof: dict[str, Any], shown: dict[str, Any], code: "Bounded", off:
     R, errors, unit = [], proof["errors"], kernel.term(code.precision.rounding / 8)
     stored = {z: magnitudes(shown["before"][z]) for z in off}
     for shows in (magnitudes(code.names[e["estimate"]]) for e in errors):
-        change = sum((put(derivative(shows, z), stored) * p * unit for z, p in off.items()), kernel.Poly())
+        used = {z: p for z, p in off.items() if z in shows.names()}
+        change = sum((put(derivative(shows, z), stored) * p * unit for z, p in used.items()), kernel.Poly())
         R.append([at_most(change, f"error of {e['truth']}", shown["box"]) for e in errors])
     P = shown["numbers"]["P"]
-    S = forms.product([*zip(*R, strict=True)], forms.product([[*map(abs, row)] for row in P], R, 0), 0)
+    (rows_R, by_R), (rows_P, by_P) = kernel.integers(R), kernel.integers([[*map(abs, row)] for row in P])
+    S, by = forms.product([*zip(*rows_R, strict=True)], forms.product(rows_P, rows_R, 0), 0), by_R * by_R * by_P
     bits = [(row[i].denominator.bit_length() - row[i].numerator.bit_length()) // 2 for i, row in enumerate(P)]
     d = [Fraction(2) ** n for n in bits]  # near 1/sqrt(P_ii)
-    r, rows = abs(1 - shown["fall"]) / 2, [sum(map(mul, row, d)) / d[i] for i, row in enumerate(S)]
+    r, rows = abs(1 - shown["fall"]) / 2, [sum(map(mul, row, d)) / d[i] / by for i, row in enumerate(S)]
     rest = [[r * r * p - (i == j) * rows[i] for j, p in enumerate(row)] for i, row in enumerate(P)]
     frame.demand(kernel.positive(kernel.integers(rest)[0]), "V may grow by rounding")
 
@@ -140,10 +142,12 @@ def at_most(p: Any, error: str, box: dict[str, Any]) -> Fraction:
 
 def put(p: Any, values: dict[str, Any]) -> Any:
     """A polynomial with others in place of names."""
-    found = kernel.Poly()
+    parts: dict[tuple[str, ...], Any] = {}  # names that are replaced -> what they are multiplied by
     for m, c in p.items():
-        found += prod((values.get(x, kernel.term(1, x)) for x in m), start=kernel.term(c))
-    return found
+        replaced, kept = tuple(x for x in m if x in values), tuple(x for x in m if x not in values)
+        parts.setdefault(replaced, kernel.Poly())[kept] = c
+    products = (part * prod((values[x] for x in names), start=kernel.term(1)) for names, part in parts.items())
+    return sum(products, kernel.Poly())
 
 
 def passed_on(known: Any) -> dict[str, Any]:
@@ -194,6 +198,9 @@ class Bounded(kernel.Text):
     ) -> None:
         super().__init__(names, known, precision)
         self.bounds, self.latest = dict(bounds or {}), (kernel.Poly(), 0)
+        self.parts: dict[
+            ast.expr, tuple[Any, tuple[Any, int]]
+        ] = {}  # of the latest expression: polynomial and bound, the whole is the last
 
     def run(self, assignments: list[tuple[str, str]], writable: list[str]) -> dict[str, Any]:
         for name, value in assignments:
@@ -203,8 +210,15 @@ class Bounded(kernel.Text):
 
     def value(self, text: str) -> Any:
         """The polynomial of an expression; the attribute ``latest`` is then its bound."""
-        p = super().value(text := text.strip(" "))
-        self.latest = self.bound(kernel.TREES[len(text) > 200](text, mode="eval").body, text)
+        self.parts.clear()
+        p = super().value(text)
+        _, self.latest = self.parts.popitem()[1] if self.parts else (p, self.number(p))
+        return p
+
+    def of(self, node: ast.expr, text: str) -> Any:
+        """The polynomial of a part of an expression, which the kernel asks for after those that it is made of."""
+        p = super().of(node, text)
+        self.parts[node] = p, self.bound(node, text, p)
         return p
 
     def kept(self, p: Any, bound: Any, why: str = LOST) -> Fraction:
@@ -226,6 +240,8 @@ class Bounded(kernel.Text):
         Examples are sin^2 + cos^2 - 1 (kernel lemma 7) and 3q/q - 3. With reciprocals as variables these polynomials
         are not 0, so `compare` alone would not see that they are rounding error only.
         """
+        if {f for f, _ in self.known}.isdisjoint({"1/"}):
+            return
         joined, ones = p, self.ones()
         for (function, q), r in reversed(self.known.items()):
             (x,) = r.names() if function == "1/" else ("",)
@@ -247,14 +263,19 @@ class Bounded(kernel.Text):
             frame.demand(size <= max(self.precision.cancelled * abs(p.get(term, 0)), rest), why)
         return total(bound) / left if bound else Fraction(1)
 
-    def bound(self, node: ast.expr, text: str) -> tuple[Any, int]:
-        """The bound of a part of an expression."""
-        here, p = text[node.col_offset : node.end_col_offset], self.of(node, text)
+    def number(self, p: Any) -> tuple[Any, int]:
+        """The bound of a number that is written down."""
+        return magnitudes(p), int(not self.exact(p))
+
+    def bound(self, node: ast.expr, text: str, p: Any) -> tuple[Any, int]:
+        """The bound of a part of an expression with the polynomial p, of those of its own parts."""
         match node:
+            case ast.Constant():
+                return self.number(p)
             case ast.UnaryOp(_, operand):
-                return self.bound(operand, text)
+                return self.parts[operand][1]
             case ast.Call(ast.Name(name), [argument], []):
-                (size, n), of = self.bound(argument, text), self.of(argument, text)
+                of, (size, n) = self.parts[argument]
                 self.kept(of, size)
                 if name in ("fabs", "sgn"):
                     sign = magnitudes(kernel.function("sgn", of, self.known))
@@ -262,14 +283,13 @@ class Bounded(kernel.Text):
                 p = magnitudes(p)
                 return (p + size * p if name == "exp" else p + size) if n else p, n + 4
             case ast.BinOp(left, operator, right):
-                (a, n), (b, m) = self.bound(left, text), self.bound(right, text)
+                (_, (a, n)), (divisor, (b, m)) = self.parts[left], self.parts[right]
                 if isinstance(operator, ast.Div):
-                    divisor = self.of(right, text)
                     b = magnitudes(kernel.function("1/", divisor, self.known)) * kernel.term(self.kept(divisor, b))
                 if not n and not m and self.exact(p):
                     return magnitudes(p), 0
                 return (a + b, max(n, m) + 1) if isinstance(operator, (ast.Add, ast.Sub)) else (a * b, n + m + 1)
-        return self.bounds.get(here, (magnitudes(p), int(isinstance(node, ast.Constant) and not self.exact(p))))
+        return self.bounds.get(text[node.col_offset : node.end_col_offset]) or (magnitudes(p), 0)
 
     def exact(self, p: Any) -> bool:
         """Whether p is a sum of signs and short numbers, which is computed without rounding."""
