@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from difflib import SequenceMatcher
 
 TRACEBACK = "STICTION_TRACEBACK"
 """The environment variable that adds the traceback to an internal error."""
@@ -15,6 +16,8 @@ LONGEST_NUMBER = 25
 """Digits of a number that a message shows in full."""
 LONGEST_PART = 200
 """Characters of where, of what was found, and of the nearest right thing; three times that of what was expected."""
+LIKE = 0.66
+"""Share of the letters that a suggested name has in common with the written one, in their order; two of three do."""
 
 
 @dataclass(frozen=True)
@@ -171,22 +174,22 @@ def refuse_unknown(
 
 
 def nearest_name(word: str, known: Iterable[str]) -> str | None:
-    """The known name with the smallest edit distance from ``word``; None where that is above a third of the letters.
+    """The known name most like ``word``, by ``difflib``; None where none is like it.
 
-    An edit is a letter added, left out, replaced, or exchanged with the next one. Upper and lower case, a doubled
-    letter, and a number at the end of one of the two names do not count.
+    Upper and lower case, a doubled letter, and a number at the end of one of the two names do not count. A name that
+    is longer or shorter by more than a third is not alike.
     """
     if len(word) > LONGEST_QUOTE:
         return None
-    found: dict[str, tuple[int, int, int]] = {}
+    likeness: dict[str, tuple[float, float, int]] = {}
     for name in known:
         numbered = _NUMBER.sub("", name) == word or _NUMBER.sub("", word) == name
         one, other = ("", "") if numbered else (_struck_once(word.lower()), _struck_once(name.lower()))
-        most = max(len(name), len(word)) // 3
-        if abs(len(one) - len(other)) <= most and (slips := _slips(one, other)) <= most:
-            other_case = sum(a.isupper() != b.isupper() for a, b in zip(word, name, strict=False))
-            found[name] = slips, _slips(word, name), other_case
-    return min(found, key=found.__getitem__, default=None)
+        like = SequenceMatcher(None, one, other).ratio()
+        if like >= LIKE and abs(len(one) - len(other)) <= max(len(name), len(word)) // 3:
+            same_case = sum(a.isupper() == b.isupper() for a, b in zip(word, name, strict=False))
+            likeness[name] = like, SequenceMatcher(None, word, name).ratio(), same_case
+    return max(likeness, key=likeness.__getitem__, default=None)
 
 
 _NUMBER = re.compile(r"(?<=\w)_?\d+$")
@@ -196,16 +199,3 @@ _NUMBER = re.compile(r"(?<=\w)_?\d+$")
 def _struck_once(word: str) -> str:
     """The word with repeated letters reduced to one."""
     return re.sub(r"(.)\1+", r"\1", word)
-
-
-def _slips(word: str, name: str) -> int:
-    """The restricted edit distance: letters added, left out, replaced or exchanged with the next."""
-    before: list[int] = []
-    row = list(range(len(name) + 1))
-    for i, letter in enumerate(word, 1):
-        earlier, before, row = before, row, [i]
-        for j, other in enumerate(name, 1):
-            row.append(min(row[-1] + 1, before[j] + 1, before[j - 1] + (letter != other)))
-            if i > 1 and j > 1 and letter == name[j - 2] and word[i - 2] == other:
-                row[j] = min(row[j], earlier[j - 2] + 1)
-    return row[-1]
