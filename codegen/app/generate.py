@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
@@ -24,7 +23,6 @@ from codegen.checker import verify as checker
 from codegen.emit.fmu import VERSIONS, emit_fmu, is_ours
 from codegen.emit.header import is_edited, manifest_text
 from codegen.emit.package import proof_lines
-from codegen.spec import Spec
 
 CHOSEN = ("splits", "lyapunov_matrix", "cover", "decay_rate", "reversals", "along")
 """Keys of a certificate whose values the solver chooses; another processor may give other digits."""
@@ -36,8 +34,6 @@ KERNEL_PROOF, ELLIPSOID = checker.PROOF, checker.SETS
 OPTIONAL = (*PROOFS, KERNEL_PROOF, ELLIPSOID)
 """Files that not every observer has; those of an earlier run are removed if this run has none."""
 MANIFEST = "manifest.json"
-HEADER = 1000
-"""Characters at the beginning of a file that contain its origin."""
 
 
 class Certifiable(Result):
@@ -153,13 +149,15 @@ def generate(
         return Generated(target, files, outcome, _stale(target, files))
     if isinstance(outcome, Certificate) or uncertified:
         _refuse_folder_of_another(target, spec.name)
-        refuse_hand_written(target, files, spec.name)
+        refuse_hand_written(target, files)
         if not force:
-            otherwise = "--force, which discards the edits"
-            refuse_edited(target, {**dict.fromkeys(OPTIONAL), **files}, otherwise, spec.name)
+            refuse_edited(target, {**dict.fromkeys(OPTIONAL), **files}, "--force, which discards the edits")
+        earlier = listed_files(target)
         write_all(target, files, (MANIFEST,))
         _make_importable(target, out)
-        _drop_old_proofs(target, spec, files)
+        for old in OPTIONAL:
+            if old in earlier and old not in files:  # a proof about other code
+                remove(target / old)
     return Generated(target, files, outcome)
 
 
@@ -224,15 +222,10 @@ def _refuse_folder_of_another(target: Path, name: str) -> None:
         raise BadInput(str(target), found, f"another folder for {name}", code="FILE004")
 
 
-def refuse_hand_written(target: Path, files: Mapping[str, str], name: str = "") -> None:
-    """Raise BadInput for files of these names with another text that no manifest of stiction lists.
-
-    Args:
-        name: of the machine; files that state that they were generated for it are accepted. "" for none.
-    """
+def refuse_hand_written(target: Path, files: Mapping[str, str]) -> None:
+    """Raise BadInput for files of these names with another text that no manifest of stiction lists."""
     listed = listed_files(target)
-    unlisted = [file for file, text in files.items() if file not in listed and _differs(target / file, text)]
-    foreign = [file for file in unlisted if not _says_generated(target / file, name)]
+    foreign = [file for file, text in files.items() if file not in listed and _differs(target / file, text)]
     if foreign:
         found = f"{', '.join(foreign)}, which no manifest.json lists as written by stiction"
         expected = (
@@ -241,54 +234,24 @@ def refuse_hand_written(target: Path, files: Mapping[str, str], name: str = "") 
         raise BadInput(str(target), found, expected, code="FILE004")
 
 
-def refuse_edited(
-    target: Path, files: Mapping[str, str | None] | Mapping[str, str], otherwise: str = "", name: str = ""
-) -> None:
+def refuse_edited(target: Path, files: Mapping[str, str | None] | Mapping[str, str], otherwise: str = "") -> None:
     """Raise BadInput if a file that would be replaced or removed was edited after stiction wrote it.
 
-    The manifest on disk has the SHA-256 of each file as written, so that files of older versions are no edits. A file
-    that states that stiction made it, and that no manifest lists, may have been edited.
+    The manifest on disk has the SHA-256 of each file as written, so that files of older versions are no edits.
 
     Args:
         files: name → its new text, with which a file is not refused. None if the text is not known yet, or the file
             will be removed.
         otherwise: another way for the user, in words; "" for none.
-        name: of the machine, for files that no manifest lists; with "" these are not checked.
     """
     listed = listed_files(target)
     other = [file for file, text in files.items() if _differs(target / file, text)]
     edited = [f for f in other if listed.get(f) and sha256(_text(target / f) or "") != listed[f]]
     edited += [f for f in other if f == MANIFEST and f in listed and is_edited(_text(target / f) or "")]
-    unlisted = [f for f in other if files[f] is not None and f not in listed and _says_generated(target / f, name)]
-    groups = {
-        "edited after stiction wrote it (manifest.json has another SHA-256)": edited,
-        "written by stiction, perhaps edited since (no manifest.json has the SHA-256)": unlisted,
-    }
-    if edited or unlisted:
-        found = "; ".join(f"{', '.join(names)}, {what}" for what, names in groups.items() if names)
+    if edited:
+        found = f"{', '.join(edited)}, edited after stiction wrote it (manifest.json has another SHA-256)"
         ways = " or ".join(("the file as it was written, another folder", *([otherwise] if otherwise else ())))
         raise BadInput(str(target), found, ways, code="FILE008")
-
-
-def _says_generated(path: Path, name: str) -> bool:
-    """Whether a file states, in its header or as JSON, that it was generated for the machine of this name."""
-    text = _text(path) if name else None
-    if text is None:
-        return False
-    if path.suffix == ".json":
-        return _subject(text) == name
-    head = text[:HEADER]
-    example = f"A complete program around {name}:"
-    return example in head or ("Made by stiction " in head and re.search(rf"\b{re.escape(name)}\b", head) is not None)
-
-
-def _subject(text: str) -> object:
-    """The machine's name in the JSON of a certificate or a proof; None in other text."""
-    try:
-        content = json.loads(text)
-        return content.get("subject", content)["name"]
-    except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
-        return None
 
 
 def _text(path: Path) -> str | None:
@@ -317,27 +280,6 @@ def _make_importable(target: Path, out: str | Path | None) -> None:
     marker = target.parent / "__init__.py"
     if out is None and not is_there(marker):
         write_atomically(marker, render("text/generated_init.py.j2"))
-
-
-def _drop_old_proofs(target: Path, spec: Spec, kept: Mapping[str, str]) -> None:
-    """Remove proofs of an earlier run that this run does not write; they are about other code."""
-    for old in (target / name for name in OPTIONAL if name not in kept):
-        try:
-            text = read_text(old, "a certificate", LARGEST_GENERATED)
-        except BadInput:
-            continue
-        if _subject(text) == spec.name and _is_claim(text):
-            remove(old)
-
-
-def _is_claim(text: str) -> bool:
-    """Whether a JSON object that names a machine is one of the files ``OPTIONAL``, by its format or fields."""
-    content = json.loads(text)
-    return (
-        str(content.get("format", "")).startswith("stiction-")
-        or {"errors", "lyapunov_matrix"} <= content.keys()
-        or ({"push", "sets"} <= content.keys())
-    )
 
 
 def _stale(folder: Path, files: Mapping[str, str]) -> tuple[str, ...]:

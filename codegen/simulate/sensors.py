@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from functools import cached_property
-from typing import Literal
 
 import casadi
 import numpy as np
@@ -45,21 +43,10 @@ class Sensors:
     def encoded(self, position: Array, noise: Array) -> Array:
         """Measured positions (n,): noise added, then rounded to the encoder's steps."""
         value = position + noise
-        if self._rounds == "none":
+        if not self.encoder_step.any():
             return value
-        rounded: Array = np.floor(value / self._whole + 0.5) * self._whole
-        return rounded if self._rounds == "all" else np.where(self.encoder_step > 0, rounded, value)
-
-    @cached_property
-    def _rounds(self) -> Literal["all", "some", "none"]:
-        """Which positions are rounded; cached, since a loop encodes thousands of samples one by one."""
-        has_step = self.encoder_step > 0
-        return "all" if has_step.all() else "some" if has_step.any() else "none"
-
-    @cached_property
-    def _whole(self) -> Array:
-        """The encoder steps, 1 where there is none."""
-        return np.where(self.encoder_step > 0, self.encoder_step, 1.0)
+        whole = np.where(self.encoder_step > 0, self.encoder_step, 1.0)
+        return np.where(self.encoder_step > 0, np.floor(value / whole + 0.5) * whole, value)
 
 
 def low_passed_velocity(measured: Array, before: Array, velocity: Array, period: float) -> Array:

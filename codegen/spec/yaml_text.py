@@ -11,7 +11,6 @@ from typing import Any
 
 from ruamel.yaml import YAML
 from ruamel.yaml.comments import CommentedMap, CommentedSeq
-from ruamel.yaml.constructor import DuplicateKeyError, RoundTripConstructor
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
 from ruamel.yaml.parser import RoundTripParser
 
@@ -36,15 +35,6 @@ FAULTS = {
 }
 """Beginning of the parser's message → what was found, what was expected, and whether the fault is reported at the
 beginning of the construct, else where the parser noticed it."""
-
-
-class _Constructor(RoundTripConstructor):
-    """ruamel.yaml's constructor, with a short message on a duplicate key; its own quotes both values in full."""
-
-    def check_mapping_key(self, node: Any, key_node: Any, mapping: Any, key: Any, value: Any) -> bool:
-        if key in mapping:
-            raise DuplicateKeyError(None, None, f"duplicate key `{key_node.value}`", key_node.start_mark)
-        return True
 
 
 class _Parser(RoundTripParser):
@@ -72,7 +62,6 @@ class _Parser(RoundTripParser):
 def round_trip_yaml() -> YAML:
     """A YAML loader and dumper that keeps comments, quotes and order, and creates no Python objects from tags."""
     yaml = YAML(typ="rt")
-    yaml.Constructor = _Constructor
     yaml.width = 110
     yaml.preserve_quotes = True
     yaml.indent(mapping=2, sequence=4, offset=2)
