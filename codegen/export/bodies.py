@@ -72,12 +72,7 @@ def links_of(mechanism: Mechanism) -> list[Link]:
         return [_plain(k, x.name, unit == "rad", inertia) for k, (x, unit, inertia) in enumerate(units)]
     found = []
     for body in mechanism.tree.bodies:
-        # Exact arithmetic: the parallel-axis theorem is a difference of two large numbers if the frame is far away.
-        exact = np.array(body.first_moment, dtype=object) / body.mass
-        about = np.array(body.inertia, dtype=object) - body.mass * (
-            (exact @ exact) * np.eye(3, dtype=int).astype(object) - np.outer(exact, exact)
-        )
-        c, inertia = exact.astype(float), physical_inertia(about.astype(float))
+        c, inertia = body.centre.astype(float), physical_inertia(body.about_centre.astype(float))
         offset, axis = np.array(body.offset, dtype=float), np.array(body.axis, dtype=float)
         rotation, turns = np.array(body.rotation, dtype=float), body.kind == "revolute"
         found.append(Link(body.joint, body.parent, turns, offset, rotation, axis, float(body.mass), c, inertia))

@@ -25,7 +25,7 @@ from codegen.base.errors import refuse_unknown
 from codegen.base.exact_numbers import Exact, exact_array, square_root
 from codegen.mechanics.kinematic_chain import Points, bias_force, mass_matrix
 from codegen.spec.model import Spec
-from codegen.spec.motion import KinematicTree, LinkTolerance, MovingBody, Rows, Vector
+from codegen.spec.motion import KinematicTree, LinkTolerance, MovingBody, Vector, of_point, rows, vector
 
 Inertia = tuple[Fraction, Exact, Exact]
 """Mass, first moment and rotational inertia about the origin."""
@@ -50,7 +50,7 @@ def regrouped(tree: KinematicTree) -> KinematicTree:
             turn = _turn_to(tree.bodies[body.parent].axis)
             rotation = turn.T @ exact_array(bodies[i].rotation)
             offset = turn.T @ exact_array(bodies[i].offset)
-            bodies[i] = replace(bodies[i], rotation=_rows(rotation), offset=_vector(offset))
+            bodies[i] = replace(bodies[i], rotation=rows(rotation), offset=vector(offset))
     for i, body in enumerate(bodies):
         if body.kind == "revolute":
             _move_origin(bodies, i)
@@ -70,10 +70,10 @@ def _about_z(body: MovingBody) -> MovingBody:
     turn = _turn_to(body.axis)
     return replace(
         body,
-        rotation=_rows(exact_array(body.rotation) @ turn),
-        axis=_vector(exact_array([0, 0, 1])),
-        first_moment=_vector(turn.T @ exact_array(body.first_moment)),
-        inertia=_rows(turn.T @ exact_array(body.inertia) @ turn),
+        rotation=rows(exact_array(body.rotation) @ turn),
+        axis=vector(exact_array([0, 0, 1])),
+        first_moment=vector(turn.T @ exact_array(body.first_moment)),
+        inertia=rows(turn.T @ exact_array(body.inertia) @ turn),
     )
 
 
@@ -92,10 +92,10 @@ def _move_origin(bodies: list[MovingBody], i: int) -> None:
     near = _without_rounding(near, abs(along))
     first, inertia = exact_array(body.first_moment), exact_array(body.inertia)
     moved = inertia + _skew(first) @ _skew(d) + _skew(d) @ _skew(first) - body.mass * _skew(d) @ _skew(d)
-    bodies[i] = replace(body, offset=_vector(near), first_moment=_vector(first - body.mass * d), inertia=_rows(moved))
+    bodies[i] = replace(body, offset=vector(near), first_moment=vector(first - body.mass * d), inertia=rows(moved))
     for k, child in enumerate(bodies):
         if child.parent == i:
-            bodies[k] = replace(child, offset=_vector(exact_array(child.offset) - d))
+            bodies[k] = replace(child, offset=vector(exact_array(child.offset) - d))
 
 
 def _turn_to(axis: Vector) -> Exact:
@@ -134,25 +134,14 @@ def _added(body: MovingBody, more: Inertia, sign: int) -> MovingBody:
     return replace(
         body,
         mass=body.mass + sign * mass,
-        first_moment=_vector(_without_rounding(first + sign * moment, max(abs(first).max(), abs(moment).max()))),
-        inertia=_rows(_without_rounding(old + sign * inertia, max(abs(old).max(), abs(inertia).max()))),
+        first_moment=vector(_without_rounding(first + sign * moment, max(abs(first).max(), abs(moment).max()))),
+        inertia=rows(_without_rounding(old + sign * inertia, max(abs(old).max(), abs(inertia).max()))),
     )
 
 
 def _without_rounding(values: Exact, size: Fraction) -> Exact:
     """The values with zero in place of those so small against ``size`` that they can only be rounding errors."""
     return np.where(abs(values) > ROUNDING * size, values, exact_array(0))
-
-
-def _vector(values: Exact) -> Vector:
-    """A tuple of three numbers."""
-    x, y, z = values
-    return x, y, z
-
-
-def _rows(values: Exact) -> Rows:
-    """A 3 by 3 matrix as a tuple of rows."""
-    return _vector(values[0]), _vector(values[1]), _vector(values[2])
 
 
 def _skew(r: Exact) -> Exact:
@@ -295,13 +284,11 @@ def _changes(tree: KinematicTree) -> dict[str, Array]:
 def _perturbed(body: MovingBody, tolerance: LinkTolerance) -> list[MovingBody]:
     """One changed body for each number with a tolerance: that number is changed by one standard deviation."""
     unit = exact_array(np.eye(3, dtype=int))
-    centre = exact_array(body.first_moment) / body.mass
-    about = exact_array(body.inertia) - _of_point(body.mass, centre)
-    found = []
+    centre, about, found = body.centre, body.about_centre, list[MovingBody]()
 
     def add(mass: Fraction, c: Any, inertia: Any) -> None:
-        whole = inertia + _of_point(mass, c)
-        found.append(replace(body, mass=mass, first_moment=_vector(mass * c), inertia=_rows(whole)))
+        whole = inertia + of_point(mass, c)
+        found.append(replace(body, mass=mass, first_moment=vector(mass * c), inertia=rows(whole)))
 
     if tolerance.mass:
         add(body.mass * (1 + _exact(tolerance.mass)), centre, about)
@@ -317,11 +304,6 @@ def _perturbed(body: MovingBody, tolerance: LinkTolerance) -> list[MovingBody]:
                 change[i, j] = change[j, i] = _exact(size)
                 add(body.mass, centre, about + change)
     return found
-
-
-def _of_point(mass: Fraction, c: Any) -> Any:
-    """Inertia of a point mass at c about the origin."""
-    return mass * (c @ c * exact_array(np.eye(3, dtype=int)) - np.outer(c, c))
 
 
 def _exact(number: float) -> Fraction:

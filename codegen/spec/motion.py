@@ -9,9 +9,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
+import numpy as np
 import sympy
+
+from codegen.base.exact_numbers import Exact, exact_array
 
 Vector = tuple[Fraction, Fraction, Fraction]
 Rows = tuple[Vector, Vector, Vector]
@@ -49,6 +52,32 @@ class MovingBody:
     damping: float = 0.0
     friction: float = 0.0
     limits: tuple[float, float] | None = None
+
+    @property
+    def centre(self) -> Exact:
+        """Centre of mass, in the body's frame, m."""
+        return np.asarray(exact_array(self.first_moment) / self.mass)
+
+    @property
+    def about_centre(self) -> Exact:
+        """Inertia about the centre of mass; exact, since it is a small difference if the frame is far away."""
+        return np.asarray(exact_array(self.inertia) - of_point(self.mass, self.centre))
+
+
+def of_point(mass: Fraction, c: Exact) -> Exact:
+    """Inertia of a point mass at c about the origin."""
+    return np.asarray(mass * (c @ c * exact_array(np.eye(3, dtype=int)) - np.outer(c, c)))
+
+
+def vector(values: Any) -> Vector:
+    """A tuple of three numbers."""
+    x, y, z = values
+    return x, y, z
+
+
+def rows(values: Any) -> Rows:
+    """A 3 by 3 matrix as a tuple of rows."""
+    return vector(values[0]), vector(values[1]), vector(values[2])
 
 
 @dataclass(frozen=True)

@@ -12,14 +12,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 
 from codegen.base.errors import BadInput, Place
 from codegen.base.exact_numbers import Exact, exact_array, sine_cosine, square_root
 from codegen.base.input_files import read_bytes
-from codegen.spec.motion import KinematicTree, MovingBody, Rows, Vector
+from codegen.spec.motion import KinematicTree, MovingBody, of_point, rows, vector
 
 LARGEST = 20_000_000
 """Largest size of a robot description, bytes."""
@@ -159,7 +159,7 @@ class _Reading:
             expected = f"at least one joint: {', '.join(MOVING)}"
             raise BadInput(str(self.path), "no moving joint", expected, code="SPEC031")
         digest = hashlib.sha256(self.content).hexdigest()
-        return KinematicTree(self._moving_bodies(), _vector(gravity), self.path.name, digest, path=self.path)
+        return KinematicTree(self._moving_bodies(), vector(gravity), self.path.name, digest, path=self.path)
 
     def _root(self) -> str:
         """The root: the link that is no child of a joint."""
@@ -237,7 +237,7 @@ class _Reading:
         turn, c = rotation @ turn, offset + rotation @ centre
         body.mass += mass
         body.first_moment = body.first_moment + mass * c
-        body.inertia = body.inertia + turn @ about_centre @ turn.T + mass * (c @ c * UNIT - np.outer(c, c))
+        body.inertia = body.inertia + turn @ about_centre @ turn.T + of_point(mass, c)
 
     def _moving_bodies(self) -> tuple[MovingBody, ...]:
         labels: dict[str, str] = {}
@@ -249,34 +249,31 @@ class _Reading:
                 found = f'joints "{labels[name]}" and "{label}" both read as {name}'
                 raise BadInput(self.place(joint), found, "names that differ in letters and digits", code="SPEC009")
             labels[name] = label
+            link = self.links[self._end(joint, "child")]
             if not body.mass > 0:
-                link = self.links[self._end(joint, "child")]
                 found = f'link "{link.get("name")}" and the links fixed to it have no mass'
                 raise BadInput(self.place(link), found, "<inertial> with mass and inertia", code="SPEC032")
-            link, c = self.links[self._end(joint, "child")], body.first_moment / body.mass
-            about_centre = body.inertia - body.mass * (c @ c * UNIT - np.outer(c, c))
-            _refuse_impossible(about_centre, self.place(link, "inertial", "inertia"), is_moving=True)
             axis = self._numbers(joint, "axis", "xyz", 3, "1 0 0")
             length = square_root(axis @ axis)
             if not length > 0:
                 raise BadInput(self.place(joint, "axis"), "an axis of zeros", "a direction", code="SPEC031")
-            result.append(
-                MovingBody(
-                    joint=name,
-                    label=label,
-                    kind="prismatic" if self._kind(joint) == "prismatic" else "revolute",
-                    parent=body.parent,
-                    rotation=_rows(body.rotation),
-                    offset=_vector(body.offset),
-                    axis=_vector(axis / length),
-                    mass=body.mass,
-                    first_moment=_vector(body.first_moment),
-                    inertia=_rows(body.inertia),
-                    damping=self._dynamics(joint, "damping"),
-                    friction=self._dynamics(joint, "friction"),
-                    limits=_limits(joint),
-                )
+            moving = MovingBody(
+                joint=name,
+                label=label,
+                kind="prismatic" if self._kind(joint) == "prismatic" else "revolute",
+                parent=body.parent,
+                rotation=rows(body.rotation),
+                offset=vector(body.offset),
+                axis=vector(axis / length),
+                mass=body.mass,
+                first_moment=vector(body.first_moment),
+                inertia=rows(body.inertia),
+                damping=self._dynamics(joint, "damping"),
+                friction=self._dynamics(joint, "friction"),
+                limits=_limits(joint),
             )
+            _refuse_impossible(moving.about_centre, self.place(link, "inertial", "inertia"), is_moving=True)
+            result.append(moving)
         return tuple(result)
 
     def _dynamics(self, joint: Any, name: str) -> float:
@@ -339,11 +336,3 @@ def _limits(joint: Any) -> tuple[float, float] | None:
         low, high = (float(limit.get(end, "0")) for end in ("lower", "upper"))
         return (low, high) if low < high else None
     return None
-
-
-def _vector(values: Sequence[Fraction] | Exact) -> Vector:
-    return cast(Vector, tuple(values))
-
-
-def _rows(matrix: Exact) -> Rows:
-    return cast(Rows, tuple(_vector(row) for row in matrix))
