@@ -50,6 +50,7 @@ from codegen.diagnosis.verdict.examination import examine, settled
 from codegen.diagnosis.verdict.force_led import credited_by_force
 from codegen.diagnosis.verdict.harmonics import with_harmonics
 from codegen.diagnosis.verdict.held_out import HeldOut, within
+from codegen.diagnosis.verdict.hidden_effects import hidden_effects
 from codegen.diagnosis.verdict.proposal import propose_terms, refuse_without_pysindy
 from codegen.diagnosis.verdict.replay import compare_residuals
 from codegen.diagnosis.verdict.statement import statement
@@ -181,6 +182,8 @@ class _FreeRuns:
             yield from wrong_values.explaining_values(case.spec, answer.refit, problem)
         for name in levels_at_zero(problem.system, (answer.refit, answer.augmented), problem.levels):
             yield Fact("declared value", f"The fit reduces the friction level {name} to zero, its lowest value")
+        if answer.verdict == "none" and not answer.errors:
+            yield from hidden_effects(self.search, answer.refit, problem, case.material)
         yield from _in_place(in_place, answer)
         yield from wrong_values.turned_terms(answer, problem)
         if lacks and not answer.errors:

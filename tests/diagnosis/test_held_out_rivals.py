@@ -15,7 +15,7 @@ from codegen.diagnosis.experiments import separation
 from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.signals import TRIM_S, smooth_motion
 from codegen.diagnosis.fit.trial import part_of, with_values
-from codegen.diagnosis.results import Diagnosis, FoundEffect
+from codegen.diagnosis.results import Diagnosis, ErrorFigures, FoundEffect
 from codegen.diagnosis.selection.forward_selection import Outcome
 from codegen.diagnosis.verdict import examination
 from codegen.diagnosis.verdict import held_out as rules
@@ -205,3 +205,38 @@ def test_an_effect_is_fitted_again_in_the_form_that_its_intervals_contain(monkey
     asked.clear()
     examination._examined(search, outcome, none, none, False)
     assert not asked
+
+
+@pytest.mark.parametrize(
+    ("force", "run", "harmful"),
+    [
+        (
+            {"": 30.4, "gain": 79.6, "drift": 18.0},
+            {"": 2.8, "gain": 18.1, "drift": 2.0},
+            "drift",
+        ),  # a motor that heats up
+        ({"": 30.4, "gain": 79.6, "drift": 33.0}, {"": 2.8, "gain": 18.1, "drift": 2.0}, "drift"),
+        ({"": 30.4, "gain": 79.6, "drift": 33.0}, {"": 2.8, "gain": 18.1, "drift": 3.0}, ""),
+        ({"": 30.4, "gain": 79.6, "drift": 30.0}, {"": 2.8, "gain": 18.1, "drift": 2.8}, ""),  # it does not act there
+    ],
+)
+def test_each_of_several_effects_is_judged_on_held_out_data(
+    force: dict[str, float], run: dict[str, float], harmful: str
+) -> None:
+    """Together two effects left a third of the refit's error; one of them made both errors half larger."""
+    kinds = ["gain", "drift"]
+
+    def fit(name: str, *parts: str) -> Any:
+        return SimpleNamespace(
+            model=name, trial=SimpleNamespace(parts=[SimpleNamespace(kind=p, on="x") for p in parts])
+        )
+
+    def measured(name: Any) -> ErrorFigures:
+        return ErrorFigures(force[name], (force[name],), 0.1, run[name], (run[name],))
+
+    search: Any = SimpleNamespace(without=lambda final, k: fit(kinds[k]))
+    found = examination._harmful(search, fit("", *kinds), measured)
+    assert (found[0] if found else None) == (kinds.index(harmful) if harmful else None)
+    if found is not None:
+        assert found[1].words.endswith(f"than without {harmful} on x, with refitted values.")
+    assert examination._harmful(search, fit("", "gain"), measured) is None

@@ -151,8 +151,10 @@ def with_estimate(
     named = named_effects(parts, estimate(by_force), plain.refit)
     found = tuple(replace(f, at_limit=marks) for f, marks in zip(named, at_limit(by_force), strict=True))
     raised = tuple(w for f, p in zip(found, parts, strict=True) for w in objections(f, p, problem))
-    if raised:
-        return replace(plain, verdict="unknown", effects=found, against=not_credited(raised))
+    harm = _harmful(search, outcome.final, measured)
+    if raised or harm:
+        against = not_credited(raised) if raised else (harm[1],) if harm else ()
+        return replace(plain, verdict="unknown", effects=found, against=against)
     return _judged(search, outcome, problem, plain, measured, outcome.final, found)
 
 
@@ -162,7 +164,43 @@ def _with_effects(
     outcome, fit, found, against = _examined(final_search, outcome, problem, plain.refit, plain.verdict == "effect")
     if against:
         return replace(plain, verdict=without_effects(outcome), effects=found, against=against)
+    harm = _harmful(final_search, outcome.final, measured) if plain.verdict == "effect" else None
+    if harm is not None:
+        fewer = _with_fewer(final_search, outcome, final_search.without(outcome.final, harm[0]))
+        if fewer is None:
+            return replace(plain, verdict="unknown", effects=found, against=(harm[1],))
+        answer = _with_effects(final_search, fewer, problem, plain, measured)
+        return replace(answer, remarks=(*answer.remarks, harm[1]))
     return _judged(final_search, outcome, problem, plain, measured, fit, found)
+
+
+def _with_fewer(search: Search, outcome: Outcome, final: Fit) -> Outcome | None:
+    """The outcome with another last fit, of fewer effects; None if these are not credited over the refit."""
+    if not credible(search, outcome.base, final, first_candidates(search, outcome.base)):
+        return None
+    return replace(outcome, final=final, explained=explained_share(search, outcome.base, final))
+
+
+def _harmful(search: Search, final: Fit, measured: Measured) -> tuple[int, Fact] | None:
+    """The index of the one of several effects that increases a held-out error most, and the fact on it; None if none.
+
+    Two effects may together imitate one that the catalogue lacks, on the motion of the training log. Both errors of all
+    effects together can then be far below those without any, although one of the two is wrong. So each is compared
+    with the fit of the others, as a single effect is with the refit.
+    """
+    if len(final.trial.parts) < 2:
+        return None
+    figures, found = measured(final.model), list[tuple[float, int, dict[str, float]]]()
+    for k in range(len(final.trial.parts)):
+        others = measured(search.without(final, k).model)
+        worse = worsened(figures, others, REFIT_WORSE)
+        if worse and not may_be_chance(worse, figures, others):
+            found.append((max(worse.values()), k, worse))
+    if not found:
+        return None
+    _, k, worse = max(found, key=lambda one: one[0])
+    part = final.trial.parts[k]
+    return k, merged([Refusal("refitted values", f"without {part.kind} on {part.on}", worse)])[0]
 
 
 def _judged(

@@ -1,0 +1,137 @@
+"""Effects that a log cannot show, since errors of parameters with a tolerance together exert the same force."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from scipy.stats import norm
+
+from codegen.base.arrays import Array
+from codegen.base.significant import in_percent
+from codegen.diagnosis.fit.credit import ALPHA
+from codegen.diagnosis.fit.force_rows import ForceRows, force_rows, information
+from codegen.diagnosis.fit.linear import inverse, rms, solved
+from codegen.diagnosis.fit.measure import Drive
+from codegen.diagnosis.fit.residual import Problem, residual_at_drive
+from codegen.diagnosis.fit.search import Search
+from codegen.diagnosis.fit.trial import Part, with_effects
+from codegen.diagnosis.results import Fact, FoundEffect
+from codegen.diagnosis.selection.candidate_fits import every_part
+from codegen.diagnosis.selection.significance import hypotheses
+from codegen.mechanics.system import System
+
+STEP = 1e-3
+"""Step of the parameter of an effect, in SI, for the slope of the residual over the drive."""
+SAME_FORCE = 1e-6
+"""1 − cosine of two forces along a log up to which they count as the same."""
+MUCH = 0.5
+"""Share of the size of an effect that may be hidden, down to which the knowledge of a value must reduce it."""
+MOST_NAMED = 3
+"""Most effects that are named, those with the largest force that may be hidden."""
+
+
+def hidden_effects(search: Search, refit: System, problem: Problem, material: float) -> list[Fact]:
+    """Facts on effects that cannot be told from errors of parameters with a tolerance on this log.
+
+    The force residual r is linear in the changes of levels and toleranced values, with slopes S, and of the one
+    parameter s of an effect such as a gain, with slope d. Their information matrix and the vector of the best changes
+    from the refit θ, with the prior information Π about the declared values θ₀, are
+
+        A = Σ [S d]'[S d]/σ² + diag(Π, 0),   A (Δθ, Δs) = −Σ [S d]' r/σ² + (Π (θ₀ − θ), 0)
+
+    with σ the RMS of r and the sums over independent samples. s has the variance (A⁻¹)_ss. An effect is named if its
+    size at the level ``ALPHA`` over all candidates is ``material`` and would not be if the toleranced values were
+    known. Each value is named with it whose knowledge alone would reduce that size to ``MUCH`` of it. An effect that is
+    the same force as one of these values, as an added inertia and a mass, is left out: that value is refitted.
+
+    Args:
+        refit: the model that is written. material: share of the RMS drive force.
+    """
+    if not problem.uncertain or refit.transmissions or search.rigid:  # each effect takes a residual of a whole arm
+        return []
+    every = every_part(search, ())
+    level = float(norm.isf(ALPHA / 2 / hypotheses(every)))
+    drive = Drive(refit, problem.motion)
+    rows = force_rows(refit, problem, search.moved)
+    found: list[tuple[float, Fact]] = []
+    for part in every:
+        slope = _slope(part, refit, problem)
+        if slope is None:
+            continue
+        force = drive.share(slope)
+        hidden = _hidden(search, refit, problem, rows, slope, level, material / force) if force > 0 else None
+        if hidden is not None:
+            change, reach, names = hidden
+            found.append((reach * force, _in_words(part, change, reach, names)))
+    return [fact for _, fact in sorted(found, key=lambda one: -one[0])[:MOST_NAMED]]
+
+
+def _in_words(part: Part, change: float, reach: float, names: Sequence[str]) -> Fact:
+    """The fact on an effect with the best change of its parameter, the largest change from that, and the values."""
+    (parameter,) = part.effect.parameters
+    values = f"{', '.join(names[:-1])} {{}} {names[-1]}" if len(names) > 1 else names[0]
+    neutral, most = parameter.neutral or 0.0, abs(change) + reach
+    size = f"an error of up to {in_percent(most / neutral)}" if neutral else f"{parameter.name} of up to {most:.2g}"
+    return Fact(
+        "note",
+        f"{part.kind} on {part.on}, {size}, cannot be told from errors of {values.format('and')} in this log, which "
+        f"exert the same force. To show it, declare {values.format('or')} without tolerance, or log "
+        "another motion, or one with a known load, as well",
+        f"{parameter.name} from {neutral + change - reach:.3g} to {neutral + change + reach:.3g} explains the log as "
+        "well, with other values of these.",
+    )
+
+
+def _slope(part: Part, refit: System, problem: Problem) -> Array | None:
+    """(N, n) slope of ``residual_at_drive`` by the one parameter of an effect that scales its force; None if none does.
+
+    A smaller gain alone would make all of the other residual smaller, noise too.
+    """
+    neutral = part.effect.parameters[0].neutral
+    if len(part.names) > 1 or neutral is None:
+        return None
+    found = FoundEffect(part.kind, part.on, {part.names[0]: neutral + STEP}, {})
+    models = with_effects(refit, [found]), refit
+    changed, own = (residual_at_drive(model, problem.motion) for model in models)
+    return np.asarray(changed - own) / STEP
+
+
+def _hidden(
+    search: Search,
+    refit: System,
+    problem: Problem,
+    rows: Sequence[ForceRows],
+    slope: Array,
+    level: float,
+    least: float,
+) -> tuple[float, float, list[str]] | None:
+    """Best change of an effect's parameter, its largest change from that, and the names of the values that hide it.
+
+    None if the log shows it. ``least``: material change of the parameter.
+    """
+    moving = np.flatnonzero(problem.used.any(axis=0))
+    columns = [np.column_stack([r.slopes, slope[r.sample, i], r.residual]) for r, i in zip(rows, moving, strict=True)]
+    norms = np.linalg.norm(np.vstack(columns), axis=0)
+    cosines = np.vstack(columns).T @ np.vstack(columns)[:, -2] / np.maximum(norms * norms[-2], 1e-300)
+    places = [k for k, s in enumerate(search.moved) if s in problem.uncertain]
+    if max(abs(cosines[k]) for k in places) >= 1 - SAME_FORCE:
+        return None
+    extended = [replace(r, slopes=c) for r, c in zip(rows, columns, strict=True)]
+    sizes = np.array([max(rms(r.residual), 1e-300) for r in rows])
+    count = len(search.moved)
+    whole = information(extended, sizes, np.pad(search.prior_information, (0, 2)))
+    matrix, right = whole[:-1, :-1], -whole[:-1, -1]
+    away = [float(problem.system.values[s] - refit.values[s]) for s in search.moved]
+    right[:count] += search.prior_information @ away
+
+    def reach(known: Sequence[int]) -> float:
+        kept = [k for k in range(count + 1) if k not in known]
+        return level * float(np.sqrt(inverse(matrix[np.ix_(kept, kept)])[-1, -1]))
+
+    widest = reach([])
+    if widest < least or reach(places) >= least:
+        return None
+    names = [search.moved[k].name for k in places if reach([k]) <= MUCH * widest]
+    return (float(solved(matrix, right)[-1]), widest, names) if names else None
