@@ -151,10 +151,11 @@ def with_estimate(
     named = named_effects(parts, estimate(by_force), plain.refit)
     found = tuple(replace(f, at_limit=marks) for f, marks in zip(named, at_limit(by_force), strict=True))
     raised = tuple(w for f, p in zip(found, parts, strict=True) for w in objections(f, p, problem))
+    if raised:
+        return replace(plain, verdict="unknown", effects=found, against=not_credited(raised))
     harm = _harmful(search, outcome.final, measured)
-    if raised or harm:
-        against = not_credited(raised) if raised else (harm[1],) if harm else ()
-        return replace(plain, verdict="unknown", effects=found, against=against)
+    if harm is not None:
+        return replace(plain, verdict="unknown", effects=found, against=(harm[1],))
     return _judged(search, outcome, problem, plain, measured, outcome.final, found)
 
 
