@@ -237,7 +237,7 @@ def _by_free_runs(case: Case, search: Search, report: Progress, propose: bool) -
 
         experiment, excitation = separate(search, outcome, tied, case.log, case.spec.envelope, separation_report)
         answer, outcome = runs.without_tied(last, outcome, far) or (answer, outcome)
-    answer = wrong_values.refused_for_a_value(case.spec, answer, problem)
+    answer = wrong_values.refused_for_a_value(case.spec, answer, problem, runs.measured)
     answer = settled(replace(search, within=last.within), outcome, problem, answer, runs.measured)
     left = runs.left_by(answer)
     answer = replace(answer, verdict=_by_remainder(answer.verdict, left, case.material))

@@ -460,6 +460,17 @@ def test_a_constant_force_is_no_curve_over_speed(tmp_path: Path) -> None:
     assert least == [True, True, False]
 
 
+def test_effects_that_correct_the_form_of_another_are_not_named(tmp_path: Path) -> None:
+    """A spring of the fourth power was a cubic one with a negative spring and a wave: a series of three terms."""
+    about = "0.05 + 0.15*sin(2*pi*0.4*t) + 0.06*sin(2*pi*1.1*t)"
+    log = log_of(stage(reference=about), tmp_path, "train.csv")
+    x = log.positions
+    search, problem = searched(replace(log, inputs=log.inputs + 2000 * np.sign(x) * x**4))
+    with among("spring", "hardening_spring", "cogging", "viscous", "offset"):
+        found = selected_by_force(search, search.refit(), problem, lambda share: None)
+    assert found is not None and [p.kind for p in found.parts] == ["hardening_spring"]
+
+
 def test_nothing_is_found_where_only_levels_are_wrong(tmp_path: Path) -> None:
     log = jittered(log_of(stage(level=5.5), tmp_path, "train.csv"), tmp_path)
     search, problem = searched(log)

@@ -15,6 +15,7 @@ import numpy as np
 from codegen.base.arrays import Array
 from codegen.base.significant import in_percent
 from codegen.diagnosis.evidence.estimate import estimate
+from codegen.diagnosis.evidence.force_evidence import ForceCriterion
 from codegen.diagnosis.evidence.reservations import determined_form, objections
 from codegen.diagnosis.fit import credit
 from codegen.diagnosis.fit.credit import Evidence, evidence, evidence_of, random_signs
@@ -26,7 +27,7 @@ from codegen.diagnosis.fit.trial import Part, Trial, model_of, part_of
 from codegen.diagnosis.results import Fact
 from codegen.diagnosis.selection.forward_selection import MOST_EFFECTS, LaterRound
 from codegen.diagnosis.selection.ranking import Ranked, in_simplest_admitted_forms, led_by, ties
-from codegen.diagnosis.selection.refusals import is_possible, matters, relative_size
+from codegen.diagnosis.selection.refusals import corrects_a_form, is_possible, matters, relative_size
 from codegen.diagnosis.selection.significance import hypotheses
 from codegen.diagnosis.verdict.conclusion import named_effects
 from codegen.diagnosis.verdict.force_fits import ForceFits
@@ -204,6 +205,8 @@ def judged(fits: ForceFits, plain: Fit, found: Fit, candidates: int) -> Ranked:
         why_not += f" and leaves {in_percent(acting)} of the drive force" if acting < 0.99 else ""
     elif not matters(fits.search, found, plain):
         why_not = "is too small to matter"
+    elif form := corrects_a_form(ForceCriterion(fits.search, plain), ForceCriterion(fits.search, found)):
+        why_not = form
     elif p > credit.ALPHA:
         why_not, unsure = f"may be chance: it fits better by so little that p = {p:.2g} over all candidates", True
     return Ranked(found, one, ratio, relative_size(fits.search, found, plain), why_not, unsure, p)

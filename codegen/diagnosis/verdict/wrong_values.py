@@ -27,7 +27,7 @@ from codegen.diagnosis.fit.search import Search
 from codegen.diagnosis.fit.trial import in_unit, with_effects, with_values
 from codegen.diagnosis.results import Fact, FoundEffect
 from codegen.diagnosis.selection.forward_selection import BETTER, Outcome
-from codegen.diagnosis.verdict.answer import Answer
+from codegen.diagnosis.verdict.answer import Answer, Measured, is_shown_worse
 from codegen.mechanics.system import System
 from codegen.spec.model import Spec
 
@@ -211,12 +211,13 @@ def _mirrored(added: Array, force: Array) -> float | None:
     return ratio if same and abs(ratio + 2) <= 2 * MIRRORED else None
 
 
-def refused_for_a_value(spec: Spec, answer: Answer, problem: Problem) -> Answer:
+def refused_for_a_value(spec: Spec, answer: Answer, problem: Problem, measured: Measured) -> Answer:
     """The answer without its effects if one value without tolerance explains the residual far better (``FAR_LESS``).
 
     Example: a payload of an arm fits weaker motors on both of its joints. A true effect leaves only the noise, and no
     value can leave a third of the noise. Several effects are refused for a value that leaves no more than they do: it
-    explains as much with fewer changes of the declared model.
+    explains as much with fewer changes of the declared model. A value with which held-out free runs are worse refuses
+    no effect: the force residual does not show what a load does within the gap of a backlash.
     """
     if answer.verdict not in ("effect", "ambiguous"):
         return answer
@@ -225,6 +226,8 @@ def refused_for_a_value(spec: Spec, answer: Answer, problem: Problem) -> Answer:
         return answer
     left = _left_by_effects(answer, problem)
     if 1 - found.share > left * (FAR_LESS if len(answer.effects) == 1 else 1):
+        return answer
+    if is_shown_worse(measured(with_values(answer.refit, found.values)), answer.figures[2]):
         return answer
     named = " and ".join(f"{e.kind} on {e.on}" for e in answer.effects)
     words = (
@@ -260,12 +263,12 @@ class ExplainingValue:
     """A parameter without tolerance of which another value would explain the residual.
 
     Attributes:
-        change: estimate less declared value.
+        values: name → estimate of it and of the friction levels.
         share: of the squared residual force that this explains on held-out parts of the training log.
     """
 
     symbol: sympy.Symbol
-    change: float
+    values: dict[str, float]
     share: float
 
 
@@ -274,13 +277,13 @@ def explaining_values(spec: Spec, refit: System, problem: Problem) -> list[Fact]
     found = _explaining_value(spec, refit, problem)
     if found is None:
         return []
-    s, change = found.symbol, found.change
-    declared, unit = float(refit.values[s]), in_unit(refit, s)
+    s, unit = found.symbol, in_unit(refit, found.symbol)
+    declared, value = float(refit.values[s]), found.values[s.name]
     return [
         Fact(
             "declared value",
-            f"{s.name} = {declared + change:.4g}{unit} would explain {100 * found.share:.0f} % of the squared "
-            f"residual force; declared is {declared:.4g}{unit} ({100 * change / abs(declared):+.2g} %)",
+            f"{s.name} = {value:.4g}{unit} would explain {100 * found.share:.0f} % of the squared "
+            f"residual force; declared is {declared:.4g}{unit} ({100 * (value - declared) / abs(declared):+.2g} %)",
             f"On held-out parts of the training log. The spec gives {s.name} no tolerance, so it is not fitted.",
         ),
         Fact("next", f"Give {s.name} a `tolerance` in the spec, so that it is fitted, and diagnose again"),
@@ -305,7 +308,9 @@ def _explaining_value(spec: Spec, refit: System, problem: Problem) -> Explaining
     best = int(np.argmax(shares))
     if shares[best] < EXPLAINS:
         return None
-    return ExplainingValue(fixed[best], float(_weights(rows, [best, *levels])[0]), float(shares[best]))
+    chosen, changes = [fixed[best], *problem.levels], _weights(rows, [best, *levels])
+    values = {s.name: float(refit.values[s]) + float(change) for s, change in zip(chosen, changes, strict=True)}
+    return ExplainingValue(fixed[best], values, float(shares[best]))
 
 
 def _explained(rows: Sequence[ForceRows], columns: Sequence[int], without: Sequence[int]) -> float:
