@@ -185,8 +185,6 @@ def generate_fmu(
         BadInput: for a bad spec, no C compiler, a folder that cannot be written or has edited files, or an FMU there
             that stiction did not write.
     """
-    if version not in VERSIONS:
-        raise BadInput("--fmi", f"`{version}`", f"one of {', '.join(VERSIONS)}", code="CALL001")
     machine = derived_from(source).with_overrides(overrides)
     files, outcome = machine.files, machine.outcome
     fmu = emit_fmu(machine.program, dict(files), version)

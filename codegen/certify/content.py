@@ -57,14 +57,21 @@ def frame(
         "error": [{"name": e.symbol.name, "meaning": _meaning(e, observer), "unit": e.unit} for e in observer.errors],
         "variables": {v.name: [rational_text(lo), rational_text(hi)] for v, (lo, hi) in family.variables.items()},
         "splits": {},
-        "parameters": [{"name": s.name, "expression": to_prefix(e)} for s, e in family.parameters.items()],
-        "matrix": [[to_prefix(e) for e in family.matrix.row(i)] for i in range(family.matrix.rows)],
+        **as_prefix(family),
         "lyapunov_matrix": [],
         "cover": [],
         "decay_rate": "0",
         "reversals": [],
         "along": [],
         "assumptions": [],
+    }
+
+
+def as_prefix(family: Family) -> dict[str, Any]:
+    """The fields of a family's matrix and of its parameters."""
+    return {
+        "parameters": [{"name": s.name, "expression": to_prefix(e)} for s, e in family.parameters.items()],
+        "matrix": [[to_prefix(e) for e in family.matrix.row(i)] for i in range(family.matrix.rows)],
     }
 
 

@@ -17,11 +17,11 @@ import numpy as np
 import sympy
 
 from codegen.base.arrays import Array
-from codegen.certify.content import Found
+from codegen.certify.content import Found, as_prefix
 from codegen.certify.enclosure import exact_ranges
 from codegen.certify.family import Family
 from codegen.certify.lyapunov import common_lyapunov
-from codegen.certify.prefix import rounded_matrix, texts, to_prefix
+from codegen.certify.prefix import rounded_matrix, texts
 from codegen.checker import decay, kernel
 
 MOST_POINTS, MOST_CORNERS = 16, 64
@@ -81,8 +81,7 @@ def _leaf(family: Family, h: Any, p: Array) -> Callable[[Fraction, Cell], bool]:
     stated: dict[str, Any] = {
         "observer": {"integration": "euler"},
         "sample_time": str(h),
-        "parameters": [{"name": s.name, "expression": to_prefix(e)} for s, e in family.parameters.items()],
-        "matrix": [[to_prefix(e) for e in family.matrix.row(i)] for i in range(family.matrix.rows)],
+        **as_prefix(family),
     }
     step = decay.step(stated, {v.name: kernel.term(1, v.name) for v in family.variables}, known)
     box = {v.name: ends for v, ends in exact_ranges(family).items()}

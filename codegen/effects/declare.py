@@ -255,9 +255,8 @@ def _checked(effect: Effect, declared: DeclaredEffect, spec: Spec, key: str) -> 
                 raise BadInput(spec.place(f"{key}.parameters"), f"`{p.name}` is missing", expected, code="SPEC003")
             value = declared.parameters[p.name]
             if (p.low is not None and value <= p.low) or (p.high is not None and value >= p.high):
-                limits = [f"{word} {b:g}" for word, b in (("above", p.low), ("below", p.high)) if b is not None]
                 found, place = f"{p.name} = {float(value):g}", spec.place(f"{key}.parameters.{p.name}")
-                raise BadInput(place, found, f"a value {' and '.join(limits)}", code="SPEC007")
+                raise BadInput(place, found, f"a value {' and '.join(p.limits)}", code="SPEC007")
     faults.raise_noted()
     return {name: declared.parameters[name] for name in names}
 

@@ -70,6 +70,11 @@ class EffectParameter:
     absent_at: float | None = None
 
     @property
+    def limits(self) -> list[str]:
+        """The bounds in words."""
+        return [f"{word} {b:g}" for word, b in (("above", self.low), ("below", self.high)) if b is not None]
+
+    @property
     def coordinate(self) -> Coordinate:
         """The coordinate in which a fit changes it: itself if it may cross zero, else one that keeps the bounds."""
         if self.moved_in is not None:

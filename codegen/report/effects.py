@@ -42,7 +42,7 @@ def effect_view(effect: Effect) -> dict[str, Any]:
             {
                 "name": p.name,
                 "unit": p.unit.format(F="F", q="q", w="w"),
-                "range": _range(p),
+                "range": ", ".join(p.limits) or "any",
                 "meaning": p.meaning,
                 "start": _start(form, p),
                 "optional": p.name not in [q.name for q in effect.parameters],
@@ -90,11 +90,6 @@ def write_effects(folder: Path) -> Path:
     drawn = [e for e in CATALOGUE.values() if e.kind in EXAMPLES.effects]
     write_all(folder, {f"effects/{e.kind}.svg": effect_picture(e) for e in drawn} | {"effects.md": effects_page()})
     return folder / "effects.md"
-
-
-def _range(p: EffectParameter) -> str:
-    limits = [f"{word} {b:g}" for word, b in (("above", p.low), ("below", p.high)) if b is not None]
-    return ", ".join(limits) or "any"
 
 
 def _start(effect: Effect, p: EffectParameter) -> str:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, WithJsonSchema
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, NonNegativeInt, WithJsonSchema
 
 from codegen.spec.decimal_comma import QUESTION, maybe_commas
 from codegen.spec.quantity import split_quantity
@@ -92,21 +92,9 @@ Text = Annotated[str, BeforeValidator(_expression_like), WithJsonSchema(_EXPRESS
 Number = Annotated[str, BeforeValidator(_number_like), WithJsonSchema(_NUMBER)]
 Quantity = Annotated[str, BeforeValidator(_quantity_like), WithJsonSchema(_QUANTITY)]
 Unit = Annotated[str, BeforeValidator(_unit_like), WithJsonSchema({"anyOf": [{"type": "string"}, {"const": 1}]})]
-Range = Annotated[
-    list[Number],
-    BeforeValidator(_range_like),
-    WithJsonSchema({"type": "array", "items": _NUMBER, "minItems": 2, "maxItems": 2}),
-]
-QuantityRange = Annotated[
-    list[Quantity],
-    BeforeValidator(_range_like),
-    WithJsonSchema({"type": "array", "items": _QUANTITY, "minItems": 2, "maxItems": 2}),
-]
-Vector = Annotated[
-    list[Number],
-    BeforeValidator(_vector_like),
-    WithJsonSchema({"type": "array", "items": _NUMBER, "minItems": 3, "maxItems": 3}),
-]
+Range = Annotated[list[Number], Field(min_length=2, max_length=2), BeforeValidator(_range_like)]
+QuantityRange = Annotated[list[Quantity], Field(min_length=2, max_length=2), BeforeValidator(_range_like)]
+Vector = Annotated[list[Number], Field(min_length=3, max_length=3), BeforeValidator(_vector_like)]
 Names = Annotated[list[str], BeforeValidator(_as_list), WithJsonSchema(_TEXT_OR_LIST)]
 Terms = Annotated[
     list[Text],
@@ -281,12 +269,12 @@ class SimulationSection(Section):
     input_limit: dict[str, Quantity] = {}
     encoder_step: dict[str, Quantity] = {}
     position_noise: dict[str, Quantity] = {}
-    seed: int = 0
+    seed: NonNegativeInt = 0
     integral_gain: dict[str, Number] = {}
     velocity_noise: dict[str, Quantity] = {}
     observer: bool = False
     cancel: Number | None = None
-    cancel_delay: int = 0
+    cancel_delay: NonNegativeInt = 0
 
 
 class LogSection(Section):

@@ -29,8 +29,7 @@ def read_simulation(
 
     Raises:
         BadInput: for an unknown name, an invalid number or expression, a duration of less than two or more than 10⁷
-            samples, a negative seed, step, noise or limit, or a cancellation that is not a share, has no observer, or
-            has a negative delay.
+            samples, a negative step, noise or limit, or a cancellation that is not a share or has no observer.
     """
     if section is None:
         return None
@@ -78,8 +77,6 @@ def read_simulation(
     if not period < duration or duration / period > MOST_SAMPLES:
         found = f"{duration} s in steps of {period} s"
         raise BadInput(place("simulation.duration"), found, "2 to 10^7 samples", code="SPEC024")
-    if section.seed < 0:
-        raise BadInput(place("simulation.seed"), f"seed {section.seed}", "0 or a positive whole number", code="SPEC007")
     return Simulation(
         duration,
         period,
@@ -104,9 +101,6 @@ def _cancelled(section: SimulationSection, place: Callable[[str], Place]) -> flo
         if key in section.model_fields_set and not section.observer:
             found = f"`{key}` without an observer in the loop"
             raise BadInput(place(f"simulation.{key}"), found, "`observer: true` too", code="SPEC024")
-    if section.cancel_delay < 0:
-        found = f"{section.cancel_delay} samples"
-        raise BadInput(place("simulation.cancel_delay"), found, "0, 1, 2 … samples of the observer", code="SPEC024")
     if section.cancel is None:
         if "cancel_delay" in section.model_fields_set:
             words = "`cancel_delay` without `cancel`"

@@ -29,6 +29,7 @@ _EXPECTED = {
     "int_type": "a whole number",
     "int_parsing": "a whole number",
     "int_from_float": "a whole number",
+    "greater_than_equal": "0 or a positive whole number",
     "int_parsing_size": "a whole number of at most 4300 digits",
     "bool_type": "true or false",
     "bool_parsing": "true or false",
@@ -144,7 +145,8 @@ def _explain(
         return BadInput(place, words, f"a decimal point: {with_point(found)}", code="SPEC006")
     nearest = nearest_name(str(found), re.findall(r"'(\w+)'", expected)) if fault["type"] == "literal_error" else None
     words = "nothing" if found is None else f"`{found}`" if not isinstance(found, (dict, list)) else _shape(found)
-    return BadInput(place, words, expected, nearest, code="SPEC006")
+    code = "SPEC007" if fault["type"] == "greater_than_equal" else "SPEC006"
+    return BadInput(place, words, expected, nearest, code=code)
 
 
 def _as_mapping(found: object, keys: Sequence[str]) -> str:

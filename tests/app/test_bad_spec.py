@@ -110,7 +110,7 @@ FAULTS = {
         ":29: simulation.duration: -3 s; expected a pos",
     ),
     "duration too long": (changed(ONE, "duration: 12", "duration: 1e9"), ":29: simulation.duration: 1000000000"),
-    "seed negative": (simulated("seed: -3"), ":32: simulation.seed: seed -3; expected 0 or a positive"),
+    "seed negative": (simulated("seed: -3"), ":32: simulation.seed: `-3`; expected 0 or a positive"),
     "seed broken": (simulated("seed: 1.5"), ":32: simulation.seed: `1.5`; expected a whole number"),
     "encoder step negative": (simulated("encoder_step: {x: -0.1}"), ":32: simulation.encoder_step.x: "),
     "noise negative": (simulated("position_noise: {x: -5}"), ":32: simulation.position_noise.x: "),

@@ -224,7 +224,7 @@ def test_log_holds_the_estimates_and_measured_velocities(tmp_path: Path):
     ("more", "expected"),
     [
         (estimated() + RIG.format(duration=1) + "  cancel: 90\n", "SPEC007 simulation.cancel: 90"),
-        (estimated() + RIG.format(duration=1) + "  cancel_delay: -1\n", "SPEC024 simulation.cancel_delay: -1"),
+        (estimated() + RIG.format(duration=1) + "  cancel_delay: -1\n", "SPEC007 simulation.cancel_delay: -1"),
         (
             estimated() + RIG.format(duration=1).replace("observer: true", "cancel: 1"),
             "SPEC024 simulation.cancel: `cancel`",
