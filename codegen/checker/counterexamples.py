@@ -70,6 +70,13 @@ CASES = (
         f"{STEP} 0.0 * fabs(v_hat + 1e20 * inputs->x - 1e20 * inputs->x) +",
         "is its rounding",
     ),
+    Case(
+        "a slip that underflow makes 0",
+        "c",
+        "one_mass_sign(v_hat)",
+        "one_mass_sign(1e-99 * 1e-99 * 1e-99 * v_hat)",
+        "a number is too large or small",
+    ),
     Case("a constant added to the level", "c", "fabs(v_hat); /* N */", "fabs(v_hat) + 5.0; /* N */", NOT_SHOWN),
     Case("a velocity shown too large", "c", SHOW, "outputs->v_hat = 1.01 * v_hat;", NOT_SHOWN),
     Case("a velocity that is not shown", "c", SHOW, "", "outputs.v_hat"),
@@ -258,6 +265,7 @@ CASES = (
         "/* N: friction level; double a_hat_rail; /* kN: of it */",
         "has two units",
     ),
+    Case("a velocity in N", "h", "m/s: velocity estimate", "N: velocity estimate", "is not that of x per second"),
     # the claim
     Case("V falls faster than is true", "p", '"213/20"', '"12"', "V may not fall"),
     Case("V falls so fast that it would be negative", "p", '"213/20"', '"1000"', "V negative"),

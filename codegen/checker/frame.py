@@ -130,9 +130,8 @@ class Precision(NamedTuple):
     Attributes:
         rounding: four times the largest relative error of one rounding.
         limit: the number with which the C compares the sum `check` to detect an invalid sample.
-        most: the largest admitted magnitude of a coefficient; the smallest is 1/most.
-        usual: with all quantities (inputs, states, outputs) of at most this magnitude, in their units, no computed
-            value may exceed ``most``.
+        most: the largest admitted magnitude of a computed value; the smallest, of a term of it, is 1/most.
+        usual: these are demanded of all quantities (inputs, states, outputs) between 1/usual and usual, in their units.
         cancelled: the largest admitted ratio of what a step rounds to what storing its states does (rounding.py).
     """
 
@@ -143,13 +142,13 @@ class Precision(NamedTuple):
     cancelled: int
 
     def holds(self, terms: Mapping[tuple[str, ...], Any]) -> bool:
-        """Whether the coefficients are within the limits, and the value too for quantities of magnitude ``usual``."""
+        """Whether the value and its terms are within the limits for quantities between 1/usual and usual."""
         usual, most = self.usual, self.most
         for monomial, c in terms.items():
             degree = sum(x.startswith(QUANTITIES) for x in monomial) if usual > 1 else 0
-            top, bottom = abs(c.numerator), c.denominator
-            large = top * usual**degree * len(terms) > most * bottom or top * most < bottom
-            if large or len(monomial) >= 100 or bottom > MOST_NUMBER or top > MOST_NUMBER:
+            top, bottom, power = abs(c.numerator), c.denominator, usual**degree
+            out = top * power * len(terms) > most * bottom or top * most < bottom * power
+            if out or len(monomial) >= 100 or bottom > MOST_NUMBER or top > MOST_NUMBER:
                 return False
         return True
 
@@ -255,14 +254,15 @@ def unrolled(text: str) -> str:
     """The statements with every loop unrolled; the locals of each pass are renamed, so that they stay separate."""
     parts, size, read, index = [], 0, 0, rf"\[i((?: [+-] {INDEX})?)\]"
     for loop in re.finditer(rf"for \(int i = ({INDEX}); i < ({INDEX}); i\+\+\) {{ ([^{{}}]*)}} ?", text):
-        local = "|".join(re.findall(r"double (\w+)", loop[3])) or "(?!)"
+        local = {*re.findall(r"double (\w+)", loop[3])}
         parts.append(text[read : loop.start()])
         for k in range(int(loop[1]), int(loop[2])):
             body = re.sub(index, lambda m, k=k: f"[{k + int(m[1].replace(' ', '') or 0)}]", loop[3])
             size += len(body)
             demand(size < MOST_TEXT, "loops that are too long")
             demand(not re.search(r"\bi\b", body), "i in an expression")
-            parts.append(re.sub(rf"\b({local})\b", rf"\1[{loop.start()}.{k}]", body))
+            own = f"[{loop.start()}.{k}]"
+            parts.append(re.sub(r"\w+", lambda m, own=own: m[0] + own * (m[0] in local), body))
         read = loop.end()
     return "".join(parts) + text[read:]
 

@@ -367,6 +367,10 @@ def units(proof: dict[str, Any], c: Any, header: str) -> list[str]:
     odd = [unit for _, unit in pairs if not re.fullmatch(UNIT, unit)]
     enclosure.demand(not odd, f"{odd[0][:40]!r} in {proof['name']}.h is no unit of SI without a factor" if odd else "")
     enclosure.demand(of["sample_time"] == "s", f"the sample time in {proof['name']}.h is not in s")
+    shows = {e["truth"]: e["estimate"] for e in proof["errors"]}
+    for place in ((x, shows.get(v, v)) for x, v in proof["positions"].items()):
+        x, v = (re.split(r"[.[]", name)[1] for name in place)
+        enclosure.demand(of[v] == f"{of[x]}/s", f"the unit of {v} in {proof['name']}.h is not that of {x} per second")
     return found
 
 

@@ -336,7 +336,7 @@ def main(argv: list[str] | None = None) -> int:
         say(one_line(f"refused: {path}: {e}"))
         return 3
     except (OSError, ValueError) as e:
-        where, what = getattr(e, "filename", path), getattr(e, "strerror", f"not a certificate: {e}")
+        where, what = getattr(e, "filename", None) or path, getattr(e, "strerror", f"not a certificate: {e}")
         print(one_line(f"error: {where}: {what}"), file=sys.stderr)
         return 2
     left = [f"{name}, which is not here" for name in report.unbound] + [*report.open]

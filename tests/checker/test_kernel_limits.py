@@ -292,6 +292,16 @@ def test_comments_without_end_in_the_header_are_refused_in_time() -> None:
     assert time.thread_time() - begun < 4
 
 
+def test_a_loop_of_many_locals_is_read_in_time() -> None:
+    """Every name of it was compared with every local: minutes."""
+    changed, begun, local = files(), time.thread_time(), "    const double v_hat ="
+    body = "".join(f"double a{k} = 0.0; " for k in range(40_000))
+    assert changed["one_mass.c"].count(local) == 1
+    changed["one_mass.c"] = changed["one_mass.c"].replace(local, f"for (int i = 0; i < 1; i++) {{ {body}}}\n{local}")
+    frame.read("one_mass", changed)
+    assert time.thread_time() - begun < 4
+
+
 def test_many_matrices_of_many_entries_are_refused() -> None:
     """1024 matrices of 100 by 100 would fill the memory."""
     wide = math.prod((kernel.term(2) + kernel.term(1, f"sign.{k}") for k in range(10)), start=kernel.term(1))

@@ -8,6 +8,7 @@ from __future__ import annotations
 import decimal
 import json
 import math
+import re
 from typing import Any
 
 import pytest
@@ -50,6 +51,22 @@ def test_what_cancels_in_the_step_is_no_input_gain() -> None:
     files["one_mass.h"] = header.replace("        0.01 /*", "        2999999999999999.0, 0.01 /*").encode()
     with pytest.raises(verify.Refused, match="is its rounding"):
         check(certificate("one_mass", "proof.json"), files)
+
+
+@pytest.mark.parametrize(("tiny", "bound"), [("1e-99 * 1e-99 * 1e-99", False), ("1e-90", True)])
+def test_a_sign_that_underflow_makes_zero_is_refused(tiny: str, bound: bool) -> None:
+    """1e-297 times a speed below 1e-27 m/s is 0 in doubles, and so was the sign; above 1e-6 m/s all is well."""
+    sign, files = f"one_mass_sign({tiny} * ", sources("one_mass")
+    text = files["one_mass.c"].decode().replace("one_mass_sign(v_hat)", f"{sign}v_hat)")
+    text = re.sub(r"fabs\((outputs->)?v_hat\)", lambda m: f"({sign}{m[1] or ''}v_hat) * {m[1] or ''}v_hat)", text)
+    proof = certificate("one_mass", "proof.json") | {"signs": {"sign.rail": f"{tiny}*outputs.v_hat"}}
+    files = {"one_mass.c": text.encode(), "one_mass.h": files["one_mass.h"]}
+    assert float(eval(tiny)) * 1e-27 == (0.0 if not bound else 1e-117)
+    if bound:
+        assert check(proof, files).proved
+    else:
+        with pytest.raises(verify.Refused, match="a number is too large or small"):
+            check(proof, files)
 
 
 @pytest.mark.parametrize("cover", ["", ['" t', "1/2", "", ""]])

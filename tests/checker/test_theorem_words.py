@@ -76,6 +76,22 @@ def test_units_are_coherent(own: str, by: str) -> None:
 @pytest.mark.parametrize(
     ("own", "by"),
     [
+        ("double v_hat; /* m/s:", "double v_hat; /* kg:"),
+        ("double v_hat; /* m/s:", "double v_hat; /* m/s^2:"),
+        ("double x; /* m:", "double x; /* rad:"),
+    ],
+)
+def test_a_velocity_has_the_unit_of_its_position_per_second(own: str, by: str) -> None:
+    """An error of the velocity was printed in kg, with status 0."""
+    header = SOURCES["one_mass.h"].decode()
+    assert header.count(own) == 1
+    with pytest.raises(Refused, match="the unit of v_hat in one_mass.h is not that of x per second"):
+        checked(TEXT, {**SOURCES, "one_mass.h": header.replace(own, by).encode()})
+
+
+@pytest.mark.parametrize(
+    ("own", "by"),
+    [
         ("double x; /* m: measured position */", "double x; /* mm, measured position */"),
         ("double x; /* m: measured position */", "double\n    x; /* mm: measured position */"),
         ("double w; /* N: input */", "double w; /* input in kN */"),
