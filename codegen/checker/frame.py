@@ -17,6 +17,7 @@ import re
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from fractions import Fraction
+from math import isqrt
 from time import monotonic, thread_time
 from typing import Any, NamedTuple
 
@@ -132,14 +133,17 @@ class Precision(NamedTuple):
         limit: the number with which the C compares the sum `check` to detect an invalid sample.
         most: the largest admitted magnitude of a computed value; the smallest, of a term of it, is 1/most.
         usual: these are demanded of all quantities (inputs, states, outputs) between 1/usual and usual, in their units.
-        cancelled: the largest admitted ratio of what a step rounds to what storing its states does (rounding.py).
     """
 
     rounding: Fraction
     limit: int
     most: int
     usual: int
-    cancelled: int
+
+    @property
+    def cancelled(self) -> int:
+        """The largest factor by which rounding may exceed that of one operation: half of the digits are then right."""
+        return isqrt(self.rounding.denominator)
 
     def holds(self, terms: Mapping[tuple[str, ...], Any]) -> bool:
         """Whether the value and its terms are within the limits for quantities between 1/usual and usual."""
@@ -154,10 +158,10 @@ class Precision(NamedTuple):
 
 
 MOST_NUMBER = 10**300
-EXACT = Precision(Fraction(0), MOST_NUMBER, MOST_NUMBER, 1, 0)
+EXACT = Precision(Fraction(0), MOST_NUMBER, MOST_NUMBER, 1)
 PRECISIONS = {
-    "double": Precision(Fraction(1, 2**50), 10**150, 10**300, 10**6, 10**8),
-    "float": Precision(Fraction(1, 2**21), 10**18, 10**37, 10**3, 10**3),
+    "double": Precision(Fraction(1, 2**50), 10**150, 10**300, 10**6),
+    "float": Precision(Fraction(1, 2**21), 10**18, 10**37, 10**3),
 }
 
 
@@ -261,8 +265,8 @@ def unrolled(text: str) -> str:
             size += len(body)
             demand(size < MOST_TEXT, "loops that are too long")
             demand(not re.search(r"\bi\b", body), "i in an expression")
-            own = f"[{loop.start()}.{k}]"
-            parts.append(re.sub(r"\w+", lambda m, own=own: m[0] + own * (m[0] in local), body))
+            own = {name: f"{name}[{loop.start()}.{k}]" for name in local}
+            parts.append(re.sub(r"\w+", lambda m, own=own: own.get(m[0], m[0]), body))
         read = loop.end()
     return "".join(parts) + text[read:]
 

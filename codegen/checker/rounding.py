@@ -10,8 +10,9 @@ LEMMA R (Higham, Accuracy and Stability of Numerical Algorithms, section 3.1). L
 
 `Bounded` computes that polynomial, and n. `require` compares it, for each state, with the smallest rounding that any
 code with these states has: that of storing them, before and after the step. Where it is more than ``cancelled`` times
-that for any term (a product of inputs, estimates and numbers), terms cancel that are larger than they need to be, and
-the C is refused. The limits are chosen, not derived. Also, V must not grow when rounding changes the error dynamics.
+that for any term (a product of inputs, estimates and numbers), terms cancel that are larger than they need to be, less
+than half of the digits may be right, and the C is refused. The decay of V gives no such limit for what multiplies an
+input, which is not in V. For the errors it does: V must not grow when rounding changes their dynamics.
 The bounds are to first order, and take every variable in a divisor as 1. frame.Precision.holds excludes overflow and
 underflow.
 """
@@ -61,12 +62,11 @@ def require(proof: dict[str, Any], shown: dict[str, Any]) -> None:
                 raise ValueError(f"a divisor: {LOST}, where it is near 0 ({why})") from None
     n = 2 + max(code.bounds[z][1] for z in stored)
     outlasts(proof, shown, code, {z: added[z] * kernel.term(n) for z in stored})
-    # Of other functions, and of formulas with an exp, the sum of the magnitudes of all terms is compared. In a formula
-    # the exp alone is rounded, once: it may lose three digits more, as the mean of an exponential step does.
+    # Of other functions, and of formulas with an exp: it is demanded of all that they hold.
     said, rounded = Bounded(shown["names"], dict(shown["known"]), c.precision, code.bounds), of_exp(c.prepare)
     for formula in {*texts(proof)}:
         if re.search(EXP, formula) or rounded.intersection(re.findall(NAME, formula)):
-            said.kept(said.value(formula), said.latest[0] * kernel.term(Fraction(1, 1000)))
+            said.kept(said.value(formula), said.latest[0])
     free = {x: shown["names"][x] for x in c.values}
     free |= {x: kernel.term(1, x) for x in (*c.inputs, *c.states, *c.outputs)}
     for program in (c.init, c.reset, c.predict, c.resume):

@@ -85,7 +85,7 @@ def test_a_velocity_has_the_unit_of_its_position_per_second(own: str, by: str) -
     """An error of the velocity was printed in kg, with status 0."""
     header = SOURCES["one_mass.h"].decode()
     assert header.count(own) == 1
-    with pytest.raises(Refused, match="the unit of v_hat in one_mass.h is not that of x per second"):
+    with pytest.raises(Refused, match=r"the unit of v_hat in one_mass\.h is not that of x per second"):
         checked(TEXT, {**SOURCES, "one_mass.h": header.replace(own, by).encode()})
 
 
