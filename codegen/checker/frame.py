@@ -17,7 +17,6 @@ import re
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from fractions import Fraction
-from math import isqrt
 from time import monotonic, thread_time
 from typing import Any, NamedTuple
 
@@ -143,7 +142,7 @@ class Precision(NamedTuple):
     @property
     def cancelled(self) -> int:
         """The largest factor by which rounding may exceed that of one operation: half of the digits are then right."""
-        return isqrt(self.rounding.denominator)
+        return 1 << (self.rounding.denominator.bit_length() - 1) // 2
 
     def holds(self, terms: Mapping[tuple[str, ...], Any]) -> bool:
         """Whether the value and its terms are within the limits for quantities between 1/usual and usual."""

@@ -62,11 +62,12 @@ def require(proof: dict[str, Any], shown: dict[str, Any]) -> None:
                 raise ValueError(f"a divisor: {LOST}, where it is near 0 ({why})") from None
     n = 2 + max(code.bounds[z][1] for z in stored)
     outlasts(proof, shown, code, {z: added[z] * kernel.term(n) for z in stored})
-    # Of other functions, and of formulas with an exp: it is demanded of all that they hold.
+    # Of other functions, and of formulas with an exp, all terms are compared. In a formula the exp alone is rounded,
+    # once: what cancels to 0 may be larger there, as in the linearisation of a Stribeck curve.
     said, rounded = Bounded(shown["names"], dict(shown["known"]), c.precision, code.bounds), of_exp(c.prepare)
     for formula in {*texts(proof)}:
         if re.search(EXP, formula) or rounded.intersection(re.findall(NAME, formula)):
-            said.kept(said.value(formula), said.latest[0])
+            said.kept(said.value(formula), said.latest[0], 1000)
     free = {x: shown["names"][x] for x in c.values}
     free |= {x: kernel.term(1, x) for x in (*c.inputs, *c.states, *c.outputs)}
     for program in (c.init, c.reset, c.predict, c.resume):
@@ -221,10 +222,10 @@ class Bounded(kernel.Text):
         self.parts[node] = p, self.bound(node, text, p)
         return p
 
-    def kept(self, p: Any, bound: Any, why: str = LOST) -> Fraction:
+    def kept(self, p: Any, bound: Any, more: int = 1) -> Fraction:
         """``compare``, and the same of what cancels in p by an identity (``apart``)."""
-        self.apart(p, why)
-        return self.compare(p, bound, why)
+        self.apart(p, LOST)
+        return self.compare(p, bound, LOST, more)
 
     def ones(self) -> dict[str, Any]:
         """Reciprocal -> 1 over the sum of the magnitudes of its divisor's terms, with all variables 1."""
@@ -250,16 +251,16 @@ class Bounded(kernel.Text):
         terms = unsigned(put(magnitudes(p), ones), self.known)
         self.compare(unsigned(magnitudes(joined), self.known), terms, why)
 
-    def compare(self, p: Any, bound: Any, why: str) -> Fraction:
+    def compare(self, p: Any, bound: Any, why: str, more: int = 1) -> Fraction:
         """The ratio of a bound to the magnitudes of p, all variables 1; ValueError if a term is mostly rounding error.
 
         A constant, such as a force that is nearly balanced, and a term that cancels to 0 may have as much rounding
-        error as all terms of p together. A term that cancels may not have a higher degree than these: with large
-        quantities its rounding error would exceed them.
+        error as ``more`` times all terms of p together. A term that cancels may not have a higher degree than these:
+        with large quantities its rounding error would exceed them.
         """
         left, power = total(p), max(map(degree, put(p, passed_on(self.known))), default=0)
         for term, size in bound.items():
-            rest = left if not term or (term not in p and degree(term) <= power) else 0
+            rest = more * left if not term or (term not in p and degree(term) <= power) else 0
             frame.demand(size <= max(self.precision.cancelled * abs(p.get(term, 0)), rest), why)
         return total(bound) / left if bound else Fraction(1)
 
