@@ -265,7 +265,7 @@ def unrolled(text: str) -> str:
             demand(size < MOST_TEXT, "loops that are too long")
             demand(not re.search(r"\bi\b", body), "i in an expression")
             own = {name: f"{name}[{loop.start()}.{k}]" for name in local}
-            parts.append(re.sub(r"\w+", lambda m, own=own: own.get(m[0], m[0]), body))
+            parts += [own.get(word, word) for word in re.split(r"(\w+)", body)]
         read = loop.end()
     return "".join(parts) + text[read:]
 
