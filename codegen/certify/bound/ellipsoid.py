@@ -20,6 +20,7 @@ from typing import Any
 
 import numpy as np
 import sympy
+from scipy.linalg import solve_discrete_lyapunov
 
 from codegen.base.arrays import Array
 from codegen.base.significant import float_above
@@ -47,8 +48,6 @@ SUMMED, LONGEST = 3.0, 2000
 """Length of the explicit sum before the ellipsoid bounds the remainder: in time constants, and at most in samples."""
 NEAR = 1e-6
 """Relative margin for rounding errors."""
-DOUBLINGS, NOTHING = 40, 1e-100
-"""Largest number of squarings of a matrix, and magnitude below which a power is negligible in a sum."""
 SPARE = 1e-4
 """Relative enlargement of Q, so that the inequality holds for the rounded Q too."""
 
@@ -350,24 +349,21 @@ def _set(step: Array, columns: Array, size: Array, group: Group) -> dict[str, An
     floats = [np.array([float(x) for x in row]) @ last for row in rows]
     shares = [rounded(largest**2 + (1 - largest**2) * k / SHARES, DIGITS) for k in range(1, SHARES)]
 
-    doubled = {f: _squarings(step.T / np.sqrt(float(f))) for f in shares}
-
     def worst_case(target: Array, f: Any) -> float:
-        return float(size @ _amplitudes(doubled[f], columns, target)) / math.sqrt(1 - float(f))
+        return float(size @ _amplitudes(step, float(f), columns, target)) / math.sqrt(1 - float(f))
 
     own = [min(worst_case(np.outer(row, row), f) for f in shares) for row in floats] if len(rows) > 1 else [1.0]
     target: Array = np.sum([np.outer(row, row) / b**2 for row, b in zip(floats, own, strict=True)], axis=0)
     share = min(shares, key=lambda f: worst_case(target, f))
     f = float(share)
-    gains = _amplitudes(doubled[share], columns, target)
+    gains = _amplitudes(step, f, columns, target)
     gains = np.maximum(gains, 1e-6 * float(size @ gains) / size.sum())
     best = size * float(size @ gains) / ((1 - f) * gains) * (1 + 10.0 ** (1 - DIGITS))
     weights = [upwards(w, DIGITS) if w else sympy.Integer(0) for w in best]
     driven = (columns * np.array([float(w) for w in weights])) @ columns.T
-    doubled_step = _squarings(step / np.sqrt(f))
-    matrix = _summed(doubled_step, driven)
+    matrix = solve_discrete_lyapunov(step / np.sqrt(f), driven)
     scale = np.diag(np.diag(matrix))
-    more = _summed(doubled_step, scale)
+    more = solve_discrete_lyapunov(step / np.sqrt(f), scale)
     matrix = matrix + SPARE / float(np.max(np.diag(more) / np.diag(scale))) * more
     exact = rounded_matrix((matrix + matrix.T) / 2, DIGITS, np.sqrt(np.diag(matrix)))
     bounds = [_bound(np.array(row, dtype=float), step, columns * size, samples, exact) for row in rows]
@@ -467,22 +463,7 @@ def _bound(row: Array, step: Array, columns: Array, samples: int, matrix: Any) -
     return upwards((total + remainder) * (1 + NEAR), DIGITS)
 
 
-def _amplitudes(doubled: Sequence[Array], columns: Array, target: Array) -> Array:
-    """√(b_j'Xb_j) for each j, where X = Φ'XΦ/f + ``target``; ``doubled``: ``_squarings`` of Φ'/√f."""
-    x = _summed(doubled, target)
+def _amplitudes(step: Array, f: float, columns: Array, target: Array) -> Array:
+    """√(b_j'Xb_j) for each j, where X = Φ'XΦ/f + ``target``."""
+    x = solve_discrete_lyapunov(step.T / np.sqrt(f), target)
     return np.asarray(np.sqrt(np.maximum(np.sum(columns * (x @ columns), axis=0), 0.0)))
-
-
-def _squarings(step: Array) -> list[Array]:
-    """A, A², A⁴, …, up to a power that is negligible in double precision."""
-    found = [step]
-    while len(found) < DOUBLINGS and np.abs(found[-1]).max() > NOTHING:
-        found.append(found[-1] @ found[-1])
-    return found
-
-
-def _summed(doubled: Sequence[Array], start: Array) -> Array:
-    """The solution X = Σ_k A^k C A'^k of X = AXA' + C by doubling; C is ``start``, ``doubled`` ``_squarings`` of A."""
-    for step in doubled:
-        start = start + step @ start @ step.T
-    return start
