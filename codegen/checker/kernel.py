@@ -25,6 +25,7 @@ if TYPE_CHECKING or __package__:
 
 demand = frame.demand  # raises ValueError if a condition fails or the time limit is reached
 LEAST, SHORT = Fraction(1, 10**40), 30  # SHORT: binary digits of a short number
+MOST_TERMS, MANY = 300_000, "more terms than the limit"  # of a polynomial, and of all that are kept: some 100 MB
 
 
 # LEMMA 1. A polynomial is {monomial: coefficient, not 0}, a monomial its names, sorted, each as often as its power. Two
@@ -45,7 +46,7 @@ class Poly(dict[tuple[str, ...], Any]):
         terms = Poly()
         signs = (found := {x for x in other.names() if x.startswith("sign.")}) and found & self.names()
         for n, d in other.items():
-            demand(len(terms) < 10**6, "more terms than the limit")
+            demand(len(terms) < MOST_TERMS, MANY)
             for m, c in self.items():
                 pairs = signs.intersection(m, n) if signs else ()
                 monomial = tuple(sorted(x for x in m + n if x not in pairs) if pairs else sorted(m + n)) if n else m
@@ -138,7 +139,7 @@ def coefficients(A: Any, box: Box, tree: Any, known: Known) -> Any:
         inside[place].update(names)
         degree |= {x: max(degree[x], names.count(x)) for x in names}
     most = sum(prod(degree[x] + 1 for x in variables) for variables in inside.values())  # of all entries
-    demand(max(10 * len(A) * prod(n + 1 for n in degree.values()), most) < 10**6, "more terms than the limit")
+    demand(max(10 * len(A) * prod(n + 1 for n in degree.values()), most) < 10**6, MANY)
     terms = {(m[0], *(m.count(x) for x in degree if x in inside[m[0]])): c for m, c in zip(entries, whole, strict=True)}
     for cell in leaves(box, tree):
         columns = {x: [*zip(*bernstein(n, *ends(x, cell)), strict=True)] for x, n in degree.items()}
@@ -263,7 +264,7 @@ class Text:
     """Evaluates expressions over `names`, and runs assignments; `known` maps (function, argument) to its value."""
 
     def __init__(self, names: dict[str, Poly], known: Known, precision: Any = frame.EXACT) -> None:
-        self.names, self.known, self.precision = dict(names), known, precision
+        self.names, self.known, self.precision, self.size = dict(names), known, precision, 0
 
     def value(self, text: str) -> Poly:
         if NUMBER.fullmatch(text := text.strip(" ")):
@@ -296,4 +297,6 @@ class Text:
         for name, value in assignments:
             demand("." not in name.split("[")[0] or name in writable, f"{name} is set")
             self.names[name] = self.value(value)
+            self.size += len(self.names[name])
+            demand(self.size < MOST_TERMS, MANY)
         return self.names

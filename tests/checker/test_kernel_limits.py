@@ -15,6 +15,7 @@ from typing import Any
 import pytest
 
 from codegen.checker import errors, frame, kernel, verify
+from tests.checker.forged import replace_once
 
 GENERATED = Path(__file__).parents[2] / "generated"
 HERE = GENERATED / "one_mass"
@@ -300,6 +301,21 @@ def test_a_loop_of_many_locals_is_read_in_time() -> None:
     changed["one_mass.c"] = changed["one_mass.c"].replace(local, f"for (int i = 0; i < 1; i++) {{ {body}}}\n{local}")
     frame.read("one_mass", changed)
     assert time.thread_time() - begun < 4
+
+
+def test_copies_of_a_large_polynomial_do_not_fill_the_memory() -> None:
+    """656 MB within the time limit."""
+    changed, begun, local = files(), time.thread_time(), "    const double v_hat ="
+    proof, inputs = changed.pop("proof"), [f"q{k}" for k in range(24)]
+    sum_ = " + ".join(f"inputs->{q}" for q in inputs)
+    more = f"    const double p = {sum_};\n    const double r = p * p * p * p;\n"
+    more += "".join(f"    const double s{k} = {k + 2}.3 * r;\n" for k in range(100))
+    fields = "".join(f"    double {q}; /* N: more */\n" for q in inputs)
+    pairs = {"one_mass.h": [("    double w;", f"{fields}    double w;")], "one_mass.c": [(local, more + local)]}
+    replace_once(changed, pairs)
+    with pytest.raises(verify.Refused, match="more terms than the limit"):
+        verify.by_kernel_alone(proof, {name: text.encode() for name, text in changed.items()})
+    assert time.thread_time() - begun < 8
 
 
 def test_many_matrices_of_many_entries_are_refused() -> None:
