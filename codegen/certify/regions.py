@@ -191,9 +191,7 @@ class RegionSearch:
         low, high = slips
         return self._box([min(pair) for pair in zip(states, tops, strict=True)], (low * t, high * t), tops=tops)
 
-    def _holds_away(
-        self, tops: list[Any], slips: tuple[float, float], share: float, t: float, worst: Active | None = None
-    ) -> bool:
+    def _holds_away(self, tops: list[Any], slips: tuple[float, float], share: float, t: float, worst: Active) -> bool:
         """Whether a V with ``PRESLIDING`` of the spectral rate is found for ``_away_box``."""
         stack = self._family(self._away_box(tops, slips, share, t))[1]
         limit = decay_rate_limit(stack, self.h)

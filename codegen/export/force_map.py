@@ -68,9 +68,7 @@ class ForceMap:
         return _sum(self.levels, position)
 
 
-def force_map(
-    spec: Spec, mechanism: Mechanism, on: str | None, gear: float | None = 1.0, turning: bool = False
-) -> ForceMap:
+def force_map(spec: Spec, mechanism: Mechanism, on: str | None, gear: float | None, turning: bool = False) -> ForceMap:
     """The map of one coordinate.
 
     Args:

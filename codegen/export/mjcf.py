@@ -22,7 +22,7 @@ from codegen.export.friction_fit import FrictionFit, fit_friction
 from codegen.export.mechanism import HIGHEST, Direction, Drive, Line, LineFriction, Mechanism, coordinate_of
 from codegen.export.numbers import number, numbers, polynomial
 from codegen.export.remarks import CORNER, Held, Remark
-from codegen.mechanics.kinematic_chain import mass_matrix
+from codegen.mechanics.kinematic_chain import mass_matrix, points_of
 from codegen.simulate.plant import MOST_SUBSTEPS, substeps_of
 from codegen.spec.model import Spec
 
@@ -378,7 +378,7 @@ def _mobility(mechanism: Mechanism) -> Any:
     if mechanism.tree is not None:
         import casadi
 
-        at = mass_matrix(mechanism.tree, casadi.SX.zeros(n))
+        at = mass_matrix(mechanism.tree, casadi.SX.zeros(n), list(map(points_of, mechanism.tree.bodies)))
         mass = mass + np.asarray(casadi.evalf(casadi.densify(at)).full())
     inverse = np.linalg.inv(mass)
     return lambda direction: float(np.array(direction) @ inverse @ np.array(direction))

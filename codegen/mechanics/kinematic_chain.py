@@ -82,18 +82,18 @@ class Joint:
         return self.rotation @ moment + cross(self.origin, turned), turned
 
 
-def mass_matrix(tree: KinematicTree, positions: Any, masses: Sequence[Points] | None = None) -> Any:
+def mass_matrix(tree: KinematicTree, positions: Any, masses: Sequence[Points]) -> Any:
     """The mass matrix M(x), n by n SX, symmetric; kg on translations, kg m² on rotations.
 
     Entries that are zero for every x are structural zeros.
 
     Args:
         positions: x, n by 1 SX, rad or m.
-        masses: moments of the bodies, used in place of the tree's.
+        masses: moments of the bodies.
     """
     bodies = tree.bodies
     joints = [_joint(b, positions[i]) for i, b in enumerate(bodies)]
-    composite = list(masses or [points_of(b) for b in bodies])
+    composite = list(masses)
     for i in reversed(range(len(bodies))):
         if bodies[i].parent >= 0:
             composite[bodies[i].parent] += joints[i].points_to_parent(composite[i])
@@ -109,14 +109,14 @@ def mass_matrix(tree: KinematicTree, positions: Any, masses: Sequence[Points] | 
     return casadi.sparsify(mass)
 
 
-def bias_force(tree: KinematicTree, positions: Any, velocities: Any, masses: Sequence[Points] | None = None) -> Any:
+def bias_force(tree: KinematicTree, positions: Any, velocities: Any, masses: Sequence[Points]) -> Any:
     """The bias force h(x, v) of gravity, centrifugal and Coriolis forces: the joint forces that give v' = 0.
 
     n by 1 SX, N m on rotations, N on translations.
 
     Args:
         positions, velocities: x and v, n by 1 SX.
-        masses: moments of the bodies, used in place of the tree's.
+        masses: moments of the bodies.
     """
     bodies = tree.bodies
     joints = [_joint(b, positions[i]) for i, b in enumerate(bodies)]
@@ -137,9 +137,8 @@ def bias_force(tree: KinematicTree, positions: Any, velocities: Any, masses: Seq
             a = a + 2 * across
         u = _acceleration_tensor(w, dw)
         motions.append((w, dw, u, a))
-        points = points_of(body) if masses is None else masses[i]
-        moment = _moment(u, points.second) + cross(points.first, a)
-        wrenches.append((moment, points.mass * a + u @ points.first))
+        moment = _moment(u, masses[i].second) + cross(masses[i].first, a)
+        wrenches.append((moment, masses[i].mass * a + u @ masses[i].first))
     bias = casadi.SX(len(bodies), 1)
     for i in reversed(range(len(bodies))):
         bias[i] = _along(joints[i], *wrenches[i])

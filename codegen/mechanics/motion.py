@@ -247,7 +247,7 @@ def _lagrangian(spec: Spec, form: Lagrangian) -> tuple[Matrix, Matrix]:
     return mass, Matrix(spec.force + compact(conservative - momentum.jacobian(x) * v))
 
 
-def _kinematic_tree(spec: Spec, tree: KinematicTree, free: Sequence[LinkParameter] = ()) -> tuple[Matrix, Matrix]:
+def _kinematic_tree(spec: Spec, tree: KinematicTree, free: Sequence[LinkParameter]) -> tuple[Matrix, Matrix]:
     """M(x), n by n, and g = force − h(x, v), n by 1, of a robot file.
 
     The force is the spec's ``force``, by default the joints' inputs, and h the bias force. The ``free`` base parameters

@@ -118,8 +118,8 @@ def live_blocks(
     period: float,
     log: str,
     given: Iterator[bytes],
-    columns: Mapping[str, str] | None = None,
-    notes: list[str] | None = None,
+    columns: Mapping[str, str] | None,
+    notes: list[str],
 ) -> Iterator[Block]:
     """The samples of a log, in blocks, as they arrive.
 
@@ -151,8 +151,7 @@ def live_blocks(
                 found, expected = "channels with times of their own", "one column of time, in a log that is watched"
                 raise BadInput(head.place, found, expected, code="LOG011")
             table = _Table(spec, program, period, head, described, columns)
-            if notes is not None:
-                notes += [*table.head.notes, *table.notes]
+            notes += [*table.head.notes, *table.notes]
             yield from table.blocks(unread, table.head.first)
     if table is None:
         found = f"a log that ends after {len(unread)} lines"

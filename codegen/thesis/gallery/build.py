@@ -50,7 +50,7 @@ class GalleryResult:
     verdicts: tuple[Verdict, ...]
 
 
-def run_gallery(only: Sequence[str] = (), progress: Callable[[float], None] | None = None) -> tuple[GalleryResult, ...]:
+def run_gallery(only: Sequence[str], progress: Callable[[float], None]) -> tuple[GalleryResult, ...]:
     """Make figures and check their statements in every setting, in several processes (``in_processes``).
 
     Args:
@@ -66,8 +66,7 @@ def run_gallery(only: Sequence[str] = (), progress: Callable[[float], None] | No
     # Figures that share a tuned PID are made one after the other; the slow groups begin first.
     groups = [[n, *(m for m in numbers if made[m].pid_of == n)] for n in numbers if made[n].pid_of not in numbers]
     groups.sort(key=lambda group: -sum(made[n].cost for n in group))
-    tell = progress or (lambda share: None)
-    results = in_processes(_make_group, groups, begun=lambda k: tell(k / len(groups)), threads=False)
+    results = in_processes(_make_group, groups, begun=lambda k: progress(k / len(groups)), threads=False)
     found = {result.figure.figure: result for group in results for result in group}
     return tuple(found[number] for number in numbers)
 

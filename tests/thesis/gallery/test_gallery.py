@@ -297,7 +297,7 @@ def test_a_number_that_is_not_finite_meets_no_condition():
 @pytest.mark.slow
 def test_an_unknown_figure_is_refused():
     with refused("CALL001 9.9"):
-        run_gallery(["9.9"])
+        run_gallery(["9.9"], print)
     done = gallery_command("--only", "2.6")
     assert done.returncode == 2
     assert "2.6" in done.stderr and "Traceback" not in done.stderr
