@@ -17,6 +17,8 @@ from codegen.spec.decimal_comma import DECIMAL_COMMA, comma_in_value, with_point
 from codegen.spec.quantity import split_quantity
 from codegen.spec.yaml_text import load_plain
 
+MOST_FAULTS = 1000
+"""Faults of keys that are explained; each takes a millisecond, for the nearest of the known keys."""
 EXAMPLE = 60
 """Most characters of a value that a message repeats in a suggestion."""
 Model = TypeVar("Model", bound=BaseModel)
@@ -51,7 +53,7 @@ def validate(model: type[Model], data: Any, places: Mapping[str, Place], file: s
     try:
         return model.model_validate(data, context=context)
     except ValidationError as error:
-        found = error.errors()
+        found = error.errors()[:MOST_FAULTS]
         first, *others = [_explain(fault, found, model, places, file) for fault in _distinct(found, model)]
         first.others = tuple(others)
         raise first from None
@@ -66,6 +68,8 @@ def with_known_keys(model: type[Model], data: Any) -> Model | None:
     try:
         return model.model_validate(data)
     except ValidationError as error:
+        if error.error_count() > MOST_FAULTS:
+            return None
         for fault in error.errors():
             if fault["type"] == "extra_forbidden":
                 *above, name = [s for s in fault["loc"] if isinstance(s, int) or not _is_variant(s)]

@@ -30,9 +30,11 @@ MOST_MERGES = 100
 """Keys `<<`; the loader's time is quadratic in their number."""
 LONGEST_KEY = 100
 """Characters of a key."""
-LONGEST_NUMBER = 4000
-"""Digits of a number."""
-_LONG_NUMBER = re.compile(rf"\d{{{LONGEST_NUMBER},}}")
+LONGEST_NUMBER = 3000
+"""Digits of a number, hexadecimal ones too. Python converts at most 4300 decimal digits; this many hexadecimal ones make 3613."""
+_LONG_NUMBER = re.compile(rf"\d[\da-fA-F_xo]{{{LONGEST_NUMBER},}}")
+VERSION = (1, 2)
+"""Version of YAML that a file may state; in 1.1, 017 is fifteen, 1:30 is ninety and `no` is false."""
 
 
 @dataclass
@@ -53,10 +55,14 @@ class _Open:
 
 
 class Limits:
-    """Checker of one file, whose parser events are passed to ``meet`` in order."""
+    """Checker of one file, whose parser events are passed to ``meet`` in order.
+
+    Attributes:
+        line: of the last event.
+    """
 
     def __init__(self, file: str) -> None:
-        self._file = file
+        self._file, self.line = file, 1
         self._nodes_of: dict[str, int] = {}
         """Anchor → number of nodes in its value."""
         self._merges = 0
@@ -67,14 +73,21 @@ class Limits:
         """Count the next event.
 
         Raises:
-            BadInput: at the line, for keys that are no plain words, duplicate keys, and values that are too many or too
-                deeply nested.
+            BadInput: at the line, for keys that are no plain words, duplicate keys, tags, another version of YAML, and
+                values that are too many or too deeply nested.
         """
         file, line, nodes_of, stack = self._file, event.start_mark.line + 1, self._nodes_of, self._stack
         inner = stack[-1]
+        self.line = line
+        if getattr(event, "tag", None) is not None:
+            tag = event.tag.replace("tag:yaml.org,2002:", "!!")
+            raise BadInput(Place(file, line), f"the tag `{tag}`", "a value without a tag", code="SPEC002")
         match event:
             case DocumentStartEvent():
                 nodes_of.clear()  # anchors hold within a document
+                if event.version not in (None, VERSION):
+                    version = ".".join(map(str, event.version))
+                    raise BadInput(Place(file, line), f"YAML {version}", "YAML 1.2", code="SPEC001")
             case ScalarEvent():
                 if event.value == "<<" and inner.key_next:
                     self._merges += 1

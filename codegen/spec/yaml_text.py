@@ -11,8 +11,10 @@ from typing import Any
 
 from ruamel.yaml import YAML
 from ruamel.yaml.comments import CommentedMap, CommentedSeq
+from ruamel.yaml.constructor import RoundTripConstructor
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
 from ruamel.yaml.parser import RoundTripParser
+from ruamel.yaml.reader import ReaderError
 
 from codegen.base.errors import BadInput, Place
 from codegen.spec.decimal_comma import DECIMAL_COMMA, comma_at_joint, with_point
@@ -35,6 +37,13 @@ FAULTS = {
 }
 """Beginning of the parser's message → what was found, what was expected, and whether the fault is reported at the
 beginning of the construct, else where the parser noticed it."""
+
+
+class _Constructor(RoundTripConstructor):
+    """ruamel.yaml's constructor, with dates as text, as in the core schema of YAML 1.2."""
+
+
+_Constructor.add_constructor("tag:yaml.org,2002:timestamp", _Constructor.construct_scalar)
 
 
 class _Parser(RoundTripParser):
@@ -62,6 +71,7 @@ class _Parser(RoundTripParser):
 def round_trip_yaml() -> YAML:
     """A YAML loader and dumper that keeps comments, quotes and order, and creates no Python objects from tags."""
     yaml = YAML(typ="rt")
+    yaml.Constructor = _Constructor
     yaml.width = 110
     yaml.preserve_quotes = True
     yaml.indent(mapping=2, sequence=4, offset=2)
@@ -80,15 +90,19 @@ def load_mapping(text: str, file: str, example: str = "name: one_mass") -> tuple
     Raises:
         BadInput: for YAML that cannot be read or is not a mapping.
     """
+    yaml, limits = round_trip_yaml(), Limits(file)
+    yaml.Parser = partial(_Parser, limits=limits)
     try:
-        yaml = round_trip_yaml()
-        yaml.Parser = partial(_Parser, limits=Limits(file))
         document = yaml.load(text)
     except MarkedYAMLError as error:
         raise _refused(error, file, text) from None
+    except ReaderError as error:
+        line = text.count("\n", 0, error.position) + 1
+        words = f"the control character U+{error.character:04X}"
+        raise BadInput(Place(file, line), words, "YAML 1.2", code="SPEC001") from None
     except (YAMLError, ValueError, TypeError, AttributeError, LookupError, ArithmeticError, AssertionError) as error:
         words = f"malformed YAML ({' '.join(str(error).split())[:120]})"
-        raise BadInput(Place(file), words, "YAML 1.2", code="SPEC001") from None
+        raise BadInput(Place(file, limits.line), words, "YAML 1.2", code="SPEC001") from None
     if not isinstance(document, CommentedMap):
         found = "nothing" if document is None else "a list" if isinstance(document, CommentedSeq) else "plain text"
         expected = f"a mapping such as `{example}`"
@@ -204,7 +218,11 @@ def _entry_at(lines: Sequence[str], position: Sequence[int] | None) -> str:
     """The text of an entry in braces, from its position to the next comma or brace; "" if the position is unknown."""
     if position is None or position[0] >= len(lines):
         return ""
-    return re.split(r"[,{}\[\]]", lines[position[0]][position[1] :])[0].strip()
+    entry = _ENTRY.match(lines[position[0]], position[1])
+    return entry[0].strip() if entry else ""
+
+
+_ENTRY = re.compile(r"[^,{}\[\]]*")
 
 
 def dump(document: Any) -> str:

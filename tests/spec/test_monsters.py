@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from itertools import pairwise
 from pathlib import Path
+from time import process_time
 from types import FrameType
 
 import pytest
@@ -39,6 +40,13 @@ MONSTERS = {
     "itself": ("a: &a\n  b: [*a]\n", 2, "SPEC002"),
     "ranges of lists": ("x1..10000: [" + "a, " * 20 + "]\n", 1, "SPEC002"),
     "digits": ("a: [1,\n " + "9" * 5000 + "]\n", 2, "SPEC002"),
+    "hexadecimal digits": ("a: [1,\n 0x" + "f" * 3900 + "]\n", 2, "SPEC002"),
+    "digits with underscores": ("a: " + "9_" * 4500 + "9\n", 1, "SPEC002"),
+    "an object of Python": ("a: b\nc: !!python/object/apply:os.system [ls]\n", 2, "SPEC002 `!!python/object"),
+    "a tag that changes a mapping": ("a: !!str\n  b: c\n", 1, "SPEC002 `!!str`"),
+    "the YAML in which 017 is fifteen": ("%YAML 1.1\n---\na: 017\n", 2, "SPEC001 1.1"),
+    "a zero byte": ("a: b\nc: d\0\n", 2, "SPEC001 U+0000"),
+    "a character beyond Unicode": ('a: b\nc: "\\UFFFFFFFF"\n', 2, "SPEC001"),
 }
 
 
@@ -126,3 +134,20 @@ def test_reading_takes_work_in_proportion_to_size(case: str) -> None:
     """Twice the text, at most two and a half times the calls: a square would be four times."""
     short, long = (calls(SLOWEST[case](LARGEST_TEXT // part, MOST_NODES // part)) for part in (200, 100))
     assert long < 2.5 * short
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        pytest.param("a: [" + "1," * (MOST_NODES - 3) + "1]", id="values in one line"),
+        pytest.param("".join(f"k{k}: 1\n" for k in range(MOST_NODES // 2 - 2)), id="unknown keys"),
+        pytest.param("#" * LARGEST_TEXT, id="a comment"),
+        pytest.param("\n" * LARGEST_TEXT, id="empty lines"),
+    ],
+)
+def test_the_largest_spec_is_refused_in_seconds(text: str) -> None:
+    """Work within one call of a library, which the test above does not count; the first two took minutes."""
+    begun = process_time()
+    with pytest.raises(BadInput):
+        parse_spec(text, Path("s.yaml"))
+    assert process_time() - begun < 12

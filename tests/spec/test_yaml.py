@@ -28,6 +28,7 @@ def told(text: str) -> BadInput:
     [
         ("name: a\nname: b\n", 2, "SPEC005"),
         (GOOD.replace("value: 2,", "value: 2,05,"), 9, "SPEC001 `2,05` comma `2.05`"),
+        (GOOD.replace("value: 2,", "value: 2001-99-99,"), 9, "SPEC006 `2001-99-99`"),
         (GOOD.replace("value: 2,", "value: 2,5e-3,"), 9, "SPEC001 `2,5e-3` comma `2.5e-3`"),
         (GOOD.replace("w: {unit: N}", "w: {unit: 0,5 N}"), 7, "SPEC001 `0,5 N` comma"),
         (GOOD.replace("  k: {", "  mass: {"), 13, "SPEC005"),
