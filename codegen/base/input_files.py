@@ -15,8 +15,8 @@ from codegen.base.errors import BadInput, Place
 LARGEST_TEXT = 500_000
 """Largest size in bytes of a text that a person writes: a spec, a log description, a file of effects.
 
-Parsing YAML of this size takes 2 to 4 s. The parser's time is quadratic in the length of a comment and of a run of empty
-lines: 14 s for twice the size.
+Parsing YAML of this size takes 2 to 4 s. The parser's time is quadratic in the length of a comment and of a
+run of empty lines: 14 s for twice the size.
 """
 LARGEST_GENERATED = 50_000_000
 """Largest size in bytes of a file that this tool wrote earlier."""

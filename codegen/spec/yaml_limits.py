@@ -31,7 +31,7 @@ MOST_MERGES = 100
 LONGEST_KEY = 100
 """Characters of a key."""
 LONGEST_NUMBER = 3000
-"""Digits of a number, hexadecimal ones too. Python converts at most 4300 decimal digits; this many hexadecimal ones make 3613."""
+"""Digits of a number, hexadecimal ones too, of which 3000 make 3613 decimal ones. Python converts at most 4300."""
 _LONG_NUMBER = re.compile(rf"\d[\da-fA-F_xo]{{{LONGEST_NUMBER},}}")
 VERSION = (1, 2)
 """Version of YAML that a file may state; in 1.1, 017 is fifteen, 1:30 is ninety and `no` is false."""
