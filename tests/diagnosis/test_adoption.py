@@ -723,13 +723,19 @@ def test_each_option_is_compared_in_proportion_to_its_own_drive(
     assert not named or chosen.augmented == named
 
 
-def test_a_value_with_the_other_sign_is_said_to_be_that(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of a motor with swapped leads both errors fell to a twentieth, and the sentence said that not both did."""
+@pytest.mark.parametrize(("value", "is_turned"), [(-1.0, True), (-0.01, False)])
+def test_a_value_with_the_other_sign_is_said_to_be_that(
+    monkeypatch: pytest.MonkeyPatch, value: float, is_turned: bool
+) -> None:
+    """Of a motor with swapped leads both errors fell to a twentieth, and the sentence said that not both did.
+
+    A value just below zero, as the viscous coefficient of -0.0002 in place of 0.65 of a real wrist, is no swapped sign.
+    """
     nothing = Information(np.zeros((BLOCKS, 1, 1)), np.zeros((BLOCKS, 1)))
     score = Score(np.ones(BLOCKS), np.zeros(BLOCKS), 40)
     kept, alone = (
         MapEstimate(np.array([value]), np.array([0.01]), np.ones(1, dtype=bool), nothing, score)
-        for value in (1.0, -1.0)
+        for value in (1.0, value)
     )
     search = SimpleNamespace(
         moved=(sympy.Symbol("kt"),),
@@ -740,7 +746,8 @@ def test_a_value_with_the_other_sign_is_said_to_be_that(monkeypatch: pytest.Monk
     monkeypatch.setattr(CrossValidation, "_by_run", nothing)
     monkeypatch.setattr(CrossValidation, "map_estimate", lambda self, source, moves: alone)
     (fact,) = CrossValidation(search, None, None, None).refused(kept)  # type: ignore[arg-type]
-    assert "make it -1 " in fact.words and "other sign" in fact.words and "not both errors" not in fact.words
+    assert f"make it {value:.4g} " in fact.words and "not both errors" not in fact.words
+    assert ("other sign" in fact.words) == is_turned and ("zero within" in fact.words) != is_turned
 
 
 BESIDE = """\

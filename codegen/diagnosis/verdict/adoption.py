@@ -293,7 +293,9 @@ class CrossValidation:
             s, taken = self.search.moved[k], f"{adopted.values[k]:.4g}"
             declared, unit = f"{self.search.declared[k]:.4g}", in_unit(self.search.system, s)
             why = "but not both errors fall with that"
-            if turned[k]:
+            if turned[k] and abs(alone.values[k]) <= HALF_WIDTH * alone.deviation[k]:
+                why = "zero within its 95 % interval, which the tolerance excludes"
+            elif turned[k]:
                 why = "with the other sign, which the tolerance excludes: check the polarity, or the other values"
             facts.append(
                 Fact(
