@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import lru_cache
+from functools import cache, lru_cache
 from itertools import pairwise, product
 from typing import Any
 
@@ -21,15 +21,15 @@ from codegen.base.arrays import Array
 from codegen.base.exact_numbers import geometric
 from codegen.certify.family import PI, Family, NotEnclosable
 from codegen.certify.prefix import fraction, to_prefix
-from codegen.checker import verify
+from codegen.checker import decay, verify
 from codegen.mechanics.casadi_form import at_points, function_of
 
 MOST_PARAMETERS = 12
 """Largest number of varying parameters: a cell has 2^12 vertices, the most that the checker accepts."""
 ROUNDS = 14
 """Largest number of bisections of an interval of a variable."""
-MOST_CELLS, MOST_CORNERS = 4096, 2**20
-"""Largest number of cells, and of vertices of all cells together."""
+MOST_CELLS = 4096
+"""Largest number of cells; that of the vertices of all cells together is the checker's, ``decay.MAX_TOTAL``."""
 LOOSE = 1.03
 """A cell is bisected if an enclosure exceeds the sampled range [a, b] by more than (LOOSE − 1) max(b − a, |a|, |b|)."""
 MOST_SAMPLES = 40_000
@@ -39,10 +39,8 @@ Interval = tuple[Fraction, Fraction]
 """(low, high)."""
 Cell = Mapping[sympy.Symbol, Interval]
 """Variable → its interval."""
-Box = tuple[Interval, ...]
-"""Interval of each parameter, in their order."""
-Value = Callable[[Mapping[str, Interval]], Interval]
-"""Name of a variable → interval, to the enclosure of an expression."""
+Value = Callable[[Cell], Interval]
+"""Cell → the enclosure of an expression, rounded outwards as the checker does."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,18 +69,15 @@ class Enclosure:
             varying = [str(family.bounded.get(v, v)) for v in family.variables if v != PI]
             count = f"the error dynamics depend on {', '.join(varying)} through {count_varying} expressions"
             raise NotEnclosable(f"{count} that vary over the envelope, and at most {MOST_PARAMETERS} can be covered")
-        self._values = _parsed(family.parameters, family.variables)
+        self._values = [_enclosing(e, tuple(family.variables)) for e in family.parameters.values()]
         self._function = function_of(family.matrix, [*family.parameters])
 
     def vertices(self, cells: Iterable[Cell]) -> Array:
         """A at the vertices of the parameter boxes of cells, each once, N by m by m."""
-        return self.at(_boxes(self._values, cells))
-
-    def at(self, boxes: Iterable[Box]) -> Array:
-        """A at the vertices of parameter boxes, each once, N by m by m."""
         if not self._values:
             return np.asarray(self._function(0.0).full())[None]
-        ends = [[sorted({float(low), float(high)}) for low, high in box] for box in boxes]
+        found = {tuple((float(low), float(high)) for low, high in (v(cell) for v in self._values)) for cell in cells}
+        ends = [[sorted({*pair}) for pair in box] for box in _outermost(np.array([*found]))]
         grids = [np.stack(np.meshgrid(*box, indexing="ij"), axis=-1).reshape(-1, len(box)) for box in ends]
         corners = grids[0] if len(grids) == 1 else np.unique(np.concatenate(grids), axis=0)
         return at_points(self._function, corners)
@@ -93,10 +88,20 @@ def exact_ranges(family: Family) -> dict[sympy.Symbol, Interval]:
     return {v: (fraction(low), fraction(high)) for v, (low, high) in family.variables.items()}
 
 
-def _parsed(parameters: Mapping[sympy.Symbol, Any], variables: Iterable[sympy.Symbol]) -> list[Value]:
-    """For each parameter the function that encloses it over a cell, in the checker's interval arithmetic."""
-    known = [v.name for v in variables]
-    return [verify.parse(to_prefix(e), known, s.name)[1] for s, e in parameters.items()]
+@lru_cache(maxsize=64)
+def _enclosing(expression: Any, variables: tuple[sympy.Symbol, ...]) -> Value:
+    """The function that encloses an expression over a cell, in the checker's interval arithmetic.
+
+    It is evaluated once for all cells that have the same intervals of the variables of the expression.
+    """
+    used = [v for v in variables if expression.has(v)]
+    value = verify.parse(to_prefix(expression), [v.name for v in variables], str(expression))[1]
+
+    @cache
+    def enclosed(*intervals: Interval) -> Interval:
+        return verify.widen(*value({v.name: ends for v, ends in zip(used, intervals, strict=True)}))
+
+    return lambda cell: enclosed(*[cell[v] for v in used])
 
 
 def cells_of(breaks: Mapping[sympy.Symbol, Sequence[Any]]) -> list[Cell]:
@@ -112,33 +117,36 @@ def enclose_family(family: Family) -> Cells:
         codegen.checker.verify.Refused: if interval arithmetic cannot enclose an expression.
     """
     enclosure = Enclosure(family)
-    breaks, boxes = _partition(tuple(family.parameters.items()), tuple(family.variables.items()))
+    varying = tuple(e for e in family.parameters.values() if e.free_symbols)
+    breaks = _partition(varying, tuple(family.variables.items()), decay.MAX_TOTAL >> len(family.parameters))
     splits = {v: [sympy.Rational(b.numerator, b.denominator) for b in bs] for v, bs in breaks.items() if len(bs) > 2}
-    return Cells(splits, enclosure.at(boxes))
+    return Cells(splits, enclosure.vertices(cells_of(breaks)))
 
 
 @lru_cache(maxsize=16)
 def _partition(
-    named: tuple[tuple[sympy.Symbol, Any], ...], ranges: tuple[tuple[sympy.Symbol, tuple[Any, Any]], ...]
-) -> tuple[dict[sympy.Symbol, list[Fraction]], list[Box]]:
-    """Breakpoints of each variable and the parameter boxes of the cells; cached by pairs, which can be hashed."""
-    parameters, variables = dict(named), dict(ranges)
-    values, sampled = _parsed(parameters, variables), _sampled_ranges(parameters, variables)
-    breaks = {v: [*map(fraction, ends)] for v, ends in variables.items()}
-    most = min(MOST_CELLS, MOST_CORNERS >> len(parameters))
+    expressions: tuple[Any, ...], ranges: tuple[tuple[sympy.Symbol, tuple[Any, Any]], ...], most: int
+) -> dict[sympy.Symbol, list[Fraction]]:
+    """Breakpoints of each variable, for at most ``most`` cells; cached by pairs, which can be hashed.
 
+    Args:
+        expressions: the parameters that vary. Constants are left out, since some of them change with the sample time.
+    """
+    variables = dict(ranges)
+    values, sampled = [_enclosing(e, tuple(variables)) for e in expressions], _sampled_ranges(expressions, variables)
+    breaks = {v: [*map(fraction, ends)] for v, ends in variables.items()}
     for _ in range(ROUNDS):
-        at = _loose_intervals(values, parameters, breaks, sampled)
+        at = _loose_intervals(values, expressions, breaks, sampled)
         grown = {v: sorted({*b, *(m for (w, m) in at if w == v)}) for v, b in breaks.items()}
-        if not at or np.prod([len(b) - 1 for b in grown.values()]) > most:
+        if not at or np.prod([len(b) - 1 for b in grown.values()]) > min(MOST_CELLS, most):
             break
         breaks = grown
-    return breaks, _boxes(values, cells_of(breaks))
+    return breaks
 
 
 def _loose_intervals(
     values: Sequence[Value],
-    parameters: Mapping[sympy.Symbol, Any],
+    expressions: Sequence[Any],
     breaks: Mapping[sympy.Symbol, list[Fraction]],
     sampled: list[tuple[float, float]],
 ) -> set[tuple[sympy.Symbol, Fraction]]:
@@ -147,12 +155,12 @@ def _loose_intervals(
     That is a cell in which the enclosure of a parameter exceeds its sampled range by more than 3 %.
     """
     found = set()
-    for value, expression, (low, high) in zip(values, parameters.values(), sampled, strict=True):
+    for value, expression, (low, high) in zip(values, expressions, sampled, strict=True):
         slack = (LOOSE - 1) * max(high - low, abs(high), abs(low))
         used = {v: b for v, b in breaks.items() if expression.has(v)}
-        for cell in cells_of(used) if used else ():  # an irrational constant has no variable to bisect
+        for cell in cells_of(used):
             try:
-                lo, hi = verify.widen(*value({v.name: i for v, i in cell.items()}))
+                lo, hi = value(cell)
             except verify.Refused:
                 lo, hi = Fraction(-(10**30)), Fraction(10**30)
             if float(lo) < low - slack or float(hi) > high + slack:
@@ -162,13 +170,13 @@ def _loose_intervals(
 
 
 def _sampled_ranges(
-    parameters: Mapping[sympy.Symbol, Any], ranges: Mapping[sympy.Symbol, tuple[Any, Any]]
+    expressions: Sequence[Any], ranges: Mapping[sympy.Symbol, tuple[Any, Any]]
 ) -> list[tuple[float, float]]:
-    """(min, max) of every parameter over a grid of the ranges or, if that is too large, over random points of it."""
-    variables, expressions = list(ranges), list(parameters.values())
+    """(min, max) of every expression over a grid of the ranges or, if that is too large, over random points of it."""
+    variables = list(ranges)
     if not expressions:
         return []
-    function = function_of(sympy.Matrix(expressions), variables)
+    function = function_of(sympy.Matrix([*expressions]), variables)
     lines = [_samples(float(lo), float(hi)) for lo, hi in ranges.values()]
     if not variables:
         points = np.zeros((0, 1))
@@ -190,13 +198,8 @@ def _samples(low: float, high: float) -> NDArray[np.float64]:
     return np.unique(np.concatenate([np.linspace(low, high, 65), around]))
 
 
-def _boxes(values: Sequence[Value], cells: Iterable[Cell]) -> list[Box]:
-    """The parameter box of each cell, without boxes that another one contains, since its vertices cover them."""
-    named = ({v.name: interval for v, interval in cell.items()} for cell in cells)
-    boxes = {tuple(verify.widen(*value(cell)) for value in values) for cell in named}
-    return [b for b in boxes if not any(other != b and _contains(other, b) for other in boxes)]
-
-
-def _contains(outer: Box, inner: Box) -> bool:
-    """Whether each interval of a box contains that of another one."""
-    return all(low <= a and b <= high for (low, high), (a, b) in zip(outer, inner, strict=True))
+def _outermost(boxes: Array) -> Array:
+    """The boxes, N by parameters by 2, without those that another one contains, since its vertices cover them."""
+    low, high = boxes[..., 0], boxes[..., 1]
+    inside = [int(((low <= box[:, 0]) & (high >= box[:, 1])).all(axis=1).sum()) for box in boxes]
+    return np.asarray(boxes[np.equal(inside, 1)])

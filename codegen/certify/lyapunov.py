@@ -102,11 +102,15 @@ def common_lyapunov(matrices: Matrices, h: float, structure: Pattern | None = No
     if len(few) == 1 and structure is None:
         found = _near_limit(few[0], h, limit)
     else:
-        first = largest_feasible_rate(lambda alpha: _feasible([(few, alpha)], h, structure), limit)
+        active: Active = []
+        first = largest_feasible_rate(lambda alpha: _feasible([(few, alpha)], h, structure, AT_FIRST, active), limit)
         if first is None:
             return None
-        p, shown = method_of_centres(*first, stack, h, structure)
-        found = p, shown * 0.9999
+        if len(stack) * len(scale) ** 4 > MOST_FOR_CENTRES:
+            found = first[0], least_rate(first[0], stack, h) * 0.999
+        else:
+            p, shown = method_of_centres(*first, stack, h, structure)
+            found = p, shown * 0.9999
     if found is None:
         return None
     p = found[0] / scale[None, :] / scale[:, None]

@@ -95,14 +95,21 @@ def shown(top: dict[str, Any], axes: dict[str, list[Interval]], fall: Fraction) 
     Returns:
         Words that say for how many matrices.
     """
-    thetas = {e["name"]: enclosure.parse(e["expression"], axes, e["name"])[1] for e in top["parameters"]}
+    thetas = {e["name"]: enclosure.parse(e["expression"], axes, e["name"]) for e in top["parameters"]}
     A = [[enclosure.parse(entry, thetas, f"matrix[{i}][{j}]", affine=True) for j, entry in enumerate(row)]
          for i, row in enumerate(top["matrix"])]  # fmt: skip
     used, cells = {name for row in A for names, _ in row for name in names}, prod(map(len, axes.values()))
     each = max(1, len(axes), len(used))
     enclosure.demand(cells * each <= MAX_TOTAL, f"{cells} cells of {each} names, more than {MAX_TOTAL} in all")
     grid = [dict(zip(axes, ends, strict=True)) for ends in product(*axes.values())]
-    boxes = [{x: enclosure.widen(*thetas[x](cell)) for x in used} for cell in grid if not top["cover"]]
+    boxes: list[dict[str, Interval]] = [{} for _ in grid if not top["cover"]]
+    for x in used if boxes else ():  # a parameter is evaluated once for all cells that differ in other variables only
+        names, value = thetas[x]
+        ends = {
+            at: enclosure.widen(*value(dict(zip(names, at, strict=True)))) for at in product(*[axes[n] for n in names])
+        }
+        for cell, box in zip(grid, boxes, strict=True):
+            box[x] = ends[tuple(cell[n] for n in names)]
     counts = [2 ** sum(low < high for low, high in box.values()) for box in boxes]
     most, total = max(counts, default=0), sum(counts)
     fault = f"{most} vertices in a cell, {total} in all, more than {MAX_VERTICES} or {MAX_TOTAL}"

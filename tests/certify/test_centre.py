@@ -8,6 +8,7 @@ import cvxpy
 import numpy as np
 import pytest
 
+from codegen.certify import lyapunov
 from codegen.certify.centre import analytic_centre, certified_rates
 from codegen.certify.lyapunov import (
     analytic_centre_at,
@@ -49,6 +50,26 @@ def test_another_rounding_gives_the_same_p_and_rate(search: str, h: float) -> No
         other, slower = found(shaken(family(h), seed))
         assert slower == pytest.approx(rate, rel=1e-9)
         assert np.abs(normed(other) - normed(p)).max() < 1e-8
+
+
+def test_thousands_of_matrices_need_the_inequalities_of_a_few(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Matrices within the hull of others change nothing, and with six directions that hull is not computed."""
+    dice = np.random.default_rng(3)
+    turns, shares = dice.normal(size=(6, 3, 3)), np.array([*np.ndindex(*[2] * 6)])
+    corners = np.diag([-30.0, -8.0, -3.0]) + np.tensordot(shares, turns, axes=1) / 2
+    inside = np.tensordot(dice.dirichlet(np.ones(len(corners)), 2000), corners, axes=1)
+    sizes, solve = [], lyapunov.solve_lmi
+
+    def counting(conditions: Any, structure: Any = None) -> Any:
+        sizes.append(len(conditions))
+        return solve(conditions, structure)
+
+    few = common_lyapunov(corners, 1e-3)
+    monkeypatch.setattr(lyapunov, "solve_lmi", counting)
+    many = common_lyapunov(np.concatenate([corners, inside]), 1e-3)
+    assert few is not None and many is not None
+    assert many[1] == pytest.approx(few[1], rel=0.02) and max(sizes) < 60
+    assert certified_rates(many[0], np.concatenate([corners, inside]), 1e-3).min() >= many[1]
 
 
 def test_a_p_for_two_rates_is_the_same_too() -> None:
