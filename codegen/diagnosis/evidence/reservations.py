@@ -20,7 +20,8 @@ MOST_SPEED = 0.95
 PERIODS_TRIED, SHORTEST_PERIOD = 48, 1e-3
 """Number of periods, from the stroke down to this share of it, that ``resolvable_periods`` tests."""
 LEAST_PERIOD = 0.95
-"""Least share of a period that a log must cover to show that it repeats."""
+"""Least share of a period that a log must cover to show that it repeats. The 142 seen practice logs with a wave cover
+1.09 periods or more; on 138 of the other 1058 a wave with a longer period was fitted to what is no wave."""
 
 
 def objections(found: FoundEffect, part: Part, problem: Problem) -> list[str]:
