@@ -27,6 +27,9 @@ _AMBIGUOUS = re.compile(r"/\s*[A-Za-z_]\w*+(?:\^-?\d+)?\s*\.\s*[A-Za-z_]")
 _POWER = r"(?:\^|\*\*)\s*(?:-?\d{1,2}(?:\.\d{1,4})?|\(\s*-?\d{1,2}\s*(?:/\s*\d{1,2}\s*)?\))(?!\s*(?:\^|\*\*|\d))"
 _PLAIN = re.compile(rf"(?:[A-Za-z_]\w*+|(?<!\w)1(?!\w)|{_POWER}|[*/() .])*+")
 
+_NUMBER = re.compile(r"(?<![\w.^(-])(?<!\*\*)(?!1(?![\w.^]))\d[\d.]*(?:[eE][+-]?\d+|(?:\^|\*\*)-?\d+)?")
+"""A number other than 1 that is no power, such as 1e-3 or 10^-3."""
+
 
 class Unreadable(ValueError):
     """The text is no unit; ``meant`` is the nearest unit, or empty."""
@@ -55,7 +58,9 @@ def spelled(text: str) -> str:
         raise Unreadable("parentheses around what is below the line", meant)
     plain = _COMPOUND.sub(_compound, re.sub(r"(?<=[A-Za-z_\d])\s*\.\s*(?=[A-Za-z_])", "*", plain))
     if len(plain) > 200 or not plain.isascii() or not _PLAIN.fullmatch(plain):
-        raise Unreadable("a unit such as N*m, kg*m^2 or 1")
+        factor = _NUMBER.search(plain)
+        instead = f", without the number {factor[0]}, which belongs into the value" if factor else ""
+        raise Unreadable(f"a unit such as N*m, kg*m^2 or 1{instead}")
     return plain
 
 

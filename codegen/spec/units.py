@@ -223,17 +223,21 @@ def require_coherent(text: str, place: Place, remedy: str) -> None:
 
 
 def coherent_name(text: str, place: Place) -> str:
-    """The coherent SI unit of the same dimension; the unit itself if it is coherent."""
+    """The coherent SI unit of the same dimension, with the radian where the unit has an angle (``m/rad`` for mm/rev).
+
+    It is the unit itself if that is coherent.
+    """
     if si_factor(text, place) == 1:
         return unit_name(text, place)
-    wanted = dimension(parse_unit(text, place))
-    turning = "rad" in text or not isinstance(parse_unit(text, place), SiUnit)
-    turning = turning and base_units(text, place).get("radian") == 1
-    if wanted == NONE:
-        return "rad" if turning else "1"
-    if wanted == NONE / dimension(parse_unit("s", place)):
-        return "rad/s" if turning else "1/s"
-    return describe(wanted)
+    unit = parse_unit(text, place)
+    wanted = dimension(unit)
+    name = "1" if wanted == NONE else describe(wanted)
+    turns = base_units(text, place).get("radian", 0) if "rad" in text or not isinstance(unit, SiUnit) else 0
+    if turns and name == "N*m/A":
+        name = "V*s"  # a back-EMF constant, in V*s/rad
+    if turns == 1:
+        return "rad" + name[1:] if name.split("/")[0] == "1" else f"rad*{name}"
+    return name + {0: "", -1: "/rad"}.get(turns, f"*rad^{turns}")
 
 
 def base_units(text: str, place: Place) -> Mapping[str, Any]:

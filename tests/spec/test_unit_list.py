@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from fractions import Fraction
 from pathlib import Path
 
@@ -58,7 +59,7 @@ UNITS: dict[str, tuple[Fraction | tuple[Fraction, int], str]] = {
     "in": (INCH, "m"),
     "ft": (FOOT, "m"),
     "thou": (INCH / 1000, "m"),
-    "mm/rev": (over(Fraction(1, 1000), TURN), "m"),
+    "mm/rev": (over(Fraction(1, 1000), TURN), "m/rad"),
     "deg": (DEGREE, "rad"),
     "arcmin": ((DEGREE[0] / 60, 1), "rad"),
     "arcsec": ((DEGREE[0] / 3600, 1), "rad"),
@@ -85,17 +86,17 @@ UNITS: dict[str, tuple[Fraction | tuple[Fraction, int], str]] = {
     "mN*m/A": (Fraction(1, 1000), "N*m/A"),
     "mNm/A": (Fraction(1, 1000), "N*m/A"),
     "ozf*in/A": (OZF * INCH, "N*m/A"),
-    "V/krpm": (over(Fraction(1, 1000), RPM), "N*m/A"),
+    "V/krpm": (over(Fraction(1, 1000), RPM), "V*s/rad"),
     "V*s/rad": (Fraction(1), "V*s/rad"),
-    "mV/rpm": (over(Fraction(1, 1000), RPM), "N*m/A"),
-    "N*m/krpm": (over(Fraction(1, 1000), RPM), "N*m*s"),
-    "Nm/krpm": (over(Fraction(1, 1000), RPM), "N*m*s"),
-    "mNm/rpm": (over(Fraction(1, 1000), RPM), "N*m*s"),
+    "mV/rpm": (over(Fraction(1, 1000), RPM), "V*s/rad"),
+    "N*m/krpm": (over(Fraction(1, 1000), RPM), "N*m*s/rad"),
+    "Nm/krpm": (over(Fraction(1, 1000), RPM), "N*m*s/rad"),
+    "mNm/rpm": (over(Fraction(1, 1000), RPM), "N*m*s/rad"),
     "N/mm": (Fraction(1000), "N/m"),
     "N/um": (Fraction(10**6), "N/m"),
     "lbf/in": (LBF / INCH, "N/m"),
-    "Nm/deg": (over(Fraction(1), DEGREE), "N*m"),
-    "Nm/arcmin": (over(Fraction(60), DEGREE), "N*m"),
+    "Nm/deg": (over(Fraction(1), DEGREE), "N*m/rad"),
+    "Nm/arcmin": (over(Fraction(60), DEGREE), "N*m/rad"),
     "N*s/mm": (Fraction(1000), "N*s/m"),
     "mohm": (Fraction(1, 1000), "ohm"),
     "mH": (Fraction(1, 1000), "H"),
@@ -282,3 +283,9 @@ def test_a_fraction_in_an_expression_keeps_the_certificate(force: str) -> None:
     files, outcome = machine.files, machine.outcome
     assert isinstance(outcome, Certificate), outcome.reason
     assert files["__init__.py"]
+
+
+@pytest.mark.parametrize(("unit", "number"), [("kg*m^2*1e-3", "1e-3"), ("10^-3 kg", "10^-3"), ("N*m/1000", "1000")])
+def test_a_number_in_a_unit_is_named(unit: str, number: str) -> None:
+    with pytest.raises(BadInput, match=re.escape(f"without the number {number}, which belongs into the value")):
+        unit_name(unit, Place("a.yaml"))
