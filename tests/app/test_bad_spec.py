@@ -49,7 +49,7 @@ FAULTS = {
     "call in parameter": (changed(ONE, "value: 1,", f'value: "{CALL}",'), "parameters.m.value"),
     "attribute": (changed(ONE, "\n  - w\n", "\n  - w.__class__\n"), "`w.__class__`"),
     "lambda": (changed(ONE, "\n  - w\n", '\n  - "(lambda: w)()"\n'), "force[0]"),
-    "yaml tag": (changed(ONE, "name: one_mass", "name: !!python/object/apply:os.getcwd []"), "name"),
+    "yaml tag": (changed(ONE, "name: one_mass", "name: !!python/object/apply:os.getcwd []"), "s.yaml:2: the tag"),
     "not yaml": (ONE + "\n}{", "indented unlike the lines above"),
     "not a mapping": ("- 1\n- 2\n", "expected a mapping"),
     "empty": ("", "expected a mapping"),
