@@ -551,3 +551,10 @@ def test_a_name_is_no_sentence_among_what_holds(place: str) -> None:
         content["reversals"][0]["contact"], content["error"][1]["name"] = said, f"e_a_{said}"
     with pytest.raises(Refused, match="is no 'WORD'"):
         check(content, {})
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="/proc/self/mem")
+def test_a_file_that_fails_while_it_is_read_is_named(capsys: pytest.CaptureFixture[str]) -> None:
+    """An error of reading, unlike one of opening, comes without the file's name: `None` was printed."""
+    assert verify.main(["/proc/self/mem"]) == 2
+    assert capsys.readouterr().err == "error: /proc/self/mem: Input/output error\n"
