@@ -199,6 +199,7 @@ class Bounded(kernel.Text):
     ) -> None:
         super().__init__(names, known, precision)
         self.bounds, self.latest = dict(bounds or {}), (kernel.Poly(), 0)
+        self.reciprocals: dict[str, Any] = {}
         self.parts: dict[
             ast.expr, tuple[Any, tuple[Any, int]]
         ] = {}  # of the latest expression: polynomial and bound, the whole is the last
@@ -219,6 +220,9 @@ class Bounded(kernel.Text):
     def of(self, node: ast.expr, text: str) -> Any:
         """The polynomial of a part of an expression, which the kernel asks for after those that it is made of."""
         p = super().of(node, text)
+        if not (ones := self.ones()).keys().isdisjoint(p.names()):  # the kernel has seen the coefficients alone
+            within = self.precision.holds(put(magnitudes(p), ones))
+            frame.demand(within, "a quotient, or a product with it, is too large or small")
         self.parts[node] = p, self.bound(node, text, p)
         return p
 
@@ -229,11 +233,11 @@ class Bounded(kernel.Text):
 
     def ones(self) -> dict[str, Any]:
         """Reciprocal -> 1 over the sum of the magnitudes of its divisor's terms, with all variables 1."""
-        found: dict[str, Any] = {}
         for (function, q), r in self.known.items():
-            if function == "1/":
-                found |= dict.fromkeys(r.names(), kernel.term(1 / total(put(magnitudes(q), found))))
-        return found
+            if function == "1/" and not r.names() <= self.reciprocals.keys():
+                one = kernel.term(1 / total(put(magnitudes(q), self.reciprocals)))
+                self.reciprocals |= dict.fromkeys(r.names(), one)
+        return self.reciprocals
 
     def apart(self, p: Any, why: str) -> None:
         """Raises ValueError where terms of p cancel only once its reciprocals are multiplied out.

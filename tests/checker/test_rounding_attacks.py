@@ -69,6 +69,25 @@ def test_a_sign_that_underflow_makes_zero_is_refused(tiny: str, bound: bool) -> 
             check(proof, files)
 
 
+@pytest.mark.parametrize(("large", "small", "bound"), [("1e99 * 1e66", 8, False), ("1.0", 0, True)])
+def test_a_product_of_quotients_that_underflow_makes_zero_is_refused(large: str, small: int, bound: bool) -> None:
+    """The input gain 1/(2 + sin x)^10 was 0 in the C, which divides by 1e165 twice before it multiplies by 1e330."""
+    wave = "(2.0 + sin(inputs->x))"
+    gain = "1.0" + f" / ({large} * {wave})" * 2 + f" / (1e-39 * {wave})" * small + " * 1e18" * bool(small)
+    at_zero = eval(gain.replace("inputs->x", "0.0"), {"sin": math.sin, "__builtins__": {}})
+    assert at_zero == (0.25 if bound else 0.0)
+    _, files = changed("one_mass", ("inputs->w - F_hat_rail", f"inputs->w * ({gain}) - F_hat_rail"))
+    text = json.dumps(certificate("one_mass", "proof.json"))
+    assert text.count("inputs.w") == 2  # of the force and the acceleration
+    proof = json.loads(text.replace("inputs.w", f"inputs.w * ({gain.replace('->', '.')})"))
+    of_c = {name: files[name] for name in ("one_mass.c", "one_mass.h")}
+    if bound:
+        assert check(proof, of_c).proved
+    else:
+        with pytest.raises(verify.Refused, match="a quotient, or a product with it, is too large or small"):
+            check(proof, of_c)
+
+
 @pytest.mark.parametrize("cover", ["", ['" t', "1/2", "", ""]])
 def test_a_machine_of_what_is_left_of_a_derived_exponential_is_refused(cover: Any) -> None:
     """1e60 times 1 - exp(-h K_v) less its first 50 digits, under the name that the C gives it: more than 1e6 N."""
