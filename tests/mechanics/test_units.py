@@ -42,7 +42,15 @@ def test_the_unit_of_a_converted_parameter_is_that_of_its_value(inertia: str, to
 
 @pytest.mark.parametrize(
     ("unit", "name"),
-    [("deg", "rad"), ("rpm", "rad/s"), ("N*m/deg", "N*m"), ("1/deg", "1"), ("kg", "kg"), ("kHz", "1/s"), ("mm", "m")],
+    [
+        ("deg", "rad"),
+        ("rpm", "rad/s"),
+        ("N*m/deg", "N*m/rad"),
+        ("1/deg", "1/rad"),
+        ("kg", "kg"),
+        ("kHz", "1/s"),
+        ("mm", "m"),
+    ],
 )
 def test_the_name_of_the_si_unit(unit: str, name: str) -> None:
     assert coherent_name(unit, Place("a.yaml")) == name
