@@ -67,21 +67,31 @@ class _Chain:
         return _lagged(w, tau / h, self._order) if tau > 0.0 else w
 
 
-def mean_about_samples(system: System, index: int, sample_time: float, commands: Array) -> Array:
-    """The effective input averaged over the samples before and after each t_k, (N,).
+class MeanInput:
+    """One effective input averaged over the samples before and after each t_k, as a function of parameters.
 
     If the static part of the actuator has an inverse, the result is the command that gives this mean. The mean of the
     command itself would be wrong: it is not the mean effective input where the command steps through a dead zone.
     """
-    chain = system.actuator(index)
-    after = _Chain(chain, system.inputs[index], (), system).act(commands, np.zeros(0), sample_time, 1)
-    mean = (np.concatenate([after[:1], after[:-1]]) + after) / 2
-    if not chain.has_inverse:
-        return np.asarray(mean)
-    gain, width = (float(e.subs(system.values)) for e in (chain.gain, chain.dead_zone))
-    for limit in reversed(chain.limits):
-        mean = _before_limit(mean, *(float(e.subs(system.values)) for e in (limit.height, limit.rounding)))
-    return np.asarray((mean + np.sign(mean) * width) / gain) if gain != 0 else commands
+
+    def __init__(self, system: System, index: int, symbols: tuple[sympy.Symbol, ...] = ()) -> None:
+        """``symbols``: parameters whose values are an argument of ``at``, in order."""
+        chain = system.actuator(index)
+        self._chain, self._has_inverse = _Chain(chain, system.inputs[index], symbols, system), chain.has_inverse
+        limits = [(limit.height, limit.rounding) for limit in reversed(chain.limits)]
+        stages = [chain.gain, chain.dead_zone, *(e for limit in limits for e in limit)]
+        self._stages = numpy_function(stages, symbols, system.values)
+
+    def at(self, commands: Array, sample_time: float, numbers: Array) -> Array:
+        """(N,) of the commands (N,) with these values of the symbols."""
+        after = self._chain.act(commands, numbers, sample_time, 1)
+        mean = (np.concatenate([after[:1], after[:-1]]) + after) / 2
+        if not self._has_inverse:
+            return np.asarray(mean)
+        gain, width, *limits = map(float, self._stages(*numbers))
+        for height, rounding in zip(limits[::2], limits[1::2], strict=True):
+            mean = _before_limit(mean, height, rounding)
+        return np.asarray((mean + np.sign(mean) * width) / gain) if gain != 0 else commands
 
 
 def _before_limit(w: Array, height: float, rounding: float) -> Array:

@@ -35,7 +35,7 @@ from codegen.diagnosis.selection.significance import combined_p
 from codegen.effects import CATALOGUE
 from codegen.logs import Log
 from codegen.mechanics import System
-from codegen.simulate.drive import mean_about_samples
+from codegen.simulate.drive import MeanInput
 from codegen.spec import Spec, parse_spec
 from tests.diagnosis.stage import log_of, stage, system_of
 from tests.in_part import drawn
@@ -591,7 +591,7 @@ def test_a_command_that_steps_through_a_dead_zone_has_the_mean_of_what_acts() ->
     """From −3 N to 2 N through ±1 N: −2 N and 1 N act, −0.5 N on average, for which the command is −1.5 N."""
     behind = system_of(stage("[{kind: dead_zone, on: w, parameters: {width: 1}}]"))
     commands = np.array([-3.0, -3.0, 2.0, 2.0, 0.5, 0.5])
-    found = mean_about_samples(behind, 0, 1e-3, commands)
+    found = MeanInput(behind, 0).at(commands, 1e-3, np.zeros(0))
     assert found[1:5] == pytest.approx([-3.0, -1.5, 2.0, 1.5])
 
 

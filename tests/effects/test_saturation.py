@@ -16,7 +16,7 @@ from codegen.effects.declare import add_declared_effects
 from codegen.mechanics import System, build_system
 from codegen.mechanics.actuator import Actuator, Limit
 from codegen.mechanics.system import Matrix
-from codegen.simulate.drive import Chains, mean_about_samples
+from codegen.simulate.drive import Chains, MeanInput
 from codegen.spec import parse_spec
 from tests.diagnosis.stage import TRAIN, log_of, stage, system_of
 from tests.effects.test_in_code import W, X, estimates
@@ -89,7 +89,7 @@ def test_the_command_that_acts_about_a_sample_passes_the_limit_once(parameters: 
     system = axis(parameters)
     for command in (-30.0, -4.0, 2.0, 9.0):
         commands = np.full(50, command)
-        inverted = mean_about_samples(system, 0, 1e-3, commands)
+        inverted = MeanInput(system, 0).at(commands, 1e-3, np.zeros(0))
         again = [passed(system, w) for w in inverted]
         np.testing.assert_allclose(again, passed(system, command), rtol=1e-6)
 

@@ -32,6 +32,8 @@ from codegen.mechanics.system import Matrix, System
 _NAMES = ("mass", "force", "stiffness", "damping", "position", "speed")
 SIGNALS = tuple(sympy.Symbol(f"imposed_{name}", real=True) for name in _NAMES)
 MASS, FORCE, STIFFNESS, DAMPING, POSITION, SPEED = SIGNALS
+LOADS = 2
+"""Number of the first signals, mass and force, which depend on parameters of the links."""
 KEPT = 4
 """Records whose terms are kept in memory."""
 DRIVES = 16
@@ -125,8 +127,9 @@ class MotionTerms:
         own = off[self.felt[joint]]
         if not own.any():
             return declared
-        moved = np.flatnonzero(own)  # one of them for a slope
-        return np.asarray(declared + (own[moved] @ self.slopes[joint][moved]).reshape(declared.shape))
+        moved, slopes = own != 0, self.slopes[joint]  # one of them for a slope at the declared values
+        own, slopes = (own, slopes) if moved.all() else (own[moved], slopes[moved])
+        return np.asarray(declared + (own @ slopes).reshape(declared.shape))
 
     def held(self, joint: int) -> list[Array]:
         """Signals that do not depend on parameters: stiffness, damping, position and speed."""
@@ -186,11 +189,15 @@ def rigid_terms(system: System, moved: Sequence[sympy.Symbol]) -> RigidTerms:
     return RigidTerms(system, tuple(s for s in moved if own.has(s)))
 
 
-def between(values: Array, substeps: int) -> Array:
-    """(N substeps, k) values (N, k) interpolated linearly to the middle of each substep, constant at the end."""
-    share = ((np.arange(substeps) + 0.5) / substeps)[:, None]
-    rise = np.diff(values, axis=0, append=values[-1:])
-    return np.asarray((values[:, None] + rise[:, None] * share).reshape(-1, values.shape[1]))
+def put_between(values: Array, substeps: int, target: Array) -> None:
+    """Put values (N, k), interpolated linearly to the middle of each substep, into (N substeps, k).
+
+    After the last sample they are constant.
+    """
+    for column, one in zip(values.T, target.T, strict=True):
+        value, rise = np.ascontiguousarray(column), np.diff(column, append=column[-1:])
+        for step in range(substeps):  # loops over samples, which are many: a run by another value is not much longer
+            one[step::substeps] = value + rise * ((step + 0.5) / substeps)
 
 
 @dataclass(eq=False)
@@ -315,14 +322,13 @@ class JointShooter:
         Remembered, since most runs of a fit change neither inputs nor links.
         """
         i, (inputs, content) = joint.index, self._driven(drive, joint)
-        key = "columns", along, i, substeps, joint.others, self._shooter.inputs, content, off[along.felt[i]].tobytes()
+        place = along, i, substeps, joint.others, self._shooter.inputs, content
+        key = "columns", *place, off[along.felt[i]].tobytes()
         found = self.memory.get(key)
         if found is None:
-            found, start = np.zeros((len(inputs), self._shooter.inputs)), 0
-            loads = between(along.loads(i, off), substeps)
-            for part in (inputs, loads, self._held(joint, along, substeps)):
-                found[:, start : start + part.shape[1]] = part
-                start += part.shape[1]
+            found = self._without_loads(joint, inputs, along, substeps, ("held", *place)).copy()
+            start = inputs.shape[1]
+            put_between(along.loads(i, off), substeps, found[:, start : start + LOADS])
             self.memory.put(key, found)
         return found
 
@@ -332,16 +338,17 @@ class JointShooter:
         inputs = drive[:, [self.terms.system.inputs.index(w) for w in joint.inputs]]
         return inputs, hash(inputs.tobytes())
 
-    def _held(self, joint: Joint, along: MotionTerms, substeps: int) -> Array:
-        """(N substeps, k) imposed signals that depend on no parameter, in the order of the joint's inputs."""
-        key = "held", along, joint.index, substeps, joint.others
+    def _without_loads(self, joint: Joint, inputs: Array, along: MotionTerms, substeps: int, key: Hashable) -> Array:
+        """``_columns`` without the two of mass and force, the only ones that depend on a parameter."""
         found = self.memory.get(key)
         if found is None:
             system = self.terms.system
             motion = dict(zip(system.positions, along.positions.T, strict=True))
             motion |= dict(zip(system.velocities, along.velocities.T, strict=True))
-            signals = [*along.held(joint.index), *(motion[s] for s in joint.others)]
-            found = between(np.column_stack(signals), substeps)
+            signals = np.column_stack([*along.held(joint.index), *(motion[s] for s in joint.others)])
+            found, start = np.zeros((len(inputs), self._shooter.inputs)), inputs.shape[1]
+            found[:, :start] = inputs
+            put_between(signals, substeps, found[:, start + LOADS : start + LOADS + signals.shape[1]])
             self.memory.put(key, found)
         return found
 

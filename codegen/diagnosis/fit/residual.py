@@ -25,7 +25,7 @@ from codegen.mechanics.computed import by_computed
 from codegen.mechanics.loads import with_loads
 from codegen.mechanics.numpy_form import numpy_function
 from codegen.mechanics.system import TIME, Matrix, System
-from codegen.simulate.drive import mean_about_samples
+from codegen.simulate.drive import MeanInput
 from codegen.simulate.dynamic_contact import DIRECTION, STANDSTILL
 from codegen.simulate.sensors import SensorError
 from codegen.spec.functions import Sgn
@@ -160,7 +160,7 @@ def effective_inputs(system: System, motion: Motion) -> Array:
     inputs = motion.inputs.copy()
     for k, w in enumerate(system.inputs):
         if w in system.actuators:
-            inputs[:, k] = mean_about_samples(system, k, motion.sample_time, motion.commands[:, k])
+            inputs[:, k] = MeanInput(system, k).at(motion.commands[:, k], motion.sample_time, np.zeros(0))
     return inputs
 
 
@@ -284,7 +284,8 @@ class DriveLeft:
         if _changes_drive(system):
             inputs = Matrix(system.inputs)  # Σ w ∂f/∂w of f = g and f = g − M a − U λ
             columns = [Matrix(f.jacobian(inputs) * inputs) for f in (system.force, Matrix(system.equation_error))]
-            self._function = force_function(system, columns, trial.symbols)
+            self._arguments = _arguments(trial, columns)
+            self._function = force_function(system, columns, [trial.symbols[k] for k in self._arguments])
 
     def at(self, theta: Array) -> Array:
         """(n,) at a vector of the trial, which changes no sensor error."""
@@ -294,7 +295,7 @@ class DriveLeft:
             return left
         numbers = self._trial.numbers(theta)
         at = points(system, motion, _inputs_at(self._trial, motion, numbers))
-        both = over_rows(self._function, np.hstack([at, np.tile(numbers, (len(at), 1))]))
+        both = over_rows(self._function, np.hstack([at, np.tile(numbers[self._arguments], (len(at), 1))]))
         drive, net = np.split(both, 2, axis=1)
         used = motion.usable if motion.counted is None else motion.usable & motion.counted
         for i in range(len(left)):
@@ -304,12 +305,20 @@ class DriveLeft:
         return np.clip(left, LEAST_LEFT, 1 / LEAST_LEFT)
 
 
+def _arguments(trial: Trial, columns: Sequence[Matrix]) -> list[int]:
+    """Indices of the trial's symbols on which forces depend; an arm has dozens that act on its bodies alone."""
+    within = set().union(*(column.free_symbols for column in columns))
+    return [k for k, s in enumerate(trial.symbols) if s in within]
+
+
 def _inputs_at(trial: Trial, motion: Motion, numbers: Array) -> Array:
     """``effective_inputs`` of a trial's system with these values of its symbols."""
-    system = trial.changed
-    if not trial.symbols_of_chains.isdisjoint(trial.symbols):
-        system = system.with_parameters(dict(zip(trial.symbols, map(sympy.Float, numbers), strict=True)), {})
-    return effective_inputs(system, motion)
+    if trial.symbols_of_chains.isdisjoint(trial.symbols):
+        return effective_inputs(trial.changed, motion)
+    inputs = motion.inputs.copy()
+    for k, mean in trial.mean_inputs.items():
+        inputs[:, k] = mean.at(motion.commands[:, k], motion.sample_time, numbers)
+    return inputs
 
 
 def drive_symbols(system: System) -> set[sympy.Symbol]:
@@ -367,6 +376,7 @@ def _changes_drive(system: System) -> bool:
     return bool(system.actuators) or any(c.force.has(w) for c in system.contacts for w in system.inputs)
 
 
+@recent(OF_MODELS)
 def _drive(system: System, motion: Motion) -> Array:
     """(N, n) change of g − U λ by the inputs, unfiltered."""
     inputs, (_, others) = effective_inputs(system, motion), _by_bodies(system)
@@ -427,8 +437,8 @@ class ResidualAlong:
                 by_level = c.force - c.extra_force if k in self._bristles else Sgn(c.slip) * c.law_level
                 columns += [Matrix(whole.distribution[:, k] * by_level.subs(c.slip, slip))]
                 columns += [Matrix(whole.distribution[:, k])]
-        self._whole, self._columns = whole, len(columns)
-        self._function = force_function(whole, columns, trial.symbols)
+        self._whole, self._columns, self._arguments = whole, len(columns), _arguments(trial, columns)
+        self._function = force_function(whole, columns, [trial.symbols[k] for k in self._arguments])
 
     @property
     def _dynamic(self) -> list[int]:
@@ -457,8 +467,8 @@ class ResidualAlong:
                 accelerations=np.hstack([motion.accelerations, np.zeros((len(behind), loads))]),
             )
         at, hidden = points(self._whole, followed, _inputs_at(trial, motion, numbers), every), hidden[::every]
-        if len(numbers):
-            at = np.hstack([at, np.tile(numbers, (len(at), 1))])
+        if self._arguments:
+            at = np.hstack([at, np.tile(numbers[self._arguments], (len(at), 1))])
         forces = over_rows(self._function, at).reshape(len(at), self._columns, -1).transpose(1, 0, 2)
         raw, *rest = np.ascontiguousarray(forces)
         values = {**system.values, **dict(zip(trial.symbols, map(float, numbers), strict=True))}

@@ -172,7 +172,7 @@ class ForceStart:
     def with_levels(self, trial: Trial, theta: Array) -> tuple[float, Array]:
         """(share of the squared force residual that remains, theta) with refitted levels."""
         residual = self._rows(self._residual_of(trial, theta))
-        step, share = self._least_squares(np.zeros((len(residual), 0)), residual)
+        ((step, share),) = self._least_squares([np.zeros((len(residual), 0))], residual)
         theta = theta.copy()
         theta[self._places] += step
         return share, theta
@@ -211,10 +211,10 @@ class ForceStart:
             forces = over_rows(function, np.hstack([at, np.tile(numbers, (len(at), 1))]))
             return self._rows(self._low_pass(forces))
 
-        for shape in effect.starts(covered):
-            one = effect.probes(shape, covered)
-            columns = np.column_stack([change(values) / size for values, size in one])
-            step, share = self._least_squares(columns, residual)
+        shapes = list(effect.starts(covered))
+        probes = [effect.probes(shape, covered) for shape in shapes]
+        groups = [np.column_stack([change(values) / size for values, size in one]) for one in probes]
+        for shape, one, (step, share) in zip(shapes, probes, self._least_squares(groups, residual), strict=True):
             theta = np.append(self.base.theta, part.inward(effect.weighted(shape, step[: len(one)].tolist())))
             theta[self._places] += step[len(one) :]
             if np.isfinite(theta).all():
@@ -233,7 +233,7 @@ class ForceStart:
         change = self._acting(trial, np.append(self.base.theta, inner)) - self._own
         force = np.einsum("jni,nj->ni", self._by_input, change)
         residual = self._rows((self._residual + self.problem.motion.low_pass(force))[:: self._every])
-        step, share = self._least_squares(np.zeros((len(residual), 0)), residual)
+        ((step, share),) = self._least_squares([np.zeros((len(residual), 0))], residual)
         return share, step
 
     def _acting(self, trial: Trial, theta: Array) -> Array:
@@ -247,13 +247,19 @@ class ForceStart:
         used = self.problem.used[:: self._every].T
         return np.concatenate([f[u] / s for f, u, s in zip(forces.T, used, self._sizes, strict=True) if u.any()])
 
-    def _least_squares(self, columns: Array, residual: Array) -> tuple[Array, float]:
-        """The least-squares steps of the weights of columns (R, k) and of the values, and the share that remains."""
-        theta, prior, weights = self.base.theta, self.base.prior, columns.shape[1]
-        if self.whole:
-            columns, residual = self._in_few_rows(columns, residual)
-        else:
-            columns = np.hstack([columns, self._slopes])
+    def _least_squares(self, groups: Sequence[Array], residual: Array) -> list[tuple[Array, float]]:
+        """For each group of columns (R, k) the steps of their weights and of the values, and the share that remains."""
+        if not self.whole:
+            return [self._steps(np.hstack([columns, self._slopes]), residual, columns.shape[1]) for columns in groups]
+        joined, left = self._in_few_rows(np.hstack(groups), residual)
+        values = joined[:, joined.shape[1] - len(self.base.theta) :]
+        ends = np.cumsum([columns.shape[1] for columns in groups])
+        own = [joined[:, end - columns.shape[1] : end] for columns, end in zip(groups, ends, strict=True)]
+        return [self._steps(np.hstack([columns, values]), left, columns.shape[1]) for columns in own]
+
+    def _steps(self, columns: Array, residual: Array, weights: int) -> tuple[Array, float]:
+        """The least-squares steps of so many weights and of the values, and the share that remains."""
+        theta, prior = self.base.theta, self.base.prior
         step = -fitted(columns, residual)
         if self.whole:
             within = prior.clip(theta + step[weights:]) - theta
@@ -278,7 +284,10 @@ class ForceStart:
         return q, r
 
     def _in_few_rows(self, columns: Array, residual: Array) -> tuple[Array, Array]:
-        """The same problem with a row for each unknown and one more, by orthogonal transformations (``_factors``)."""
+        """The same problem with a row for each unknown and one more, by orthogonal transformations (``_factors``).
+
+        The columns of all shapes of an effect are transformed together: each time the large factor is read from memory.
+        """
         q, r = self._factors
         held = np.zeros((len(r), columns.shape[1] + 1))
         held[:, -1] = self._held @ (self.base.theta - self.base.prior.centre)

@@ -21,7 +21,7 @@ from codegen.effects.declare import added, effect_symbols, places_of, unit_words
 from codegen.effects.register import is_own
 from codegen.mechanics.numpy_form import numpy_function
 from codegen.mechanics.system import System
-from codegen.simulate.drive import Chains
+from codegen.simulate.drive import Chains, MeanInput
 
 
 @dataclass(frozen=True)
@@ -142,6 +142,12 @@ class Trial:
     @cached_property
     def chains(self) -> Chains:
         return Chains(self.changed, self.symbols)
+
+    @cached_property
+    def mean_inputs(self) -> dict[int, MeanInput]:
+        """Index of an input with an actuator → its mean about samples."""
+        system = self.changed
+        return {k: MeanInput(system, k, self.symbols) for k, w in enumerate(system.inputs) if w in system.actuators}
 
     @cached_property
     def sensors(self) -> Sensors:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import TypeVar
 
 import numpy as np
@@ -108,7 +109,7 @@ def fit_candidates(
             ``present``, or of the best one, on few segments are then not fitted on all.
     """
     tried = CandidateFits(search, base, tuple(parts), report_progress)
-    parts = tried.parts
+    parts, _ = tried.parts, tried.runners
     smooth = [k for k, part in enumerate(parts) if not part.effect.rough]
     screened = tried.screened(tried.promising(smooth))
     gains = sorted((s.gain for s in screened), reverse=True)
@@ -187,12 +188,16 @@ class CandidateFits:
         self.few = {joint: _screening(self.search, self.base, joint) for joint in joints}
         self.parts = tuple(part for part in self.parts if self._is_worth_trying(part))
         self.trials = [self.base.trial.with_part(part) for part in self.parts]
-        self.runners = self.search.runners(self.trials)
         self.levels = [float(v) for v in self.base.values[0]]
         self.least_gain = 0.0
         names = [s.name for s in self.search.moved]
         refit = with_values(self.search.system, dict(zip(names, self.levels, strict=True)))
         self.survey = survey(refit, self.search.motion, self.base.model)
+
+    @cached_property
+    def runners(self) -> list[Runner]:
+        """Free runs of the parts, whose compilation starts when they are first asked for."""
+        return self.search.runners(self.trials)
 
     def promising(self, indices: Sequence[int]) -> list[int]:
         """Indices of the parts that are fitted: the best by the gain of one linear step from their best start.

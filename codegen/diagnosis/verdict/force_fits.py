@@ -8,6 +8,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+import sympy
 from numpy.typing import NDArray
 
 from codegen.base.arrays import Array
@@ -25,11 +26,13 @@ from codegen.diagnosis.fit.residual import (
     moves_sensors,
 )
 from codegen.diagnosis.fit.search import ROUNDS, Search, joint_of_difference
+from codegen.diagnosis.fit.shooting import hidden_states
 from codegen.diagnosis.fit.starting_values import STEP
 from codegen.diagnosis.fit.trial import Trial, model_of
 from codegen.diagnosis.selection.candidate_fits import CandidateFits, every_part
 from codegen.diagnosis.selection.ranking import CLOSE
 from codegen.diagnosis.verdict.adoption import adopt_values
+from codegen.mechanics.system import Matrix
 
 LEVEL = 10.0
 """RMS to which the residual of the model without effects is scaled: far above 1, where the loss of a block is
@@ -164,6 +167,27 @@ class ForceFits:
         first, second = (replace(f, residual=f.residual * here, slopes=f.slopes * here) for f in (one, other))
         return first, second
 
+    def joints_apart(self, fit: Fit) -> Fit:
+        """A fit to the force whose blocks are divided by joint, each with a scale of its own: (SIGN_BLOCKS n, K) rows.
+
+        The likelihood of a model is then the product over all joints.
+        """
+        flat = fit.residual.ravel(), fit.slopes.reshape(len(fit.slopes), -1)
+        residual, slopes = (np.append(v, np.zeros((*v.shape[:-1], 1)), axis=-1) for v in flat)
+        return replace(fit, residual=residual[self._places_by_joint], slopes=slopes[:, self._places_by_joint])
+
+    @cached_property
+    def _places_by_joint(self) -> NDArray[np.int_]:
+        """(SIGN_BLOCKS n, K) indices of each joint's values in the flattened blocks; past their end where padded."""
+        joint, count = self._by_coordinate(np.arange(1, len(self._rows) + 1)), self._places.size
+        parts = [
+            k * joint.shape[1] + np.flatnonzero(row == j + 1)
+            for k, row in enumerate(joint)
+            for j in range(len(self._rows))
+        ]
+        longest = max(map(len, parts))
+        return np.array([np.pad(p, (0, longest - len(p)), constant_values=count) for p in parts])
+
     def fit(self, trial: Trial, theta: Array) -> Fit:
         """The fit from these values, by damped Gauss–Newton steps."""
         runner = self.search.runners([trial], at_once=False)[0]
@@ -213,6 +237,33 @@ class ForceFits:
         """(P, SIGN_BLOCKS, K) slopes of the scaled residual by the parameters of an arm's links."""
         return np.array([self._scaled(slope) for slope in self.by_links.values()])
 
+    @cached_property
+    def _scaled_by_others(self) -> dict[int, Array]:
+        """As ``_scaled_by_links``, by the other values of an arm, in which its declared forces are linear."""
+        if not self.by_links:
+            return {}
+        system = self.search.system
+        error = Matrix(system.equation_error)
+        others = [k for k, s in enumerate(self.search.moved) if k not in self.by_links and error.has(s)]
+        slopes = {k: error.diff(self.search.moved[k]) for k in others}
+        linear = [k for k in others if slopes[k].free_symbols.isdisjoint({self.search.moved[k], *system.inputs})]
+        if not linear or hidden_states(system):
+            return {}
+        found = residual_slopes(system, self.problem.motion, [self.search.moved[k] for k in linear])
+        return {k: self._scaled(found[:, :, j]) for j, k in enumerate(linear)}
+
+    def _known(self, trial: Trial) -> dict[int, Array]:
+        """Index of a value → (SIGN_BLOCKS, K) slope of the scaled residual by it, if the effects do not change it."""
+        if not self.by_links or self._moves_drive or trial.changed.sensor_errors:
+            return {}
+        known = dict(zip(self.by_links, self._scaled_by_links, strict=True))
+        if hidden_states(trial.changed):
+            return known
+        pairs = zip(trial.changed.equation_error, self.search.system.equation_error, strict=True)
+        added = [sympy.expand_mul(one - other) for one, other in pairs if one != other]
+        changed = set().union(*(force.free_symbols for force in added))
+        return known | {k: s for k, s in self._scaled_by_others.items() if self.search.moved[k] not in changed}
+
     def _slopes(self, trial: Trial, theta: Array, now: Array, size: Array, before: Array | None = None) -> Array:
         """Derivatives of the predicted force by each parameter, (p, SIGN_BLOCKS, K).
 
@@ -220,13 +271,11 @@ class ForceFits:
         is over the present ``_gain``, unless that depends on them.
         """
         slopes = [] if before is None or self._moves_drive else list(before[: len(trial.moved)])
-        by_links: dict[int, Array] = {}
-        if self.by_links and not slopes and not self._moves_drive and not trial.changed.sensor_errors:
-            slopes_by_links = -self._scaled_by_links * self._by_coordinate(1 / self._gain(trial, theta))
-            by_links = dict(zip(self.by_links, slopes_by_links, strict=True))
+        known = {} if slopes else self._known(trial)
+        by_gain = self._by_coordinate(1 / self._gain(trial, theta)) if known else np.ones(1)
         for k in range(len(slopes), len(theta)):
-            if k in by_links:
-                slopes.append(by_links[k])
+            if k in known:
+                slopes.append(-known[k] * by_gain)
                 continue
             step, moved = STEP * float(size[k]), theta.copy()
             moved[k] += step
