@@ -167,27 +167,6 @@ class ForceFits:
         first, second = (replace(f, residual=f.residual * here, slopes=f.slopes * here) for f in (one, other))
         return first, second
 
-    def joints_apart(self, fit: Fit) -> Fit:
-        """A fit to the force whose blocks are divided by joint, each with a scale of its own: (SIGN_BLOCKS n, K) rows.
-
-        The likelihood of a model is then the product over all joints.
-        """
-        flat = fit.residual.ravel(), fit.slopes.reshape(len(fit.slopes), -1)
-        residual, slopes = (np.append(v, np.zeros((*v.shape[:-1], 1)), axis=-1) for v in flat)
-        return replace(fit, residual=residual[self._places_by_joint], slopes=slopes[:, self._places_by_joint])
-
-    @cached_property
-    def _places_by_joint(self) -> NDArray[np.int_]:
-        """(SIGN_BLOCKS n, K) indices of each joint's values in the flattened blocks; past their end where padded."""
-        joint, count = self._by_coordinate(np.arange(1, len(self._rows) + 1)), self._places.size
-        parts = [
-            k * joint.shape[1] + np.flatnonzero(row == j + 1)
-            for k, row in enumerate(joint)
-            for j in range(len(self._rows))
-        ]
-        longest = max(map(len, parts))
-        return np.array([np.pad(p, (0, longest - len(p)), constant_values=count) for p in parts])
-
     def fit(self, trial: Trial, theta: Array) -> Fit:
         """The fit from these values, by damped Gauss–Newton steps."""
         runner = self.search.runners([trial], at_once=False)[0]

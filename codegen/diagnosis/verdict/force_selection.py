@@ -84,7 +84,6 @@ def selected_by_force(
     fits = ForceFits(search, problem, base)
     fit = plain = fits.plain
     rounds: list[LaterRound] = []
-    tried: list[tuple[float, Fit]] = []
     joints: Sequence[int | None] = range(search.system.degrees_of_freedom) if search.rigid else [None]
     most = MOST_EFFECTS * len(joints)
     for joint in joints:
@@ -94,7 +93,6 @@ def selected_by_force(
             ranked = force_round(fits, fit, joint, progress)
             kept = (r if r.unsure or not r.why_not else r.for_table for r in ranked)
             rounds.append(LaterRound(fit.trial.parts, tuple(kept)))
-            tried += [(r.found.cost, r.found.for_table) for r in ranked if fit is plain]
             # Rivals are reported for the first effect only; another joint's effect with rivals is not credited.
             is_tied = fit.trial.parts and not turn and _tied(search, ranked)
             # An effect that is not significant alone may be with a second one: each hides the other.
@@ -108,25 +106,19 @@ def selected_by_force(
                 break
             credited = fit
         fit = credited
-    over_all = fit is plain and bool(search.rigid)
-    if over_all:
-        ranked = round_over_all_joints(fits, plain, tried)
-        rounds.append(LaterRound((), tuple(ranked)))
-        fit = ranked[0].found if ranked and not ranked[0].why_not else plain
     rounds.sort(key=lambda one: not one.ranked or one.ranked[0].found.part not in fit.trial.parts)
     first = rounds[0].ranked
     fit = still_credited(fits, fit, in_determined_forms(fits, fit))
     before = fits.run(plain)
     by_force = fit
-    fit, run = confirmed(fits, fit, fits.run(fit), over_all)
+    fit, run = confirmed(fits, fit, fits.run(fit))
     if not fit.trial.parts:
         if by_force.trial.parts:
             tell(_not_confirmed(plain, by_force))
         return None
     leading = [first[0]]
     if first[0].found.part in fit.trial.parts:
-        tied = _tied_over_all(fits, first) if over_all else _tied(search, first)
-        again, leading = best_first_effect(fits, fit, [first[0], *tied])
+        again, leading = best_first_effect(fits, fit, [first[0], *_tied(search, first)])
         fit, run = (fit, run) if again is fit else confirmed(fits, again, fits.run(again))
     rounds[0] = replace(rounds[0], ranked=tuple(led_by(leading[0], first)))
     return ForceSelection(fits, fit, run, evidence_of_blocks(before, run).share, tuple(rounds), tuple(leading[1:]))
@@ -135,13 +127,6 @@ def selected_by_force(
 def _tied(search: Search, ranked: Sequence[Ranked]) -> list[Ranked]:
     """The rivals of the best candidate of a round; candidates that are not significant only where it is not either."""
     return ties(search, [r for r in ranked if not r.why_not or ranked[0].why_not])
-
-
-def _tied_over_all(fits: ForceFits, ranked: Sequence[Ranked]) -> list[Ranked]:
-    """The credited candidates of ``round_over_all_joints`` that the residuals of all joints do not refuse."""
-    best, *others = (r for r in ranked if not r.why_not)
-    shown = [(evidence_of(*map(fits.joints_apart, (r.found, best.found)), floored=False), r) for r in others]
-    return [r for e, r in shown if random_signs(e.t) > credit.TIE_LEVEL or fits.nearly_alike(r.found, best.found)]
 
 
 def are_significant(fits: ForceFits, before: Fit, fit: Fit) -> bool:
@@ -178,21 +163,6 @@ def force_round(
     return sorted(in_simplest_admitted_forms(ranked), key=lambda r: (bool(r.why_not), not r.unsure, r.found.cost))
 
 
-def round_over_all_joints(fits: ForceFits, plain: Fit, tried: Sequence[tuple[float, Fit]]) -> list[Ranked]:
-    """The best candidates of the rounds of an arm's joints, each judged over all joints: credited ones first.
-
-    Values of the links imitate some effects on their own joint, such as a weaker drive, which is a heavier arm there.
-    Only the other joints, which feel these values too, then show the effect.
-
-    Args:
-        tried: cost and fit of the candidates that were fitted in addition to ``plain``.
-    """
-    best = sorted(tried, key=lambda one: one[0])[:FITTED]
-    found = [fits.fit(fit.trial, fit.theta) for _, fit in best]
-    ranked = [judged(fits, plain, fit, hypotheses(fits.candidates.parts), over_all=True) for fit in found]
-    return sorted(in_simplest_admitted_forms(ranked), key=lambda r: (bool(r.why_not), r.found.cost))
-
-
 def drive_kept(fits: ForceFits, plain: Fit, trial: Trial, theta: Array) -> float:
     """Share of a fit's drive force that remains with these values of a trial; the least over coordinates."""
     return float(np.min(drive_shares(model_of(trial, theta), plain.model, fits.problem.motion, fits.problem.used)))
@@ -208,24 +178,20 @@ def fit_in_addition(fits: ForceFits, plain: Fit, trial: Trial, theta: Array) -> 
     return again if again.cost < fit.cost else fit
 
 
-def judged(fits: ForceFits, plain: Fit, found: Fit, candidates: int, over_all: bool = False) -> Ranked:
+def judged(fits: ForceFits, plain: Fit, found: Fit, candidates: int) -> Ranked:
     """A candidate with its evidence from the force residual over a fit without it, and the reason if not credited.
 
     An effect that reduces the drive force reduces the residual in proportion, so only a larger reduction counts. The
     residual is already divided by a constant factor on the drive, as by friction in proportion to it
     (``residual_at_drive``). The share removed on held-out blocks is at most that of the fit to all blocks, since the
     correction of the fit for a held-out block is linear.
-
-    ``over_all``: of an arm that is simulated joint by joint, whether all joints count, each with a scale of its own;
-    else the joint of the effect alone.
     """
     joint = joint_of(fits.search, found.part)
     known = [p for p in plain.trial.parts if joint_of(fits.search, p) == joint]
     variables = {p.effect.seen_over for p in known if not _has_twin_elsewhere(fits.search, p)}
     least = credit.LEAST_SHARE if not known else ELSEWHERE
     least = credit.FURTHER if found.part.effect.seen_over in variables else least
-    pair = plain, found
-    before, after = map(fits.joints_apart, pair) if over_all else fits.where_they_differ(*pair)
+    before, after = fits.where_they_differ(plain, found)
     ratio = float(np.sqrt(after.by_segment.sum() / before.by_segment.sum()))
     motion, used = fits.problem.motion, fits.problem.used
     scales = drive_left(found.model, motion) / drive_left(plain.model, motion)
@@ -322,14 +288,11 @@ def with_first(fits: ForceFits, fit: Fit, one: Ranked) -> Fit:
     return fits.fit(trial, trial.theta(moved, [one.found.parameters, *values]))
 
 
-def confirmed(fits: ForceFits, fit: Fit, run: Fit, over_all: bool = False) -> tuple[Fit, Fit]:
-    """The fit and its free runs, without effects whose removal does not make free runs significantly worse.
-
-    ``over_all``: whether the free runs of all joints count; else those of the effect's own joint, of an arm.
-    """
+def confirmed(fits: ForceFits, fit: Fit, run: Fit) -> tuple[Fit, Fit]:
+    """The fit and its free runs, without effects whose removal does not make free runs significantly worse."""
     while parts := fit.trial.parts:
         others = [fits.without(fit, k) for k in range(len(parts))]
-        joints = [None if over_all else joint_of_difference(fits.search, fit, other) for other in others]
+        joints = [joint_of_difference(fits.search, fit, other) for other in others]
         pairs = [
             (fits.run(other, j), run if j is None else fits.run(fit, j))
             for other, j in zip(others, joints, strict=True)
