@@ -13,6 +13,7 @@ from unittest.mock import patch
 import numpy as np
 import pytest
 
+from codegen.base.text import render
 from codegen.certify.certify import Certificate, Proposal, Proposals, Refusal
 from codegen.certify.remedies import proposals
 from stiction import certify, load
@@ -153,3 +154,10 @@ def test_text_and_json(tmp_path: Path) -> None:
     good = json.loads(stiction("certify", SPECS / "one_mass.yaml", "--json").out)
     assert good["certified"] and good["certificate"]["format"] == "stiction-certificate/1"
     assert good["sample_times"]["implicit"] is None  # any
+
+
+@pytest.mark.parametrize(("longest", "warned"), [(0.0, False), (0.02, True)])
+def test_the_step_of_the_code_is_compared_with_a_sample_time_that_was_found(longest: float, warned: bool) -> None:
+    text = render("text/_sample_times.j2", sample_times={"euler": 0.0, "implicit": longest}, solved=False, regions=None)
+    assert "euler none found" in text
+    assert ("two Newton steps" in text) == warned
