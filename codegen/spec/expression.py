@@ -257,7 +257,19 @@ def evaluate_tree(node: ast.expr, whole: Expression, algebra: Algebra) -> Any:
 def _numbers_of(symbols: Mapping[str, sympy.Symbol], hint: str) -> Algebra:
     expected = f"one of {', '.join(sorted(symbols))}" if 0 < len(symbols) <= 40 else "a declared name"
     expected += f"; {hint}" if hint else ""
-    return Algebra(symbols, expected, lambda name, argument, *_: FUNCTIONS[name](argument), combine_numbers)
+    return Algebra(symbols, expected, _called, combine_numbers)
+
+
+def _called(name: str, argument: Any, whole: Expression, node: ast.expr) -> Any:
+    """The SymPy value of a function.
+
+    Raises:
+        BadInput: for a constant with exp in the exponent of exp, since SymPy's time is exponential in their nesting.
+    """
+    if name == "exp" and argument.is_number and argument.has(sympy.exp):
+        found = f"`{whole.source(node)}`, a constant with exp in exp"
+        raise BadInput(whole.place, found, "the number itself", code="SPEC011")
+    return FUNCTIONS[name](argument)
 
 
 def combine_numbers(op: ast.operator, a: Any, b: Any, whole: Expression, node: ast.expr) -> Any:
