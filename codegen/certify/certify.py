@@ -126,6 +126,7 @@ def _certified(analysis: Analysis, stated: Frame, further: bool, all_angles: boo
             report.facts,
             limit,
             best_rate=candidate.best_rate,
+            functions=tuple(str(e) for s, e in candidate.family.bounded.items() if s in candidate.family.variables),
         )
         return _without_jumps(found, base, analysis, family, cells) if further else found
     return replace(_undecided(analysis, why), regions=by_parts())

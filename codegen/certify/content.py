@@ -156,6 +156,7 @@ def _content(
     words["bounded"] = ()  # ellipsoid.json, made from this certificate, adds the contacts (with_reversals)
     words["stateful"] = [(c.name, c.law.name) for c in observer.system.contacts if isinstance(c.law, DynamicLaw)]
     words["variables"] = {v.name: (float(lo), float(hi)) for v, (lo, hi) in found.family.variables.items()}
+    words["functions"] = {s.name: e for s, e in found.family.bounded.items()}
     return {
         **base,
         "claim": one_line("text/claim.j2", **words),

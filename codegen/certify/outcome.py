@@ -31,6 +31,7 @@ class Certificate(Shown):
         turning: a certificate with one V for all signs of the slips, not for samples with a reversal; or None.
         best_rate: α of another V, 1/s, if this V is chosen for shorter dwell times at reversals; else None.
         by_structure: whether the certificate is for one mode and assumes extremes of the machine that are estimates.
+        functions: the sgn and tanh in the error matrix, for which the certificate has variables in [−1, 1].
         bounds: on each friction error; or the reason why there are none.
         response: linear response of the errors to disturbances, if it is known.
         sticking: of a (G)CFO, the sticking contacts for which the other errors decay slowest; or None.
@@ -47,6 +48,7 @@ class Certificate(Shown):
     turning: Mapping[str, Any] | None = None
     best_rate: float | None = None
     by_structure: bool = False
+    functions: tuple[str, ...] = ()
     bounds: tuple[ErrorBound, ...] | str = "none was asked for"
     response: Response | None = field(default=None, repr=False)
     sticking: Sticking | None = None

@@ -62,6 +62,7 @@ ALWAYS = (  # not checked, whatever is given
     "what __init__.py, the Python version, computes (`stiction generate --check` compares it with the tool's output)",
     "what options and macros of a command line (CMakeLists.txt, NAME.mk) make of the C, and any main program",
     "that the model (M, g, input gain) describes the real machine, and that the envelope is that of the specification",
+    "that the units of forces, levels and inputs in NAME.h fit the machine's (that of a velocity fits its position's)",
 )
 # A certificate: {"field": ...} is an object with just these fields, {"FORM": ...} one with any keys of that form.
 SCHEMA = json.loads("""{"format": "FORMAT", "tool": {"name": "TEXT", "version": "TEXT", "command": "TEXT"},

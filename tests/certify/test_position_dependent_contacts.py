@@ -28,6 +28,20 @@ observer: {{kind: gcfo, velocity: measured, gains: {{K_F: 10}}, sample_time: 0.0
 envelope: {{x: [-0.5, 0.5], v: [-1, 1]}}
 """
 
+CRANK = """
+name: crank
+coordinates: {q: {velocity: w, unit: rad}, z: {velocity: v, unit: m}}
+inputs: {T: {unit: N*m}, F: {unit: N}}
+parameters: {J: {value: 0.5, unit: kg*m^2}, r: {value: 0.15, unit: m}, m: {value: 3, unit: kg}}
+mass_matrix: [[J, 0], [0, m]]
+force: [T, F]
+friction:
+  distribution: [[1, r*sin(q)], [0, 1]]
+  contacts: [{name: crank, a: 0.6, unit: N*m}, {name: slide, a: 12, unit: N}]
+observer: {kind: gcfo, velocity: estimated, gains: {K_F: [5, 30], K_v: 150}, sample_time: 0.001}
+envelope: {q: [-180 deg, 180 deg], w: [-10, 10], v: [-1, 1]}
+"""
+
 
 @pytest.mark.parametrize("u", ["1", "1 + 0.5*sin(r*x)"])
 def test_gcfo_with_a_position_dependent_distribution_is_certified(u: str, tmp_path: Path) -> None:
@@ -36,6 +50,18 @@ def test_gcfo_with_a_position_dependent_distribution_is_certified(u: str, tmp_pa
     outcome = stiction.load(path).outcome
     assert isinstance(outcome, Certificate)
     verify.check(outcome.text)
+
+
+def test_the_sign_of_a_slip_is_named_as_an_expression(tmp_path: Path) -> None:
+    """It was called by the name that certificate.json has for it, which is defined nowhere else."""
+    path = tmp_path / "crank.yaml"
+    path.write_text(CRANK)
+    outcome = stiction.load(path).outcome
+    assert isinstance(outcome, Certificate)
+    (within,) = [line for line in outcome.content["assumptions"] if "operating point stays within" in line]
+    sign = "sgn(v_next + 3*w_next*sin(q + w/1000)/20)"  # of the slip of slide one sample later
+    assert f"within {sign} (bounded1) in [-1, 1], q in" in within
+    assert f"contains {sign}," in outcome.not_by_kernel and "bounded1" not in outcome.not_by_kernel
 
 
 @pytest.mark.parametrize("velocity", in_part(["measured", "estimated"], ["measured"]))

@@ -1028,7 +1028,11 @@ def test_what_is_never_compared_is_always_said(kernel: bool, tmp_path: Path) -> 
     status, out, _ = run(folder / "certificate.json", "--spec", SOURCE.parents[2] / "specs/one_mass.yaml")
     gaps = out[out.index("not checked:") : out.index("claim as written")]
     assert status == (0 if kernel else 5)
-    for words in ("what __init__.py, the Python version, computes", "that the model (M, g, input gain)"):
+    for words in (
+        "what __init__.py, the Python version, computes",
+        "that the model (M, g, input gain)",
+        "that the units of forces, levels and inputs in NAME.h fit the machine's",
+    ):
         assert f"\n  {words}" in gaps
 
 

@@ -111,6 +111,9 @@ def test_the_verdict_is_no_stronger_than_what_is_left_allows(structured, all_of_
     assert said.headline.startswith(begins)
     (left, *_) = said.of("unexplained")
     assert ("Another effect is missing too, or a similar one is missing instead of this one." in left) != all_of_it
+    (what_to_do,) = said.of("next")
+    assert ("go on with spec.yaml" in what_to_do) == all_of_it
+    assert ("Something else is missing too" in what_to_do) != all_of_it
 
 
 def test_several_effects_are_named_in_the_headline_and_their_values_below():
