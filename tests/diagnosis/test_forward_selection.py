@@ -249,6 +249,7 @@ def test_rivals_of_a_later_effect_put_it_first(monkeypatch: pytest.MonkeyPatch) 
     monkeypatch.setattr(forward_selection, "_refused_by_force", lambda *_: False)
     monkeypatch.setattr(forward_selection, "_others", lambda search, parts, k, paired: [gain.part] if k else [])
     monkeypatch.setattr(forward_selection, "tied_by_free_runs", lambda *_: True)
+    monkeypatch.setattr(forward_selection, "tolerances_prefer", lambda *_: False)
     monkeypatch.setattr(forward_selection, "most_left", lambda _: 1.0)
     monkeypatch.setattr(forward_selection, "force_prefers", lambda *_: False)
     monkeypatch.setattr(forward_selection, "_ranked", lambda search, found, without: found)
@@ -279,6 +280,7 @@ def test_far_from_the_noise_a_replacement_that_is_nearly_alike_ties(
     monkeypatch.setattr(ranking, "noise_ratio", lambda _: noise)
     monkeypatch.setattr(ranking, "runs_prefer", lambda *_: True)
     monkeypatch.setattr(forward_selection, "force_prefers", lambda here, other, most: gain < most)
+    monkeypatch.setattr(forward_selection, "tolerances_prefer", lambda *_: False)
     shares = {"viscous": 0.6, "quadratic_drag": 0.59}
     monkeypatch.setattr(
         forward_selection,
@@ -308,6 +310,7 @@ def test_a_replacement_of_a_special_form_must_be_clearly_better_to_be_a_rival(
     monkeypatch.setattr(forward_selection, "_force_speaks_for", lambda *_: True)
     monkeypatch.setattr(forward_selection, "_others", lambda search, parts, k, paired: [] if k else [lags.part])
     monkeypatch.setattr(forward_selection, "tied_by_free_runs", lambda *_: True)
+    monkeypatch.setattr(forward_selection, "tolerances_prefer", lambda *_: False)
     monkeypatch.setattr(forward_selection, "most_left", lambda _: 1.0)
     monkeypatch.setattr(forward_selection, "force_prefers", lambda *_: False)
     monkeypatch.setattr(forward_selection, "_ranked", lambda search, found, without: found)

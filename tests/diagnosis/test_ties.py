@@ -17,7 +17,7 @@ from codegen.diagnosis.fit.trial import part_of
 from codegen.diagnosis.results import Fact
 from codegen.diagnosis.selection import ranking
 from codegen.diagnosis.selection.candidate_fits import FORM_GAIN, is_simpler_form
-from codegen.diagnosis.selection.forward_selection import _reconsidered
+from codegen.diagnosis.selection.forward_selection import _reconsidered, find_effects
 from codegen.diagnosis.selection.refusals import acts_as_its_limit
 from codegen.diagnosis.verdict import examination
 from codegen.diagnosis.verdict.examination import examine
@@ -202,6 +202,7 @@ def test_at_the_noise_force_decides_nothing_against_ten_nats_of_free_runs(
     """
     monkeypatch.setattr(ranking, "noise_ratio", lambda fit: times)
     monkeypatch.setattr(ranking, "runs_prefer", lambda *_: False)
+    monkeypatch.setattr(ranking, "tolerances_prefer", lambda *_: False)
     monkeypatch.setattr(ranking, "adds_load", lambda _: False)
     monkeypatch.setattr(ranking.credit, "near_noise", lambda fit: times <= 3)
     lag, delay = ranked("actuator_lag", 0.1), ranked("input_delay", 0.1)
@@ -380,6 +381,35 @@ def test_the_first_effect_of_a_pair_has_rivals_too(tmp_path: Path) -> None:
         fit, found = _reconsidered(search, both, rivals)
         assert [r.found.part.kind for r in found] == tied
         assert [p.kind for p in fit.runner.trial.parts] == ["inertia_error", "spring"]
+
+
+@pytest.mark.parametrize(("tolerance", "rivals"), [(0.03, []), (0.3, ["inertia_error"])])
+def test_of_two_models_of_one_motion_tolerances_prefer_the_one_with_the_declared_values(
+    tolerance: float, rivals: list[str], tmp_path: Path
+) -> None:
+    """A gain of 0.92 is the motion of a larger mass with damping and spring 8.7 % larger: 2.9 tolerances of 3 % each.
+
+    By these the declared values are more probable by 2 · 2.9²/2 = 8.4 nats, of which 4.6 are asked; with tolerances of
+    30 % by 0.1, and the two tie.
+    """
+    text = STAGE.format(effects="[]", level=4, reference=TRAIN, duration=14, noise=5e-5)
+    share = f"tolerance: {100 * tolerance:g}%"
+    mass = "m: {value: 2, unit: kg}"
+    text = text.replace(mass, f"{mass}\n  k: {{value: 80, unit: N/m, {share}}}")
+    text = text.replace("unit: N*s/m}", f"unit: N*s/m, {share}}}").replace("w - b*v", "w - b*v - k*x")
+    gain = "effects: [{kind: input_gain, on: w, parameters: {gain: 0.92}}]"
+    plant = parse_spec(text.replace("effects: []", gain), Path("stage.yaml"))
+    search, _ = search_of(parse_spec(text, Path("stage.yaml")), log_of(plant, tmp_path, "train.csv"))
+    with among("inertia_error", "input_gain"):
+        found = find_effects(search, search.refit(), lambda *_: None)
+    assert [p.kind for p in found.parts] == ["input_gain"]
+    assert [r.found.part.kind for r in found.rivals] == rivals
+    told = [fact.words for fact in examination._told_apart(search, found)]
+    assert len(told) == 1 - len(rivals) and all("k = 86" in words and "b = 6.5" in words for words in told)
+    other = next(search.fitted_again(r.found) for r in found.first if r.found.part.kind == "inertia_error")
+    by_hand = 2 * 0.5 * ((1 / 0.92 - 1) / tolerance) ** 2
+    assert other.prior_nats == pytest.approx(by_hand, rel=0.1)
+    assert not ranking.tolerances_prefer(search, other, found.final)
 
 
 def test_an_effect_with_fewer_parameters_that_fits_as_well_replaces_another(tmp_path: Path) -> None:

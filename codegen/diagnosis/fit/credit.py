@@ -118,14 +118,17 @@ class Evidence:
         tests += [] if self.by_score is None else [self.by_score]
         return min(1.0, len(tests) * min(tests))
 
-    def p_of_rivals(self, whiteness: float, at_noise: bool) -> float:
+    def p_of_rivals(self, whiteness: float, at_noise: bool, by_prior: float = 0.0) -> float:
         """One-sided p-value for two models neither of which contains the other: ``p``, at the noise also by ``capped``.
 
         If the other model is true, the mean of the likelihood ratio is 1, and a gain of G nats has at most the
         probability exp(−G) (Markov's inequality). A cap does not increase a gain, so this also holds for ``capped``.
+
+        Args:
+            by_prior: nats by which the prior density of the values is larger than that of the other model's values.
         """
         p = self.p(whiteness, only_noise=False)
-        return min(p, TESTS_OF_RIVALS * exp(-max(whiteness * self.capped, 0.0))) if at_noise else p
+        return min(p, TESTS_OF_RIVALS * exp(-max(whiteness * self.capped + by_prior, 0.0))) if at_noise else p
 
     @property
     def by_blocks(self) -> float:

@@ -139,6 +139,11 @@ class Fit:
     def cost(self) -> float:
         return segment_cost(self.residual) + self.prior.cost(self.theta)
 
+    @property
+    def prior_nats(self) -> float:
+        """−log of the prior density at the values with a tolerance, 0 at the declared ones; without tempering."""
+        return self.prior.tempering * self.prior.cost(self.theta)
+
     @cached_property
     def held_out_losses(self) -> Array:
         """(S,) cross-validated loss of each segment, under the fit to the other blocks by one Gauss–Newton step.

@@ -37,6 +37,7 @@ from codegen.diagnosis.selection.ranking import (
     same_signature,
     tied_by_free_runs,
     ties,
+    tolerances_prefer,
 )
 from codegen.diagnosis.selection.refusals import (
     contradicted_by_force,
@@ -430,6 +431,7 @@ def _swapped(
         if k or rivals is None:
             most = most_left(current)
             alike = (f for f in same if not force_prefers(here, ForceCriterion(search, f), most))
+            alike = (f for f in alike if not tolerances_prefer(search, current, f))
             tied[k] = [_ranked(search, f, without) for f in alike]
         else:
             tied[k] = [r for r in rivals if any(_same(f.part, r.found.part) for f in same)]

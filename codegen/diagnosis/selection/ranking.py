@@ -132,8 +132,14 @@ def refused_when_fitted_again(ranked: Sequence[Ranked], chosen: Ranked) -> list[
 
 
 def ties(search: Search, ranked: Sequence[Ranked]) -> list[Ranked]:
-    """Candidates that neither free runs nor force residual distinguish from the best, without its twins."""
-    return [other for other in _tied(search, ranked[0], ranked) if not _preferred(ranked[0], other)]
+    """Candidates that free runs, force residual and tolerances do not distinguish from the best, without its twins."""
+    alike = [other for other in _tied(search, ranked[0], ranked) if not _preferred(ranked[0], other)]
+    return [other for other in alike if not tolerances_prefer(search, ranked[0].found, other.found)]
+
+
+def less_probable(search: Search, best: Ranked, ranked: Sequence[Ranked]) -> list[Ranked]:
+    """Candidates that free runs do not distinguish from the best, but tolerances do."""
+    return [r for r in _tied(search, best, ranked) if tolerances_prefer(search, best.found, r.found)]
 
 
 def _tied(search: Search, best: Ranked, ranked: Sequence[Ranked]) -> list[Ranked]:
@@ -181,6 +187,22 @@ def runs_prefer(search: Search, best: Fit, other: Fit) -> bool:
         return nested_evidence_of(other, best).p(whiteness(search, best), only_noise=False) <= credit.TIE_LEVEL
     gained, at_noise = evidence_of(other, best, floored=False), dispersion(search, best) <= credit.ONLY_NOISE
     return gained.p_of_rivals(whiteness(search, best), at_noise) <= credit.TIE_LEVEL
+
+
+def tolerances_prefer(search: Search, best: Fit, other: Fit) -> bool:
+    """Whether a fit is preferred to another one, as by ``runs_prefer``, with the prior density of the values included.
+
+    Two models can predict the same motion with different values: a gain with the declared mass, or an inertia error
+    with a mass far from it. The ratio of their posterior densities then tells them apart. It is that of fits whose
+    priors have the weight of their own residuals. It is used at the noise only, since elsewhere an incomplete model
+    moves the values.
+    """
+    if best.of_forces or dispersion(search, best) > credit.ONLY_NOISE or extends(best.trial, other.trial):
+        return False
+    other, best = where_they_differ(search, *(search.fitted_again(fit) for fit in (other, best)))
+    by_prior, gained = other.prior_nats - best.prior_nats, evidence_of(other, best, floored=False)
+    at_noise = dispersion(search, best) <= credit.ONLY_NOISE
+    return by_prior > 0 and gained.p_of_rivals(whiteness(search, best), at_noise, by_prior) <= credit.TIE_LEVEL
 
 
 def leaves_as_little(one: Ranked, best: Ranked) -> bool:

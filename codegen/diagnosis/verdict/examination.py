@@ -16,10 +16,10 @@ from codegen.diagnosis.fit.credit import NEAR_NOISE, noise_ratio
 from codegen.diagnosis.fit.output_error import Fit, at_limit
 from codegen.diagnosis.fit.residual import Problem, drive_gain, drive_left
 from codegen.diagnosis.fit.search import Search, joint_of
-from codegen.diagnosis.fit.trial import Part, part_of, with_effects, with_values
+from codegen.diagnosis.fit.trial import Part, in_unit, part_of, with_effects, with_values
 from codegen.diagnosis.results import ErrorFigures, Fact, FoundEffect, Verdict
 from codegen.diagnosis.selection.forward_selection import Outcome, explained_share, first_candidates
-from codegen.diagnosis.selection.ranking import credible
+from codegen.diagnosis.selection.ranking import Ranked, credible, less_probable
 from codegen.diagnosis.selection.significance import dispersion
 from codegen.diagnosis.verdict.adoption import Refit, adopt_values, settled_values
 from codegen.diagnosis.verdict.answer import (
@@ -260,8 +260,28 @@ def _judged(
     if plain.verdict == "ambiguous":
         return written
     limits = (w for f, p in zip(found, fit.trial.parts, strict=True) for w in remarks(f, p, problem))
-    notes = tuple(Fact("values", words) for words in limits)
+    notes = (*(Fact("values", words) for words in limits), *_told_apart(final_search, outcome))
     return replace(written, remarks=(*notes, *richer.notes, *chosen.remarks))
+
+
+def _told_apart(search: Search, outcome: Outcome) -> list[Fact]:
+    """Facts on the candidates that fit as well as the named effect, with values far from the declared ones."""
+    leader = next((r for r in outcome.first if r.found.trial.parts == outcome.parts), None)
+    return [_far_values(search, r) for r in (less_probable(search, leader, outcome.first) if leader else [])]
+
+
+def _far_values(search: Search, one: Ranked) -> Fact:
+    """The fact on the values that a candidate needs, those at least half as far as the farthest, in tolerances."""
+    fit, count, system = search.fitted_again(one.found), len(search.moved), search.system
+    away = np.abs(fit.theta[:count] - search.declared) * np.sqrt(search.prior_precision)
+    far = [k for k in np.argsort(-away, kind="stable") if away[k] >= 0.5 * away.max()]
+    values = [
+        f"{search.moved[k].name} = {fit.theta[k]:.4g}{in_unit(system, search.moved[k])} ({search.declared[k]:.4g} "
+        f"declared, {away[k]:.2g} tolerances away)"
+        for k in far
+    ]
+    part = one.found.part
+    return Fact("evidence", f"{part.kind} on {part.on} fits the log as well, but needs {', '.join(values)}")
 
 
 def references(
