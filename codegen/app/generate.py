@@ -34,6 +34,10 @@ KERNEL_PROOF, ELLIPSOID = checker.PROOF, checker.SETS
 OPTIONAL = (*PROOFS, KERNEL_PROOF, ELLIPSOID)
 """Files that not every observer has; those of an earlier run are removed if this run has none."""
 MANIFEST = "manifest.json"
+MARKS = ("Made by stiction ", "A complete program around ", '"name": "stiction"')
+"""Words of which each file that ``generate`` writes has one at its beginning; a proof has the machine's name."""
+HEAD = 1000
+"""Characters at the beginning of a file in which they stand."""
 
 
 class Certifiable(Result):
@@ -133,7 +137,8 @@ def generate(
         check_only: write nothing; report the files on disk that are not current.
         uncertified: write the code even without a certificate.
         overrides: the command's own choices of precision, fault policy and targets.
-        force: also replace generated files that were edited.
+        force: also replace generated files that were edited, and files that no manifest lists, if they say that
+            stiction made them.
 
     Raises:
         BadInput: for a bad spec, or a folder that cannot be written or has files that were edited or that stiction did
@@ -149,14 +154,15 @@ def generate(
         return Generated(target, files, outcome, _stale(target, files))
     if isinstance(outcome, Certificate) or uncertified:
         _refuse_folder_of_another(target, spec.name)
-        refuse_hand_written(target, files)
+        refuse_hand_written(target, files, spec.name, force)
         if not force:
             refuse_edited(target, {**dict.fromkeys(OPTIONAL), **files}, "--force, which discards the edits")
         earlier = listed_files(target)
         write_all(target, files, (MANIFEST,))
         _make_importable(target, out)
         for old in OPTIONAL:
-            if old in earlier and old not in files:  # a proof about other code
+            ours = old in earlier or (force and _says_ours(target / old, spec.name))
+            if ours and old not in files:  # a proof about other code
                 remove(target / old)
     return Generated(target, files, outcome)
 
@@ -220,16 +226,29 @@ def _refuse_folder_of_another(target: Path, name: str) -> None:
         raise BadInput(str(target), found, f"another folder for {name}", code="FILE004")
 
 
-def refuse_hand_written(target: Path, files: Mapping[str, str]) -> None:
-    """Raise BadInput for files of these names with another text that no manifest of stiction lists."""
+def refuse_hand_written(target: Path, files: Mapping[str, str], name: str = "", force: bool = False) -> None:
+    """Raise BadInput for files of these names with another text that no manifest of stiction lists.
+
+    Args:
+        name: of the machine, where the user may replace by force the files that say that stiction made them; else "".
+        force: whether he does.
+    """
     listed = listed_files(target)
-    foreign = [file for file, text in files.items() if file not in listed and _differs(target / file, text)]
-    if foreign:
-        found = f"{', '.join(foreign)}, which no manifest.json lists as written by stiction"
-        expected = (
-            "an empty folder, or one that stiction wrote: move them away or choose another -o (nothing was replaced)"
-        )
+    unlisted = [file for file, text in files.items() if file not in listed and _differs(target / file, text)]
+    ours = [file for file in unlisted if name and _says_ours(target / file, name)]
+    refused = [file for file in unlisted if not (force and file in ours)]
+    if refused:
+        found = f"{', '.join(refused)}, which no manifest.json lists"
+        by_force = ", or --force, which replaces them" if refused == ours else ""
+        ways = f"move them away or choose another -o{by_force}"
+        expected = f"an empty folder, or one that stiction wrote: {ways} (nothing was replaced)"
         raise BadInput(str(target), found, expected, code="FILE004")
+
+
+def _says_ours(path: Path, name: str) -> bool:
+    """Whether a file says at its beginning that stiction made it, or is a proof about the machine of this name."""
+    head = (_text(path) or "")[:HEAD]
+    return any(mark in head for mark in (*MARKS, f'"name": "{name}"'))
 
 
 def refuse_edited(target: Path, files: Mapping[str, str | None] | Mapping[str, str], otherwise: str = "") -> None:

@@ -360,16 +360,31 @@ def test_an_edited_file_is_replaced_by_force_alone(generated, folder):
     assert stiction("generate", "one_mass.yaml").code == 0
 
 
-def test_force_replaces_no_file_that_no_manifest_lists(generated):
+def test_without_a_manifest_force_replaces_what_says_that_stiction_made_it(generated):
+    """As where manifest.json is not under version control, or has the marks of a merge. Force once did not help."""
+    before = contents(generated)
+    for path in generated.iterdir():
+        path.write_text(path.read_text() + "\n")
+    (generated / "manifest.json").write_text("<<<<<<<\n" + before["manifest.json"].decode())
+    (generated / "sliding.json").write_text((generated / "limit.json").read_text())
+    edited = contents(generated)
+    result = stiction("generate", "one_mass.yaml")
+    assert result.code == 2 and is_one_message(result) and contents(generated) == edited
+    assert "[FILE004]" in result.err and "--force, which replaces" in result.err
+    assert not [name for name in before if name not in result.err], result.err
+    assert stiction("generate", "one_mass.yaml", "--force").code == 0 and contents(generated) == before
+    assert stiction("generate", "one_mass.yaml").code == 0
+
+
+@pytest.mark.parametrize("file", ["one_mass.c", "README.md", "proof.json"])
+def test_force_replaces_no_file_of_another_hand(file, generated):
     (generated / "manifest.json").unlink()
-    for text in ("mine", "/* Made by stiction 0.1.0 from two_mass.yaml */"):
-        (generated / "one_mass.c").write_text(text)
-        for force in ((), ("--force",)):
-            result = stiction("generate", "one_mass.yaml", *force)
-            assert (
-                result.code == 2 and "[FILE004]" in result.err and "move them away or choose another -o" in result.err
-            )
-        assert (generated / "one_mass.c").read_text() == text
+    (generated / file).write_text("mine")
+    for force in ((), ("--force",)):
+        result = stiction("generate", "one_mass.yaml", *force)
+        assert result.code == 2 and "[FILE004]" in result.err and "move them away or choose another -o" in result.err
+        assert file in result.err and "--force" not in result.err
+    assert (generated / file).read_text() == "mine"
 
 
 def test_a_json_of_another_hand_is_not_removed(generated):
