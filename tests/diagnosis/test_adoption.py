@@ -712,7 +712,7 @@ def test_each_option_is_compared_in_proportion_to_its_own_drive(
     for name, stand_in in stand_ins.items():
         monkeypatch.setattr(examination, name, stand_in)
     search: Any = SimpleNamespace(system=None, moved=())
-    outcome: Any = SimpleNamespace(final=fit, explained=0.5)
+    outcome: Any = SimpleNamespace(final=fit, explained=0.5, first=())
 
     def measured(model: Any) -> ErrorFigures:
         return ErrorFigures(0.0, (errors[model],), 0.1, 0.5, (0.5,))
