@@ -4,9 +4,14 @@ from __future__ import annotations
 
 from functools import partial
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, cast
 
+import numpy as np
 import pytest
+from scipy.optimize import lsq_linear
 
+from codegen.diagnosis.fit.output_error import Prior
 from codegen.diagnosis.fit.record import record_of
 from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.search import Search, search_on
@@ -82,6 +87,21 @@ def test_only_the_tolerance_divides_an_effect_from_a_parameter_that_acts_alike(t
     b = dict(zip((s.name for s in search.moved), moved, strict=True))["b"]
     assert b == pytest.approx(6.0, abs=0.6)
     assert abs(values["b"]) < 6
+
+
+def test_beside_a_value_at_its_limit_the_others_are_the_best() -> None:
+    """Four values that act alike, one of which may move by 0.5 and would move by 2: as by scipy's bounded solver."""
+    rng, theta, free = np.random.default_rng(1), np.array([7.1, 1.9, 6.9, 0.3]), np.full(4, np.inf)
+    columns = rng.standard_normal((60, 4)) + rng.standard_normal((60, 1))
+    residual = columns @ np.array([0.3, -0.2, -2.0, 0.1]) + 0.1 * rng.standard_normal(60)
+    deviation = np.array([np.inf, np.inf, 0.5, np.inf])
+    prior = Prior(np.zeros((4, 4)), deviation, theta, np.ones(4), free, -free, within=1.0)
+    base: Any = SimpleNamespace(theta=theta, prior=prior)
+    start = ForceStart(cast(Any, None), base, True)
+    start.__dict__["_slopes"] = columns  # only their number is used
+    step, _ = start._steps(columns, residual, 0)
+    assert step == pytest.approx(lsq_linear(columns, -residual, (-deviation, deviation), tol=1e-14).x, rel=1e-6)
+    assert step[2] == pytest.approx(0.5)
 
 
 def test_what_adds_states_or_is_no_force_has_no_such_start(tmp_path: Path) -> None:

@@ -262,10 +262,11 @@ class ForceStart:
         theta, prior = self.base.theta, self.base.prior
         step = -fitted(columns, residual)
         if self.whole:
-            within = prior.clip(theta + step[weights:]) - theta
-            fixed = np.append(np.zeros(weights, dtype=bool), within != step[weights:])
+            moved = theta + step[weights:]
+            within = prior.clip(moved)
+            fixed = np.append(np.zeros(weights, dtype=bool), within != moved)  # of a value within, no bit has changed
             if fixed.any():
-                step[weights:] = within
+                step[weights:] = within - theta
                 step[~fixed] = -fitted(columns[:, ~fixed], residual + columns[:, fixed] @ step[fixed])
         rest = residual + columns @ step
         return step, float(rest @ rest) / max(1, len(self._slopes))
