@@ -46,7 +46,7 @@ from codegen.diagnosis.verdict.conclusion import (
     rounds,
     verdict_of,
 )
-from codegen.diagnosis.verdict.examination import examine, settled
+from codegen.diagnosis.verdict.examination import examine, refused_at_limit, settled
 from codegen.diagnosis.verdict.force_led import credited_by_force
 from codegen.diagnosis.verdict.harmonics import with_harmonics
 from codegen.diagnosis.verdict.held_out import HeldOut, within
@@ -238,6 +238,7 @@ def _by_free_runs(case: Case, search: Search, report: Progress, propose: bool) -
         experiment, excitation = separate(search, outcome, tied, case.log, case.spec.envelope, separation_report)
         answer, outcome = runs.without_tied(last, outcome, far) or (answer, outcome)
     answer = wrong_values.refused_for_a_value(case.spec, answer, problem, runs.measured)
+    answer = refused_at_limit(answer, runs.left_by, case.material)
     answer = settled(replace(search, within=last.within), outcome, problem, answer, runs.measured)
     left = runs.left_by(answer)
     answer = replace(answer, verdict=_by_remainder(answer.verdict, left, case.material))

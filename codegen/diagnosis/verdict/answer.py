@@ -64,6 +64,11 @@ class Answer:
             return None
         return self.augmented if self.verdict == "effect" else self.refit
 
+    def refused(self, words: str) -> Answer:
+        """The verdict ``unknown`` and the model without the effects, which are candidates; ``words``: why."""
+        figures, against = (*self.figures[:2], self.figures[1]), (Fact("not credited", words),)
+        return replace(self, verdict="unknown", augmented=self.refit, figures=figures, errors=(), against=against)
+
 
 @dataclass(frozen=True)
 class Refusal:

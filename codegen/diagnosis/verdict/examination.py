@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -17,7 +17,7 @@ from codegen.diagnosis.fit.output_error import Fit, at_limit
 from codegen.diagnosis.fit.residual import Problem, drive_gain, drive_left
 from codegen.diagnosis.fit.search import Search, joint_of
 from codegen.diagnosis.fit.trial import Part, in_unit, part_of, with_effects, with_values
-from codegen.diagnosis.results import ErrorFigures, Fact, FoundEffect, Verdict
+from codegen.diagnosis.results import ErrorFigures, Fact, FoundEffect, Remainder, Verdict
 from codegen.diagnosis.selection.forward_selection import Outcome, explained_share, first_candidates
 from codegen.diagnosis.selection.ranking import Ranked, credible, less_probable
 from codegen.diagnosis.selection.significance import dispersion
@@ -141,6 +141,21 @@ def settled(search: Search, outcome: Outcome, problem: Problem, answer: Answer, 
         return answer
     figures = (answer.figures[0], chosen.figures, chosen.figures)
     return replace(answer, refit=chosen.option[1], augmented=chosen.option[1], figures=figures, errors=values.errors)
+
+
+def refused_at_limit(answer: Answer, left_by: Callable[[Answer], Sequence[Remainder]], material: float) -> Answer:
+    """The answer without its effects if a value is at its limit and a material change in time is left; else the same.
+
+    A value at its limit is no estimate: the log does not determine the shape of the law. No effect of the motion
+    explains the change in time, so there is a cause of another kind, of which this law may be a part.
+    """
+    ends = [f"{name} of {e.kind} on {e.on}" for e in answer.effects for name in e.at_limit]
+    if answer.verdict != "effect" or not ends or not any(r.is_changing(material) for r in left_by(answer)):
+        return answer
+    return answer.refused(
+        f"the fit ends at the limit of {' and '.join(ends)}, and what it leaves changes in time: "
+        "the log does not determine this law, and there is another cause"
+    )
 
 
 def with_estimate(

@@ -234,10 +234,7 @@ def refused_for_a_value(spec: Spec, answer: Answer, problem: Problem, measured: 
         f"{named} would leave {in_percent(left)} of the squared residual force of the training log, "
         f"another value of {found.symbol.name} alone {in_percent(1 - found.share)}"
     )
-    declared, refit, _ = answer.figures
-    figures = (declared, refit, refit)
-    against = (Fact("not credited", words),)
-    return replace(answer, verdict="unknown", augmented=answer.refit, figures=figures, errors=(), against=against)
+    return answer.refused(words)
 
 
 def _left_by_effects(answer: Answer, problem: Problem) -> float:
