@@ -13,9 +13,11 @@ from __future__ import annotations
 
 import json
 import math
+from bisect import bisect
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -349,12 +351,24 @@ def _set(step: Array, columns: Array, size: Array, group: Group) -> dict[str, An
     floats = [np.array([float(x) for x in row]) @ last for row in rows]
     shares = [rounded(largest**2 + (1 - largest**2) * k / SHARES, DIGITS) for k in range(1, SHARES)]
 
-    def worst_case(target: Array, f: Any) -> float:
-        return float(size @ _amplitudes(step, float(f), columns, target)) / math.sqrt(1 - float(f))
+    def least(target: Array) -> tuple[float, Any]:
+        """(Least worst case, the f of it).
 
-    own = [min(worst_case(np.outer(row, row), f) for f in shares) for row in floats] if len(rows) > 1 else [1.0]
+        The worst case Σ_j d_j √(Σ_k (c'Φ^k b_j)² f^-k)/√(1 − f) has a convex logarithm in log f, term by term: so it
+        falls up to its minimum and grows after it.
+        """
+
+        @cache
+        def worst_case(k: int) -> float:
+            f = float(shares[k])
+            return float(size @ _amplitudes(step, f, columns, target)) / math.sqrt(1 - f)
+
+        k = bisect(range(len(shares) - 1), False, key=lambda k: worst_case(k + 1) >= worst_case(k))
+        return worst_case(k), shares[k]
+
+    own = [least(np.outer(row, row))[0] for row in floats] if len(rows) > 1 else [1.0]
     target: Array = np.sum([np.outer(row, row) / b**2 for row, b in zip(floats, own, strict=True)], axis=0)
-    share = min(shares, key=lambda f: worst_case(target, f))
+    _, share = least(target)
     f = float(share)
     gains = _amplitudes(step, f, columns, target)
     gains = np.maximum(gains, 1e-6 * float(size @ gains) / size.sum())

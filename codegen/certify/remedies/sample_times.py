@@ -14,7 +14,7 @@ import sympy
 
 from codegen.analysis.analysis import Analysis, analyse
 from codegen.analysis.error_dynamics import ErrorDynamics
-from codegen.analysis.operating_points import matrix_function
+from codegen.analysis.operating_points import distinct_points, matrix_function
 from codegen.base.errors import BadInput
 from codegen.certify.along_friction import Box, along_friction
 from codegen.certify.centre import least_rate
@@ -135,8 +135,10 @@ def _stable(analysis: Analysis) -> Callable[[float], bool]:
 
     For an A constant over the envelope there is then a P.
     """
-    dynamics, points = analysis.dynamics, analysis.points
-    function = matrix_function(dynamics, dynamics.in_force(dynamics.sampled), points.variables)
+    dynamics = analysis.dynamics
+    step = dynamics.in_force(dynamics.sampled)
+    points, _ = distinct_points(dynamics, analysis.points, step)
+    function = matrix_function(dynamics, step, points.variables)
 
     def stable(h: float) -> bool:
         rows = np.column_stack([points.values, np.full(len(points.values), h)])
