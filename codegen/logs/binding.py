@@ -33,6 +33,8 @@ from codegen.spec.velocity_names import meant_velocity
 
 NO_COLUMN = "none"
 """What a description says in place of a position's column where the log has the speed alone."""
+MOST_COLUMNS = 10_000
+"""Most columns of a log: the search for a name takes time for each of them."""
 _TIME = re.compile(r"t|_*(?i:time|timestamp|stamp|time_stamp|datetime|elapsed_time|zeit)")
 
 
@@ -66,7 +68,8 @@ def bind(source: LogFile, spec: Spec, description: LogDescription, explicit: Map
     without a unit after it; for ``t`` any usual name of a time.
 
     Raises:
-        BadInput: for an unknown symbol, a column that is missing, one that is taken twice, or a unit of another kind.
+        BadInput: for too many columns, an unknown symbol, a column that is missing or taken twice, or a unit of another
+            kind.
     """
     return _Search(source, spec, description, explicit or {}).binding()
 
@@ -107,6 +110,8 @@ class _Search:
     def __init__(self, source: LogFile, spec: Spec, description: LogDescription, explicit: Mapping[str, str]) -> None:
         self.source, self.spec, self.description, self.explicit = source, spec, description, explicit
         self.names, self.place = source.names, source.place
+        if len(self.names) > MOST_COLUMNS:
+            raise BadInput(self.place, f"{len(self.names)} columns", f"at most {MOST_COLUMNS}", code="LOG010")
         self.headless = list(self.names) == [str(k + 1) for k in range(len(self.names))]
         self.symbols = ("t", *spec.positions, *spec.velocities, *(i.name for i in spec.inputs))
         self.terms: dict[str, Term] = {}

@@ -15,6 +15,7 @@ from codegen.base.input_files import LARGEST_GENERATED, LARGEST_TEXT
 from codegen.checker import files, verify
 from codegen.effects import CATALOGUE
 from codegen.friction import LAWS
+from codegen.logs import binding
 from codegen.logs.formats import csv_file, mat_file, numpy_file, source, text_lines
 from codegen.observers import OBSERVERS
 from codegen.report.effect_examples import effect_picture
@@ -122,7 +123,7 @@ def test_the_stated_sizes_are_those_of_the_code() -> None:
     (section,) = re.findall(r"^## Files, their sizes.*", SPECIFICATION, re.S | re.M)
     limits = [LARGEST_TEXT, LARGEST_GENERATED, LARGEST_URDF, verify.MAX_TEXT, files.MAX_FILE, source.LARGEST]
     limits += [source.LARGEST_STREAM, csv_file.MOST_ROWS, text_lines.LONGEST_LINE, mat_file.MOST_VARIABLES]
-    limits += [numpy_file.LONGEST_HEADER, yaml_limits.MOST_NODES]
+    limits += [numpy_file.LONGEST_HEADER, binding.MOST_COLUMNS, yaml_limits.MOST_NODES]
     for limit in limits:
         assert f" {limit:,} ".replace(",", " ") in section
     assert f"at most {yaml_limits.DEEPEST} deep" in section and f"{yaml_limits.LONGEST_NUMBER} digits" in section

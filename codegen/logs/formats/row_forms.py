@@ -11,10 +11,11 @@ import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
-from itertools import islice
+from itertools import chain, islice
 from string import ascii_letters
 
 from codegen.logs.formats.source import listing
+from codegen.logs.formats.text_lines import LONGEST_LINE
 
 ROWS = 3
 MOST_SIGNALS, FEWEST_VALUES = 64, 200
@@ -141,13 +142,15 @@ def _after_arrows(lines: Sequence[str], delimiter_of: Callable[[str], str]) -> F
 
 
 def whole_lines(lines: list[str]) -> list[str]:
-    """The lines, with a quoted name that spans several lines joined in the last of them."""
+    """The lines, with a quoted name that spans several lines joined in the last of them, if that is not too long."""
     made, held = lines, ""
     for i, line in enumerate(islice(lines, LINES_SEARCHED)):
         if not held and (line.count('"') % 2 == 0 or not line.lstrip().startswith(('"', *ascii_letters))):
             continue
         made = made if made is not lines else list(lines)
         held = f"{held} {line}" if held else line
+        if len(held) > LONGEST_LINE:
+            return lines
         whole = held.count('"') % 2 == 0
         made[i] = held if whole else ""
         held = "" if whole else held
@@ -180,9 +183,12 @@ def _list_rows(lines: Sequence[str], delimiter_of: Callable[[str], str]) -> Form
     if len(names) != len(fields):
         return Form(split)
     of = iter(lengths)
+    counts = [next(of) if field == "_" else 0 for field in fields]
+    if sum(len(name) * count for name, count in zip(names, counts, strict=True)) > LONGEST_LINE:
+        return Form(split)
     given = [
-        [name] if field != "_" else [f"{name}[{k}]" for k in range(next(of))]
-        for name, field in zip(names, fields, strict=True)
+        [f"{name}[{k}]" for k in range(count)] if field == "_" else [name]
+        for name, field, count in zip(names, fields, counts, strict=True)
     ]
     written, header = lines[above[-1]], (delimiter or " ").join(name for part in given for name in part)
     return Form(lambda line: (header, "") if line == written else split(line))
@@ -207,7 +213,7 @@ def transposed_rows(lines: Sequence[str]) -> list[str] | None:
     given = [texts.pop(0) for texts in signals if not _ELEMENT.match(texts[0])]
     in_comments = [names for comment in comments if len(names := _fields(comment, delimiter)) == len(signals)]
     names = given if len(given) == len(signals) else next(iter(in_comments), [])
-    return ["\t".join(row) for row in ([names] if names else []) + list(map(list, zip(*signals, strict=True)))]
+    return ["\t".join(row) for row in chain([names] if names else [], zip(*signals, strict=True))]
 
 
 def _fields(line: str, delimiter: str) -> list[str]:

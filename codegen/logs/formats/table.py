@@ -17,7 +17,7 @@ from codegen.base.errors import BadInput, Place
 from codegen.base.user_text import shown
 from codegen.logs.formats.row_forms import Form, find_form
 from codegen.logs.formats.source import listing
-from codegen.logs.formats.text_lines import EXPECTED, LONGEST_LINE
+from codegen.logs.formats.text_lines import EXPECTED
 from codegen.spec.units import is_unit
 
 LINES_SEARCHED = 1000
@@ -285,8 +285,6 @@ def _has_same_columns(texts: Sequence[str], row: Sequence[str]) -> bool:
 
 def _all_fields(line: str, delimiter: str) -> list[str]:
     """The fields of any line; empty if it cannot be split."""
-    if len(line) > LONGEST_LINE:
-        return []
     try:
         return fields(line, delimiter, Place(""))
     except BadInput:
@@ -308,9 +306,6 @@ def _named(texts: Sequence[str]) -> tuple[str, ...]:
 def _first_line(file: str, lines: Sequence[str], index: int) -> Layout | None:
     """The layout with the first line, or a comment above it, as the header; None if neither has names."""
     line, place = lines[index], Place(file, index + 1)
-    if len(line) > LONGEST_LINE:
-        expected = f"{EXPECTED}; at most {LONGEST_LINE} a line"
-        raise BadInput(place, f"a line of {len(line)} characters", expected, code="LOG010")
     delimiter = delimiter_of(line)
     texts = _split(line, delimiter) or fields(line, delimiter, place)
     behind = next((_split(lines[index + 1 + i], delimiter) for i in _significant(lines[index + 1 :])), [])

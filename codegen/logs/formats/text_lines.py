@@ -11,18 +11,20 @@ from codegen.base.errors import BadInput, Place
 
 EXPECTED = "a CSV log: a header line with names, then rows of numbers"
 LONGEST_LINE = 1_000_000
+"""Most bytes of a line."""
 
 
 def text_of(file: str, data: bytes, before: int = 0) -> tuple[str, tuple[str, ...]]:
     """The text with every line end as ``\\n``, and notes on how it was read.
 
     Raises:
-        BadInput: for bytes that are no text.
+        BadInput: for bytes that are no text, or a line of more than ``LONGEST_LINE`` bytes.
     """
     wanted = f"{EXPECTED}, in UTF-8"
     notes: list[str] = []
     size = len(data)
     text = None
+    _refuse_long_line(file, data.rstrip(b"\0"), before)
     if data.startswith((BOM_UTF16_LE, BOM_UTF16_BE)):
         try:
             text = data.decode("utf-16")
@@ -47,6 +49,19 @@ def text_of(file: str, data: bytes, before: int = 0) -> tuple[str, tuple[str, ..
             text = data.decode("cp1252")
             notes.append(f"line {line} is not UTF-8: the file is read as Windows-1252")
     return text.replace("\r\n", "\n").replace("\r", "\n"), tuple(notes)
+
+
+def _refuse_long_line(file: str, data: bytes, before: int) -> None:
+    """Raise BadInput for a line of more than ``LONGEST_LINE`` bytes, before the bytes are decoded and copied."""
+    start = 0
+    while len(data) - start > LONGEST_LINE:
+        most = start + LONGEST_LINE + 1
+        end = max(data.rfind(mark, start, most) for mark in (b"\n", b"\r"))
+        if end < 0:
+            line = before + (data.count(b"\n", 0, start) or data.count(b"\r", 0, start)) + 1
+            expected = f"{EXPECTED}; at most {LONGEST_LINE} bytes a line"
+            raise BadInput(Place(file, line), f"a line of more than {LONGEST_LINE} bytes", expected, code="LOG010")
+        start = end + 1
 
 
 def is_windows_text(data: bytes) -> bool:
@@ -78,8 +93,7 @@ def lines_of(given: Iterator[bytes], file: str, notes: list[str]) -> Iterator[li
             before += len(lines)
             yield lines
             rest = piece[end:]
-        if len(rest) > LONGEST_LINE:
-            raise BadInput(file, f"a line of more than {LONGEST_LINE} bytes", EXPECTED, code="LOG001")
+        _refuse_long_line(file, rest, before)
     if rest:
         text, words = text_of(file, rest, before)
         notes += [word for word in words if word not in notes]

@@ -1,0 +1,67 @@
+"""Text logs of a long line or of many columns: refused before they take memory or time."""
+
+from __future__ import annotations
+
+import tracemalloc
+
+import pytest
+
+from codegen.logs import read_log
+from codegen.logs.description import EMPTY_DESCRIPTION
+from codegen.logs.formats import row_forms, text_lines
+from codegen.logs.formats.csv_file import open_csv
+from codegen.logs.formats.source import Allowance
+from tests.told import refused
+
+SIZE = 20_000_000
+
+
+@pytest.mark.parametrize(("before", "line"), [("", 1), ("t,x,w\n0,1,2\n", 3), ("t,x,w\r0,1,2\r", 3)])
+@pytest.mark.parametrize("cell", ["1", "1,"])
+def test_a_long_line_is_refused_before_it_is_decoded(cell, before, line):
+    """A line of 1 GB took 2 GB, since the file was decoded first; behind a header it took a list of its numbers."""
+    data = before.encode() + cell.encode() * (SIZE // len(cell))
+    tracemalloc.start()
+    try:
+        with refused(f"LOG010 a.csv:{line}: a line of more than {text_lines.LONGEST_LINE} bytes"):
+            text_lines.text_of("a.csv", data)
+        assert tracemalloc.get_traced_memory()[1] < 0.5 * SIZE
+    finally:
+        tracemalloc.stop()
+
+
+def test_a_transposed_table_has_no_longer_lines(tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_text(("11," * 400_000 + "\n") * 2)
+    with refused(f"LOG010 a.csv:1: a line of more than {text_lines.LONGEST_LINE} bytes"):
+        open_csv(path, Allowance(), EMPTY_DESCRIPTION)
+
+
+def test_many_columns_are_refused_before_their_names_are_compared(tmp_path, spec):
+    """The proposals of names for 100 000 columns took 18 s."""
+    path = tmp_path / "a.csv"
+    path.write_text(",".join(f"c{k}" for k in range(10_001)) + "\n" + ("1," * 10_000 + "1\n") * 4)
+    with refused("LOG010 a.csv:1: 10001 columns; expected at most 10000"):
+        read_log(path, spec)
+
+
+def test_a_quoted_name_over_many_lines_is_joined_up_to_the_longest_line(monkeypatch):
+    """The joined text was copied for each of 1000 lines, of 1 MB each."""
+    monkeypatch.setattr(row_forms, "LONGEST_LINE", 100)
+    short = ['"t', '(s)",x,w', "1,2,3"]
+    assert row_forms.whole_lines(short) == ["", '"t (s)",x,w', "1,2,3"]
+    long = ['"t', "y" * 100, '(s)",x,w', "1,2,3"]
+    assert row_forms.whole_lines(long) == long
+
+
+def test_the_name_of_a_list_is_not_repeated_without_end():
+    """A name of 900 000 letters above a list of 300 000 numbers would be a header of 270 GB."""
+    name, row = "q" * 100_000, '0.1,"[' + "1," * 999 + '1]"'
+    tracemalloc.start()
+    try:
+        form = row_forms.find_form([f"t,{name}", row, row, row], lambda line: ",", None, ())
+        assert form is not None and form.split(row)[0].count(",") == 1000
+        assert form.split(f"t,{name}")[0] == f"t,{name}"
+        assert tracemalloc.get_traced_memory()[1] < 5_000_000
+    finally:
+        tracemalloc.stop()
