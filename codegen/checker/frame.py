@@ -128,7 +128,7 @@ class Precision(NamedTuple):
     """Limits of a floating-point type that the polynomials of a proof have to respect.
 
     Attributes:
-        rounding: four times the largest relative error of one rounding.
+        rounding: eight times the largest relative error u of one rounding (2^-53, of floats 2^-24).
         limit: the number with which the C compares the sum `check` to detect an invalid sample.
         most: the largest admitted magnitude of a computed value; the smallest, of a term of it, is 1/most.
         usual: these are demanded of all quantities (inputs, states, outputs) between 1/usual and usual, in their units.

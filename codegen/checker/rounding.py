@@ -14,7 +14,8 @@ that for any term (a product of inputs, estimates and numbers), terms cancel tha
 than half of the digits may be right, and the C is refused. The decay of V gives no such limit for what multiplies an
 input, which is not in V. For the errors it does: V must not grow when rounding changes their dynamics.
 The bounds are to first order, and take every variable in a divisor as 1. frame.Precision.holds excludes overflow and
-underflow.
+underflow, with quotients between the ends of `Bounded.ones`, and with 1 for a sine, a cosine and an exp. A sign all of
+whose terms have an exp is refused: exp(-800) is 0 in doubles.
 """
 
 import ast
@@ -200,9 +201,9 @@ class Bounded(kernel.Text):
         super().__init__(names, known, precision)
         self.bounds, self.latest = dict(bounds or {}), (kernel.Poly(), 0)
         self.reciprocals: dict[str, Any] = {}
-        self.parts: dict[
-            ast.expr, tuple[Any, tuple[Any, int]]
-        ] = {}  # of the latest expression: polynomial and bound, the whole is the last
+        self.largest, self.smallest = dict[str, Any](), dict[str, Any]()  # of the C's quotients, see `ones`
+        # Polynomial and bound of the parts of an expression, until the larger part that they are in has its own.
+        self.parts: dict[ast.expr, tuple[Any, tuple[Any, int]]] = {}
 
     def run(self, assignments: list[tuple[str, str]], writable: list[str]) -> dict[str, Any]:
         for name, value in assignments:
@@ -220,9 +221,10 @@ class Bounded(kernel.Text):
     def of(self, node: ast.expr, text: str) -> Any:
         """The polynomial of a part of an expression, which the kernel asks for after those that it is made of."""
         p = super().of(node, text)
-        if not (ones := self.ones()).keys().isdisjoint(p.names()):  # the kernel has seen the coefficients alone
-            within = self.precision.holds(put(magnitudes(p), ones))
-            frame.demand(within, "a quotient, or a product with it, is too large or small")
+        self.ones()
+        if not self.largest.keys().isdisjoint(p.names()):  # the kernel has seen the coefficients alone
+            within = [self.precision.holds(put(magnitudes(p), end)) for end in (self.largest, self.smallest)]
+            frame.demand(all(within), "a quotient, or a product with it, is too large or small")
         self.parts[node] = p, self.bound(node, text, p)
         return p
 
@@ -232,11 +234,21 @@ class Bounded(kernel.Text):
         return self.compare(p, bound, LOST, more)
 
     def ones(self) -> dict[str, Any]:
-        """Reciprocal -> 1 over the sum of the magnitudes of its divisor's terms, with all variables 1."""
+        """Reciprocal -> 1 over the sum of the magnitudes of its divisor's terms, with all variables 1.
+
+        Also sets ``largest`` and ``smallest``: powers of 2 between which a quotient of the C is. `require` shows that
+        the divisor is not below that sum over ``cancelled``; with quantities up to ``usual`` it is not above the sum
+        of its terms. Those of lemma 7, which are between 1/2 and 1 and are no quotients of the C, are left out.
+        """
         for (function, q), r in self.known.items():
             if function == "1/" and not r.names() <= self.reciprocals.keys():
-                one = kernel.term(1 / total(put(magnitudes(q), self.reciprocals)))
-                self.reciprocals |= dict.fromkeys(r.names(), one)
+                (x,), size = r.names(), total(put(magnitudes(q), self.reciprocals))
+                self.reciprocals[x] = kernel.term(1 / size)
+                if {y[-2:] for y in q.names()} != {" t"}:
+                    terms = put(magnitudes(q), self.largest)
+                    most = sum((c * self.precision.usual ** degree(m) for m, c in terms.items()), Fraction(0))
+                    self.largest[x] = kernel.term(self.precision.cancelled * Fraction(2) ** (1 - power(size)))
+                    self.smallest[x] = kernel.term(Fraction(2) ** (-1 - power(most)))
         return self.reciprocals
 
     def apart(self, p: Any, why: str) -> None:
@@ -262,9 +274,9 @@ class Bounded(kernel.Text):
         error as ``more`` times all terms of p together. A term that cancels may not have a higher degree than these:
         with large quantities its rounding error would exceed them.
         """
-        left, power = total(p), max(map(degree, put(p, passed_on(self.known))), default=0)
+        left, highest = total(p), max(map(degree, put(p, passed_on(self.known))), default=0)
         for term, size in bound.items():
-            rest = more * left if not term or (term not in p and degree(term) <= power) else 0
+            rest = more * left if not term or (term not in p and degree(term) <= highest) else 0
             frame.demand(size <= max(self.precision.cancelled * abs(p.get(term, 0)), rest), why)
         return total(bound) / left if bound else Fraction(1)
 
@@ -278,17 +290,20 @@ class Bounded(kernel.Text):
             case ast.Constant():
                 return self.number(p)
             case ast.UnaryOp(_, operand):
-                return self.parts[operand][1]
+                return self.parts.pop(operand)[1]
             case ast.Call(ast.Name(name), [argument], []):
-                of, (size, n) = self.parts[argument]
+                of, (size, n) = self.parts.pop(argument)
                 self.kept(of, size)
+                if name == "sgn":
+                    exps = set().union(*(v.names() for (f, _), v in self.known.items() if f == "exp"))
+                    frame.demand(not of or any(map(exps.isdisjoint, of)), "a sign of an exp, which may underflow to 0")
                 if name in ("fabs", "sgn"):
                     sign = magnitudes(kernel.function("sgn", of, self.known))
                     return (sign * size, n) if name == "fabs" else (sign, 0)
                 p = magnitudes(p)
                 return (p + size * p if name == "exp" else p + size) if n else p, n + 4
             case ast.BinOp(left, operator, right):
-                (_, (a, n)), (divisor, (b, m)) = self.parts[left], self.parts[right]
+                (_, (a, n)), (divisor, (b, m)) = self.parts.pop(left), self.parts.pop(right)
                 if isinstance(operator, ast.Div):
                     b = magnitudes(kernel.function("1/", divisor, self.known)) * kernel.term(self.kept(divisor, b))
                 if not n and not m and self.exact(p):
@@ -311,6 +326,11 @@ def magnitudes(p: Any) -> Any:
 def degree(monomial: tuple[str, ...]) -> int:
     """How many quantities a monomial is a product of."""
     return sum(x.startswith(frame.QUANTITIES) for x in monomial)
+
+
+def power(x: Fraction) -> int:
+    """A whole n with 2^(n - 1) < x < 2^(n + 1), for x > 0."""
+    return x.numerator.bit_length() - x.denominator.bit_length()
 
 
 def total(p: Any) -> Fraction:

@@ -11,9 +11,10 @@ import math
 import re
 from typing import Any
 
+import numpy as np
 import pytest
 
-from codegen.checker import verify
+from codegen.checker import frame, kernel, rounding, verify
 from tests.checker.forged import certificate, changed, check, sources
 from tests.checker.test_kernel_exponential import made
 
@@ -86,6 +87,60 @@ def test_a_product_of_quotients_that_underflow_makes_zero_is_refused(large: str,
     else:
         with pytest.raises(verify.Refused, match="a quotient, or a product with it, is too large or small"):
             check(proof, of_c)
+
+
+def times(factor: str, count: int) -> str:
+    return " * ".join([factor] * count)
+
+
+@pytest.mark.parametrize(
+    ("positive", "box", "at", "answer"),
+    [
+        (times("(1.0 / (1.0 + x * x))", 30), ["0", "1000000"], 1e6, "a quotient, or a product with it"),
+        (times("(1.0 / (1.0 + x * x))", 4), ["0", "1000000"], 1e6, ""),
+        (f"1.0 / ({times('(1.0 / x)', 60)})", ["1/1000000", "1"], 1e-6, "a quotient, or a product with it"),
+        (f"1.0 / ({times('(1.0 / x)', 4)})", ["1/1000000", "1"], 1e-6, ""),
+        ("exp(-x * x)", [], 28.0, "a sign of an exp"),
+        ("(0.5 + exp(-x * x))", [], 28.0, ""),
+    ],
+)
+def test_the_sign_of_a_positive_value_that_underflow_makes_zero_is_refused(
+    positive: str, box: list[str], at: float, answer: str
+) -> None:
+    """The C's friction was 0 at this position, since the sign of a positive number times that of the velocity was."""
+    if answer:  # as doubles of the C: 0, or one over infinity
+        names: dict[str, Any] = {"x": np.float64(at), "exp": np.exp, "__builtins__": {}}
+        with np.errstate(over="ignore", under="ignore"):
+            assert eval(positive, names) == 0
+    position = re.sub(r"\bx\b", "inputs->x", positive)
+    of_v = f"one_mass_sign(one_mass_sign(v_hat) * {position})"
+    _, files = changed("one_mass", ("one_mass_sign(v_hat)", of_v))
+    proof = certificate("one_mass", "proof.json")
+    truths = dict.fromkeys(("true.v", "outputs.v_hat", "true.a_rail", "outputs.a_hat_rail"), "1")
+    witness = {"inputs.x": "1", "inputs.w": "0", **truths}
+    proof |= {"domain": [position.replace("->", ".")], "witness": witness, "box": {"inputs.x": box} if box else {}}
+    of_c = {name: files[name] for name in ("one_mass.c", "one_mass.h")}
+    if answer:
+        with pytest.raises(verify.Refused, match=answer):
+            check(proof, of_c)
+    else:
+        assert check(proof, of_c).proved
+
+
+def test_parts_of_an_expression_are_not_kept() -> None:
+    """A sum of a hundred terms kept a hundred polynomials and their bounds, beyond the limit of a run."""
+    x = kernel.Poly({("x",) * k: 1 for k in range(1, 50)})
+    text = rounding.Bounded({"x": x}, {}, frame.PRECISIONS["double"]._replace(most=10**300, usual=1))
+    seen: list[int] = []
+    bound = text.bound
+
+    def counted(node: Any, whole: str, p: Any) -> Any:
+        seen.append(len(text.parts))
+        return bound(node, whole, p)
+
+    text.bound = counted  # type: ignore[method-assign]
+    text.value(" + ".join(["x"] * 100))
+    assert len(seen) == 199 and max(seen) <= 2
 
 
 @pytest.mark.parametrize("cover", ["", ['" t', "1/2", "", ""]])
