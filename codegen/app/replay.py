@@ -44,5 +44,5 @@ def replay(
     samples = Samples(spec, program, float(machine.observer.sample_time), Path(log), description, columns)
     declared = declared_friction(spec, machine.observer)
     result = replay_log(spec, program, engine, samples, declared, target, only)
-    against = preflight_warnings(spec, Path(log), description, columns)
+    against = preflight_warnings(spec, Path(log), description, columns, result.faults)
     return replace(result, warnings=(*result.warnings, *against))

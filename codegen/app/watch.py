@@ -21,7 +21,8 @@ from codegen.replay.samples import Samples
 from codegen.replay.watch import Alarm, Limit, Tally, Watch, is_watchable, too_slow
 from codegen.spec.quantity import read_quantity
 
-BOUNDED = "an observer that `stiction certify` bounds in newtons: noise and accelerations in the envelope"
+BOUNDED = "an observer that `stiction certify` bounds in newtons; it says of this one: {}"
+NO_BOUND = "no bound in newtons"
 NOTHING = "no sample that can be compared with the bound"
 DWELL = 10
 """Consecutive samples out of the bound after which an alarm begins."""
@@ -104,7 +105,8 @@ def watch(
     outcome = machine.outcome
     bounds = outcome.bounds if isinstance(outcome, Certificate) else ""
     if isinstance(bounds, str):
-        raise BadInput(spec.place("observer"), _no_bound(outcome), BOUNDED, code="SPEC037")
+        found, reason = ("no certificate", outcome.reason) if isinstance(outcome, Refusal) else (NO_BOUND, bounds)
+        raise BadInput(spec.place("observer"), found, BOUNDED.format(reason), code="SPEC037")
     if not is_watchable(system, bounds):
         found = "a law with states"
         raise BadInput(spec.place("friction"), found, "a friction law of zero memory", code="SPEC020")
@@ -171,13 +173,6 @@ def _seconds(dwell: float | str) -> float:
     if not (isfinite(time) and time >= 0):
         raise BadInput("--dwell", f"{time:g} s", expected, code="CALL001")
     return time
-
-
-def _no_bound(outcome: Certificate | Refusal) -> str:
-    """Why there is no bound to compare the estimates with, as by ``certify``."""
-    if isinstance(outcome, Refusal):
-        return f"no certificate: {outcome.reason}"
-    return f"no bound in newtons: {outcome.bounds}"
 
 
 def alarm_text(alarm: Alarm) -> str:

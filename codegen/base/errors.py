@@ -147,7 +147,8 @@ def brief(text: str, longest: int = LONGEST_PART) -> str:
     short = text if len(text) <= 20 * longest else f"{text[: 10 * longest]} … {text[-longest:]}"
     printable = "".join(c if c.isprintable() else " " if c.isspace() else _escaped(c) for c in short)
     numbered = re.sub(rf"\d{{{LONGEST_NUMBER + 1},}}", lambda m: f"{m[0][:12]} … {m[0][-4:]}", printable)
-    quoted = re.sub(rf"`[^`]{{{LONGEST_QUOTE},}}`", lambda m: f"{m[0][:70]} … {m[0][-20:]}", numbered)
+    cut = (f"{q[:70]} … {q[-20:]}" if len(q) > LONGEST_QUOTE + 1 else q for q in re.findall(r"`[^`]*`", numbered))
+    quoted = re.sub(r"`[^`]*`", lambda _: next(cut), numbered)  # in pairs: what stands between two quotations is kept
     return quoted if len(quoted) <= longest else f"{quoted[: longest - 43]} … {quoted[-40:]}"
 
 

@@ -35,6 +35,7 @@ if TYPE_CHECKING or __package__:
 
 demand, term, Text = frame.demand, kernel.term, kernel.Text
 OTHERS = "prepare gives others: {} of the header differs from its formula by more than rounding"
+ANGLE = "{} has the sin or cos of a parameter, which is not evaluated: declare that sin or cos itself as a parameter"
 
 
 @frame.limited()
@@ -56,6 +57,7 @@ def prove(proof: dict[str, Any], files: dict[str, str]) -> dict[str, Any]:
     )
     for parameter, text in c.prepare:
         exact = prepared.run([(parameter, text)], [*c.values])[parameter]
+        demand(not exact.names(), ANGLE.format(parameter))
         decimal = c.values.get(parameter, exact.constant())
         exps = {(f, p): term(decimal) for (f, p), e in known.items() if f == "exp" and p and e == exact}
         size = abs(decimal) if exps else prepared.bounds[parameter][0].constant()

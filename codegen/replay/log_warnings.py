@@ -28,18 +28,24 @@ MOST_BYTES = 20_000_000
 
 
 def preflight_warnings(
-    spec: Spec, path: Path, description: str | Path | None, columns: Mapping[str, str] | None
+    spec: Spec, path: Path, description: str | Path | None, columns: Mapping[str, str] | None, faults: int = 0
 ) -> tuple[str, ...]:
     """Findings of the preflight on wrong signs, scales or exchanged columns, by the balance of forces M a = g − F.
 
-    Empty for a log that is larger than ``MOST_BYTES`` or that ``diagnose`` refuses, and where the forces cannot be
-    computed.
+    Empty for a log that is larger than ``MOST_BYTES``, and where the forces cannot be computed. If ``diagnose`` refuses
+    the log and samples of it were invalid, the refusal is the warning: it names the column and what to do.
+
+    Args:
+        faults: number of samples at which the observer held its estimates.
     """
     try:
         if path.is_file() and path.stat().st_size > MOST_BYTES:
             return ()
         return _force_warnings(spec, excerpt(read_log(path, spec, description=description, columns=columns))[0])
-    except (BadInput, OSError):
+    except BadInput as refused:
+        words = f"{faults} samples were invalid, and `stiction diagnose` refuses this log: {refused}"
+        return (words,) if faults else ()
+    except OSError:
         return ()
 
 

@@ -318,9 +318,10 @@ def _combined(
         return other if a == 0 else one
     if one != other:
         found = f"`{whole.source(node.left)}` in {describe(one)} with `{whole.source(node.right)}` in {describe(other)}"
-        bare = [name for name in _factors(node) if dims.get(name, NONE) == NONE]
-        numbers = f" ({', '.join(bare)} {'has' if len(bare) == 1 else 'have'} none)" if bare else ""
-        expected = f"terms of the same unit in a sum{numbers}; give a number its unit as a parameter"
+        known = {name: dims.get(name, NONE) for name in _factors(node)}
+        units = [f"{name} without unit" if d == NONE else f"{name} in {describe(d)}" for name, d in known.items()]
+        stated = f" (as declared: {', '.join(units)})" if units else ""
+        expected = f"terms of the same unit in a sum{stated}; give a number its unit as a parameter"
         raise UnitMismatch(whole.place, found, expected, one / other)
     return one
 

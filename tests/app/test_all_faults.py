@@ -89,6 +89,12 @@ def test_a_long_number_is_cut() -> None:
     assert brief(str(2**70)) == str(2**70)
 
 
+def test_only_long_quotations_are_cut_not_what_stands_between_two() -> None:
+    words = "the effects are curved over the slip speed, and the bound covers a constant; so long as this is so, use a"
+    assert brief(f"run `certify`: {words} `law`") == f"run `certify`: {words} `law`"
+    assert brief(f"`{'a' * 150}`") == f"`{'a' * 69} … {'a' * 19}`"
+
+
 def test_twenty_faults_at_most_are_shown_and_the_rest_counted(tmp_path: Path) -> None:
     path = tmp_path / "s.yaml"
     many = "".join(f"  p{k}: {{value: a, unit: kg}}\n" for k in range(50))

@@ -134,7 +134,7 @@ C_TEXTS: list[tuple[str, str, str, str]] = [
     ("actuator_lag", "w_lagged_next = inputs->w + ", "w_lagged_next = inputs->w - ", "moves otherwise"),
     ("actuator_lag", "w_effective = inputs->w + parameters->constant_1", "w_effective = inputs->w + 0.5", OTHER),
     ("actuator_lag", "        / parameters->actuator_lag_w_tau));", "        / 0.02));", "prepare gives others"),
-    ("actuator_lag", "exp(-(parameters->sample_time", "cos(-(parameters->sample_time", "in place of a number|others"),
+    ("actuator_lag", "exp(-(parameters->sample_time", "cos(-(parameters->sample_time", "sin or cos|others"),
 ]  # fmt: skip
 
 

@@ -410,6 +410,22 @@ def test_what_a_diagnosis_would_say_of_signs_and_scales_is_said(
     assert not [line for line in replay(SPECS / "one_mass.yaml", log).warnings if line in problems]
 
 
+def test_a_position_at_a_slower_rate_is_warned_of_with_its_column(tmp_path: Path) -> None:
+    """Three of four samples are invalid then: the estimates are mostly held, which a count alone does not explain."""
+    lines = axis_log(tmp_path / "log.csv").read_text("utf-8").splitlines()
+    at = lines[0].split(",").index("x")
+    for k, line in enumerate(lines[1:]):
+        fields = line.split(",")
+        fields[at] = fields[at] if k % 4 == 0 else ""
+        lines[k + 1] = ",".join(fields)
+    (tmp_path / "log.csv").write_text("\n".join(lines) + "\n", "utf-8")
+    result = replay(SPECS / "one_mass.yaml", tmp_path / "log.csv")
+    assert result.faults > 0.7 * result.samples
+    assert any("samples were invalid" in w and "`missing: join`" in w and ":3:" in w for w in result.warnings), (
+        result.warnings
+    )
+
+
 def test_a_replay_outlives_forces_that_cannot_be_computed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def fails(*_: object) -> None:
         raise np.linalg.LinAlgError("SVD did not converge")

@@ -243,11 +243,11 @@ def test_a_machine_without_a_bound_is_refused(tmp_path: Path) -> None:
     (tmp_path / "belt.yaml").write_text("".join(line for line in text.splitlines(True) if "v_dot" not in line), "utf-8")
     done = stiction("watch", tmp_path / "belt.yaml", "--log", tmp_path / "log.csv")
     why = load(tmp_path / "belt.yaml").outcome.bounds
-    assert is_one_message(done) and f"no bound in newtons: {why}" in done.err
+    assert is_one_message(done) and f"it says of this one: {why} [SPEC037]" in done.err
     (tmp_path / "fast.yaml").write_text(re.sub(r"K_v: \S+?(?=[,}])", "K_v: 1e7", text), "utf-8")
     done = stiction("watch", tmp_path / "fast.yaml", "--log", tmp_path / "log.csv")
     reason = load(tmp_path / "fast.yaml").outcome.reason
-    assert is_one_message(done) and f"no certificate: {reason[:60]}" in done.err
+    assert is_one_message(done) and f"it says of this one: {reason[:60]}" in done.err
     assert is_one_message(stiction("watch", BELT, "--log", tmp_path / "absent.csv"))
     assert is_one_message(stiction("watch", BELT, "--log", tmp_path / "absent.csv", "--dwell", "-1"))
     for bad in ("-1", "nan", "inf", "3 kg", "soon", "-2ms"):
@@ -255,6 +255,16 @@ def test_a_machine_without_a_bound_is_refused(tmp_path: Path) -> None:
         assert is_one_message(told) and "--dwell" in told.err and "10ms [CALL001]" in told.err
     told = stiction("watch", BELT, "--log", tmp_path / "absent.csv", "--dwell", "10ms")
     assert is_one_message(told) and "absent.csv" in told.err
+
+
+def test_a_long_reason_for_no_bound_is_not_cut(tmp_path: Path) -> None:
+    text = BELT.read_text("utf-8")
+    curve = "effects: [{kind: stribeck, on: guide, parameters: {delta: 2, v_s: 0.03}}]"
+    (tmp_path / "curve.yaml").write_text(re.sub(r"(?m)^effects: .*", curve, text), "utf-8")
+    why = load(tmp_path / "curve.yaml").outcome.bounds
+    done = stiction("watch", tmp_path / "curve.yaml", "--log", tmp_path / "log.csv")
+    assert len(why) > 150 and "`law: gaussian`" in why
+    assert is_one_message(done) and why in done.err
 
 
 def test_a_machine_that_always_reverses_is_not_called_sound() -> None:
