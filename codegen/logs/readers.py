@@ -248,7 +248,10 @@ def format_of(path: Path) -> Opener:
         if not is_there(path):
             raise BadInput(place, "no such file", expected, code="FILE001")
         with opened(path, expected, LARGEST_STREAM) as stream:
-            head = stream.read(HEAD)
+            try:
+                head = stream.read(HEAD)
+            except OSError as error:
+                raise BadInput(place, f"unreadable ({error.strerror})", expected, code="FILE001") from None
         is_text = _is_text(head)
         others = ((what, instead) for begin, what, instead in OTHERS if re.match(begin, head))
         if not (reader is not None and is_text) and (other := next(others, None)):

@@ -25,6 +25,7 @@ Model = TypeVar("Model", bound=BaseModel)
 
 _EXPECTED = {
     "string_type": "text",
+    "string_unicode": "text without half a pair of surrogates",
     "list_type": "a list",
     "dict_type": "a mapping",
     "model_type": "a mapping",

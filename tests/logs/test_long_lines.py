@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tracemalloc
+from pathlib import Path
 
 import pytest
 
@@ -65,3 +66,10 @@ def test_the_name_of_a_list_is_not_repeated_without_end():
         assert tracemalloc.get_traced_memory()[1] < 5_000_000
     finally:
         tracemalloc.stop()
+
+
+@pytest.mark.skipif(not Path("/proc/self/mem").exists(), reason="Linux has it")
+def test_a_file_whose_reading_fails_is_refused(spec):
+    """The first bytes of a log were read without a look at the errors of reading: an internal error."""
+    with refused("FILE001 /proc/self/mem: unreadable"):
+        read_log("/proc/self/mem", spec)

@@ -144,3 +144,10 @@ def test_the_comment_of_a_range_is_kept_once(value: str) -> None:
     document, _ = load_mapping(f"envelope:\n  v1..3: {value}  # of each\n  w: 2\n", "spec.yaml")
     written = dump(document)
     assert written.count("# of each") == 1 and written.count(f"v3: {value}") == 1
+
+
+def test_half_a_character_is_explained() -> None:
+    """``"\\uD800"`` was answered by pydantic's own words."""
+    text = 'name: "\\uD800"\n' + "\n".join(line for line in GOOD.split("\n") if not line.startswith("name:"))
+    assert "expected text without half a pair of surrogates" in str(told(text))
+    assert "Input should" not in str(told(text))
