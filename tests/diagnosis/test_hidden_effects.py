@@ -4,13 +4,18 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
+import numpy as np
 import pytest
+import sympy
 
+from codegen.diagnosis.fit.force_rows import ForceRows, independent_samples
 from codegen.diagnosis.fit.trial import with_values
 from codegen.diagnosis.results import Fact
 from codegen.diagnosis.verdict.adoption import adopt_values
-from codegen.diagnosis.verdict.hidden_effects import hidden_effects
+from codegen.diagnosis.verdict.hidden_effects import _hidden, hidden_effects
 from codegen.logs import Log
 from codegen.spec import Spec, parse_spec
 from tests.diagnosis.stage import STAGE, TRAIN, log_of, stage
@@ -54,3 +59,38 @@ def test_a_known_force_shows_it(tmp_path: Path) -> None:
     spring = "[{kind: spring, on: x, parameters: {k: 60}}]"
     log = log_of(stage(spring), tmp_path, "train.csv")
     assert notes(declared(", tolerance: 5%", ", tolerance: 30%", "w - b*v - k*x"), log) == []
+
+
+SLOPES = np.random.default_rng(3).standard_normal((400, 2))
+GAIN_SLOPE = SLOPES @ [1.0, 0.5] + 0.05 * np.random.default_rng(4).standard_normal(400)
+PRIOR = np.diag([4.0, 9.0])
+
+
+def hidden(*coordinates: tuple[Any, Any, Any]) -> tuple[float, float, list[str]] | None:
+    """``_hidden`` for values a and b, of a residual, slopes and the slope of an effect for each coordinate."""
+    a, b = symbols = sympy.symbols("a b")
+    rows = [ForceRows(np.arange(400), residual, slopes, np.zeros(2)) for residual, slopes, _ in coordinates]
+    search: Any = SimpleNamespace(moved=symbols, prior_information=PRIOR)
+    refit: Any = SimpleNamespace(values={a: 1.1, b: 2.2})
+    used, declared = np.ones((400, len(rows)), dtype=bool), SimpleNamespace(values={a: 1.0, b: 2.0})
+    problem: Any = SimpleNamespace(used=used, uncertain=[a, b], system=declared)
+    return _hidden(search, refit, problem, rows, np.column_stack([d for *_, d in coordinates]), 3.0, 0.2)
+
+
+def test_interval_and_best_change_are_those_of_the_normal_equations() -> None:
+    residual = 0.5 * np.random.default_rng(5).standard_normal(400)
+    all_slopes = np.column_stack([SLOPES, GAIN_SLOPE])
+    weight = independent_samples(residual) / 400 / np.mean(residual**2)
+    matrix = weight * all_slopes.T @ all_slopes + np.diag([4.0, 9.0, 0.0])
+    right = -weight * all_slopes.T @ residual + [4.0 * (1.0 - 1.1), 9.0 * (2.0 - 2.2), 0.0]
+    covariance = np.linalg.inv(matrix)
+    expected = np.linalg.solve(matrix, right)[2], 3.0 * np.sqrt(covariance[2, 2])
+    at_rest = np.zeros(400), np.zeros((400, 2)), np.zeros(400)
+    for found in (hidden((residual, SLOPES, GAIN_SLOPE)), hidden((residual, SLOPES, GAIN_SLOPE), at_rest)):
+        assert found is not None
+        assert found[:2] == pytest.approx(expected)
+
+
+def test_without_noise_nothing_is_hidden() -> None:
+    """The information is then infinite; it was computed as 0/0, and the diagnosis ended in a LinAlgError."""
+    assert hidden((np.zeros(400), SLOPES, GAIN_SLOPE)) is None

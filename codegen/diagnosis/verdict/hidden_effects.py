@@ -113,13 +113,15 @@ def _hidden(
     """
     moving = np.flatnonzero(problem.used.any(axis=0))
     columns = [np.column_stack([r.slopes, slope[r.sample, i], r.residual]) for r, i in zip(rows, moving, strict=True)]
+    if any(c[:, :-1].any() and not c[:, -1].any() for c in columns):  # without noise the information is infinite
+        return None
     norms = np.linalg.norm(np.vstack(columns), axis=0)
     cosines = np.vstack(columns).T @ np.vstack(columns)[:, -2] / np.maximum(norms * norms[-2], 1e-300)
     places = [k for k, s in enumerate(search.moved) if s in problem.uncertain]
     if max(abs(cosines[k]) for k in places) >= 1 - SAME_FORCE:
         return None
     extended = [replace(r, slopes=c) for r, c in zip(rows, columns, strict=True)]
-    sizes = np.array([max(rms(r.residual), 1e-300) for r in rows])
+    sizes = np.array([rms(r.residual) or 1.0 for r in rows])  # a coordinate at rest has no slopes either
     count = len(search.moved)
     whole = information(extended, sizes, np.pad(search.prior_information, (0, 2)))
     matrix, right = whole[:-1, :-1], -whole[:-1, -1]
