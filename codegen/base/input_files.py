@@ -43,23 +43,30 @@ def opened(path: Path, expected: str, largest: int, named_at: Place | None = Non
     place = named_at or Place(str(path))
     what = f"`{path}`: " if named_at else ""
     fault = unusable_name(path)
-    if fault is None:
-        try:
-            handle = os.open(path, _FLAGS)
-        except (FileNotFoundError, NotADirectoryError):
-            fault = "no such file"
-        except OSError as error:
-            fault = _special(path) or f"unreadable ({error.strerror})"
-        else:
-            found = os.fstat(handle)
-            fault = _kind(found.st_mode)
-            if fault is None and found.st_size <= largest:
-                return os.fdopen(handle, "rb")
-            os.close(handle)
-            if fault is None:
-                most = f"{expected} of at most {largest} bytes"
-                raise BadInput(place, f"{what}{found.st_size} bytes", most, code="FILE002")
-    raise BadInput(place, f"{what}{fault}", expected, code="FILE001")
+    if fault is not None:
+        raise BadInput(place, f"{what}{fault}", expected, code="FILE001")
+    try:
+        handle = os.open(path, _FLAGS)
+    except (FileNotFoundError, NotADirectoryError):
+        raise BadInput(place, f"{what}no such file", expected, code="FILE001") from None
+    except OSError as error:
+        fault = _special(path) or f"unreadable ({error.strerror})"
+        raise BadInput(place, f"{what}{fault}", expected, code="FILE001") from None
+    try:
+        found = os.fstat(handle)
+        fault = _kind(found.st_mode)
+        if fault is not None:
+            raise BadInput(place, f"{what}{fault}", expected, code="FILE001")
+        if found.st_size > largest:
+            most = f"{expected} of at most {largest} bytes"
+            raise BadInput(place, f"{what}{found.st_size} bytes", most, code="FILE002")
+        return os.fdopen(handle, "rb")
+    except OSError as error:
+        os.close(handle)
+        raise BadInput(place, f"{what}unreadable ({error.strerror})", expected, code="FILE001") from None
+    except BadInput:
+        os.close(handle)
+        raise
 
 
 def read_bytes(path: Path, expected: str, largest: int, named_at: Place | None = None) -> bytes:

@@ -25,7 +25,7 @@ if TYPE_CHECKING or __package__:
 
 demand = frame.demand  # raises ValueError if a condition fails or the time limit is reached
 LEAST, SHORT = Fraction(1, 10**40), 30  # SHORT: binary digits of a short number
-MOST_TERMS, MANY = 300_000, "more terms than the limit"  # of a polynomial, and of all that are kept: some 100 MB
+MOST_TERMS = 300_000  # of a polynomial, and of all that are kept: some 100 MB
 
 
 # LEMMA 1. A polynomial is {monomial: coefficient, not 0}, a monomial its names, sorted, each as often as its power. Two
@@ -46,7 +46,7 @@ class Poly(dict[tuple[str, ...], Any]):
         terms = Poly()
         signs = (found := {x for x in other.names() if x.startswith("sign.")}) and found & self.names()
         for n, d in other.items():
-            demand(len(terms) < MOST_TERMS, MANY)
+            demand(len(terms) < MOST_TERMS, "more terms than the limit")
             for m, c in self.items():
                 pairs = signs.intersection(m, n) if signs else ()
                 monomial = tuple(sorted(x for x in m + n if x not in pairs) if pairs else sorted(m + n)) if n else m
@@ -139,7 +139,7 @@ def coefficients(A: Any, box: Box, tree: Any, known: Known) -> Any:
         inside[place].update(names)
         degree |= {x: max(degree[x], names.count(x)) for x in names}
     most = sum(prod(degree[x] + 1 for x in variables) for variables in inside.values())  # of all entries
-    demand(max(10 * len(A) * prod(n + 1 for n in degree.values()), most) < 10**6, MANY)
+    demand(max(10 * len(A) * prod(n + 1 for n in degree.values()), most) < 10**6, "more terms than the limit")
     terms = {(m[0], *(m.count(x) for x in degree if x in inside[m[0]])): c for m, c in zip(entries, whole, strict=True)}
     for cell in leaves(box, tree):
         columns = {x: [*zip(*bernstein(n, *ends(x, cell)), strict=True)] for x, n in degree.items()}
@@ -162,8 +162,7 @@ def coefficients(A: Any, box: Box, tree: Any, known: Known) -> Any:
                 for i, j, c in table[tuple(compress(key, mask))]:
                     matrix[i][j] = c
             found.add(tuple(map(tuple, matrix)))  # many are the same, as of two signs
-        for each_found in found:
-            yield tuple(tuple(c // (common or 1) for c in row) for row in each_found)  # short numbers are fast
+        yield from (tuple(tuple(c // (common or 1) for c in row) for row in each) for each in found)  # short is fast
 
 
 def joined(A: Any) -> Poly:  # the sum of the entries, each times the name "#i j" of its place
@@ -260,9 +259,7 @@ EXPRESSION = r"(?!.*(--|\+\+|\*\*|//|\b[0-9][0-9.]*+(?:e[+-]?[0-9]++)?+[A-Za-z_]
 TREES = {False: lru_cache(500)(ast.parse), True: lru_cache(8)(ast.parse)}  # many of long texts would fill the memory
 
 
-class Text:
-    """Evaluates expressions over `names`, and runs assignments; `known` maps (function, argument) to its value."""
-
+class Text:  # evaluates expressions over names, and runs assignments; known: (function, argument) -> its value
     def __init__(self, names: dict[str, Poly], known: Known, precision: Any = frame.EXACT) -> None:
         self.names, self.known, self.precision, self.size = dict(names), known, precision, 0
 
@@ -298,5 +295,5 @@ class Text:
             demand("." not in name.split("[")[0] or name in writable, f"{name} is set")
             self.names[name] = self.value(value)
             self.size += len(self.names[name])
-            demand(self.size < MOST_TERMS, MANY)
+            demand(self.size < MOST_TERMS, "more terms than the limit")
         return self.names

@@ -181,6 +181,8 @@ def test_candidates_far_behind_are_not_fitted_on_all_segments_where_only_the_bes
         def __init__(self, *_: Any) -> None:
             self.parts = parts
 
+        def start_compiling(self) -> None: ...
+
         def screened(self, indices: Any) -> list[candidate_fits.Screened]:
             return [candidate_fits.Screened(k, gains[k], np.zeros(1)) for k in indices]
 

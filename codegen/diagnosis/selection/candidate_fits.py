@@ -109,7 +109,8 @@ def fit_candidates(
             ``present``, or of the best one, on few segments are then not fitted on all.
     """
     tried = CandidateFits(search, base, tuple(parts), report_progress)
-    parts, _ = tried.parts, tried.runners
+    tried.start_compiling()
+    parts = tried.parts
     smooth = [k for k, part in enumerate(parts) if not part.effect.rough]
     screened = tried.screened(tried.promising(smooth))
     gains = sorted((s.gain for s in screened), reverse=True)
@@ -198,6 +199,10 @@ class CandidateFits:
     def runners(self) -> list[Runner]:
         """Free runs of the parts, whose compilation starts when they are first asked for."""
         return self.search.runners(self.trials)
+
+    def start_compiling(self) -> None:
+        """Start the C compiler on the models of all parts."""
+        self.runners  # noqa: B018  # computed once, and kept
 
     def promising(self, indices: Sequence[int]) -> list[int]:
         """Indices of the parts that are fitted: the best by the gain of one linear step from their best start.
