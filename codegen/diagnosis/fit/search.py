@@ -224,8 +224,10 @@ class Search:
         return Prior(precision, deviation, centre, size, reach, least, tempering, self.within)
 
     def runners(self, trials: Sequence[Trial], at_once: bool = True) -> list[Runner]:
-        """Free-run simulators of trials; those with the same equations share code, at the first run if not
-        ``at_once``.
+        """Free-run simulators of trials, in order; trials with the same equations share one compiled library.
+
+        Args:
+            at_once: whether the compiler starts now; otherwise it starts at the first run.
         """
         lacking: dict[int, dict[Hashable, Trial]] = {}
         keys = []

@@ -197,12 +197,12 @@ class CandidateFits:
 
     @cached_property
     def runners(self) -> list[Runner]:
-        """Free runs of the parts, whose compilation starts when they are first asked for."""
+        """Free-run simulators of the parts. They are compiled when first asked for, if not started before."""
         return self.search.runners(self.trials)
 
     def start_compiling(self) -> None:
-        """Start the C compiler on the models of all parts."""
-        self.runners  # noqa: B018  # computed once, and kept
+        """Start the C compiler on the models of all parts; the search keeps what it compiles for ``runners``."""
+        self.search.runners(self.trials)
 
     def promising(self, indices: Sequence[int]) -> list[int]:
         """Indices of the parts that are fitted: the best by the gain of one linear step from their best start.
