@@ -59,6 +59,7 @@ def check_json(machine: Derived) -> dict[str, Any]:
     for effect, symbols in zip(spec.effects, declared_symbols(system, spec), strict=True):
         shares |= {s.name: effect.tolerance for s in symbols.values()}
     tolerances = {name: {"tolerance": share} for name, share in shares.items() if share is not None}
+    tolerances |= {p.name: {"deviation": p.deviation} for p in spec.parameters if p.deviation is not None}
     values = {s.name: {"value": float(v), "unit": system.units[s]} for s, v in system.values.items()}
     return {
         "format": "stiction-check/1",

@@ -163,8 +163,12 @@ def uncertain_values(
     spec: Spec, system: System, log: Log
 ) -> tuple[System, Mapping[sympy.Symbol, float], Mapping[sympy.Symbol, Array]]:
     """The system with all uncertain quantities as parameters, their deviations in SI, and ``LinkParameter.changes``."""
-    own = {spec.symbol(p.name): p.tolerance if p.tolerance is not None else log.tolerance for p in spec.parameters}
-    deviations = {s: share * abs(float(system.values[s])) for s, share in own.items() if share}
+    deviations: dict[sympy.Symbol, float] = {}
+    for p in spec.parameters:
+        share, symbol = p.tolerance if p.tolerance is not None else log.tolerance or 0.0, spec.symbol(p.name)
+        size = p.deviation if p.deviation is not None else share * abs(float(system.values[symbol]))
+        if size:
+            deviations[symbol] = size
     links: tuple[LinkParameter, ...] = ()
     if isinstance(spec.form, KinematicTree) and spec.form.tolerance is not None:
         links = link_parameters(spec, spec.form)
@@ -204,7 +208,8 @@ def values_of_zero(spec: Spec) -> tuple[Finding, ...]:
             "warning",
             f"tolerance of {name}",
             f"{name} is declared as zero, and its tolerance of {100 * tolerance:g} % of that allows no change: it "
-            "is not refitted. Declare a value of the size that it may have, with a tolerance of 100 % or more.",
+            "is not refitted. Declare a value of the size that it may have, with a tolerance of 100 % or more; for a "
+            "parameter, a tolerance with its unit works too.",
         )
         for name, value, tolerance in declared
         if tolerance and value == 0

@@ -44,6 +44,7 @@ class Parameter:
         value: exact, in SI base units.
         unit: as declared; ``declared`` is the value in that unit.
         tolerance: relative, or None.
+        deviation: the tolerance in SI where it is written with a unit, else None.
     """
 
     name: str
@@ -51,6 +52,7 @@ class Parameter:
     unit: str
     declared: Any
     tolerance: float | None = None
+    deviation: float | None = None
 
 
 @dataclass(frozen=True)

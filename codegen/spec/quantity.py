@@ -147,9 +147,7 @@ def read_share(text: str, place: Place) -> float:
             cent sign, which may be meant in percent.
     """
     if split_quantity(text) is not None:
-        expected = (
-            "a share of the value such as 1% or 0.01, without a unit; of a value of 0 declare what it may be, with 100%"
-        )
+        expected = "a share such as 1% or 0.01, without a unit, since it holds for several values"
         raise BadInput(place, f"tolerance {shown(text)}", expected, code="SPEC007")
     number = _share(text, place)
     if 1 <= number <= 100 and not text.strip().endswith("%"):
@@ -158,6 +156,26 @@ def read_share(text: str, place: Place) -> float:
     if not 0 <= number <= LARGEST_SHARE:
         raise BadInput(place, f"tolerance {text}", "a share such as 1% or 0.01, at most 1000%", code="SPEC007")
     return number
+
+
+def read_deviation(text: str, unit: str, place: Place) -> float | None:
+    """A tolerance with a unit, such as 0.2 deg, in SI; None for a text without a unit, which is a share.
+
+    Args:
+        unit: of the value that it is of.
+
+    Raises:
+        BadInput: for a negative number, or a unit of another dimension.
+    """
+    parts = split_quantity(text)
+    if parts is None:
+        return None
+    number, given = parts
+    refuse_other_unit(given, unit, f"tolerance {shown(text)}", place)
+    deviation = float(printed(exact_number(number, place) * si_factor(given, place), place, f"{text} in SI units"))
+    if deviation < 0:
+        raise BadInput(place, f"tolerance {shown(text)}", f"a tolerance of at least 0 {given}", code="SPEC007")
+    return deviation
 
 
 def read_part(text: str, place: Place) -> float:

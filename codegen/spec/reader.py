@@ -26,7 +26,14 @@ from codegen.spec.model import (
 from codegen.spec.motion import Sliding
 from codegen.spec.motion_section import read_motion
 from codegen.spec.observer_section import read_cancellation, read_observer
-from codegen.spec.quantity import read_factor, read_numbers, read_quantity, read_share, refuse_other_unit
+from codegen.spec.quantity import (
+    read_deviation,
+    read_factor,
+    read_numbers,
+    read_quantity,
+    read_share,
+    refuse_other_unit,
+)
 from codegen.spec.reserved import is_device, is_identifier, is_macro, reserved, shadows_header
 from codegen.spec.schema import SpecDocument
 from codegen.spec.simulation_section import read_simulation
@@ -236,7 +243,10 @@ class _Reading:
         declared = exact_number(section.value, self.place(f"{key}.value"))
         exact = declared * self._factor(name, section.unit, self.place(f"{key}.unit"))
         value = printed(exact, self.place(f"{key}.value"), f"{section.value} {section.unit} in SI units")
-        return Parameter(name, value, section.unit, declared, self._tolerance(section.tolerance, key))
+        text, at = section.tolerance, self.place(f"{key}.{TOLERANCE}")
+        deviation = None if text is None else read_deviation(text, section.unit, at)
+        share = self._tolerance(text, key) if deviation is None else None
+        return Parameter(name, value, section.unit, declared, share, deviation)
 
     def _tolerance(self, text: str | None, key: str) -> float | None:
         return None if text is None else read_share(text, self.place(f"{key}.{TOLERANCE}"))

@@ -50,6 +50,12 @@ def test_it_is_refitted_as_a_parameter_with_that_tolerance(tmp_path: Path) -> No
     assert as_effect["viscous_rail_b"] == pytest.approx(7.5, rel=0.01)
 
 
+def test_a_parameter_of_zero_is_refitted_within_a_tolerance_that_has_a_unit(tmp_path: Path) -> None:
+    """A share of zero allows nothing, so b = 0 could only stay."""
+    found = refit(staged(b="value: 0, tolerance: 8 N*s/m"), tmp_path)
+    assert found["b"] == pytest.approx(7.5, rel=0.02)
+
+
 def test_the_refitted_value_is_written_into_its_entry() -> None:
     second = "{kind: viscous, on: rail, parameters: {b: 1 N*s/m}, tolerance: 0.5}"
     spec = staged(f"[{EFFECT}, {second}]", force="w")

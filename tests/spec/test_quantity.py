@@ -194,11 +194,33 @@ def test_a_tolerance_is_a_share(text: str, share: float) -> None:
     assert read_share(text, Place("s.yaml")) == share
 
 
-def test_a_tolerance_with_a_unit_is_answered_with_what_a_tolerance_is() -> None:
+def test_a_share_with_a_unit_is_answered_with_what_it_is() -> None:
     """The answer was `not a number; expected a number`."""
     with pytest.raises(BadInput) as fault:
         read_share("5 N*m", Place("s.yaml"))
-    assert "share of the value" in fault.value.expected and "without a unit" in fault.value.expected
+    assert "a share such as 1%" in fault.value.expected and "without a unit" in fault.value.expected
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "text", "size"), [(0, "rad", "0.2 deg", math.radians(0.2)), (6, "kg", "50 g", 0.05)]
+)
+def test_a_tolerance_of_a_parameter_may_have_a_unit(value: float, unit: str, text: str, size: float) -> None:
+    """It was refused; a value of zero, such as an angle, could have no tolerance at all."""
+    (parameter,) = (
+        p
+        for p in spec(
+            ("parameters:\n", f"parameters:\n  tilt: {{value: {value}, unit: {unit}, tolerance: {text}}}\n")
+        ).parameters
+        if p.name == "tilt"
+    )
+    assert parameter.tolerance is None and parameter.deviation == pytest.approx(size, rel=1e-15)
+
+
+@pytest.mark.parametrize(("text", "code"), [("5 N", "SPEC014"), ("-5 g", "SPEC007"), ("5 blorb", "SPEC013")])
+def test_a_tolerance_in_a_wrong_unit_is_refused_with_its_line(text: str, code: str) -> None:
+    with pytest.raises(BadInput) as told:
+        spec(("parameters:\n", f"parameters:\n  load: {{value: 6, unit: kg, tolerance: {text}}}\n"))
+    assert told.value.code == code and told.value.place.line
 
 
 @pytest.mark.parametrize(("text", "meant"), [("2", "`2%`, or `200%`"), ("1", "`1%`, or `100%`"), ("10.5", "`10.5%`")])

@@ -143,7 +143,8 @@ def moved_values(answer: Answer, fit: Fit, problem: Problem, material: float) ->
         unit, tolerance = in_unit(declared, s), problem.deviation[s]
         part = abs(now - was) / tolerance
         where = "within" if part <= 1 else f"{part:.2g} times"
-        of = f"{where} its tolerance of {in_percent(tolerance / abs(was), 3)}"
+        size = in_percent(tolerance / abs(was), 3) if was else f"{tolerance:.3g}{unit}"
+        of = f"{where} its tolerance of {size}"
         facts.append(
             Fact(
                 "spec.yaml",
