@@ -11,10 +11,10 @@ cannot distinguish a flipped position from a flipped input. With a weight, or a 
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain, combinations, islice, permutations
+from typing import NamedTuple
 
 import numpy as np
 from scipy.integrate import cumulative_trapezoid
@@ -92,155 +92,106 @@ def velocity_mismatch(log: Log, motion: Motion) -> float:
     return float(np.max(apart[whole > 0] / whole[whole > 0])) if np.any(whole > 0) else 0.0
 
 
-class Change(ABC):
-    """A change of a log's columns, and the number of mistakes that it corrects, the fewest of which are reported."""
+@dataclass(frozen=True)
+class Change:
+    """A change of a log's columns, or of the spec's gravity and springs.
 
-    mistakes = 1
+    Attributes:
+        what: the finding as a clause, such as ``the sign of input w seems flipped``.
+        other: the same as an alternative to another change, such as ``that of input w``.
+        misfit: function that computes the misfit with it.
+        lines: the lines of meta.yaml that make it; empty if the spec must be changed.
+        topic: of the finding.
+        turned: variables whose signs it reverses.
+        mistakes: how many it corrects; changes with the fewest are reported.
+        far_better: whether only a far smaller misfit is accepted, however large it is as read.
+    """
 
-    @property
-    def topic(self) -> str:
-        """Topic of the finding."""
-        return "columns"
-
-    @property
-    @abstractmethod
-    def what(self) -> str:
-        """The finding as a clause, such as ``the sign of input w seems flipped``."""
-
-    @property
-    @abstractmethod
-    def other(self) -> str:
-        """The same as an alternative to another change, such as ``that of input w``."""
+    what: str
+    other: str
+    misfit: Callable[[], float]
+    lines: str
+    topic: str = "columns"
+    turned: tuple[str, ...] = ()
+    mistakes: int = 1
+    far_better: bool = False
 
     def enough(self, now: float) -> float:
         """The largest misfit at which it is reported; ``now``: the misfit as read."""
-        return min(FITS, BETTER * now) if now > FITS else FAR_BETTER * now
-
-    def misfit(self, case: Case) -> float:
-        """The misfit with it."""
-        return case.misfit(self.changed(case))
-
-    @abstractmethod
-    def changed(self, case: Case) -> Values:
-        """The log's values with it."""
-
-    @abstractmethod
-    def lines(self, case: Case) -> str:
-        """The lines of meta.yaml that make it; empty if the spec must be changed."""
+        return min(FITS, BETTER * now) if now > FITS and not self.far_better else FAR_BETTER * now
 
 
-@dataclass(frozen=True)
-class Exchanged(Change):
-    """Variables that take the columns of others; ``sources``: (variable, the one whose column it takes)."""
+def _exchanged(case: Case, sources: Mapping[str, str]) -> Change:
+    """Variables that take the columns of others; ``sources``: variable → the one whose column it takes."""
+    words = " and ".join(sources)
+    if all(sources[source] == name for name, source in sources.items()):  # in pairs: x and y, v and u
+        names = list(sources)
+        words = ", ".join(f"{a} and {b}" for a, b in sources.items() if names.index(a) < names.index(b))
 
-    sources: tuple[tuple[str, str], ...]
-
-    @property
-    def _words(self) -> str:
-        taken = dict(self.sources)
-        if all(taken[source] == name for name, source in taken.items()):  # in pairs: x and y, v and u
-            return ", ".join(f"{a} and {b}" for a, b in taken.items() if list(taken).index(a) < list(taken).index(b))
-        return " and ".join(taken)
-
-    @property
-    def what(self) -> str:
-        return f"the columns of {self._words} seem exchanged"
-
-    @property
-    def other(self) -> str:
-        return f"those of {self._words}"
-
-    def changed(self, case: Case) -> Values:
+    def misfit() -> float:
         values, factor = case.values, {name: _stated_factor(name, case) for name in case.values}
-        return values | {name: values[source] / factor[source] * factor[name] for name, source in self.sources}
+        moved = {name: values[source] / factor[source] * factor[name] for name, source in sources.items()}
+        return case.misfit(values | moved)
 
-    def lines(self, case: Case) -> str:
-        entries = (f"{name}: {case.log.intake.columns.get(source, '...')}" for name, source in self.sources)
-        return f"`columns: {{{', '.join(entries)}}}`"
+    entries = (f"{name}: {case.log.intake.columns.get(source, '...')}" for name, source in sources.items())
+    lines = f"`columns: {{{', '.join(entries)}}}`"
+    return Change(f"the columns of {words} seem exchanged", f"those of {words}", misfit, lines)
 
 
-@dataclass(frozen=True)
-class Integrated(Change):
+def _integrated(case: Case, coordinates: Sequence[str]) -> Change:
     """Coordinates whose columns are velocities. The integration constant is not known; the mean is set to zero."""
+    one, names = len(coordinates) == 1, " and ".join(coordinates)
+    held = (
+        f"column of {names} seems to hold its velocity" if one else f"columns of {names} seem to hold their velocities"
+    )
 
-    coordinates: tuple[str, ...]
-
-    @property
-    def what(self) -> str:
-        one = len(self.coordinates) == 1
-        columns = "column" if one else "columns"
-        held = "seems to hold its velocity" if one else "seem to hold their velocities"
-        return f"the {columns} of {' and '.join(self.coordinates)} {held}"
-
-    other = what
-
-    def enough(self, now: float) -> float:
-        return FAR_BETTER * now
-
-    def changed(self, case: Case) -> Values:
+    def misfit() -> float:
         values, log = case.values, case.log
-        for name in self.coordinates:
+        for name in coordinates:
             way = values[name].copy()
             for start, stop in log.segments:
                 part = cumulative_trapezoid(way[start:stop], initial=0) * log.sample_time
                 way[start:stop] = part - part.mean()
             values[name] = way
-        return values
+        return case.misfit(values)
 
-    def lines(self, case: Case) -> str:
-        columns = case.log.intake.columns
-        some = [c for c in case.spec.coordinates if c.name in self.coordinates]
-        entries = (f"{c.name}: none, {c.velocity}: {shown(str(columns.get(c.name, '...')))}" for c in some)
-        return (
-            f"`columns: {{{', '.join(entries)}}}`, with the column of the position in place of `none` if there is one,"
-        )
+    columns = case.log.intake.columns
+    some = [c for c in case.spec.coordinates if c.name in coordinates]
+    entries = (f"{c.name}: none, {c.velocity}: {shown(str(columns.get(c.name, '...')))}" for c in some)
+    lines = f"`columns: {{{', '.join(entries)}}}`, with the column of the position in place of `none` if there is one,"
+    return Change(f"the {held}", f"the {held}", misfit, lines, far_better=True)
 
 
-@dataclass(frozen=True)
-class Flipped(Change):
-    """Variables whose signs are reversed; ``words``: these in words, a coordinate being a position and its velocity."""
+class Signs(NamedTuple):
+    """Variables whose signs are reversed together, these in words, and the inputs among them."""
 
     variables: tuple[str, ...]
     words: str
-    of_inputs: tuple[str, ...]
-    mistakes: int = 1
-
-    @property
-    def what(self) -> str:
-        return f"the sign of {self.words} seems flipped"
-
-    @property
-    def other(self) -> str:
-        return f"that of {self.words}"
-
-    @property
-    def topic(self) -> str:
-        return f"sign and scale of {self.of_inputs[0]}" if self.of_inputs else f"sign of {self.variables[0]}"
-
-    def changed(self, case: Case) -> Values:
-        return {name: -values if name in self.variables else values for name, values in case.values.items()}
-
-    def lines(self, case: Case) -> str:
-        return case.log.scale_lines(dict.fromkeys(self.variables, -1.0), case.spec)
+    inputs: tuple[str, ...] = ()
 
 
-class OpposedForces(Change):
+def _flipped(case: Case, signs: Signs, mistakes: int = 1) -> Change:
+    """Variables whose signs are reversed."""
+    turned, words, inputs = signs
+    topic = f"sign and scale of {inputs[0]}" if inputs else f"sign of {turned[0]}"
+
+    def misfit() -> float:
+        return case.misfit({name: -values if name in turned else values for name, values in case.values.items()})
+
+    lines = case.log.scale_lines(dict.fromkeys(turned, -1.0), case.spec)
+    return Change(f"the sign of {words} seems flipped", f"that of {words}", misfit, lines, topic, turned, mistakes)
+
+
+def _opposed(case: Case) -> Change:
     """Gravity and springs, the forces of positions alone, with the other sign: a mistake in the spec, not the log."""
+    words = "sign of gravity and springs"
 
-    topic = "sign of gravity and springs"
-    what = "the sign of gravity and springs seems flipped"
-    other = "that of gravity and springs"
-
-    def misfit(self, case: Case) -> float:
+    def misfit() -> float:
         forces = case.forces
         other = replace(forces, rest=forces.rest - 2 * forces.static, static=-forces.static)
         return max(other.moving_misfit, velocity_mismatch(case.log, case.motion))
 
-    def changed(self, case: Case) -> Values:
-        return case.values
-
-    def lines(self, case: Case) -> str:
-        return ""
+    return Change(f"the {words} seems flipped", "that of gravity and springs", misfit, "", words)
 
 
 def changed_columns(case: Case) -> Finding | None:
@@ -248,12 +199,12 @@ def changed_columns(case: Case) -> Finding | None:
     now = max(case.forces.moving_misfit, velocity_mismatch(case.log, case.motion))
     if now <= NEARLY or case.log.intake.doubted:
         return None
-    tried = [(change.misfit(case), change) for change in _changes(case, now)]
+    tried = [(change.misfit(), change) for change in _changes(case, now)]
     fitting = [(left, change) for left, change in tried if left <= change.enough(now)]
     best = min((left for left, _ in fitting), default=1.0)
     alike = [change for left, change in fitting if left <= max(UNSURE * best, ALL_FIT)]
     named = [change for change in alike if change.mistakes == min(other.mistakes for other in alike)]
-    opposed = any(isinstance(change, OpposedForces) for change in named)
+    opposed = any(not change.lines for change in named)
     if not named or len(named) > MOST_ALIKE or (opposed and len(named) > 1):
         return None  # where a force of the spec may be wrong, the audit of the inputs reports which forces show
     what = ", or ".join([named[0].what, *(change.other for change in named[1:])])
@@ -264,14 +215,14 @@ def changed_columns(case: Case) -> Finding | None:
     )
     if len(named) > 1:
         words += "This log cannot decide which. "
-    if len(named) > 1 and all(isinstance(change, Flipped) for change in named):
-        turned = {name for change in named if isinstance(change, Flipped) for name in change.variables}
+    if len(named) > 1 and all(change.turned for change in named):
+        turned = {name for change in named for name in change.turned}
         positions = " and ".join(name for name in case.spec.positions if name in turned)
         words += f"A push by hand in the direction that the drawing calls positive shows the sign of {positions}. "
     if opposed:
         words += "Check them in the spec, or the zero of a position (a pendulum's may be half a turn off)."
     else:
-        words += f"({' or '.join(change.lines(case) for change in named)} in meta.yaml beside the log)"
+        words += f"({' or '.join(change.lines for change in named)} in meta.yaml beside the log)"
     return Finding("problem", named[0].topic, words, {"misfit": now, "misfit_mended": best})
 
 
@@ -279,44 +230,50 @@ def _changes(case: Case, now: float) -> Iterator[Change]:
     """The changes to try, in the order in which alternatives are reported."""
     spec, velocities = case.spec, case.log.velocities is not None
     if np.any(case.forces.static):
-        yield OpposedForces()
-    yield from _flips(spec, velocities, pairs=now > FITS)
-    yield from islice(_exchanges(spec, velocities, axes_alone=now <= FITS), MOST_TRIED)
+        yield _opposed(case)
+    yield from _flips(case, velocities, pairs=now > FITS)
+    orders = islice(_exchanges(spec, velocities, axes_alone=now <= FITS), MOST_TRIED)
+    yield from (_exchanged(case, sources) for sources in orders)
     if now > FITS and not velocities:
-        yield from map(Integrated, dict.fromkeys([*((name,) for name in spec.positions), tuple(spec.positions)]))
+        some = dict.fromkeys([*((name,) for name in spec.positions), tuple(spec.positions)])
+        yield from (_integrated(case, coordinates) for coordinates in some)
 
 
-def _flips(spec: Spec, velocities: bool, pairs: bool) -> Iterator[Flipped]:
+def _flips(case: Case, velocities: bool, pairs: bool) -> Iterator[Change]:
     """Reversed signs: of inputs, coordinates, one column of a coordinate, and with ``pairs`` of any two."""
-    names = [i.name for i in spec.inputs]
-    inputs = [Flipped((name,), f"input {name}", (name,)) for name in names]
+    spec = case.spec
+    names = tuple(i.name for i in spec.inputs)
+    inputs = [Signs((name,), f"input {name}", (name,)) for name in names]
     whole = [
-        Flipped((c.name, c.velocity) if velocities else (c.name,), f"the coordinate {c.name}", ())
-        for c in spec.coordinates
+        Signs((c.name, c.velocity) if velocities else (c.name,), f"the coordinate {c.name}") for c in spec.coordinates
     ]
-    yield from (*inputs, *whole)
+    tried = [*inputs, *whole]
     if velocities:
         for c in spec.coordinates:
-            yield Flipped((c.name,), f"the position {c.name}", ())
-            yield Flipped((c.velocity,), f"the velocity {c.velocity}", ())
+            tried += Signs((c.name,), f"the position {c.name}"), Signs((c.velocity,), f"the velocity {c.velocity}")
     if len(inputs) > 1:
-        yield Flipped(tuple(names), f"inputs {' and '.join(names)}", tuple(names))
+        tried.append(Signs(names, f"inputs {' and '.join(names)}", names))
     if len(whole) > 1:
         every = " and ".join(spec.positions)
-        yield Flipped(tuple(chain(*(one.variables for one in whole))), f"the coordinates {every}", ())
+        tried.append(Signs(tuple(chain(*(one.variables for one in whole))), f"the coordinates {every}"))
+    yield from (_flipped(case, signs) for signs in tried)
     if pairs and len(inputs) + len(whole) <= IN_PAIRS:
         for a, b in combinations([*inputs, *whole], 2):
-            yield Flipped(a.variables + b.variables, f"{a.words} and {b.words}", a.of_inputs + b.of_inputs, mistakes=2)
+            both = Signs(a.variables + b.variables, f"{a.words} and {b.words}", a.inputs + b.inputs)
+            yield _flipped(case, both, mistakes=2)
 
 
-def _exchanges(spec: Spec, velocities: bool, axes_alone: bool) -> Iterator[Exchanged]:
-    """Exchanged columns: in any order if there are few, else pairs, axes, and positions with velocities."""
+def _exchanges(spec: Spec, velocities: bool, axes_alone: bool) -> Iterator[dict[str, str]]:
+    """Exchanged columns, variable → the one whose column it takes.
+
+    In any order if there are few variables, else pairs, axes, and positions with velocities.
+    """
     inputs = [i.name for i in spec.inputs]
     moving = [list(spec.positions), list(spec.velocities)] if velocities else [list(spec.positions)]
     every = [*chain(*moving), *inputs]
     if len(every) <= IN_ANY_ORDER and not axes_alone:
         for order in islice(permutations(every), 1, None):
-            yield Exchanged(tuple((a, b) for a, b in zip(every, order, strict=True) if a != b))
+            yield {a: b for a, b in zip(every, order, strict=True) if a != b}
         return
     n = len(spec.positions)
     together = [[*moving, inputs], moving] if len(inputs) == n else [moving]
@@ -326,7 +283,7 @@ def _exchanges(spec: Spec, velocities: bool, axes_alone: bool) -> Iterator[Excha
     others = [[pair] for pair in combinations(every, 2)]
     for pairs in axes if axes_alone else dict.fromkeys(map(tuple, [*alike, *axes, *slopes, *others])):
         taken = dict(pairs) | {b: a for a, b in pairs}
-        yield Exchanged(tuple((name, taken[name]) for name in every if name in taken))
+        yield {name: taken[name] for name in every if name in taken}
 
 
 def _stated_factor(name: str, case: Case) -> float:
