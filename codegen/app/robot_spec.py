@@ -93,8 +93,7 @@ def robot_files(name: str, path: Path, log: Path | None) -> dict[str, str]:
         except BadInput as error:
             if Path(error.place.file).parent != folder:
                 raise
-            place = Place(str(path), None, error.place.key)
-            raise BadInput(place, error.found, error.expected, code=error.code) from None
+            raise error.at(Place(str(path), None, error.place.key)) from None
     return {f"{name}.yaml": written, robot.file: robot.text}
 
 

@@ -78,6 +78,10 @@ class BadInput(Exception):
         words = {"found": brief(self.found), "expected": brief(self.expected, 3 * LONGEST_PART)}
         return {"code": self.code, **where, **words, "nearest": brief(self.nearest) if self.nearest else None}
 
+    def at(self, place: Place) -> BadInput:
+        """The same fault, reported at another place."""
+        return BadInput(place, self.found, self.expected, self.nearest, code=self.code)
+
     @property
     def all(self) -> tuple[BadInput, ...]:
         """This fault and the others, in the order of their lines; those without a line last."""

@@ -18,16 +18,13 @@ from codegen.mechanics.system import System
 from codegen.mechanics.transmission import Transmission
 
 STIFFNESS = EffectParameter("k", "{F}/{q}", "stiffness", low=0.0)
-"""k, stiffness of the spring between motor and load."""
 DAMPING = EffectParameter("c", "{F}*s/{q}", "damping", low=0.0)
-"""c, damping of the spring."""
 LEAST_LOAD = 0.02
 """Least load fraction that a diagnosis accepts. The effect of a lighter load is at its resonance only, and can be the
 same as that of a disturbance periodic in time."""
 SHARE = EffectParameter(
     "load_fraction", "1", "share ρ of the inertia behind the spring", low=0.0, high=1.0, absent_at=LEAST_LOAD
 )
-"""ρ, share of the inertia that is at the load."""
 FREQUENCIES = (0.15, 0.4, 1.0, 2.5, 6.0)
 """Starting values of the resonance frequency, as multiples of the log's cutoff frequency."""
 LOADS = (0.3, 0.65)

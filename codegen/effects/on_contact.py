@@ -18,16 +18,13 @@ from codegen.spec.functions import Magnitude, Sgn
 COEFFICIENT = EffectParameter(
     "b", "{F}*s/{q}", "viscous coefficient; of a curve, slope at rest less slope at high speed", neutral=0.0
 )
-"""b of viscous friction."""
 # Bounds of seen_at: with a lower v_s the curve is nearly Coulomb friction over the whole log, with a higher one linear.
 THINNING_SPEED = EffectParameter(
     "v_s", "{q}/s", "speed at which the slope has fallen by half of b", low=0.0, start=speeds, seen_at=(0.01, 3.0)
 )
-"""v_s of viscous friction with a slope that falls with speed."""
 HIGH_SPEED_SLOPE = EffectParameter(
     "b_inf", "{F}*s/{q}", "slope of a curve at high speed, 0 where it is not given", neutral=0.0
 )
-"""b_inf of viscous friction with a slope that falls with speed."""
 
 
 class Viscous(Effect):
@@ -118,15 +115,11 @@ class CoulombAsymmetry(Effect):
 
 
 RISE = EffectParameter("delta", "{F}", "rise of the level at standstill", low=0.0, neutral=0.0)
-"""delta of Stribeck friction."""
 STRIBECK_VELOCITY = EffectParameter("v_s", "{q}/s", "Stribeck velocity", low=0.0, start=speeds)
-"""v_s of Stribeck friction."""
 EXPONENT = EffectParameter(
     "exponent", "1", "2 where it is not given; 1 for an exponential", low=0.5, high=4.0, as_number=True
 )
-"""exponent of Stribeck friction."""
 RISE_DIFFERENCE = EffectParameter("d_delta", "{F}", "half the difference of the rises for u > 0 and u < 0", neutral=0.0)
-"""d_delta of Stribeck friction that depends on the direction."""
 
 
 class Stribeck(Effect):

@@ -69,11 +69,9 @@ class InputDelay(OnInput):
 
 
 TAU = EffectParameter("tau", "s", "time constant", low=0.0, start=lags)
-"""tau of one first-order lag."""
 EACH = EffectParameter(
     "tau_each", "s", "time constant of each of two equal lags in series, in place of tau", low=0.0, start=lags
 )
-"""tau_each of two equal lags in series."""
 
 
 class ActuatorLag(OnInput):
@@ -108,12 +106,10 @@ class ActuatorLag(OnInput):
 
 
 WIDTH = EffectParameter("width", "{w}", "half width of the dead zone", low=0.0, start=dead_widths)
-"""width of a dead zone."""
 THRESHOLD = EffectParameter(
     "threshold", "{w}", "greatest input that has no effect, in place of a width; a larger one acts whole",
     low=0.0, start=thresholds,
 )  # fmt: skip
-"""threshold of a dead zone."""
 
 
 class DeadZone(OnInput):
@@ -145,12 +141,10 @@ class DeadZone(OnInput):
 
 
 LIMIT = EffectParameter("limit", "{w}", "greatest effective input", low=0.0, start=limits)
-"""limit of a saturation."""
 ROUNDING = EffectParameter(
     "rounding", "1", "0 for a sharp corner at the limit, towards 1 for a gradual approach", low=0.0, high=1.0,
     start=roundings,
 )  # fmt: skip
-"""rounding of a saturation, r."""
 
 
 class Saturation(OnInput):

@@ -18,11 +18,8 @@ from codegen.effects.start import Covered, periods
 from codegen.mechanics.system import Matrix, System
 
 AMPLITUDE = EffectParameter("amplitude", "{F}", "amplitude", neutral=0.0)
-"""amplitude of a sine."""
 PERIOD = EffectParameter("period", "{q}", "distance of one period", low=0.0, start=periods, moved_in=coordinate.PERIOD)
-"""period of a sine over position."""
 PHASE = EffectParameter("phase", "rad", "phase at zero", moved_in=coordinate.ANGLE)
-"""phase of a sine."""
 SEVERAL_SPEEDS = "several speeds: the sensor's error scales with acceleration"
 """Experiment that discriminates a force periodic in position from a sensor's error."""
 

@@ -95,56 +95,36 @@ class MjcfModel:
 
 def build_mjcf(spec: Spec, mechanism: Mechanism, header: list[str]) -> MjcfModel:
     """The MJCF model of a mechanism, with the lines of the header in a comment at its top."""
-    return _Writer(spec, mechanism).model(header)
+    return MjcfWriter(spec, mechanism).model(header)
 
 
-@dataclass(frozen=True)
-class Parts:
-    """The elements of a machine that are added to a user's own model.
-
-    Attributes:
-        joints: coordinate → attributes of its joint.
-        tendons: (name, attributes, coefficients of the joints).
-        actuators: passive ones only.
-        assumed: lines about assumed ranges of the envelope.
-    """
-
-    joints: Mapping[str, Mapping[str, str]]
-    tendons: tuple[Tendon, ...]
-    actuators: tuple[Element, ...]
-    remarks: tuple[Remark, ...]
-    assumed: tuple[str, ...]
-
-
-def parts_for(
-    spec: Spec, mechanism: Mechanism, timestep: float, labels: Mapping[str, str], springs: Mapping[str, float]
-) -> Parts:
-    """The friction, springs and periodic forces of a machine for a model with bodies and actuators of its own.
+class MjcfWriter(Exporter):
+    """Builder of the elements of one MJCF model, or of those that are added to a user's own model.
 
     Args:
-        timestep: of that model, s.
-        labels: coordinate → the joint's name there.
-        springs: coordinate → constant force of the joint's spring there, stiffness · rest position.
+        timestep: of the user's model, s; chosen for the machine by default.
+        labels: coordinate → the joint's name in the user's model.
     """
-    return _Writer(spec, mechanism, timestep, labels).parts(springs)
-
-
-class _Writer(Exporter):
-    """Builder of the elements of one MJCF model."""
 
     def __init__(
         self, spec: Spec, mechanism: Mechanism, timestep: float | None = None, labels: Mapping[str, str] | None = None
     ) -> None:
         super().__init__(spec, mechanism)
-        self.tendons: dict[Direction, dict[str, str]] = {}
+        self._tendon_of: dict[Direction, dict[str, str]] = {}
         self.actuators: list[Element] = []
         self.frictions: list[FrictionElement] = []
         self._mobility = _mobility(mechanism)
         self.timestep = timestep or self._timestep()
         self.names = [(labels or {}).get(link.name, link.name) for link in links_of(self.mechanism)]
 
-    def parts(self, springs: Mapping[str, float]) -> Parts:
-        """The elements on joints and lines; the inputs are actuators of the user's model."""
+    def add_to(self, springs: Mapping[str, float]) -> dict[str, dict[str, str]]:
+        """Attributes of each coordinate's joint; passive ``actuators``, ``tendons`` and remarks are added on the way.
+
+        The inputs are actuators of the user's model.
+
+        Args:
+            springs: coordinate → constant force of the joint's spring there, stiffness · rest position.
+        """
         coordinates = [link.name for link in links_of(self.mechanism)]
         joints: dict[str, dict[str, str]] = {name: {} for name in coordinates}
         self._armatures(list(joints.values()))
@@ -162,7 +142,7 @@ class _Writer(Exporter):
                 self.remark(f"input {self.system.inputs[drive.index]}", "dropped", how)
         for x in self.system.sensor_errors:
             self.remark(f"sensor of {x}", "dropped", "its error: the sensors of the file stay as they are")
-        return Parts(joints, self._tendons(), tuple(self.actuators), tuple(self.remarks), self._assumptions)
+        return joints
 
     def _armatures(self, attributes: list[dict[str, str]]) -> None:
         for name, inertia, own in zip(self.names, self.mechanism.inertias, attributes, strict=True):
@@ -174,12 +154,14 @@ class _Writer(Exporter):
         for k, line in enumerate(lines):
             joint = coordinate_of(line.direction)
             target = {"joint": self.names[joint]} if joint is not None else {"tendon": self._tendon(line.direction)}
-            own = attributes[joint] if joint is not None else self.tendons[line.direction]
+            own = attributes[joint] if joint is not None else self._tendon_of[line.direction]
             self._line(line, target, own, f"line{k + 1}.")
 
-    def _tendons(self) -> tuple[Tendon, ...]:
+    @property
+    def tendons(self) -> tuple[Tendon, ...]:
+        """The tendons for lines that are no single joint."""
         found = []
-        for direction, own in self.tendons.items():
+        for direction, own in self._tendon_of.items():
             coefficients = [(name, number(c)) for name, c in zip(self.names, direction, strict=True) if c]
             found.append((own["name"], list(own.items())[1:], coefficients))
         return tuple(found)
@@ -203,25 +185,25 @@ class _Writer(Exporter):
         gravity = self.mechanism.tree.gravity if self.mechanism.tree is not None else (Fraction(0),) * 3
         text = render(
             "export/model.mjcf.xml.j2",
-            header=[*header, *(r.text for r in self.remarks), *self._assumptions],
+            header=[*header, *(r.text for r in self.remarks), *self.assumptions],
             name=self.spec.name,
             timestep=number(self.timestep),
             gravity=numbers([float(g) for g in gravity]),
             solref=f"{number(2 * self.timestep)} 1",
             solimp=f"{IMPEDANCE} {IMPEDANCE} 0.001",
             roots=roots,
-            tendons=self._tendons(),
+            tendons=self.tendons,
             actuators=self.actuators,
             coordinates=self.names,
             n=numbers,
         )
         inputs = tuple(w.name for w in self.system.inputs)
-        named = {direction: tendon["name"] for direction, tendon in self.tendons.items()}
+        named = {direction: tendon["name"] for direction, tendon in self._tendon_of.items()}
         joints, frictions = tuple(self.names), tuple(self.frictions)
         return MjcfModel(text, self.timestep, joints, inputs, named, frictions, tuple(self.remarks))
 
     @property
-    def _assumptions(self) -> tuple[str, ...]:
+    def assumptions(self) -> tuple[str, ...]:
         """A line on the assumed ranges over which errors were computed; none without errors or assumed ranges."""
         if not self.region.assumed or all(r.worst is None for r in self.remarks):
             return ()
@@ -242,7 +224,7 @@ class _Writer(Exporter):
         return period / min(substeps, MOST_SUBSTEPS)
 
     def _tendon(self, direction: Direction) -> str:
-        return self.tendons.setdefault(direction, {"name": f"along{len(self.tendons) + 1}"})["name"]
+        return self._tendon_of.setdefault(direction, {"name": f"along{len(self._tendon_of) + 1}"})["name"]
 
     def _line(self, line: Line, target: dict[str, str], attributes: dict[str, str], name: str) -> None:
         words, unit = self.line_name(line.direction), self.unit(line.direction)

@@ -21,7 +21,7 @@ from codegen.base.errors import BadInput, nearest_name
 from codegen.base.input_files import read_bytes
 from codegen.base.text import render
 from codegen.export.mechanism import Mechanism
-from codegen.export.mjcf import Parts, parts_for
+from codegen.export.mjcf import MjcfWriter
 from codegen.export.numbers import number
 from codegen.export.remarks import Remark
 from codegen.export.xml_edit import edited
@@ -73,16 +73,21 @@ def mjcf_into(spec: Spec, mechanism: Mechanism, path: Path, header: list[str]) -
             raise BadInput(str(path), found, "a joint of that name", nearest_name(name, joints), code="SPEC031")
     labels = {name: joints[name].label for name in names}
     rest = {name: joints[name].spring_force for name in names}
-    parts = parts_for(spec, mechanism, float(model.opt.timestep), labels, rest)
+    writer = MjcfWriter(spec, mechanism, float(model.opt.timestep), labels)
+    attributes = writer.add_to(rest)
     armatures, notes = _armatures(mujoco, model, mechanism, [joints[name] for name in names])
-    remarks = (*notes, *parts.remarks)
-    wanted = {name: {**parts.joints[name], **armatures.get(labels[name], {})} for name in names}
+    remarks = (*notes, *writer.remarks)
+    wanted = {name: {**attributes[name], **armatures.get(labels[name], {})} for name in names}
     changes = {labels[name]: _changed(joints[name], wanted[name]) for name in names}
     content = read_bytes(path, EXPECTED, LARGEST)
     edited = _edited(content, {label: new for label, new in changes.items() if new}, path)
-    lines = [*header, f"of {path.name}, whose joints have other values, and new elements at the end", *parts.assumed]
+    lines = [
+        *header,
+        f"of {path.name}, whose joints have other values, and new elements at the end",
+        *writer.assumptions,
+    ]
     lines = [*lines, *(r.text for r in remarks)]
-    return _with_parts(edited, parts, lines, path), remarks
+    return _with_parts(edited, writer, lines, path), remarks
 
 
 def _joints(mujoco: Any, model: Any) -> dict[str, _Joint]:
@@ -172,13 +177,13 @@ def _edited(content: bytes, changes: Mapping[str, Mapping[str, str]], path: Path
     return text
 
 
-def _with_parts(text: str, parts: Parts, lines: list[str], path: Path) -> str:
+def _with_parts(text: str, writer: MjcfWriter, lines: list[str], path: Path) -> str:
     """The text with a comment at the top, which marks it as written by stiction, and new elements at the end."""
     end = text.rfind("</mujoco")
     if end < 0:
         raise BadInput(str(path), "no element mujoco with an end of its own", EXPECTED, code="SPEC030")
     comment = render("export/mjcf_comment.xml.j2", header=lines)
-    added = render("export/mjcf_parts.xml.j2", tendons=parts.tendons, actuators=parts.actuators)
+    added = render("export/mjcf_parts.xml.j2", tendons=writer.tendons, actuators=writer.actuators)
     declaration = re.match(r"\ufeff?(<\?xml[^>]*\?>[ \t]*\r?\n?)?", text)
     top = declaration.end() if declaration is not None else 0
     return text[:top] + comment + text[top:end] + added + text[end:]

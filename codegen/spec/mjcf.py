@@ -35,8 +35,6 @@ class MjcfJoint:
 
     Attributes:
         joint: the joint's name as an identifier of a spec.
-        label: its name in the model.
-        turns: whether it is a hinge; else a slide.
         armature: reflected inertia of the motor, kg m² of a hinge or kg of a slide.
         stiffness: of the joint's spring, N m/rad or N/m; 0 without a spring.
         rest: position at which the spring force is zero, rad or m.
@@ -44,8 +42,6 @@ class MjcfJoint:
     """
 
     joint: str
-    label: str
-    turns: bool
     armature: float
     stiffness: float
     rest: float
@@ -155,8 +151,6 @@ class _Conversion:
             joints.append(
                 MjcfJoint(
                     joint=identifier(self.labels[b]),
-                    label=self.labels[b],
-                    turns=self._turns(j),
                     armature=float(m.dof_armature[m.jnt_dofadr[j]]),
                     stiffness=stiffness,
                     rest=float(m.qpos_spring[m.jnt_qposadr[j]]) if stiffness else 0.0,

@@ -32,7 +32,7 @@ def placed(spec: Spec) -> Iterator[None]:
         if error.about is None and error.place.file != CODE:
             raise
         place = Place(spec.place("name").file, None, CODE) if error.about is None else place_of(spec, error.about)
-        raise BadInput(place, error.found, error.expected, error.nearest, code=error.code) from None
+        raise error.at(place) from None
 
 
 def _declared(spec: Spec) -> dict[str, str]:

@@ -116,14 +116,6 @@ def _checked(text: str) -> Any:
     return unit
 
 
-class _NoUnit(ValueError):
-    """The content of the BadInput that ``parse_unit`` raises, without its place."""
-
-    def __init__(self, found: str, expected: str, nearest: str | None) -> None:
-        super().__init__(found)
-        self.found, self.expected, self.nearest = found, expected, nearest
-
-
 def parse_unit(text: str, place: Place) -> SiUnit | Any:
     """A unit from its text: an SiUnit, or pint's.
 
@@ -132,28 +124,31 @@ def parse_unit(text: str, place: Place) -> SiUnit | Any:
     """
     try:
         return _unit(str(text))
-    except _NoUnit as error:
-        raise BadInput(place, error.found, error.expected, error.nearest, code="SPEC013") from None
+    except BadInput as error:
+        raise error.at(place) from None
 
 
 @lru_cache(maxsize=1024)
 def _unit(text: str) -> SiUnit | Any:
-    """As ``parse_unit``; cached, since a spec uses few units, each many times."""
+    """As ``parse_unit``, without a place; cached, since a spec uses few units, each many times."""
+
+    def refused(found: str, expected: str, nearest: str | None) -> BadInput:
+        return BadInput("", f"unit `{text}`{found}", expected, nearest, code="SPEC013")
+
     try:
         plain = spelled(text)
     except Unreadable as error:
-        raise _NoUnit(f"unit `{text}`", error.expected, error.meant or nearest_name(text, _CALLED)) from None
+        raise refused("", error.expected, error.meant or nearest_name(text, _CALLED)) from None
     signs = with_plain_signs(text)
     for pattern, meanings, meant in _TWO_MEANINGS:
         if re.search(pattern, plain) or re.search(pattern, signs):
             clear = inertia_for(meant)
             expected = "an unambiguous unit" + (f": {meant} for a torque, {clear} for an inertia" if clear else "")
-            raise _NoUnit(f"unit `{text}`, {meanings}", expected, meant)
+            raise refused(f", {meanings}", expected, meant)
     try:
         return si_unit(plain) or _parse(plain)
     except ValueError:
-        expected = "a unit such as N*m, kg*m^2 or 1"
-        raise _NoUnit(f"unit `{text}`", expected, nearest_name(text, _CALLED)) from None
+        raise refused("", "a unit such as N*m, kg*m^2 or 1", nearest_name(text, _CALLED)) from None
 
 
 def inertia_for(torque: str | None) -> str | None:

@@ -77,8 +77,10 @@ def test_what_a_robot_file_does_not_hold(tmp_path: Path) -> None:
     (tmp_path / "arm.xml").write_text(ARM)
     robot = read_mjcf(tmp_path / "arm.xml")
     first, second = robot.joints[:2]
-    assert (first.label, first.turns, first.armature, first.limits) == ("shoulder pan", True, 0.03, (-1.0, 2.0))
-    assert (second.turns, second.stiffness, second.rest) == (False, 3.0, 0.1)
+    assert (first.joint, first.armature, first.limits) == ("shoulder_pan", 0.03, (-1.0, 2.0))
+    assert (second.joint, second.stiffness, second.rest) == ("slide", 3.0, 0.1)
+    assert '<joint name="shoulder pan" type="continuous">' in robot.urdf
+    assert '<joint name="slide" type="prismatic">' in robot.urdf
     assert 'damping="0.5" friction="0.2"' in robot.urdf
     said = "\n".join(robot.remarks)
     assert "actuator actuator_0 on shoulder pan: w_shoulder_pan = 50*ctrl" in said
