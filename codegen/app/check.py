@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import asdict
 from typing import Any
 
@@ -14,6 +15,7 @@ from codegen.base.text import render
 from codegen.certify.size import beyond_checker
 from codegen.effects.declare import declared_symbols
 from codegen.emit.c import c_language
+from codegen.mechanics.system import System
 from codegen.observers import Observer
 from codegen.program import Program, lower
 from codegen.simulate.simulable import refuse_unrunnable
@@ -75,7 +77,40 @@ def check_json(machine: Derived) -> dict[str, Any]:
         "values": {name: number | tolerances.get(name, {}) for name, number in values.items()},
         "observer": None if observer is None else _observer_json(machine, observer),
         "envelope": {name: [float(low), float(high)] for name, (low, high) in spec.envelope.items()},
+        "notes": notes_on(machine),
     }
+
+
+def notes_on(machine: Derived) -> list[str]:
+    """What a spec may say by a slip of writing although it is valid, in sentences."""
+    return [*_notes_on_friction(machine.system), *_notes_on_sample_time(machine)]
+
+
+def _notes_on_friction(system: System) -> Iterator[str]:
+    for c in system.contacts:
+        p = {name: float(system.values[symbol]) for name, symbol in c.law_parameters.items()}
+        if c.law.is_weaker_at_rest(p):
+            yield (
+                f"{c.name}: the static level F_s = {p['F_s']:.6g} {c.unit} is below the Coulomb level "
+                f"F_c = {p['F_c']:.6g} {c.unit}. If that is not meant, exchange the two."
+            )
+        if c.extra_level == 0 and c.extra_force == 0 and c.law.is_frictionless(p):
+            yield f"{c.name}: the friction level is zero at all speeds, so there is no friction at this contact."
+
+
+def _notes_on_sample_time(machine: Derived) -> Iterator[str]:
+    """The note on a sample time at which an error grows that decays in continuous time, such as 1 s for 1 ms."""
+    if machine.spec.observer is None or free_entries(machine.spec):
+        return
+    analysis = machine.analysis
+    if analysis.stable or analysis.spectral_abscissa >= 0:
+        return
+    longest = analysis.largest_sample_time
+    limit = "" if analysis.dynamics.implicit else f"; explicit Euler is stable below {longest:.4g} s at these gains"
+    yield (
+        f"with a sample_time of {float(machine.observer.sample_time):.6g} s the observer is unstable: its error grows "
+        f"by the factor {analysis.spectral_radius:.4g} in a sample{limit}."
+    )
 
 
 def _robot_json(form: Form | None) -> dict[str, Any] | None:

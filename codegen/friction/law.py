@@ -105,6 +105,14 @@ class FrictionLaw(ABC):
         level = _function([s], self.level(s, {name: sympy.sympify(value) for name, value in p.items()}))
         return np.broadcast_to(level(slip_speed), np.shape(slip_speed))
 
+    def is_frictionless(self, p: Mapping[str, float]) -> bool:
+        """Whether the level is zero at all speeds."""
+        return not np.any(self.sliding_level(np.array([0.0, 1.0]), p))
+
+    def is_weaker_at_rest(self, p: Mapping[str, float]) -> bool:
+        """Whether the static level F_s is below the Coulomb level F_c. It seldom is, so the two may be exchanged."""
+        return {"F_s", "F_c"} <= p.keys() and p["F_s"] < p["F_c"]
+
     @abstractmethod
     def response(self, time: Any, slip_velocity: Any, p: Mapping[str, float], applied_force: Any = None) -> Any:
         """The force λ over a history of slip, with the states at rest without load at its start.
