@@ -8,7 +8,7 @@ from typing import ClassVar
 import sympy
 
 from codegen.effects.effect import Axis, Confusion, Effect, EffectParameter, Symbols
-from codegen.effects.places import drives, sole_drive
+from codegen.effects.places import sole_drive
 from codegen.effects.start import dead_widths, delays, gains, lags, limits, roundings, thresholds
 from codegen.mechanics.actuator import Stage
 from codegen.mechanics.system import System
@@ -29,7 +29,7 @@ class OnInput(Effect):
         return system.with_stage(place, self.stage, *(p[q.name] for q in self.parameters))
 
     def applies(self, system: System, place: int) -> bool:
-        return drives(system, place)
+        return bool(system.force.has(system.inputs[place]))
 
 
 class InputGain(OnInput):

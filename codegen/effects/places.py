@@ -25,11 +25,6 @@ def coupled_or_varying(system: System, coordinate: int) -> bool:
     return coupled or bool(row[coordinate].has(*system.positions))
 
 
-def drives(system: System, index: int) -> bool:
-    """Whether an input appears in g."""
-    return bool(system.force.has(system.inputs[index]))
-
-
 def drive_force(system: System, contact: int) -> sympy.Expr:
     """Force of the inputs in the direction of a contact: d'(g(w) − g(0)) / d'd, with d the contact's column of U.
 

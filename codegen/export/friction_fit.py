@@ -8,6 +8,7 @@ exported friction is dissipative.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import sympy
@@ -30,9 +31,13 @@ class Terms:
     rise: float = 0.0
     stribeck: float = 0.0
 
+    def damped(self, speed: Any) -> Any:
+        """The part of the damping alone."""
+        return sum(d * speed ** (j + 1) for j, d in enumerate(self.damping))
+
     def at(self, speed: Array) -> Array:
         """The force at speeds (N,)."""
-        force = self.level + sum(d * speed ** (j + 1) for j, d in enumerate(self.damping)) + 0 * speed
+        force: Array = self.level + self.damped(speed) + 0 * speed
         return force + self.rise * np.exp(-((speed / self.stribeck) ** 2)) if self.rise else force
 
 

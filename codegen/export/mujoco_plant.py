@@ -100,19 +100,10 @@ class _Reading:
     def force(self, data: Any, speeds: Array) -> float:
         """λ, positive against a slip u > 0."""
         slip = float(self._direction @ speeds)
-        terms = self._friction.sliding.terms
-        total = float(
-            np.sign(slip) * (terms.at(np.array([abs(slip)]))[0] - _without_damping(self._friction, abs(slip)))
-        )
+        total = float(np.sign(slip) * self._friction.sliding.terms.damped(abs(slip)))
         if self._share:
             rows = (data.efc_type == self._kind) & (data.efc_id == self._id)
             total -= self._share * float(data.efc_force[rows].sum())
         if self._lugre >= 0:
             total -= float(data.actuator_force[self._lugre])
         return total
-
-
-def _without_damping(friction: FrictionElement, speed: float) -> float:
-    """The friction level at a speed without its viscous part; MuJoCo has it as a friction loss or as bristles."""
-    terms = friction.sliding.terms
-    return terms.level + (terms.rise * float(np.exp(-((speed / terms.stribeck) ** 2))) if terms.rise else 0.0)

@@ -78,11 +78,6 @@ def _divided(value: Any, pivot: Any, reciprocals: bool) -> Any:
     return value * (1 / pivot) if reciprocals else value / pivot
 
 
-def solve_symmetric(mass: Any, right: Any) -> Any:
-    """The a of M a = r, n by 1, for one right side; see ``factorised``."""
-    return factorised(mass).solve(right)
-
-
 def solve_by_elimination(matrix: Any, right: Any) -> Any:
     """The y of A y = r, n by 1 SX, by Gaussian elimination without pivoting: generated code has one fixed order.
 

@@ -18,7 +18,7 @@ from codegen.analysis.analysis import Analysis, analyse
 from codegen.analysis.conditions import SYMBOLIC_ORDER
 from codegen.analysis.operating_points import matrix_function
 from codegen.mechanics.casadi_form import at_points, over_rows, to_casadi
-from codegen.mechanics.solve import solve_symmetric
+from codegen.mechanics.solve import factorised
 from codegen.spec.model import symbol
 
 from .variants import SHIPPED, Variant, build, shape
@@ -111,8 +111,8 @@ def _numbers(analysis: Analysis, gains: list[Any], block: Any, expressions: list
     names |= {s: to_casadi(e, names) for s, e in dynamics.slopes.items()}
     if dynamics.inverse_mass:
         mass = to_casadi(dynamics.observer.system.mass_matrix, names)
-        columns = [solve_symmetric(mass, casadi.SX.eye(mass.shape[0])[:, j]) for j in range(mass.shape[0])]
-        names |= {s: columns[j][i] for s, (i, j) in dynamics.inverse_mass.items()}
+        inverse = factorised(mass).solve_columns(casadi.SX.eye(mass.shape[0]))
+        names |= {s: inverse[i, j] for s, (i, j) in dynamics.inverse_mass.items()}
     numeric = casadi.densify(to_casadi(block, names))
     names |= {symbol(f"c{k}"): c for k, c in enumerate(reversed(_coefficients(numeric)))}
     column = casadi.vertcat(*[to_casadi(e, names) for e in expressions])

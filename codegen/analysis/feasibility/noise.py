@@ -17,7 +17,7 @@ import sympy
 from codegen.analysis.feasibility.gain_dynamics import Settings
 from codegen.base.arrays import Array, Flags
 from codegen.mechanics.casadi_form import at_points, function_of, over_rows, symbol_values, to_casadi
-from codegen.mechanics.solve import solve_symmetric
+from codegen.mechanics.solve import factorised
 from codegen.observers import Observer
 from codegen.observers.velocity import SAMPLE_TIME
 from codegen.spec.functions import Magnitude, Sgn
@@ -236,7 +236,7 @@ def _linearised(observer: Observer, known: dict[sympy.Symbol, Any], h: Any, fric
                 values |= zip(equation.state, [a - rest[k] for k, a in enumerate(given)], strict=True)
             result = to_casadi(expression, values)
             if equation.form == "mass_solve":
-                result = solve_symmetric(to_casadi(system.mass_matrix, values), result)
+                result = factorised(to_casadi(system.mass_matrix, values)).solve(result)
             values |= zip(equation.symbols, casadi.vertsplit(casadi.densify(result)), strict=True)
             if equation.state is not None:
                 found += [values[s] for s in equation.symbols]
