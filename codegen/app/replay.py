@@ -45,4 +45,4 @@ def replay(
     declared = declared_friction(spec, machine.observer)
     result = replay_log(spec, program, engine, samples, declared, target, only)
     against = preflight_warnings(spec, Path(log), description, columns, result.faults)
-    return replace(result, warnings=(*result.warnings, *against))
+    return replace(result, warnings=(*against, *result.warnings))  # causes before symptoms

@@ -10,7 +10,7 @@ from codegen.base.errors import BadInput
 from codegen.certify.bound.friction_bounds import largest_friction
 from codegen.logs import read_log
 from codegen.logs.audit.envelope import Span
-from codegen.logs.audit.preflight import force_problems
+from codegen.logs.audit.preflight import column_problems
 from codegen.logs.excerpt import excerpt
 from codegen.logs.log import Log
 from codegen.observers.equations import Observer
@@ -30,7 +30,9 @@ MOST_BYTES = 20_000_000
 def preflight_warnings(
     spec: Spec, path: Path, description: str | Path | None, columns: Mapping[str, str] | None, faults: int = 0
 ) -> tuple[str, ...]:
-    """Findings of the preflight on wrong signs, scales or exchanged columns, by the balance of forces M a = g − F.
+    """Findings of the preflight on wrapped or wrongly stored numbers, wrong signs, scales or exchanged columns.
+
+    The latter by the balance of forces M a = g − F.
 
     Empty for a log that is larger than ``MOST_BYTES``, and where the forces cannot be computed. If ``diagnose`` refuses
     the log and samples of it were invalid, the refusal is the warning: it names the column and what to do.
@@ -41,7 +43,7 @@ def preflight_warnings(
     try:
         if path.is_file() and path.stat().st_size > MOST_BYTES:
             return ()
-        return _force_warnings(spec, excerpt(read_log(path, spec, description=description, columns=columns))[0])
+        return _column_warnings(spec, excerpt(read_log(path, spec, description=description, columns=columns))[0])
     except BadInput as refused:
         words = f"{faults} samples were invalid, and `stiction diagnose` refuses this log: {refused}"
         return (words,) if faults else ()
@@ -50,8 +52,8 @@ def preflight_warnings(
 
 
 @numerical("the force balance on the log")
-def _force_warnings(spec: Spec, log: Log) -> tuple[str, ...]:
-    return tuple(finding.words for finding in force_problems(log, spec))
+def _column_warnings(spec: Spec, log: Log) -> tuple[str, ...]:
+    return tuple(finding.words for finding in column_problems(log, spec))
 
 
 class EnvelopeCheck:

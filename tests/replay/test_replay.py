@@ -410,6 +410,20 @@ def test_what_a_diagnosis_would_say_of_signs_and_scales_is_said(
     assert not [line for line in replay(SPECS / "one_mass.yaml", log).warnings if line in problems]
 
 
+@pytest.mark.parametrize("seconds", [12, 39])
+def test_an_encoder_that_wraps_is_warned_of_with_the_key_that_unwraps_it(tmp_path: Path, seconds: int) -> None:
+    """Only a speed outside the envelope was warned of. The axis moves on at 0.3 m/s, with a ripple; it wraps at 1 m."""
+    t = np.arange(0, seconds, PERIOD)
+    x = (0.3 * t + 0.02 * np.sin(2 * t)) % 1.0
+    log = write_csv(tmp_path / "log.csv", np.column_stack([t, x, 50 - 0.08 * np.sin(2 * t)]), "t,x,w")
+    result = replay(SPECS / "one_mass.yaml", log)
+    cause, *symptoms = result.warnings
+    assert re.match(rf"x jumps by (1|0\.999\d*) m {int(0.3 * seconds)} times", cause) and "`unwrap: {" in cause
+    assert not [line for line in symptoms if "unwrap" in line or "seems" in line]
+    (tmp_path / "meta.yaml").write_text("unwrap: {x: 1}\n")
+    assert not [line for line in replay(SPECS / "one_mass.yaml", log).warnings if "unwrap" in line]
+
+
 def test_a_position_at_a_slower_rate_is_warned_of_with_its_column(tmp_path: Path) -> None:
     """Three of four samples are invalid then: the estimates are mostly held, which a count alone does not explain."""
     lines = axis_log(tmp_path / "log.csv").read_text("utf-8").splitlines()
@@ -430,7 +444,7 @@ def test_a_replay_outlives_forces_that_cannot_be_computed(tmp_path: Path, monkey
     def fails(*_: object) -> None:
         raise np.linalg.LinAlgError("SVD did not converge")
 
-    monkeypatch.setattr(log_warnings, "force_problems", fails)
+    monkeypatch.setattr(log_warnings, "column_problems", fails)
     assert replay(SPECS / "one_mass.yaml", axis_log(tmp_path / "log.csv", gain=-1.0)).samples == 6000
 
 

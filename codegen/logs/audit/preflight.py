@@ -58,7 +58,7 @@ def preflight(log: Log, spec: Spec) -> tuple[Finding, ...]:
     """
     motion = measured_motion(log)
     steady = steady_speeds(log, motion.velocities, motion.usable)
-    kept = np.concatenate([np.arange(start, stop) for start, stop in log.segments])
+    kept = _kept(log)
     return (
         *_on_record(log, reverses=len(steady) < len(spec.coordinates)),
         *_on_motion(log, spec, motion, kept),
@@ -68,15 +68,24 @@ def preflight(log: Log, spec: Spec) -> tuple[Finding, ...]:
     )
 
 
-def force_problems(log: Log, spec: Spec) -> tuple[Finding, ...]:
-    """The problems that ``preflight`` finds by the balance of forces: signs, scales and the order of columns.
+def column_problems(log: Log, spec: Spec) -> tuple[Finding, ...]:
+    """The problems of columns that ``preflight`` finds: numbers that are stored otherwise, or wrap, or else signs,
+    scales and the order of columns by the balance of forces, which needs a continuous position.
 
     Raises:
         BadInput: if the spec's mechanics cannot be built.
     """
+    kept = _kept(log)
+    stored = [*log.intake.findings, *(f for j in range(len(spec.coordinates)) for f in _wraps(log, spec, kept, j))]
+    if found := tuple(f for f in stored if f.severity == "problem"):
+        return found
     motion = measured_motion(log)
     steady = frozenset(s.coordinate for s in steady_speeds(log, motion.velocities, motion.usable))
     return tuple(f for f in audit_force(log, spec, motion, steady) if f.severity == "problem")
+
+
+def _kept(log: Log) -> Kept:
+    return np.concatenate([np.arange(start, stop) for start, stop in log.segments])
 
 
 def _warning_if(warn: bool) -> Severity:
