@@ -79,7 +79,7 @@ class Joint:
     def wrench_to_parent(self, moment: Any, force: Any) -> tuple[Any, Any]:
         """Moment and force on the body in the parent's coordinates, the moment about the parent's origin."""
         turned = self.rotation @ force
-        return self.rotation @ moment + cross(self.origin, turned), turned
+        return self.rotation @ moment + casadi.cross(self.origin, turned), turned
 
 
 def mass_matrix(tree: KinematicTree, positions: Any, masses: Sequence[Points]) -> Any:
@@ -130,14 +130,14 @@ def bias_force(tree: KinematicTree, positions: Any, velocities: Any, masses: Seq
         else:
             turning, angular, tensor, origin = motions[body.parent]
             w, dw, a = back @ turning, back @ angular, back @ (origin + tensor @ joint.origin)
-        across = cross(w, joint.axis) * rate
+        across = casadi.cross(w, joint.axis) * rate
         if joint.revolute:
             w, dw = w + joint.axis * rate, dw + across
         else:
             a = a + 2 * across
         u = _acceleration_tensor(w, dw)
         motions.append((w, dw, u, a))
-        moment = _moment(u, masses[i].second) + cross(masses[i].first, a)
+        moment = _moment(u, masses[i].second) + casadi.cross(masses[i].first, a)
         wrenches.append((moment, masses[i].mass * a + u @ masses[i].first))
     bias = casadi.SX(len(bodies), 1)
     for i in reversed(range(len(bodies))):
@@ -147,11 +147,6 @@ def bias_force(tree: KinematicTree, positions: Any, velocities: Any, masses: Seq
             moment, force = joints[i].wrench_to_parent(*wrenches[i])
             wrenches[p] = (wrenches[p][0] + moment, wrenches[p][1] + force)
     return casadi.sparsify(bias)
-
-
-def cross(a: Any, b: Any) -> Any:
-    """a × b, 3 by 1."""
-    return casadi.vertcat(a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
 
 
 def _acceleration_tensor(w: Any, dw: Any) -> Any:
@@ -177,11 +172,11 @@ def _moment(u: Any, s: Any) -> Any:
 def _unit_acceleration(joint: Joint, points: Points) -> tuple[Any, Any]:
     """Moment and force that give a body at rest one unit of acceleration along the joint."""
     if not joint.revolute:
-        return cross(points.first, joint.axis), points.mass * joint.axis
+        return casadi.cross(points.first, joint.axis), points.mass * joint.axis
     moment = casadi.trace(points.second) * joint.axis - points.second @ joint.axis
     if _is_z(joint.axis):
         moment[2] = points.second[0, 0] + points.second[1, 1]
-    return moment, cross(joint.axis, points.first)
+    return moment, casadi.cross(joint.axis, points.first)
 
 
 def _along(joint: Joint, moment: Any, force: Any) -> Any:
