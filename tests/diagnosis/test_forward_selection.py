@@ -424,6 +424,14 @@ def test_forms_of_an_effect_are_one_hypothesis() -> None:
     assert len(parts) > len(kinds) == significance.hypotheses(parts)
 
 
+def test_a_large_p_is_told_with_the_number_of_hypotheses() -> None:
+    """ "Better on 8 of 8 held-out parts, with p = 1 over all candidates" contradicted itself to a reader."""
+    told = significance.chance_in_words(1.0, 5400.0)
+    assert told.startswith("of 5,400 hypotheses tried (effects, places, periods) one gains as much without any effect")
+    assert told.endswith("p = 1, and at most 0.01 is accepted")
+    assert "hypotheses" not in significance.chance_in_words(0.02, 1.0)
+
+
 def test_an_unknown_period_counts_as_many_hypotheses_and_sets_of_effects_each() -> None:
     """Of a ramp of 1 m at 0.1 m/s, a fine filter of 20 Hz shows waves down to 5 mm: 200 in the stroke. 20 candidates
     make 190 pairs.

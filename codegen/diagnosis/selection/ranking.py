@@ -16,7 +16,15 @@ from codegen.diagnosis.fit.search import Search, joint_of, where_they_differ
 from codegen.diagnosis.fit.trial import Part
 from codegen.diagnosis.selection.candidate_fits import FORM_GAIN, fit_candidates, is_simpler_form, is_usual_form
 from codegen.diagnosis.selection.refusals import only_reduces_drive, relative_size, uncovered, why_refused
-from codegen.diagnosis.selection.significance import chance, combined_p, dispersion, hypotheses, tried, whiteness
+from codegen.diagnosis.selection.significance import (
+    chance,
+    chance_in_words,
+    combined_p,
+    dispersion,
+    hypotheses,
+    tried,
+    whiteness,
+)
 from codegen.effects import CATALOGUE
 from codegen.effects.register import is_identical
 
@@ -81,10 +89,8 @@ def run_round(
         p = p if why_not else combined_p(p, before, after, many)
         unsure = not why_not and p > credit.ALPHA
         if unsure:
-            why_not = (
-                f"may be chance: it is better on {one.won} of {one.blocks} held-out parts, with p = {p:.2g} over all "
-                f"candidates (at most {credit.ALPHA:g} is accepted)"
-            )
+            better_on = f"it is better on {one.won} of {one.blocks} held-out parts"
+            why_not = f"may be chance: {better_on}, but {chance_in_words(p, many)}"
         ratio = noise_ratio(there) / noise_ratio(here)
         only = bool(repeats_nowhere) and p <= credit.ALPHA and "period" not in at_limit(found)[-1]
         ranked.append(Ranked(found, one, ratio, size, why_not, unsure, p, after, only))

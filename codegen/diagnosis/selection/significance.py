@@ -44,6 +44,16 @@ def chance(search: Search, fit: Fit, e: Evidence, candidates: float) -> float:
     return min(1.0, candidates * e.p(whiteness(search, fit), credit.leaves_only_noise(fit, noise_assumed(search, fit))))
 
 
+def chance_in_words(p: float, many: float) -> str:
+    """A p-value over so many hypotheses: why a gain on every held-out part may still be chance."""
+    which = (
+        "it gains as much"
+        if many < 2
+        else f"of {many:,.0f} hypotheses tried (effects, places, periods) one gains as much"
+    )
+    return f"{which} without any effect with p = {p:.2g}, and at most {credit.ALPHA:g} is accepted"
+
+
 def combined_p(p: float, before: ForceCriterion, after: ForceCriterion, candidates: float) -> float:
     """P-value by free runs, or also by the force residual if that by free runs is too large (weighted Bonferroni)."""
     few = len(after.search.record.start) < credit.SIGN_BLOCKS

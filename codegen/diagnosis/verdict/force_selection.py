@@ -28,7 +28,7 @@ from codegen.diagnosis.results import Fact
 from codegen.diagnosis.selection.forward_selection import MOST_EFFECTS, LaterRound
 from codegen.diagnosis.selection.ranking import Ranked, in_simplest_admitted_forms, led_by, ties
 from codegen.diagnosis.selection.refusals import corrects_a_form, is_possible, matters, relative_size
-from codegen.diagnosis.selection.significance import hypotheses
+from codegen.diagnosis.selection.significance import chance_in_words, hypotheses
 from codegen.diagnosis.verdict.conclusion import named_effects
 from codegen.diagnosis.verdict.force_fits import ForceFits
 from codegen.effects import CATALOGUE
@@ -208,7 +208,7 @@ def judged(fits: ForceFits, plain: Fit, found: Fit, candidates: int) -> Ranked:
     elif form := corrects_a_form(ForceCriterion(fits.search, plain), ForceCriterion(fits.search, found)):
         why_not = form
     elif p > credit.ALPHA:
-        why_not, unsure = f"may be chance: it fits better by so little that p = {p:.2g} over all candidates", True
+        why_not, unsure = f"may be chance: {chance_in_words(p, candidates)}", True
     return Ranked(found, one, ratio, relative_size(fits.search, found, plain), why_not, unsure, p)
 
 
