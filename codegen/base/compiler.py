@@ -14,6 +14,7 @@ import stat
 import subprocess
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
+from functools import lru_cache
 from pathlib import Path
 from typing import Literal
 
@@ -96,6 +97,23 @@ def load_library(library: bytes) -> ctypes.CDLL:
             expected = "a compiler for this machine, and a temporary directory (TMPDIR) in which programs may run"
             found = f"compiled code cannot be loaded there ({error})"
             raise BadInput(str(folder.parent), found, expected, code="TOOL002") from None
+
+
+KEPT_LIBRARIES = 32
+"""Most libraries of ``loaded`` that a process keeps, the most recently used ones."""
+
+
+@lru_cache(maxsize=KEPT_LIBRARIES)
+def loaded(source: str, flags: tuple[str, ...]) -> ctypes.CDLL:
+    """The library of one C file, compiled where no run has done so, and loaded; the runs of a search ask for the same.
+
+    Args:
+        flags: in addition to ``FLAGS``.
+
+    Raises:
+        BadInput: where there is no compiler, or it refuses the code, or the library cannot be loaded.
+    """
+    return load_library(cached_library({"made.c": source}, ["made.c"], flags))
 
 
 FOLDER = "stiction-libraries"

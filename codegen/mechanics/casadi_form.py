@@ -15,7 +15,7 @@ import numpy as np
 import sympy
 
 from codegen.base.arrays import Array
-from codegen.base.compiler import cached_library, load_library
+from codegen.base.compiler import loaded
 from codegen.base.errors import BadInput
 from codegen.mechanics.computed import ComputedEntry
 from codegen.spec.functions import Magnitude, Sgn
@@ -128,7 +128,6 @@ def in_place(function: Any, arguments: Sequence[Any], results: Sequence[Any]) ->
     return buffer, evaluate
 
 
-KEPT_LIBRARIES = 32
 _VISIBLE = ("-O1", "-fvisibility=default")
 """Compiler flags. -O2 takes half as long again, and the code is no faster."""
 
@@ -140,7 +139,7 @@ def compiled_in_place(
     generator = casadi.CodeGenerator("function", {"with_header": False})
     generator.add(function)
     try:
-        library = _library(generator.dump())
+        library = loaded(generator.dump(), _VISIBLE)
     except BadInput:
         return in_place(function, arguments, results)
     given, found = (
@@ -149,12 +148,6 @@ def compiled_in_place(
     )
     work = (ctypes.c_longlong * function.sz_iw())(), (ctypes.c_double * function.sz_w())()
     return (arguments, results), partial(library[function.name()], given, found, *work, 0)
-
-
-@lru_cache(maxsize=KEPT_LIBRARIES)
-def _library(source: str) -> ctypes.CDLL:
-    """The compiled and loaded library; recent ones are cached, since the runs of a search load the same."""
-    return load_library(cached_library({"function.c": source}, ["function.c"], _VISIBLE))
 
 
 def over_rows(function: casadi.Function, rows: Array) -> Array:

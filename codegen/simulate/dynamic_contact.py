@@ -65,15 +65,26 @@ def state_terms(contact: ContactFriction) -> LawTerms:
     return LawTerms(force, tuple(rates), states, limits, law.rest_state(p))
 
 
-def sign_of(slip: Any) -> Any:
-    """The value of ``DIRECTION`` at a slip velocity, an SX."""
-    return casadi.fmax(-1, casadi.fmin(1, slip / STANDSTILL))
+def values_at(
+    terms: LawTerms,
+    contact: ContactFriction,
+    slip: Any,
+    states: Any,
+    names: Mapping[sympy.Symbol, Any],
+    fixed: Mapping[sympy.Symbol, Any],
+) -> list[Any]:
+    """[λ, rates…] of a contact's law at a slip velocity and states, as SX.
 
-
-def exponents(contact: ContactFriction, values: Mapping[sympy.Symbol, Any]) -> dict[sympy.Symbol, Any]:
-    """Values of the law's dimensionless parameters, to be inserted as numbers, so that powers become products."""
+    Args:
+        names: symbol → SX or number, of the parameters.
+        fixed: values of the parameters that are numbers. Dimensionless ones are inserted before the conversion, so that
+            powers become products.
+    """
     plain = {q.name for q in contact.law.parameters if q.unit == "1"}
-    return {s: values[s] for name, s in contact.law_parameters.items() if name in plain and s in values}
+    exponents = {s: fixed[s] for name, s in contact.law_parameters.items() if name in plain and s in fixed}
+    direction = casadi.fmax(-1, casadi.fmin(1, slip / STANDSTILL))
+    at = {**names, contact.slip: slip, DIRECTION: direction} | {s: states[i] for i, s in enumerate(terms.states)}
+    return [to_casadi(e.subs(exponents), at) for e in (terms.force, *terms.rates)]
 
 
 def _fixed(limit: sympy.Expr) -> sympy.Expr | None:
@@ -99,11 +110,9 @@ class DynamicContacts:
         lower, upper, owner = [], [], []
         for k, c in enumerate(chosen):
             contact = system.contacts[c]
-            terms, plain = state_terms(contact), exponents(contact, system.values)
+            terms = state_terms(contact)
             own = casadi.SX.sym(f"states_{contact.name}", len(terms.states))
-            at = names | {contact.slip: slip[k], DIRECTION: sign_of(slip[k])}
-            at |= {s: own[i] for i, s in enumerate(terms.states)}
-            force, *own_rates = [to_casadi(e.subs(plain), at) for e in (terms.force, *terms.rates)]
+            force, *own_rates = values_at(terms, contact, slip[k], own, names, system.values)
             forces.append(force)
             rates += own_rates
             symbols.append(own)

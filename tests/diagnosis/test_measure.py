@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from codegen.diagnosis.fit import shooting
+from codegen.base import compiler
 from codegen.diagnosis.fit.measure import (
     RESTART_S,
     Drive,
@@ -60,7 +60,7 @@ def test_a_refit_of_a_level_is_simulated_by_the_code_of_the_declared_model(monke
     log = smooth_motion(Log(Path("a.csv"), "a", time, x, None, w, 0.002, 20.0, None, None, ()))
     wrong = free_run_series(declared, log)
     sources: list[str] = []
-    monkeypatch.setattr(shooting, "cached_library", lambda *given: sources.append("compiled"))
+    monkeypatch.setattr(compiler, "cached_library", lambda *given: sources.append("compiled"))
     error = free_run_series(refit, log)
     assert not sources
     assert np.nanmax(np.abs(error)) < 0.02 * np.nanmax(np.abs(wrong))

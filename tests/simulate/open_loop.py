@@ -1,10 +1,12 @@
-"""The time stepper under recorded commands: all samples in one CasADi function, without a loop around it."""
+"""Recorded commands through the simulator's time stepper, without a loop around it, and a free run of diagnosis."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from codegen.base.arrays import Array
+from codegen.diagnosis.fit.record import Record
+from codegen.diagnosis.fit.trial import Trial, runner_of
 from codegen.mechanics.system import System
 from codegen.simulate.drive import Chains
 from codegen.simulate.plant import Plant
@@ -37,6 +39,16 @@ def simulate_open_loop(
         states = np.vstack([states, later.full().T])
     states = np.where(np.isfinite(states), states, np.inf)
     return states[:, :n], states[:, n : 2 * n]
+
+
+def free_run_from_rest(system: System, time: Array, inputs: Array, substeps: int) -> Array:
+    """Positions (N, n) of the diagnosis' free run from rest at zero under commands (N, m), held from t_k to t_(k+1)."""
+    n = system.degrees_of_freedom
+    still = np.zeros((len(time), n))
+    commands, start = np.asarray(inputs, dtype=float), np.zeros(1, dtype=np.int32)
+    record = Record(still, still, still, commands, time[1] - time[0], np.ones(n), start, len(time))
+    runner = runner_of(Trial(system, (), ()), record, substeps)
+    return np.asarray(runner.run(np.zeros(0), record.at_rest)[0])
 
 
 def drive_columns(system: System, time: Array, inputs: Array, substeps: int) -> Array:

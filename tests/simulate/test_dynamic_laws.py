@@ -13,7 +13,7 @@ from codegen.simulate.closed_loop import simulate
 from codegen.simulate.plant import Plant
 from tests.in_part import in_part
 from tests.machines import SPRING_MASS, TWO_SPRINGS, read_machine, two_mass
-from tests.simulate.open_loop import simulate_open_loop
+from tests.simulate.open_loop import free_run_from_rest, simulate_open_loop
 
 from . import stiff_integrator as exact
 
@@ -63,8 +63,11 @@ def test_law_follows_radau(law: str):
     path = exact.integrate(SMOOTH[law], 2, 20, TIME, COMMAND, np.zeros(3))
     assert np.max(np.abs(path[:, 1])) > 0.2
     assert np.min(np.diff(np.sign(path[:, 1]))) < 0
-    x, v = run(sliding(law)[1], TIME, COMMAND, 100)
+    system = sliding(law)[1]
+    x, v = run(system, TIME, COMMAND, 100)
     assert np.max(np.abs(x[:, 0] - path[:, 0])) < 1e-7
+    predicted = free_run_from_rest(system, TIME, COMMAND[:, None], 100)[:, 0]
+    assert np.max(np.abs(predicted - path[:, 0])) < 2e-7
     assert np.max(np.abs(v[:, 0] - path[:, 1])) < 5e-7
 
 

@@ -9,7 +9,7 @@ from unittest.mock import patch
 import numpy as np
 import pytest
 
-from codegen.mechanics import casadi_form
+from codegen.base import compiler
 from codegen.observers import observer_of
 from codegen.replay.engine import TwinEngine
 from codegen.simulate import observed_loop
@@ -291,7 +291,7 @@ def test_a_compiled_plant_has_the_bits_of_the_interpreted_one(name: str, monkeyp
     monkeypatch.setattr(observed_loop, "WORTH_COMPILING", 0)
     runs = [run_loop(system, SampledLoop(drive), 0.004, 150, substeps=8)]
     monkeypatch.setenv("CC", "/nowhere/cc")
-    casadi_form._library.cache_clear()
+    compiler.loaded.cache_clear()
     runs.append(run_loop(system, SampledLoop(drive), 0.004, 150, substeps=8))
     assert len(calls) == 2 and isinstance(calls[0][0], tuple) and not isinstance(calls[1][0], tuple)
     assert np.ptp(interpreted.true_positions) > 1e-3

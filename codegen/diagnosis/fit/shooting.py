@@ -5,7 +5,7 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache, lru_cache, partial
+from functools import cache, partial
 from itertools import pairwise, zip_longest
 from typing import Any, Protocol
 
@@ -15,7 +15,7 @@ import sympy
 from numpy.typing import NDArray
 
 from codegen.base.arrays import Array
-from codegen.base.compiler import cached_library, load_library
+from codegen.base.compiler import loaded
 from codegen.base.parallel import in_background
 from codegen.base.text import render
 from codegen.diagnosis.fit.record import Record
@@ -25,7 +25,7 @@ from codegen.mechanics.numpy_form import numpy_function
 from codegen.mechanics.solve import factorised
 from codegen.mechanics.system import TIME, ContactFriction, System
 from codegen.simulate.contact import REST, SWEEPS
-from codegen.simulate.dynamic_contact import DIRECTION, INSIDE, LawTerms, exponents, has_states, sign_of, state_terms
+from codegen.simulate.dynamic_contact import INSIDE, LawTerms, has_states, state_terms, values_at
 from codegen.simulate.plant_contacts import levels_at, smooth_forces
 from codegen.spec.functions import Sgn
 
@@ -60,15 +60,12 @@ def law_function(name: str, system: System, free: Sequence[sympy.Symbol], states
     slip, y, p = casadi.SX.sym("slip", count), casadi.SX.sym("y", states), casadi.SX.sym("p", len(free))
     numbers = symbol_values(system.values, (free, p))
     force, push, rate = casadi.SX(count, 1), casadi.SX(states, 1), casadi.SX(states, 1)
+    fixed = {s: v for s, v in system.values.items() if s not in free}
     k = 0
     for c, terms in all_law_terms(system):
-        contact = system.contacts[c]
-        plain = exponents(contact, {s: v for s, v in system.values.items() if s not in free})
-        own = {s: y[k + i] for i, s in enumerate(terms.states)}
-        at = numbers | own | {contact.slip: slip[c], DIRECTION: sign_of(slip[c])}
-        force[c] = to_casadi(terms.force.subs(plain), at)
-        for expression in terms.rates:
-            rate[k], push[k] = to_casadi(expression.subs(plain), at), force[c]
+        force[c], *rates = values_at(terms, system.contacts[c], slip[c], y[k : k + len(terms.states)], numbers, fixed)
+        for one in rates:
+            rate[k], push[k] = one, force[c]
             k += 1
     by_slip = casadi.vertcat(*[casadi.jacobian(force[c], slip[c]) for c in range(count)])
     by_state = casadi.vertcat(*[casadi.jacobian(push[i], y[i]) for i in range(states)])
@@ -116,7 +113,6 @@ unrolling. The results are bit-identical at every level; with gcc 12, -O2 takes 
 MOST_APART = 40
 """Most models of one coordinate with one contact in a library that has the loops over time for each model apart, with
 its equations within them: up to four times as fast without sines, for a tenth of a second of the compiler a model."""
-KEPT_LIBRARIES = 32
 _REST = 1e-12
 """Slip speed that counts as standstill where no level jumps there, in slip unit/s."""
 WARM_S = 1.0
@@ -257,10 +253,9 @@ def _address(array: NDArray[Any], kind: np.dtype[Any] = _REAL) -> int:
     return int(array.__array_interface__["data"][0])
 
 
-@lru_cache(maxsize=KEPT_LIBRARIES)
 def _library(source: str, level: tuple[str, ...]) -> ctypes.CDLL:
-    """The compiled and loaded library; recent ones are cached."""
-    library = load_library(cached_library({"shooting.c": source}, ["shooting.c"], (*level, *FLAGS)))
+    """The compiled and loaded library, with the types of its functions."""
+    library = loaded(source, (*level, *FLAGS))
     library.follow.restype = library.shoot.restype = None
     whole, real = ctypes.c_int, ctypes.c_double
     array = ctypes.c_void_p
