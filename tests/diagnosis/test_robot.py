@@ -8,11 +8,13 @@ import pytest
 from mechanics.robots import TWO_LINKS
 
 import stiction
+from codegen.diagnosis.diagnose import diagnose_log
 from codegen.diagnosis.results import FoundEffect
 from codegen.diagnosis.verdict.augment import augmented_text
 from codegen.effects.declare import add_declared_effects
 from codegen.mechanics import build_system
 from codegen.spec import parse_spec, read_spec
+from tests.diagnosis.stage import among, log_of, system_of
 
 ARM = """name: arm
 urdf: arm.urdf   # two links
@@ -34,6 +36,27 @@ simulation:
   position_gain: {w_q_1: 300, w_q_2: 120}
   velocity_gain: {w_q_1: 40, w_q_2: 12}
   position_noise: {q_1: 1e-5, q_2: 1e-5}
+"""
+
+PENDULUM = """<robot name="pendulum">
+  <link name="base"/>
+  <joint name="q" type="continuous"><parent link="base"/><child link="rod"/><axis xyz="0 -1 0"/></joint>
+  <link name="rod">
+    <inertial><origin xyz="0.3 0 %s"/><mass value="2"/>
+      <inertia ixx="0.1" ixy="0" ixz="0" iyy="0.1" iyz="0" izz="0.1"/></inertial>
+  </link>
+</robot>
+"""
+SWING = """name: pendulum
+urdf: {file: rod.urdf, tolerance: {centre_of_mass: 20 %}}
+friction: {contacts: [{name: q, law: coulomb, a: 0.4, unit: N*m}]}
+simulation:
+  duration: 12
+  sample_time: 0.004
+  reference: {q: "0.9*sin(1.3*t) + 0.5*sin(3.1*t) - 1.2"}
+  position_gain: {w_q: 300}
+  velocity_gain: {w_q: 40}
+  position_noise: {q: 1e-5}
 """
 
 
@@ -63,3 +86,19 @@ def test_the_loop_closes_on_a_robot_file(tmp_path: Path) -> None:
     assert effect.parameters["amplitude"] == pytest.approx(0.6, rel=0.03)
     assert effect.parameters["period"] == pytest.approx(0.5, rel=0.01)
     assert read_spec(tmp_path / "out" / "spec.yaml").robot is not None
+
+
+def test_a_moment_that_is_zero_in_the_robot_file_is_refitted_and_told(tmp_path: Path) -> None:
+    """The centre of mass is 20 mm beside the rod's axis; a tolerance has no share of a declared zero."""
+    folders = {"plant": "0.02", "declared": "0"}
+    specs = {}
+    for name, beside in folders.items():
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "rod.urdf").write_text(PENDULUM % beside)
+        specs[name] = parse_spec(SWING, tmp_path / name / "pendulum.yaml")
+    log = log_of(specs["plant"], tmp_path, "log.csv")
+    with among("offset"):
+        found, _ = diagnose_log(specs["declared"], system_of(specs["declared"]), log, None)
+    assert found.verdict == "none"
+    (told,) = [fact for fact in found.statement.facts if "is written in place of 0 kg*m" in fact.words]
+    assert "q_my = 0.0" in told.words and "within its tolerance of 0.12 kg*m." in told.words

@@ -143,7 +143,8 @@ def moved_values(answer: Answer, fit: Fit, problem: Problem, material: float) ->
         unit, tolerance = in_unit(declared, s), problem.deviation[s]
         part = abs(now - was) / tolerance
         where = "within" if part <= 1 else f"{part:.2g} times"
-        size = in_percent(tolerance / abs(was), 3) if was else f"{tolerance:.3g}{unit}"
+        # A share of a declared zero, as of a symmetric link's moment, does not exist, and one above 1 says nothing.
+        size = in_percent(tolerance / abs(was), 3) if tolerance <= abs(was) else f"{tolerance:.3g}{unit}"
         of = f"{where} its tolerance of {size}"
         facts.append(
             Fact(
