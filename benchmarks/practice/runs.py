@@ -11,6 +11,7 @@ import time
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from functools import cache
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -32,6 +33,7 @@ class Run:
         wall_s, cpu_s: from the start of the process to its end; all its threads and the compiler's.
         samples: of the training log, 0 where it failed. failure: last words of a run without result.
         code: of what ran, so that results of several versions are told apart.
+        first_line_s, silence_s: until the first line of progress, and the longest time without one; by the clock.
     """
 
     case: str
@@ -40,6 +42,8 @@ class Run:
     samples: int
     failure: str
     code: str
+    first_line_s: float | None = None
+    silence_s: float | None = None
 
 
 @dataclass(frozen=True)
@@ -78,7 +82,12 @@ def diagnosed_logs(
     # With the modules' bytecode kept, as by default: where a machine forbids it, each run compiles 200 modules anew.
     environment = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
     before, start = os.times(), time.perf_counter()
-    done = subprocess.run(command, capture_output=True, text=True, cwd=ROOT, env=environment)
+    said, at = [], [0.0]
+    pipes: dict[str, Any] = {"stdout": subprocess.DEVNULL, "stderr": subprocess.PIPE, "text": True}
+    with subprocess.Popen(command, cwd=ROOT, env=environment, **pipes) as done:
+        for line in done.stderr or ():
+            said.append(line)
+            at.append(time.perf_counter() - start)
     wall, after = time.perf_counter() - start, os.times()
     cpu = after.children_user + after.children_system - before.children_user - before.children_system
     if done.returncode in (0, EXIT_UNFIT):
@@ -86,9 +95,10 @@ def diagnosed_logs(
     else:
         for stale in ("diagnosis.json", "spec.yaml"):
             (out / stale).unlink(missing_ok=True)
-        words = done.stderr.split()
+        words = "".join(said).split()
         samples, failure = 0, f"exit code {done.returncode}: {' '.join(words[-40:])}"
-    run = Run(case, wall, cpu, samples, failure, code_version())
+    silence = max(b - a for a, b in pairwise([*at, wall]))
+    run = Run(case, wall, cpu, samples, failure, code_version(), at[1] if said else None, silence)
     write_atomically(kept, json.dumps(asdict(run), indent=1))
     return run
 

@@ -1,0 +1,1 @@
+"""The diagnosis on simulated robot arms whose truth is known."""
