@@ -193,4 +193,4 @@ def test_a_declared_stribeck_curve_is_named_as_the_reason_for_no_bound(tmp_path:
     stribeck = "{kind: stribeck, on: guide, parameters: {delta: 25, v_s: 5 mm/s}}"
     text = AXIS.replace("LAW", "law: coulomb, a: 40").replace("EFFECTS", stribeck)
     words = " ".join(" ".join(lines_of("certify", text, tmp_path)).split())
-    assert "the effects on guide are curved over the slip speed" in words and "`law: gaussian`" in words
+    assert "the effects on guide are curved over the slip speed" in words and "`stiction laws` lists them" in words

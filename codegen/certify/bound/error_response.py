@@ -186,9 +186,11 @@ def _not_constant(observer: Observer, matrices: Mapping[str, Matrix]) -> str:
         reason = f"{what} is not constant, and the bound covers a constant one"
         curved = _curved_contacts(observer) if what == SLOPES["by_velocity"] else []
         by_law = (
-            f"; the effects on {', '.join(curved)} are curved over the slip speed: a curve that is the contact's law"
+            f"; the effects on {', '.join(curved)} are curved over the slip speed: a curve that is the contact's law "
+            "(`stiction laws` lists them with their curves) has a bound, since it is then estimated; where the curve "
+            "is steep this bound is large"
         )
-        return f"{reason}{by_law} (`law: gaussian`) has a bound, since it is then estimated" if curved else reason
+        return reason + by_law if curved else reason
     return "the matrix of a sample contains an irrational number, and the bound is computed in rational ones"
 
 
