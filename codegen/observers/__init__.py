@@ -34,6 +34,8 @@ GAINS = {"cfo": ("K_F", "K_v"), "to": ("K_1", "K_2", "K_v"), "dfo": ("K_a", "K_f
 """End of an observer's kind → the gains that it can have."""
 SINGLE = {"cfo": "gcfo", "to": "gto", "dfo": "gdfo"}
 """Kind for one coordinate → its general form."""
+_OF_SUMS = f"or `kind: gto` with gains of {', '.join(GAINS['to'])}: it estimates the sum of forces on each coordinate"
+"""What is expected in place of an observer of the friction at each of several dependent contacts."""
 
 
 def observer_of(spec: Spec, system: System | None = None) -> Observer:
@@ -65,10 +67,9 @@ def build_observer(spec: Spec, system: System) -> Observer:
     if choice.kind in SINGLE and (system.degrees_of_freedom > 1 or len(system.contacts) > 1):
         n, contacts, general = system.degrees_of_freedom, len(system.contacts), SINGLE[choice.kind]
         found = f"{choice.kind} on {n} coordinate{'s'[: n > 1]} and {contacts} contact{'s'[: contacts > 1]}"
-        expected = f"{general}, its general form"
         if contacts > n:  # their slips depend on each other, so no observer can tell their forces apart
-            general, expected = "gto", "gto, which estimates the sum of their forces, or one contact in place of them"
-        raise BadInput(place, found, expected, general, code="SPEC022")
+            raise BadInput(place, found, f"one contact with the sum of the levels, {_OF_SUMS}", code="SPEC022")
+        raise BadInput(place, found, f"{general}, its general form", general, code="SPEC022")
     _refuse_idle_options(spec, choice)
     refuse_integration(spec)
     observer = builder(spec, system)
@@ -148,8 +149,11 @@ def refuse_dependent_contacts(spec: Spec, observer: Observer) -> None:
     others = {j: [i for i in range(first + 1) if i != j] for j in range(first)}
     part = [names[j] for j, rest in others.items() if rank(distribution[:, rest], points) == first]
     found = (
-        f"{observer.kind} on {count} contacts that slide in {motions} independent ways: the slip of {names[first]} "
-        f"follows from that of {' and '.join(part)}, so U'M^-1 U is singular and no gain can distinguish their friction"
+        f"{observer.kind} on {count} contacts that slide in {motions} independent way{'s'[: motions > 1]}: the slip of "
+        f"{names[first]} follows from that of {' and '.join(part)}, so U'M^-1 U is singular and no gain can "
+        "distinguish their friction"
     )
-    expected = "contacts that slide independently, or gto"
-    raise BadInput(spec.place("observer.kind"), found, expected, "gto", code="SPEC019")
+    expected = (
+        f"contacts that slide independently (of several with one slip, one with the sum of the levels), {_OF_SUMS}"
+    )
+    raise BadInput(spec.place("observer.kind"), found, expected, code="SPEC019")

@@ -171,7 +171,8 @@ def test_two_contacts_at_one_slip_are_sent_to_an_observer_that_takes_them(tmp_pa
         f"distribution: [[1, 1]]\n  {contacts}\n",
         Path("specs/one_mass.yaml").read_text(),
     )
-    with refused("SPEC022 1 2 'gto' one"):
+    with refused("SPEC022 1 2 one contact sum gto K_2") as told:
         observer_of(parse_spec(text, tmp_path / "one.yaml"))
+    assert not told.value.nearest, "gto has other gains: it is no slip of the pen"
     tracked = re.sub("gains: .*", "gains: {K_2: -0.1, K_v: 100}", text.replace("kind: cfo", "kind: gto"))
     assert observer_of(parse_spec(tracked, tmp_path / "one.yaml")).kind == "gto"
