@@ -22,6 +22,7 @@ from scipy.linalg import eigh, matrix_balance, solve_continuous_lyapunov, solve_
 
 from codegen.base.arrays import Array
 from codegen.certify.centre import (
+    NEAR,
     Group,
     Matrices,
     Pattern,
@@ -61,17 +62,12 @@ MOST_FOR_HULL = 64
 AT_FIRST, ADDED_EACH_TIME, MOST_ROUNDS, KEPT_ACTIVE = 12, 4, 25, 16
 """Constraint generation: the inequalities are solved for AT_FIRST matrices of each group; then the ADDED_EACH_TIME most
 violated ones are included, at most MOST_ROUNDS times. A similar problem starts with the KEPT_ACTIVE last active."""
-CENTRES_TOLERANCE = 2e-5
-"""Relative tolerance of ``method_of_centres`` for one family: its rate is within 1 % of the proved limit."""
-STARTS_OF_CENTRES = (0.75, 0.5, 0.25)
-"""Rates at which ``common_lyapunov_of_many`` tries to start the method of centres: shares of the way from the rate that
-was found to its upper bound."""
-MOST_FOR_CENTRES = 2**19
-"""Largest (number of matrices) · m⁴ for the method of centres, whose time is proportional to it; 3 s for 1024 matrices
-of order 6."""
-MOST_FOR_NEWTON, MOST_ACTIVE = 2048, 400
+MOST_ACTIVE = 200
+"""Number of matrices, the most active ones, by which a centre is computed where there are more. It is then tested with
+all. With fewer the method of centres is faster and comes closer to the best rate, but the others may fail."""
+MOST_FOR_NEWTON = 2048
 """Largest number of matrices for the analytic centre: with more, Newton's method may not converge in its number of
-steps, and the centre is computed for the MOST_ACTIVE most active matrices of each group."""
+steps."""
 
 
 def decay_rate_limit(matrices: Matrices, h: float) -> float:
@@ -86,13 +82,16 @@ def decay_rate_limit(matrices: Matrices, h: float) -> float:
     return (1 - radius**2) / (2 * h)
 
 
-def common_lyapunov(matrices: Matrices, h: float, structure: Pattern | None = None) -> tuple[Array, float] | None:
+def common_lyapunov(
+    matrices: Matrices, h: float, structure: Pattern | None = None, near: float = NEAR
+) -> tuple[Array, float] | None:
     """(P, α in 1/s) with Φ'PΦ ≤ (1 − 2αh)P for every Φ = I + hA and nearly the largest α; None if none is found.
 
     Args:
         matrices: the A, m by m each.
         h: sample time, s; 0 for the implicit step.
         structure: sparsity pattern of P, m by m; None if P is full.
+        near: relative tolerance of ``method_of_centres``.
     """
     limit = decay_rate_limit(matrices, h)
     if limit <= 0:
@@ -103,50 +102,17 @@ def common_lyapunov(matrices: Matrices, h: float, structure: Pattern | None = No
         found = _near_limit(few[0], h, limit)
     else:
         active: Active = []
-        first = largest_feasible_rate(lambda alpha: _feasible([(few, alpha)], h, structure, AT_FIRST, active), limit)
+        first = largest_feasible_rate(lambda alpha: _feasible([(few, alpha)], h, structure, active), limit)
         if first is None:
             return None
-        if len(stack) * len(scale) ** 4 > MOST_FOR_CENTRES:
-            found = first[0], least_rate(first[0], stack, h) * 0.999
-        else:
-            p, shown = method_of_centres(*first, stack, h, structure)
-            found = p, shown * 0.9999
+        p, _ = method_of_centres(*first, _most_active(first[0], stack, h), h, structure, near)
+        if least_rate(p, stack, h) < first[1]:
+            p = first[0]
+        found = p, 0.9999 * least_rate(p, stack, h)
     if found is None:
         return None
     p = found[0] / scale[None, :] / scale[:, None]
     return (p + p.T) / 2, found[1]
-
-
-def common_lyapunov_of_many(
-    matrices: Matrices, h: float, near: float = CENTRES_TOLERANCE
-) -> tuple[Array, float] | None:
-    """``common_lyapunov`` for thousands of matrices, with an α that is 0.1 % below the rate of P.
-
-    Args:
-        matrices: the A, m by m each.
-        h: sample time, s; 0 for the implicit step.
-        near: relative tolerance of ``method_of_centres``.
-    """
-    limit = decay_rate_limit(matrices, h)
-    if limit <= 0:
-        return None
-    active: Active = []
-    first = largest_feasible_rate(lambda alpha: common_lyapunov_at([(matrices, alpha)], h, active), limit)
-    if first is None:
-        return None
-    for (
-        share
-    ) in STARTS_OF_CENTRES:  # the method of centres is slow with many matrices: start near the largest feasible rate
-        alpha = first[1] + share * (limit - first[1])
-        if (p := common_lyapunov_at([(matrices, alpha)], h, active)) is not None:
-            first = p, alpha
-            break
-    if len(matrices) * len(first[0]) ** 4 > MOST_FOR_CENTRES:
-        return first[0], least_rate(first[0], matrices, h) * 0.999
-    scale = balance(matrices)
-    stack, start = _scaled(scale, matrices), first[0] * scale[None, :] * scale[:, None]
-    p, shown = method_of_centres(start, first[1], stack, h, near=near)
-    return p / scale[None, :] / scale[:, None], shown * 0.999
 
 
 def common_lyapunov_at(groups: Sequence[Group], h: float, active: Active | None = None) -> Array | None:
@@ -166,7 +132,7 @@ def common_lyapunov_at(groups: Sequence[Group], h: float, active: Active | None 
     if len(groups) == len(matrices) == 1:
         p = _from_lyapunov_equation(matrices[0], h, rate)
     else:
-        p = _feasible(scaled, h, first=AT_FIRST, active=active)
+        p = _feasible(scaled, h, active=active)
     if p is None:
         return None
     p = p / scale[None, :] / scale[:, None]
@@ -186,7 +152,7 @@ def analytic_centre_at(groups: Sequence[Group], h: float, p: Array | None) -> Ar
         return None
     few, scale = groups, _scale(groups)
     if sum(len(matrices) for matrices, _ in groups) > MOST_FOR_NEWTON:
-        few = [(_most_active(p, np.asarray(matrices), h, MOST_ACTIVE), rate) for matrices, rate in groups]
+        few = [(_most_active(p, np.asarray(matrices), h), rate) for matrices, rate in groups]
     scaled = [(_scaled(scale, matrices), rate) for matrices, rate in few]
     middle = analytic_centre(scaled, h, p * scale[None, :] * scale[:, None])
     if middle is None:
@@ -196,16 +162,15 @@ def analytic_centre_at(groups: Sequence[Group], h: float, p: Array | None) -> Ar
     return middle if holds else p
 
 
-def _most_active(p: Array, stack: Array, h: float, count: int) -> Array:
-    """The ``count`` matrices for which P certifies the smallest rates."""
-    return np.asarray(stack[np.argsort(certified_rates(p, stack, h))[:count]])
+def _most_active(p: Array, stack: Array, h: float) -> Array:
+    """The ``MOST_ACTIVE`` matrices for which P certifies the smallest rates; all if there are no more."""
+    return stack if len(stack) <= MOST_ACTIVE else stack[np.argsort(certified_rates(p, stack, h))[:MOST_ACTIVE]]
 
 
 def _feasible(
     groups: Sequence[Group],
     h: float,
     structure: Pattern | None = None,
-    first: int | None = None,
     active: Active | None = None,
 ) -> Array | None:
     """``common_lyapunov_at`` for balanced matrices, by constraint generation.
@@ -215,22 +180,21 @@ def _feasible(
 
     Args:
         structure: sparsity pattern of P, m by m; None if P is full.
-        first: number of matrices of each group at the start; None for all.
         active: as in ``common_lyapunov_at``.
     """
     stacks = [np.asarray(stack) for stack, _ in groups]
-    largest = max(1.0, *(float(np.abs(stack).max()) for stack in stacks))
+    sizes = [max(1.0, float(np.abs(stack).max())) for stack in stacks]
     active = [[] for _ in stacks] if active is None else active
     active += [[] for _ in stacks[len(active) :]]
     used = []
     for stack, known in zip(stacks, active, strict=True):
-        count, last = min(first or len(stack), len(stack)), len(stack) - 1
+        count, last = min(AT_FIRST, len(stack)), len(stack) - 1
         start = known if len(known) >= count else [*known, *map(int, np.linspace(0, last, count))]
         used.append(sorted({k for k in start if k <= last}))
     for _ in range(MOST_ROUNDS):
         conditions = [
-            lyapunov_maps(stack[chosen], h, rate) / largest
-            for stack, (_, rate), chosen in zip(stacks, groups, used, strict=True)
+            lyapunov_maps(stack[chosen], h, rate) / size
+            for stack, size, (_, rate), chosen in zip(stacks, sizes, groups, used, strict=True)
         ]
         p = solve_lmi(np.concatenate(conditions), structure)
         if p is None or np.linalg.eigvalsh(p)[0] <= 0:
@@ -428,26 +392,19 @@ def _in_proportion(
 
     s is a multiple of 1/``PROPORTIONS`` and found by bisection. None if s = 1 is not feasible.
     """
-    # J'PJ ≤ gP is the decay condition Φ'PΦ ≤ (1 − 2αh)P with Φ = I + hA for A = J − I, h = 1 and α = (1 − g)/2.
-    jumps = [np.diag(signs - 1) for signs in _signs(len(matrix), flips)]
-    decay_maps = lyapunov_maps(matrix[None], h, rate) / max(1.0, float(np.abs(matrix).max()))
+    # J'PJ ≤ gP is the decay condition Φ'PΦ ≤ (1 − 2αh)P with Φ = I + hA for A = (J − I)/h and α = (1 − g)/(2h).
+    jumps = [np.diag(signs - 1) / h for signs in _signs(len(matrix), flips)]
 
-    def p_at(step: int) -> Array | None:
-        """A P with s = step/PROPORTIONS; None if none is found."""
+    def groups_at(step: int) -> list[Group]:
+        """The conditions on P with s = step/PROPORTIONS."""
         bounds = growths ** (step / PROPORTIONS)
-        growth_maps = [lyapunov_maps(jump[None], 1.0, (1 - g) / 2) for jump, g in zip(jumps, bounds, strict=True)]
-        p = solve_lmi(np.concatenate([decay_maps, *growth_maps]))
-        if p is None or np.linalg.eigvalsh(p)[0] <= 0 or least_rate(p, [matrix], h) < rate:
-            return None
-        return p if (_growths(p, flips) <= bounds).all() else None
+        return [([matrix], rate), *(([jump], (1 - g) / (2 * h)) for jump, g in zip(jumps, bounds, strict=True))]
 
-    found = p_at(PROPORTIONS)
+    found = _feasible(groups_at(PROPORTIONS), h)
     if found is None:
         return None
-    least, found = first_found(p_at, 0, PROPORTIONS, found)
-    bounds = growths ** (least / PROPORTIONS)
-    groups = [([matrix], rate), *(([jump / h], (1 - g) / 2 / h) for jump, g in zip(jumps, bounds, strict=True))]
-    return analytic_centre(groups, h, found)
+    least, found = first_found(lambda step: _feasible(groups_at(step), h), 0, PROPORTIONS, found)
+    return analytic_centre(groups_at(least), h, found)
 
 
 def least_growth_at_reversals(matrix: Array, h: float, flips: Sequence[Sequence[int]]) -> Array | None:
