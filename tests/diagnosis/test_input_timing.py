@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from codegen.diagnosis.case import case_of
 from codegen.diagnosis.evidence.input_timing import Lead, acting_earlier, common_lead, input_leads, lead_of
@@ -139,9 +140,33 @@ def test_inputs_of_one_log_have_one_lead_unless_their_own_estimates_contradict_i
     assert unseen.apart(0.5) == 0.5 and held.apart(0.52) == pytest.approx(10.0)
 
 
-def test_the_description_decides(fast: Log) -> None:
-    for hold in ("zero-order", "linear"):
-        assert not found(replace(every(fast), description=LogDescription(input_hold=hold)))
+def test_held_commands_are_left_alone_where_the_description_states_them(fast: Log) -> None:
+    assert not found(replace(every(fast), description=LogDescription(input_hold="zero-order")))
+
+
+def measured(log: Log, lag: float) -> Log:
+    """The mean of four inputs as a measurement behind a low-pass of ``lag`` seconds, read as ``input_hold: linear``."""
+    keep = np.exp(-log.sample_time / lag) if lag else 0.0
+    filtered = lfilter([1 - keep], [1, -keep], log.inputs, axis=0)
+    rows = every(replace(log, inputs=filtered), means=True)
+    # The mean over the four samples before the row is measured at the row; the reader then takes means of two rows.
+    rows = replace(rows, inputs=np.vstack([rows.inputs[:1], rows.inputs[:-1]]))
+    between = (rows.inputs + np.vstack([rows.inputs[1:], rows.inputs[-1:]])) / 2
+    return replace(rows, inputs=between, description=LogDescription(input_hold="linear"))
+
+
+def test_a_measured_input_behind_a_filter_of_the_drive_is_taken_earlier(fast: Log) -> None:
+    """A current read behind a filter of half a row was named as a heavily damped compliance beside the effect."""
+    still, late = measured(fast, 0.0), measured(fast, 2 * fast.sample_time)
+    # Half a row is the mean of four itself: it is centred two samples before the row.
+    assert found(still)[0].figures["lead"] == pytest.approx(0.5, abs=0.1)
+    seen = found(late)
+    assert seen[0].figures["lead"] == pytest.approx(0.5 + 2 / EVERY, abs=0.12)
+    assert "`late: {w: " in seen[0].words and "`late: {w: 0}`" in seen[0].words
+    assert "input_hold" not in seen[0].words
+    errors = [np.abs(one.inputs - every(fast, means=True).inputs)[5:-5].mean()
+              for one in (acting_earlier(late, {0: seen[0].figures["lead"]}), late)]  # fmt: skip
+    assert errors[0] < 0.5 * errors[1]
 
 
 def test_a_delay_is_no_lead(fast: Log) -> None:

@@ -88,14 +88,15 @@ def acting_earlier(log: Log, rows: Mapping[int, float]) -> Log:
 def input_leads(problem: Problem, log: Log) -> tuple[dict[int, float], tuple[Finding, ...]]:
     """The leads that are corrected (index of the input → rows), and the findings on them.
 
-    Where ``input_hold`` is stated nothing is corrected, and a lead of more than ``ABOUT_HALF`` rows is a finding; so is
-    one above ``LARGEST_LEAD``, which is not corrected either. An input without a significant lead of its own is
-    corrected by ``common_lead`` if its estimate agrees with it.
+    Where held commands are stated nothing is corrected, and a lead of more than ``ABOUT_HALF`` rows is a finding; so is
+    one above ``LARGEST_LEAD``, which is not corrected either. That an input was measured says how it runs between two
+    rows, and not that no filter of the drive made it late, so its further lead is corrected. An input without a
+    significant lead of its own is corrected by ``common_lead`` if its estimate agrees with it.
     """
     system, about = problem.system, log.description
     if system.actuators:
         return {}, ()
-    stated = bool(about.input_hold)
+    stated = bool(about.input_hold) and not about.measured_inputs
     own = {k: lead_of(problem, k) for k, w in enumerate(system.inputs) if w.name not in about.late}
     common = 0.0 if stated else common_lead(list(own.values()))
     leads, found, alike = dict[int, float](), list[Finding](), list[str]()
@@ -111,7 +112,7 @@ def input_leads(problem: Problem, log: Log) -> tuple[dict[int, float], tuple[Fin
         if lead.matters and not stated:
             leads[k] = lead.rows
         figures = {"lead": lead.rows, "deviation": lead.deviation, "explained": lead.explained}
-        words = _words(w.name, lead.rows, problem.motion.sample_time, stated)
+        words = _words(w.name, lead.rows, problem.motion.sample_time, stated, about.measured_inputs)
         found.append(Finding("warning", f"timing of {w}", words, figures))
     if alike:
         are = "is" if len(alike) == 1 else "are"
@@ -138,11 +139,18 @@ def common_lead(leads: Sequence[Lead]) -> float:
     return rows if early < held else 0.0
 
 
-def _words(w: str, rows: float, h: float, stated: bool) -> str:
-    """The finding on a lead; ``stated``: whether the description states ``input_hold``, so that it is not corrected."""
+def _words(w: str, rows: float, h: float, stated: bool, measured: bool) -> str:
+    """The finding on a lead.
+
+    Args:
+        stated: whether the description states held commands, so that it is not corrected.
+        measured: whether it states measurements, so that the lead is one beyond half a row.
+    """
     by = f"{1e3 * rows * h:.3g} ms"
-    early = f"{w} acts {by} earlier than a command that is held from row to row"
-    if rows <= ABOUT_HALF:
+    early = f"{w} acts {by} earlier than " + (
+        "it was measured by the log" if measured else "a command that is held from row to row"
+    )
+    if rows <= ABOUT_HALF and not measured:
         return (
             f"{early}, about half a row ({1e3 * h / 2:.2g} ms). So it is treated as a measurement: between two rows a "
             "mean of both is used. If it is a held command, set `input_hold: zero-order` in the log description."
@@ -158,9 +166,8 @@ def _words(w: str, rows: float, h: float, stated: bool) -> str:
             f"{early}. Nothing is corrected, since {why}; {key} corrects it. Otherwise "
             "compliance, damping or presliding may be named in its place."
         )
-    return (
-        f"{early}. So it is taken {by} earlier, as {key} would state. If it acts as logged: `input_hold: zero-order`."
-    )
+    as_logged = f"`late: {{{w}: 0}}`" if measured else "`input_hold: zero-order`"
+    return f"{early}. So it is taken {by} earlier, as {key} would state. If it acts as logged: {as_logged}."
 
 
 def lead_of(problem: Problem, k: int) -> Lead:
