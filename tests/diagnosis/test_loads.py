@@ -69,6 +69,31 @@ def test_cogging_acts_at_the_motor_and_leaves_the_load_where_its_weight_hangs() 
         np.testing.assert_allclose(loads[:, 0], hanging, atol=1e-6)
 
 
+def test_a_load_follows_the_true_motion_of_its_motor_and_not_an_eccentric_reading() -> None:
+    """A reading q + A sin(2πq/P + φ) of the motion q(t) gives the load that q(t) itself gives."""
+    load = f"{{kind: compliance, on: q, parameters: {{k: {K}, c: {C}, load_fraction: {SHARE}}}}}"
+    size, period, phase = 0.006, 0.45, 0.7
+    error = f"amplitude: {size}, period: {period}, phase: {phase}"
+    time, turn = np.arange(3000) * STEP, 2 * np.pi / period
+    true, speed = 0.5 * np.sin(3 * time), 1.5 * np.cos(3 * time)
+    read = true + size * np.sin(turn * true + phase)
+    read_speed = speed * (1 + size * turn * np.cos(turn * true + phase))
+    found = []
+    for effects, q, v in (
+        (load, true, speed),
+        (f"{load}, {{kind: encoder_eccentricity, on: q, parameters: {{{error}}}}}", read, read_speed),
+    ):
+        system = system_of(spec_of(effects))
+        along, still = (q[:, None], q[:, None], v[:, None]), np.zeros((3000, 1))
+        record = Record(*along, still, STEP, np.ones(1), np.arange(0, 3000, 100, dtype=np.int32), 100)
+        runner = Runner(Trial(system, (), ()), Shooter([system], [()]), 0, record, 4)
+        runs = runner.run(np.zeros(0), record.at_rest)
+        found.append((runner.hidden(np.zeros(0))[:, 1:], runs))
+    (loads, runs), (of_reading, readings) = found
+    np.testing.assert_allclose(of_reading, loads, atol=1e-9)
+    np.testing.assert_allclose(readings, runs + size * np.sin(turn * runs + phase), atol=1e-9)
+
+
 def joint_log(folder: Path, name: str, frequencies: tuple[float, ...], duration: float) -> None:
     """Motor and load of a joint by scipy, from rest in a balance of drive, spring and weight; friction as a steep tanh.
 

@@ -101,6 +101,11 @@ class Trial:
         """Whether the last part adds states to the free run; its force then cannot be computed from the log alone."""
         return hidden_states(self.changed) > hidden_states(replace(self, parts=self.parts[:-1]).changed)
 
+    @cached_property
+    def has_hidden_states(self) -> bool:
+        """Whether the free run has states besides positions and velocities."""
+        return hidden_states(self.changed) > 0
+
     def with_part(self, part: Part) -> Trial:
         return replace(self, parts=(*self.parts, part))
 
@@ -181,7 +186,8 @@ class Runner:
         numbers = trial.numbers(theta)
         drive = self._drive(numbers) if gain == 1.0 else gain * self._drive(numbers)
         structure = trial.structures.at(numbers)
-        free_run = self.shooter.at(self.model, numbers[self._arguments], structure, record, drive, self.substeps)
+        followed = self._along_true_motion(numbers)
+        free_run = self.shooter.at(self.model, numbers[self._arguments], structure, followed, drive, self.substeps)
         states = trial.sensors.true(record.states, numbers)
 
         def run(offsets: Array, loads: Array | None = None) -> Array:
@@ -203,7 +209,20 @@ class Runner:
         trial, numbers = self.trial, self.trial.numbers(theta)
         structure, p = trial.structures.at(numbers), numbers[self._arguments]
         assert isinstance(self.shooter, Shooter)  # an arm is never separated here
-        return self.shooter.hidden(self.model, p, structure, self.record, self._drive(numbers), self.substeps)
+        followed = self._along_true_motion(numbers)
+        return self.shooter.hidden(self.model, p, structure, followed, self._drive(numbers), self.substeps)
+
+    def _along_true_motion(self, numbers: Array) -> Record:
+        """The record, its motion without the sensor errors of the trial, along which states that are not logged follow.
+
+        The motor of a load moves by the true position, and the load's spring answers an error of a reading as a force.
+        """
+        trial, record = self.trial, self.record
+        if not trial.sensors.has_errors or not trial.has_hidden_states:
+            return record
+        n = record.positions.shape[1]
+        states = trial.sensors.true(np.hstack([record.positions, record.velocities]), numbers)
+        return replace(record, positions=states[:, :n], velocities=states[:, n:])
 
     @cached_property
     def _arguments(self) -> list[int]:
@@ -232,6 +251,10 @@ class Sensors:
         if wrong:
             self._errors = numpy_function([error for _, error in wrong], arguments, system.values)
             self._slopes = numpy_function([error.diff(x) for x, error in wrong], arguments, system.values)
+
+    @property
+    def has_errors(self) -> bool:
+        return bool(self._wrong)
 
     def true(self, states: Array, numbers: Array) -> Array:
         """(S, 2n) true states for readings ``states``, by fixed-point iteration and then Newton's method."""
