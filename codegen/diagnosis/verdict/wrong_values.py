@@ -146,13 +146,13 @@ def moved_values(answer: Answer, fit: Fit, problem: Problem, material: float) ->
         # A share of a declared zero, as of a symmetric link's moment, does not exist, and one above 1 says nothing.
         size = in_percent(tolerance / abs(was), 3) if tolerance <= abs(was) else f"{tolerance:.3g}{unit}"
         of = f"{where} its tolerance of {size}"
+        value, *ends = (with_deserved_digits(end, (low, high)) for end in (now, low, high))
         facts.append(
             Fact(
                 "spec.yaml",
-                f"{s.name} = {with_deserved_digits(now, (low, high))}{unit} is written in place of {was:.5g}{unit}, "
+                f"{s.name} = {value}{unit} is written in place of {was:.5g}{unit}, "
                 f"{of}. That changes the force by {in_percent(share)} of the drive force",
-                f"95 % interval of {s.name}: {with_deserved_digits(low, (low, high))} to "
-                f"{with_deserved_digits(high, (low, high))}{unit}.",
+                f"95 % interval of {s.name}: {' to '.join(ends)}{unit}." if ends[0] != ends[1] else "",
             )
         )
     return facts
