@@ -33,7 +33,7 @@ class Run:
         wall_s, cpu_s: from the start of the process to its end; all its threads and the compiler's.
         samples: of the training log, 0 where it failed. failure: last words of a run without result.
         code: of what ran, so that results of several versions are told apart.
-        first_line_s, silence_s: until the first line of progress, and the longest time without one; by the clock.
+        first_line_s, silence_s: until the first line that is printed, and the longest time without one; by the clock.
     """
 
     case: str
@@ -83,9 +83,9 @@ def diagnosed_logs(
     environment = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
     before, start = os.times(), time.perf_counter()
     said, at = [], [0.0]
-    pipes: dict[str, Any] = {"stdout": subprocess.DEVNULL, "stderr": subprocess.PIPE, "text": True}
+    pipes: dict[str, Any] = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT, "text": True}
     with subprocess.Popen(command, cwd=ROOT, env=environment, **pipes) as done:
-        for line in done.stderr or ():
+        for line in done.stdout or ():
             said.append(line)
             at.append(time.perf_counter() - start)
     wall, after = time.perf_counter() - start, os.times()
