@@ -155,7 +155,7 @@ class _FreeRuns:
         """The answer from an outcome, and the outcome that it belongs to; ``last``: the search of its last fit."""
         verdict = verdict_of(found, self.case.faults)
         search = replace(self.search, within=last.within)
-        return examine(search, last, found, self.case.problem, verdict, self.measured, self.held_out)
+        return examine(search, last, found, verdict, self.measured, self.held_out)
 
     def left_by(self, answer: Answer) -> tuple[Remainder, ...]:
         """The remainder of the model that is written."""
@@ -183,7 +183,7 @@ class _FreeRuns:
         for name in levels_at_zero(problem.system, (answer.refit, answer.augmented), problem.levels):
             yield Fact("declared value", f"The fit reduces the friction level {name} to zero, its lowest value")
         if answer.verdict == "none" and not answer.errors:
-            yield from hidden_effects(self.search, answer.refit, problem, case.material)
+            yield from hidden_effects(self.search, answer.refit, case.material)
         yield from _in_place(in_place, answer)
         yield from wrong_values.turned_terms(answer, problem)
         if lacks and not answer.errors:
@@ -201,7 +201,7 @@ def _by_free_runs(case: Case, search: Search, report: Progress, propose: bool) -
         search, base, lambda turn, share: report(f"effect {turn + 1}", 0.1 + 0.25 * min(turn + share, 2.7)), case
     )
     tried = outcome
-    outcome, last = with_harmonics(search, outcome, problem) if not case.faults else (outcome, search)
+    outcome, last = with_harmonics(search, outcome) if not case.faults else (outcome, search)
 
     agreement = in_another_process(compare_residuals, case.spec, system, problem.motion)
     report("values and held-out error", 0.78)
@@ -212,7 +212,6 @@ def _by_free_runs(case: Case, search: Search, report: Progress, propose: bool) -
         answer, outcome = credited_by_force(
             search,
             outcome,
-            problem,
             answer,
             runs.measured,
             lambda done: report("effects by the force residual", 0.8 + 0.05 * done),
@@ -239,7 +238,7 @@ def _by_free_runs(case: Case, search: Search, report: Progress, propose: bool) -
         answer, outcome = runs.without_tied(last, outcome, far) or (answer, outcome)
     answer = wrong_values.refused_for_a_value(case.spec, answer, problem, runs.measured)
     answer = refused_at_limit(answer, runs.left_by, case.material)
-    answer = settled(replace(search, within=last.within), outcome, problem, answer, runs.measured)
+    answer = settled(replace(search, within=last.within), outcome, answer, runs.measured)
     left = runs.left_by(answer)
     answer = replace(answer, verdict=_by_remainder(answer.verdict, left, case.material))
     if open_ is None and answer.verdict in ("none", "unknown"):

@@ -67,8 +67,8 @@ def test_the_force_at_one_joint_is_judged_by_its_own_residual() -> None:
     used = np.ones((samples, joints), dtype=bool)
     used[:700, 1] = False  # joints need not have the same samples
     motion = SimpleNamespace(time=np.arange(samples), cutoff_hz=0.25, sample_time=1.0)
-    object.__setattr__(fits, "problem", SimpleNamespace(used=used, motion=motion))
-    object.__setattr__(fits, "search", ARM)
+    problem = SimpleNamespace(used=used, motion=motion)
+    object.__setattr__(fits, "search", SimpleNamespace(rigid=object(), system=None, motion=motion, problem=problem))
 
     def blocks(forces: Any) -> Any:
         return fits._in_blocks([forces[rows, i] for i, rows in enumerate(fits._rows)])

@@ -77,12 +77,12 @@ def refitted(monkeypatch: pytest.MonkeyPatch, spec: Spec, train: Log, test: Log 
     return diagnose_log(spec, system_of(spec), train, test)
 
 
-def search_of(spec: Spec, log: Log) -> tuple[Search, Problem]:
+def search_of(spec: Spec, log: Log) -> Search:
     motion, system = smooth_motion(log), system_of(spec)
     named = {spec.symbol(p.name): p.tolerance for p in spec.parameters if p.tolerance}
     uncertain = {s: share * abs(float(system.values[s])) for s, share in named.items()}
     problem = Problem(system, motion, uncertain)
-    return search_on(problem, partial(record_of, motion, log)), problem
+    return search_on(problem, partial(record_of, motion, log))
 
 
 @pytest.fixture(scope="module")
@@ -100,7 +100,7 @@ def test_a_refit_is_not_drawn_away_by_a_force_that_no_model_holds(
     """Declared is the truth. The free runs take the force for noise on the input, which makes the mass look larger."""
     train, test = rough
     spec = loose()
-    search, _ = search_of(spec, train)
+    search = search_of(spec, train)
     fit = search.refit()
     alone = {s.name: float(v) for s, v in zip(search.moved, fit.theta, strict=True)}
     motion = smooth_motion(test)
@@ -125,7 +125,7 @@ def test_a_refit_is_not_drawn_away_by_a_force_that_no_model_holds(
 
 def test_the_prior_is_weighed_by_the_independent_samples(rough: tuple[Log, Log]) -> None:
     """Neighbours of a residual that is motion, not noise, follow each other: each counts for little."""
-    search, _ = search_of(loose(), rough[0])
+    search = search_of(loose(), rough[0])
     fit = search.refit()
     priced = search.prior_precision > 0
     assert fit.prior.tempering < 0.3
@@ -136,7 +136,7 @@ def test_an_interval_is_as_wide_as_the_tolerance_where_the_log_says_nothing(roug
     """However heavy the prior is beside a tempered likelihood, the declared value errs by its tolerance."""
     spec = loose(more="\n  z: {value: 3, unit: N, tolerance: 10%}")
     spec = parse_spec(spec.text.replace("w - b*v", "w - b*v - 1e-6*z"), Path("stage.yaml"))
-    fit = search_of(spec, rough[0])[0].refit()
+    fit = search_of(spec, rough[0]).refit()
     place = [s.name for s in fit.runner.trial.moved].index("z")
     assert np.sqrt(np.diag(covariance(fit)))[place] == pytest.approx(0.3, rel=1e-3)
 
@@ -170,19 +170,19 @@ def test_a_declared_value_that_is_wrong_is_named_with_its_evidence(
 
 def test_a_value_far_beyond_its_limit_is_estimated_about_where_it_is(tmp_path: Path) -> None:
     """3 kg where 2 ± 5 % is declared: the slopes at the limit of 2.3 kg are those of another motion."""
-    search, problem = search_of(loose(share="5%"), log_of(loose(3.0), tmp_path, "train.csv"))
+    search = search_of(loose(share="5%"), log_of(loose(3.0), tmp_path, "train.csv"))
     fit = search.refit()
     assert fit.limited.any()
-    (mass,) = (e for e in settled_values(search, fit, problem, search.system).errors if e.name == "m")
+    (mass,) = (e for e in settled_values(search, fit, search.system).errors if e.name == "m")
     assert mass.estimate == pytest.approx(3.0, rel=5e-3)
     assert mass.interval[0] < 3.0 < mass.interval[1]
 
 
 def test_the_interval_of_a_wrong_value_is_not_pulled_by_its_tolerance(tmp_path: Path) -> None:
     """One block says 10 ± 1 of a value declared as 2 ± 1: with the prior, 6 ± 0.7."""
-    search, problem = search_of(loose(share="50%"), log_of(loose(), tmp_path, "log.csv"))
+    search = search_of(loose(share="50%"), log_of(loose(), tmp_path, "log.csv"))
     fit = search.refit()
-    scoring, k = CrossValidation(search, fit, problem, search.system), [s.name for s in search.moved].index("m")
+    scoring, k = CrossValidation(search, fit, search.system), [s.name for s in search.moved].index("m")
     matrix, vector = np.zeros((BLOCKS, 3, 3)), np.zeros((BLOCKS, 3))
     matrix[0] = np.eye(3)
     vector[0] = 10.0
@@ -314,11 +314,11 @@ def test_worse_is_more_than_a_percent_by_either_witness() -> None:
 
 
 def test_force_slopes_are_those_of_the_residual(tmp_path: Path) -> None:
-    search, problem = search_of(loose(), log_of(loose(), tmp_path, "log.csv"))
-    (rows,) = force_rows(search.system, problem, search.moved)
+    search = search_of(loose(), log_of(loose(), tmp_path, "log.csv"))
+    (rows,) = force_rows(search.system, search.problem, search.moved)
     for k, s in enumerate(search.moved):
         moved = with_values(search.system, {s.name: float(search.system.values[s]) + 1e-3})
-        (other,) = force_rows(moved, problem, search.moved)
+        (other,) = force_rows(moved, search.problem, search.moved)
         assert (other.residual - rows.residual) / 1e-3 == pytest.approx(rows.slopes[:, k], abs=1e-6)
 
 
@@ -382,9 +382,9 @@ def test_a_published_fit_is_not_replaced_by_a_worse_one(monkeypatch: pytest.Monk
 
 def test_without_a_block_the_values_are_fitted_without_it(rough: tuple[Log, Log]) -> None:
     """Poison one block of the force residual: the values that are judged on it do not change."""
-    search, problem = search_of(loose(), rough[0])
+    search = search_of(loose(), rough[0])
     fit = search.refit()
-    judge, poisoned = (CrossValidation(search, fit, problem, search.system) for _ in range(2))
+    judge, poisoned = (CrossValidation(search, fit, search.system) for _ in range(2))
     for rows, places in zip(poisoned._rows, poisoned._blocks, strict=True):
         rows.residual[places == 3] += 50.0
     kept = judge._by_force.vector[np.arange(8) != 3]
@@ -394,8 +394,8 @@ def test_without_a_block_the_values_are_fitted_without_it(rough: tuple[Log, Log]
 
 
 def test_settled_values_stay_within_reach_of_both_witnesses(rough: tuple[Log, Log]) -> None:
-    search, problem = search_of(loose(), rough[0])
-    refit = adopt_values(search, search.refit(), problem, search.system)
+    search = search_of(loose(), rough[0])
+    refit = adopt_values(search, search.refit(), search.system)
     far = np.abs(refit.values - refit.declared) * np.sqrt(search.prior_precision)
     assert (far <= DOUBTFUL).all() and refit.errors == ()
 
@@ -616,7 +616,7 @@ def test_the_blocks_of_an_arm_are_those_of_its_segments(joints: tuple[int, ...] 
     """A row of the fit is a segment of one joint, where joints are run one at a time; blocks are stretches of time."""
     start = np.arange(0, 4000, 100)
     record = SimpleNamespace(start=start, joints=joints)
-    judge = CrossValidation(*([None] * 4))  # type: ignore[arg-type]
+    judge = CrossValidation(*([None] * 3))  # type: ignore[arg-type]
     residual = np.zeros((len(start) * len(joints or (0,)), 3))
     judge.__dict__["evaluated"] = SimpleNamespace(residual=residual, runner=SimpleNamespace(record=record))
     judge.__dict__["_rows"] = [SimpleNamespace(sample=np.arange(4000))]
@@ -639,12 +639,12 @@ def test_a_large_deviation_is_kept_only_where_both_errors_fall_by_more_than_no_c
         moved=(sympy.Symbol("kt"),),
         declared=np.array([1.0]),
         prior_precision=np.array([0.1**-2]),
-        changes={},
+        problem=SimpleNamespace(prior_information_without=lambda index: np.zeros((1, 1))),
         system=SimpleNamespace(units={}),
     )
     monkeypatch.setattr(CrossValidation, "_with_declared", lambda self, chosen, k: ([k], fixed))
     monkeypatch.setattr(CrossValidation, "_sandwich", [0.0])
-    scoring = CrossValidation(search, None, None, None)  # type: ignore[arg-type]
+    scoring = CrossValidation(search, None, None)  # type: ignore[arg-type]
     found, errors = scoring.justified(far)
     assert (found is far) == kept
     assert len(errors) == kept
@@ -669,7 +669,7 @@ def test_a_value_keeps_its_sign_where_its_tolerance_does_not_reach_to_zero(
         system=SimpleNamespace(units={}),
     )
     monkeypatch.setattr(CrossValidation, "_with_declared", lambda self, chosen, k: ([k], fixed))
-    scoring = CrossValidation(search, None, None, None)  # type: ignore[arg-type]
+    scoring = CrossValidation(search, None, None)  # type: ignore[arg-type]
     assert (scoring.justified(moved)[0] is moved) == kept
 
 
@@ -711,14 +711,14 @@ def test_each_option_is_compared_in_proportion_to_its_own_drive(
     }
     for name, stand_in in stand_ins.items():
         monkeypatch.setattr(examination, name, stand_in)
-    search: Any = SimpleNamespace(system=None, moved=())
+    search: Any = SimpleNamespace(system=None, moved=(), problem=problem)
     outcome: Any = SimpleNamespace(final=fit, explained=0.5, first=())
 
     def measured(model: Any) -> ErrorFigures:
         return ErrorFigures(0.0, (errors[model],), 0.1, 0.5, (0.5,))
 
     found: Any = (SimpleNamespace(kind="backlash"),)
-    chosen = examination._judged(search, outcome, cast(Any, problem), answer, measured, cast(Any, fit), found)
+    chosen = examination._judged(search, outcome, answer, measured, cast(Any, fit), found)
     assert chosen.verdict == ("effect" if named else "unknown")
     assert not named or chosen.augmented == named
 
@@ -745,7 +745,7 @@ def test_a_value_with_the_other_sign_is_said_to_be_that(
     )
     monkeypatch.setattr(CrossValidation, "_by_run", nothing)
     monkeypatch.setattr(CrossValidation, "map_estimate", lambda self, source, moves: alone)
-    (fact,) = CrossValidation(search, None, None, None).refused(kept)  # type: ignore[arg-type]
+    (fact,) = CrossValidation(search, None, None).refused(kept)  # type: ignore[arg-type]
     assert f"make it {value:.4g} " in fact.words and "not both errors" not in fact.words
     assert ("other sign" in fact.words) == is_turned and ("zero within" in fact.words) != is_turned
 
@@ -776,8 +776,8 @@ def test_the_level_of_a_joint_that_never_moves_stays_as_declared() -> None:
     x, _ = simulate_open_loop(plant, time, w, np.zeros(2), np.zeros(2))
     assert not x[:, 1].any()
     log = Log(Path("a.csv"), "a", time, x, None, w, 0.002, 20.0, None, None, ())
-    search, problem = search_of(spec, log)
-    refit = adopt_values(search, search.refit(), problem, system)
+    search = search_of(spec, log)
+    refit = adopt_values(search, search.refit(), system)
     values = dict(zip(refit.names, refit.values, strict=True))
     assert values["b_a"] == 5.0
     assert values["a_a"] == pytest.approx(3.0, rel=0.01)

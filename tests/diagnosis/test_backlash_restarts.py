@@ -21,7 +21,7 @@ LIGHT = {"gap": 0.01, "k": 2000.0, "c": 10.0, "load_fraction": 0.12}
 def test_a_backlash_is_fitted_again_from_well_damped_contacts(tmp_path: Path) -> None:
     values = ", ".join(f"{name}: {value:g}" for name, value in TRUTH.items())
     log = log_of(stage(f"[{{kind: backlash, on: x, parameters: {{{values}}}}}]"), tmp_path, "train.csv")
-    search, _ = search_of(stage(), log)
+    search = search_of(stage(), log)
     base = search.refit()
     part = part_of(CATALOGUE["backlash"], 0, search.system)
     tried = CandidateFits(search, base, (part,), lambda share: None)
@@ -37,7 +37,7 @@ def test_searches_of_a_backlash_begin_from_starts_that_differ(tmp_path: Path) ->
     """Two searches that began at the smallest gap, beside the spring alone, kept a fifth of the true gap."""
     values = ", ".join(f"{name}: {value:g}" for name, value in SMALL.items())
     log = log_of(stage(f"[{{kind: backlash, on: x, parameters: {{{values}}}}}]"), tmp_path, "train.csv")
-    search, _ = search_of(stage(), log)
+    search = search_of(stage(), log)
     parts = tuple(part_of(CATALOGUE[kind], 0, search.system) for kind in ("compliance", "backlash"))
     tried = CandidateFits(search, search.refit(), parts, lambda share: None)
     tried.screened([0])

@@ -32,7 +32,7 @@ def test_the_common_effect_stands_where_it_is_credited_alone(
     size: float, push: float, credited: bool, tmp_path: Path
 ) -> None:
     log = log_of(stage(EFFECTS.format(size=size, push=push)), tmp_path, "train.csv")
-    search, _ = search_of(stage(), log)
+    search = search_of(stage(), log)
     base = search.refit()
     parts = [part_of(CATALOGUE[kind], 0, search.system) for kind in ("offset", "cogging")]
     values = [{"f0": push}, {"amplitude": size, "period": 0.05, "phase": 0.3}]
@@ -51,7 +51,7 @@ def test_the_common_effect_stands_where_it_is_credited_alone(
 def test_common_effects_are_fitted_beside_the_wrong_parameter_that_the_tied_ones_imitate(tmp_path: Path) -> None:
     """The machine has 2 kg and cogging; the spec says 1.6 kg to 3 %, and an inertia of 0.4 kg is the tied effect."""
     log = log_of(stage(f"[{COGGING.format(size=2.0)}]"), tmp_path, "train.csv")
-    search, _ = search_of(loose(1.6, "3%"), log)
+    search = search_of(loose(1.6, "3%"), log)
     base = search.refit()
     parts = [part_of(CATALOGUE[kind], 0, search.system) for kind in ("inertia_error", "cogging")]
     both = search.with_parts(

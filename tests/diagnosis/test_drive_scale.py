@@ -29,11 +29,11 @@ def driven(effects: str = "[]") -> Spec:
     return parse_spec(text.replace("parameters:\n", "parameters:\n  kt: {value: 1, unit: 1}\n", 1), Path("stage.yaml"))
 
 
-def problem_on(folder: Path) -> tuple[Search, Problem]:
+def searched(folder: Path) -> Search:
     log, system = log_of(stage(RIPPLE), folder, "train.csv"), system_of(driven())
     motion = smooth_motion(log)
     problem = Problem(system, motion, {s: {"kt": 0.1, "m": 0.2, "b": 0.6}[s.name] for s in named(system)})
-    return search_on(problem, lambda share: record_of(motion, log, share)), problem
+    return search_on(problem, lambda share: record_of(motion, log, share))
 
 
 def named(system: System) -> list:
@@ -42,7 +42,7 @@ def named(system: System) -> list:
 
 def test_slopes_are_those_of_the_residual_over_the_drive(tmp_path: Path) -> None:
     """By central differences of r/gain; along kt, m, b and the level together it does not change at all."""
-    _, problem = problem_on(tmp_path)
+    problem = searched(tmp_path).problem
     system, symbols = problem.system, [*named(problem.system), *problem.levels]
     (rows,) = relative_force_rows(system, problem, symbols)
 
@@ -60,11 +60,11 @@ def test_slopes_are_those_of_the_residual_over_the_drive(tmp_path: Path) -> None
 
 
 def test_a_residual_that_nothing_explains_makes_no_drive_weaker(tmp_path: Path) -> None:
-    search, problem = problem_on(tmp_path)
+    search = searched(tmp_path)
     base = search.refit()
-    refit = adopt_values(search, base, problem, search.system).mapping()
+    refit = adopt_values(search, base, search.system).mapping()
     assert refit["kt"] == pytest.approx(1.0, abs=0.02)
-    fits = ForceFits(search, problem, base)
+    fits = ForceFits(search, base)
     by_force = dict(zip((s.name for s in search.moved), fits.plain.theta, strict=True))
     assert by_force["kt"] == pytest.approx(1.0, abs=0.02)
 
@@ -76,7 +76,7 @@ def test_a_drive_that_is_weaker_by_thirty_percent_is_estimated_as_that(tmp_path:
     motion = smooth_motion(log)
     problem = Problem(system, motion, {s: 0.5 for s in system.values if s.name == "kt"})
     search = search_on(problem, lambda share: record_of(motion, log, share))
-    judge = CrossValidation(search, search.refit(), problem, system)
+    judge = CrossValidation(search, search.refit(), system)
     found = judge.map_estimate(judge._by_force, np.ones(judge.count, dtype=bool))
     values = dict(zip((s.name for s in search.moved), found.values, strict=True))
     assert values["kt"] == pytest.approx(0.7, abs=0.01)
@@ -84,7 +84,7 @@ def test_a_drive_that_is_weaker_by_thirty_percent_is_estimated_as_that(tmp_path:
 
 def test_rows_are_linearised_about_a_change_of_the_values(tmp_path: Path) -> None:
     """Their residual is that of the changed system over its drive gain; their slopes are its central differences."""
-    _, problem = problem_on(tmp_path)
+    problem = searched(tmp_path).problem
     system, symbols = problem.system, [*named(problem.system), *problem.levels]
     (rows,) = relative_force_rows(system, problem, symbols)
     change = np.array([-0.2, 0.3, 1.0, 0.4])

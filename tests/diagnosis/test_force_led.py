@@ -45,10 +45,10 @@ SPRING = "[{kind: spring, on: x, parameters: {k: 30}}]"
 JITTER_S = 0.3e-3
 
 
-def searched(log: Log) -> tuple[Search, Problem]:
+def searched(log: Log) -> Search:
     motion = smooth_motion(log)
     problem = Problem(system_of(stage()), motion, {})
-    return search_on(problem, lambda share: record_of(motion, log, share)), problem
+    return search_on(problem, lambda share: record_of(motion, log, share))
 
 
 def jittered(log: Log, folder: Path) -> Log:
@@ -64,14 +64,14 @@ def jittered(log: Log, folder: Path) -> Log:
 def test_the_fit_is_that_of_a_least_squares_solver(tmp_path: Path) -> None:
     """scipy's trust-region solver minimises the same robust loss of the same residual, computed here by itself."""
     log = log_of(stage(SPRING, 5.5), tmp_path, "train.csv")
-    search, problem = searched(log)
-    fits = ForceFits(search, problem, search.refit())
+    search = searched(log)
+    fits = ForceFits(search, search.refit())
     trial = search.declared_trial.with_part(part_of(CATALOGUE["spring"], 0, search.system))
     found = fits.fit(trial, np.append(fits.adopted, 1.0))
 
-    motion = problem.motion
+    motion = search.motion
     every = max(1, round(1 / (2 * motion.cutoff_hz * motion.sample_time)))
-    used = np.flatnonzero(problem.used[:, 0])[::every]
+    used = np.flatnonzero(search.problem.used[:, 0])[::every]
     plain = inverse_dynamics_residual(model_of(search.declared_trial, fits.adopted), motion)[used, 0]
     edges = np.searchsorted(used, np.linspace(0, len(motion.time), 49)[1:-1])
     longest = max(map(len, np.split(used, edges)))
@@ -90,8 +90,8 @@ def test_the_fit_is_that_of_a_least_squares_solver(tmp_path: Path) -> None:
 
 def test_a_spring_is_found_and_free_runs_confirm_it(tmp_path: Path) -> None:
     log = jittered(log_of(stage(SPRING, 5.5), tmp_path, "train.csv"), tmp_path)
-    search, problem = searched(log)
-    found = selected_by_force(search, search.refit(), problem, lambda share: None)
+    search = searched(log)
+    found = selected_by_force(search, search.refit(), lambda share: None)
     assert found is not None
     assert [p.kind for p in found.parts] == ["spring"] and not found.rivals
     values = found.fit.runner.trial.split(found.fit.theta)[1][0]
@@ -107,9 +107,9 @@ NEAR = "0.3 + 0.05*sin(2*pi*0.11*t) + 0.02*sin(2*pi*0.9*t)"
 @pytest.mark.parametrize("f0", [8.1, 8.4])
 def test_two_effects_that_hide_each_other_are_found_together(tmp_path: Path, f0: float) -> None:
     """Alone neither is significant."""
-    search, problem = searched(log_of(stage(HIDING.format(f0=f0), reference=NEAR), tmp_path, "train.csv"))
+    search = searched(log_of(stage(HIDING.format(f0=f0), reference=NEAR), tmp_path, "train.csv"))
     with among("spring", "viscous", "quadratic_drag", "offset"):
-        found = selected_by_force(search, search.refit(), problem, lambda share: None)
+        found = selected_by_force(search, search.refit(), lambda share: None)
     assert found is not None and not found.rivals
     assert all("may be chance" in r.why_not for r in found.rounds[0].ranked[:2])
     values = dict(zip((p.kind for p in found.parts), found.fit.values[1], strict=True))
@@ -118,12 +118,12 @@ def test_two_effects_that_hide_each_other_are_found_together(tmp_path: Path, f0:
 
 def test_an_effect_that_is_not_significant_is_not_named_without_a_second_one(tmp_path: Path) -> None:
     """The same log without the second effect on trial."""
-    search, problem = searched(log_of(stage(HIDING.format(f0=8.1), reference=NEAR), tmp_path, "train.csv"))
+    search = searched(log_of(stage(HIDING.format(f0=8.1), reference=NEAR), tmp_path, "train.csv"))
     with among("spring", "viscous", "quadratic_drag"):
-        fits = ForceFits(search, problem, search.refit())
+        fits = ForceFits(search, search.refit())
         first, *_ = force_selection.force_round(fits, fits.plain, None, lambda share: None)
         assert first.unsure and first.found.part.kind == "spring"
-        assert selected_by_force(search, search.refit(), problem, lambda share: None) is None
+        assert selected_by_force(search, search.refit(), lambda share: None) is None
 
 
 TWO = "[{kind: spring, on: x, parameters: {k: 30}}, {kind: viscous, on: rail, parameters: {b: 4}}]"
@@ -133,9 +133,9 @@ TWO = "[{kind: spring, on: x, parameters: {k: 30}}, {kind: viscous, on: rail, pa
 def of_two(tmp_path_factory: pytest.TempPathFactory) -> tuple[Search, ForceSelection]:
     """The search on a log of two effects, and what is selected."""
     folder = tmp_path_factory.mktemp("two")
-    search, problem = searched(jittered(log_of(stage(TWO, 5.5), folder, "train.csv"), folder))
+    search = searched(jittered(log_of(stage(TWO, 5.5), folder, "train.csv"), folder))
     with among("spring", "viscous", "quadratic_drag", "offset"):
-        found = selected_by_force(search, search.refit(), problem, lambda share: None)
+        found = selected_by_force(search, search.refit(), lambda share: None)
     assert found is not None
     return search, found
 
@@ -151,8 +151,8 @@ def test_two_effects_over_different_variables_are_both_found(of_two: tuple[Searc
 def test_an_effect_that_free_runs_do_not_need_is_dropped(tmp_path: Path) -> None:
     """Of a fit with the true spring and a drag that is not there, the drag goes."""
     log = jittered(log_of(stage(SPRING, 5.5), tmp_path, "train.csv"), tmp_path)
-    search, problem = searched(log)
-    fits = ForceFits(search, problem, search.refit())
+    search = searched(log)
+    fits = ForceFits(search, search.refit())
     parts = [part_of(CATALOGUE[kind], 0, search.system) for kind in ("quadratic_drag", "spring")]
     trial = search.declared_trial.with_part(parts[0]).with_part(parts[1])
     fit = fits.fit(trial, trial.theta(fits.adopted, [{"c": 0.1}, {"k": 30.0}]))
@@ -167,8 +167,8 @@ def test_free_runs_confirm_an_effect_beside_levels_that_suit_them(tmp_path: Path
     The spring is confirmed as the force residual has it; a force that is not there, of an eighth of its size, is not.
     """
     log = log_of(stage(SPRING, 5.5), tmp_path, "train.csv")
-    search, problem = searched(log)
-    fits = ForceFits(search, problem, search.refit())
+    search = searched(log)
+    fits = ForceFits(search, search.refit())
     spring, cubic = (part_of(CATALOGUE[kind], 0, search.system) for kind in ("spring", "hardening_spring"))
     kept = []
     for parts, values in (([spring], [{"k": 30.0}]), ([spring, cubic], [{"k": 30.0}, {"k3": 20.0}])):
@@ -184,8 +184,8 @@ def test_free_runs_confirm_an_effect_beside_levels_that_suit_them(tmp_path: Path
 def test_the_first_effect_is_chosen_again_beside_the_second(tmp_path: Path) -> None:
     """A cubic spring in place of the linear one: with the viscous friction known, it no longer ties with it."""
     log = jittered(log_of(stage(TWO, 5.5), tmp_path, "train.csv"), tmp_path)
-    search, problem = searched(log)
-    fits = ForceFits(search, problem, search.refit())
+    search = searched(log)
+    fits = ForceFits(search, search.refit())
     plain = fits.fit(search.declared_trial, fits.adopted)
     cubic, linear, viscous = (
         part_of(CATALOGUE[kind], 0, search.system) for kind in ("hardening_spring", "spring", "viscous")
@@ -236,8 +236,8 @@ def test_two_wrong_models_that_are_nearly_alike_are_not_told_apart(tmp_path: Pat
     """
     lag, cogging = "kind: actuator_lag, on: w, parameters: {tau: 0.01}", "kind: cogging, on: x, parameters: "
     lacking = f"[{{{lag}}}, {{{cogging}{{amplitude: 1.5, period: 0.02, phase: 0}}}}]"
-    search, problem = searched(jittered(log_of(stage(lacking, 5.5), tmp_path, "train.csv"), tmp_path))
-    fits = ForceFits(search, problem, search.refit())
+    search = searched(jittered(log_of(stage(lacking, 5.5), tmp_path, "train.csv"), tmp_path))
+    fits = ForceFits(search, search.refit())
     first, delay, spring = (
         part_of(CATALOGUE[kind], 0, search.system) for kind in ("actuator_lag", "input_delay", "spring")
     )
@@ -280,7 +280,7 @@ def tied_about_one_place(truth: str, leader: str, rival: str, folder: Path) -> t
     motion, system = smooth_motion(log := logged(0.3, "train.csv")), system_of(stage())
     problem = Problem(system, motion, {s: 0.4 for s in system.values if s.name == "m"})
     search = search_on(problem, lambda share: record_of(motion, log, share))
-    fits, ranked = ForceFits(search, problem, search.refit()), []
+    fits, ranked = ForceFits(search, search.refit()), []
     for kind in (leader, rival):
         trial = search.declared_trial.with_part(part_of(CATALOGUE[kind], 0, system))
         start = {"spring": 10.0, "offset": -3.0, "coulomb_asymmetry": 3.0}[kind]
@@ -327,24 +327,20 @@ def test_the_answer_names_what_held_out_data_leave(tmp_path: Path, monkeypatch: 
     plain = Answer("unknown", (), base.model, base.model, (figures, figures, figures))
     verdicts = {}
     for data in (None, held_out):
-        answer, _ = force_led.credited_by_force(
-            search, outcome, tied.fits.problem, plain, held_out.measured, lambda _: None, data
-        )
+        answer, _ = force_led.credited_by_force(search, outcome, plain, held_out.measured, lambda _: None, data)
         verdicts[data] = answer.verdict, [e.kind for e in answer.effects]
     assert verdicts == {None: ("ambiguous", ["offset"]), held_out: ("effect", ["spring"])}
     monkeypatch.setattr(force_led, "better_values", lambda search, led: "the value m = 3 kg explains")
     for steady, verdict in ((False, "unknown"), (True, "effect")):
         answer, _ = force_led.credited_by_force(
-            search, outcome, tied.fits.problem, plain, held_out.measured, lambda _: None, held_out, steady
+            search, outcome, plain, held_out.measured, lambda _: None, held_out, steady
         )
         assert answer.verdict == verdict
         assert steady or "spring on x, but in simulation the value m = 3 kg explains" in answer.remarks[-1].words
     why = Fact("not credited", "a smooth curve explains twice as much of the residual force as the law does")
     refused = replace(answer, verdict="unknown", against=(why,), remarks=())
     monkeypatch.setattr(force_led, "with_estimate", lambda *_: refused)
-    answer, _ = force_led.credited_by_force(
-        search, outcome, tied.fits.problem, plain, held_out.measured, lambda _: None, held_out
-    )
+    answer, _ = force_led.credited_by_force(search, outcome, plain, held_out.measured, lambda _: None, held_out)
     words = "spring on x, which the residual force shows and simulations of the training log confirm, is refused: a"
     assert answer.verdict == "unknown" and answer.remarks[-1].words.startswith(words)
 
@@ -370,7 +366,7 @@ def test_what_takes_the_drive_away_removes_no_residual_by_that(tmp_path: Path) -
     motion, system = smooth_motion(log), system_of(stage())
     problem = Problem(system, motion, {s: 0.4 for s in system.values if s.name == "m"})
     search = search_on(problem, lambda share: record_of(motion, log, share))
-    fits = ForceFits(search, problem, search.refit())
+    fits = ForceFits(search, search.refit())
     trial = search.declared_trial.with_part(part_of(CATALOGUE["saturation"], 0, search.system))
     found = fits.fit(trial, trial.theta(np.array([5.5, 0.8]), [{"limit": 2.0}]))
     ranked = judged(fits, fits.fit(search.declared_trial, fits.adopted), found, 1)
@@ -384,14 +380,15 @@ def test_friction_of_the_load_pays_once_for_the_drive_that_it_takes(tmp_path: Pa
     """
     waves = "{kind: cogging, on: x, parameters: {amplitude: 3, period: 0.02, phase: 0}}"
     lacking = f"[{{kind: load_dependent_friction, on: rail, parameters: {{mu: 0.2}}}}, {waves}]"
-    search, problem = searched(log_of(stage(lacking), tmp_path, "train.csv"))
-    fits = ForceFits(search, problem, search.refit())
+    search = searched(log_of(stage(lacking), tmp_path, "train.csv"))
+    fits = ForceFits(search, search.refit())
     trial = search.declared_trial.with_part(part_of(CATALOGUE["load_dependent_friction"], 0, search.system))
     found = fits.fit(trial, trial.theta(np.array([4.0]), [{"mu": 0.2}]))
     ranked = judged(fits, fits.plain, found, 1)
-    left, motion = 1 - trial.split(found.theta)[1][0]["mu"], problem.motion
+    left, motion = 1 - trial.split(found.theta)[1][0]["mu"], search.motion
+    used = search.problem.used[:, 0]
     with_it, without = (
-        np.mean(inverse_dynamics_residual(fit.model, motion)[problem.used[:, 0], 0] ** 2) for fit in (found, fits.plain)
+        np.mean(inverse_dynamics_residual(fit.model, motion)[used, 0] ** 2) for fit in (found, fits.plain)
     )
     removed = 1 - with_it / left**2 / without
     assert removed > 0.05 and 1 - removed > 0.95 * left**2
@@ -401,12 +398,12 @@ def test_friction_of_the_load_pays_once_for_the_drive_that_it_takes(tmp_path: Pa
 def test_an_effect_larger_than_the_declared_level_is_judged_beside_the_refitted_one(tmp_path: Path) -> None:
     """An asymmetry of 4.6 N: more than the declared level of 4 N, less than the 5.5 N of the machine."""
     lacking = "[{kind: coulomb_asymmetry, on: rail, parameters: {d: 4.6}}]"
-    search, problem = searched(jittered(log_of(stage(lacking, 5.5), tmp_path, "train.csv"), tmp_path))
-    fits = ForceFits(search, problem, search.refit())
+    search = searched(jittered(log_of(stage(lacking, 5.5), tmp_path, "train.csv"), tmp_path))
+    fits = ForceFits(search, search.refit())
     trial = search.declared_trial.with_part(part_of(CATALOGUE["coulomb_asymmetry"], 0, search.system))
     ranked = judged(fits, fits.plain, fits.fit(trial, trial.theta(np.array([5.5]), [{"d": 4.6}])), 20)
     assert ranked.found.parameters["d"] == pytest.approx(4.6, rel=0.05) and ranked.why_not == ""
-    motion, rows = problem.motion, problem.motion.usable
+    motion, rows = search.motion, search.motion.usable
     drive = motion.low_pass(motion.inputs)[rows, 0]
     assert ranked.size == pytest.approx(4.6 / np.sqrt(np.mean(drive**2)), rel=0.05)
 
@@ -420,7 +417,7 @@ def test_the_interval_does_not_depend_on_the_start_of_the_fit(tmp_path: Path) ->
     tolerances = {"m": 0.2, "b": 1.0}
     problem = Problem(system, motion, {s: tolerances[s.name] for s in system.values if s.name in tolerances})
     search = search_on(problem, lambda share: record_of(motion, log, share))
-    fits, widths = ForceFits(search, problem, search.refit()), []
+    fits, widths = ForceFits(search, search.refit()), []
     trial = search.declared_trial.with_part(part_of(CATALOGUE["input_gain"], 0, search.system))
     for start in (0.75, 1.0):
         low, high = estimate(fits.fit(trial, trial.theta(fits.adopted, [{"gain": start}]))).effects[0]["gain"][1]
@@ -438,7 +435,7 @@ def test_a_fit_that_lost_its_way_is_repeated_from_near_the_model_without_the_eff
     tolerances = {"m": 0.2, "b": 6.0}
     problem = Problem(system, motion, {s: tolerances[s.name] for s in system.values if s.name in tolerances})
     search = search_on(problem, lambda share: record_of(motion, log, share))
-    fits = ForceFits(search, problem, search.refit())
+    fits = ForceFits(search, search.refit())
     trial = search.declared_trial.with_part(part_of(CATALOGUE["input_gain"], 0, search.system))
     far_off = trial.theta(np.array([4.2, 1.4, 3.6]), [{"gain": 0.7}])
     assert fits.fit(trial, far_off).cost > fits.plain.cost + 1
@@ -448,8 +445,8 @@ def test_a_fit_that_lost_its_way_is_repeated_from_near_the_model_without_the_eff
 def test_a_constant_force_is_no_curve_over_speed(tmp_path: Path) -> None:
     """Viscous friction removes 30 % of the rest: enough beside an offset, and so beside its twin, an asymmetry."""
     lacking = "[{kind: offset, on: x, parameters: {f0: 2}}, {kind: viscous, on: rail, parameters: {b: 2}}]"
-    search, problem = searched(jittered(log_of(stage(lacking, 5.5), tmp_path, "train.csv"), tmp_path))
-    fits, least = ForceFits(search, problem, search.refit()), []
+    search = searched(jittered(log_of(stage(lacking, 5.5), tmp_path, "train.csv"), tmp_path))
+    fits, least = ForceFits(search, search.refit()), []
     for kind in ("offset", "coulomb_asymmetry", "quadratic_drag"):
         one = search.declared_trial.with_part(part_of(CATALOGUE[kind], 0, search.system))
         both = one.with_part(part_of(CATALOGUE["viscous"], 0, search.system))
@@ -465,28 +462,28 @@ def test_effects_that_correct_the_form_of_another_are_not_named(tmp_path: Path) 
     about = "0.05 + 0.15*sin(2*pi*0.4*t) + 0.06*sin(2*pi*1.1*t)"
     log = log_of(stage(reference=about), tmp_path, "train.csv")
     x = log.positions
-    search, problem = searched(replace(log, inputs=log.inputs + 2000 * np.sign(x) * x**4))
+    search = searched(replace(log, inputs=log.inputs + 2000 * np.sign(x) * x**4))
     with among("spring", "hardening_spring", "cogging", "viscous", "offset"):
-        found = selected_by_force(search, search.refit(), problem, lambda share: None)
+        found = selected_by_force(search, search.refit(), lambda share: None)
     assert found is not None and [p.kind for p in found.parts] == ["hardening_spring"]
 
 
 def test_nothing_is_found_where_only_levels_are_wrong(tmp_path: Path) -> None:
     log = jittered(log_of(stage(level=5.5), tmp_path, "train.csv"), tmp_path)
-    search, problem = searched(log)
-    assert selected_by_force(search, search.refit(), problem, lambda share: None) is None
+    search = searched(log)
+    assert selected_by_force(search, search.refit(), lambda share: None) is None
 
 
 def test_what_free_runs_do_not_confirm_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Of a friction drive, 92 % of whose residual was constant, it was said that nothing known is missing."""
     log = jittered(log_of(stage(SPRING, 5.5), tmp_path, "train.csv"), tmp_path)
-    search, problem = searched(log)
-    plain = ForceFits(search, problem, search.refit())
+    search = searched(log)
+    plain = ForceFits(search, search.refit())
     none = plain.fit(search.declared_trial, plain.adopted)
     monkeypatch.setattr(force_selection, "confirmed", lambda fits, fit, run: (none, fits.run(none)))
     told: list[Fact] = []
     with among("spring", "viscous", "offset"):
-        assert selected_by_force(search, search.refit(), problem, lambda share: None, told.append) is None
+        assert selected_by_force(search, search.refit(), lambda share: None, told.append) is None
     words = told[0].words
     assert len(told) == 1 and told[0].topic == "not credited"
     assert words.startswith("The residual force alone would name spring on x (k = ") and "N/m)" in words
@@ -498,14 +495,14 @@ def test_a_simpler_form_that_explains_nothing_is_not_told(tmp_path: Path, monkey
     A curve over speed had been credited in place of it, and its simplest form was never judged.
     """
     log = jittered(log_of(stage("[]", 5.5), tmp_path, "train.csv"), tmp_path)
-    search, problem = searched(log)
-    fits = ForceFits(search, problem, search.refit())
+    search = searched(log)
+    fits = ForceFits(search, search.refit())
     trial = search.declared_trial.with_part(part_of(CATALOGUE["viscous"], 0, search.system))
     line = fits.fit(trial, np.append(fits.adopted, 0.01))
     assert judged(fits, fits.plain, line, 1).why_not.startswith("removes")
     monkeypatch.setattr(force_selection, "in_determined_forms", lambda fits, fit: line)
     told: list[Fact] = []
-    assert selected_by_force(search, search.refit(), problem, lambda share: None, told.append) is None
+    assert selected_by_force(search, search.refit(), lambda share: None, told.append) is None
     assert told == []
 
 

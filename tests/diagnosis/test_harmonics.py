@@ -82,7 +82,7 @@ def test_a_period_is_tried_where_the_stroke_repeats_it(tmp_path: Path, share: fl
     theta = np.append(base.theta, sine.inward({"amplitude": 1.3, "period": period, "phase": -0.4}))
     lone = replace(base, runner=replace(base.runner, trial=trial), theta=theta)
     outcome = Outcome(base, lone, (), (), 0.6, len(search.record.start))
-    tried = sorted(_periods(search, outcome, problem, 0, CoggingHarmonics()))
+    tried = sorted(_periods(search, outcome, 0, CoggingHarmonics()))
     assert tried == pytest.approx([period * m for m in range(1, multiples + 1)])
 
 
@@ -95,14 +95,14 @@ def test_free_runs_put_the_waves_in_the_place_of_a_lone_sine(tmp_path: Path) -> 
     lone = search.with_parts(
         base, np.array([4.5]), [sine], [{"amplitude": 1.3, "period": 1.002 * PERIOD, "phase": -0.4}]
     )
-    found, _ = with_harmonics(search, Outcome(base, lone, (), (), 0.6, len(search.record.start)), problem)
+    found, _ = with_harmonics(search, Outcome(base, lone, (), (), 0.6, len(search.record.start)))
     (part,) = found.parts
     assert (part.kind, part.on) == ("cogging_harmonics", "x")
     values = found.final.runner.trial.split(found.final.theta)[1][0]
     assert values == pytest.approx({"period": PERIOD} | WAVES, rel=0.01)
     assert found.explained > 0.99 and not found.rivals and found.first[-1].found.part is part
     # With the waves in place there is nothing to put in their place.
-    assert with_harmonics(search, found, problem)[0].final is found.final
+    assert with_harmonics(search, found)[0].final is found.final
 
 
 @pytest.mark.slow

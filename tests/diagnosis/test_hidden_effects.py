@@ -35,9 +35,9 @@ def declared(mass: str, damping: str, force: str = "w - b*v") -> Spec:
 
 def notes(spec: Spec, log: Log) -> list[Fact]:
     """The facts on a gain of the drive after the refit by the tolerances of a spec."""
-    search, problem = search_of(spec, log)
-    values = adopt_values(search, search.refit(), problem, search.system)
-    facts = hidden_effects(search, with_values(search.system, values.mapping()), problem, 0.02)
+    search = search_of(spec, log)
+    values = adopt_values(search, search.refit(), search.system)
+    facts = hidden_effects(search, with_values(search.system, values.mapping()), 0.02)
     return [fact for fact in facts if fact.words.startswith("input_gain on w, an error of up to ")]
 
 
@@ -70,11 +70,10 @@ def hidden(*coordinates: tuple[Any, Any, Any]) -> tuple[float, float, list[str]]
     """``_hidden`` for values a and b, of a residual, slopes and the slope of an effect for each coordinate."""
     a, b = symbols = sympy.symbols("a b")
     rows = [ForceRows(np.arange(400), residual, slopes, np.zeros(2)) for residual, slopes, _ in coordinates]
-    search: Any = SimpleNamespace(moved=symbols, prior_information=PRIOR)
     refit: Any = SimpleNamespace(values={a: 1.1, b: 2.2})
     used, declared = np.ones((400, len(rows)), dtype=bool), SimpleNamespace(values={a: 1.0, b: 2.0})
-    problem: Any = SimpleNamespace(used=used, uncertain=[a, b], system=declared)
-    return _hidden(search, refit, problem, rows, np.column_stack([d for *_, d in coordinates]), 3.0, 0.2)
+    problem: Any = SimpleNamespace(used=used, uncertain=[a, b], moved=symbols, prior_information=PRIOR, system=declared)
+    return _hidden(problem, refit, rows, np.column_stack([d for *_, d in coordinates]), 3.0, 0.2)
 
 
 def test_interval_and_best_change_are_those_of_the_normal_equations() -> None:

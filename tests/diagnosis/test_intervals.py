@@ -105,7 +105,7 @@ def test_an_unbalance_is_known_no_better_than_the_weight_that_acts_like_it(
     divides it. So W is the declared one, wherever the fit began, and G cos(phase) errs by that tolerance.
     """
     plant = pendulum(TRUE, f"[{{kind: gravity_imbalance, on: q, parameters: {{G: {G}, phase: {phase}}}}}]")
-    search, _ = search_of(pendulum(DECLARED), log_of(plant, tmp_path, "train.csv"))
+    search = search_of(pendulum(DECLARED), log_of(plant, tmp_path, "train.csv"))
     base = search.refit()
     part = part_of(CATALOGUE["gravity_imbalance"], 0, search.system)
     weight = [s.name for s in search.moved].index("W")
@@ -209,15 +209,15 @@ def test_a_misfit_of_the_form_widens_the_interval_and_noise_does_not(sigma: floa
         "[{kind: viscous, on: rail, parameters: {b: 2.0}}, "
         f"{{kind: presliding, on: rail, parameters: {{sigma: {sigma:g}}}}}]"
     )
-    search, problem = search_of(stage(), log_of(stage(effects), tmp_path, "train.csv"))
+    search = search_of(stage(), log_of(stage(effects), tmp_path, "train.csv"))
     base = search.refit()
     part = part_of(CATALOGUE["viscous"].forms[0], 0, search.system)
     final = search.with_parts(base, base.values[0], [part], [{"b": 2.0}])
     fit, other = search.polished(final)
     own = estimate(fit, other)
-    both = _by_both(search, base, final, fit, own, problem)
+    both = _by_both(search, base, final, fit, own)
     (value, alone), (_, found) = own.effects[0]["b"], both.effects[0]["b"]
-    force = ForceFits(search, problem, base).fit(fit.trial, fit.theta).values[1][0]["b"]
+    force = ForceFits(search, base).fit(fit.trial, fit.theta).values[1][0]["b"]
     assert (found != alone) is wider
     if wider:
         assert not alone[0] < force < alone[1]

@@ -99,7 +99,7 @@ def searches(tmp_path_factory: pytest.TempPathFactory) -> Searches:
         log = logged(folder, missing)
         search = search_of(arm(folder), log)
         base = search.refit()
-        return search, base, ForceFits(search, search.problem, base)
+        return search, base, ForceFits(search, base)
 
     return of
 
@@ -274,7 +274,7 @@ def test_slopes_of_the_force_by_links_are_computed_once(tmp_path: Path, monkeypa
     log = logged(tmp_path, DRAG)
     search = search_of(arm(tmp_path, ", tolerance: {mass: 20 %, inertia: 30 %}"), log)
     base = search.refit()
-    fits = ForceFits(search, search.problem, base)
+    fits = ForceFits(search, base)
     at = base.theta.copy()
     before = inverse_dynamics_residual(model_of(base.trial, at), search.motion)
     assert {search.moved[k].name for k in fits.by_links} == {s.name for s in search.moved[2:]}
@@ -303,7 +303,7 @@ def test_forces_of_the_bodies_are_evaluated_once_for_all_fits(tmp_path: Path, mo
     """They are linear in the values of the links, and took most of the time of an arm's diagnosis."""
     log = logged(tmp_path, DRAG)
     search = search_of(arm(tmp_path, ", tolerance: {mass: 20 %, inertia: 30 %}"), log)
-    fits = ForceFits(search, search.problem, search.refit())
+    fits = ForceFits(search, search.refit())
     start, _ = np.append(fits.plain.theta, 0.2), fits.by_links
     whole = force_function(search.system, [Matrix(search.system.equation_error)]).n_instructions()
     evaluated, tried, rows, at = list[bool](), list[np.ndarray](), over_rows, ResidualAlong.at
@@ -331,7 +331,7 @@ def test_forces_of_the_bodies_are_evaluated_once_for_all_fits(tmp_path: Path, mo
 def test_the_force_at_other_values_of_the_links_is_that_of_their_model(tmp_path: Path, kind: str) -> None:
     log = logged(tmp_path, DRAG)
     search = search_of(arm(tmp_path, ", tolerance: {mass: 20 %, inertia: 30 %}"), log)
-    fits = ForceFits(search, search.problem, search.refit())
+    fits = ForceFits(search, search.refit())
     assert len(fits.by_links) > 3
     part = part_of(CATALOGUE[kind], 0, search.system)
     trial, rng = search.declared_trial.with_part(part), np.random.default_rng(1)
@@ -432,9 +432,7 @@ def test_joints_have_the_effects_of_free_runs_or_of_the_force_each_for_itself(
     answer, outcome = examined(Outcome(base, by_runs, (), (), 0.5, len(base.residual)))
     own = [e.kind for e in answer.effects]
     for how, kinds in ((examined, named), (partial(examined, refused="spring"), own)):
-        second, richer = credited_by_force(
-            search, outcome, search.problem, answer, lambda _: figures, lambda _: None, examined=how
-        )
+        second, richer = credited_by_force(search, outcome, answer, lambda _: figures, lambda _: None, examined=how)
         assert [e.kind for e in second.effects] == [p.kind for p in richer.parts] == kinds
         said = [f"By free runs alone offset on q_1 would be named, {objection}"]
         assert [f.words for f in second.remarks] == (said if own[1:] and kinds != own else [])

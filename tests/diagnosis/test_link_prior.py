@@ -12,7 +12,7 @@ from mechanics.robots import SEVEN, numbers
 
 from codegen.diagnosis.case import uncertain_values
 from codegen.diagnosis.fit.residual import Problem
-from codegen.diagnosis.fit.search import Search, prior_information
+from codegen.diagnosis.fit.search import Search
 from codegen.diagnosis.fit.trial import with_values
 from codegen.logs import Log
 from codegen.mechanics.base_parameters import base_values
@@ -63,7 +63,7 @@ def test_links_that_a_log_does_not_show_follow_those_that_it_shows(share: float,
         model = with_values(system, followed(problem, information, true))
         return min(np.linalg.eigvalsh(numbers(model, model.mass_matrix, x, np.zeros(7)))[0] for x in postures)
 
-    assert least(prior_information(problem)) > 0
+    assert least(problem.prior_information) > 0
     if share < 1:
         assert least(np.diag(problem.prior_precision)) < 0
 
@@ -80,8 +80,7 @@ def test_a_wrong_mass_costs_a_fit_once(tmp_path: Path) -> None:
     system, deviations, changes = uncertain_values(spec, system_of(spec), cast(Log, None))
     problem = Problem(system, cast(Any, None), deviations, changes)
     none: Any = None
-    values = problem.moved, problem.declared, problem.prior_precision
-    search = Search(system, none, none, *values, none, changes=changes)
+    search = Search(problem, none, none)
     other = arm(tmp_path, heavier)
     assert isinstance(other.form, KinematicTree)
     true = {name: float(value) for name, value in base_values(other, other.form).items()}

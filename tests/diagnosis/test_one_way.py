@@ -59,8 +59,8 @@ def test_a_level_is_not_taken_to_zero_where_nothing_reverses(tmp_path: Path, tur
 
 def test_a_start_that_leaves_no_drive_is_left_out(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Its residual was divided by that share: a division by zero that was told as a fault of the spec."""
-    search, problem = searched(log_of(stage(duration=5.0), tmp_path, "train.csv"))
-    fits = ForceFits(search, problem, search.refit())
+    search = searched(log_of(stage(duration=5.0), tmp_path, "train.csv"))
+    fits = ForceFits(search, search.refit())
     before = force_selection.drive_kept
 
     def kept(fits: ForceFits, plain: Fit, trial: Trial, theta: Array) -> float:
@@ -107,7 +107,7 @@ def test_a_log_at_constant_speed_keeps_the_declared_mass(tmp_path: Path) -> None
 
 def test_an_effect_that_takes_the_level_is_no_candidate(tmp_path: Path) -> None:
     """The check was of the declared levels: a gain of 0.12 with no friction at all was named at 0.93."""
-    search, _ = searched(log_of(parse_spec(stage().text.replace(TRAIN, "0.06*t"), Path("s.yaml")), tmp_path, "s.csv"))
+    search = searched(log_of(parse_spec(stage().text.replace(TRAIN, "0.06*t"), Path("s.yaml")), tmp_path, "s.csv"))
     base = search.refit()
     trial = base.trial.with_part(part_of(CATALOGUE["input_gain"], 0, search.system))
     (runner,) = search.runners([trial])

@@ -14,7 +14,7 @@ from tests.diagnosis.test_adoption import loose, search_of
 def test_a_fit_that_begins_beyond_the_prior_s_bounds_ends_within_them(tmp_path: Path) -> None:
     """Where no step improves, a fit stays where it began: with no step at all it is that case."""
     heavier = "[{kind: inertia_error, on: x, parameters: {delta: 2}}]"
-    search, _ = search_of(loose(), log_of(stage(heavier), tmp_path, "train.csv"))
+    search = search_of(loose(), log_of(stage(heavier), tmp_path, "train.csv"))
     refit = search.refit()
     tolerance = np.where(search.prior_precision > 0, np.maximum(search.prior_precision, 1e-300) ** -0.5, np.inf)
     place = [s.name for s in refit.runner.trial.moved].index("m")

@@ -112,7 +112,7 @@ def test_a_shape_beyond_what_the_log_covers_is_said(log: Log) -> None:
 
 def test_a_value_at_the_end_of_its_reach_is_marked(log: Log) -> None:
     """A period may move by a factor exp(0.2) from where its fit starts; the start is far from any wave."""
-    search, _ = search_of(stage(), log)
+    search = search_of(stage(), log)
     base = search.refit()
     part = part_of(CATALOGUE["cogging"], 0, search.system)
     start = {"amplitude": 2.0, "period": 0.3, "phase": 0.0}
@@ -130,7 +130,7 @@ def test_a_value_at_the_end_of_its_reach_is_marked(log: Log) -> None:
 
 
 def test_a_value_at_a_bound_is_marked(log: Log) -> None:
-    search, _ = search_of(stage(), log)
+    search = search_of(stage(), log)
     base = search.refit()
     part = part_of(CATALOGUE["compliance"], 0, search.system)
     for fraction, marks in ((0.5, ()), (0.9999, ("load_fraction",)), (1e-4, ("load_fraction",))):

@@ -99,7 +99,7 @@ def test_a_load_that_gravity_moves_is_found_beside_an_effect_that_is_not_in_the_
     lacking = f"{{kind: compliance, on: q, parameters: {{{values}}}}}"
     lacking = f"[{{kind: dead_zone, on: w, parameters: {{width: 0.055}}}}, {lacking}]"
     plant, spec = (parse_spec(PENDULUM.format(effects=some), Path("pendulum.yaml")) for some in (lacking, "[]"))
-    search, _ = search_of(spec, log_of(plant, tmp_path, "train.csv"))
+    search = search_of(spec, log_of(plant, tmp_path, "train.csv"))
     base, part = search.refit(), part_of(CATALOGUE["compliance"], 0, search.system)
     (found,) = fit_candidates(search, base, [part], lambda share: None)
     assert found.parameters["load_fraction"] == pytest.approx(load["load_fraction"], abs=0.1)

@@ -252,7 +252,7 @@ def test_at_the_noise_nats_of_free_runs_count_against_those_of_the_force(
 @pytest.mark.parametrize(("k", "c", "other"), [(1e-3, 0.05, "inertia_error"), (2500.0, 4.0, ""), (10.0, 0.1, "")])
 def test_a_load_that_no_spring_moves_is_an_inertia_error(k: float, c: float, other: str, tmp_path: Path) -> None:
     """An inertia a fifth too large was `ambiguous` with a load behind a spring of 0.001 N/m."""
-    search, _ = search_of(stage(), log_of(stage(), tmp_path, "train.csv"))
+    search = search_of(stage(), log_of(stage(), tmp_path, "train.csv"))
     base, part = search.refit(), part_of(CATALOGUE["compliance"], 0, search.system)
     trial = base.trial.with_part(part)
     values = {"k": k, "c": c, "load_fraction": 0.2}
@@ -345,7 +345,7 @@ def test_the_next_of_tied_candidates_is_examined_where_held_out_data_refuse_the_
     first = outcome("hardening_spring", others)
     following = [outcome(kind, others[k + 1 :]) for k, kind in enumerate(others)]
 
-    def with_effects(search: Any, one: Any, problem: Any, plain: Any, measured: Any) -> Any:
+    def with_effects(search: Any, one: Any, plain: Any, measured: Any) -> Any:
         refused = one is first
         verdict = "unknown" if refused else plain.verdict
         return examination.Answer(
@@ -360,9 +360,8 @@ def test_the_next_of_tied_candidates_is_examined_where_held_out_data_refuse_the_
     monkeypatch.setattr(examination, "_with_effects", with_effects)
     monkeypatch.setattr(examination, "without_leader", lambda search, one: iter(following))
     search: Any = SimpleNamespace(system=None, moved=())
-    none: Any = None
     figures: Any = SimpleNamespace(force_rms_rows=(1.0,))
-    answer, about = examine(search, search, first, none, "ambiguous", lambda system: figures)
+    answer, about = examine(search, search, first, "ambiguous", lambda system: figures)
     assert about is following[0]
     assert answer.verdict == ("effect" if rivals == 1 else "ambiguous")
     assert any("hardening_spring" in fact.words and "worse" in fact.words for fact in answer.remarks)
@@ -373,7 +372,7 @@ def test_the_first_effect_of_a_pair_has_rivals_too(tmp_path: Path) -> None:
     effects = "[{kind: inertia_error, on: x, parameters: {delta: 0.2}}, {kind: spring, on: x, parameters: {k: 60}}]"
     text = STAGE.format(effects="[]", level=4, reference=TRAIN, duration=14, noise=0)
     text = text.replace("b: {value: 6, unit: N*s/m}", "b: {value: 6, unit: N*s/m, tolerance: 20%}")
-    search, _ = search_of(parse_spec(text, Path("stage.yaml")), log_of(stage(effects), tmp_path, "train.csv"))
+    search = search_of(parse_spec(text, Path("stage.yaml")), log_of(stage(effects), tmp_path, "train.csv"))
     base = search.refit()
     parts = [part_of(CATALOGUE[kind], 0, search.system) for kind in ("inertia_error", "spring")]
     both = search.with_parts(base, base.theta, parts, [{"delta": 0.2}, {"k": 60.0}])
@@ -399,7 +398,7 @@ def test_of_two_models_of_one_motion_tolerances_prefer_the_one_with_the_declared
     text = text.replace("unit: N*s/m}", f"unit: N*s/m, {share}}}").replace("w - b*v", "w - b*v - k*x")
     gain = "effects: [{kind: input_gain, on: w, parameters: {gain: 0.92}}]"
     plant = parse_spec(text.replace("effects: []", gain), Path("stage.yaml"))
-    search, _ = search_of(parse_spec(text, Path("stage.yaml")), log_of(plant, tmp_path, "train.csv"))
+    search = search_of(parse_spec(text, Path("stage.yaml")), log_of(plant, tmp_path, "train.csv"))
     with among("inertia_error", "input_gain"):
         found = find_effects(search, search.refit(), lambda *_: None)
     assert [p.kind for p in found.parts] == ["input_gain"]
@@ -415,7 +414,7 @@ def test_of_two_models_of_one_motion_tolerances_prefer_the_one_with_the_declared
 def test_an_effect_with_fewer_parameters_that_fits_as_well_replaces_another(tmp_path: Path) -> None:
     """A load that its damper hardly moves is viscous friction and an inertia error, which a gain makes up for."""
     effects = "[{kind: viscous, on: rail, parameters: {b: 4}}, {kind: input_gain, on: w, parameters: {gain: 1.15}}]"
-    search, _ = search_of(stage(), log_of(stage(effects, noise=5e-5), tmp_path, "train.csv"))
+    search = search_of(stage(), log_of(stage(effects, noise=5e-5), tmp_path, "train.csv"))
     base = search.refit()
     kinds = ("compliance", "input_gain")
     parts = [part_of(CATALOGUE[kind], 0, search.system) for kind in kinds]

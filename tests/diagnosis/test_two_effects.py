@@ -34,7 +34,7 @@ def turntable(effects: str) -> Spec:
 
 def on(effects: str, folder: Path) -> tuple[Search, Fit]:
     """A search on the log of a turntable with these effects, and the refit without them."""
-    search, _ = search_of(turntable("[]"), log_of(turntable(effects), folder, "train.csv"))
+    search = search_of(turntable("[]"), log_of(turntable(effects), folder, "train.csv"))
     return search, search.refit()
 
 

@@ -8,7 +8,6 @@ import sympy
 from codegen.diagnosis.fit.force_rows import force_rows, information, residual_sizes
 from codegen.diagnosis.fit.linear import inverse
 from codegen.diagnosis.fit.residual import Problem, slip_velocities
-from codegen.diagnosis.fit.search import prior_information
 from codegen.diagnosis.fit.trial import in_unit
 from codegen.logs import Finding
 
@@ -21,13 +20,13 @@ def unseen_inertias(problem: Problem) -> list[sympy.Symbol]:
 
     At constant speed the noise of a logged input changes an inertia in free runs (errors in variables). So a parameter
     is undetermined if its variance by the force residual, H⁻¹, exceeds ``KNOWN`` times that of its tolerance: H = Σ s
-    s'/σ² + ``prior_information``, with the slopes s and RMS residual σ over independent samples.
+    s'/σ² + ``Problem.prior_information``, with the slopes s and RMS residual σ over independent samples.
     """
     still = problem.system.equation_error.subs(dict.fromkeys(problem.system.accelerations, 0))
     inertias = [s for s in problem.uncertain if s not in still.free_symbols]
     if not inertias:
         return []
-    prior, rows = prior_information(problem), force_rows(problem.system, problem, problem.moved)
+    prior, rows = problem.prior_information, force_rows(problem.system, problem, problem.moved)
     variance = np.diag(inverse(information(rows, residual_sizes(rows, prior), prior)))
     kept = dict(zip(problem.moved, variance * problem.prior_precision, strict=True))
     return [s for s in inertias if kept[s] > KNOWN]

@@ -270,7 +270,7 @@ def _search_there(search: Search, log: Log, simulated: LoopRun, seed: int) -> Se
     def shorter(share: float) -> Record:
         return replace(record_of(motion, made, share), joints=search.record.joints)
 
-    return replace(search, motion=motion, record=record, shorter=shorter)
+    return replace(search, problem=replace(search.problem, motion=motion), record=record, shorter=shorter)
 
 
 def _csv(system: System, motion: ExtraMotion, run: LoopRun, h: float) -> str:

@@ -90,6 +90,10 @@ def slip_velocities(system: System, motion: Motion) -> Array:
     return np.ascontiguousarray(evaluate_forces(system, rows, motion)[:, :, 0].T)
 
 
+INDEPENDENT = 0.01
+"""Share of the variance of a link's parameter that is not correlated with others."""
+
+
 @dataclass(frozen=True, eq=False)
 class Problem:
     """A declared System, the Motion on which it is judged, and standard deviations of its uncertain values, in SI.
@@ -142,6 +146,29 @@ class Problem:
     def prior_precision(self) -> Array:
         """(p,) inverse variances of ``moved``; 0 for a level."""
         return np.array([0.0] * len(self.levels) + [self.deviation[s] ** -2.0 for s in self.uncertain])
+
+    @cached_property
+    def prior_information(self) -> Array:
+        """(p, p) inverse covariance of ``moved`` by the tolerances; 0 for a level."""
+        return self.prior_information_without(None)
+
+    def prior_information_without(self, index: int | None) -> Array:
+        """``prior_information`` without the tolerance of one value.
+
+        A number of a robot file, such as a link's mass, changes several parameters. So these are correlated: if one is
+        far from its declared value, others must follow, or M(x) is not positive definite though each is within its
+        tolerance. ``INDEPENDENT`` of each variance is uncorrelated, since the propagation is linear.
+        """
+        kept = np.array([k != index for k in range(len(self.moved))], dtype=bool)
+        matrix = np.diag(self.prior_precision * kept)
+        links = [k for k, s in enumerate(self.moved) if kept[k] and s in self.changes]
+        if links:
+            changes = np.array([self.changes[self.moved[k]] for k in links])
+            size = np.linalg.norm(changes, axis=1)
+            unit = changes / size[:, None]
+            correlation = (1 - INDEPENDENT) * unit @ unit.T + INDEPENDENT * np.eye(len(links))
+            matrix[np.ix_(links, links)] = np.linalg.inv(correlation) / np.outer(size, size)
+        return matrix
 
 
 STICK_SHARE = 0.004

@@ -36,8 +36,6 @@ ROUNDS = 10
 """Most steps of a fit."""
 COMPILED_APART = 8
 """Number of models from which on they are compiled as two libraries in parallel."""
-INDEPENDENT = 0.01
-"""Share of the variance of a link's parameter that is not correlated with others."""
 FITS = 6
 """Cached fits, since successive tests of effects use the same fits."""
 
@@ -47,29 +45,41 @@ class Search:
     """Output-error fits of trials on one record.
 
     Attributes:
-        system: as declared.
-        moved: friction levels and toleranced parameters.
-        declared, prior_precision: of ``moved``: value in the spec, and 1/variance by its tolerance, 0 for a level.
+        problem: the declared system on the motion of the record.
         shorter: the record with segments shorter by a factor.
         within: tolerances that a parameter may move.
         rigid: rigid-body terms of an arm whose joints are simulated one at a time.
         memory: cache of its joints' runs.
         compiled: by equations, the library that has them, and their index in it.
-        changes: of the links' parameters, as of ``Problem``.
     """
 
-    system: System
-    motion: Motion
+    problem: Problem
     record: Record
-    moved: tuple[sympy.Symbol, ...]
-    declared: Array
-    prior_precision: Array
     shorter: Callable[[float], Record]
     within: float = WITHIN
     rigid: RigidTerms | None = None
     memory: Memory = field(default_factory=Memory)
     compiled: dict[Hashable, tuple[Shooter | JointShooter, int]] = field(default_factory=dict)
-    changes: Mapping[sympy.Symbol, Array] = field(default_factory=dict)
+
+    @property
+    def system(self) -> System:
+        return self.problem.system
+
+    @property
+    def motion(self) -> Motion:
+        return self.problem.motion
+
+    @property
+    def moved(self) -> tuple[sympy.Symbol, ...]:
+        return self.problem.moved
+
+    @property
+    def declared(self) -> Array:
+        return self.problem.declared
+
+    @property
+    def prior_precision(self) -> Array:
+        return self.problem.prior_precision
 
     @cached_property
     def substeps(self) -> int:
@@ -86,15 +96,6 @@ class Search:
     @cached_property
     def drive(self) -> Drive:
         return Drive(self.system, self.motion)
-
-    @cached_property
-    def problem(self) -> Problem:
-        """The declared system on the motion of the record."""
-        return Problem(self.system, self.motion, {})
-
-    @cached_property
-    def prior_information(self) -> Array:
-        return prior_information(self)
 
     @property
     def declared_trial(self) -> Trial:
@@ -218,7 +219,7 @@ class Search:
             size[k] = 1.0 if coordinate.of_unit_size else size[k]
             reach[k] = coordinate.reach
         precision, centre = np.zeros((len(theta), len(theta))), np.append(self.declared, zeros)
-        precision[:count, :count] = self.prior_information / tempering
+        precision[:count, :count] = self.problem.prior_information / tempering
         least = np.full(len(theta), -np.inf)
         least[:count] = np.where([s in self.problem.levels for s in self.moved], 0.0, -np.inf)
         return Prior(precision, deviation, centre, size, reach, least, tempering, self.within)
@@ -252,25 +253,6 @@ class Search:
         return [Runner(trial, *place, self.record, self.substeps) for trial, place in zip(trials, found, strict=True)]
 
 
-def prior_information(search: Search | Problem, without: int | None = None) -> Array:
-    """(p, p) inverse covariance of the values ``moved`` by their tolerances, of all or of all but one; 0 for a level.
-
-    A number of a robot file, such as a link's mass, changes several parameters. So these are correlated: if one is far
-    from its declared value, others must follow, or M(x) is not positive definite though each is within its tolerance.
-    ``INDEPENDENT`` of each variance is uncorrelated, since the propagation is linear.
-    """
-    kept = np.array([k != without for k in range(len(search.moved))], dtype=bool)
-    matrix = np.diag(search.prior_precision * kept)
-    links = [k for k, s in enumerate(search.moved) if kept[k] and s in search.changes]
-    if links:
-        changes = np.array([search.changes[search.moved[k]] for k in links])
-        size = np.linalg.norm(changes, axis=1)
-        unit = changes / size[:, None]
-        correlation = (1 - INDEPENDENT) * unit @ unit.T + INDEPENDENT * np.eye(len(links))
-        matrix[np.ix_(links, links)] = np.linalg.inv(correlation) / np.outer(size, size)
-    return matrix
-
-
 def has_turned(search: Search, values: Array) -> NDArray[np.bool_]:
     """(p,) values whose sign differs from the declared one although zero is more than one tolerance away."""
     excluded = np.abs(search.declared) * np.sqrt(search.prior_precision) > 1
@@ -289,14 +271,14 @@ def _noise_ratios(fit: Fit) -> Array:
 
 def search_on(problem: Problem, shorter: Callable[[float], Record]) -> Search:
     """A search whose fits estimate friction levels freely and toleranced parameters with a prior."""
-    system, estimated = problem.system, (problem.moved, problem.declared, problem.prior_precision)
+    system = problem.system
     joints = tuple(range(system.degrees_of_freedom)) if is_separable(system) else None
     rigid = rigid_terms(system, problem.moved) if joints else None
 
     def records(share: float) -> Record:
         return replace(shorter(share), joints=joints)
 
-    return Search(system, problem.motion, records(1.0), *estimated, records, rigid=rigid, changes=problem.changes)
+    return Search(problem, records(1.0), records, rigid=rigid)
 
 
 def joint_of(search: Search, part: Part) -> int | None:

@@ -31,8 +31,7 @@ from codegen.diagnosis.fit.output_error import (
     segment_weights,
     shooting_fit,
 )
-from codegen.diagnosis.fit.residual import Problem
-from codegen.diagnosis.fit.search import Search, has_turned, prior_information
+from codegen.diagnosis.fit.search import Search, has_turned
 from codegen.diagnosis.fit.trial import in_unit
 from codegen.diagnosis.results import Fact, ParameterError
 from codegen.mechanics.system import System
@@ -132,21 +131,21 @@ class Refit:
         return dict(zip(self.names, map(float, self.values if values is None else values), strict=True))
 
 
-def adopt_values(search: Search, fit: Fit, problem: Problem, system: System) -> Refit:
-    """Choose the values of levels and toleranced parameters for a fit of free runs, with its effects fixed, to a log.
+def adopt_values(search: Search, fit: Fit, system: System) -> Refit:
+    """Choose the values of levels and toleranced parameters for a fit of free runs, with its effects fixed.
 
     ``system``: the declared one with these effects.
     """
-    return CrossValidation(search, fit, problem, system).adopted()
+    return CrossValidation(search, fit, system).adopted()
 
 
-def settled_values(search: Search, fit: Fit, problem: Problem, system: System) -> Refit:
+def settled_values(search: Search, fit: Fit, system: System) -> Refit:
     """The values of ``adopt_values``; if one exceeds a limit of the fit, all are fitted again until they settle.
 
     The estimates linearise the motion about the fit, which is not accurate over such a distance. Also, a parameter that
     is held at a limit, such as a mass, leaves a residual that counts as noise, which gives the prior too much weight.
     """
-    adopted = adopt_values(search, fit, problem, system)
+    adopted = adopt_values(search, fit, system)
     away = np.abs(adopted.values - adopted.declared) * np.sqrt(search.prior_precision)
     if not (away > search.within).any() or not fit.limited[: len(search.moved)].any():
         return adopted
@@ -155,7 +154,7 @@ def settled_values(search: Search, fit: Fit, problem: Problem, system: System) -
         theta = np.append(adopted.values, fit.theta[len(adopted.values) :])
         prior = free.prior(fit.trial, theta, fit.prior.tempering)
         fit = free.fitted_again(shooting_fit(fit.runner, theta, fit.offsets, prior, 0))
-        before, adopted = adopted, adopt_values(free, fit, problem, system)
+        before, adopted = adopted, adopt_values(free, fit, system)
         if np.all(np.abs(adopted.values - before.values) <= SETTLED * adopted.deviation):
             break
     return adopted
@@ -167,7 +166,6 @@ class CrossValidation:
 
     search: Search
     fit: Fit
-    problem: Problem
     system: System
 
     def adopted(self) -> Refit:
@@ -204,9 +202,9 @@ class CrossValidation:
         by their tolerances.
         """
         error = self.search.system.equation_error
-        rows = [row for row, used in zip(error, self.problem.used.T, strict=True) if used.any()]
+        rows = [row for row, used in zip(error, self.search.problem.used.T, strict=True) if used.any()]
         seen = np.array([not rows or any(row.has(s) for row in rows) for s in self.search.moved], dtype=bool)
-        return np.asarray(seen | np.array([s in self.search.changes for s in self.search.moved], dtype=bool))
+        return np.asarray(seen | np.array([s in self.search.problem.changes for s in self.search.moved], dtype=bool))
 
     @cached_property
     def evaluated(self) -> Fit:
@@ -227,7 +225,7 @@ class CrossValidation:
         """The MAP estimate by one likelihood with only the values ``moves`` free, and its cross-validated score."""
         values = self._solved(*source.total, moves)
         without = [self._solved(*source.without(block), moves) for block in range(BLOCKS)]
-        deviation = self._deviation(source, moves, self.search.prior_information)
+        deviation = self._deviation(source, moves, self.search.problem.prior_information)
         return MapEstimate(values, deviation, moves, source, self._score(values, without))
 
     def _deviation(self, source: Information, moves: Flags, prior: Array) -> Array:
@@ -332,7 +330,7 @@ class CrossValidation:
 
         Neither is narrower than by the sandwich covariance of the fit, which is also valid with model errors.
         """
-        without = prior_information(self.search, k)
+        without = self.search.problem.prior_information_without(k)
         free = self._solved(*chosen.source.total, chosen.moves, without)
         free_deviation = self._deviation(chosen.source, chosen.moves, without)
         values = np.array([chosen.values[k], free[k]])
@@ -349,7 +347,7 @@ class CrossValidation:
         """(p,) minimum of ½ θ'Mθ − m'θ + ½ d'P d, d = θ − declared, those not in ``moves`` as declared."""
         values = self.search.declared.copy()
         if moves.any():
-            inner_prior = (self.search.prior_information if prior is None else prior)[np.ix_(moves, moves)]
+            inner_prior = (self.search.problem.prior_information if prior is None else prior)[np.ix_(moves, moves)]
             inner = matrix[np.ix_(moves, moves)] + inner_prior
             fixed = matrix[np.ix_(moves, ~moves)] @ values[~moves]
             right = vector[moves] - fixed + inner_prior @ self.search.declared[moves]
@@ -376,7 +374,7 @@ class CrossValidation:
     @cached_property
     def _rows(self) -> list[ForceRows]:
         """The force residual of each coordinate at the declared values, and its slopes by the p values."""
-        return relative_force_rows(self.system, self.problem, self.search.moved)
+        return relative_force_rows(self.system, self.search.problem, self.search.moved)
 
     @cached_property
     def _sizes(self) -> Array:
@@ -417,7 +415,7 @@ class CrossValidation:
         """Information of rows that are linearised about ``values``, weighted by the number of independent samples."""
         p = self.count
         matrix, vector = np.zeros((BLOCKS, p, p)), np.zeros((BLOCKS, p))
-        left = residual_sizes(self._rows, self.search.prior_information)
+        left = residual_sizes(self._rows, self.search.problem.prior_information)
         for rows, size, places in zip(about, left, self._blocks, strict=True):
             weight = independent_samples(rows.residual) / len(rows.residual) / size**2
             for block in range(BLOCKS):

@@ -45,7 +45,6 @@ def examine(
     search: Search,
     final_search: Search,
     outcome: Outcome,
-    problem: Problem,
     verdict: Verdict,
     measured: Measured,
     held_out: Problem | None = None,
@@ -65,7 +64,7 @@ def examine(
         refit = outcome.base.model
         figures = measured(refit)
         return Answer(verdict, (), refit, refit, (declared, figures, figures)), outcome
-    base = adopt_values(search, outcome.base, problem, system)
+    base = adopt_values(search, outcome.base, system)
     chosen = admitted(_options(system, base), declared, measured)
     errors = () if chosen.refusals else base.errors
     chosen, kept = spared(chosen, [s.name for s in search.moved], system, declared, measured)
@@ -80,12 +79,12 @@ def examine(
         outcome, refused = without_refused(final_search, outcome, HeldOut(held_out, measured))
         verdict = "ambiguous" if outcome.rivals else "effect"
         plain = replace(plain, verdict=verdict)
-    answer = _with_effects(final_search, outcome, problem, plain, measured)
+    answer = _with_effects(final_search, outcome, plain, measured)
     answer = replace(answer, remarks=(*answer.remarks, *refused))
     if verdict == "ambiguous" and answer.verdict == "unknown":
         for other in without_leader(final_search, outcome):
             left: Verdict = "ambiguous" if other.rivals else "effect"
-            second = _with_effects(final_search, other, problem, replace(plain, verdict=left), measured)
+            second = _with_effects(final_search, other, replace(plain, verdict=left), measured)
             if second.verdict == left:
                 named = " and ".join(f"{p.kind} on {p.on}" for p in outcome.parts)
                 words = f"{named}, which fits the training log as well, is refused: {answer.against[0].words}"
@@ -127,7 +126,7 @@ def spared(
     return Admitted((f"{name}, those of {joints} as declared", other), figures, (*chosen.refusals, refused)), kept
 
 
-def settled(search: Search, outcome: Outcome, problem: Problem, answer: Answer, measured: Measured) -> Answer:
+def settled(search: Search, outcome: Outcome, answer: Answer, measured: Measured) -> Answer:
     """An answer without effects, with its wrong values estimated again, linearised at the estimates; others unchanged.
 
     The effects were compared with values that are linearised at the tolerance limits. There the tolerances favour an
@@ -135,8 +134,8 @@ def settled(search: Search, outcome: Outcome, problem: Problem, answer: Answer, 
     """
     if answer.verdict not in ("none", "unknown") or not answer.errors:
         return answer
-    values = settled_values(search, outcome.base, problem, problem.system)
-    chosen = admitted(_options(problem.system, values), answer.figures[0], measured)
+    values = settled_values(search, outcome.base, search.system)
+    chosen = admitted(_options(search.system, values), answer.figures[0], measured)
     if chosen.option is None or chosen.refusals:
         return answer
     figures = (answer.figures[0], chosen.figures, chosen.figures)
@@ -158,26 +157,22 @@ def refused_at_limit(answer: Answer, left_by: Callable[[Answer], Sequence[Remain
     )
 
 
-def with_estimate(
-    search: Search, outcome: Outcome, problem: Problem, plain: Answer, measured: Measured, by_force: Fit
-) -> Answer:
+def with_estimate(search: Search, outcome: Outcome, plain: Answer, measured: Measured, by_force: Fit) -> Answer:
     """The answer with the effects, values and intervals of a fit to the force residual, confirmed by the outcome."""
     parts = outcome.parts
     named = named_effects(parts, estimate(by_force), plain.refit)
     found = tuple(replace(f, at_limit=marks) for f, marks in zip(named, at_limit(by_force), strict=True))
-    raised = tuple(w for f, p in zip(found, parts, strict=True) for w in objections(f, p, problem))
+    raised = tuple(w for f, p in zip(found, parts, strict=True) for w in objections(f, p, search.problem))
     if raised:
         return replace(plain, verdict="unknown", effects=found, against=not_credited(raised))
     harm = _harmful(search, outcome.final, measured)
     if harm is not None:
         return replace(plain, verdict="unknown", effects=found, against=(harm[1],))
-    return _judged(search, outcome, problem, plain, measured, outcome.final, found)
+    return _judged(search, outcome, plain, measured, outcome.final, found)
 
 
-def _with_effects(
-    final_search: Search, outcome: Outcome, problem: Problem, plain: Answer, measured: Measured
-) -> Answer:
-    outcome, fit, found, against = _examined(final_search, outcome, problem, plain.refit, plain.verdict == "effect")
+def _with_effects(final_search: Search, outcome: Outcome, plain: Answer, measured: Measured) -> Answer:
+    outcome, fit, found, against = _examined(final_search, outcome, plain.refit, plain.verdict == "effect")
     if against:
         return replace(plain, verdict=without_effects(outcome), effects=found, against=against)
     harm = _harmful(final_search, outcome.final, measured) if plain.verdict == "effect" else None
@@ -185,9 +180,9 @@ def _with_effects(
         fewer = _with_fewer(final_search, outcome, final_search.without(outcome.final, harm[0]))
         if fewer is None:
             return replace(plain, verdict="unknown", effects=found, against=(harm[1],))
-        answer = _with_effects(final_search, fewer, problem, plain, measured)
+        answer = _with_effects(final_search, fewer, plain, measured)
         return replace(answer, remarks=(*answer.remarks, harm[1]))
-    return _judged(final_search, outcome, problem, plain, measured, fit, found)
+    return _judged(final_search, outcome, plain, measured, fit, found)
 
 
 def _with_fewer(search: Search, outcome: Outcome, final: Fit) -> Outcome | None:
@@ -222,15 +217,14 @@ def _harmful(search: Search, final: Fit, measured: Measured) -> tuple[int, Fact]
 def _judged(
     final_search: Search,
     outcome: Outcome,
-    problem: Problem,
     plain: Answer,
     measured: Measured,
     fit: Fit,
     found: tuple[FoundEffect, ...],
 ) -> Answer:
     """The answer with the effects found, or ``plain`` with the reason if force residual or held-out data refuse."""
-    system = with_effects(final_search.system, found)
-    richer = adopt_values(final_search, fit, problem, system)
+    problem, system = final_search.problem, with_effects(final_search.system, found)
+    richer = adopt_values(final_search, fit, system)
     without_it = {s.name: float(plain.refit.values[s]) for s in final_search.moved}
     options = _options(system, richer, without_it)
     models = problem, plain.refit, options[0][1]
@@ -334,7 +328,7 @@ def _in_proportion(figures: ErrorFigures, augmented: System, system: System, pro
 
 
 def _examined(
-    search: Search, outcome: Outcome, problem: Problem, refit: System, strict: bool
+    search: Search, outcome: Outcome, refit: System, strict: bool
 ) -> tuple[Outcome, Fit, tuple[FoundEffect, ...], tuple[Fact, ...]]:
     """The outcome with the effects that are left, their final fit, its effects, and the objections against them.
 
@@ -348,14 +342,14 @@ def _examined(
         parts = fit.trial.parts
         alone = estimate(fit, other)
         own = named_effects(parts, alone, refit)
-        named = named_effects(parts, _by_both(search, outcome.base, final, fit, alone, problem), refit)
+        named = named_effects(parts, _by_both(search, outcome.base, final, fit, alone), refit)
         found = tuple(replace(f, at_limit=marks) for f, marks in zip(named, at_limit(fit), strict=True))
         simpler = _in_determined_forms(search, final, found) if strict else None
         if simpler is not None:
             final = simpler
             continue
         triples = zip(own, found, parts, strict=True)
-        raised = [_objections(o, f, p, problem) for o, f, p in triples]
+        raised = [_objections(o, f, p, search.problem) for o, f, p in triples]
         if not any(raised) or not (strict or all(raised)):
             if final is not outcome.final:
                 explained = explained_share(search, outcome.base, final)
@@ -381,7 +375,7 @@ def _in_determined_forms(search: Search, final: Fit, found: Sequence[FoundEffect
     return search.with_parts(final, moved, parts, kept)
 
 
-def _by_both(search: Search, base: Fit, final: Fit, polished: Fit, own: Estimate, problem: Problem) -> Estimate:
+def _by_both(search: Search, base: Fit, final: Fit, polished: Fit, own: Estimate) -> Estimate:
     """Estimates whose intervals reach those of the force residual where free runs leave more than noise."""
     if final.trial.changed.transmissions:
         return own
@@ -392,7 +386,7 @@ def _by_both(search: Search, base: Fit, final: Fit, polished: Fit, own: Estimate
     }
     if not shares:
         return own
-    by_force = ForceFits(search, problem, _on_its_record(search, base)).fit(polished.trial, polished.theta)
+    by_force = ForceFits(search, _on_its_record(search, base)).fit(polished.trial, polished.theta)
     return widened_by(own, estimate(by_force), polished.trial.parts, shares)
 
 

@@ -17,7 +17,6 @@ from codegen.diagnosis.fit.force_rows import residual_slopes
 from codegen.diagnosis.fit.output_error import Fit, damped_step, polish, segment_cost, segment_weights, shooting_fit
 from codegen.diagnosis.fit.residual import (
     DriveLeft,
-    Problem,
     ResidualAlong,
     drive_gain,
     drive_left,
@@ -48,12 +47,11 @@ class ForceFits:
     """Fits of models to the low-passed force residual, with the log in ``SIGN_BLOCKS`` blocks in place of segments.
 
     Attributes:
-        search: gives the prior of parameters with a tolerance. problem: the declared system on the log's motion.
+        search: gives the log's motion, and the prior of parameters with a tolerance.
         base: the refit by free runs, which gives the start states.
     """
 
     search: Search
-    problem: Problem
     base: Fit
     _along: dict[Trial, ResidualAlong] = field(default_factory=dict)
     _left: dict[Trial, DriveLeft] = field(default_factory=dict)
@@ -61,15 +59,15 @@ class ForceFits:
     @cached_property
     def _rows(self) -> list[NDArray[np.int_]]:
         """Samples used, for each coordinate: away from standstill, two in each period of the cutoff."""
-        motion = self.problem.motion
+        motion = self.search.motion
         every = max(1, round(1 / (2 * motion.cutoff_hz * motion.sample_time)))
-        return [np.flatnonzero(used)[::every] for used in self.problem.used.T]
+        return [np.flatnonzero(used)[::every] for used in self.search.problem.used.T]
 
     @cached_property
     def _sizes(self) -> list[float]:
         """Scale of the residual, for each coordinate: that of the model without effects becomes ``LEVEL``."""
         trial, theta = self.search.declared_trial, self.adopted
-        residual = inverse_dynamics_residual(model_of(trial, theta), self.problem.motion) / self._gain(trial, theta)
+        residual = inverse_dynamics_residual(model_of(trial, theta), self.search.motion) / self._gain(trial, theta)
         sizes = [
             float(np.sqrt(np.mean(r[k] ** 2))) if len(k) else 1.0 for r, k in zip(residual.T, self._rows, strict=True)
         ]
@@ -83,7 +81,7 @@ class ForceFits:
     @cached_property
     def adopted(self) -> Array:
         """(p,) adopted values of levels and toleranced parameters, by free runs and force residual."""
-        values = adopt_values(self.search, self.base, self.problem, self.search.system)
+        values = adopt_values(self.search, self.base, self.search.system)
         return np.array(values.values, dtype=float)
 
     @cached_property
@@ -102,7 +100,7 @@ class ForceFits:
 
     def _residual(self, trial: Trial, theta: Array) -> Array:
         """Scaled residuals of each block, (SIGN_BLOCKS, K), over the drive gain."""
-        motion, at = self.problem.motion, theta
+        motion, at = self.search.motion, theta
         linear = not trial.changed.transmissions and not trial.changed.sensor_errors
         places = list(self.by_links) if linear else []
         if places:
@@ -120,17 +118,17 @@ class ForceFits:
 
     def _gain(self, trial: Trial, theta: Array) -> Array:
         """(n,) share of the drive force that is left with these values, times the drive gain."""
-        motion = self.problem.motion
+        motion = self.search.motion
         if moves_sensors(trial):
             left = drive_left(model_of(trial, theta), motion)
         else:
             left = (self._left.get(trial) or self._left.setdefault(trial, DriveLeft(trial, motion))).at(theta)
-        return left * drive_gain(model_of(trial, theta), self.problem.system, motion) if self._moves_drive else left
+        return left * drive_gain(model_of(trial, theta), self.search.system, motion) if self._moves_drive else left
 
     @cached_property
     def _moves_drive(self) -> bool:
         """Whether a refitted parameter scales the drive force."""
-        return not drive_symbols(self.problem.system).isdisjoint(self.search.moved)
+        return not drive_symbols(self.search.system).isdisjoint(self.search.moved)
 
     def _scaled(self, forces: Array) -> Array:
         """Forces (N, n) at the used samples, each coordinate in units of its scale, in blocks (SIGN_BLOCKS, K)."""
@@ -145,7 +143,7 @@ class ForceFits:
     @cached_property
     def _places(self) -> NDArray[np.int_]:
         """(SIGN_BLOCKS, K) indices of each block's values in the joined columns; past their end where padded."""
-        edges = np.linspace(0, len(self.problem.motion.time), SIGN_BLOCKS + 1)[1:-1]
+        edges = np.linspace(0, len(self.search.motion.time), SIGN_BLOCKS + 1)[1:-1]
         block = np.concatenate([np.searchsorted(edges, rows, side="right") for rows in self._rows])
         parts = [np.flatnonzero(block == k) for k in range(SIGN_BLOCKS)]
         longest = max(map(len, parts))
@@ -208,7 +206,7 @@ class ForceFits:
         rigid = self.search.rigid
         if rigid is None or not rigid.parameters:
             return {}
-        slopes = residual_slopes(self.search.system, self.problem.motion, rigid.parameters)
+        slopes = residual_slopes(self.search.system, self.search.motion, rigid.parameters)
         return {self.search.moved.index(s): slopes[:, :, k] for k, s in enumerate(rigid.parameters)}
 
     @cached_property
@@ -228,7 +226,7 @@ class ForceFits:
         linear = [k for k in others if slopes[k].free_symbols.isdisjoint({self.search.moved[k], *system.inputs})]
         if not linear or hidden_states(system):
             return {}
-        found = residual_slopes(system, self.problem.motion, [self.search.moved[k] for k in linear])
+        found = residual_slopes(system, self.search.motion, [self.search.moved[k] for k in linear])
         return {k: self._scaled(found[:, :, j]) for j, k in enumerate(linear)}
 
     def _known(self, trial: Trial) -> dict[int, Array]:

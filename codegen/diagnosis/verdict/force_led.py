@@ -14,7 +14,6 @@ from dataclasses import replace
 from codegen.diagnosis.fit import credit
 from codegen.diagnosis.fit.credit import random_signs
 from codegen.diagnosis.fit.output_error import Fit
-from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.search import Search, joint_of
 from codegen.diagnosis.fit.trial import Part
 from codegen.diagnosis.results import ErrorFigures, Fact, Verdict
@@ -40,7 +39,6 @@ from codegen.mechanics.system import System
 def credited_by_force(
     search: Search,
     outcome: Outcome,
-    problem: Problem,
     answer: Answer,
     measured: Callable[[System], ErrorFigures],
     report_progress: Callable[[float], None],
@@ -58,13 +56,12 @@ def credited_by_force(
 
     Args:
         outcome: of the selection by free runs. answer: the answer from that outcome.
-        problem: the declared system on the log's motion.
         held_out: data that no fit has seen; None where they do not distinguish candidates.
         steady: whether the log runs at constant speed, at which parameters keep their tolerances.
         examined: the answer from an outcome of the selection by free runs; None where nothing is added to it.
     """
     doubtful: list[Fact] = []
-    found = selected_by_force(search, outcome.base, problem, report_progress, doubtful.append)
+    found = selected_by_force(search, outcome.base, report_progress, doubtful.append)
     if found is None:
         said = doubtful if answer.verdict == "unknown" else []
         return replace(answer, remarks=(*answer.remarks, *said)), outcome
@@ -91,7 +88,7 @@ def credited_by_force(
     verdict: Verdict = "ambiguous" if found.rivals else "effect"
     plain = replace(answer, verdict=verdict, effects=(), augmented=answer.refit, against=())
     plain = replace(plain, figures=(*answer.figures[:2], answer.figures[1]))
-    second = with_estimate(search, led, problem, plain, measured, found.fit)
+    second = with_estimate(search, led, plain, measured, found.fit)
     if second.verdict != plain.verdict:
         return replace(answer, remarks=(*answer.remarks, *_refused(answer, second))), outcome
     better = "" if steady else better_values(search, led)

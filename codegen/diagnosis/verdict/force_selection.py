@@ -20,7 +20,7 @@ from codegen.diagnosis.evidence.reservations import determined_form, objections
 from codegen.diagnosis.fit import credit
 from codegen.diagnosis.fit.credit import Evidence, evidence, evidence_of, random_signs
 from codegen.diagnosis.fit.output_error import Fit, segment_losses
-from codegen.diagnosis.fit.residual import Problem, drive_left, drive_shares
+from codegen.diagnosis.fit.residual import drive_left, drive_shares
 from codegen.diagnosis.fit.search import Search, joint_of, joint_of_difference
 from codegen.diagnosis.fit.starting_values import ForceStart
 from codegen.diagnosis.fit.trial import Part, Trial, model_of, part_of
@@ -70,7 +70,6 @@ class ForceSelection:
 def selected_by_force(
     search: Search,
     base: Fit,
-    problem: Problem,
     report_progress: Callable[[float], None],
     tell: Callable[[Fact], None] = lambda fact: None,
 ) -> ForceSelection | None:
@@ -78,10 +77,9 @@ def selected_by_force(
 
     Args:
         base: the refit of the declared structure by free runs.
-        problem: the declared system on the log's motion.
         tell: called with a fact on the effects that the force residual credits, if free runs confirm none.
     """
-    fits = ForceFits(search, problem, base)
+    fits = ForceFits(search, base)
     fit = plain = fits.plain
     rounds: list[LaterRound] = []
     joints: Sequence[int | None] = range(search.system.degrees_of_freedom) if search.rigid else [None]
@@ -147,7 +145,7 @@ def force_round(
     """
     taken = {(p.kind, p.on) for p in plain.trial.parts}
     parts = [p for p in fits.candidates.parts if (p.kind, p.on) not in taken and joint_of(fits.search, p) == joint]
-    start = ForceStart(fits.problem, plain, True, known=fits.by_links)
+    start = ForceStart(fits.search.problem, plain, True, known=fits.by_links)
     trials = [plain.trial.with_part(p) for p in parts]
     starts = [start.best(trial, fits.candidates.covered(p)) for p, trial in zip(parts, trials, strict=True)]
     started = [(*s, trial) for s, trial in zip(starts, trials, strict=True) if s is not None]
@@ -165,7 +163,8 @@ def force_round(
 
 def drive_kept(fits: ForceFits, plain: Fit, trial: Trial, theta: Array) -> float:
     """Share of a fit's drive force that remains with these values of a trial; the least over coordinates."""
-    return float(np.min(drive_shares(model_of(trial, theta), plain.model, fits.problem.motion, fits.problem.used)))
+    problem = fits.search.problem
+    return float(np.min(drive_shares(model_of(trial, theta), plain.model, problem.motion, problem.used)))
 
 
 def fit_in_addition(fits: ForceFits, plain: Fit, trial: Trial, theta: Array) -> Fit:
@@ -173,7 +172,7 @@ def fit_in_addition(fits: ForceFits, plain: Fit, trial: Trial, theta: Array) -> 
     fit = fits.fit(trial, theta)
     if fit.cost <= plain.cost:
         return fit
-    near = ForceStart(fits.problem, plain).best(trial, fits.candidates.covered(trial.parts[-1]))
+    near = ForceStart(fits.search.problem, plain).best(trial, fits.candidates.covered(trial.parts[-1]))
     again = fit if near is None else fits.fit(trial, near[1])
     return again if again.cost < fit.cost else fit
 
@@ -193,9 +192,9 @@ def judged(fits: ForceFits, plain: Fit, found: Fit, candidates: int) -> Ranked:
     least = credit.FURTHER if found.part.effect.seen_over in variables else least
     before, after = fits.where_they_differ(plain, found)
     ratio = float(np.sqrt(after.by_segment.sum() / before.by_segment.sum()))
-    motion, used = fits.problem.motion, fits.problem.used
-    scales = drive_left(found.model, motion) / drive_left(plain.model, motion)
-    acting = min(1.0, float(np.min(drive_shares(found.model, plain.model, motion, used) / scales)))
+    problem = fits.search.problem
+    scales = drive_left(found.model, problem.motion) / drive_left(plain.model, problem.motion)
+    acting = min(1.0, float(np.min(drive_shares(found.model, plain.model, problem.motion, problem.used) / scales)))
     one = evidence_of(before, after, floored=False)
     p = min(1.0, candidates * random_signs(one.t))
     why_not, unsure = "", False
@@ -229,7 +228,7 @@ def in_determined_forms(fits: ForceFits, fit: Fit) -> Fit:
     for k, (part, found) in enumerate(zip(trial.parts, named, strict=True)):
         simpler = [form for form in CATALOGUE[part.kind].forms if {p.name for p in form.parameters} < set(part.names)]
         form = determined_form(part, found.intervals)
-        if form is None and simpler and objections(found, part, fits.problem):
+        if form is None and simpler and objections(found, part, fits.search.problem):
             form = simpler[-1]
         if form is None:
             continue

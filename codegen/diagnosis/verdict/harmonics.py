@@ -66,14 +66,14 @@ class Waves:
         return richer.of_orders(self.orders).values(self.period, pairs)
 
 
-def with_harmonics(search: Search, outcome: Outcome, problem: Problem) -> tuple[Outcome, Search]:
+def with_harmonics(search: Search, outcome: Outcome) -> tuple[Outcome, Search]:
     """The outcome with a cogging of several harmonics if free runs credit it, and the search of its last fit.
 
     Its segments are short if the refit is far from the data, since free runs of a rotor in steep cogging soon diverge.
     """
     final_search = near = search
     base, final = outcome.base, outcome.final
-    if final is not base and not force_agrees(final, problem, base.model, final.model):
+    if final is not base and not force_agrees(final, search.problem, base.model, final.model):
         final = base  # the force residual contradicts this fit: it is no reference
     if at_noise(final):
         return outcome, search
@@ -84,11 +84,11 @@ def with_harmonics(search: Search, outcome: Outcome, problem: Problem) -> tuple[
     for i, effect in forms.items():  # a user's own form in place of the shipped one
         on = search.system.positions[i].name
         rest = [k for k, p in enumerate(final.trial.parts) if not _is_sine(p, on, effect)]
-        periods = sorted(_periods(search, outcome, problem, i, effect))
+        periods = sorted(_periods(search, outcome, i, effect))
         best: Fit | None = None
         for kept in ([[], rest] if rest else [[]]) if periods else []:
-            moved, system = _start(near, final, problem, kept)
-            waves = _best(periods, system, problem, i)
+            moved, system = _start(near, final, kept)
+            waves = _best(periods, system, search.problem, i)
             if waves is None:
                 continue
             part = part_of(effect.of_orders(waves.orders), i, near.system)
@@ -117,19 +117,17 @@ def _best(periods: Sequence[float], system: System, problem: Problem, coordinate
     return best if best and best.share >= LEAST_SHARE and len(best.orders) > 1 else None
 
 
-def _start(search: Search, fit: Fit, problem: Problem, kept: Sequence[int]) -> tuple[Array, System]:
+def _start(search: Search, fit: Fit, kept: Sequence[int]) -> tuple[Array, System]:
     """Refitted or declared values, whichever have the smaller force residual, and the system with the kept effects."""
     own, found = fit.values
     some = replace(fit.trial, parts=tuple(fit.trial.parts[k] for k in kept))
     ways = [(values, some.model(values, [found[k] for k in kept])) for values in (own, search.declared)]
-    return min(ways, key=lambda way: force_errors(way[1], problem.motion, problem.used)[2])
+    return min(ways, key=lambda way: force_errors(way[1], search.motion, search.problem.used)[2])
 
 
-def _periods(
-    search: Search, outcome: Outcome, problem: Problem, coordinate: int, richer: CoggingHarmonics
-) -> Iterator[float]:
+def _periods(search: Search, outcome: Outcome, coordinate: int, richer: CoggingHarmonics) -> Iterator[float]:
     """Periods to try: a whole turn of an angle, and multiples of single sines that were credited."""
-    system, motion = search.system, problem.motion
+    system, motion = search.system, search.motion
     x, used = motion.positions[:, coordinate], motion.usable[1:] & motion.usable[:-1]
     span, way = float(np.ptp(x[motion.usable])), float(np.abs(np.diff(x))[used].sum())
     on = system.positions[coordinate].name

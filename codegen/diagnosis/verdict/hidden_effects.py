@@ -32,7 +32,7 @@ MOST_NAMED = 3
 """Most effects that are named, those with the largest force that may be hidden."""
 
 
-def hidden_effects(search: Search, refit: System, problem: Problem, material: float) -> list[Fact]:
+def hidden_effects(search: Search, refit: System, material: float) -> list[Fact]:
     """Facts on effects that cannot be told from errors of parameters with a tolerance on this log.
 
     The force residual r is linear in the changes of levels and toleranced values, with slopes S, and of the one
@@ -49,6 +49,7 @@ def hidden_effects(search: Search, refit: System, problem: Problem, material: fl
     Args:
         refit: the model that is written. material: share of the RMS drive force.
     """
+    problem = search.problem
     if not problem.uncertain or refit.transmissions or search.rigid:  # each effect takes a residual of a whole arm
         return []
     every = every_part(search, ())
@@ -61,7 +62,7 @@ def hidden_effects(search: Search, refit: System, problem: Problem, material: fl
         if slope is None:
             continue
         force = drive.share(slope)
-        hidden = _hidden(search, refit, problem, rows, slope, level, material / force) if force > 0 else None
+        hidden = _hidden(problem, refit, rows, slope, level, material / force) if force > 0 else None
         if hidden is not None:
             change, reach, names = hidden
             found.append((reach * force, _in_words(part, change, reach, names)))
@@ -99,9 +100,8 @@ def _slope(part: Part, refit: System, problem: Problem) -> Array | None:
 
 
 def _hidden(
-    search: Search,
-    refit: System,
     problem: Problem,
+    refit: System,
     rows: Sequence[ForceRows],
     slope: Array,
     level: float,
@@ -117,16 +117,16 @@ def _hidden(
         return None
     norms = np.linalg.norm(np.vstack(columns), axis=0)
     cosines = np.vstack(columns).T @ np.vstack(columns)[:, -2] / np.maximum(norms * norms[-2], 1e-300)
-    places = [k for k, s in enumerate(search.moved) if s in problem.uncertain]
+    places = [k for k, s in enumerate(problem.moved) if s in problem.uncertain]
     if max(abs(cosines[k]) for k in places) >= 1 - SAME_FORCE:
         return None
     extended = [replace(r, slopes=c) for r, c in zip(rows, columns, strict=True)]
     sizes = np.array([rms(r.residual) or 1.0 for r in rows])  # a coordinate at rest has no slopes either
-    count = len(search.moved)
-    whole = information(extended, sizes, np.pad(search.prior_information, (0, 2)))
+    count = len(problem.moved)
+    whole = information(extended, sizes, np.pad(problem.prior_information, (0, 2)))
     matrix, right = whole[:-1, :-1], -whole[:-1, -1]
-    away = [float(problem.system.values[s] - refit.values[s]) for s in search.moved]
-    right[:count] += search.prior_information @ away
+    away = [float(problem.system.values[s] - refit.values[s]) for s in problem.moved]
+    right[:count] += problem.prior_information @ away
 
     def reach(known: Sequence[int]) -> float:
         kept = [k for k in range(count + 1) if k not in known]
@@ -135,5 +135,5 @@ def _hidden(
     widest = reach([])
     if widest < least or reach(places) >= least:
         return None
-    names = [search.moved[k].name for k in places if reach([k]) <= MUCH * widest]
+    names = [problem.moved[k].name for k in places if reach([k]) <= MUCH * widest]
     return (float(solved(matrix, right)[-1]), widest, names) if names else None
