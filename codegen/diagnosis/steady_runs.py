@@ -25,7 +25,7 @@ from scipy.stats import t as student
 from codegen.base.arrays import Array
 from codegen.base.significant import in_percent
 from codegen.diagnosis.evidence.coverage import Survey, survey
-from codegen.diagnosis.evidence.estimate import CONFIDENCE
+from codegen.diagnosis.evidence.estimate import CONFIDENCE, effect_of
 from codegen.diagnosis.evidence.reservations import may_be_absent
 from codegen.diagnosis.fit import credit
 from codegen.diagnosis.fit.linear import fitted, inverse, rms
@@ -34,7 +34,7 @@ from codegen.diagnosis.fit.shooting import hidden_states
 from codegen.diagnosis.fit.trial import Part, Trial, model_of, part_of
 from codegen.diagnosis.results import Candidate, ErrorFigures, Fact, FoundEffect, Interval, Remainder, Round, Verdict
 from codegen.diagnosis.verdict.answer import Answer, Measured, admitted, merged
-from codegen.diagnosis.verdict.conclusion import TABLE_SIZE, effect_of
+from codegen.diagnosis.verdict.conclusion import TABLE_SIZE
 from codegen.effects.register import candidates, is_own
 from codegen.logs import Log
 from codegen.logs.motion import measured_motion, steady_speeds

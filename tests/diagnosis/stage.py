@@ -11,9 +11,8 @@ from codegen.diagnosis.diagnose import Models, diagnose_log
 from codegen.diagnosis.fit.search import Search
 from codegen.diagnosis.fit.trial import Part
 from codegen.diagnosis.results import Diagnosis
-from codegen.diagnosis.selection import forward_selection
+from codegen.diagnosis.selection import force_fits, forward_selection
 from codegen.diagnosis.selection.candidate_fits import every_part
-from codegen.diagnosis.verdict import force_fits
 from codegen.effects.declare import add_declared_effects
 from codegen.logs import Log, read_log
 from codegen.mechanics import System, build_system

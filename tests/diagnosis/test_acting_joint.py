@@ -11,7 +11,7 @@ import pytest
 
 from codegen.diagnosis.fit.credit import SIGN_BLOCKS, evidence_of
 from codegen.diagnosis.fit.search import joint_of_difference, where_they_differ
-from codegen.diagnosis.verdict.force_fits import ForceFits
+from codegen.diagnosis.selection.force_fits import ForceFits
 
 
 @dataclass(frozen=True)

@@ -16,6 +16,16 @@ from scipy.signal import butter, sosfiltfilt
 
 from codegen.diagnosis import diagnose
 from codegen.diagnosis.diagnose import Models, diagnose_log
+from codegen.diagnosis.evidence.adoption import (
+    BLOCKS,
+    DOUBTFUL,
+    CrossValidation,
+    Information,
+    MapEstimate,
+    Score,
+    adopt_values,
+    settled_values,
+)
 from codegen.diagnosis.evidence.estimate import Estimate, covariance, estimate
 from codegen.diagnosis.fit.force_rows import force_rows, independent_samples
 from codegen.diagnosis.fit.measure import force_errors, free_run_errors, measure
@@ -28,16 +38,6 @@ from codegen.diagnosis.fit.trial import with_values
 from codegen.diagnosis.results import Diagnosis, ErrorFigures
 from codegen.diagnosis.selection.forward_selection import find_effects
 from codegen.diagnosis.verdict import examination
-from codegen.diagnosis.verdict.adoption import (
-    BLOCKS,
-    DOUBTFUL,
-    CrossValidation,
-    Information,
-    MapEstimate,
-    Score,
-    adopt_values,
-    settled_values,
-)
 from codegen.diagnosis.verdict.answer import FORCE, RUN, Answer, Refusal, acts, admitted, worsened
 from codegen.diagnosis.verdict.examination import spared
 from codegen.logs import Log, read_log

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from codegen.diagnosis.evidence.adoption import Refit
 from codegen.diagnosis.evidence.coverage import survey
 from codegen.diagnosis.fit.credit import LEAST_NET, is_negligible, misfit, near_noise, share_far
 from codegen.diagnosis.fit.output_error import Fit, polish
@@ -17,7 +18,6 @@ from codegen.diagnosis.fit.search import Search, search_on
 from codegen.diagnosis.fit.signals import smooth_motion
 from codegen.diagnosis.fit.trial import Runner, part_of
 from codegen.diagnosis.selection.candidate_fits import CandidateFits, every_part, fit_candidates, start_compiling
-from codegen.diagnosis.verdict.adoption import Refit
 from codegen.diagnosis.verdict.examination import _options
 from codegen.effects import CATALOGUE
 from codegen.logs import Log

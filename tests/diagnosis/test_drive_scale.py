@@ -7,14 +7,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from codegen.diagnosis.evidence.adoption import CrossValidation, adopt_values
 from codegen.diagnosis.fit.force_rows import force_rows, relative_force_rows
 from codegen.diagnosis.fit.record import record_of
 from codegen.diagnosis.fit.residual import Problem, drive_gain
 from codegen.diagnosis.fit.search import Search, search_on
 from codegen.diagnosis.fit.signals import smooth_motion
 from codegen.diagnosis.fit.trial import with_values
-from codegen.diagnosis.verdict.adoption import CrossValidation, adopt_values
-from codegen.diagnosis.verdict.force_fits import ForceFits
+from codegen.diagnosis.selection.force_fits import ForceFits
 from codegen.mechanics.system import System
 from codegen.spec import Spec, parse_spec
 from tests.diagnosis.stage import log_of, stage, system_of

@@ -21,12 +21,9 @@ from codegen.diagnosis.fit.search import Search, search_on
 from codegen.diagnosis.fit.signals import smooth_motion
 from codegen.diagnosis.fit.trial import Part, model_of, part_of
 from codegen.diagnosis.results import Fact
-from codegen.diagnosis.selection.forward_selection import LaterRound, Outcome
-from codegen.diagnosis.verdict import force_led, force_selection
-from codegen.diagnosis.verdict.answer import Answer
-from codegen.diagnosis.verdict.force_fits import LEVEL, ForceFits
-from codegen.diagnosis.verdict.force_led import against_free_runs, without_refused_ties
-from codegen.diagnosis.verdict.force_selection import (
+from codegen.diagnosis.selection import force_selection
+from codegen.diagnosis.selection.force_fits import LEVEL, ForceFits
+from codegen.diagnosis.selection.force_selection import (
     ForceSelection,
     best_first_effect,
     confirmed,
@@ -35,6 +32,10 @@ from codegen.diagnosis.verdict.force_selection import (
     judged,
     selected_by_force,
 )
+from codegen.diagnosis.selection.forward_selection import LaterRound, Outcome
+from codegen.diagnosis.verdict import force_led
+from codegen.diagnosis.verdict.answer import Answer
+from codegen.diagnosis.verdict.force_led import against_free_runs, without_refused_ties
 from codegen.diagnosis.verdict.held_out import HeldOut
 from codegen.effects import CATALOGUE
 from codegen.logs import Log, read_log

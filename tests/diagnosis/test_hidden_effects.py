@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 import sympy
 
+from codegen.diagnosis.evidence.adoption import adopt_values
 from codegen.diagnosis.fit.force_rows import ForceRows, independent_samples
 from codegen.diagnosis.fit.trial import with_values
 from codegen.diagnosis.results import Fact
-from codegen.diagnosis.verdict.adoption import adopt_values
 from codegen.diagnosis.verdict.hidden_effects import _hidden, hidden_effects
 from codegen.logs import Log
 from codegen.spec import Spec, parse_spec

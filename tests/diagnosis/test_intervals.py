@@ -23,8 +23,8 @@ from codegen.diagnosis.evidence.estimate import (
 from codegen.diagnosis.fit.output_error import Fit, Prior
 from codegen.diagnosis.fit.trial import Part, part_of
 from codegen.diagnosis.results import Interval
+from codegen.diagnosis.selection.force_fits import ForceFits
 from codegen.diagnosis.verdict.examination import _by_both, _on_its_record
-from codegen.diagnosis.verdict.force_fits import ForceFits
 from codegen.effects import CATALOGUE
 from codegen.spec import Spec, parse_spec
 from tests.diagnosis.stage import log_of, stage, system_of

@@ -36,13 +36,13 @@ from codegen.diagnosis.fit.trial import Part, model_of, part_of
 from codegen.diagnosis.results import ErrorFigures, FoundEffect
 from codegen.diagnosis.selection import forward_selection
 from codegen.diagnosis.selection.candidate_fits import CandidateFits, every_part
+from codegen.diagnosis.selection.force_fits import ForceFits
+from codegen.diagnosis.selection.force_selection import ForceSelection
 from codegen.diagnosis.selection.forward_selection import Outcome
 from codegen.diagnosis.selection.refusals import contradicted_by_force
 from codegen.diagnosis.verdict import force_led
 from codegen.diagnosis.verdict.answer import Answer
-from codegen.diagnosis.verdict.force_fits import ForceFits
 from codegen.diagnosis.verdict.force_led import credited_by_force
-from codegen.diagnosis.verdict.force_selection import ForceSelection
 from codegen.effects import CATALOGUE
 from codegen.logs import Log
 from codegen.mechanics.casadi_form import over_rows

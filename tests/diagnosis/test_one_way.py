@@ -15,10 +15,10 @@ from codegen.diagnosis.fit.output_error import Fit, shooting_fit
 from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.signals import smooth_motion
 from codegen.diagnosis.fit.trial import Trial, part_of, with_values
+from codegen.diagnosis.selection import force_selection
+from codegen.diagnosis.selection.force_fits import ForceFits
+from codegen.diagnosis.selection.force_selection import force_round
 from codegen.diagnosis.selection.refusals import is_possible
-from codegen.diagnosis.verdict import force_selection
-from codegen.diagnosis.verdict.force_fits import ForceFits
-from codegen.diagnosis.verdict.force_selection import force_round
 from codegen.effects import CATALOGUE
 from codegen.logs import Log, read_log
 from codegen.mechanics.system import System

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from codegen.diagnosis.evidence.adoption import Refit
 from codegen.diagnosis.verdict import examination
-from codegen.diagnosis.verdict.adoption import Refit
 
 DECLARED, FITTED, WITHOUT = 4.0, 3.0, 0.0
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from codegen.diagnosis.diagnose import Models, diagnose_log
-from codegen.diagnosis.evidence.estimate import Estimate
+from codegen.diagnosis.evidence.estimate import Estimate, named_effects
 from codegen.diagnosis.evidence.reservations import determined_form, may_be_absent, objections, remarks
 from codegen.diagnosis.fit.output_error import Fit, at_limit
 from codegen.diagnosis.fit.residual import Problem
@@ -17,7 +17,6 @@ from codegen.diagnosis.fit.signals import smooth_motion
 from codegen.diagnosis.fit.trial import part_of
 from codegen.diagnosis.results import Diagnosis, FoundEffect
 from codegen.diagnosis.verdict import examination
-from codegen.diagnosis.verdict.conclusion import named_effects
 from codegen.effects import CATALOGUE
 from codegen.logs import Log
 from codegen.report.page import render_report

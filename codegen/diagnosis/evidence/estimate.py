@@ -18,7 +18,9 @@ from codegen.base.arrays import Array
 from codegen.diagnosis.fit.linear import inverse
 from codegen.diagnosis.fit.output_error import Fit, segment_weights
 from codegen.diagnosis.fit.trial import Part
-from codegen.diagnosis.results import Interval
+from codegen.diagnosis.results import FoundEffect, Interval
+from codegen.effects.declare import unit_words
+from codegen.mechanics.system import System
 
 CONFIDENCE = 0.95
 BLOCKS = 16
@@ -190,3 +192,18 @@ def covariance(fit: Fit, clusters: int = 0) -> Array:
     meat += fit.prior.precision / fit.prior.tempering
     half = inverse(bread)
     return np.asarray(half @ meat @ half)
+
+
+def effect_of(
+    part: Part, values: Mapping[str, float], system: System, intervals: Mapping[str, Interval] | None = None
+) -> FoundEffect:
+    """An effect with its values; without intervals where its loss is rough, so that slopes do not give them."""
+    units, also = unit_words(part.effect, part.place, system), tuple(part.effect.twins(system, part.place))
+    return FoundEffect(part.kind, part.on, values, units, also, {} if part.effect.rough else intervals or {})
+
+
+def named_effects(parts: Sequence[Part], estimated: Estimate, system: System) -> list[FoundEffect]:
+    return [
+        effect_of(part, {n: v for n, (v, _) in values.items()}, system, {n: one for n, (_, one) in values.items()})
+        for part, values in zip(parts, estimated.effects, strict=True)
+    ]

@@ -15,9 +15,9 @@ import numpy as np
 
 from codegen.base.significant import in_percent
 from codegen.base.text import render
+from codegen.diagnosis.evidence.adoption import SAME
 from codegen.diagnosis.fit.credit import LEAST_SHARE, TIE_LEVEL, random_signs
 from codegen.diagnosis.results import ErrorFigures, Fact, FoundEffect, ParameterError, Verdict
-from codegen.diagnosis.verdict.adoption import SAME
 from codegen.mechanics.system import System
 
 FORCE, RUN = "residual force", "simulation error"

@@ -7,7 +7,7 @@ from dataclasses import replace
 from math import floor, isfinite, log10, sqrt
 
 from codegen.base.significant import in_percent
-from codegen.diagnosis.evidence.estimate import Estimate
+from codegen.diagnosis.evidence.estimate import effect_of
 from codegen.diagnosis.evidence.force_evidence import ForceGain, force_evidence, force_gain
 from codegen.diagnosis.evidence.score_test import nested_evidence_of
 from codegen.diagnosis.fit import credit
@@ -17,13 +17,13 @@ from codegen.diagnosis.fit.output_error import Fit, at_limit
 from codegen.diagnosis.fit.residual import Problem, contacts_on, residual_without_levels
 from codegen.diagnosis.fit.search import Search
 from codegen.diagnosis.fit.trial import Part
-from codegen.diagnosis.results import Candidate, FoundEffect, Interval, Remainder, Round, Verdict
+from codegen.diagnosis.results import Candidate, FoundEffect, Remainder, Round, Verdict
 from codegen.diagnosis.selection.forward_selection import Outcome
 from codegen.diagnosis.selection.ranking import Ranked, twins
 from codegen.diagnosis.selection.significance import chance
 from codegen.diagnosis.verdict.wrong_values import FAR_LESS
 from codegen.effects import CATALOGUE
-from codegen.effects.declare import places_of, unit_words
+from codegen.effects.declare import places_of
 from codegen.effects.places import pairs
 from codegen.effects.register import is_own
 from codegen.logs import Log
@@ -206,21 +206,6 @@ def against_regression(
                     f"{in_percent(one.alone)}, and only {in_percent(max(0.0, both - share))} in addition to that"
                 )
     return ""
-
-
-def effect_of(
-    part: Part, values: Mapping[str, float], system: System, intervals: Mapping[str, Interval] | None = None
-) -> FoundEffect:
-    """An effect with its values; without intervals where its loss is rough, so that slopes do not give them."""
-    units, also = unit_words(part.effect, part.place, system), tuple(part.effect.twins(system, part.place))
-    return FoundEffect(part.kind, part.on, values, units, also, {} if part.effect.rough else intervals or {})
-
-
-def named_effects(parts: Sequence[Part], estimated: Estimate, system: System) -> list[FoundEffect]:
-    return [
-        effect_of(part, {n: v for n, (v, _) in values.items()}, system, {n: one for n, (_, one) in values.items()})
-        for part, values in zip(parts, estimated.effects, strict=True)
-    ]
 
 
 def rivals_of(outcome: Outcome, tied: Sequence[Fit], system: System) -> tuple[FoundEffect, ...]:

@@ -8,7 +8,8 @@ from dataclasses import replace
 import numpy as np
 
 from codegen.base.significant import in_percent
-from codegen.diagnosis.evidence.estimate import Estimate, estimate, widened_by
+from codegen.diagnosis.evidence.adoption import Refit, adopt_values, settled_values
+from codegen.diagnosis.evidence.estimate import Estimate, estimate, named_effects, widened_by
 from codegen.diagnosis.evidence.reservations import determined_form, may_be_absent, objections, remarks, takes_the_level
 from codegen.diagnosis.experiments.separation import without_leader
 from codegen.diagnosis.fit import credit
@@ -18,10 +19,10 @@ from codegen.diagnosis.fit.residual import Problem, drive_gain, drive_left
 from codegen.diagnosis.fit.search import Search, joint_of
 from codegen.diagnosis.fit.trial import Part, in_unit, part_of, with_effects, with_values
 from codegen.diagnosis.results import ErrorFigures, Fact, FoundEffect, Remainder, Verdict
+from codegen.diagnosis.selection.force_fits import ForceFits
 from codegen.diagnosis.selection.forward_selection import Outcome, explained_share, first_candidates
 from codegen.diagnosis.selection.ranking import Ranked, credible, less_probable
 from codegen.diagnosis.selection.significance import dispersion
-from codegen.diagnosis.verdict.adoption import Refit, adopt_values, settled_values
 from codegen.diagnosis.verdict.answer import (
     REFIT_WORSE,
     Admitted,
@@ -35,8 +36,7 @@ from codegen.diagnosis.verdict.answer import (
     merged,
     worsened,
 )
-from codegen.diagnosis.verdict.conclusion import against_regression, force_agrees, named_effects, settled_by_free_runs
-from codegen.diagnosis.verdict.force_fits import ForceFits
+from codegen.diagnosis.verdict.conclusion import against_regression, force_agrees, settled_by_free_runs
 from codegen.diagnosis.verdict.held_out import HeldOut, without_refused
 from codegen.mechanics.system import System
 

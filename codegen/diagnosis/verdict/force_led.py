@@ -17,13 +17,8 @@ from codegen.diagnosis.fit.output_error import Fit
 from codegen.diagnosis.fit.search import Search, joint_of
 from codegen.diagnosis.fit.trial import Part
 from codegen.diagnosis.results import ErrorFigures, Fact, Verdict
-from codegen.diagnosis.selection.forward_selection import Outcome, explained_share
-from codegen.diagnosis.selection.ranking import Ranked, credible, led_by
-from codegen.diagnosis.selection.significance import hypotheses
-from codegen.diagnosis.verdict.answer import Answer
-from codegen.diagnosis.verdict.examination import with_estimate
-from codegen.diagnosis.verdict.force_fits import ForceFits
-from codegen.diagnosis.verdict.force_selection import (
+from codegen.diagnosis.selection.force_fits import ForceFits
+from codegen.diagnosis.selection.force_selection import (
     ELSEWHERE,
     ForceSelection,
     confirmed,
@@ -31,6 +26,11 @@ from codegen.diagnosis.verdict.force_selection import (
     selected_by_force,
     with_first,
 )
+from codegen.diagnosis.selection.forward_selection import Outcome, explained_share
+from codegen.diagnosis.selection.ranking import Ranked, credible, led_by
+from codegen.diagnosis.selection.significance import hypotheses
+from codegen.diagnosis.verdict.answer import Answer
+from codegen.diagnosis.verdict.examination import with_estimate
 from codegen.diagnosis.verdict.held_out import HeldOut, in_words
 from codegen.diagnosis.verdict.wrong_values import better_values
 from codegen.mechanics.system import System

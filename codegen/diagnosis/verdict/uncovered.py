@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from codegen.diagnosis.evidence.estimate import estimate
+from codegen.diagnosis.evidence.estimate import effect_of, estimate
 from codegen.diagnosis.evidence.force_evidence import ForceCriterion
 from codegen.diagnosis.evidence.reservations import objections
 from codegen.diagnosis.fit.residual import Problem
@@ -17,7 +17,6 @@ from codegen.diagnosis.results import Fact
 from codegen.diagnosis.selection.forward_selection import BETTER, Outcome
 from codegen.diagnosis.selection.ranking import Ranked, force_prefers, same_signature
 from codegen.diagnosis.verdict.answer import Answer
-from codegen.diagnosis.verdict.conclusion import effect_of
 
 SURE = 0.05
 """Half width of the 95 % interval of a period, over the period, up to which the stroke that shows it is known. Of three

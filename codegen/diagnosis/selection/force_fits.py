@@ -12,6 +12,7 @@ import sympy
 from numpy.typing import NDArray
 
 from codegen.base.arrays import Array
+from codegen.diagnosis.evidence.adoption import adopt_values
 from codegen.diagnosis.fit.credit import SIGN_BLOCKS
 from codegen.diagnosis.fit.force_rows import residual_slopes
 from codegen.diagnosis.fit.output_error import Fit, damped_step, polish, segment_cost, segment_weights, shooting_fit
@@ -30,7 +31,6 @@ from codegen.diagnosis.fit.starting_values import STEP
 from codegen.diagnosis.fit.trial import Trial, model_of
 from codegen.diagnosis.selection.candidate_fits import CandidateFits, every_part
 from codegen.diagnosis.selection.ranking import CLOSE
-from codegen.diagnosis.verdict.adoption import adopt_values
 from codegen.mechanics.system import Matrix
 
 LEVEL = 10.0

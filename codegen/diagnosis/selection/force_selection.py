@@ -14,7 +14,7 @@ import numpy as np
 
 from codegen.base.arrays import Array
 from codegen.base.significant import in_percent
-from codegen.diagnosis.evidence.estimate import estimate
+from codegen.diagnosis.evidence.estimate import estimate, named_effects
 from codegen.diagnosis.evidence.force_evidence import ForceCriterion
 from codegen.diagnosis.evidence.reservations import determined_form, objections
 from codegen.diagnosis.fit import credit
@@ -25,12 +25,11 @@ from codegen.diagnosis.fit.search import Search, joint_of, joint_of_difference
 from codegen.diagnosis.fit.starting_values import ForceStart
 from codegen.diagnosis.fit.trial import Part, Trial, model_of, part_of
 from codegen.diagnosis.results import Fact
+from codegen.diagnosis.selection.force_fits import ForceFits
 from codegen.diagnosis.selection.forward_selection import MOST_EFFECTS, LaterRound
 from codegen.diagnosis.selection.ranking import Ranked, in_simplest_admitted_forms, led_by, ties
 from codegen.diagnosis.selection.refusals import corrects_a_form, is_possible, matters, relative_size
 from codegen.diagnosis.selection.significance import chance_in_words, hypotheses
-from codegen.diagnosis.verdict.conclusion import named_effects
-from codegen.diagnosis.verdict.force_fits import ForceFits
 from codegen.effects import CATALOGUE
 
 FITTED = 8
