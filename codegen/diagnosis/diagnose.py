@@ -22,7 +22,7 @@ from codegen.diagnosis import steady_runs
 from codegen.diagnosis.case import HELD_OUT_SHARE, Case, Findings, case_of
 from codegen.diagnosis.evidence.residual_regression import acting_force, half_of_squares, remainders
 from codegen.diagnosis.experiments.separation import separate, tied_fits
-from codegen.diagnosis.fit.credit import ALPHA, LEAST_SHARE, NEAR_NOISE, noise_ratio, share_far
+from codegen.diagnosis.fit.credit import ALPHA, NEAR_NOISE, noise_ratio, share_far
 from codegen.diagnosis.fit.linear import rms
 from codegen.diagnosis.fit.measure import RESTART_S, force_errors, measure, restart_within_reach
 from codegen.diagnosis.fit.output_error import BLOCKS, Fit, levels_at_zero
@@ -31,21 +31,12 @@ from codegen.diagnosis.fit.residual import Problem, residual_at_drive
 from codegen.diagnosis.fit.search import Search, search_on
 from codegen.diagnosis.fit.trial import Part
 from codegen.diagnosis.reliability import reliability_of
-from codegen.diagnosis.results import MATERIAL, Diagnosis, ErrorFigures, Fact, FoundEffect, Remainder, Verdict
+from codegen.diagnosis.results import MATERIAL, Diagnosis, ErrorFigures, Fact, FoundEffect, Remainder
 from codegen.diagnosis.selection.candidate_fits import start_compiling
 from codegen.diagnosis.selection.forward_selection import Outcome, common_effects, find_effects, within_reach
 from codegen.diagnosis.verdict import wrong_values
-from codegen.diagnosis.verdict.answer import Answer
+from codegen.diagnosis.verdict.answer import Answer, by_remainder, is_small, verdict_of
 from codegen.diagnosis.verdict.augment import augmented_text
-from codegen.diagnosis.verdict.conclusion import (
-    candidates,
-    in_no_round,
-    interval_in_words,
-    is_small,
-    rivals_of,
-    rounds,
-    verdict_of,
-)
 from codegen.diagnosis.verdict.examination import examine, refused_at_limit, settled
 from codegen.diagnosis.verdict.force_led import credited_by_force
 from codegen.diagnosis.verdict.harmonics import with_harmonics
@@ -53,7 +44,8 @@ from codegen.diagnosis.verdict.held_out import HeldOut, within
 from codegen.diagnosis.verdict.hidden_effects import hidden_effects
 from codegen.diagnosis.verdict.proposal import propose_terms, refuse_without_pysindy
 from codegen.diagnosis.verdict.replay import compare_residuals
-from codegen.diagnosis.verdict.statement import statement
+from codegen.diagnosis.verdict.statement import interval_in_words, statement
+from codegen.diagnosis.verdict.table import candidates, in_no_round, rivals_of, rounds
 from codegen.diagnosis.verdict.uncovered import better_than_a_sum, better_than_refused, not_determined
 from codegen.logs import Log
 from codegen.mechanics.system import System
@@ -240,7 +232,7 @@ def _by_free_runs(case: Case, search: Search, report: Progress, propose: bool) -
     answer = refused_at_limit(answer, runs.left_by, case.material)
     answer = settled(replace(search, within=last.within), outcome, answer, runs.measured)
     left = runs.left_by(answer)
-    answer = replace(answer, verdict=_by_remainder(answer.verdict, left, case.material))
+    answer = replace(answer, verdict=by_remainder(answer.verdict, left, case.material))
     if open_ is None and answer.verdict in ("none", "unknown"):
         open_ = better_than_refused(search, tried, outcome, case.material)
     answer = not_determined(answer, open_, problem, named) if open_ is not None else answer
@@ -410,23 +402,6 @@ def _refit(spec: Spec, search: Search, case: Case) -> tuple[Search, Fit]:
         if not problems or not is_numerical(error):
             raise
         raise BadInput(case.log.where, problems[0], "a log that fits the spec", code="LOG012") from error
-
-
-def _by_remainder(verdict: Verdict, left: Sequence[Remainder], material: float) -> Verdict:
-    """The verdict after a test of the remaining force residual; ``effect`` and ``ambiguous`` are not changed.
-
-    ``unknown`` becomes ``none`` if the part that the motion predicts is immaterial, no material change in time is left,
-    and the remainder is below the drive force. ``none`` becomes ``unknown`` if such a change or a large part is left.
-    """
-    if verdict not in ("none", "unknown"):
-        return verdict
-    changing = any(r.is_changing(material) for r in left)
-    if verdict == "unknown":
-        explains = not any(r.exceeds_drive for r in left)
-        return "none" if is_small(left, material) and not changing and explains else "unknown"
-    # Free runs near a large noise, such as that of a measured speed, do not show a large predicted part.
-    far_off = any(r.nature(material) == "structured" and r.material**2 >= LEAST_SHARE for r in left)
-    return "unknown" if changing or far_off else "none"
 
 
 def _once_on_held_out(answer: Answer, case: Case) -> tuple[Fact, ...]:

@@ -33,8 +33,9 @@ from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.shooting import hidden_states
 from codegen.diagnosis.fit.trial import Part, Trial, model_of, part_of
 from codegen.diagnosis.results import Candidate, ErrorFigures, Fact, FoundEffect, Interval, Remainder, Round, Verdict
-from codegen.diagnosis.verdict.answer import Answer, Measured, admitted, merged
-from codegen.diagnosis.verdict.conclusion import TABLE_SIZE
+from codegen.diagnosis.verdict.admission import Measured, admitted, merged
+from codegen.diagnosis.verdict.answer import Answer
+from codegen.diagnosis.verdict.table import TABLE_SIZE
 from codegen.effects.register import candidates, is_own
 from codegen.logs import Log
 from codegen.logs.motion import measured_motion, steady_speeds

@@ -13,7 +13,6 @@ import numpy as np
 
 from codegen.base.arrays import Array, Flags
 from codegen.diagnosis.diagnose import Models
-from codegen.diagnosis.evidence.force_evidence import VARIABLES
 from codegen.diagnosis.evidence.residual_regression import (
     explained_over,
     remainder_columns,
@@ -24,7 +23,7 @@ from codegen.diagnosis.evidence.residual_regression import (
 from codegen.diagnosis.fit.residual import Problem, residual_at_drive, without_levels
 from codegen.diagnosis.fit.trial import with_effects, with_values
 from codegen.diagnosis.results import Diagnosis, FoundEffect
-from codegen.diagnosis.verdict.conclusion import acts_on
+from codegen.diagnosis.verdict.against_regression import VARIABLES, acts_on
 from codegen.effects import CATALOGUE
 from codegen.mechanics.system import System
 from codegen.report.series import Curve, bin_means, thin

@@ -5,8 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from codegen.diagnosis.results import Remainder, Statement
-from codegen.diagnosis.verdict.conclusion import main_variables
-from codegen.diagnosis.verdict.statement import stated
+from codegen.diagnosis.verdict.statement import main_variables, stated
 
 
 def statement_of(verdict: str, left: Remainder | None = None, **given: Any) -> Statement:

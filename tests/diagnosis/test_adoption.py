@@ -37,8 +37,9 @@ from codegen.diagnosis.fit.signals import smooth_motion
 from codegen.diagnosis.fit.trial import with_values
 from codegen.diagnosis.results import Diagnosis, ErrorFigures
 from codegen.diagnosis.selection.forward_selection import find_effects
-from codegen.diagnosis.verdict import examination
-from codegen.diagnosis.verdict.answer import FORCE, RUN, Answer, Refusal, acts, admitted, worsened
+from codegen.diagnosis.verdict import admission, examination
+from codegen.diagnosis.verdict.admission import FORCE, RUN, Refusal, acts, admitted, worsened
+from codegen.diagnosis.verdict.answer import Answer
 from codegen.diagnosis.verdict.examination import spared
 from codegen.logs import Log, read_log
 from codegen.mechanics.system import System
@@ -580,7 +581,7 @@ def test_what_a_model_with_an_effect_is_compared_with(effect: str, force: float,
     figures = tuple(ErrorFigures(f, (f,), 0.1, 2.0, (2.0,)) for f in (9.0, 1.0, 1.0))
     answer = Answer("effect", (), plain, plain, (figures[0], figures[1], figures[2]))
     problem = Problem(plain, smooth_motion(log_of(stage(), tmp_path, "plain.csv")), {})
-    declared, refit, worse = examination.references(answer, system_of(stage(f"[{effect}]")), problem)
+    declared, refit, worse = admission.references(answer, system_of(stage(f"[{effect}]")), problem)
     assert refit.force_rms_rows == pytest.approx((force,), nan_ok=True)
     assert declared.force_rms_rows == pytest.approx((9.0 if np.isfinite(force) else force,), nan_ok=True)
     assert refit.free_run_rmse_rows == (2.0,) and worse == pytest.approx(share)
@@ -605,7 +606,7 @@ def test_a_load_far_from_the_noise_must_reduce_the_force_in_proportion_to_the_dr
     figures = tuple(ErrorFigures(f, (f,), 0.1, 2.0, (2.0,)) for f in (9.0, 1.0, 1.0))
     answer = Answer("effect", (), plain, plain, (figures[0], figures[1], figures[2]))
     problem = Problem(plain, smooth_motion(log_of(stage(), tmp_path, "plain.csv")), {})
-    declared, refit, worse = examination.references(answer, with_values(rich, {"kt": gain}), problem, near=False)
+    declared, refit, worse = admission.references(answer, with_values(rich, {"kt": gain}), problem, near=False)
     assert declared.force_rms_rows == pytest.approx((9.0 * min(gain, 1.0),))
     assert refit.force_rms_rows == pytest.approx((min(gain, 1.0),))
     assert refit.free_run_rmse_rows == (2.0,) and worse == pytest.approx(0.95**0.5 - 1)
@@ -699,7 +700,7 @@ def test_each_option_is_compared_in_proportion_to_its_own_drive(
     stand_ins = {
         "with_effects": lambda system, found: system,
         "adopt_values": lambda *_: SimpleNamespace(errors=(), notes=()),
-        "_options": lambda *_: [(name, name) for name in gains],
+        "options_of": lambda *_: [(name, name) for name in gains],
         "settled_by_free_runs": lambda *_: False,
         "force_agrees": lambda *_: True,
         "takes_the_level": lambda *_: "",

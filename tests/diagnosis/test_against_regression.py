@@ -10,12 +10,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from codegen.diagnosis.evidence.force_evidence import force_evidence
 from codegen.diagnosis.fit.residual import Problem, inverse_dynamics_residual
 from codegen.diagnosis.fit.signals import smooth_motion
 from codegen.diagnosis.fit.trial import with_effects
 from codegen.diagnosis.results import FoundEffect
-from codegen.diagnosis.verdict.conclusion import against_regression
+from codegen.diagnosis.verdict.against_regression import against_regression, force_evidence
 from codegen.logs import Log, read_log
 from codegen.simulate.closed_loop import simulate
 from codegen.simulate.loop_run import write_log
@@ -61,7 +60,7 @@ def judged(log: Log) -> tuple[str, Problem, FoundEffect]:
     system = system_of(spec)
     problem = Problem(system, smooth_motion(log), {})
     found = best_cogging(problem)
-    far = SimpleNamespace(final=SimpleNamespace(by_segment=np.array([1e6]), residual=np.zeros((1, 40))))
+    far = SimpleNamespace(by_segment=np.array([1e6]), residual=np.zeros((1, 40)))
     words = against_regression(far, problem, system, with_effects(system, (found,)), (found,))  # type: ignore[arg-type]
     return words, problem, found
 
@@ -107,7 +106,7 @@ def test_a_lag_does_not_stand_for_a_vibration_that_the_loop_answers(noise: float
     lagged = with_effects(problem.system, (lag,))
     one = force_evidence(problem, problem.system, lagged, ["actuator_lag"], [0])[0]
     assert one.alone > 0.6 and one.line > 0.99 and one.line_hz == pytest.approx(7, abs=0.06)
-    left = SimpleNamespace(final=SimpleNamespace(by_segment=np.array([40 * noise**2]), residual=np.zeros((1, 40))))
+    left = SimpleNamespace(by_segment=np.array([40 * noise**2]), residual=np.zeros((1, 40)))
     words = against_regression(left, problem, problem.system, lagged, (lag,))  # type: ignore[arg-type]
     assert "a vibration of constant frequency, 7 Hz" in words
 
@@ -121,6 +120,6 @@ def test_a_constant_force_does_not_stand_for_one_that_grows(plain: Log, grows: b
     system = system_of(stage(reference=MOTION))
     problem = Problem(system, smooth_motion(replace(plain, inputs=inputs)), {})
     offset = FoundEffect("offset", "x", {"f0": 1.5}, {}, (), {})
-    left = SimpleNamespace(final=SimpleNamespace(by_segment=np.array([40 * noise**2]), residual=np.zeros((1, 40))))
+    left = SimpleNamespace(by_segment=np.array([40 * noise**2]), residual=np.zeros((1, 40)))
     words = against_regression(left, problem, system, with_effects(system, (offset,)), (offset,))  # type: ignore[arg-type]
     assert ("a slow change in time" in words) == grows and bool(words) == grows

@@ -18,7 +18,7 @@ from codegen.diagnosis.fit.search import Search, search_on
 from codegen.diagnosis.fit.signals import smooth_motion
 from codegen.diagnosis.fit.trial import Runner, part_of
 from codegen.diagnosis.selection.candidate_fits import CandidateFits, every_part, fit_candidates, start_compiling
-from codegen.diagnosis.verdict.examination import _options
+from codegen.diagnosis.verdict.admission import options_of
 from codegen.effects import CATALOGUE
 from codegen.logs import Log
 from codegen.mechanics import build_system
@@ -78,9 +78,9 @@ def test_the_values_adopted_without_an_effect_are_tried_with_it_too() -> None:
     name = moved.name
     one, two, three = (np.array([value]) for value in (1.0, 1.1, 1.3))
     refit = Refit((name,), one, two, one, two, (), ())
-    options = _options(system, refit, {name: float(three[0])})
+    options = options_of(system, refit, {name: float(three[0])})
     assert [float(model.values[moved]) for _, model in options] == [1.1, 1.3, 1.0]
-    assert [float(model.values[moved]) for _, model in _options(system, refit)] == [1.1, 1.0]
+    assert [float(model.values[moved]) for _, model in options_of(system, refit)] == [1.1, 1.0]
 
 
 def test_values_that_are_the_declared_ones_are_called_so() -> None:
@@ -88,7 +88,7 @@ def test_values_that_are_the_declared_ones_are_called_so() -> None:
     system = system_of(stage())
     names, declared, moved = ("rail_a", "m"), np.array([4.0, 2.0]), np.array([4.0, 2.2])
     refit = Refit(names, declared, moved, np.zeros(2), declared, (), ())
-    assert [name for name, _ in _options(system, refit)] == ["refitted values", "declared values"]
+    assert [name for name, _ in options_of(system, refit)] == ["refitted values", "declared values"]
 
 
 @pytest.mark.parametrize("level", [16.0, 25.0])

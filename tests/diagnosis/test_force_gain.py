@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 from scipy.stats import binom
 
-from codegen.diagnosis.evidence.force_evidence import ForceCriterion, ForceGain, force_gain
+from codegen.diagnosis.evidence.force_gain import ForceCriterion, ForceGain, force_gain
 from codegen.diagnosis.fit.credit import ALPHA, Evidence, random_signs
 from codegen.diagnosis.fit.record import record_of
 from codegen.diagnosis.fit.residual import (

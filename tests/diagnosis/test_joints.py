@@ -14,7 +14,7 @@ import pytest
 from mechanics.robots import TWO_LINKS
 
 from codegen.diagnosis.case import uncertain_values
-from codegen.diagnosis.evidence.force_evidence import ForceCriterion
+from codegen.diagnosis.evidence.force_gain import ForceCriterion
 from codegen.diagnosis.fit import residual
 from codegen.diagnosis.fit.credit import near_noise, noise_ratio
 from codegen.diagnosis.fit.joints import is_separable

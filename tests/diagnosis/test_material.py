@@ -12,7 +12,7 @@ import pytest
 from codegen.app import diagnose
 from codegen.base.errors import BadInput
 from codegen.diagnosis.results import FoundEffect, MotionTried, Remainder, Separation, Statement, TiedPair
-from codegen.diagnosis.verdict.conclusion import worst
+from codegen.diagnosis.verdict.statement import worst
 from tests.app.command import is_one_message, stiction
 from tests.diagnosis.stage import log_of, stage
 from tests.diagnosis.statements import statement_of

@@ -18,7 +18,7 @@ from codegen.diagnosis.fit.measure import (
     restart_within_reach,
 )
 from codegen.diagnosis.fit.signals import Motion, smooth_motion
-from codegen.diagnosis.verdict.answer import is_shown_worse, worsened
+from codegen.diagnosis.verdict.admission import is_shown_worse, worsened
 from codegen.effects.declare import add_declared_effects
 from codegen.logs import Log
 from codegen.mechanics import System, build_system

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from codegen.diagnosis.evidence.adoption import Refit
-from codegen.diagnosis.verdict import examination
+from codegen.diagnosis.verdict import admission
 
 DECLARED, FITTED, WITHOUT = 4.0, 3.0, 0.0
 
@@ -25,11 +25,11 @@ DECLARED, FITTED, WITHOUT = 4.0, 3.0, 0.0
 def test_the_values_that_suit_the_effect_come_first(
     values: float, levels: float, order: list[float], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(examination, "with_values", lambda system, chosen: chosen["a"])
+    monkeypatch.setattr(admission, "with_values", lambda system, chosen: chosen["a"])
     one = np.array
     refit = Refit(("a",), one([DECLARED]), one([values]), one([0.1]), one([levels]), (), ())
     system: Any = SimpleNamespace()
-    options = examination._options(system, refit, {"a": WITHOUT})
+    options = admission.options_of(system, refit, {"a": WITHOUT})
     assert [model for _, model in options] == order
     names: dict[Any, str] = {model: name for name, model in options}
     assert names[DECLARED] == "declared values"

@@ -20,7 +20,8 @@ from codegen.diagnosis.evidence.residual_regression import (
 from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.signals import smooth_motion
 from codegen.diagnosis.results import Remainder
-from codegen.diagnosis.verdict.conclusion import is_small, main_variables
+from codegen.diagnosis.verdict.answer import is_small
+from codegen.diagnosis.verdict.statement import main_variables
 from codegen.logs import read_log
 from codegen.simulate.closed_loop import simulate
 from codegen.simulate.loop_run import write_log

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from codegen.diagnosis.diagnose import diagnose_log
-from codegen.diagnosis.evidence.force_evidence import ForceGain
+from codegen.diagnosis.evidence.force_gain import ForceGain
 from codegen.diagnosis.fit import credit
 from codegen.diagnosis.fit.trial import part_of
 from codegen.diagnosis.results import Fact
@@ -20,6 +20,7 @@ from codegen.diagnosis.selection.candidate_fits import FORM_GAIN, is_simpler_for
 from codegen.diagnosis.selection.forward_selection import _reconsidered, find_effects
 from codegen.diagnosis.selection.refusals import acts_as_its_limit
 from codegen.diagnosis.verdict import examination
+from codegen.diagnosis.verdict.answer import Answer
 from codegen.diagnosis.verdict.examination import examine
 from codegen.effects import CATALOGUE
 from codegen.spec import parse_spec
@@ -348,12 +349,12 @@ def test_the_next_of_tied_candidates_is_examined_where_held_out_data_refuse_the_
     def with_effects(search: Any, one: Any, plain: Any, measured: Any) -> Any:
         refused = one is first
         verdict = "unknown" if refused else plain.verdict
-        return examination.Answer(
+        return Answer(
             verdict, (), plain.refit, plain.refit, plain.figures, against=(Fact("not credited", "worse"),) * refused
         )
 
     monkeypatch.setattr(examination, "adopt_values", lambda *_: SimpleNamespace(errors=(), notes=()))
-    monkeypatch.setattr(examination, "_options", lambda *_: [])
+    monkeypatch.setattr(examination, "options_of", lambda *_: [])
     monkeypatch.setattr(
         examination, "admitted", lambda *_: SimpleNamespace(option=None, figures=None, refusals=(), remarks=())
     )

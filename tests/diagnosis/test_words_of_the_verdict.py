@@ -11,7 +11,6 @@ from typing import Any, get_args
 import pytest
 
 from codegen.app.diagnose import Diagnosed
-from codegen.diagnosis.diagnose import _by_remainder
 from codegen.diagnosis.fit.trial import Part
 from codegen.diagnosis.results import (
     TOPICS,
@@ -28,9 +27,10 @@ from codegen.diagnosis.results import (
     TiedPair,
     Verdict,
 )
-from codegen.diagnosis.verdict.answer import FORCE, RUN, Admitted, Answer, Refusal, merged
-from codegen.diagnosis.verdict.conclusion import best_refused, changes_in_words
+from codegen.diagnosis.verdict.admission import FORCE, RUN, Admitted, Refusal, merged
+from codegen.diagnosis.verdict.answer import Answer, by_remainder
 from codegen.diagnosis.verdict.examination import refused_at_limit
+from codegen.diagnosis.verdict.statement import best_refused, changes_in_words
 from codegen.logs import read_logs
 from tests.diagnosis.stage import log_of, stage, system_of
 from tests.diagnosis.statements import statement_of
@@ -371,7 +371,7 @@ def test_what_is_left_decides_between_none_and_unknown(
     """Predicted by the motion, or by a change in time, it is material from 2 % of the drive force on."""
     quiet = Remainder(1.0, 0.001, 0.0)
     one = Remainder(1.0, share, structured, {}, (PUSH,) if changed else (), changed)
-    assert _by_remainder(before, (quiet, one), 0.02) == after
+    assert by_remainder(before, (quiet, one), 0.02) == after
 
 
 @pytest.mark.parametrize("verdict", ["effect", "ambiguous"])

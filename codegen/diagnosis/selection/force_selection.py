@@ -15,7 +15,7 @@ import numpy as np
 from codegen.base.arrays import Array
 from codegen.base.significant import in_percent
 from codegen.diagnosis.evidence.estimate import estimate, named_effects
-from codegen.diagnosis.evidence.force_evidence import ForceCriterion
+from codegen.diagnosis.evidence.force_gain import ForceCriterion
 from codegen.diagnosis.evidence.reservations import determined_form, objections
 from codegen.diagnosis.fit import credit
 from codegen.diagnosis.fit.credit import Evidence, evidence, evidence_of, random_signs

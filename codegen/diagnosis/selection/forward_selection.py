@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from itertools import combinations
 
-from codegen.diagnosis.evidence.force_evidence import ForceCriterion
+from codegen.diagnosis.evidence.force_gain import ForceCriterion
 from codegen.diagnosis.evidence.score_test import nested_evidence_of
 from codegen.diagnosis.fit import credit
 from codegen.diagnosis.fit.credit import evidence_of, noise_loss, noise_ratio

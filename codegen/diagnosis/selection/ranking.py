@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from codegen.diagnosis.evidence.force_evidence import ForceCriterion
+from codegen.diagnosis.evidence.force_gain import ForceCriterion
 from codegen.diagnosis.evidence.score_test import added_parameters, contains, extends, nested_evidence_of
 from codegen.diagnosis.fit import credit
 from codegen.diagnosis.fit.credit import Evidence, evidence_of, noise_ratio

@@ -12,7 +12,7 @@ import numpy as np
 
 from codegen.base.arrays import Array
 from codegen.base.significant import in_percent
-from codegen.diagnosis.evidence.force_evidence import ForceCriterion
+from codegen.diagnosis.evidence.force_gain import ForceCriterion
 from codegen.diagnosis.evidence.reservations import is_level_or_line, never_passed, takes_the_level
 from codegen.diagnosis.evidence.residual_regression import inertia_noise
 from codegen.diagnosis.fit import credit

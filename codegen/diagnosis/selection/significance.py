@@ -7,7 +7,7 @@ from math import comb, prod
 
 import numpy as np
 
-from codegen.diagnosis.evidence.force_evidence import ForceCriterion
+from codegen.diagnosis.evidence.force_gain import ForceCriterion
 from codegen.diagnosis.evidence.reservations import resolvable_periods
 from codegen.diagnosis.evidence.score_test import added_parameters
 from codegen.diagnosis.fit import credit

@@ -1,38 +1,20 @@
-"""The verdict of a diagnosis with its models, and the last check of a model on held-out data.
-
-On these it may be worse neither than the declared model nor than the refit. The held-out log chooses nothing; it can
-only refuse options, whose order is by the training log.
-"""
+"""The verdict of a diagnosis with its models, and how it follows from an outcome and from the force that is left."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from types import MappingProxyType
-from typing import Any, Literal
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from math import isfinite
 
-import numpy as np
-
-from codegen.base.significant import in_percent
-from codegen.base.text import render
-from codegen.diagnosis.evidence.adoption import SAME
-from codegen.diagnosis.fit.credit import LEAST_SHARE, TIE_LEVEL, random_signs
-from codegen.diagnosis.results import ErrorFigures, Fact, FoundEffect, ParameterError, Verdict
+from codegen.diagnosis.evidence.force_gain import ForceGain, force_gain
+from codegen.diagnosis.fit import credit
+from codegen.diagnosis.fit.credit import LEAST_SHARE, noise_ratio
+from codegen.diagnosis.fit.measure import force_errors
+from codegen.diagnosis.fit.output_error import Fit
+from codegen.diagnosis.fit.residual import Problem, residual_without_levels
+from codegen.diagnosis.results import ErrorFigures, Fact, FoundEffect, ParameterError, Remainder, Verdict
+from codegen.diagnosis.selection.forward_selection import Outcome
 from codegen.mechanics.system import System
-
-FORCE, RUN = "residual force", "simulation error"
-REFIT_WORSE = 0.05
-"""Share by which an effect may increase either error over that of the refit, which noise can cause."""
-FALLS = float(np.sqrt(1 - LEAST_SHARE))
-"""Ratio of errors up to which an error counts as smaller."""
-
-UNSEEN = 1e-3
-"""Relative change of both errors up to which an effect counts as not acting on the held-out data."""
-
-Measured = Callable[[System], ErrorFigures]
-"""Errors of a system on held-out data."""
-Option = tuple[str, System]
-"""A model that may be written, with its description."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,202 +52,70 @@ class Answer:
         return replace(self, verdict="unknown", augmented=self.refit, figures=figures, errors=(), against=against)
 
 
-@dataclass(frozen=True)
-class Refusal:
-    """An option that held-out data refuse, compared with a ``model`` ("as declared", "without the effect on j1").
+def verdict_of(outcome: Outcome, faults: bool) -> Verdict:
+    """The verdict by forward selection; ``unfit`` where log and spec do not fit together."""
+    if faults:
+        return "unfit"
+    if not outcome.parts:
+        return "unknown" if outcome.unexplained else "none"
+    return "ambiguous" if outcome.rivals else "effect"
 
-    Attributes:
-        worse: criterion → error over that model's; empty if the reason is that no error is sufficiently smaller.
+
+def is_small(left: Sequence[Remainder], material: float) -> bool:
+    """Whether the part of the residual force that the motion predicts is below the material share on every coordinate.
+
+    Coordinates that move too little to be judged are left out; where none is judged the answer is no.
     """
-
-    option: str
-    model: str
-    worse: Mapping[str, float] = field(default_factory=dict)
-
-    @property
-    def test(self) -> tuple[str, tuple[str, ...]]:
-        """The test that refuses it: the model, and the criteria that are worse."""
-        return self.model, tuple(self.worse)
+    judged = [r.material for r in left if isfinite(r.material)]
+    return bool(judged) and max(judged) < material
 
 
-def merged(refusals: Sequence[Refusal], say: Literal["against", "written"] = "against") -> tuple[Fact, ...]:
-    """Refusals in words, one fact for each test; that of most options first."""
-    tests: dict[tuple[str, tuple[str, ...]], list[Refusal]] = {}
-    for one in refusals:
-        tests.setdefault(one.test, []).append(one)
-    facts = []
-    for (model, criteria), group in sorted(tests.items(), key=lambda item: -len(item[1])):
-        given: dict[str, Any] = {"model": model, "least": 1 - FALLS, "every": len(group) == len(refusals)}
-        given |= {"spans": {name: _span([one.worse[name] for one in group]) for name in criteria}}
-        given |= {"options": [one.option for one in group]}
-        words, detail = (render("text/refusal.j2", say=asked, **given).strip() for asked in (say, "detail"))
-        facts.append(Fact("not credited" if say == "against" else "spec.yaml", words, detail))
-    return tuple(facts)
+def settled_by_free_runs(final: Fit, share: float, problem: Problem, refit: System, augmented: System) -> bool:
+    """``free_runs_settle`` for effects that remove this share of the squared free-run residual."""
+    return credit.free_runs_settle(final, share, _gain(problem, refit, augmented).left)
 
 
-@dataclass(frozen=True, eq=False)
-class Admitted:
-    """The first option that held-out data do not refuse.
+def _gain(problem: Problem, before: System, after: System) -> ForceGain:
+    one, other = (residual_without_levels(problem, s) for s in (before, after))
+    return force_gain(problem, one, other)
 
-    Attributes:
-        option: None if all are refused; ``figures`` are then of the first.
-        refusals: of the options before it.
+
+def force_agrees(final: Fit, problem: Problem, refit: System, augmented: System) -> bool:
+    """Whether the force residual confirms effects that free runs credit: its square falls by ``LEAST_SHARE`` too.
+
+    Not asked of backlash, since in the gap no log shows where the load is. At the noise of free runs it is mostly noise
+    of the differentiation and must only not contradict; there a load behind a spring is not tested.
     """
-
-    option: Option | None
-    figures: ErrorFigures
-    refusals: tuple[Refusal, ...]
-
-    @property
-    def remarks(self) -> tuple[Fact, ...]:
-        """Facts on values that held-out data refuse, with the values that are written instead."""
-        facts = merged(self.refusals, "written")
-        if not facts or self.option is None:
-            return facts
-        instead = f"Written instead: {self.option[0]}."
-        return (*facts[:-1], replace(facts[-1], words=f"{facts[-1].words} {instead}"))
-
-
-def admitted(
-    options: Sequence[Option],
-    declared: ErrorFigures,
-    measured: Measured,
-    refit: ErrorFigures | None = None,
-    most: float = REFIT_WORSE,
-    shown: Callable[[], bool] = lambda: True,
-    acting: Mapping[int, str] = MappingProxyType({}),
-) -> Admitted:
-    """Check the options in their order on held-out data.
-
-    Args:
-        refit: errors of the model without the effects, which an option may exceed by at most the share ``most``; if
-            that is negative, it must be better by so much. The free-run error over a few restarts may increase by
-            chance; then it refuses no effect if the force error decreases. With effects, an error must also be smaller
-            than that of the declared model, and than that without the effects (``gains_nothing``).
-        shown: function that returns whether the effect acts on these data; called only if nothing is gained.
-        acting: index → name of the coordinates on which the effects act; an option is also judged on these alone, so
-            that refitted values of other joints do not compensate for an effect that makes its own joint worse.
-    """
-    refusals: list[Refusal] = []
-    tried: list[ErrorFigures] = []
-    every = tuple(range(len(declared.force_rms_rows)))
-    judged_on = {"": every}
-    if refit is not None and 0 < len(acting) < len(every):
-        judged_on[f" on {' and '.join(acting.values())}"] = tuple(acting)
-    for option in options:
-        figures = measured(option[1])
-        tried.append(figures)
-        against = (
-            refusal(option[0], where, figures.on(rows), declared.on(rows), refit and refit.on(rows), most, shown)
-            for where, rows in judged_on.items()
-        )
-        found = next((one for one in against if one), None)
-        if found is None:
-            return Admitted(option, figures, tuple(refusals))
-        refusals.append(found)
-    return Admitted(None, tried[0], tuple(refusals))
-
-
-def refusal(
-    option: str,
-    where: str,
-    figures: ErrorFigures,
-    declared: ErrorFigures,
-    refit: ErrorFigures | None,
-    most: float,
-    shown: Callable[[], bool],
-) -> Refusal | None:
-    """The refusal of an option by held-out errors on the coordinates ``where``, as of ``admitted``; else None."""
-    worse, model = worsened(figures, declared), "as declared"
-    if refit is not None and most >= 0 and may_be_chance(worse, figures, declared):
-        worse = {}
-    if not worse and refit is not None:
-        worse, model = worsened(figures, refit, most), "without the effect"
-        if most >= 0 and may_be_chance(worse, figures, refit):
-            worse = {}
-    if worse:
-        return Refusal(option, model + where, worse)
-    if refit is not None:
-        for other, model in ((declared, "as declared"), (refit, "without the effect")):
-            if gains_nothing(figures, other, refit) and shown():
-                return Refusal(option, model + where)
-    return None
-
-
-def worsened(figures: ErrorFigures, declared: ErrorFigures, most: float = SAME) -> dict[str, float]:
-    """Criterion → error over that of the declared model, if it is larger by more than the share ``most``."""
-    return {name: ratio for name, ratio in _ratios(figures, declared).items() if ratio > 1 + most}
-
-
-def _ratios(figures: ErrorFigures, declared: ErrorFigures) -> dict[str, float]:
-    """Criterion → error over that of the declared model; NaN if it was not measured."""
-    return {
-        FORCE: _over(figures.force_rms_rows, declared.force_rms_rows),
-        RUN: _over(figures.free_run_rmse_rows, declared.free_run_rmse_rows),
-    }
-
-
-def gains_nothing(figures: ErrorFigures, other: ErrorFigures, refit: ErrorFigures) -> bool:
-    """Whether an effect reduces no held-out error compared with another model; ``refit``: errors without the effect.
-
-    No squared error decreases by ``LEAST_SHARE`` on a coordinate on which it differs from the refit's, and not both
-    errors decrease by ``SAME``.
-    """
-    pairs = [
-        (_ratio(a, b), abs(_ratio(a, c) - 1) > UNSEEN)
-        for rows in ("force_rms_rows", "free_run_rmse_rows")
-        for a, b, c in zip(getattr(figures, rows), getattr(other, rows), getattr(refit, rows), strict=True)
-        if not (np.isnan(a) or np.isnan(b))
-    ]
-    both = all(ratio < 1 - SAME for ratio in _ratios(figures, other).values())
-    return not both and not any(ratio <= FALLS for ratio, differs in pairs if differs)
-
-
-def acts(figures: ErrorFigures, refit: ErrorFigures) -> bool:
-    """Whether an effect acts on the held-out data: the errors differ from those of the same values without it."""
-    return any(abs(ratio - 1) > UNSEEN for ratio in _ratios(figures, refit).values())
-
-
-def may_be_chance(worse: Mapping[str, float], figures: ErrorFigures, other: ErrorFigures) -> bool:
-    """Whether only the free-run error is larger than another model's, perhaps by chance, and the force error falls."""
-    falls = _over(figures.force_rms_rows, other.force_rms_rows) <= FALLS
-    return set(worse) == {RUN} and falls and not is_shown_worse(figures, other)
-
-
-def is_shown_worse(figures: ErrorFigures, other: ErrorFigures) -> bool:
-    """Whether the free runs of a model are worse than another's by more than chance, by a sign test on their parts.
-
-    With so few parts that the test can never be significant, they count as worse. The test needs three parts by the
-    normal approximation; the probability that all are worse by chance is 1/8 for three parts and 1/16 for four.
-    """
-    parts, others = np.array(figures.free_run_parts), np.array(other.free_run_parts)
-    if min(len(parts), len(others)) == 0 or random_signs(np.sqrt(len(parts))) > TIE_LEVEL:
+    if any(t.gap != 0 for t in augmented.transmissions):
         return True
-    more = ((parts - others) / np.maximum(others.mean(axis=0), 1e-300)).mean(axis=1)
-    spread = float(np.sqrt((more**2).sum()))
-    return spread > 0 and random_signs(float(more.sum()) / spread) <= TIE_LEVEL
+    near = noise_ratio(final) <= credit.NEAR_NOISE
+    if near and augmented.transmissions:
+        return True
+    before, after = (force_errors(s, problem.motion, problem.used)[2] for s in (refit, augmented))
+    if after**2 <= (1 - credit.LEAST_SHARE) * before**2:
+        return True
+    return near and _gain(problem, augmented, refit).p > credit.TIE_LEVEL
 
 
-def _over(errors: Iterable[float], declared: Iterable[float]) -> float:
-    """RMS over coordinates of the ratio of errors, which has no unit; NaN if none was measured."""
-    ratios = [_ratio(a, b) for a, b in zip(errors, declared, strict=True) if not (np.isnan(a) or np.isnan(b))]
-    return float(np.sqrt(np.mean(np.square(ratios)))) if ratios else float("nan")
+def without_effects(outcome: Outcome) -> Verdict:
+    """The verdict if no effect is credited: ``unknown`` if the refit leaves a material misfit above the noise."""
+    base = outcome.base
+    far = credit.noise_ratio(base) > credit.NEAR_NOISE or credit.share_far(base) > credit.FEW
+    return "unknown" if far and credit.misfit(base) > credit.LEAST_SIZE else "none"
 
 
-def _ratio(error: float, declared: float) -> float:
-    if not np.isfinite(declared):
-        return 1.0 if not np.isfinite(error) else 0.0
-    return error / declared if declared > 0 else float(error > 0) + 1.0
+def by_remainder(verdict: Verdict, left: Sequence[Remainder], material: float) -> Verdict:
+    """The verdict after a test of the remaining force residual; ``effect`` and ``ambiguous`` are not changed.
 
-
-def _span(ratios: Sequence[float]) -> str:
-    """The ratios of errors to another model's in words: one ratio, or the least and the largest."""
-    low, high = min(ratios), max(ratios)
-    if not np.isfinite(high):
-        return "infinitely larger (the simulation diverges)"
-    if high > 2:
-        return f"larger by a factor of {high:.3g}" if len(ratios) == 1 else f"larger by a factor of up to {high:.3g}"
-    ends = [in_percent(abs(ratio - 1)) for ratio in (low, high)]
-    if low > 1:
-        return f"{ends[1]} larger" if ends[0] == ends[1] else f"{ends[0].removesuffix(' %')} to {ends[1]} larger"
-    return f"only {ends[0]} smaller" if high <= 1 else f"up to {ends[1]} larger"
+    ``unknown`` becomes ``none`` if the part that the motion predicts is immaterial, no material change in time is left,
+    and the remainder is below the drive force. ``none`` becomes ``unknown`` if such a change or a large part is left.
+    """
+    if verdict not in ("none", "unknown"):
+        return verdict
+    changing = any(r.is_changing(material) for r in left)
+    if verdict == "unknown":
+        explains = not any(r.exceeds_drive for r in left)
+        return "none" if is_small(left, material) and not changing and explains else "unknown"
+    # Free runs near a large noise, such as that of a measured speed, do not show a large predicted part.
+    far_off = any(r.nature(material) == "structured" and r.material**2 >= LEAST_SHARE for r in left)
+    return "unknown" if changing or far_off else "none"

@@ -1,42 +1,44 @@
-"""Examination of the outcome of forward selection: adopted values, checks of the effects, refusal by held-out data."""
+"""Examination of the outcome of forward selection: adopted values, and checks of the effects."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from codegen.base.significant import in_percent
-from codegen.diagnosis.evidence.adoption import Refit, adopt_values, settled_values
+from codegen.diagnosis.evidence.adoption import adopt_values, settled_values
 from codegen.diagnosis.evidence.estimate import Estimate, estimate, named_effects, widened_by
 from codegen.diagnosis.evidence.reservations import determined_form, may_be_absent, objections, remarks, takes_the_level
 from codegen.diagnosis.experiments.separation import without_leader
 from codegen.diagnosis.fit import credit
 from codegen.diagnosis.fit.credit import NEAR_NOISE, noise_ratio
 from codegen.diagnosis.fit.output_error import Fit, at_limit
-from codegen.diagnosis.fit.residual import Problem, drive_gain, drive_left
+from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.search import Search, joint_of
 from codegen.diagnosis.fit.trial import Part, in_unit, part_of, with_effects, with_values
-from codegen.diagnosis.results import ErrorFigures, Fact, FoundEffect, Remainder, Verdict
+from codegen.diagnosis.results import Fact, FoundEffect, Remainder, Verdict
 from codegen.diagnosis.selection.force_fits import ForceFits
 from codegen.diagnosis.selection.forward_selection import Outcome, explained_share, first_candidates
 from codegen.diagnosis.selection.ranking import Ranked, credible, less_probable
 from codegen.diagnosis.selection.significance import dispersion
-from codegen.diagnosis.verdict.answer import (
+from codegen.diagnosis.verdict.admission import (
     REFIT_WORSE,
     Admitted,
-    Answer,
     Measured,
-    Option,
     Refusal,
     acts,
     admitted,
     may_be_chance,
     merged,
+    options_of,
+    references,
+    spared,
     worsened,
 )
-from codegen.diagnosis.verdict.conclusion import against_regression, force_agrees, settled_by_free_runs
+from codegen.diagnosis.verdict.against_regression import against_regression
+from codegen.diagnosis.verdict.answer import Answer, force_agrees, settled_by_free_runs, without_effects
 from codegen.diagnosis.verdict.held_out import HeldOut, without_refused
 from codegen.mechanics.system import System
 
@@ -65,7 +67,7 @@ def examine(
         figures = measured(refit)
         return Answer(verdict, (), refit, refit, (declared, figures, figures)), outcome
     base = adopt_values(search, outcome.base, system)
-    chosen = admitted(_options(system, base), declared, measured)
+    chosen = admitted(options_of(system, base), declared, measured)
     errors = () if chosen.refusals else base.errors
     chosen, kept = spared(chosen, [s.name for s in search.moved], system, declared, measured)
     errors = tuple(e for e in errors if e.name not in kept)
@@ -93,39 +95,6 @@ def examine(
     return answer, outcome
 
 
-def spared(
-    chosen: Admitted, names: Sequence[str], system: System, declared: ErrorFigures, measured: Measured
-) -> tuple[Admitted, frozenset[str]]:
-    """The option with the declared values of parameters on joints that it makes worse, and the names of these.
-
-    Refitted values of an arm may reduce the held-out error over all joints and increase it on one joint. A parameter
-    that appears in the equations of such joints only keeps its declared value, unless that increases an error over all
-    joints.
-    """
-    count = len(declared.force_rms_rows)
-    if chosen.option is None or count == 1:
-        return chosen, frozenset()
-    name, model = chosen.option
-    pairs = {i: (chosen.figures.on([i]), declared.on([i])) for i in range(count)}
-    ratios = {i: worsened(new, old, REFIT_WORSE) for i, (new, old) in pairs.items()}
-    worse = {i: found for i, found in ratios.items() if found and not may_be_chance(found, *pairs[i])}
-    if not worse:
-        return chosen, frozenset()
-    better = [row for i, row in enumerate(system.equation_error) if i not in worse]
-    symbols = {s.name: s for s in system.values if s.name in names}
-    kept = frozenset(n for n, s in symbols.items() if not any(row.has(s) for row in better))
-    if not kept:
-        return chosen, frozenset()
-    values = {n: float((system if n in kept else model).values[s]) for n, s in symbols.items()}
-    joints = " and ".join(system.positions[i].name for i in worse)
-    other = with_values(system, values)
-    figures = measured(other)
-    if worsened(figures, chosen.figures):
-        return chosen, frozenset()
-    refused = Refusal(name, f"as declared on {joints}", worse[max(worse, key=lambda i: max(worse[i].values()))])
-    return Admitted((f"{name}, those of {joints} as declared", other), figures, (*chosen.refusals, refused)), kept
-
-
 def settled(search: Search, outcome: Outcome, answer: Answer, measured: Measured) -> Answer:
     """An answer without effects, with its wrong values estimated again, linearised at the estimates; others unchanged.
 
@@ -135,7 +104,7 @@ def settled(search: Search, outcome: Outcome, answer: Answer, measured: Measured
     if answer.verdict not in ("none", "unknown") or not answer.errors:
         return answer
     values = settled_values(search, outcome.base, search.system)
-    chosen = admitted(_options(search.system, values), answer.figures[0], measured)
+    chosen = admitted(options_of(search.system, values), answer.figures[0], measured)
     if chosen.option is None or chosen.refusals:
         return answer
     figures = (answer.figures[0], chosen.figures, chosen.figures)
@@ -226,7 +195,7 @@ def _judged(
     problem, system = final_search.problem, with_effects(final_search.system, found)
     richer = adopt_values(final_search, fit, system)
     without_it = {s.name: float(plain.refit.values[s]) for s in final_search.moved}
-    options = _options(system, richer, without_it)
+    options = options_of(system, richer, without_it)
     models = problem, plain.refit, options[0][1]
     settled, against = settled_by_free_runs(outcome.final, outcome.explained, *models), ""
     agrees = force_agrees(outcome.final, *models)
@@ -235,7 +204,7 @@ def _judged(
             f"it does not reduce the squared residual force of the training log by {in_percent(credit.LEAST_SHARE)}"
         )
     level = takes_the_level(*models)
-    against = against or against_regression(outcome, *models, found) or (f"it {level}" if level else "")
+    against = against or against_regression(outcome.final, *models, found) or (f"it {level}" if level else "")
     if against:
         return replace(plain, verdict="unknown", effects=found, against=not_credited([against]))
     alone = with_values(system, without_it)
@@ -291,40 +260,6 @@ def _far_values(search: Search, one: Ranked) -> Fact:
     ]
     part = one.found.part
     return Fact("evidence", f"{part.kind} on {part.on} fits the log as well, but needs {', '.join(values)}")
-
-
-def references(
-    plain: Answer, augmented: System, problem: Problem, settled: bool = False, near: bool = True
-) -> tuple[ErrorFigures, ErrorFigures, float]:
-    """Held-out errors of declared model and refit as references, and the share by which these may be exceeded.
-
-    For a load behind a spring, and if free runs have ``settled`` the question, the squared free-run error must decrease
-    by ``LEAST_SHARE``. The force residual is then not tested, unless free runs have not settled it and the log is not
-    ``near`` the noise, where the force residual of a load is differentiated noise: then its square must decrease by as
-    much, in proportion to the drive force.
-
-    For other effects the refit's force residual is divided by the share of the drive force that the model's friction
-    leaves, which amplifies the noise of the acceleration too.
-    """
-    declared, refit = plain.figures[:2]
-    least = float(np.sqrt(1 - credit.LEAST_SHARE)) - 1
-    if settled or (augmented.transmissions and near):
-        unknown = (float("nan"),) * len(refit.force_rms_rows)
-        return replace(declared, force_rms_rows=unknown), replace(refit, force_rms_rows=unknown), least
-    if augmented.transmissions:
-        pairs = ((declared, problem.system), (refit, plain.refit))
-        of_declared, of_refit = (_in_proportion(f, augmented, system, problem) for f, system in pairs)
-        return of_declared, of_refit, least
-    left = drive_left(augmented, problem.motion) / drive_left(plain.refit, problem.motion)
-    rows = tuple(rms / min(float(share), 1.0) for rms, share in zip(refit.force_rms_rows, left, strict=True))
-    return declared, replace(refit, force_rms_rows=rows), REFIT_WORSE
-
-
-def _in_proportion(figures: ErrorFigures, augmented: System, system: System, problem: Problem) -> ErrorFigures:
-    """The errors of a system, its force residuals in proportion to a smaller drive force of the augmented one."""
-    gains = drive_gain(augmented, system, problem.motion)
-    rows = tuple(rms * min(float(gain), 1.0) for rms, gain in zip(figures.force_rms_rows, gains, strict=True))
-    return replace(figures, force_rms_rows=rows)
 
 
 def _examined(
@@ -404,28 +339,3 @@ def _objections(own: FoundEffect, found: FoundEffect, part: Part, problem: Probl
 def not_credited(words: Sequence[str]) -> tuple[Fact, ...]:
     """Reasons against an effect as facts."""
     return tuple(Fact("not credited", one) for one in words)
-
-
-def without_effects(outcome: Outcome) -> Verdict:
-    """The verdict if no effect is credited: ``unknown`` if the refit leaves a material misfit above the noise."""
-    base = outcome.base
-    far = credit.noise_ratio(base) > credit.NEAR_NOISE or credit.share_far(base) > credit.FEW
-    return "unknown" if far and credit.misfit(base) > credit.LEAST_SIZE else "none"
-
-
-def _options(system: System, refit: Refit, without: Mapping[str, float] | None = None) -> list[Option]:
-    """Models that may be written, each once, in order of preference."""
-    ways: dict[str, Mapping[str, float]] = {
-        "refitted values": refit.mapping(),
-        "refitted friction levels alone": refit.mapping(refit.levels),
-        **({"values fitted without the effect": without} if without else {}),
-        "declared values": refit.mapping(refit.declared),
-    }
-    options: list[Option] = []
-    tried: list[Mapping[str, float]] = []
-    last = next(reversed(ways))
-    for name, values in ways.items():
-        if values not in tried:
-            tried.append(values)
-            options.append((last if values == ways[last] else name, with_values(system, values)))
-    return options

@@ -26,7 +26,7 @@ from codegen.diagnosis.selection.forward_selection import Outcome, at_noise, exp
 from codegen.diagnosis.selection.ranking import Ranked, credible
 from codegen.diagnosis.selection.refusals import relative_size
 from codegen.diagnosis.selection.significance import chance
-from codegen.diagnosis.verdict.conclusion import force_agrees
+from codegen.diagnosis.verdict.answer import force_agrees
 from codegen.effects.periodic import PERIOD, CoggingHarmonics
 from codegen.effects.register import candidates, kinds_of
 from codegen.mechanics.system import System

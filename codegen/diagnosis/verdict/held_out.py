@@ -13,7 +13,7 @@ import numpy as np
 
 from codegen.base.arrays import Array
 from codegen.diagnosis.evidence.estimate import BLOCKS, covariance
-from codegen.diagnosis.evidence.force_evidence import ForceGain, force_gain
+from codegen.diagnosis.evidence.force_gain import ForceGain, force_gain
 from codegen.diagnosis.experiments.separation import in_place, led_by_rival
 from codegen.diagnosis.fit.credit import TIE_LEVEL
 from codegen.diagnosis.fit.output_error import Fit
@@ -29,7 +29,7 @@ from codegen.diagnosis.fit.trial import model_of
 from codegen.diagnosis.results import Fact
 from codegen.diagnosis.selection.forward_selection import Outcome
 from codegen.diagnosis.selection.ranking import CLOSE
-from codegen.diagnosis.verdict.answer import Measured, worsened
+from codegen.diagnosis.verdict.admission import Measured, worsened
 
 WITHIN = 2.0
 """A model is refused only if it would also be with any of its values changed by up to this many standard errors."""

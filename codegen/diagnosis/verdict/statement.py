@@ -4,17 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from math import isfinite
+from math import floor, isfinite, log10, sqrt
 from typing import Any
 
+from codegen.base.significant import in_percent
 from codegen.base.text import render
 from codegen.diagnosis.case import Case
 from codegen.diagnosis.fit import credit
 from codegen.diagnosis.fit.credit import noise_ratio
 from codegen.diagnosis.results import TOPICS, Fact, FoundEffect, Remainder, Separation, Statement, Topic, written_values
 from codegen.diagnosis.selection.forward_selection import Outcome
+from codegen.diagnosis.verdict.against_regression import acts_on
 from codegen.diagnosis.verdict.answer import Answer
-from codegen.diagnosis.verdict.conclusion import acts_on, best_refused, changes_in_words, main_variables, worst
+from codegen.logs import Log
+from codegen.mechanics.system import System
 
 DOUBTFUL = ("jitter", "sample rate", "missing values", "repeated rows")
 """Preflight topics that can cause a residual by themselves."""
@@ -128,3 +131,82 @@ def _sentence(fact: Fact) -> Fact:
     """A fact whose words end as a sentence."""
     ended = not fact.words or fact.words.endswith((".", "?", ".)"))
     return fact if ended else replace(fact, words=f"{fact.words}.")
+
+
+SOME = 0.1
+"""Share of the squared remainder; a variable that explains less is reported only if its force is material."""
+MOST_CHANGES = 2
+"""Most changes in time that a verdict names."""
+
+
+def best_refused(outcome: Outcome) -> tuple[str, str, str] | None:
+    """(kind and form, on, why not) of the refused candidate that explains most, ``LEAST_SHARE`` at least."""
+    refused = [r for r in outcome.first if r.why_not and r.evidence.share >= credit.LEAST_SHARE]
+    if not refused:
+        return None
+    most = max(refused, key=lambda r: r.evidence.share)
+    part = most.found.part
+    return f"{part.kind} with {part.form}" if part.form else part.kind, part.on, most.why_not
+
+
+def main_variables(left: Remainder, material: float) -> list[tuple[str, float]]:
+    """Variables that explain a large share of the squared remainder, or a material force; the best first.
+
+    Without time where changes in time are material: ``changes_in_words`` describes these.
+    """
+    told = ("time",) if left.is_changing(material) else ()
+    shares = [(name, share) for name, share in left.over.items() if name not in told]
+    many = [(name, share) for name, share in shares if share >= SOME or left.share * sqrt(share) >= material]
+    return sorted(many, key=lambda one: -one[1])
+
+
+def changes_in_words(left: Remainder, system: System, i: int, material: float, log: Log | None = None) -> list[str]:
+    """The ``MOST_CHANGES`` largest changes in time of a coordinate's force balance, each with its times."""
+    if not left.is_changing(material):
+        return []
+    force, speed = system.force_unit(i), f"{system.force_unit(i)}*s/{system.position_units[i]}"
+    words = []
+    for change in left.changes[:MOST_CHANGES]:
+        size, more = f"{abs(change.coefficient):.3g}", change.coefficient > 0
+        match change.term:
+            case "force":
+                what = f"a force of {'-' if more else '+'}{size} {force} acts that the model lacks"
+            case "inertia":
+                share = f"{in_percent(abs(change.coefficient))} of the declared one"
+                what = f"the inertia is {'larger' if more else 'smaller'} by {share}"
+            case "friction level":
+                what = f"the friction level is {size} {force} {'higher' if more else 'lower'}"
+            case _:
+                what = f"the viscous friction is {size} {speed} {'larger' if more else 'smaller'}"
+        compared = "" if change.term == "force" else " than in the rest"
+        words.append(f"{interval_in_words(change.start, change.stop, log)} {what}{compared}")
+    further = len(left.changes) - len(words)
+    return [*words, *([f"and so on in {further} further interval{'s' * (further > 1)}"] if further else [])]
+
+
+def interval_in_words(start: float, stop: float, log: Log | None) -> str:
+    """An interval in words, by the time of the file in which it lies where the log has several."""
+    if log is None or not log.records:
+        return f"from {_at(start, stop - start)} s to {_at(stop, stop - start)} s"
+    (one, first), (other, last) = log.in_record(start), log.in_record(stop, ends=True)
+    begins, ends = (_at(t, stop - start) for t in (first, last))
+    if one is other:
+        return f"from {begins} s to {ends} s of {one.path.name}"
+    return f"from {begins} s of {one.path.name} to {ends} s of {other.path.name}"
+
+
+def _at(time: float, span: float) -> str:
+    """A time of the log to a hundredth of a span, to four digits at least: a log may count from 1970."""
+    digits = 3 + floor(log10(max(abs(time), span))) - floor(log10(span)) if span > 0 else 0
+    return f"{time:.{min(max(4, digits), 15)}g}"
+
+
+def worst(left: Sequence[Remainder], material: float) -> int:
+    """Index of the coordinate with the most material structure left; where there is none, with the most force left."""
+
+    def rank(k: int) -> tuple[bool, float]:
+        one = left[k]
+        structured = one.nature(material) == "structured"
+        return structured, (one.material if structured else one.share if isfinite(one.share) else -1.0)
+
+    return max(range(len(left)), key=rank)

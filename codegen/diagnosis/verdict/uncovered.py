@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from codegen.diagnosis.evidence.estimate import effect_of, estimate
-from codegen.diagnosis.evidence.force_evidence import ForceCriterion
+from codegen.diagnosis.evidence.force_gain import ForceCriterion
 from codegen.diagnosis.evidence.reservations import objections
 from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.search import Search

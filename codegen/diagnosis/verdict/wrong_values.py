@@ -27,7 +27,8 @@ from codegen.diagnosis.fit.search import Search
 from codegen.diagnosis.fit.trial import in_unit, with_effects, with_values
 from codegen.diagnosis.results import Fact, FoundEffect
 from codegen.diagnosis.selection.forward_selection import BETTER, Outcome
-from codegen.diagnosis.verdict.answer import Answer, Measured, is_shown_worse
+from codegen.diagnosis.verdict.admission import Measured, is_shown_worse
+from codegen.diagnosis.verdict.answer import Answer
 from codegen.mechanics.system import System
 from codegen.spec.model import Spec
 

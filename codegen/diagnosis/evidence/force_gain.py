@@ -1,8 +1,8 @@
-"""Evidence from the force residual, the second criterion: comparison of models, and with a flexible regression."""
+"""Evidence from the force residual, the second criterion: comparison of two models."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from math import exp, log1p
@@ -12,13 +12,7 @@ from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from codegen.base.arrays import Array
-from codegen.diagnosis.evidence.residual_regression import (
-    LEAST_ROWS,
-    explained_over,
-    peak_hz,
-    remainder_columns,
-    sliding,
-)
+from codegen.diagnosis.evidence.residual_regression import LEAST_ROWS
 from codegen.diagnosis.evidence.score_test import along_best, t_of_scores
 from codegen.diagnosis.evidence.shift_test import by_shifts
 from codegen.diagnosis.evidence.slow_noise import slow_noise_likelihood
@@ -30,31 +24,11 @@ from codegen.diagnosis.fit.recent import OF_MODELS, recent
 from codegen.diagnosis.fit.residual import (
     Problem,
     inverse_dynamics_residual,
-    residual_at_drive,
     residual_without_levels,
     residual_without_values,
-    without_levels,
 )
 from codegen.diagnosis.fit.search import Search, joint_of_difference
 from codegen.diagnosis.fit.trial import with_values
-from codegen.effects import CATALOGUE
-from codegen.mechanics.system import System
-
-VARIABLES = {
-    "velocity": "speed",
-    "position": "position",
-    "load": "load",
-    "acceleration": "acceleration",
-    "input": "load",
-    "input rate": "input rate",
-    "time": "time",
-}
-"""Variable on which an effect depends most → variable of the flexible regression."""
-
-OF_THE_MOTION = 0.02
-"""Share of the squared velocity at a line of the spectrum above which the machine is moved with this frequency."""
-SLOW_MOTION = 0.5
-"""Share of the squared velocity that a curve over time explains above which it may be a curve over the motion."""
 
 
 @dataclass(frozen=True)
@@ -227,53 +201,3 @@ class ForceCriterion:
         bound = prior.bound[first:count]
         limits = -bound - there, bound - there
         return residual_without_values(self.search.problem, self.fit.model, slopes, limits, joint)
-
-
-@dataclass(frozen=True)
-class ForceEvidence:
-    """Share of the force residual on one coordinate that effects explain.
-
-    Attributes:
-        removed: share of the refit's squared residual that the augmented model removes.
-        own: share that a flexible regression on the effects' own variables explains on held-out parts.
-        alone: share that a regression on the force of the effects explains there.
-        line, with_line: the same for the highest line of the residual's spectrum, at ``line_hz``, and for both; zero if
-            the motion has that line too.
-        time, with_time: the same for a smooth curve over time, and for both; zero if the motion is as slow.
-    """
-
-    coordinate: int
-    removed: float
-    own: float
-    alone: float
-    line: float
-    with_line: float
-    line_hz: float
-    time: float
-    with_time: float
-
-
-def force_evidence(
-    problem: Problem, refit: System, augmented: System, kinds: Sequence[str], acting: Collection[int]
-) -> list[ForceEvidence]:
-    """The evidence for effects of these kinds, on each coordinate on which they act."""
-    motion = problem.motion
-    before, after = (residual_at_drive(s, motion) for s in (refit, augmented))
-    own = {VARIABLES[CATALOGUE[kind].seen_over] for kind in kinds}
-    found = []
-    for i in sorted(set(acting)):
-        used = sliding(refit, motion, problem.used, i)
-        variables = remainder_columns(refit, motion, before, used, i)
-        r, left = (without_levels(refit, motion, used, y[:, i], i) for y in (before, after))
-        removed = 1 - float(np.sum(left[used] ** 2) / max(float(np.sum(r[used] ** 2)), 1e-300))
-        together = explained_over(r, used, [variables[name] for name in sorted(own)])
-        force, speed = (r - left)[:, None], motion.velocities[:, i]
-        shares = [explained_over(r, used, [force])]
-        for name, most in (("frequency", OF_THE_MOTION), ("time", SLOW_MOTION)):
-            columns = variables[name]
-            moves = explained_over(speed, used, [columns]) > most
-            shares += [0.0 if moves else explained_over(r, used, group) for group in ([columns], [columns, force])]
-        alone, line, with_line, time, with_time = shares
-        hz = peak_hz(before[:, i], used, motion)
-        found.append(ForceEvidence(i, removed, together, alone, line, with_line, hz, time, with_time))
-    return found

@@ -1,0 +1,141 @@
+"""The objection to effects of a nonparametric regression: what curves without a law explain of the force residual."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from codegen.base.significant import in_percent
+from codegen.diagnosis.evidence.residual_regression import explained_over, peak_hz, remainder_columns, sliding
+from codegen.diagnosis.fit import credit
+from codegen.diagnosis.fit.credit import noise_ratio
+from codegen.diagnosis.fit.output_error import Fit
+from codegen.diagnosis.fit.residual import Problem, contacts_on, residual_at_drive, without_levels
+from codegen.diagnosis.results import FoundEffect
+from codegen.diagnosis.verdict.wrong_values import FAR_LESS
+from codegen.effects import CATALOGUE
+from codegen.effects.declare import places_of
+from codegen.effects.places import pairs
+from codegen.mechanics.system import System
+
+VARIABLES = {
+    "velocity": "speed",
+    "position": "position",
+    "load": "load",
+    "acceleration": "acceleration",
+    "input": "load",
+    "input rate": "input rate",
+    "time": "time",
+}
+"""Variable on which an effect depends most → variable of the flexible regression."""
+OF_THE_MOTION = 0.02
+"""Share of the squared velocity at a line of the spectrum above which the machine is moved with this frequency."""
+SLOW_MOTION = 0.5
+"""Share of the squared velocity that a curve over time explains above which it may be a curve over the motion."""
+
+
+@dataclass(frozen=True)
+class ForceEvidence:
+    """Share of the force residual on one coordinate that effects explain.
+
+    Attributes:
+        removed: share of the refit's squared residual that the augmented model removes.
+        own: share that a flexible regression on the effects' own variables explains on held-out parts.
+        alone: share that a regression on the force of the effects explains there.
+        line, with_line: the same for the highest line of the residual's spectrum, at ``line_hz``, and for both; zero if
+            the motion has that line too.
+        time, with_time: the same for a smooth curve over time, and for both; zero if the motion is as slow.
+    """
+
+    coordinate: int
+    removed: float
+    own: float
+    alone: float
+    line: float
+    with_line: float
+    line_hz: float
+    time: float
+    with_time: float
+
+
+def force_evidence(
+    problem: Problem, refit: System, augmented: System, kinds: Sequence[str], acting: Collection[int]
+) -> list[ForceEvidence]:
+    """The evidence for effects of these kinds, on each coordinate on which they act."""
+    motion = problem.motion
+    before, after = (residual_at_drive(s, motion) for s in (refit, augmented))
+    own = {VARIABLES[CATALOGUE[kind].seen_over] for kind in kinds}
+    found = []
+    for i in sorted(set(acting)):
+        used = sliding(refit, motion, problem.used, i)
+        variables = remainder_columns(refit, motion, before, used, i)
+        r, left = (without_levels(refit, motion, used, y[:, i], i) for y in (before, after))
+        removed = 1 - float(np.sum(left[used] ** 2) / max(float(np.sum(r[used] ** 2)), 1e-300))
+        together = explained_over(r, used, [variables[name] for name in sorted(own)])
+        force, speed = (r - left)[:, None], motion.velocities[:, i]
+        shares = [explained_over(r, used, [force])]
+        for name, most in (("frequency", OF_THE_MOTION), ("time", SLOW_MOTION)):
+            columns = variables[name]
+            moves = explained_over(speed, used, [columns]) > most
+            shares += [0.0 if moves else explained_over(r, used, group) for group in ([columns], [columns, force])]
+        alone, line, with_line, time, with_time = shares
+        hz = peak_hz(before[:, i], used, motion)
+        found.append(ForceEvidence(i, removed, together, alone, line, with_line, hz, time, with_time))
+    return found
+
+
+MOST = 0.5
+"""Least share, of what a flexible regression on an effect's own variable explains, that the effect must remove."""
+
+
+def acts_on(effect: FoundEffect, system: System) -> int:
+    """Index of the first coordinate in whose force balance an effect appears."""
+    kind = CATALOGUE[effect.kind].with_parameters(list(effect.parameters))
+    place = places_of(kind, system).index(effect.on)
+    match kind.sits_on:
+        case "contact":
+            touched = [i for i in range(system.degrees_of_freedom) if place in contacts_on(system, i)]
+        case "input":
+            touched = [i for i, g in enumerate(system.force) if g.has(system.inputs[place])]
+        case "two coordinates":
+            touched = [pairs(system)[place][0]]
+        case _:
+            touched = [place]
+    return touched[0] if touched else 0
+
+
+def against_regression(
+    final: Fit, problem: Problem, refit: System, augmented: System, named: Sequence[FoundEffect]
+) -> str:
+    """The objection of a nonparametric regression to effects, in words; empty if there is none.
+
+    There are three objections. Backlash is exempt.
+
+    - A smooth curve over the effects' own variables explains much more than they do (not tested near the noise of the
+      free runs).
+    - A spectral line, a vibration in time, explains more, and the effects explain little in addition. A controller
+      reacts to a vibration, so a delayed input can cancel it down to a few times the noise. Near the noise the line
+      must leave less than ``FAR_LESS`` of the square that the effects leave.
+    - A slow change in time leaves less than ``FAR_LESS`` of the square that the effects leave, and they explain little
+      in addition. What a true effect leaves is noise, which no such curve explains.
+    """
+    if any(t.gap != 0 for t in augmented.transmissions):
+        return ""
+    near = noise_ratio(final) <= credit.NEAR_NOISE
+    acting = [acts_on(effect, problem.system) for effect in named]
+    for one in force_evidence(problem, refit, augmented, [effect.kind for effect in named], acting):
+        if not near and one.removed < MOST * one.own:
+            return "a smooth curve over its own variable explains twice as much of the residual force as the law does"
+        vibration, drift = f"a vibration of constant frequency, {one.line_hz:.3g} Hz,", "a slow change in time"
+        for what, most, share, both in (
+            (vibration, FAR_LESS if near else 1.0, one.line, one.with_line),
+            (drift, FAR_LESS, one.time, one.with_time),
+        ):
+            if 1 - share < most * (1 - one.alone) and both - share < MOST * one.alone:
+                return (
+                    f"{what} explains {100 * share:.0f} % of the residual force. The law explains "
+                    f"{in_percent(one.alone)}, and only {in_percent(max(0.0, both - share))} in addition to that"
+                )
+    return ""
