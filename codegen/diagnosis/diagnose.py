@@ -140,14 +140,15 @@ class _FreeRuns:
         return measure(model, case.test.motion, case.test.used, case.window, self.restart_s)
 
     @cached_property
-    def held_out(self) -> Problem:
-        return Problem(self.case.problem.system, within(self.case.test.motion, self.case.window), {})
+    def held_out(self) -> HeldOut:
+        problem = Problem(self.case.problem.system, within(self.case.test.motion, self.case.window), {})
+        return HeldOut(problem, self.measured)
 
     def examined(self, last: Search, found: Outcome) -> tuple[Answer, Outcome]:
         """The answer from an outcome, and the outcome that it belongs to; ``last``: the search of its last fit."""
         verdict = verdict_of(found, self.case.faults)
         search = replace(self.search, within=last.within)
-        return examine(search, last, found, verdict, self.measured, self.held_out)
+        return examine(search, last, found, verdict, self.held_out)
 
     def left_by(self, answer: Answer) -> tuple[Remainder, ...]:
         """The remainder of the model that is written."""
@@ -205,11 +206,10 @@ def _by_free_runs(case: Case, search: Search, report: Progress, propose: bool) -
             search,
             outcome,
             answer,
-            runs.measured,
-            lambda done: report("effects by the force residual", 0.8 + 0.05 * done),
-            HeldOut(runs.held_out, runs.measured),
+            runs.held_out,
             case.steady,
             lambda found: runs.examined(last, found),
+            lambda done: report("effects by the force residual", 0.8 + 0.05 * done),
         )
     tied: list[Fit] = []
     experiment, excitation = None, None

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -318,6 +320,14 @@ def test_held_out_data_tell_what_the_force_residual_leaves_open(
         )
 
 
+def credited_by_force(
+    search: Search, outcome: Outcome, answer: Answer, held_out: HeldOut, steady: bool = False
+) -> tuple[Answer, Outcome]:
+    return force_led.credited_by_force(
+        search, outcome, answer, held_out, steady, lambda one: (answer, one), lambda share: None
+    )
+
+
 def test_the_answer_names_what_held_out_data_leave(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A constant force leads on the training log; the machine has a spring."""
     tied, held_out = tied_about_one_place("spring", "offset", "spring", tmp_path)
@@ -326,22 +336,21 @@ def test_the_answer_names_what_held_out_data_leave(tmp_path: Path, monkeypatch: 
     outcome = Outcome(base, base, (), (), 0.0, len(base.residual), unexplained=True)
     figures = held_out.measured(base.model)
     plain = Answer("unknown", (), base.model, base.model, (figures, figures, figures))
-    verdicts = {}
-    for data in (None, held_out):
-        answer, _ = force_led.credited_by_force(search, outcome, plain, held_out.measured, lambda _: None, data)
-        verdicts[data] = answer.verdict, [e.kind for e in answer.effects]
-    assert verdicts == {None: ("ambiguous", ["offset"]), held_out: ("effect", ["spring"])}
+    verdicts = []
+    untold: Any = SimpleNamespace(measured=held_out.measured, refused=lambda fits: {})
+    for data in (untold, held_out):
+        answer, _ = credited_by_force(search, outcome, plain, data)
+        verdicts.append((answer.verdict, [e.kind for e in answer.effects]))
+    assert verdicts == [("ambiguous", ["offset"]), ("effect", ["spring"])]
     monkeypatch.setattr(force_led, "better_values", lambda search, led: "the value m = 3 kg explains")
     for steady, verdict in ((False, "unknown"), (True, "effect")):
-        answer, _ = force_led.credited_by_force(
-            search, outcome, plain, held_out.measured, lambda _: None, held_out, steady
-        )
+        answer, _ = credited_by_force(search, outcome, plain, held_out, steady)
         assert answer.verdict == verdict
         assert steady or "spring on x, but in simulation the value m = 3 kg explains" in answer.remarks[-1].words
     why = Fact("not credited", "a smooth curve explains twice as much of the residual force as the law does")
     refused = replace(answer, verdict="unknown", against=(why,), remarks=())
     monkeypatch.setattr(force_led, "with_estimate", lambda *_: refused)
-    answer, _ = force_led.credited_by_force(search, outcome, plain, held_out.measured, lambda _: None, held_out)
+    answer, _ = credited_by_force(search, outcome, plain, held_out)
     words = "spring on x, which the residual force shows and simulations of the training log confirm, is refused: a"
     assert answer.verdict == "unknown" and answer.remarks[-1].words.startswith(words)
 
@@ -482,12 +491,10 @@ def test_what_free_runs_do_not_confirm_is_told(tmp_path: Path, monkeypatch: pyte
     plain = ForceFits(search, search.refit())
     none = plain.fit(search.declared_trial, plain.adopted)
     monkeypatch.setattr(force_selection, "confirmed", lambda fits, fit, run: (none, fits.run(none)))
-    told: list[Fact] = []
     with among("spring", "viscous", "offset"):
-        assert selected_by_force(search, search.refit(), lambda share: None, told.append) is None
-    words = told[0].words
-    assert len(told) == 1 and told[0].topic == "not credited"
-    assert words.startswith("The residual force alone would name spring on x (k = ") and "N/m)" in words
+        told = selected_by_force(search, search.refit(), lambda share: None)
+    assert isinstance(told, Fact) and told.topic == "not credited"
+    assert told.words.startswith("The residual force alone would name spring on x (k = ") and "N/m)" in told.words
 
 
 def test_a_simpler_form_that_explains_nothing_is_not_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -502,9 +509,7 @@ def test_a_simpler_form_that_explains_nothing_is_not_told(tmp_path: Path, monkey
     line = fits.fit(trial, np.append(fits.adopted, 0.01))
     assert judged(fits, fits.plain, line, 1).why_not.startswith("removes")
     monkeypatch.setattr(force_selection, "in_determined_forms", lambda fits, fit: line)
-    told: list[Fact] = []
-    assert selected_by_force(search, search.refit(), lambda share: None, told.append) is None
-    assert told == []
+    assert selected_by_force(search, search.refit(), lambda share: None) is None
 
 
 def test_jitter_of_the_stamps_is_noise_of_the_positions(tmp_path: Path) -> None:

@@ -7,6 +7,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cache, partial
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import casadi
 import numpy as np
@@ -431,8 +433,9 @@ def test_joints_have_the_effects_of_free_runs_or_of_the_force_each_for_itself(
 
     answer, outcome = examined(Outcome(base, by_runs, (), (), 0.5, len(base.residual)))
     own = [e.kind for e in answer.effects]
+    none: Any = SimpleNamespace(measured=lambda system: figures)
     for how, kinds in ((examined, named), (partial(examined, refused="spring"), own)):
-        second, richer = credited_by_force(search, outcome, answer, lambda _: figures, lambda _: None, examined=how)
+        second, richer = credited_by_force(search, outcome, answer, none, False, how, lambda share: None)
         assert [e.kind for e in second.effects] == [p.kind for p in richer.parts] == kinds
         said = [f"By free runs alone offset on q_1 would be named, {objection}"]
         assert [f.words for f in second.remarks] == (said if own[1:] and kinds != own else [])

@@ -362,7 +362,9 @@ def test_the_next_of_tied_candidates_is_examined_where_held_out_data_refuse_the_
     monkeypatch.setattr(examination, "without_leader", lambda search, one: iter(following))
     search: Any = SimpleNamespace(system=None, moved=())
     figures: Any = SimpleNamespace(force_rms_rows=(1.0,))
-    answer, about = examine(search, search, first, "ambiguous", lambda system: figures)
+    held_out: Any = SimpleNamespace(measured=lambda system: figures)
+    monkeypatch.setattr(examination, "without_refused", lambda search, outcome, held_out: (outcome, ()))
+    answer, about = examine(search, search, first, "ambiguous", held_out)
     assert about is following[0]
     assert answer.verdict == ("effect" if rivals == 1 else "ambiguous")
     assert any("hardening_spring" in fact.words and "worse" in fact.words for fact in answer.remarks)

@@ -70,13 +70,13 @@ def selected_by_force(
     search: Search,
     base: Fit,
     report_progress: Callable[[float], None],
-    tell: Callable[[Fact], None] = lambda fact: None,
-) -> ForceSelection | None:
+) -> ForceSelection | Fact | None:
     """Forward selection by the force residual, confirmed by free runs; None if no effect is credited.
+
+    Where the force residual credits effects and free runs confirm none, the fact that says so.
 
     Args:
         base: the refit of the declared structure by free runs.
-        tell: called with a fact on the effects that the force residual credits, if free runs confirm none.
     """
     fits = ForceFits(search, base)
     fit = plain = fits.plain
@@ -110,9 +110,7 @@ def selected_by_force(
     by_force = fit
     fit, run = confirmed(fits, fit, fits.run(fit))
     if not fit.trial.parts:
-        if by_force.trial.parts:
-            tell(_not_confirmed(plain, by_force))
-        return None
+        return _not_confirmed(plain, by_force) if by_force.trial.parts else None
     leading = [first[0]]
     if first[0].found.part in fit.trial.parts:
         again, leading = best_first_effect(fits, fit, [first[0], *_tied(search, first)])

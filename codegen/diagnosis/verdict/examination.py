@@ -48,8 +48,7 @@ def examine(
     final_search: Search,
     outcome: Outcome,
     verdict: Verdict,
-    measured: Measured,
-    held_out: Problem | None = None,
+    held_out: HeldOut,
 ) -> tuple[Answer, Outcome]:
     """Adopt values, check the effects, and refuse a model that is worse on held-out data than the declared one.
 
@@ -58,9 +57,8 @@ def examine(
 
     Args:
         final_search: the search of the outcome's last fit.
-        held_out: the declared system on these; None if they are not used to distinguish candidates.
     """
-    system = search.system
+    system, measured = search.system, held_out.measured
     declared = measured(system)
     if verdict == "unfit":
         refit = outcome.base.model
@@ -77,8 +75,8 @@ def examine(
     if not outcome.parts:
         return plain, outcome
     refused: tuple[Fact, ...] = ()
-    if verdict == "ambiguous" and held_out is not None:
-        outcome, refused = without_refused(final_search, outcome, HeldOut(held_out, measured))
+    if verdict == "ambiguous":
+        outcome, refused = without_refused(final_search, outcome, held_out)
         verdict = "ambiguous" if outcome.rivals else "effect"
         plain = replace(plain, verdict=verdict)
     answer = _with_effects(final_search, outcome, plain, measured)

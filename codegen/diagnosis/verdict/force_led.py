@@ -16,7 +16,7 @@ from codegen.diagnosis.fit.credit import random_signs
 from codegen.diagnosis.fit.output_error import Fit
 from codegen.diagnosis.fit.search import Search, joint_of
 from codegen.diagnosis.fit.trial import Part
-from codegen.diagnosis.results import ErrorFigures, Fact, Verdict
+from codegen.diagnosis.results import Fact, Verdict
 from codegen.diagnosis.selection.force_fits import ForceFits
 from codegen.diagnosis.selection.force_selection import (
     ELSEWHERE,
@@ -33,18 +33,16 @@ from codegen.diagnosis.verdict.answer import Answer
 from codegen.diagnosis.verdict.examination import with_estimate
 from codegen.diagnosis.verdict.held_out import HeldOut, in_words
 from codegen.diagnosis.verdict.wrong_values import better_values
-from codegen.mechanics.system import System
 
 
 def credited_by_force(
     search: Search,
     outcome: Outcome,
     answer: Answer,
-    measured: Callable[[System], ErrorFigures],
+    held_out: HeldOut,
+    steady: bool,
+    examined: Callable[[Outcome], tuple[Answer, Outcome]],
     report_progress: Callable[[float], None],
-    held_out: HeldOut | None = None,
-    steady: bool = False,
-    examined: Callable[[Outcome], tuple[Answer, Outcome]] | None = None,
 ) -> tuple[Answer, Outcome]:
     """The answer with effects that the force residual credits and free runs confirm; unchanged if there are none.
 
@@ -56,21 +54,17 @@ def credited_by_force(
 
     Args:
         outcome: of the selection by free runs. answer: the answer from that outcome.
-        held_out: data that no fit has seen; None where they do not distinguish candidates.
         steady: whether the log runs at constant speed, at which parameters keep their tolerances.
-        examined: the answer from an outcome of the selection by free runs; None where nothing is added to it.
+        examined: the answer from an outcome of the selection by free runs, for an arm.
     """
-    doubtful: list[Fact] = []
-    found = selected_by_force(search, outcome.base, report_progress, doubtful.append)
-    if found is None:
-        said = doubtful if answer.verdict == "unknown" else []
+    found = selected_by_force(search, outcome.base, report_progress)
+    if not isinstance(found, ForceSelection):
+        said = (found,) if found is not None and answer.verdict == "unknown" else ()
         return replace(answer, remarks=(*answer.remarks, *said)), outcome
-    refused: tuple[Fact, ...] = ()
-    if held_out is not None:
-        found, refused = without_refused_ties(found, held_out)
+    found, refused = without_refused_ties(found, held_out)
     alone = "alone no effect would be credited"
     if answer.verdict != "unknown":
-        if search.rigid and examined is not None:
+        if search.rigid:
             return _joint_by_joint(found, outcome, answer, examined)
         against = against_free_runs(found, outcome.final)
         if not against:
@@ -88,7 +82,7 @@ def credited_by_force(
     verdict: Verdict = "ambiguous" if found.rivals else "effect"
     plain = replace(answer, verdict=verdict, effects=(), augmented=answer.refit, against=())
     plain = replace(plain, figures=(*answer.figures[:2], answer.figures[1]))
-    second = with_estimate(search, led, plain, measured, found.fit)
+    second = with_estimate(search, led, plain, held_out.measured, found.fit)
     if second.verdict != plain.verdict:
         return replace(answer, remarks=(*answer.remarks, *_refused(answer, second))), outcome
     better = "" if steady else better_values(search, led)
@@ -177,10 +171,10 @@ def _refused(answer: Answer, by_force: Answer) -> tuple[Fact, ...]:
 
 def without_refused_ties(found: ForceSelection, held_out: HeldOut) -> tuple[ForceSelection, tuple[Fact, ...]]:
     """The selection without those of its tied first effects that held-out data refuse, and what is said of them."""
+    if not found.rivals or found.rounds[0].ranked[0].found.part != found.parts[0]:
+        return found, ()
     fits, first = found.fits, found.rounds[0]
     leading = [first.ranked[0], *found.rivals]
-    if not found.rivals or leading[0].found.part != found.parts[0]:
-        return found, ()
     tied = [found.fit, *(with_first(fits, found.fit, one) for one in found.rivals)]
     refused = held_out.refused(tied)
     kept = [k for k in range(len(tied)) if k not in refused]
