@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Collection, Iterator, Sequence
 
 from codegen.diagnosis.evidence.estimate import effect_of
 from codegen.diagnosis.evidence.score_test import nested_evidence_of
-from codegen.diagnosis.fit import credit
 from codegen.diagnosis.fit.credit import noise_ratio
 from codegen.diagnosis.fit.output_error import Fit, at_limit
 from codegen.diagnosis.fit.search import Search
-from codegen.diagnosis.fit.trial import Part
 from codegen.diagnosis.results import Candidate, FoundEffect, Round, Verdict
 from codegen.diagnosis.selection.forward_selection import Outcome
 from codegen.diagnosis.selection.ranking import Ranked, twins
@@ -81,30 +78,28 @@ def _listed(outcome: Outcome, ranked: Sequence[Ranked]) -> list[Ranked]:
 
 
 def _candidate(r: Ranked) -> Candidate:
-    part, limits = r.found.part, at_limit(r.found)[-1]
-    row = _row(part, r.found.parameters, r.evidence, r.ratio, limits, r.p)
-    return replace(row, also=tuple(twins(part, r.found)), size=r.size, accepted=not r.why_not, why_not=r.why_not)
+    return _row(r, -1, tuple(twins(r.found.part, r.found)))
 
 
-def _row(
-    part: Part, parameters: Mapping[str, float], e: credit.Evidence, free_run: float, limits: tuple[str, ...], p: float
-) -> Candidate:
+def _row(r: Ranked, k: int, also: tuple[tuple[str, str], ...]) -> Candidate:
+    """The row of the k-th effect of a fit."""
+    part, e = r.found.trial.parts[k], r.evidence
     return Candidate(
         kind=part.kind,
         on=part.on,
-        parameters=parameters,
+        parameters=r.found.values[1][k],
         gain=e.share,
         t=e.t,
         blocks_won=e.won,
         blocks=e.blocks,
-        free_run=free_run,
-        accepted=True,
-        why_not="",
-        also=(),
-        size=float("nan"),
+        free_run=r.ratio,
+        accepted=not r.why_not,
+        why_not=r.why_not,
+        also=also,
+        size=r.size,
         own=is_own(part.kind),
-        at_limit=limits,
-        p=p,
+        at_limit=at_limit(r.found)[k],
+        p=r.p,
         form=part.form,
     )
 
@@ -117,14 +112,13 @@ def in_no_round(search: Search, outcome: Outcome) -> tuple[Candidate, ...]:
     every = (outcome.first, *(later.ranked for later in outcome.later))
     shown = {(r.found.part.kind, r.found.part.on) for ranked in every for r in ranked}
     final, rows = outcome.final, []
-    values, limits = final.values[1], at_limit(final)
     for k, part in enumerate(outcome.parts):
         if (part.kind, part.on) in shown:
             continue
         soft, without = search.with_noise_floor(search.without(final, k))
         whole = soft.fitted_again(final)
         e = nested_evidence_of(without, whole)
-        ratio = noise_ratio(whole) / noise_ratio(without)
-        row = _row(part, values[k], e, ratio, limits[k], chance(search, whole, e, 1))
-        rows.append(replace(row, also=tuple(part.effect.twins(search.system, part.place))))
+        ratio, p = noise_ratio(whole) / noise_ratio(without), chance(search, whole, e, 1)
+        also = tuple(part.effect.twins(search.system, part.place))
+        rows.append(_row(Ranked(final, e, ratio, float("nan"), "", p=p), k, also))
     return tuple(rows)
