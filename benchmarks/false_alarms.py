@@ -15,9 +15,8 @@ import numpy as np
 from scipy.signal import lfilter
 
 from codegen.base.arrays import Array
-from codegen.diagnosis.evidence.force_gain import ForceGain
+from codegen.diagnosis.evidence.force_gain import ForceGain, slow_noise_likelihood
 from codegen.diagnosis.evidence.score_test import t_of_scores
-from codegen.diagnosis.evidence.slow_noise import slow_noise_likelihood
 from codegen.diagnosis.fit.credit import ALPHA, LEAST_SHARE, SIGN_BLOCKS
 from codegen.diagnosis.selection.significance import FORCE_SHARE, FORCE_SHARE_OF_FEW
 

@@ -14,9 +14,8 @@ import numpy as np
 import sympy
 
 from codegen.base.arrays import Array
-from codegen.diagnosis.evidence.input_timing import acting_earlier, input_leads
-from codegen.diagnosis.evidence.late_speed import late_speeds
 from codegen.diagnosis.evidence.residual_regression import inertia_noise
+from codegen.diagnosis.evidence.timing import acting_earlier, input_leads, late_speeds
 from codegen.diagnosis.evidence.unseen_inertia import moves_one_way, not_refitted, unseen_inertias
 from codegen.diagnosis.fit.measure import drive_force
 from codegen.diagnosis.fit.residual import Problem

@@ -10,7 +10,7 @@ import pytest
 from scipy.signal import lfilter
 
 from codegen.diagnosis.case import case_of
-from codegen.diagnosis.evidence.input_timing import Lead, acting_earlier, common_lead, input_leads, lead_of
+from codegen.diagnosis.evidence.timing import Lead, acting_earlier, common_lead, input_leads, lead_of
 from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.signals import smooth_motion
 from codegen.logs import Log

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from codegen.diagnosis.case import case_of
-from codegen.diagnosis.evidence.input_timing import SURE, lead_of
-from codegen.diagnosis.evidence.late_speed import late_speeds, rows_of_difference
+from codegen.diagnosis.evidence.timing import SURE, late_speeds, lead_of, rows_of_difference
 from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.signals import smooth_motion
 from codegen.logs import Log

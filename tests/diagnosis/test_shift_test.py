@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.signal import butter, filtfilt, lfilter
 
-from codegen.diagnosis.evidence.shift_test import by_shifts
+from codegen.diagnosis.evidence.force_gain import by_shifts
 from tests.in_part import drawn
 
 Array = NDArray[np.float64]

@@ -11,7 +11,7 @@ from scipy.linalg import toeplitz
 from scipy.signal import lfilter
 
 from codegen.base.arrays import Array
-from codegen.diagnosis.evidence.slow_noise import slow_noise_likelihood
+from codegen.diagnosis.evidence.force_gain import slow_noise_likelihood
 
 COUNT = 300
 

@@ -4,18 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from math import exp, log1p
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.fft import dct
 from scipy.stats import chi2
 
 from codegen.base.arrays import Array
 from codegen.diagnosis.evidence.residual_regression import LEAST_ROWS
 from codegen.diagnosis.evidence.score_test import along_best, t_of_scores
-from codegen.diagnosis.evidence.shift_test import by_shifts
-from codegen.diagnosis.evidence.slow_noise import slow_noise_likelihood
 from codegen.diagnosis.fit.credit import SIGN_BLOCKS, are_large, p_of_log_ratios, p_of_sign_flips
 from codegen.diagnosis.fit.force_rows import residual_slopes
 from codegen.diagnosis.fit.linear import correlation, independent
@@ -201,3 +200,87 @@ class ForceCriterion:
         bound = prior.bound[first:count]
         limits = -bound - there, bound - there
         return residual_without_values(self.search.problem, self.fit.model, slopes, limits, joint)
+
+
+ROUNDING = 1e-9
+"""Relative error of a sum by the Fourier transform."""
+PARTS, LEAST_MOMENTS = 48, 3.0
+"""Number of parts of the log, and least effective number of parts in which two models differ."""
+
+
+def by_shifts(pairs: Sequence[tuple[Array, Array]]) -> float:
+    """Permutation test: one-sided p value of a gain if the truth is half-way between two models, by circular shifts.
+
+    Two models may differ in too few blocks for a test on blocks: a dead zone and a constant force are one motion except
+    while the input is below the dead zone's width.
+
+        g_k = Σ_t d(t) m(t + k),   d = b − a,   m = (a + b)/2;   g_0 is half the gain Σ b² − Σ a²
+
+    with b and a the residuals of the other model and of this one. If m does not depend on d, every g_k is as probable
+    as g_0, whatever the correlation in time, and p is the share of shifts with g_k ≥ g_0. If both models are wrong, m
+    depends on d. So p is 1 unless Σ d² a² ≤ Σ d² · mean a²: this model has no more residual when the two differ. It is
+    also 1 if they differ in too few parts: (Σ q)²/Σ q² < ``LEAST_MOMENTS``, with q the sums of d² over ``PARTS`` parts.
+
+    Args:
+        pairs: (b, a), each (N,), of every coordinate, at the samples that some coordinate uses; zero where one does
+            not.
+    """
+    count = max((len(this) for _, this in pairs), default=1)
+    gains, there, everywhere, powers = np.zeros(count), 0.0, 0.0, np.zeros(PARTS)
+    for other, this in pairs:
+        whole = max(float(other @ other), float(this @ this), 1e-300)
+        powers += [float(part @ part) / whole for part in np.array_split(other - this, PARTS)]
+        used = (other != 0) | (this != 0)
+        if not used.any():
+            continue
+        b, a = other[used], this[used]
+        spectrum = np.fft.rfft((a + b) / 2) * np.conj(np.fft.rfft(b - a))
+        gains += (np.fft.irfft(spectrum, len(a)) / whole)[np.arange(count) * len(a) // count]
+        there += float((b - a) ** 2 @ a**2) / max(float(a @ a) / len(a), 1e-300) / whole
+        everywhere += float((b - a) @ (b - a)) / whole
+    moments = float(powers.sum() ** 2 / (powers @ powers)) if everywhere > 0 else 0.0
+    if gains[0] <= 0 or there > everywhere or moments < LEAST_MOMENTS:
+        return 1.0
+    return float((gains >= (1 - ROUNDING) * gains[0]).mean())
+
+
+LONGEST = 1 / 12
+"""Longest correlation time over the length of the log; slower noise is like an offset or a drift."""
+TIMES = 8
+SHARES = (0.01, 0.02, 0.04, 0.08, 0.15, 0.25, 0.4, 0.6, 0.8, 0.9, 0.95, 1.0)
+"""Shares of the power in the slow noise."""
+
+
+def slow_noise_likelihood(residual: Array, band: float) -> float:
+    """Log-likelihood of a residual (N,) in nats, of white noise plus first-order autoregressive noise.
+
+    By Whittle's approximation, as the best of a grid of noise models:
+
+        max over a, s, τ of −½ Σ_j (ln a S_j + c_j²/(a S_j)),   S = 1 − s + s (1 − φ²)/|1 − φ exp(−iω)|²,  φ = exp(−1/τ)
+
+    with c_j the cosine transform at ω_j = πj/(N·band), which has no jump at the ends, S the spectrum of white noise and
+    a share s of first-order autoregressive noise of the correlation time τ, and a its size. Constants are left out.
+
+    Args:
+        band: width of the band over the Nyquist frequency: N values hold N·band independent ones.
+    """
+    lines = round(len(residual) * min(band, 1.0))
+    if lines < 4:
+        return 0.0
+    power = dct(residual, norm="ortho")[:lines] ** 2
+    inverse, logarithms = _spectra(lines)
+    sizes = np.maximum(inverse @ power, 1e-300) / lines
+    return float(np.max(-0.5 * lines * np.log(sizes) - 0.5 * logarithms))
+
+
+@lru_cache(maxsize=8)
+def _spectra(lines: int) -> tuple[Array, Array]:
+    """(models, lines) 1/S of each noise model at each spectral line, and (models,) Σ ln S; S: power spectrum."""
+    turn = np.exp(-1j * np.pi * np.arange(lines) / lines)
+    models = [np.ones(lines)]
+    for time in np.geomspace(1.0, max(1.0, lines * LONGEST), TIMES):
+        phi = np.exp(-1 / time)
+        slow = (1 - phi**2) / np.abs(1 - phi * turn) ** 2
+        models += [1 - share + share * slow for share in SHARES]
+    spectra = np.array(models)
+    return 1 / spectra, np.log(spectra).sum(axis=1)
