@@ -37,17 +37,17 @@ def test_what_is_left_of_several_effects_stands_only_if_it_is_credited(
     """
     asked = []
 
-    def credible(search: Any, before: Any, after: Any, candidates: int) -> bool:
-        asked.append((before, after, candidates))
+    def is_credited(search: Any, before: Any, after: Any) -> bool:
+        asked.append((before, after))
         return credited
 
-    monkeypatch.setattr(forward_selection, "credible", credible)
+    monkeypatch.setattr(forward_selection, "is_credited", is_credited)
     base, one, both = fit(), fit("inertia_error"), fit("inertia_error", "cogging")
     first, second = rival("spring"), rival("inertia_error", "stribeck")
     none: Any = None
-    pair = still_credited(none, base, both, [first, second], 9)
-    left = still_credited(none, base, one, [first, second], 9)
-    assert asked == [(base, both, 9), (base, one, 9)]
+    pair = still_credited(none, base, both, [first, second])
+    left = still_credited(none, base, one, [first, second])
+    assert asked == [(base, both), (base, one)]
     assert pair == ((both, [first, second]) if credited else (base, []))
     assert left == ((one, [first]) if credited else (base, []))
 
@@ -513,7 +513,6 @@ def test_effects_are_tried_in_pairs_where_the_best_alone_is_far_off_in_some_segm
         "_pruned_with_rivals": (pair, []),
         "_merged": None,
         "still_credited": (pair, []),
-        "first_candidates": 1,
         "_largest_first": pair,
     }.items():
         monkeypatch.setattr(forward_selection, name, lambda *_, value=value: value)
@@ -576,13 +575,12 @@ def test_a_replacement_without_its_gap_is_a_spring_too(monkeypatch: pytest.Monke
         "_reconsidered": (play, []),
         "_pruned_with_rivals": (play, []),
         "_merged": None,
-        "first_candidates": 1,
     }.items():
         monkeypatch.setattr(forward_selection, name, lambda *_, value=value: value)
     seen = lambda search, found, rivals: (spring if found is play else found, rivals)  # noqa: E731
     monkeypatch.setattr(forward_selection, "_in_simplest_forms", seen)
     monkeypatch.setattr(forward_selection, "leader_first", lambda search, some: some)
-    monkeypatch.setattr(forward_selection, "still_credited", lambda search, base, found, rivals, count: (found, []))
+    monkeypatch.setattr(forward_selection, "still_credited", lambda search, base, found, rivals: (found, []))
     monkeypatch.setattr(forward_selection, "_largest_first", lambda search, found: found)
     monkeypatch.setattr(forward_selection.credit, "near_noise", lambda fit: True)
     search: Any = SimpleNamespace(rigid=None, fitted_again=lambda one: one, record=SimpleNamespace(start=[0.0]))
@@ -635,8 +633,7 @@ def test_each_joint_of_an_arm_has_rounds_of_its_own(monkeypatch: pytest.MonkeyPa
         "_reconsidered": lambda search, found, rivals, among_all: (found, []),
         "_pruned_with_rivals": lambda search, found, rivals: (found, []),
         "_merged": lambda search, found: None,
-        "still_credited": lambda search, base, found, rivals, count: (found, []),
-        "first_candidates": lambda search, base: 1,
+        "still_credited": lambda search, base, found, rivals: (found, []),
         "_largest_first": lambda search, found: found,
         "leader_first": lambda search, some: some,
     }.items():

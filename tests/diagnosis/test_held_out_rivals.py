@@ -16,6 +16,7 @@ from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.signals import TRIM_S, smooth_motion
 from codegen.diagnosis.fit.trial import part_of, with_values
 from codegen.diagnosis.results import Diagnosis, ErrorFigures, FoundEffect
+from codegen.diagnosis.selection import forward_selection
 from codegen.diagnosis.selection.forward_selection import Outcome
 from codegen.diagnosis.verdict import examination
 from codegen.diagnosis.verdict import held_out as rules
@@ -114,7 +115,7 @@ def test_what_is_explained_is_that_of_the_rival_that_is_left(monkeypatch: pytest
     fits = {k: SimpleNamespace(trial=SimpleNamespace(parts=(SimpleNamespace(kind=k, on="x"),))) for k in shares}
     monkeypatch.setattr(separation, "in_place", lambda search, outcome, one: fits[one])
     monkeypatch.setattr(rules, "in_place", lambda search, outcome, one: fits[one])
-    monkeypatch.setattr(separation, "explained_share", lambda search, base, fit: shares[fit.trial.parts[0].kind])
+    monkeypatch.setattr(forward_selection, "explained_share", lambda search, base, fit: shares[fit.trial.parts[0].kind])
     none: Any = None
     leader, rivals = fits["leader"], ("rival", "other")
     outcome = Outcome(none, leader, (), rivals, shares["leader"], 10)  # type: ignore[arg-type]
@@ -146,23 +147,22 @@ def test_what_is_explained_is_that_of_the_effects_without_the_one_that_is_refuse
         "_by_both": None,
         "may_be_absent": False,
         "determined_form": None,
-        "credible": True,
-        "first_candidates": 1,
-        "explained_share": 0.4,
+        "is_credited": True,
     }.items():
         monkeypatch.setattr(examination, name, lambda *_, value=value: value)
+    monkeypatch.setattr(forward_selection, "explained_share", lambda *_: 0.4)
     monkeypatch.setattr(examination, "replace", lambda one, **changes: SimpleNamespace(**{**vars(one), **changes}))
     monkeypatch.setattr(examination, "at_limit", lambda fit: [()] * len(fit.trial.parts))
     monkeypatch.setattr(examination, "objections", lambda found, part, problem: ["zero"] * (part.kind == "offset"))
-    search: Any = SimpleNamespace(polished=lambda fit: (fit, fit), without=lambda fit, k: one)
-    outcome: Any = SimpleNamespace(final=both, parts=parts, base=None, explained=0.9)
+    search: Any = SimpleNamespace(polished=lambda fit: (fit, fit), without=lambda fit, k: one, problem=None)
     none: Any = None
-    left, last, _, against = examination._examined(search, outcome, none, none, True)
+    outcome = Outcome(none, both, (), (), 0.9, 10)
+    left, last, _, against = examination._examined(search, outcome, none, True)
     assert (left.final, left.explained, last, against) == (one, 0.4, one, ())
-    kept, _, _, against = examination._examined(search, outcome, none, none, False)
+    kept, _, _, against = examination._examined(search, outcome, none, False)
     assert (kept.final, against) == (both, ())
     monkeypatch.setattr(examination, "objections", lambda found, part, problem: ["zero"])
-    _, _, _, against = examination._examined(search, outcome, none, none, False)
+    _, _, _, against = examination._examined(search, outcome, none, False)
     assert [fact.words for fact in against] == ["zero", "zero"], "a tie of effects that may all be absent was ambiguous"
 
 
@@ -191,19 +191,20 @@ def test_an_effect_is_fitted_again_in_the_form_that_its_intervals_contain(monkey
             FoundEffect(p.kind, p.on, values, {}, (), {name: ends[name] for name in p.names}) for p in parts
         ],
     )
-    for name, value in {"estimate": None, "_by_both": None, "explained_share": 0.4}.items():
+    monkeypatch.setattr(forward_selection, "explained_share", lambda *_: 0.4)
+    for name, value in {"estimate": None, "_by_both": None}.items():
         monkeypatch.setattr(examination, name, lambda *_, value=value: value)
     monkeypatch.setattr(examination, "at_limit", lambda fit: [()] * len(fit.trial.parts))
     monkeypatch.setattr(examination, "objections", lambda found, part, problem: [])
-    search: Any = SimpleNamespace(polished=lambda fit: (fit, fit), with_parts=with_parts, system=system)
+    search: Any = SimpleNamespace(polished=lambda fit: (fit, fit), with_parts=with_parts, system=system, problem=None)
     outcome = Outcome(cast(Any, None), both, (), (), 0.9, 10)
     none: Any = None
-    left, last, (found,), against = examination._examined(search, outcome, none, none, True)
+    left, last, (found,), against = examination._examined(search, outcome, none, True)
     assert asked == [([plain], [{"delta": 0.5, "v_s": 0.2}])]
     assert (left.final, left.explained, last, against) == (simple, 0.4, simple, ())
     assert list(found.intervals) == ["delta", "v_s"]
     asked.clear()
-    examination._examined(search, outcome, none, none, False)
+    examination._examined(search, outcome, none, False)
     assert not asked
 
 

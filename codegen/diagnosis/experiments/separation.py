@@ -19,7 +19,7 @@ from codegen.diagnosis.fit.record import LEAST_SEGMENTS, PERIODS, Record, record
 from codegen.diagnosis.fit.search import Search
 from codegen.diagnosis.fit.signals import Motion, smooth_motion
 from codegen.diagnosis.results import MotionTried, Separation, TiedPair
-from codegen.diagnosis.selection.forward_selection import Outcome, explained_share
+from codegen.diagnosis.selection.forward_selection import Outcome
 from codegen.diagnosis.selection.ranking import Ranked, twins
 from codegen.effects import CATALOGUE
 from codegen.effects.register import kinds_of, separating_experiment
@@ -60,13 +60,7 @@ def tied_fits(search: Search, outcome: Outcome) -> list[Fit]:
 def without_leader(search: Search, outcome: Outcome) -> Iterator[Outcome]:
     """The outcome with each rival in turn in place of its first effect, and the later ones as its rivals."""
     for k, rival in enumerate(outcome.rivals[:MOST_RIVALS]):
-        yield led_by_rival(search, outcome, in_place(search, outcome, rival), outcome.rivals[k + 1 :])
-
-
-def led_by_rival(search: Search, outcome: Outcome, final: Fit, rivals: Sequence[Ranked]) -> Outcome:
-    """The outcome with a fit in which a rival replaces the first effect."""
-    explained = explained_share(search, outcome.base, final)
-    return replace(outcome, final=final, rivals=tuple(rivals), explained=explained)
+        yield outcome.with_final(search, in_place(search, outcome, rival), outcome.rivals[k + 1 :])
 
 
 def separate(

@@ -101,6 +101,11 @@ class Outcome:
     def parts(self) -> tuple[Part, ...]:
         return self.final.trial.parts
 
+    def with_final(self, search: Search, final: Fit, rivals: Sequence[Ranked]) -> Outcome:
+        """The outcome with another last fit, and these rivals of its first effect."""
+        explained = explained_share(search, self.base, final)
+        return replace(self, final=final, rivals=tuple(rivals), explained=explained)
+
 
 def within_reach(search: Search) -> tuple[Search, Fit]:
     """The search with segments so short that free runs stay near the measured motion, and its refit."""
@@ -202,7 +207,7 @@ def find_effects(search: Search, base: Fit, report_progress: Progress, refit_onl
         single = _merged(search, current)
         current, rivals = (single, []) if single else (current, rivals)
         current, rivals = _in_simplest_forms(search, current, rivals)  # also of an effect that replaced another
-        current, rivals = still_credited(search, base, current, rivals, first_candidates(search, base))
+        current, rivals = still_credited(search, base, current, rivals)
         current = current if rivals else _largest_first(search, current)
     lost = current is base and not refit_only and not credit.near_noise(base)
     unexplained = lost and credit.misfit(base) > credit.LEAST_SIZE
@@ -348,23 +353,21 @@ def _pruned_with_rivals(search: Search, current: Fit, rivals: list[Ranked]) -> t
     return kept, rivals if _same(leader, kept.trial.parts[0]) else []
 
 
-def still_credited(
-    search: Search, base: Fit, current: Fit, rivals: Sequence[Ranked], candidates: int
-) -> tuple[Fit, list[Ranked]]:
+def still_credited(search: Search, base: Fit, current: Fit, rivals: Sequence[Ranked]) -> tuple[Fit, list[Ranked]]:
     """A fit in which effects were replaced or removed, with its rivals; the refit if the fit is not credited.
 
     Each effect may be needed in addition to the others although all together predict no better than the refit. A rival
     that was tried in addition to an effect is no rival of a single effect.
     """
-    if not credible(search, base, current, candidates):
+    if not is_credited(search, base, current):
         return base, []
     alone = len(current.trial.parts) == 1
     return current, [r for r in rivals if not alone or len(r.found.trial.parts) == 1]
 
 
-def first_candidates(search: Search, base: Fit) -> int:
-    """Number of candidates of the first round, including those not fitted on all segments."""
-    return hypotheses(every_part(search, base.trial.parts))
+def is_credited(search: Search, base: Fit, fit: Fit) -> bool:
+    """Whether free runs credit a fit over the refit, among all candidates of the first round, fitted or not."""
+    return credible(search, base, fit, hypotheses(every_part(search, base.trial.parts)))
 
 
 def nothing_left(fit: Fit) -> bool:
@@ -517,9 +520,9 @@ def common_effects(search: Search, outcome: Outcome) -> tuple[Search, Outcome] |
     if freed is not None:
         search, common = freed
         base = search.fitted_again(base)
-    if not credible(search, base, common, first_candidates(search, base)):
+    if not is_credited(search, base, common):
         return None
-    return search, replace(outcome, base=base, final=common, rivals=(), explained=explained_share(search, base, common))
+    return search, replace(outcome, base=base).with_final(search, common, ())
 
 
 def explained_share(search: Search, base: Fit, final: Fit) -> float:

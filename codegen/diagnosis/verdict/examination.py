@@ -20,8 +20,8 @@ from codegen.diagnosis.fit.search import Search, joint_of
 from codegen.diagnosis.fit.trial import Part, in_unit, part_of, with_effects, with_values
 from codegen.diagnosis.results import Fact, FoundEffect, Remainder, Verdict
 from codegen.diagnosis.selection.force_fits import ForceFits
-from codegen.diagnosis.selection.forward_selection import Outcome, explained_share, first_candidates
-from codegen.diagnosis.selection.ranking import Ranked, credible, less_probable
+from codegen.diagnosis.selection.forward_selection import Outcome, is_credited
+from codegen.diagnosis.selection.ranking import Ranked, less_probable
 from codegen.diagnosis.selection.significance import dispersion
 from codegen.diagnosis.verdict.admission import (
     REFIT_WORSE,
@@ -144,19 +144,13 @@ def _with_effects(final_search: Search, outcome: Outcome, plain: Answer, measure
         return replace(plain, verdict=without_effects(outcome), effects=found, against=against)
     harm = _harmful(final_search, outcome.final, measured) if plain.verdict == "effect" else None
     if harm is not None:
-        fewer = _with_fewer(final_search, outcome, final_search.without(outcome.final, harm[0]))
-        if fewer is None:
+        final = final_search.without(outcome.final, harm[0])
+        if not is_credited(final_search, outcome.base, final):
             return replace(plain, verdict="unknown", effects=found, against=(harm[1],))
+        fewer = outcome.with_final(final_search, final, outcome.rivals)
         answer = _with_effects(final_search, fewer, plain, measured)
         return replace(answer, remarks=(*answer.remarks, harm[1]))
     return _judged(final_search, outcome, plain, measured, fit, found)
-
-
-def _with_fewer(search: Search, outcome: Outcome, final: Fit) -> Outcome | None:
-    """The outcome with another last fit, of fewer effects; None if these are not credited over the refit."""
-    if not credible(search, outcome.base, final, first_candidates(search, outcome.base)):
-        return None
-    return replace(outcome, final=final, explained=explained_share(search, outcome.base, final))
 
 
 def _harmful(search: Search, final: Fit, measured: Measured) -> tuple[int, Fact] | None:
@@ -285,14 +279,13 @@ def _examined(
         raised = [_objections(o, f, p, search.problem) for o, f, p in triples]
         if not any(raised) or not (strict or all(raised)):
             if final is not outcome.final:
-                explained = explained_share(search, outcome.base, final)
-                outcome = replace(outcome, final=final, explained=explained)
+                outcome = outcome.with_final(search, final, outcome.rivals)
             return outcome, fit, found, ()
         against = not_credited([w for one in raised for w in one])
         if all(raised):
             return outcome, fit, found, against
         final = search.without(final, next(k for k, one in enumerate(raised) if one))
-        if not credible(search, outcome.base, final, first_candidates(search, outcome.base)):
+        if not is_credited(search, outcome.base, final):
             return outcome, fit, found, against
 
 

@@ -26,7 +26,7 @@ from codegen.diagnosis.selection.force_selection import (
     selected_by_force,
     with_first,
 )
-from codegen.diagnosis.selection.forward_selection import Outcome, explained_share
+from codegen.diagnosis.selection.forward_selection import Outcome
 from codegen.diagnosis.selection.ranking import Ranked, credible, led_by
 from codegen.diagnosis.selection.significance import hypotheses
 from codegen.diagnosis.verdict.answer import Answer
@@ -104,9 +104,7 @@ def _joint_by_joint(
     if fit is outcome.final:
         return answer, outcome
     leader = outcome.parts[0] in fit.trial.parts
-    explained = explained_share(found.fits.search, outcome.base, fit)
-    other = replace(outcome, final=fit, explained=explained, rivals=outcome.rivals if leader else ())
-    second, richer = examined(other)
+    second, richer = examined(outcome.with_final(found.fits.search, fit, outcome.rivals if leader else ()))
     wanted = {(p.kind, p.on) for p in fit.trial.parts}
     if second.verdict not in ("effect", "ambiguous") or {(e.kind, e.on) for e in second.effects} != wanted:
         return answer, outcome

@@ -14,7 +14,7 @@ import numpy as np
 from codegen.base.arrays import Array
 from codegen.diagnosis.evidence.estimate import BLOCKS, covariance
 from codegen.diagnosis.evidence.force_gain import ForceGain, force_gain
-from codegen.diagnosis.experiments.separation import in_place, led_by_rival
+from codegen.diagnosis.experiments.separation import in_place
 from codegen.diagnosis.fit.credit import TIE_LEVEL
 from codegen.diagnosis.fit.output_error import Fit
 from codegen.diagnosis.fit.residual import (
@@ -99,7 +99,7 @@ def without_refused(search: Search, outcome: Outcome, held_out: HeldOut) -> tupl
     if not refused or not kept:
         return outcome, ()
     rivals = [outcome.rivals[k - 1] for k in kept[1:]]
-    left = led_by_rival(search, outcome, fits[kept[0]], rivals) if kept[0] else replace(outcome, rivals=tuple(rivals))
+    left = outcome.with_final(search, fits[kept[0]], rivals) if kept[0] else replace(outcome, rivals=tuple(rivals))
     return left, in_words(fits, refused)
 
 
