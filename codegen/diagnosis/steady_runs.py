@@ -33,7 +33,7 @@ from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.shooting import hidden_states
 from codegen.diagnosis.fit.trial import Part, Trial, model_of, part_of
 from codegen.diagnosis.results import Candidate, ErrorFigures, Fact, FoundEffect, Interval, Remainder, Round, Verdict
-from codegen.diagnosis.verdict.admission import Measured, admitted, merged
+from codegen.diagnosis.verdict.admission import Measured, Reference, admitted, merged
 from codegen.diagnosis.verdict.answer import Answer
 from codegen.diagnosis.verdict.table import TABLE_SIZE
 from codegen.effects.register import candidates, is_own
@@ -432,7 +432,7 @@ def answer_of(search: SteadySearch, measured: Measured, by_means: bool) -> tuple
     options = [("declared values", system)]
     if float(found.base.left_out @ found.base.left_out) < float(left @ left):
         options.insert(0, ("refitted values", found.base.model))
-    chosen = admitted(options, declared, judged)
+    chosen = admitted(options, judged, Reference(declared))
     refit = system if chosen.option is None else chosen.option[1]
     judged_by = f"Each of the {len(search.means)} records runs at one speed, so it is judged by its mean"
     remarks = (Fact("note", judged_by), *chosen.remarks)
@@ -442,7 +442,7 @@ def answer_of(search: SteadySearch, measured: Measured, by_means: bool) -> tuple
         return answer, found
     named, before, against = None, judged(refit), tuple[Fact, ...]()
     for fit in found.fits:
-        chosen = admitted([("refitted values", fit.model)], declared, judged, before)
+        chosen = admitted([("refitted values", fit.model)], judged, Reference(declared, before))
         against = merged(chosen.refusals)
         if chosen.option is None:
             break

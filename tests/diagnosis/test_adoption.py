@@ -38,9 +38,8 @@ from codegen.diagnosis.fit.trial import with_values
 from codegen.diagnosis.results import Diagnosis, ErrorFigures
 from codegen.diagnosis.selection.forward_selection import find_effects
 from codegen.diagnosis.verdict import admission, examination
-from codegen.diagnosis.verdict.admission import FORCE, RUN, Refusal, acts, admitted, worsened
+from codegen.diagnosis.verdict.admission import FORCE, RUN, Reference, Refusal, acts, admitted, spared, worsened
 from codegen.diagnosis.verdict.answer import Answer
-from codegen.diagnosis.verdict.examination import spared
 from codegen.logs import Log, read_log
 from codegen.mechanics.system import System
 from codegen.report.page import render_report
@@ -409,9 +408,9 @@ def test_an_effect_is_no_worse_than_the_refit_without_it(force: float, run: floa
     declared, refit, new = (ErrorFigures(f, (f,), 0.1, r, (r,)) for f, r in ((9.0, 9.0), (1.0, 1.0), (force, run)))
     system = system_of(stage())
     differs = (force, run) != (1.0, 1.0)  # with the refit's errors the effect does not act on these data
-    chosen = admitted([("the effect", system)], declared, lambda _: new, refit, shown=lambda: differs)
+    chosen = admitted([("the effect", system)], lambda _: new, Reference(declared, refit), shown=lambda: differs)
     assert (chosen.option is not None) is admissible
-    assert admitted([("the effect", system)], declared, lambda _: new).option is not None
+    assert admitted([("the effect", system)], lambda _: new, Reference(declared)).option is not None
     assert admissible or chosen.refusals[0].model == "without the effect"
 
 
@@ -423,10 +422,10 @@ def test_an_effect_makes_an_error_on_held_out_data_smaller(force: float, run: fl
     """An eccentric encoder was named with 496 % in place of 494 as declared, and 0.801 rad in place of 0.799."""
     declared, refit = ErrorFigures(1.0, (1.0,), 0.1, 1.0, (1.0,)), ErrorFigures(1.01, (1.01,), 0.1, 1.01, (1.01,))
     new = ErrorFigures(force, (force,), 0.1, run, (run,))
-    chosen = admitted([("the effect", system_of(stage()))], declared, lambda _: new, refit)
+    chosen = admitted([("the effect", system_of(stage()))], lambda _: new, Reference(declared, refit))
     assert (chosen.option is not None) is admissible
     assert admissible or chosen.refusals[0] == Refusal("the effect", "as declared")
-    assert admitted([("values", system_of(stage()))], declared, lambda _: new).option is not None
+    assert admitted([("values", system_of(stage()))], lambda _: new, Reference(declared)).option is not None
 
 
 @pytest.mark.parametrize(
@@ -439,7 +438,7 @@ def test_what_refitted_levels_gain_pays_for_no_effect(force: float, run: float, 
     """
     declared, refit = ErrorFigures(1.0, (3.455,), 0.1, 1.0, (1.361,)), ErrorFigures(1.0, (2.573,), 0.1, 1.0, (1.063,))
     new = ErrorFigures(1.0, (force,), 0.1, 1.0, (run,))
-    chosen = admitted([("the effect", system_of(stage()))], declared, lambda _: new, refit)
+    chosen = admitted([("the effect", system_of(stage()))], lambda _: new, Reference(declared, refit))
     assert (chosen.option is not None) is admissible
     assert admissible or chosen.refusals[0] == Refusal("the effect", "without the effect")
 
@@ -449,7 +448,10 @@ def test_held_out_data_on_which_an_effect_does_not_act_do_not_refuse_it() -> Non
     declared, refit = (ErrorFigures(f, (f,), 0.1, f, (f,)) for f in (1.0, 1.007))
     for shown in (True, False):
         chosen = admitted(
-            [("the effect", system_of(stage()))], declared, lambda _: declared, refit, shown=lambda s=shown: s
+            [("the effect", system_of(stage()))],
+            lambda _: declared,
+            Reference(declared, refit),
+            shown=lambda s=shown: s,
         )
         assert (chosen.option is None) is shown
     assert not acts(refit, refit) and acts(declared, refit)
@@ -458,7 +460,9 @@ def test_held_out_data_on_which_an_effect_does_not_act_do_not_refuse_it() -> Non
 def test_an_effect_on_one_joint_of_many_is_judged_on_that_joint() -> None:
     ones = (1.0,) * 6
     declared, new = ErrorFigures(1.0, ones, 0.1, 1.0, ones), ErrorFigures(1.0, (0.85, *ones[1:]), 0.1, 1.0, ones)
-    assert admitted([("the effect", system_of(stage()))], declared, lambda _: new, declared).option is not None
+    assert (
+        admitted([("the effect", system_of(stage()))], lambda _: new, Reference(declared, declared)).option is not None
+    )
 
 
 def test_what_refitted_values_gain_on_other_joints_pays_for_no_effect() -> None:
@@ -471,11 +475,11 @@ def test_what_refitted_values_gain_on_other_joints_pays_for_no_effect() -> None:
     refit = ErrorFigures(1.0, (0.0777, 0.0635, 0.0199), 0.1, 1.0, (0.0232, 0.0071, 0.0285))
     new = ErrorFigures(1.0, (0.0795, 0.0605, 0.0199), 0.1, 1.0, (0.0248, 0.0072, 0.0285))
     option = ("the effect", system_of(stage()))
-    assert admitted([option], declared, lambda _: new, refit).option is not None
-    chosen = admitted([option], declared, lambda _: new, refit, acting={0: "j1"})
+    assert admitted([option], lambda _: new, Reference(declared, refit)).option is not None
+    chosen = admitted([option], lambda _: new, Reference(declared, refit), acting={0: "j1"})
     assert chosen.option is None and set(chosen.refusals[0].worse) == {FORCE, RUN}
     assert chosen.refusals[0].model == "as declared on j1"
-    assert admitted([option], declared, lambda _: new, refit, acting={1: "j2"}).option is not None
+    assert admitted([option], lambda _: new, Reference(declared, refit), acting={1: "j2"}).option is not None
 
 
 TWO_STAGES = """name: two_stages
@@ -502,7 +506,7 @@ def test_a_joint_that_refitted_values_make_worse_keeps_its_declared_ones(couplin
         return ErrorFigures(1.0, errors, 0.1, 1.0, errors)
 
     declared, names = measured(system), ["one_a", "two_a", "k"]
-    chosen = admitted([("refitted values", refit)], declared, measured)
+    chosen = admitted([("refitted values", refit)], measured, Reference(declared))
     better, kept = spared(chosen, names, system, declared, measured)
     assert better.option is not None and kept == {"one_a"}
     written = {s.name: float(v) for s, v in better.option[1].values.items()}
@@ -510,13 +514,15 @@ def test_a_joint_that_refitted_values_make_worse_keeps_its_declared_ones(couplin
     assert better.figures.force_rms_rows == pytest.approx((1.2, 1.0))
     (fact,) = better.remarks
     assert "25 % larger than as declared on x" in fact.words and "those of x as declared" in fact.words
-    alone = admitted([("refitted values", with_values(system, {"two_a": 7.0}))], declared, measured)
+    alone = admitted([("refitted values", with_values(system, {"two_a": 7.0}))], measured, Reference(declared))
     assert spared(alone, names, system, declared, measured) == (alone, frozenset())
 
 
 def test_a_little_by_both_errors_is_a_gain() -> None:
     declared, new = (ErrorFigures(f, (f,), 0.1, f, (f,)) for f in (1.0, 0.985))
-    assert admitted([("the effect", system_of(stage()))], declared, lambda _: new, declared).option is not None
+    assert (
+        admitted([("the effect", system_of(stage()))], lambda _: new, Reference(declared, declared)).option is not None
+    )
 
 
 @pytest.mark.parametrize(
@@ -530,7 +536,7 @@ def test_free_runs_that_are_worse_by_chance_refuse_no_effect(force: float, worse
     run = float(np.sqrt(squares.mean()))
     new = ErrorFigures(force, (force,), 0.1, run, (run,), tuple((float(s),) for s in squares))
     declared = ErrorFigures(9.0, (9.0,), 0.1, 9.0, (9.0,))
-    chosen = admitted([("the effect", system_of(stage()))], declared, lambda _: new, refit)
+    chosen = admitted([("the effect", system_of(stage()))], lambda _: new, Reference(declared, refit))
     assert run == pytest.approx(1.1) and (chosen.option is not None) is admissible
 
 
@@ -542,15 +548,15 @@ def test_nor_do_free_runs_that_are_worse_than_those_of_the_declared_model_by_cha
     squares[:worse_in] += 12 * 0.21 / worse_in
     run = float(np.sqrt(squares.mean()))
     new = ErrorFigures(0.8, (0.8,), 0.1, run, (run,), tuple((float(s),) for s in squares))
-    chosen = admitted([("the effect", system_of(stage()))], declared, lambda _: new, declared)
+    chosen = admitted([("the effect", system_of(stage()))], lambda _: new, Reference(declared, declared))
     assert (chosen.option is not None) is admissible
-    assert admitted([("values", system_of(stage()))], declared, lambda _: new).option is None
+    assert admitted([("values", system_of(stage()))], lambda _: new, Reference(declared)).option is None
 
 
 def test_free_runs_that_are_ten_times_worse_in_each_of_two_parts_are_not_so_by_chance() -> None:
     declared = ErrorFigures(1.0, (1.0,), 0.1, 1.0, (1.0,), ((1.0,),) * 2)
     new = ErrorFigures(0.8, (0.8,), 0.1, 10.0, (10.0,), ((100.0,),) * 2)
-    assert admitted([("the effect", system_of(stage()))], declared, lambda _: new, declared).option is None
+    assert admitted([("the effect", system_of(stage()))], lambda _: new, Reference(declared, declared)).option is None
 
 
 def test_the_parts_of_a_free_run_make_up_its_error(rough: tuple[Log, Log]) -> None:
@@ -581,7 +587,7 @@ def test_what_a_model_with_an_effect_is_compared_with(effect: str, force: float,
     figures = tuple(ErrorFigures(f, (f,), 0.1, 2.0, (2.0,)) for f in (9.0, 1.0, 1.0))
     answer = Answer("effect", (), plain, plain, (figures[0], figures[1], figures[2]))
     problem = Problem(plain, smooth_motion(log_of(stage(), tmp_path, "plain.csv")), {})
-    declared, refit, worse = admission.references(answer, system_of(stage(f"[{effect}]")), problem)
+    declared, refit, worse = admission.reference_of(system_of(stage(f"[{effect}]")), answer, problem)
     assert refit.force_rms_rows == pytest.approx((force,), nan_ok=True)
     assert declared.force_rms_rows == pytest.approx((9.0 if np.isfinite(force) else force,), nan_ok=True)
     assert refit.free_run_rmse_rows == (2.0,) and worse == pytest.approx(share)
@@ -606,7 +612,7 @@ def test_a_load_far_from_the_noise_must_reduce_the_force_in_proportion_to_the_dr
     figures = tuple(ErrorFigures(f, (f,), 0.1, 2.0, (2.0,)) for f in (9.0, 1.0, 1.0))
     answer = Answer("effect", (), plain, plain, (figures[0], figures[1], figures[2]))
     problem = Problem(plain, smooth_motion(log_of(stage(), tmp_path, "plain.csv")), {})
-    declared, refit, worse = admission.references(answer, with_values(rich, {"kt": gain}), problem, near=False)
+    declared, refit, worse = admission.reference_of(with_values(rich, {"kt": gain}), answer, problem, near=False)
     assert declared.force_rms_rows == pytest.approx((9.0 * min(gain, 1.0),))
     assert refit.force_rms_rows == pytest.approx((min(gain, 1.0),))
     assert refit.free_run_rmse_rows == (2.0,) and worse == pytest.approx(0.95**0.5 - 1)
@@ -689,9 +695,9 @@ def test_each_option_is_compared_in_proportion_to_its_own_drive(
     errors = dict(zip(gains, force, strict=True))
     plain = ErrorFigures(1.0, (1.0,), 0.1, 1.0, (1.0,))
 
-    def references(plain_: Answer, model: str, *_: object) -> tuple[ErrorFigures, ErrorFigures, float]:
+    def reference_of(model: str, **_: object) -> Reference:
         one = replace(plain, force_rms_rows=(min(gains[model], 1.0),))
-        return one, one, -0.025
+        return Reference(one, one, -0.025)
 
     part = SimpleNamespace(effect=SimpleNamespace(coordinate=lambda system, place: 0), place=0)
     fit = SimpleNamespace(trial=SimpleNamespace(parts=(part,)), runner=None)
@@ -708,7 +714,7 @@ def test_each_option_is_compared_in_proportion_to_its_own_drive(
         "with_values": lambda *_: None,
         "noise_ratio": lambda fit: 50.0,
         "remarks": lambda *_: (),
-        "references": references,
+        "reference_of": reference_of,
     }
     for name, stand_in in stand_ins.items():
         monkeypatch.setattr(examination, name, stand_in)

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -93,56 +93,67 @@ class Admitted:
         return (*facts[:-1], replace(facts[-1], words=f"{facts[-1].words} {instead}"))
 
 
+class Reference(NamedTuple):
+    """Held-out errors with which those of an option are compared.
+
+    Attributes:
+        refit: of the model without the effects, which an option may exceed by at most the share ``most``; if that is
+            negative, it must be better by so much. None for a model without effects.
+    """
+
+    declared: ErrorFigures
+    refit: ErrorFigures | None = None
+    most: float = REFIT_WORSE
+
+    def on(self, rows: Sequence[int]) -> Reference:
+        """The errors of some coordinates."""
+        return Reference(self.declared.on(rows), self.refit and self.refit.on(rows), self.most)
+
+
 def admitted(
     options: Sequence[Option],
-    declared: ErrorFigures,
     measured: Measured,
-    refit: ErrorFigures | None = None,
-    most: float = REFIT_WORSE,
+    reference: Reference | Callable[[System], Reference],
     shown: Callable[[], bool] = lambda: True,
     acting: Mapping[int, str] = MappingProxyType({}),
 ) -> Admitted:
     """Check the options in their order on held-out data.
 
     Args:
-        refit: errors of the model without the effects, which an option may exceed by at most the share ``most``; if
-            that is negative, it must be better by so much. The free-run error over a few restarts may increase by
-            chance; then it refuses no effect if the force error decreases. With effects, an error must also be smaller
-            than that of the declared model, and than that without the effects (``gains_nothing``).
+        reference: of all options, or as a function of an option's model.
         shown: function that returns whether the effect acts on these data; called only if nothing is gained.
         acting: index → name of the coordinates on which the effects act; an option is also judged on these alone, so
             that refitted values of other joints do not compensate for an effect that makes its own joint worse.
     """
     refusals: list[Refusal] = []
     tried: list[ErrorFigures] = []
-    every = tuple(range(len(declared.force_rms_rows)))
-    judged_on = {"": every}
-    if refit is not None and 0 < len(acting) < len(every):
-        judged_on[f" on {' and '.join(acting.values())}"] = tuple(acting)
-    for option in options:
-        figures = measured(option[1])
+    for name, model in options:
+        figures, compared = measured(model), reference if isinstance(reference, Reference) else reference(model)
         tried.append(figures)
+        every = tuple(range(len(compared.declared.force_rms_rows)))
+        judged_on = {"": every}
+        if compared.refit is not None and 0 < len(acting) < len(every):
+            judged_on[f" on {' and '.join(acting.values())}"] = tuple(acting)
         against = (
-            refusal(option[0], where, figures.on(rows), declared.on(rows), refit and refit.on(rows), most, shown)
-            for where, rows in judged_on.items()
+            refusal(name, where, figures.on(rows), compared.on(rows), shown) for where, rows in judged_on.items()
         )
         found = next((one for one in against if one), None)
         if found is None:
-            return Admitted(option, figures, tuple(refusals))
+            return Admitted((name, model), figures, tuple(refusals))
         refusals.append(found)
     return Admitted(None, tried[0], tuple(refusals))
 
 
 def refusal(
-    option: str,
-    where: str,
-    figures: ErrorFigures,
-    declared: ErrorFigures,
-    refit: ErrorFigures | None,
-    most: float,
-    shown: Callable[[], bool],
+    option: str, where: str, figures: ErrorFigures, compared: Reference, shown: Callable[[], bool]
 ) -> Refusal | None:
-    """The refusal of an option by held-out errors on the coordinates ``where``, as of ``admitted``; else None."""
+    """The refusal of an option by held-out errors on the coordinates ``where``, as of ``admitted``; else None.
+
+    The free-run error over a few restarts may increase by chance; then it refuses no effect if the force error
+    decreases. With effects, an error must also be smaller than that of the declared model, and than that without the
+    effects (``gains_nothing``).
+    """
+    declared, refit, most = compared
     worse, model = worsened(figures, declared), "as declared"
     if refit is not None and most >= 0 and may_be_chance(worse, figures, declared):
         worse = {}
@@ -271,10 +282,10 @@ def spared(
     return Admitted((f"{name}, those of {joints} as declared", other), figures, (*chosen.refusals, refused)), kept
 
 
-def references(
-    plain: Answer, augmented: System, problem: Problem, settled: bool = False, near: bool = True
-) -> tuple[ErrorFigures, ErrorFigures, float]:
-    """Held-out errors of declared model and refit as references, and the share by which these may be exceeded.
+def reference_of(
+    augmented: System, plain: Answer, problem: Problem, settled: bool = False, near: bool = True
+) -> Reference:
+    """The errors with which those of a model with effects are compared.
 
     For a load behind a spring, and if free runs have ``settled`` the question, the squared free-run error must decrease
     by ``LEAST_SHARE``. The force residual is then not tested, unless free runs have not settled it and the log is not
@@ -288,14 +299,13 @@ def references(
     least = float(np.sqrt(1 - credit.LEAST_SHARE)) - 1
     if settled or (augmented.transmissions and near):
         unknown = (float("nan"),) * len(refit.force_rms_rows)
-        return replace(declared, force_rms_rows=unknown), replace(refit, force_rms_rows=unknown), least
+        return Reference(replace(declared, force_rms_rows=unknown), replace(refit, force_rms_rows=unknown), least)
     if augmented.transmissions:
-        pairs = ((declared, problem.system), (refit, plain.refit))
-        of_declared, of_refit = (_in_proportion(f, augmented, system, problem) for f, system in pairs)
-        return of_declared, of_refit, least
+        of_declared = _in_proportion(declared, augmented, problem.system, problem)
+        return Reference(of_declared, _in_proportion(refit, augmented, plain.refit, problem), least)
     left = drive_left(augmented, problem.motion) / drive_left(plain.refit, problem.motion)
     rows = tuple(rms / min(float(share), 1.0) for rms, share in zip(refit.force_rms_rows, left, strict=True))
-    return declared, replace(refit, force_rms_rows=rows), REFIT_WORSE
+    return Reference(declared, replace(refit, force_rms_rows=rows))
 
 
 def _in_proportion(figures: ErrorFigures, augmented: System, system: System, problem: Problem) -> ErrorFigures:

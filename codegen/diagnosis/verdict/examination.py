@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -25,15 +26,15 @@ from codegen.diagnosis.selection.ranking import Ranked, less_probable
 from codegen.diagnosis.selection.significance import dispersion
 from codegen.diagnosis.verdict.admission import (
     REFIT_WORSE,
-    Admitted,
     Measured,
+    Reference,
     Refusal,
     acts,
     admitted,
     may_be_chance,
     merged,
     options_of,
-    references,
+    reference_of,
     spared,
     worsened,
 )
@@ -65,7 +66,7 @@ def examine(
         figures = measured(refit)
         return Answer(verdict, (), refit, refit, (declared, figures, figures)), outcome
     base = adopt_values(search, outcome.base, system)
-    chosen = admitted(options_of(system, base), declared, measured)
+    chosen = admitted(options_of(system, base), measured, Reference(declared))
     errors = () if chosen.refusals else base.errors
     chosen, kept = spared(chosen, [s.name for s in search.moved], system, declared, measured)
     errors = tuple(e for e in errors if e.name not in kept)
@@ -102,7 +103,7 @@ def settled(search: Search, outcome: Outcome, answer: Answer, measured: Measured
     if answer.verdict not in ("none", "unknown") or not answer.errors:
         return answer
     values = settled_values(search, outcome.base, search.system)
-    chosen = admitted(options_of(search.system, values), answer.figures[0], measured)
+    chosen = admitted(options_of(search.system, values), measured, Reference(answer.figures[0]))
     if chosen.option is None or chosen.refusals:
         return answer
     figures = (answer.figures[0], chosen.figures, chosen.figures)
@@ -199,29 +200,20 @@ def _judged(
     against = against or against_regression(outcome.final, *models, found) or (f"it {level}" if level else "")
     if against:
         return replace(plain, verdict="unknown", effects=found, against=not_credited([against]))
-    alone = with_values(system, without_it)
+    without_effect = with_values(system, without_it)
 
     def shown() -> bool:
-        return acts(measured(alone), plain.figures[1])
+        return acts(measured(without_effect), plain.figures[1])
 
     places = sorted({p.effect.coordinate(problem.system, p.place) for p in fit.trial.parts})
     acting = {i: problem.system.positions[i].name for i in places}
     near = noise_ratio(outcome.final) <= NEAR_NOISE
 
-    def first_admitted(settled: bool) -> Admitted:
-        """The first option that passes the test on held-out data, each with its own ``references``."""
-        refusals: list[Refusal] = []
-        for option in options:
-            declared, without, worse = references(plain, option[1], problem, settled, near)
-            one = admitted([option], declared, measured, without, worse, shown, acting)
-            refusals += one.refusals
-            if one.option is not None:
-                return replace(one, refusals=tuple(refusals))
-        return Admitted(None, measured(options[0][1]), tuple(refusals))
-
-    chosen = first_admitted(settled)
-    if chosen.option is None and settled and agrees:  # the force agrees too: the usual references
-        chosen = first_admitted(False)
+    for by_runs in (True, False) if settled and agrees else (settled,):  # the force agrees too: the usual reference
+        reference = partial(reference_of, plain=plain, problem=problem, settled=by_runs, near=near)
+        chosen = admitted(options, measured, reference, shown, acting)
+        if chosen.option is not None:
+            break
     if chosen.option is None:
         return replace(plain, verdict="unknown", effects=found, against=merged(chosen.refusals))
     figures = (*plain.figures[:2], chosen.figures)
