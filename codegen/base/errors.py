@@ -80,7 +80,7 @@ class BadInput(Exception):
 
     def at(self, place: Place) -> BadInput:
         """The same fault, reported at another place."""
-        return BadInput(place, self.found, self.expected, self.nearest, code=self.code)
+        return BadInput(place, self.found, self.expected, self.nearest, self.about, code=self.code)
 
     @property
     def all(self) -> tuple[BadInput, ...]:

@@ -11,7 +11,7 @@ from tests.app.command import stiction
 
 from .commands import ROOT
 
-PASSED_ON = {"error.code", "fault.code", "code"}
+PASSED_ON = {"error.code", "fault.code", "self.code", "code"}
 """Of a fault that is raised again with another place or other words, or by ``refuse_unknown``."""
 RAISING = {"BadInput", "UnknownName", "refuse_unknown"}
 
