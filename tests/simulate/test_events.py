@@ -14,7 +14,7 @@ from codegen.mechanics.loads import with_loads
 from codegen.simulate.controller import Feedback
 from codegen.simulate.observed_loop import SampledLoop, run_loop
 from tests.in_part import examples, in_part
-from tests.machines import SPRING_MASS, arm, one_mass, read_machine, two_mass
+from tests.machines import SPRING_MASS, arm, effect, one_mass, read_machine, two_mass
 from tests.simulate.open_loop import free_run_from_rest, simulate_open_loop
 
 from .event_integrator import Mass, integrate
@@ -191,7 +191,8 @@ friction:
 """
 
 STATIC = SPRING_MASS.replace("law: coulomb, a: {a}", "law: static_viscous, F_c: 2, F_s: 3, F_v: 0.5")
-JOINTED = "effects: [{kind: compliance, on: x, parameters: {k: 900, c: 2, load_fraction: 0.4}}]\n"
+COMPLIANT = f"effects: {effect('compliance', 'x', k=900, c=2, load_fraction=0.4)}\n"
+PLAY = f"effects: {effect('backlash', 'x', gap=0.005, k=900, c=2, load_fraction=0.4)}\n"
 MACHINES = {
     "two masses": (lambda: two_mass()[1], lambda t: 14 * np.sin(4 * t)[:, None]),
     "arm": (lambda: arm(a=0.05)[1], lambda t: np.column_stack([0.3 + 0.2 * np.sin(5 * t), 0.1 * np.sin(3 * t)])),
@@ -203,7 +204,8 @@ MACHINES = {
         )[1],
         lambda t: 7 * np.sin(2.3 * t)[:, None],
     ),
-    "load behind a spring": (lambda: one_mass(more=JOINTED)[1], lambda t: 9 * np.sin(2.3 * t)[:, None]),
+    "load behind a spring": (lambda: one_mass(more=COMPLIANT)[1], lambda t: 9 * np.sin(2.3 * t)[:, None]),
+    "load behind play": (lambda: one_mass(more=PLAY)[1], lambda t: 9 * np.sin(2.3 * t)[:, None]),
 }
 
 
@@ -225,7 +227,8 @@ def test_both_time_steppers_converge_to_the_events(name: str):
         predicted.append(np.max(np.abs(free_run_from_rest(system, time, w, substeps) - positions)))
     assert simulated[2] < 1e-5 * np.max(np.abs(states))
     assert predicted[2] < 1e-7 * np.max(np.abs(positions))
-    assert simulated[0] / simulated[2] > 50 and predicted[0] / predicted[2] > 50
+    least = 10 if name == "load behind play" else 50  # the damper's force jumps where the play ends: first order there
+    assert simulated[0] / simulated[2] > least and predicted[0] / predicted[2] > least
     assert np.all(np.abs(forces) < 4 * np.max(np.abs(w)) + 10)
 
 
