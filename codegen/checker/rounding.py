@@ -14,7 +14,7 @@ that for any term (a product of inputs, estimates and numbers), terms cancel tha
 than half of the digits may be right, and the C is refused. The decay of V gives no such limit for what multiplies an
 input, which is not in V. For the errors it does: V must not grow when rounding changes their dynamics.
 The bounds are to first order, and take every variable in a divisor as 1. frame.Precision.holds excludes overflow and
-underflow, with quotients between the ends of `Bounded.ones`, and with 1 for a sine, a cosine and an exp. A sign all of
+underflow, with quotients, sines and cosines between the ends of `Bounded.ones`, and with 1 for an exp. A sign all of
 whose terms have an exp is refused: exp(-800) is 0 in doubles.
 """
 
@@ -224,7 +224,7 @@ class Bounded(kernel.Text):
         self.ones()
         if not self.largest.keys().isdisjoint(p.names()):  # the kernel has seen the coefficients alone
             within = [self.precision.holds(put(magnitudes(p), end)) for end in (self.largest, self.smallest)]
-            frame.demand(all(within), "a quotient, or a product with it, is too large or small")
+            frame.demand(all(within), "a quotient, a sine or a product with it is too large or small")
         self.parts[node] = p, self.bound(node, text, p)
         return p
 
@@ -238,18 +238,36 @@ class Bounded(kernel.Text):
 
         Also sets ``largest`` and ``smallest``: powers of 2 between which a quotient of the C is. `require` shows that
         the divisor is not below that sum over ``cancelled``; with quantities up to ``usual`` it is not above the sum
-        of its terms. Those of lemma 7, which are between 1/2 and 1 and are no quotients of the C, are left out.
+        of its terms. Those of lemma 7 are no quotients of the C: each stands for a sine or cosine, which is at most 1
+        and, if not 0, at least ``of_wave``.
         """
         for (function, q), r in self.known.items():
             if function == "1/" and not r.names() <= self.reciprocals.keys():
                 (x,), size = r.names(), total(put(magnitudes(q), self.reciprocals))
                 self.reciprocals[x] = kernel.term(1 / size)
-                if {y[-2:] for y in q.names()} != {" t"}:
+                if {y[-2:] for y in q.names()} == {" t"}:
+                    (t,), one = q.names(), kernel.term(1)
+                    self.largest |= {x: one, t: one}
+                    self.smallest |= {x: kernel.term(self.of_wave(x)), t: one}
+                else:
                     terms = put(magnitudes(q), self.largest)
                     most = sum((c * self.precision.usual ** degree(m) for m, c in terms.items()), Fraction(0))
                     self.largest[x] = kernel.term(self.precision.cancelled * Fraction(2) ** (1 - power(size)))
                     self.smallest[x] = kernel.term(Fraction(2) ** (-1 - power(most)))
         return self.reciprocals
+
+    def of_wave(self, u: str) -> Fraction:
+        """The least magnitude of the sine or cosine, but for 0, that the u of lemma 7 stands for.
+
+        A number of the type up to ``usual``, and a sum of such, is 0 or at least 1/usual^4 from each multiple of pi/2
+        (doubles: 6e-19, or the rounding of 1e-6; floats: 4e-9, or that of 1e-3). A factor of the angle that is below 1
+        makes a sine smaller.
+        """
+        angle = next((p for (f, p), value in self.known.items() if f == "cos" and u in value.names()), kernel.Poly())
+        usual = Fraction(self.precision.usual)
+        factors = (Fraction(abs(c)) * usual ** (1 - degree(m)) for m, c in angle.items())
+        least: Fraction = min(factors, default=usual)
+        return min(least, Fraction(1)) / usual**4
 
     def apart(self, p: Any, why: str) -> None:
         """Raises ValueError where terms of p cancel only once its reciprocals are multiplied out.

@@ -85,7 +85,7 @@ def test_a_product_of_quotients_that_underflow_makes_zero_is_refused(large: str,
     if bound:
         assert check(proof, of_c).proved
     else:
-        with pytest.raises(verify.Refused, match="a quotient, or a product with it, is too large or small"):
+        with pytest.raises(verify.Refused, match="a quotient, a sine or a product with it is too large or small"):
             check(proof, of_c)
 
 
@@ -94,11 +94,39 @@ def times(factor: str, count: int) -> str:
 
 
 @pytest.mark.parametrize(
+    ("wave", "x"),
+    [
+        (times("sin(x)", 22), math.pi),  # the double next to pi, whose sine is 1.2e-16
+        (times("sin(1e-20 * x)", 13), 1e-6),
+        (f"1e-99 * 1e-99 * 1e-40 * {times('sin(x)', 6)}", math.pi),
+        (times("sin(x)", 12), math.pi),
+        (times("sin(1e-20 * x)", 2), 1e-6),
+        (times("cos(x)", 4), math.pi / 2),
+        (f"(0.5 + {times('sin(x)', 4)})", math.pi),
+    ],
+)
+def test_a_sign_that_underflow_of_a_sine_makes_zero_is_refused(wave: str, x: float) -> None:
+    """The machine's input gain is the sign of an even power of a sine, 1 but at multiples of pi; the C's was 0."""
+    names = {"sin": math.sin, "cos": math.cos, "x": x, "__builtins__": {}}
+    bound = eval(wave, names) != 0
+    of_c = wave.replace("x)", "inputs->x)")
+    _, files = changed("one_mass", ("inputs->w - F_hat_rail", f"inputs->w * one_mass_sign({of_c}) - F_hat_rail"))
+    text = json.dumps(certificate("one_mass", "proof.json"))
+    proof = json.loads(text.replace("inputs.w", f"inputs.w * sgn({of_c.replace('->', '.')})"))
+    files = {name: files[name] for name in ("one_mass.c", "one_mass.h")}
+    if bound:
+        assert check(proof, files).proved
+    else:
+        with pytest.raises(verify.Refused, match="a quotient, a sine or a product with it is too large or small"):
+            check(proof, files)
+
+
+@pytest.mark.parametrize(
     ("positive", "box", "at", "answer"),
     [
-        (times("(1.0 / (1.0 + x * x))", 30), ["0", "1000000"], 1e6, "a quotient, or a product with it"),
+        (times("(1.0 / (1.0 + x * x))", 30), ["0", "1000000"], 1e6, "a quotient, a sine or a product with it"),
         (times("(1.0 / (1.0 + x * x))", 4), ["0", "1000000"], 1e6, ""),
-        (f"1.0 / ({times('(1.0 / x)', 60)})", ["1/1000000", "1"], 1e-6, "a quotient, or a product with it"),
+        (f"1.0 / ({times('(1.0 / x)', 60)})", ["1/1000000", "1"], 1e-6, "a quotient, a sine or a product with it"),
         (f"1.0 / ({times('(1.0 / x)', 4)})", ["1/1000000", "1"], 1e-6, ""),
         ("exp(-x * x)", [], 28.0, "a sign of an exp"),
         ("(0.5 + exp(-x * x))", [], 28.0, ""),
