@@ -50,10 +50,8 @@ def contact_forces(slip: Any, free: Any, mobility: Any, levels: Levels, step: An
     piecewise linear at rest and piecewise smooth otherwise, so in the right mode the solution is exact to rounding. A
     step that reduces |q − L(q)| linearises all laws again. Otherwise only the first contact whose law is violated
     changes its mode (Murty's rule), which cannot cycle if U' M⁻¹ U is positive definite. The number of steps is fixed,
-    so the iteration
-    may end early: of random cases at rest from q = 0, all with 2 and 3 contacts converged, and of stacks of 4 bodies
-        all
-    but one in 500. The best q is returned, and the next step starts from it.
+    so the iteration may end early: of random cases at rest from q = 0, all with 2 and 3 contacts converged, and of
+    stacks of 4 bodies all but one in 500. The best q is returned, and the next step starts from it.
 
     If U' M⁻¹ U is positive definite, q is unique. If contacts are linearly dependent, only U q and the motion are
     unique, and q is a solution near ``start``.
