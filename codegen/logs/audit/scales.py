@@ -1,4 +1,5 @@
-"""Preflight of scales: a position in another unit, or a multiple of the spec's, as one measured before a gear.
+"""Preflight of scales: a position in another unit, or a multiple of the spec's, as one measured before a gear; and a
+time that is too long or too short by a factor, as by a wrong sample rate.
 
 If the position is k times too large, q = k x, the machine M a + d v + U λ = u appears in the log as
 
@@ -12,12 +13,18 @@ input is c times too small, all forces are divided by c:
 So inertia, damping and springs do not distinguish k from c. Friction levels and constant forces do; a level that is
 known to a factor of three, only if k or 1/k is larger than that. A mass that is k times too large differs from both in
 damping and springs, if the log shows these.
+
+If the time is c times too long, speeds appear divided by c and accelerations by c²:
+
+    (c² M) a + (c d) v + U λ = u.
+
+Inertia alone does not distinguish c from a mass that is too small; damping, friction and springs do.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import minimize_scalar
@@ -30,7 +37,7 @@ from codegen.logs.audit.force_balance import Forces, partial_correlation
 from codegen.logs.audit.input_audit import SCALE_OFF, TELLING, Outside
 from codegen.logs.column_names import is_convertible
 from codegen.logs.log import Finding, Log
-from codegen.logs.motion import scaled
+from codegen.logs.motion import Motion, scaled
 from codegen.spec.model import Spec
 from codegen.spec.units import si_factor
 
@@ -62,6 +69,21 @@ UNITS = ("m", "cm", "mm", "um", "rad", "deg", "mrad")
 
 
 def wrong_scales(case: Case, steady: frozenset[int], outside: Outside | None) -> list[Finding]:
+    """Findings on the scale of positions or, where that balances the forces far better, of the time.
+
+    Args:
+        outside: the coordinate furthest outside the envelope.
+    """
+    found = _wrong_positions(case, steady, outside)
+    time = None if steady else _wrong_time(case)
+    least = min((f.figures.get("misfit_scaled", np.inf) for f in found), default=np.inf)
+    if time is None or ALIKE * time.figures["misfit_scaled"] >= least:
+        return found
+    sure = any(f.severity == "problem" for f in found)
+    return [Finding("problem" if sure else "warning", time.topic, time.words, time.figures)]
+
+
+def _wrong_positions(case: Case, steady: frozenset[int], outside: Outside | None) -> list[Finding]:
     """Findings on the scale of positions: in another unit, off by another factor, or off without a factor that fits.
 
     Args:
@@ -255,6 +277,53 @@ def _other_inputs(case: Case, j: int, position: Explained, found: Forces) -> tup
         )
     line = case.log.scale_lines({name: by_input.factor}, case.spec)
     return [f"{name} is {by_input.factor:.3g} times too small ({line})"], ""
+
+
+def _wrong_time(case: Case) -> Finding | None:
+    """A warning that the time is too long by a factor; None if no factor balances the forces.
+
+    One factor must balance them on every coordinate. It is not reported where other masses alone do so as well.
+    """
+    forces, spec, log = case.forces, case.spec, case.log
+    seen = [forces.inertia_factor(j) for j in range(len(spec.coordinates))]
+    factors = [inertia for inertia, correlation in seen if correlation > INERTIA_SEEN and inertia > 0]
+    if not factors or all(1 / APPARENT < inertia < APPARENT for inertia in factors):
+        return None
+
+    def worst(along: Forces, mass: float = 1.0) -> Explained:
+        return max((_left(along, j, mass=mass) for j in range(len(seen))), key=lambda one: one.left)
+
+    def shortened(factor: float) -> Forces:
+        return case.balance.along(log, _in_shorter_time(case.motion, factor))
+
+    middle = float(np.median(factors))
+    plain, time = worst(forces), _best(lambda factor: worst(shortened(factor)), float(np.sqrt(middle)))
+    by_mass = _best(lambda factor: worst(forces, mass=1 / factor), 1 / middle)
+    explains = time.left <= min(EXPLAINED, MUCH_LESS * plain.left) and time.level_fits
+    if not explains or by_mass.left <= ALIKE * time.left:
+        return None
+    c, rate = time.factor, 1 / log.sample_time
+    stamped = "t" in log.intake.columns
+    line = log.scale_lines({"t": 1 / c}, spec) if stamped else f"`sample_rate_hz: {rate * c:.4g}`"
+    off = f"{c:.3g} times too long" if c > 1 else f"{1 / c:.3g} times too short"
+    words = (
+        f"The time of the log seems {off}: as read, at {rate:.4g} Hz, {in_percent(plain.left)} of the squared forces "
+        f"stay unbalanced; at about {rate * c:.4g} Hz, {in_percent(time.left)}; at {rate:.4g} Hz with "
+        f"{1 / by_mass.factor:.3g} times the declared masses, {in_percent(by_mass.left)}. Is the sample rate right? "
+        f"({line} in meta.yaml beside the log)"
+    )
+    figures = {"factor": c, "misfit": plain.left, "misfit_scaled": time.left, "misfit_by_mass": by_mass.left}
+    return Finding("warning", "sample rate", words, figures)
+
+
+def _in_shorter_time(motion: Motion, factor: float) -> Motion:
+    """The same path run through in 1/factor of the time."""
+    return replace(
+        motion,
+        velocities=motion.velocities * factor,
+        accelerations=motion.accelerations * factor**2,
+        threshold=motion.threshold * factor,
+    )
 
 
 def _left(forces: Forces, j: int, given: float = 1.0, mass: float = 1.0) -> Explained:

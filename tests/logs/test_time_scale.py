@@ -1,0 +1,82 @@
+"""A time that is too long or too short by a factor: reported, and distinguished from a mass that is too small."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from slider_log import LEVEL, MASS, TEXT, write_csv
+
+from codegen.logs import Finding, preflight, read_log
+from codegen.spec.reader import parse_spec
+
+DAMPING = 12.0
+RATE = 500.0
+DAMPED = TEXT.replace("force: [w]", "force: [w - b*v]").replace(
+    "parameters:\n", f"parameters:\n  b: {{value: {DAMPING}, unit: N*s/m}}\n"
+)
+
+
+def found(
+    folder: Path,
+    c: float = 1.0,
+    mass: float = MASS,
+    about: str = "scale: {w: 1}",
+    text: str = DAMPED,
+    stamped: bool = True,
+) -> list[Finding]:
+    """What the preflight says of the rate of a log whose time is c times too long."""
+    t = np.arange(10000) / RATE
+    waves = [(0.1, 3.1, 0.0), (0.02, 12.0, 0.4)]
+    x, a = (sum(b * (-(o**2)) ** n * np.sin(o * t + p) for b, o, p in waves) for n in (0, 1))
+    v = sum(b * o * np.cos(o * t + p) for b, o, p in waves)
+    force = mass * a + (DAMPING * v if text == DAMPED else 0.0) + LEVEL * np.sign(v)
+    spec, described = parse_spec(text, Path("slider.yaml")), folder / "about.yaml"
+    described.write_text(f"{about}\n")
+    columns = {"t": c * t, "x": x, "w": force} if stamped else {"x": x, "w": force}
+    path = write_csv(folder / "a.csv", columns, fmt="%.12g")
+    log = read_log(path, spec, description=described)
+    return [f for f in preflight(log, spec) if f.topic == "sample rate" and "The time of the log" in f.words]
+
+
+@pytest.mark.parametrize(("c", "severity"), [(2.0, "warning"), (0.5, "problem"), (1.6, "warning")])
+def test_a_wrong_time_is_reported_with_the_line_that_corrects_it(tmp_path: Path, c: float, severity: str) -> None:
+    """A log of 1 kHz that was described as of 500 Hz was diagnosed as an inertia error and viscous friction.
+
+    A factor of 0.5 was a problem before too, of the scale of x, which leaves 0.85 % of the squared forces.
+    """
+    (one,) = found(tmp_path, c)
+    assert one.severity == severity and one.figures["factor"] == pytest.approx(c, rel=0.03)
+    assert one.figures["misfit_scaled"] < one.figures["misfit_by_mass"]
+    line = one.words.rpartition("(`")[2].partition("`")[0]
+    assert line.startswith("scale: {t: ")
+    assert not found(tmp_path, c, about=line)
+
+
+def test_without_stamps_the_rate_is_named(tmp_path: Path) -> None:
+    (one,) = found(tmp_path, about=f"sample_rate_hz: {RATE / 2}", stamped=False)
+    line = one.words.rpartition("(`")[2].partition("`")[0]
+    assert line.startswith("sample_rate_hz: ") and float(line.split()[1]) == pytest.approx(RATE, rel=0.03)
+    assert not found(tmp_path, about=line, stamped=False)
+
+
+def test_a_right_time_is_not_reported(tmp_path: Path) -> None:
+    assert not found(tmp_path)
+
+
+def test_another_mass_is_not_taken_for_another_time(tmp_path: Path) -> None:
+    """Inertia alone tells nothing of the time: a mass that is too small explains as much."""
+    assert not found(tmp_path, mass=4 * MASS)
+    assert not found(tmp_path, c=2.0, text=TEXT)
+
+
+def test_no_other_column_is_suggested_where_the_unit_of_time_is_in_doubt(tmp_path: Path) -> None:
+    """Of a log in ms that was read in s, the position was called a velocity: its acceleration was a millionth."""
+    t = np.arange(20000) / 1000
+    x, v, a = (0.1 * 3.1**n * np.sin(3.1 * t + n * np.pi / 2) for n in range(3))
+    force = MASS * a + DAMPING * v + LEVEL * np.sign(v)
+    path = write_csv(tmp_path / "a.csv", {"t": 1e3 * t, "x": 1e3 * x, "w": 1e3 * force}, fmt="%.12g")
+    spec = parse_spec(DAMPED, Path("slider.yaml"))
+    topics = {f.topic: f for f in preflight(read_log(path, spec), spec) if f.severity == "problem"}
+    assert "milliseconds" in topics["sample rate"].words and "columns" not in topics
