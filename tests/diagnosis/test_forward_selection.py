@@ -659,12 +659,15 @@ def test_an_effect_that_passes_alone_is_tried_where_a_doubtful_one_gets_no_secon
 ) -> None:
     """A lift's counterbalance: a gain fitted a little better than the offset, and failed the significance test with
     whatever was added to it. The offset had passed every test, and the verdict was `unknown`. An effect that predicts
-    held-out segments clearly worse than the doubtful one does not take its place.
+    held-out segments clearly worse than the doubtful one does not take its place. With a doubtful second effect no
+    third is sought.
     """
     rounds = {(): ("input_gain", "offset"), ("input_gain",): beside, ("offset",): ()}
     credited = [("offset",)]
+    begun: list[tuple[str, ...]] = []
 
     def run_round(search: Any, base: Any, parts: Any, progress: Any) -> list[Any]:
+        begun.append(base.trial.parts)
         found = [fit(*base.trial.parts, kind) for kind in rounds.get(base.trial.parts, ())]
         doubtful = ("input_gain", "cogging")
         shares = [SimpleNamespace(share=share if f.part == "offset" else 0.953) for f in found]
@@ -691,3 +694,4 @@ def test_an_effect_that_passes_alone_is_tried_where_a_doubtful_one_gets_no_secon
     assert outcome.parts == named
     # The doubtful leader fits better: it ties with the effect that takes its place, which is no rival of itself.
     assert [r.found.part for r in outcome.rivals] == (["input_gain"] if named else [])
+    assert begun == [(), ("input_gain",), *([named] if named else [])]

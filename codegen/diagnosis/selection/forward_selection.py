@@ -179,9 +179,9 @@ def find_effects(search: Search, base: Fit, report_progress: Progress, refit_onl
         rounds[joint] = MOST_EFFECTS - len(current.trial.parts) if falls_back else rounds[joint] - 1
         if not credible(search, confirmed, current, hypotheses(parts)):
             first = refused_when_fitted_again(first, possible[0]) if is_first else first
-            if falls_back:
+            if falls_back or doubtful:  # a doubtful effect gets one more round: with a third, chance has more sets
                 rounds[joint] = 0
-            elif not doubtful:
+            else:
                 least = possible[0].evidence.share - credit.LEAST_SHARE
                 waiting = [r for r in possible[1:] if not r.why_not and r.evidence.share > least]
                 beside = [r for r in possible if all(r is not one for one in waiting)]
