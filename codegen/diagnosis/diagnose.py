@@ -22,7 +22,7 @@ from codegen.diagnosis import steady_runs
 from codegen.diagnosis.case import HELD_OUT_SHARE, Case, Findings, case_of
 from codegen.diagnosis.evidence.residual_regression import acting_force, half_of_squares, remainders
 from codegen.diagnosis.experiments.separation import separate, tied_fits
-from codegen.diagnosis.fit.credit import ALPHA, NEAR_NOISE, noise_ratio, share_far
+from codegen.diagnosis.fit.credit import ALPHA, is_far, noise_ratio, share_far
 from codegen.diagnosis.fit.linear import rms
 from codegen.diagnosis.fit.measure import RESTART_S, force_errors, measure, restart_within_reach
 from codegen.diagnosis.fit.output_error import BLOCKS, Fit, levels_at_zero
@@ -200,7 +200,7 @@ def _by_free_runs(case: Case, search: Search, report: Progress, propose: bool) -
     report("values and held-out error", 0.78)
     runs = _FreeRuns(case, search, base)
     answer, outcome = runs.examined(last, outcome)
-    far = noise_ratio(outcome.final if answer.verdict in ("effect", "ambiguous") else base) > NEAR_NOISE
+    far = is_far(outcome.final if answer.verdict in ("effect", "ambiguous") else base)
     if answer.verdict != "none" and far and not case.faults:
         answer, outcome = credited_by_force(
             search,
@@ -255,7 +255,7 @@ def _by_free_runs(case: Case, search: Search, report: Progress, propose: bool) -
         agreement=agreement(),
         later_rounds=rounds(outcome),
         in_no_round=in_no_round(last, outcome),
-        reliability=reliability_of(answer.verdict, noise_ratio(outcome.final) <= NEAR_NOISE),
+        reliability=reliability_of(answer.verdict, not is_far(outcome.final)),
         proposal=propose_terms(answer.refit, problem, case.test, case.window) if unknown else None,
     )
     return diagnosis, models

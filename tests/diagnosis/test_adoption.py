@@ -712,7 +712,7 @@ def test_each_option_is_compared_in_proportion_to_its_own_drive(
         "takes_the_level": lambda *_: "",
         "against_regression": lambda *_: "",
         "with_values": lambda *_: None,
-        "noise_ratio": lambda fit: 50.0,
+        "is_far": lambda fit: True,
         "remarks": lambda *_: (),
         "reference_of": reference_of,
     }

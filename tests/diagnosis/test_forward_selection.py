@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from codegen.diagnosis.fit.credit import NEAR_NOISE
 from codegen.diagnosis.fit.search import Search
 from codegen.diagnosis.fit.trial import part_of
 from codegen.diagnosis.selection import candidate_fits, forward_selection, ranking, refusals, significance
@@ -279,7 +280,7 @@ def test_far_from_the_noise_a_replacement_that_is_nearly_alike_ties(
     }.items():  # fmt: skip
         monkeypatch.setattr(forward_selection, name, lambda *_, value=value: value)
     monkeypatch.setattr(forward_selection, "_others", lambda search, parts, k, paired: [] if k else [drag.part])
-    monkeypatch.setattr(ranking, "noise_ratio", lambda _: noise)
+    monkeypatch.setattr(ranking, "is_far", lambda _: noise > NEAR_NOISE)
     monkeypatch.setattr(ranking, "runs_prefer", lambda *_: True)
     monkeypatch.setattr(forward_selection, "force_prefers", lambda here, other, most: gain < most)
     monkeypatch.setattr(forward_selection, "tolerances_prefer", lambda *_: False)

@@ -13,6 +13,7 @@ import pytest
 from codegen.diagnosis.diagnose import diagnose_log
 from codegen.diagnosis.evidence.force_gain import ForceGain
 from codegen.diagnosis.fit import credit
+from codegen.diagnosis.fit.credit import NEAR_NOISE
 from codegen.diagnosis.fit.trial import part_of
 from codegen.diagnosis.results import Fact
 from codegen.diagnosis.selection import ranking
@@ -59,7 +60,7 @@ def test_far_from_the_noise_what_leaves_nearly_as_little_ties(
 
     Of two that leave nearly all, one that removes a fifth less does not tie.
     """
-    monkeypatch.setattr(ranking, "noise_ratio", lambda fit: noise)
+    monkeypatch.setattr(ranking, "is_far", lambda fit: noise > NEAR_NOISE)
     best, other, worse = ranked("spring", 0.415), ranked("offset", 0.426), ranked("viscous", 0.495)
     search: Any = SimpleNamespace(rigid=None)
     found = ranking._tied(search, best, [best, other, worse])
@@ -81,7 +82,7 @@ def test_effects_on_two_joints_of_an_arm_are_no_rivals(
 
     Of an arm that is run joint by joint neither explains what is left at the other's joint: both may be missing.
     """
-    monkeypatch.setattr(ranking, "noise_ratio", lambda fit: 200.0)
+    monkeypatch.setattr(ranking, "is_far", lambda fit: True)
     spring, gain = ranked("spring", 0.41), ranked("input_gain", 0.42)
     for one, place in ((spring, 0), (gain, joint)):
         one.found.part.place = place
@@ -110,7 +111,7 @@ def test_a_candidate_that_is_not_credited_when_fitted_again_passes_in_no_table()
 
 @pytest.mark.usefixtures("significant")
 def test_of_several_names_of_one_motion_one_ties(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(ranking, "noise_ratio", lambda fit: 200.0)
+    monkeypatch.setattr(ranking, "is_far", lambda fit: True)
     search: Any = SimpleNamespace(rigid=None)
     spring, offset, same = ranked("spring", 0.41), ranked("offset", 0.42), ranked("coulomb_asymmetry", 0.42)
     assert ranking._tied(search, spring, [spring, offset, same]) == [offset]
@@ -122,7 +123,7 @@ def test_a_special_form_must_be_clearly_better_than_a_usual_one(
     cost: float, rival: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Two equal lags are nearer to a delay than one lag is: with them a short delay was `ambiguous`. 10 nats decide."""
-    monkeypatch.setattr(ranking, "noise_ratio", lambda fit: 200.0)
+    monkeypatch.setattr(ranking, "is_far", lambda fit: True)
     search: Any = SimpleNamespace(rigid=None)
     delay, lags = ranked("input_delay", 0.41), ranked("actuator_lag", 0.42)
     lags.found.part.names, delay.found.cost, lags.found.cost = ["tau_each"], 100.0, cost
@@ -143,7 +144,7 @@ def test_of_a_closer_fit_and_a_simpler_one_held_out_free_runs_decide(
     It fitted 21 nats closer and predicted held-out segments 596 nats worse than a damping of -0.084 N·m·s/rad. The
     residual force preferred it, by p = 0.018. A friction that drifts has as many parameters as the peak.
     """
-    monkeypatch.setattr(ranking, "noise_ratio", lambda fit: 9.0)
+    monkeypatch.setattr(ranking, "is_far", lambda fit: True)
     monkeypatch.setattr(ranking, "twins", lambda part, found: [])
     monkeypatch.setattr(ranking, "is_identical", lambda *_: False)
     monkeypatch.setattr(ranking, "adds_load", lambda _: False)
@@ -180,7 +181,7 @@ def test_a_play_that_fits_no_better_is_no_play(kind: str, cost: float, simpler: 
 def test_far_from_the_noise_force_decides_only_clearly(
     gain: float, preferred: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(ranking, "noise_ratio", lambda fit: 200.0)
+    monkeypatch.setattr(ranking, "is_far", lambda fit: True)
     monkeypatch.setattr(ranking, "adds_load", lambda _: False)
     one, other = ranked("spring", 0.41), ranked("offset", 0.42)
     told = SimpleNamespace(left=gain, p_of_rivals=lambda more, against: 1e-9)
@@ -201,7 +202,7 @@ def test_at_the_noise_force_decides_nothing_against_ten_nats_of_free_runs(
     """A lag of 2.9 ms: free runs fitted it better than a delay by 25 nats; the force residual preferred the delay by
     2.7 % of its square, and the delay was named.
     """
-    monkeypatch.setattr(ranking, "noise_ratio", lambda fit: times)
+    monkeypatch.setattr(ranking, "is_far", lambda fit: times > NEAR_NOISE)
     monkeypatch.setattr(ranking, "runs_prefer", lambda *_: False)
     monkeypatch.setattr(ranking, "tolerances_prefer", lambda *_: False)
     monkeypatch.setattr(ranking, "adds_load", lambda _: False)
@@ -237,7 +238,7 @@ def test_at_the_noise_nats_of_free_runs_count_against_those_of_the_force(
     against: float, preferred: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A lag of 4 ms was named a delay: 4.9 nats of the force residual against 4.1 of the free runs."""
-    monkeypatch.setattr(ranking, "noise_ratio", lambda fit: 1.0)
+    monkeypatch.setattr(ranking, "is_far", lambda fit: False)
     monkeypatch.setattr(ranking, "adds_load", lambda _: False)
     monkeypatch.setattr(ranking.credit, "near_noise", lambda fit: True)
     lag, delay = ranked("actuator_lag", 0.1), ranked("input_delay", 0.1)

@@ -31,7 +31,7 @@ from codegen.diagnosis.fit.output_error import (
     segment_weights,
     shooting_fit,
 )
-from codegen.diagnosis.fit.search import Search, has_turned
+from codegen.diagnosis.fit.search import Search, has_turned, tolerances_away
 from codegen.diagnosis.fit.trial import in_unit
 from codegen.diagnosis.results import Fact, ParameterError
 from codegen.mechanics.system import System
@@ -146,7 +146,7 @@ def settled_values(search: Search, fit: Fit, system: System) -> Refit:
     is held at a limit, such as a mass, leaves a residual that counts as noise, which gives the prior too much weight.
     """
     adopted = adopt_values(search, fit, system)
-    away = np.abs(adopted.values - adopted.declared) * np.sqrt(search.prior_precision)
+    away = tolerances_away(search, adopted.values)
     if not (away > search.within).any() or not fit.limited[: len(search.moved)].any():
         return adopted
     free = replace(search, within=np.inf)
@@ -247,7 +247,7 @@ class CrossValidation:
 
     def distance(self, chosen: MapEstimate) -> Array:
         """(p,) deviation from the declared values in tolerances; zero for friction levels."""
-        return np.asarray(np.abs(chosen.values - self.search.declared) * np.sqrt(self.search.prior_precision))
+        return tolerances_away(self.search, chosen.values)
 
     def justified(self, chosen: MapEstimate) -> tuple[MapEstimate, tuple[ParameterError, ...]]:
         """The estimate with its unjustified values as declared, and the parameter errors among those that remain.

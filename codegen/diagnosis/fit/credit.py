@@ -299,6 +299,11 @@ def noise_ratio(fit: Fit) -> float:
     return float(np.sqrt(np.median(fit.by_segment) / fit.residual.shape[1]))
 
 
+def is_far(fit: Fit) -> bool:
+    """Whether a model leaves far more than the noise in the median segment, so that it is incomplete."""
+    return noise_ratio(fit) > NEAR_NOISE
+
+
 def near_noise(fit: Fit, times: float = 1.0) -> bool:
     """Whether the residual is near the noise, in the median and in all but a share ``FEW`` of the segments."""
     return noise_ratio(fit) * times <= NEAR_NOISE and share_far(fit) <= FEW

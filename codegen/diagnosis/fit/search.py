@@ -253,6 +253,11 @@ class Search:
         return [Runner(trial, *place, self.record, self.substeps) for trial, place in zip(trials, found, strict=True)]
 
 
+def tolerances_away(search: Search, values: Array) -> Array:
+    """(p,) distance of values of ``moved`` from the declared ones, in tolerances; 0 for a friction level."""
+    return np.asarray(np.abs(values - search.declared) * np.sqrt(search.prior_precision))
+
+
 def has_turned(search: Search, values: Array) -> NDArray[np.bool_]:
     """(p,) values whose sign differs from the declared one although zero is more than one tolerance away."""
     excluded = np.abs(search.declared) * np.sqrt(search.prior_precision) > 1

@@ -10,7 +10,7 @@ import numpy as np
 from codegen.diagnosis.evidence.force_gain import ForceCriterion
 from codegen.diagnosis.evidence.score_test import added_parameters, contains, extends, nested_evidence_of
 from codegen.diagnosis.fit import credit
-from codegen.diagnosis.fit.credit import Evidence, evidence_of, noise_ratio
+from codegen.diagnosis.fit.credit import Evidence, evidence_of, is_far, noise_ratio
 from codegen.diagnosis.fit.output_error import Fit, at_limit
 from codegen.diagnosis.fit.search import Search, joint_of, where_they_differ
 from codegen.diagnosis.fit.trial import Part
@@ -332,11 +332,6 @@ def _nearly_alike(best: Ranked, other: Ranked) -> bool:
     """Whether two candidates differ little in both the removed and the remaining share of the squared residual."""
     most, less = best.evidence.share, other.evidence.share
     return 1 - less <= CLOSE * (1 - most) and most <= CLOSE * less
-
-
-def is_far(found: Fit) -> bool:
-    """Whether a model leaves far more than the noise, so that it is incomplete."""
-    return noise_ratio(found) > credit.NEAR_NOISE
 
 
 def most_left(found: Fit) -> float:

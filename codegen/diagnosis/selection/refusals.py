@@ -16,7 +16,7 @@ from codegen.diagnosis.evidence.force_gain import ForceCriterion
 from codegen.diagnosis.evidence.reservations import is_level_or_line, never_passed, takes_the_level
 from codegen.diagnosis.evidence.residual_regression import inertia_noise
 from codegen.diagnosis.fit import credit
-from codegen.diagnosis.fit.credit import Evidence, noise_ratio, size_of
+from codegen.diagnosis.fit.credit import Evidence, is_far, size_of
 from codegen.diagnosis.fit.output_error import Fit
 from codegen.diagnosis.fit.residual import drive_left, drive_shares, inverse_dynamics_residual
 from codegen.diagnosis.fit.search import Search
@@ -198,7 +198,7 @@ def only_reduces_drive(before: ForceCriterion, after: ForceCriterion, e: Evidenc
     remaining = acting / scales  # q
     if _leaves_more(before, after, remaining, CONTRADICTED):
         return f"weakens the drive force to {in_percent(least)}, of which a larger share stays unexplained"
-    small, far = 1 - credit.LEAST_SHARE, noise_ratio(after.fit) > credit.NEAR_NOISE
+    small, far = 1 - credit.LEAST_SHARE, is_far(after.fit)
     by_runs = 1 - e.share > small * float(np.min(remaining)) ** 2
     if far and by_runs and _leaves_more(before, after, remaining, small):
         return f"weakens the drive force to {in_percent(least)}, of which it explains no larger share"

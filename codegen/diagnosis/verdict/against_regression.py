@@ -9,8 +9,7 @@ import numpy as np
 
 from codegen.base.significant import in_percent
 from codegen.diagnosis.evidence.residual_regression import explained_over, peak_hz, remainder_columns, sliding
-from codegen.diagnosis.fit import credit
-from codegen.diagnosis.fit.credit import noise_ratio
+from codegen.diagnosis.fit.credit import is_far
 from codegen.diagnosis.fit.output_error import Fit
 from codegen.diagnosis.fit.residual import Problem, contacts_on, residual_at_drive, without_levels
 from codegen.diagnosis.results import FoundEffect
@@ -123,7 +122,7 @@ def against_regression(
     """
     if any(t.gap != 0 for t in augmented.transmissions):
         return ""
-    near = noise_ratio(final) <= credit.NEAR_NOISE
+    near = not is_far(final)
     acting = [acts_on(effect, problem.system) for effect in named]
     for one in force_evidence(problem, refit, augmented, [effect.kind for effect in named], acting):
         if not near and one.removed < MOST * one.own:

@@ -8,7 +8,7 @@ from math import isfinite
 
 from codegen.diagnosis.evidence.force_gain import ForceGain, force_gain
 from codegen.diagnosis.fit import credit
-from codegen.diagnosis.fit.credit import LEAST_SHARE, noise_ratio
+from codegen.diagnosis.fit.credit import LEAST_SHARE, is_far
 from codegen.diagnosis.fit.measure import force_errors
 from codegen.diagnosis.fit.output_error import Fit
 from codegen.diagnosis.fit.residual import Problem, residual_without_levels
@@ -88,7 +88,7 @@ def force_agrees(final: Fit, problem: Problem, refit: System, augmented: System)
     """
     if any(t.gap != 0 for t in augmented.transmissions):
         return True
-    near = noise_ratio(final) <= credit.NEAR_NOISE
+    near = not is_far(final)
     if near and augmented.transmissions:
         return True
     before, after = (force_errors(s, problem.motion, problem.used)[2] for s in (refit, augmented))
@@ -100,7 +100,7 @@ def force_agrees(final: Fit, problem: Problem, refit: System, augmented: System)
 def without_effects(outcome: Outcome) -> Verdict:
     """The verdict if no effect is credited: ``unknown`` if the refit leaves a material misfit above the noise."""
     base = outcome.base
-    far = credit.noise_ratio(base) > credit.NEAR_NOISE or credit.share_far(base) > credit.FEW
+    far = is_far(base) or credit.share_far(base) > credit.FEW
     return "unknown" if far and credit.misfit(base) > credit.LEAST_SIZE else "none"
 
 

@@ -14,10 +14,10 @@ from codegen.diagnosis.evidence.estimate import Estimate, estimate, named_effect
 from codegen.diagnosis.evidence.reservations import determined_form, may_be_absent, objections, remarks, takes_the_level
 from codegen.diagnosis.experiments.separation import without_leader
 from codegen.diagnosis.fit import credit
-from codegen.diagnosis.fit.credit import NEAR_NOISE, noise_ratio
+from codegen.diagnosis.fit.credit import is_far
 from codegen.diagnosis.fit.output_error import Fit, at_limit
 from codegen.diagnosis.fit.residual import Problem
-from codegen.diagnosis.fit.search import Search, joint_of
+from codegen.diagnosis.fit.search import Search, joint_of, tolerances_away
 from codegen.diagnosis.fit.trial import Part, in_unit, part_of, with_effects, with_values
 from codegen.diagnosis.results import Fact, FoundEffect, Remainder, Verdict
 from codegen.diagnosis.selection.force_fits import ForceFits
@@ -207,7 +207,7 @@ def _judged(
 
     places = sorted({p.effect.coordinate(problem.system, p.place) for p in fit.trial.parts})
     acting = {i: problem.system.positions[i].name for i in places}
-    near = noise_ratio(outcome.final) <= NEAR_NOISE
+    near = not is_far(outcome.final)
 
     for by_runs in (True, False) if settled and agrees else (settled,):  # the force agrees too: the usual reference
         reference = partial(reference_of, plain=plain, problem=problem, settled=by_runs, near=near)
@@ -235,7 +235,7 @@ def _told_apart(search: Search, outcome: Outcome) -> list[Fact]:
 def _far_values(search: Search, one: Ranked) -> Fact:
     """The fact on the values that a candidate needs, those at least half as far as the farthest, in tolerances."""
     fit, count, system = search.fitted_again(one.found), len(search.moved), search.system
-    away = np.abs(fit.theta[:count] - search.declared) * np.sqrt(search.prior_precision)
+    away = tolerances_away(search, fit.theta[:count])
     far = [k for k in np.argsort(-away, kind="stable") if away[k] >= 0.5 * away.max()]
     values = [
         f"{search.moved[k].name} = {fit.theta[k]:.4g}{in_unit(system, search.moved[k])} ({search.declared[k]:.4g} "

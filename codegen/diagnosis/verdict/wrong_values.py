@@ -23,7 +23,7 @@ from codegen.diagnosis.fit.force_rows import ForceRows, force_rows
 from codegen.diagnosis.fit.measure import Drive
 from codegen.diagnosis.fit.output_error import AT_END, BLOCKS, WITHIN, Fit, segment_cost
 from codegen.diagnosis.fit.residual import Problem, evaluate_forces, inverse_dynamics_residual, residual_without_levels
-from codegen.diagnosis.fit.search import Search
+from codegen.diagnosis.fit.search import Search, tolerances_away
 from codegen.diagnosis.fit.trial import in_unit, with_effects, with_values
 from codegen.diagnosis.results import Fact, FoundEffect
 from codegen.diagnosis.selection.forward_selection import BETTER, Outcome
@@ -66,15 +66,11 @@ def _gain(fit: Fit, other: Fit) -> float:
     return fit.prior.tempering * (segment_cost(other.residual) - segment_cost(fit.residual))
 
 
-def _tolerances(search: Search, fit: Fit) -> Array:
-    """(p,) distance of the refitted values from the declared ones, in tolerances."""
-    change = np.abs(fit.theta[: len(search.moved)] - search.declared)
-    return np.asarray(change * np.sqrt(search.prior_precision))
-
-
 def _changes(search: Search, fit: Fit) -> int:
     """Number of effects, and of parameters ``WITHIN`` tolerances or more away."""
-    return int((_tolerances(search, fit) >= AT_END * WITHIN).sum()) + len(fit.trial.parts)
+    return int((tolerances_away(search, fit.theta[: len(search.moved)]) >= AT_END * WITHIN).sum()) + len(
+        fit.trial.parts
+    )
 
 
 def equal_parameters(search: Search, base: Fit, outcome: Outcome) -> list[Fact]:
@@ -109,7 +105,7 @@ def better_values(search: Search, outcome: Outcome) -> str:
 
 def _far_values(search: Search, fit: Fit) -> str:
     """The words "NAME = … explains" on the values that are ``WITHIN`` tolerances or more away in a fit; else empty."""
-    away = _tolerances(search, fit)
+    away = tolerances_away(search, fit.theta[: len(search.moved)])
     values = [
         f"{search.moved[k]} = {fit.theta[k]:.4g}{in_unit(search.system, search.moved[k])} in place of the declared "
         f"{search.declared[k]:.4g}{in_unit(search.system, search.moved[k])} ({away[k]:.2g} tolerances away)"
