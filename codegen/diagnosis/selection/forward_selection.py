@@ -200,19 +200,33 @@ def find_effects(search: Search, base: Fit, report_progress: Progress, refit_onl
     pair = _split(search, confirmed)
     if pair is not None:
         confirmed, rivals, paired, among_all = pair, [], True, False
-    current, rivals = confirmed, rivals if confirmed.trial.parts else []
-    if len(current.trial.parts) > 1:
-        current, rivals = _reconsidered(search, current, None if paired else rivals, among_all)
-        current, rivals = _pruned_with_rivals(search, current, rivals)
-        single = _merged(search, current)
-        current, rivals = (single, []) if single else (current, rivals)
-        current, rivals = _in_simplest_forms(search, current, rivals)  # also of an effect that replaced another
-        current, rivals = still_credited(search, base, current, rivals)
-        current = current if rivals else _largest_first(search, current)
+    current, rivals = _revised(search, base, confirmed, rivals if confirmed.trial.parts else [], paired, among_all)
     lost = current is base and not refit_only and not credit.near_noise(base)
     unexplained = lost and credit.misfit(base) > credit.LEAST_SIZE
     explained, segments = explained_share(search, base, current), len(search.record.start)
     return Outcome(base, current, tuple(first), tuple(rivals), explained, segments, unexplained, tuple(later))
+
+
+def _revised(
+    search: Search, base: Fit, current: Fit, rivals: list[Ranked], paired: bool, among_all: bool
+) -> tuple[Fit, list[Ranked]]:
+    """Several effects judged together, which rounds found one after another, and the rivals of the first of them.
+
+    Each may be replaced, removed, or joined with another one, and is taken in its simplest form.
+
+    Args:
+        paired: whether the effects were found as a pair, so that rivals of the first one are unknown.
+        among_all: as of ``_reconsidered``.
+    """
+    if len(current.trial.parts) < 2:
+        return current, rivals
+    current, rivals = _reconsidered(search, current, None if paired else rivals, among_all)
+    current, rivals = _pruned_with_rivals(search, current, rivals)
+    single = _merged(search, current)
+    current, rivals = (single, []) if single else (current, rivals)
+    current, rivals = _in_simplest_forms(search, current, rivals)  # also of an effect that replaced another
+    current, rivals = still_credited(search, base, current, rivals)
+    return current if rivals else _largest_first(search, current), rivals
 
 
 def _unexplained(search: Search, fit: Fit, rounds: Mapping[int | None, int], begun: bool) -> list[int | None]:
