@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from codegen.base.arrays import Array
+from codegen.diagnosis.case import unseen_inertias
 from codegen.diagnosis.diagnose import diagnose_log
 from codegen.diagnosis.evidence.reservations import takes_the_level
-from codegen.diagnosis.evidence.unseen_inertia import unseen_inertias
 from codegen.diagnosis.fit.output_error import Fit, shooting_fit
 from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.signals import smooth_motion
