@@ -33,6 +33,8 @@ OF_THE_MOTION = 0.02
 """Share of the squared velocity at a line of the spectrum above which the machine is moved with this frequency."""
 SLOW_MOTION = 0.5
 """Share of the squared velocity that a curve over time explains above which it may be a curve over the motion."""
+MOST = 0.5
+"""Least share, of what a flexible regression on an effect's own variable explains, that the effect must remove."""
 
 
 @dataclass(frozen=True)
@@ -48,7 +50,6 @@ class ForceEvidence:
         time, with_time: the same for a smooth curve over time, and for both; zero if the motion is as slow.
     """
 
-    coordinate: int
     removed: float
     own: float
     alone: float
@@ -81,12 +82,8 @@ def force_evidence(
             shares += [0.0 if moves else explained_over(r, used, group) for group in ([columns], [columns, force])]
         alone, line, with_line, time, with_time = shares
         hz = peak_hz(before[:, i], used, motion)
-        found.append(ForceEvidence(i, removed, together, alone, line, with_line, hz, time, with_time))
+        found.append(ForceEvidence(removed, together, alone, line, with_line, hz, time, with_time))
     return found
-
-
-MOST = 0.5
-"""Least share, of what a flexible regression on an effect's own variable explains, that the effect must remove."""
 
 
 def acts_on(effect: FoundEffect, system: System) -> int:
