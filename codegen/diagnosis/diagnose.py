@@ -164,7 +164,7 @@ class _FreeRuns:
         # Near the noise, only an immaterial remainder may be left.
         if answer.verdict != "effect" or not (far or is_small(self.left_by(answer), self.case.material)):
             return None
-        return replace(answer, remarks=(*answer.remarks, _left_out(outcome, answer))), found
+        return answer.noted(_left_out(outcome, answer)), found
 
     def remarks(self, outcome: Outcome, answer: Answer, in_place: Sequence[Part]) -> Iterator[Fact]:
         """Further facts on an answer; ``in_place``: effects that were replaced by wrong parameter values."""

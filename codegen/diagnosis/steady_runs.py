@@ -448,7 +448,7 @@ def answer_of(search: SteadySearch, measured: Measured, by_means: bool) -> tuple
             break
         named, before = fit, chosen.figures
     if named is None:
-        return replace(answer, verdict="unknown", effects=effects_of(found.fits[0], refit), against=against), found
+        return answer.unknown(effects_of(found.fits[0], refit), against), found
     verdict: Verdict = "ambiguous" if found.rivals else "effect"
     further = found.fits[len(named.trial.parts)].part if against else None
     refused = (

@@ -46,6 +46,14 @@ class Answer:
             return None
         return self.augmented if self.verdict == "effect" else self.refit
 
+    def noted(self, *facts: Fact) -> Answer:
+        """The answer with further remarks."""
+        return replace(self, remarks=(*self.remarks, *facts))
+
+    def unknown(self, effects: tuple[FoundEffect, ...], against: tuple[Fact, ...]) -> Answer:
+        """The verdict ``unknown`` with effects that are not credited, and the reasons."""
+        return replace(self, verdict="unknown", effects=effects, against=against)
+
     def refused(self, words: str) -> Answer:
         """The verdict ``unknown`` and the model without the effects, which are candidates; ``words``: why."""
         figures, against = (*self.figures[:2], self.figures[1]), (Fact("not credited", words),)

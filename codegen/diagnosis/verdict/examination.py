@@ -81,7 +81,7 @@ def examine(
         verdict = "ambiguous" if outcome.rivals else "effect"
         plain = replace(plain, verdict=verdict)
     answer = _with_effects(final_search, outcome, plain, measured)
-    answer = replace(answer, remarks=(*answer.remarks, *refused))
+    answer = answer.noted(*refused)
     if verdict == "ambiguous" and answer.verdict == "unknown":
         for other in without_leader(final_search, outcome):
             left: Verdict = "ambiguous" if other.rivals else "effect"
@@ -90,7 +90,7 @@ def examine(
                 named = " and ".join(f"{p.kind} on {p.on}" for p in outcome.parts)
                 words = f"{named}, which fits the training log as well, is refused: {answer.against[0].words}"
                 of_leader = replace(answer.against[0], words=words)
-                return replace(second, remarks=(*second.remarks, *refused, of_leader)), other
+                return second.noted(*refused, of_leader), other
     return answer, outcome
 
 
@@ -132,10 +132,10 @@ def with_estimate(search: Search, outcome: Outcome, plain: Answer, measured: Mea
     found = tuple(replace(f, at_limit=marks) for f, marks in zip(named, at_limit(by_force), strict=True))
     raised = tuple(w for f, p in zip(found, parts, strict=True) for w in objections(f, p, search.problem))
     if raised:
-        return replace(plain, verdict="unknown", effects=found, against=not_credited(raised))
+        return plain.unknown(found, not_credited(raised))
     harm = _harmful(search, outcome.final, measured)
     if harm is not None:
-        return replace(plain, verdict="unknown", effects=found, against=(harm[1],))
+        return plain.unknown(found, (harm[1],))
     return _judged(search, outcome, plain, measured, outcome.final, found)
 
 
@@ -147,10 +147,10 @@ def _with_effects(final_search: Search, outcome: Outcome, plain: Answer, measure
     if harm is not None:
         final = final_search.without(outcome.final, harm[0])
         if not is_credited(final_search, outcome.base, final):
-            return replace(plain, verdict="unknown", effects=found, against=(harm[1],))
+            return plain.unknown(found, (harm[1],))
         fewer = outcome.with_final(final_search, final, outcome.rivals)
         answer = _with_effects(final_search, fewer, plain, measured)
-        return replace(answer, remarks=(*answer.remarks, harm[1]))
+        return answer.noted(harm[1])
     return _judged(final_search, outcome, plain, measured, fit, found)
 
 
@@ -199,7 +199,7 @@ def _judged(
     level = takes_the_level(*models)
     against = against or against_regression(outcome.final, *models, found) or (f"it {level}" if level else "")
     if against:
-        return replace(plain, verdict="unknown", effects=found, against=not_credited([against]))
+        return plain.unknown(found, not_credited([against]))
     without_effect = with_values(system, without_it)
 
     def shown() -> bool:
@@ -215,7 +215,7 @@ def _judged(
         if chosen.option is not None:
             break
     if chosen.option is None:
-        return replace(plain, verdict="unknown", effects=found, against=merged(chosen.refusals))
+        return plain.unknown(found, merged(chosen.refusals))
     figures = (*plain.figures[:2], chosen.figures)
     errors = () if chosen.refusals else richer.errors
     written = replace(plain, effects=found, augmented=chosen.option[1], figures=figures, errors=errors)

@@ -60,7 +60,7 @@ def credited_by_force(
     found = selected_by_force(search, outcome.base, report_progress)
     if not isinstance(found, ForceSelection):
         said = (found,) if found is not None and answer.verdict == "unknown" else ()
-        return replace(answer, remarks=(*answer.remarks, *said)), outcome
+        return answer.noted(*said), outcome
     found, refused = without_refused_ties(found, held_out)
     alone = "alone no effect would be credited"
     if answer.verdict != "unknown":
@@ -84,16 +84,16 @@ def credited_by_force(
     plain = replace(plain, figures=(*answer.figures[:2], answer.figures[1]))
     second = with_estimate(search, led, plain, held_out.measured, found.fit)
     if second.verdict != plain.verdict:
-        return replace(answer, remarks=(*answer.remarks, *_refused(answer, second))), outcome
+        return answer.noted(*_refused(answer, second)), outcome
     better = "" if steady else better_values(search, led)
     if better:
         named = " and ".join(f"{e.kind} on {e.on}" for e in second.effects)
         words = f"The residual force alone would name {named}, but in simulation {better} the training log better"
-        return replace(answer, remarks=(*answer.remarks, Fact("not credited", words))), outcome
+        return answer.noted(Fact("not credited", words)), outcome
     words = (
         f"The residual force shows it; simulations of the training log with these values confirm it. By them {alone}"
     )
-    return replace(second, remarks=(*second.remarks, Fact("evidence", words), *refused)), led
+    return second.noted(Fact("evidence", words), *refused), led
 
 
 def _joint_by_joint(
@@ -108,7 +108,7 @@ def _joint_by_joint(
     wanted = {(p.kind, p.on) for p in fit.trial.parts}
     if second.verdict not in ("effect", "ambiguous") or {(e.kind, e.on) for e in second.effects} != wanted:
         return answer, outcome
-    return replace(second, remarks=(*second.remarks, *remarks)), richer
+    return second.noted(*remarks), richer
 
 
 def with_shown_on_joints(found: ForceSelection, by_runs: Fit) -> tuple[Fit, tuple[Fact, ...]]:

@@ -67,4 +67,4 @@ def not_determined(answer: Answer, one: Ranked, problem: Problem, named: str = "
     reason = Fact("not credited", "; ".join(objections(found, part, problem)))
     less = (Fact("not credited", f"It explains more than {named} together"),) if named else ()
     stroke = f"{found.parameters['period']:.3g} {found.units['period']} on {found.on}"
-    return replace(answer, verdict="unknown", effects=(found,), against=(reason, *less), stroke=stroke)
+    return replace(answer.unknown((found,), (reason, *less)), stroke=stroke)
