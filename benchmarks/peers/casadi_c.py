@@ -14,9 +14,12 @@ from benchmarks.measure.build import Peer
 from benchmarks.model import NUDGE, Model
 from benchmarks.text import render
 from codegen.mechanics.casadi_form import to_casadi
-from codegen.mechanics.solve import solve_symmetric
+from codegen.mechanics.solve import factorised
 
-SOLVERS: dict[str, Callable[[Any, Any], Any]] = {"solve": casadi.solve, "ldl": solve_symmetric}
+SOLVERS: dict[str, Callable[[Any, Any], Any]] = {
+    "solve": casadi.solve,
+    "ldl": lambda mass, right: factorised(mass).solve(right),
+}
 """CasADi's own; and our unrolled LDLᵀ handed to it as expressions."""
 NAME, INTEGER = "casadi_step", "long long"
 
