@@ -34,6 +34,7 @@ from codegen.diagnosis.reliability import reliability_of
 from codegen.diagnosis.results import MATERIAL, Diagnosis, ErrorFigures, Fact, FoundEffect, Remainder
 from codegen.diagnosis.selection.candidate_fits import start_compiling
 from codegen.diagnosis.selection.forward_selection import Outcome, common_effects, find_effects, within_reach
+from codegen.diagnosis.selection.refusals import admissible
 from codegen.diagnosis.verdict import wrong_values
 from codegen.diagnosis.verdict.answer import Answer, by_remainder, is_small, verdict_of
 from codegen.diagnosis.verdict.augment import augmented_text
@@ -328,6 +329,8 @@ def _diagnosis(
 ) -> Diagnosis:
     """The diagnosis of an answer; ``relative_error``: of a model on the training log; ``found``: further fields."""
     system, moved, three = models.declared, models.train.moved, (models.declared, models.refit, models.augmented)
+    answer = replace(answer, effects=_with_possible_twins(answer.effects, outcome, system))
+    rivals = _with_possible_twins(rivals, outcome, system)
     declared, refit, augmented = answer.figures
     refitted = {
         s.name: (float(system.values[s]), float(answer.refit.values[s]), float(answer.augmented.values[s]))
@@ -345,13 +348,25 @@ def _diagnosis(
         training=training,
         refitted=refitted,
         findings=case.findings_in_words,
-        rivals=tuple(rivals) if answer.verdict == "ambiguous" else (),
+        rivals=rivals if answer.verdict == "ambiguous" else (),
         parameter_errors=answer.errors,
         at_limit=levels_at_zero(system, three[1:], models.train.levels),
         material=case.material,
         units={s.name: system.units.get(s, "1") for s in moved},
         **found,
     )
+
+
+def _with_possible_twins(
+    effects: Sequence[FoundEffect], outcome: Outcome | None, system: System
+) -> tuple[FoundEffect, ...]:
+    """The effects without the twins that fit the log only with values that they cannot have.
+
+    A constant force above the friction level, for example, is an offset and no asymmetry of friction.
+    """
+    tried = () if outcome is None else outcome.first
+    impossible = {(r.found.part.kind, r.found.part.on) for r in tried if not admissible(system, r.found)}
+    return tuple(replace(e, also=tuple(place for place in e.also if place not in impossible)) for e in effects)
 
 
 def _left_out(outcome: Outcome, answer: Answer) -> Fact:

@@ -43,7 +43,7 @@ def why_refused(before: ForceCriterion, after: ForceCriterion, e: Evidence, size
         return f"removes {in_percent(e.share)} of the squared simulation error on held-out parts; {needed} is needed"
     if size < _least_size(found):
         return f"is too small to matter: {in_percent(size)} of the drive force"
-    if not admissible(search, found):
+    if not admissible(search.system, found):
         return "fits only with unphysical values"
     return (
         _unvarying(search, found.part, found.parameters)
@@ -74,7 +74,7 @@ def relative_size(search: Search, found: Fit, base: Fit) -> float:
     """
     part = found.part
     if found.of_forces:
-        refitted = _refitted(search, found)
+        refitted = _refitted(search.system, found)
         richer = with_effects(refitted, [FoundEffect(part.kind, part.on, found.parameters, {})])
         without, with_it = (inverse_dynamics_residual(system, search.motion) for system in (refitted, richer))
         return search.drive.share(with_it - without)
@@ -91,25 +91,25 @@ def force_share(search: Search, part: Part, values: Mapping[str, float]) -> floa
 
 def is_possible(search: Search, found: Fit) -> bool:
     """Whether the values are within the effect's bounds, and the log can show them and its part of friction."""
-    if not admissible(search, found) or unseen(search, found.part, found.parameters):
+    if not admissible(search.system, found) or unseen(search, found.part, found.parameters):
         return False
     if acts_as_its_limit(search, found) or hides_an_effect(search, found):
         return False
     return not takes_the_level(search.problem, search.system, found.model)
 
 
-def admissible(search: Search, found: Fit) -> bool:
-    """Whether the fitted values lie within the effect's bounds, in the system with the refitted ones."""
+def admissible(system: System, found: Fit) -> bool:
+    """Whether the fitted values lie within the effect's bounds, in the declared system with the refitted ones."""
     values = found.parameters
     if not all(np.isfinite(v) for v in values.values()):
         return False
-    return found.part.effect.admissible(_refitted(search, found), found.part.place, values)
+    return found.part.effect.admissible(_refitted(system, found), found.part.place, values)
 
 
-def _refitted(search: Search, found: Fit) -> System:
+def _refitted(system: System, found: Fit) -> System:
     """The declared system with the refitted values of a fit."""
     moved = found.values[0].tolist()
-    return with_values(search.system, dict(zip((s.name for s in found.trial.moved), moved, strict=True)))
+    return with_values(system, dict(zip((s.name for s in found.trial.moved), moved, strict=True)))
 
 
 def unseen(search: Search, part: Part, values: Mapping[str, float]) -> str:
@@ -146,7 +146,7 @@ def acts_as_its_limit(search: Search, found: Fit) -> str:
 
     Example: a load behind a spring that is too soft to move it is an inertia error with two needless parameters.
     """
-    part, refitted = found.part, _refitted(search, found)
+    part, refitted = found.part, _refitted(search.system, found)
     limit = part.effect.limit(refitted, part.place, found.parameters)
     if limit is None:
         return ""
