@@ -51,7 +51,7 @@ class ArmCase:
 
     @property
     def group(self) -> str:
-        """As in the practice logs; a payload is within the parameters of the spec, so no effect is missing."""
+        """As in the practice logs; a payload makes declared values wrong, and no effect is missing."""
         return "single" if self.in_catalogue else "foreign" if self.kind == FOREIGN else "none"
 
 

@@ -10,7 +10,7 @@ from typing import Any
 
 from pydantic import TypeAdapter
 
-from benchmarks.arms.cases import CASES, ArmCase
+from benchmarks.arms.cases import CASES, PAYLOAD, ArmCase
 from benchmarks.practice.runs import Run
 from benchmarks.spikes.outcome import named
 from benchmarks.text import render
@@ -28,8 +28,8 @@ class Row:
     """What became of a case.
 
     Attributes:
-        said: the verdict, with effects and their joints. found: the true effect's parameters as found, SI; empty if
-            it was not named. right: as in ``is_right``.
+        said: the verdict, with effects and their joints, and declared values that are called wrong.
+        found: the true effect's parameters as found, SI; empty if it was not named. right: as in ``is_right``.
     """
 
     case: str
@@ -45,8 +45,8 @@ ADAPTER: TypeAdapter[list[Row]] = TypeAdapter(list[Row])
 def row_of(case: ArmCase, run: Run, result: Mapping[str, Any]) -> Row:
     """From the diagnosis of a case."""
     effects = [f"{effect['kind']} on {effect['on']}" for effect in result["effects"]]
-    kinds = effects if result["verdict"] == "effect" else named(result)
-    said = f"{result['verdict']}: {', '.join(kinds)}" if kinds else str(result["verdict"])
+    names = [*(effects if result["verdict"] == "effect" else named(result)), *wrong_values(result)]
+    said = f"{result['verdict']}: {', '.join(names)}" if names else str(result["verdict"])
     found = next((e["parameters"] for e in result["effects"] if is_named(case, e)), {})
     return Row(case.name, run.failure or said, dict(found), is_right(case, result), run)
 
@@ -58,11 +58,23 @@ def is_named(case: ArmCase, effect: Mapping[str, Any]) -> bool:
 
 
 def is_right(case: ArmCase, result: Mapping[str, Any]) -> bool:
-    """The missing effect alone; `none` where nothing is missing; a foreign disturbance under no name."""
-    verdict, effects = result["verdict"], result["effects"]
+    """The missing effect alone; `none` where nothing is missing; a foreign disturbance under no name.
+
+    Declared values are called wrong where there is a payload, those of its joint alone, and nowhere else.
+    """
+    verdict, effects, values = result["verdict"], result["effects"], wrong_values(result)
+    if case.kind == PAYLOAD:
+        return verdict == "none" and bool(values) and all(name.startswith(f"{case.on}_") for name in values)
+    if values:
+        return False
     if case.in_catalogue:
         return verdict == "effect" and len(effects) == 1 and is_named(case, effects[0])
     return verdict == "none" if case.group == "none" else verdict in ("none", "unknown")
+
+
+def wrong_values(result: Mapping[str, Any]) -> list[str]:
+    """Names of the declared values that a diagnosis calls wrong."""
+    return [error["name"] for error in result.get("parameter_errors", ())]
 
 
 def keep(rows: Sequence[Row]) -> None:

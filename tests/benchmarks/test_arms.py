@@ -10,7 +10,7 @@ import pytest
 import sympy
 from mechanics.robots import numbers
 
-from benchmarks.arms.cases import CASES, ArmCase, made
+from benchmarks.arms.cases import CASES, PAYLOAD, ArmCase, made
 from benchmarks.arms.drive import Drives
 from benchmarks.arms.page import Row, is_right, page, row_of
 from benchmarks.arms.plant import STEP, Plant, extra
@@ -138,6 +138,19 @@ def test_marks() -> None:
     assert not is_right(COGGING, result("effect", ("cogging", "q1")))
     assert not is_right(COGGING, result("effect", ("cogging", "q2"), ("offset", "q1")))
     assert is_right(PUSH, result("unknown")) and not is_right(PUSH, result("effect", ("offset", PUSH.on)))
+
+
+def test_a_payload_is_wrong_values_of_its_joint() -> None:
+    payload = next(case for case in CASES if case.kind == PAYLOAD)
+
+    def wrong(*names: str) -> dict[str, object]:
+        return result("none") | {"parameter_errors": [{"name": name} for name in names]}
+
+    assert is_right(payload, wrong(f"{payload.on}_mx"))
+    assert not is_right(payload, result("none")) and not is_right(payload, wrong("waist_zz"))
+    assert not is_right(NONE, wrong("q1_mx"))
+    row = row_of(payload, Run("c", 9.0, 181.0, 5000, "", "code"), wrong("elbow_mx", "elbow_zz"))
+    assert row.said == "none: elbow_mx, elbow_zz" and row.right
 
 
 def test_the_page_says_what_was_found_and_missed() -> None:
