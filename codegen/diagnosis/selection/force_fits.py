@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -28,7 +28,7 @@ from codegen.diagnosis.fit.residual import (
 from codegen.diagnosis.fit.search import ROUNDS, Search, joint_of_difference
 from codegen.diagnosis.fit.shooting import hidden_states
 from codegen.diagnosis.fit.starting_values import STEP
-from codegen.diagnosis.fit.trial import Trial, model_of
+from codegen.diagnosis.fit.trial import Part, Trial, model_of
 from codegen.diagnosis.selection.candidate_fits import CandidateFits, every_part
 from codegen.diagnosis.selection.ranking import CLOSE
 from codegen.mechanics.system import Matrix
@@ -258,6 +258,11 @@ class ForceFits:
             moved[k] += step
             slopes.append((now - self._residual(trial, moved)) / step)
         return np.array(slopes)
+
+    def with_parts(self, fit: Fit, moved: Array, parts: Sequence[Part], values: Sequence[Mapping[str, float]]) -> Fit:
+        """The fit with these effects in place of its own, from these starting values."""
+        trial = replace(fit.trial, parts=tuple(parts))
+        return self.fit(trial, trial.theta(moved, values))
 
     def without(self, fit: Fit, index: int) -> Fit:
         """The fit with one of its effects removed."""

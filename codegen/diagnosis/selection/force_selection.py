@@ -127,7 +127,7 @@ def _tied(search: Search, ranked: Sequence[Ranked]) -> list[Ranked]:
 def are_significant(fits: ForceFits, before: Fit, fit: Fit) -> bool:
     """Whether several effects together are credited over a fit without them, of all sets of as many candidates."""
     added = len(fit.trial.parts) - len(before.trial.parts)
-    shown = evidence_of(*fits.where_they_differ(before, fit), floored=False)
+    shown, _ = shown_on_blocks(fits, before, fit)
     chance = comb(hypotheses(fits.candidates.parts), added) * random_signs(shown.t)
     return shown.share >= credit.LEAST_SHARE and chance <= credit.ALPHA
 
@@ -187,12 +187,10 @@ def judged(fits: ForceFits, plain: Fit, found: Fit, candidates: int) -> Ranked:
     variables = {p.effect.seen_over for p in known if not _has_twin_elsewhere(fits.search, p)}
     least = credit.LEAST_SHARE if not known else ELSEWHERE
     least = credit.FURTHER if found.part.effect.seen_over in variables else least
-    before, after = fits.where_they_differ(plain, found)
-    ratio = float(np.sqrt(after.by_segment.sum() / before.by_segment.sum()))
+    one, ratio = shown_on_blocks(fits, plain, found)
     problem = fits.search.problem
     scales = drive_left(found.model, problem.motion) / drive_left(plain.model, problem.motion)
     acting = min(1.0, float(np.min(drive_shares(found.model, plain.model, problem.motion, problem.used) / scales)))
-    one = evidence_of(before, after, floored=False)
     p = min(1.0, candidates * random_signs(one.t))
     why_not, unsure = "", False
     share = min(one.share, 1 - ratio**2)
@@ -231,8 +229,7 @@ def in_determined_forms(fits: ForceFits, fit: Fit) -> Fit:
             continue
         parts = [part_of(form, p.place, trial.system) if p is part else p for p in trial.parts]
         kept = {name: values[k][name] for name in parts[k].names}
-        other = replace(trial, parts=tuple(parts))
-        return in_determined_forms(fits, fits.fit(other, other.theta(moved, [*values[:k], kept, *values[k + 1 :]])))
+        return in_determined_forms(fits, fits.with_parts(fit, moved, parts, [*values[:k], kept, *values[k + 1 :]]))
     return fit
 
 
@@ -244,9 +241,8 @@ def still_credited(fits: ForceFits, before: Fit, fit: Fit) -> Fit:
     for k, part in enumerate(fit.trial.parts):
         if part not in before.trial.parts:
             other = fits.without(fit, k)
-            without, with_it = fits.where_they_differ(other, fit)
-            shown = evidence_of(without, with_it, floored=False)
-            share = min(shown.share, 1 - float(with_it.by_segment.sum() / without.by_segment.sum()))
+            shown, ratio = shown_on_blocks(fits, other, fit)
+            share = min(shown.share, 1 - ratio**2)
             chance = hypotheses(fits.candidates.parts) * random_signs(shown.t)
             if share < credit.LEAST_SHARE or chance > credit.ALPHA:
                 return still_credited(fits, before, other)
@@ -270,18 +266,16 @@ def best_first_effect(fits: ForceFits, fit: Fit, leading: Sequence[Ranked]) -> t
     fitted = [(fit, leading[0]), *((with_first(fits, fit, one), one) for one in leading[1:])]
     fitted.sort(key=lambda pair: pair[0].cost)
     best, leader = fitted[0]
-    pairs = [(fits.where_they_differ(other, best), other, one) for other, one in fitted[1:]]
-    shown = ((evidence_of(*pair, floored=False), other, one) for pair, other, one in pairs)
+    shown = ((shown_on_blocks(fits, other, best)[0], other, one) for other, one in fitted[1:])
     tied = (one for e, fit, one in shown if random_signs(e.t) > credit.TIE_LEVEL or fits.nearly_alike(fit, best))
     return best, [leader, *tied]
 
 
 def with_first(fits: ForceFits, fit: Fit, one: Ranked) -> Fit:
     """The fit with another candidate in place of its first effect."""
-    _, *later = fit.trial.parts
-    moved, (_, *values) = fit.values
-    trial = replace(fit.trial, parts=(one.found.part, *later))
-    return fits.fit(trial, trial.theta(moved, [one.found.parameters, *values]))
+    moved, values = fit.values
+    parts = [one.found.part, *fit.trial.parts[1:]]
+    return fits.with_parts(fit, moved, parts, [one.found.parameters, *values[1:]])
 
 
 def confirmed(fits: ForceFits, fit: Fit, run: Fit) -> tuple[Fit, Fit]:
@@ -299,6 +293,13 @@ def confirmed(fits: ForceFits, fit: Fit, run: Fit) -> tuple[Fit, Fit]:
             break
         fit, run = others[k], pairs[k][0] if joints[k] is None else fits.run(others[k])
     return fit, run
+
+
+def shown_on_blocks(fits: ForceFits, before: Fit, after: Fit) -> tuple[Evidence, float]:
+    """Evidence on held-out blocks for the second fit, where the effects differ; and its RMS over that of the first."""
+    without, with_it = fits.where_they_differ(before, after)
+    ratio = float(np.sqrt(with_it.by_segment.sum() / without.by_segment.sum()))
+    return evidence_of(without, with_it, floored=False), ratio
 
 
 def evidence_of_blocks(before: Fit, after: Fit) -> Evidence:
