@@ -462,7 +462,13 @@ def _columns(pairs: list[str]) -> dict[str, str]:
     for pair, (name, _, column) in split.items():
         if not name or not column:
             raise BadInput("--column", f"`{pair}`", "NAME=COLUMN, such as x=qm", code="CALL001")
-    return {name.strip(): column.strip() for name, _, column in split.values()}
+    columns: dict[str, str] = {}
+    for name, _, column in split.values():
+        first = columns.setdefault(name.strip(), column.strip())
+        if first != column.strip():
+            found = f"`{name.strip()}` with two columns, `{first}` and `{column.strip()}`"
+            raise BadInput("--column", found, "one column for each name", code="CALL001")
+    return columns
 
 
 MOST_FAULTS = 20

@@ -59,7 +59,8 @@ def refuse_ending(path: Path, endings: Iterable[str]) -> None:
     """Raise BadInput where the ending of a file's name is none of these."""
     if path.suffix.lower() not in endings:
         expected = f"a file ending in {' or '.join(endings)}"
-        raise BadInput(str(path), f"the ending `{path.suffix}`", expected, code="FILE005")
+        found = f"the ending `{path.suffix}`" if path.suffix else "a name without an ending"
+        raise BadInput(str(path), found, expected, code="FILE005")
 
 
 @contextmanager

@@ -28,16 +28,29 @@ AMBIGUOUS = ("grad",)
 _TIME_IN = re.compile(r"(.+)_(s|sec|seconds|ms|msec|us|usec|ns)")
 USUAL = {
     "s": frozenset({"time", "t", "stamp", "timestamp"}),
-    "m": frozenset({"position", "pos", "x", "displacement", "way", "stroke"}),
-    "rad": frozenset({"position", "pos", "q", "angle", "theta", "phi"}),
-    "A": frozenset({"current", "cur", "amps", "iq", "i"}),
-    "V": frozenset({"voltage", "volts", "volt", "u"}),
-    "N": frozenset({"force", "thrust", "w"}),
-    "N*m": frozenset({"torque", "trq", "tau", "moment", "effort"}),
+    "m": frozenset({"position", "pos", "x", "displacement", "way", "stroke", "weg", "lage"}),
+    "rad": frozenset({"position", "pos", "q", "angle", "theta", "phi", "winkel", "lage"}),
+    "A": frozenset({"current", "cur", "amps", "iq", "i", "strom"}),
+    "V": frozenset({"voltage", "volts", "volt", "u", "spannung"}),
+    "N": frozenset({"force", "thrust", "w", "kraft"}),
+    "N*m": frozenset({"torque", "trq", "tau", "moment", "effort", "drehmoment"}),
 }
 """Unit → usual names of columns of such a quantity."""
 COMMANDED = frozenset(
-    {"command", "commands", "cmd", "desired", "target", "reference", "ref", "setpoint", "goal", "action"}
+    {
+        "command",
+        "commands",
+        "cmd",
+        "desired",
+        "target",
+        "reference",
+        "ref",
+        "setpoint",
+        "goal",
+        "action",
+        "soll",
+        "sollwert",
+    }
 )
 """Words of a column's name that say that it holds a command, and no measured position."""
 SUPPLY = frozenset({"supply", "bus", "vbus", "battery", "batt", "vin", "dc", "mains", "input"})

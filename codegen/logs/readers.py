@@ -256,9 +256,9 @@ def format_of(path: Path) -> Opener:
         others = ((what, instead) for begin, what, instead in OTHERS if re.match(begin, head))
         if not (reader is not None and is_text) and (other := next(others, None)):
             raise BadInput(place, *other, code="LOG002")
-        if reader is not None or is_text:
+        if reader is not None or is_text or not head:
             return open_csv
-    found = f"the ending `{shown(path.suffix)}`"
+    found = f"the ending `{shown(path.suffix)}`" if path.suffix else "a name without an ending"
     raise BadInput(place, found, expected, nearest_name(path.suffix.lower(), FORMATS), code="LOG002")
 
 

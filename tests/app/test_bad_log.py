@@ -59,6 +59,7 @@ def test_fault(folder, fault):
         (("good.csv", "--description", "none.yaml"), "none.yaml"),
         (("good.csv", "--column", "x"), "--column: `x`; expected NAME=COLUMN"),
         (("good.csv", "--column", "=x"), "--column"),
+        (("good.csv", "--column", "x=t", "--column", "x=w"), "`x` with two columns, `t` and `w`; expected one column"),
         (("good.csv", "--column", "y=x"), "`y`"),
         (("good.csv", "--column", "x=pos"), "no column `pos`"),
     ],

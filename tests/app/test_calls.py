@@ -70,6 +70,7 @@ def mine(folder):
         (("simulate", "one.yaml", "-o", "one.yaml"), "one.yaml: the spec itself"),
         (("simulate", "one.yaml", "-o", "./spec.yaml"), "the ending `.yaml`; expected a file ending in .csv"),
         (("simulate", "one.yaml", "-o", "x.npy"), "the ending `.npy`; expected a file ending in .csv"),
+        (("simulate", "one.yaml", "-o", "x"), "a name without an ending; expected a file ending in .csv"),
         (("simulate", "log.csv", "-o", "log.csv"), "the spec itself"),
         (("simulate", "one.yaml", "-o", "/dev/full"), "/dev/full: cannot be written (a device or a pipe of"),
         (("certify", "one.yaml", "-o", "one.yaml"), "one.yaml: the spec itself"),

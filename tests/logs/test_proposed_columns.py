@@ -32,6 +32,8 @@ PROPOSED = {
     "t,pos_deg,motor": {"phi": "pos_deg", "i": "motor"},
     "t,Angle,motorCurrent": {"phi": "Angle", "i": "motorCurrent"},
     "t,phi,Strom": {"i": "Strom"},
+    "t,Ist_Lage,Ist_Strom,Temp": {"phi": "Ist_Lage", "i": "Ist_Strom"},
+    "t,Soll_Lage,Ist_Lage,Strom": {"phi": "Ist_Lage", "i": "Strom"},
     "zeit_ms,phi,I": {"i": "I"},
     "clock_s,phi,i": {"t": "clock_s"},
     "t,ref_angle,angle [deg],i": {"phi": '"angle [deg]"'},

@@ -331,6 +331,14 @@ def test_bad_logs_are_one_message(tmp_path: Path, content: bytes, said: str) -> 
     assert [p.name for p in tmp_path.iterdir()] == ["log.csv"]
 
 
+def test_an_empty_file_of_any_ending_is_called_empty(tmp_path: Path) -> None:
+    """An empty .dat was said to have the wrong ending."""
+    log = tmp_path / "log.dat"
+    log.write_bytes(b"")
+    done = stiction("replay", SPEC, log)
+    assert is_one_message(done) and "an empty file" in done.err
+
+
 def test_bad_npy_logs_are_one_message(tmp_path: Path) -> None:
     np.save(tmp_path / "plain.npy", np.zeros((3, 4)))
     np.save(tmp_path / "text.npy", np.array([("a", 1.0)], dtype=[("t", "U1"), ("x1", "f8")]))
