@@ -431,7 +431,7 @@ def watch(
 def demo(
     out: Annotated[Path, written("DIR", "its folder")] = Path("demo"),
 ) -> None:
-    """Run the main job on the embedded default: a belt-driven axis with an effect that its spec lacks."""
+    """Diagnose a belt-driven axis with an effect that its spec lacks; certify and generate, before and after."""
     from codegen.app.demo import run_demo
     from codegen.base.progress import progress
 

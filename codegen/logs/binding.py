@@ -409,9 +409,8 @@ class _Search:
             unit = about.units[symbol]
             if not same_dimension(unit, own, place):
                 found = f"unit {unit}, of {describe(dimension(parse_unit(unit, place)))}"
-                expected = f"a unit of {symbol}, which is in {own}"
-                if "count" in unit.lower():
-                    expected += f"; or in its place `scale: {{{symbol}: SIZE}}`, the size of one count in {own}"
+                size = f"the size of one count in {own}" if "count" in unit.lower() else f"what one {unit} is in {own}"
+                expected = f"a unit of {symbol}, which is in {own}; or in its place `scale: {{{symbol}: SIZE}}`, {size}"
                 raise BadInput(place, found, expected, code="LOG012")
             return float(si_factor(unit, place)) * scale
         if term is None or symbol in about.scale or symbol in self.spec.log.scale:

@@ -32,6 +32,7 @@ def test_units_by_name(tmp_path, spec):
     assert np.allclose(read_log(path, spec).inputs[:, 0], -2 * made["w"], rtol=1e-12)
     for text, words in {
         "units: {x: deg}\n": r"meta\.yaml:1: units\.x: unit deg, of a pure number.*; expected a unit of x",
+        "units: {w: mA}\n": r"unit mA, of A; .* in its place `scale: \{w: SIZE\}`, what one mA is in N",
         "units: {x: counts}\n": r"unit counts, .*; or in its place `scale: \{x: SIZE\}`, the size of one count in m",
         "units: {x: millimetre3}\n": r"meta\.yaml:1: units\.x: unit `millimetre3`",
         "units: {y: mm}\n": r"meta\.yaml:1: units\.y: unknown name `y`; expected one of t, x, v, w",
