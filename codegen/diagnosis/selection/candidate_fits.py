@@ -15,7 +15,14 @@ from codegen.diagnosis.evidence.coverage import survey
 from codegen.diagnosis.fit.credit import FAR, near_noise, noise_loss, share_far
 from codegen.diagnosis.fit.output_error import Fit, polish, shooting_fit
 from codegen.diagnosis.fit.search import ROUNDS, Search, joint_of
-from codegen.diagnosis.fit.starting_values import MORE_TRIES, ForceStart, best_starts, simplex_search, starting_point
+from codegen.diagnosis.fit.starting_values import (
+    MORE_TRIES,
+    ForceStart,
+    best_starts,
+    simplex_search,
+    starting_point,
+    stepped_in_parameters,
+)
 from codegen.diagnosis.fit.trial import Part, Runner, part_of, with_values
 from codegen.effects import CATALOGUE, Effect
 from codegen.effects.register import candidates, is_own
@@ -320,12 +327,17 @@ class CandidateFits:
             _ = fit.raw_slopes
 
     def _near_the_best(self, k: int) -> list[Array]:
-        """The starting points by free runs of a part with a smooth loss: the best, and those nearly as good."""
+        """The starting points by free runs of a part with a smooth loss: the best, and those nearly as good.
+
+        Each also with its large steps of the effects found before taken in their parameters.
+        """
         starts, few = self.starts[k], self._few(k)
         if self.parts[k].effect.scaling and starts:
             enough = few.cost - AS_GOOD * max(few.cost - starts[0][0], 0.0)
             starts = [starts[0], *(s for s in starts[1:] if s[0] < enough)]
-        return [theta for _, theta in starts]
+        found = [theta for _, theta in starts]
+        others = (stepped_in_parameters(few, theta) for theta in found)
+        return [*found, *(other for other in others if other is not None)]
 
     def _searched(self, indices: Sequence[int]) -> dict[int, list[Array]]:
         """Index of a part with a non-smooth loss → the result of simplex searches from its best starting points."""
