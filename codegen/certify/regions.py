@@ -10,6 +10,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from functools import cache
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -173,39 +174,35 @@ class RegionSearch:
         Args:
             sliding: least |f| of each contact in the sliding region.
         """
-        for tops, slips in self._tried(sliding):
+        largest = [axis.largest_state for axis in self.along.axes]
+        below = [rounded(np.floor((float(x) - BELOW) * 1e4) / 1e4, DIGITS) for x in sliding]
+        for slips, tops in product((DIRECTIONS[0], DIRECTIONS[2]), (largest, below)):
             region = self._away(tops, slips)
             if region is not None and [region.family.variables[axis.state][0] for axis in self.along.axes] < sliding:
                 return [region]
         return []
 
-    def _tried(self, sliding: list[Any]) -> list[tuple[list[Any], tuple[float, float]]]:
-        """(largest |f| of each contact, range of slips as shares of the largest) for ``_presliding``, in this order."""
-        tops = [axis.largest_state for axis in self.along.axes]
-        below = [rounded(np.floor((float(x) - BELOW) * 1e4) / 1e4, DIGITS) for x in sliding]
-        return [(upper, slips) for slips in (DIRECTIONS[0], DIRECTIONS[2]) for upper in (tops, below)]
-
-    def _away_box(self, tops: list[Any], slips: tuple[float, float], share: float, t: float) -> Box:
-        """The box with |f| from this share of ``tops`` up to ``tops``, and t times these slips."""
-        states = [rounded(np.ceil(share * float(top) * 1e4) / 1e4, DIGITS) for top in tops]
-        low, high = slips
-        return self._box([min(pair) for pair in zip(states, tops, strict=True)], (low * t, high * t), tops=tops)
-
-    def _holds_away(self, tops: list[Any], slips: tuple[float, float], share: float, t: float, worst: Active) -> bool:
-        """Whether a V with ``PRESLIDING`` of the spectral rate is found for ``_away_box``."""
-        stack = self._family(self._away_box(tops, slips, share, t))[1]
-        limit = decay_rate_limit(stack, self.h)
-        return limit > 0 and common_lyapunov_at([(stack, PRESLIDING * limit)], self.h, worst) is not None
-
     def _away(self, tops: list[Any], slips: tuple[float, float]) -> Found | None:
-        """The largest region |f| ≤ ``tops`` with slips in t times these, shares of the largest: its |f|, t and P."""
+        """The largest region |f| ≤ ``tops`` with slips in t times these, shares of the largest: its |f|, t and P.
+
+        V decreases there at ``PRESLIDING`` of the spectral rate.
+        """
         worst: Active = []
+        low, high = slips
+
+        def family_at(share: float, t: float) -> tuple[Family, Array]:
+            """The family with |f| from this share of ``tops`` up to ``tops``, and t times these slips."""
+            states = [rounded(np.ceil(share * float(top) * 1e4) / 1e4, DIGITS) for top in tops]
+            least = [min(pair) for pair in zip(states, tops, strict=True)]
+            return self._family(self._box(least, (low * t, high * t), tops=tops))
 
         @cache
         def holds(share: float, t: float) -> bool:
-            return self._holds_away(tops, slips, share, t, worst)
+            stack = family_at(share, t)[1]
+            limit = decay_rate_limit(stack, self.h)
+            return limit > 0 and common_lyapunov_at([(stack, PRESLIDING * limit)], self.h, worst) is not None
 
-        slow = _least_slip(slips)
+        slow = 1e-3 if low < 0 < high else 0.02  # the least t
         if not holds(THIN, slow):  # nor for a larger region
             return None
         least = _bisected(lambda x: holds(x, slow), 1.0, 0.0)
@@ -213,7 +210,7 @@ class RegionSearch:
             return None
         share = least + (1 - least) / 4
         t = _bisected(lambda t: holds(share, t), slow, 1.0, geometric=True) if holds(share, slow) else slow
-        family, stack = self._family(self._away_box(tops, slips, share, t))
+        family, stack = family_at(share, t)
         best = common_lyapunov(stack, self.h)  # few digits must do for its P
         return None if best is None else _found(family, best, "presliding")
 
@@ -302,12 +299,6 @@ def _found(family: Family, best: tuple[Array, float], kind: str) -> Found:
     """The proposal of a P, with a rate 0.1 % below that of the P: it is then certified with fewer digits of P."""
     p, rate = best
     return Found(family, p, rate - 1e-3 * abs(rate), kind=kind)
-
-
-def _least_slip(slips: tuple[float, float]) -> float:
-    """The share of the largest slip up to which slips of presliding go at least, times these."""
-    low, high = slips
-    return 1e-3 if low < 0 < high else 0.02
 
 
 def _bisected(holds: Callable[[float], bool], good: float, bad: float, geometric: bool = False) -> float:
