@@ -14,8 +14,8 @@ that for any term (a product of inputs, estimates and numbers), terms cancel tha
 than half of the digits may be right, and the C is refused. The decay of V gives no such limit for what multiplies an
 input, which is not in V. For the errors it does: V must not grow when rounding changes their dynamics.
 The bounds are to first order, and take every variable in a divisor as 1. frame.Precision.holds excludes overflow and
-underflow, with quotients, sines and cosines between the ends of `Bounded.ones`, and with 1 for an exp. A sign all of
-whose terms have an exp is refused: exp(-800) is 0 in doubles.
+underflow, with quotients, sines and cosines between the ends of `Bounded.ones`, and with 1 for an exp. A sign of
+terms one of which has an exp is refused: exp(-800) is 0 in doubles.
 """
 
 import ast
@@ -314,7 +314,7 @@ class Bounded(kernel.Text):
                 self.kept(of, size)
                 if name == "sgn":
                     exps = set().union(*(v.names() for (f, _), v in self.known.items() if f == "exp"))
-                    frame.demand(not of or any(map(exps.isdisjoint, of)), "a sign of an exp, which may underflow to 0")
+                    frame.demand(exps.isdisjoint(of.names()), "a sign of an exp, which may underflow to 0")
                 if name in ("fabs", "sgn"):
                     sign = magnitudes(kernel.function("sgn", of, self.known))
                     return (sign * size, n) if name == "fabs" else (sign, 0)
