@@ -57,6 +57,8 @@ def printed(value: Any, place: Place, found: str) -> sympy.Rational:
     return decimal_of(double)
 
 
+TYPESET = {"·": "*", "⋅": "*", "×": "*", "−": "-", "–": "-", "÷": "/", "²": "**2", "³": "**3", "π": "pi"}
+"""A sign as papers and data sheets print it → how an expression has it."""
 LONGEST = 20_000
 """Characters of an expression."""
 DEEPEST = 600
@@ -152,7 +154,9 @@ def parse_expression(text: str | int | float, place: Place) -> Expression:
     if not words.isascii():  # Python would read a full-width x as x
         foreign = next(c for c in words if not c.isascii())
         expected = "letters a to z, digits and + - * / ** ( ) only"
-        raise BadInput(place, f"`{foreign}` in `{words}`", expected, code="SPEC010")
+        if foreign == "°":
+            expected += "; an angle in degrees is a parameter with `unit: deg`"
+        raise BadInput(place, f"`{foreign}` in `{words}`", expected, TYPESET.get(foreign), code="SPEC010")
     if len(words) > LONGEST:
         raise BadInput(place, f"an expression of {len(words)} characters", f"at most {LONGEST}", code="SPEC011")
     if comma := comma_in_expression(words, list(FUNCTIONS)):
@@ -170,6 +174,8 @@ def parse_expression(text: str | int | float, place: Place) -> Expression:
         near = words[places[0] :][:20] if places else "the end"
         found = f"`{words}` cannot be read at `{near}`"
         expected = "an expression such as `-k*x + w`, its numbers in SI and without units"
+        if "|" in words:
+            expected += "; a magnitude |v| is written abs(v)"
         raise BadInput(place, found, expected, code="SPEC010") from None
     except (RecursionError, MemoryError, ValueError):
         found = "an expression nested too deeply or with control characters"

@@ -45,7 +45,7 @@ from codegen.spec.yaml_text import load_plain
 
 TOLERANCE = "tolerance"
 """A key of parameters and effects that contacts do not have."""
-OTHER_UNITS = "logs in other units are brought to it by their `scale:`"
+OTHER_UNITS = "logs in other units are converted by `units:` in their meta.yaml"
 Given = ParamSpec("Given")
 Result = TypeVar("Result")
 

@@ -227,9 +227,12 @@ REFUSED = {
     "х1": "SPEC010 х1",  # the first letter is Cyrillic
     "x１": "SPEC010",  # a full-width digit
     "ｓｉｎ(x1)": "",  # full-width letters, which Python itself would read as sin
-    "2×3": "",
-    "x1−v1": "",  # a minus sign that is no hyphen
-    "²": "",
+    "2×3": "SPEC010 × '*'?",
+    "x1·v1": "SPEC010 · '*'?",
+    "x1−v1": "SPEC010 − '-'?",  # a minus sign that is no hyphen
+    "x1²": "SPEC010 ² '**2'?",
+    "sin(12°)": "SPEC010 ° deg",
+    "2*|v1|*v1": "SPEC010 abs(v)",
 }
 
 
