@@ -169,6 +169,19 @@ def test_a_measured_input_behind_a_filter_of_the_drive_is_taken_earlier(fast: Lo
     assert errors[0] < 0.5 * errors[1]
 
 
+def test_a_missing_force_does_not_hide_how_late_a_measured_input_is(fast: Log) -> None:
+    """With gusts on the machine a lead explains little of the residual, and a compliance was named in its place."""
+    late = measured(fast, 4 * fast.sample_time)
+    gusts = 0.03 * late.inputs.std() * np.sin(2 * np.pi * 5 * late.time + np.sin(0.9 * late.time))
+    blown = replace(late, inputs=late.inputs + gusts[:, None])
+    lead = lead_of(Problem(system_of(stage()), smooth_motion(blown), {}), 0)
+    assert lead.rows > 0.75 and lead.explained < 0.5 and not lead.is_shown
+    seen = found(blown)
+    assert seen[0].figures["lead"] == pytest.approx(0.5 + 4 / EVERY, abs=0.2)
+    assert found(late)[0].figures["lead"] == pytest.approx(0.5 + 4 / EVERY, abs=0.2)
+    assert not replace(lead, expected=True, deviation=lead.estimate / 6).is_shown
+
+
 def test_a_delay_is_no_lead(fast: Log) -> None:
     late = replace(fast, inputs=np.vstack([fast.inputs[30:], np.tile(fast.inputs[-1:], (30, 1))]))
     assert not found(every(late))

@@ -35,6 +35,9 @@ LEAST_MEAN_SIGN = 0.98
 """Least |low-pass of sgn v| of a used sample: near a reversal, sticking looks like a delay."""
 SURE = 3.5
 """Least estimate of a lead in standard deviations."""
+CERTAIN = 7.0
+"""The same of an input that is stated as measured, for a lead above ``ABOUT_HALF`` that explains less than
+``EXPLAINED``: it is expected to be late, and a missing force does not hide it."""
 EXPLAINED = 0.5
 """Least share of the squared force residual, after regression on the other terms, that a lead above ``ABOUT_HALF``
 explains. Of a force that the model lacks it explains a part only."""
@@ -57,6 +60,7 @@ class Lead:
         explained: share of the squared force residual, after regression on the other terms.
         size: RMS of the force that the lead changes, over that of the drive force.
         estimate: by regression of the force residual.
+        expected: whether the input is stated as measured, so that a filter of the drive may have made it late.
     """
 
     rows: float = 0.0
@@ -64,6 +68,7 @@ class Lead:
     explained: float = 0.0
     size: float = 0.0
     estimate: float = 0.0
+    expected: bool = False
 
     def apart(self, rows: float) -> float:
         """By how many standard deviations the estimate differs from so many rows."""
@@ -78,7 +83,9 @@ class Lead:
     def is_shown(self) -> bool:
         """Whether its estimate is significant and its force is material; it may be too long to be corrected."""
         significant = self.estimate > SURE * self.deviation and self.size >= LEAST_SIZE
-        return significant and self.rows >= LEAST_LEAD and (self.rows <= ABOUT_HALF or self.explained >= EXPLAINED)
+        certain = self.expected and self.estimate > CERTAIN * self.deviation
+        alone = self.rows <= ABOUT_HALF or self.explained >= EXPLAINED or certain
+        return significant and self.rows >= LEAST_LEAD and alone
 
 
 def acting_earlier(log: Log, rows: Mapping[int, float]) -> Log:
@@ -102,7 +109,11 @@ def input_leads(problem: Problem, log: Log) -> tuple[dict[int, float], tuple[Fin
     if system.actuators:
         return {}, ()
     stated = bool(about.input_hold) and not about.measured_inputs
-    own = {k: lead_of(problem, k) for k, w in enumerate(system.inputs) if w.name not in about.late}
+    own = {
+        k: replace(lead_of(problem, k), expected=about.measured_inputs)
+        for k, w in enumerate(system.inputs)
+        if w.name not in about.late
+    }
     common = 0.0 if stated else common_lead(list(own.values()))
     leads, found, alike = dict[int, float](), list[Finding](), list[str]()
     for k, lead in own.items():
