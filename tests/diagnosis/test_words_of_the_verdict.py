@@ -409,3 +409,13 @@ def test_a_diagnosis_shows_itself_in_one_line() -> None:
     assert (
         shown.startswith("<Diagnosis: verdict effect, effects cogging on x") and "\n" not in shown and len(shown) < 200
     )
+
+
+def test_a_time_that_seems_wrong_is_said_beside_an_effect() -> None:
+    """At half the sample rate a sound machine has an inertia error and viscous friction, with all evidence for them."""
+    words = "The time of the log seems 2 times too long"
+    for verdict, said in (("effect", True), ("ambiguous", True), ("none", False)):
+        facts = statement_of(
+            verdict, effects=(SPRING,), rivals=(PLAY,) if verdict == "ambiguous" else (), misread=[words]
+        ).facts
+        assert any(f.topic == "log" and f.words == f"The log itself may be the cause: {words}." for f in facts) is said

@@ -9,6 +9,7 @@ import pytest
 from slider_log import LEVEL, MASS, TEXT, write_csv
 
 from codegen.logs import Finding, preflight, read_log
+from codegen.logs.audit.scales import SCALE_OF_TIME
 from codegen.spec.reader import parse_spec
 
 DAMPING = 12.0
@@ -37,7 +38,7 @@ def found(
     columns = {"t": c * t, "x": x, "w": force} if stamped else {"x": x, "w": force}
     path = write_csv(folder / "a.csv", columns, fmt="%.12g")
     log = read_log(path, spec, description=described)
-    return [f for f in preflight(log, spec) if f.topic == "sample rate" and "The time of the log" in f.words]
+    return [f for f in preflight(log, spec) if f.topic == SCALE_OF_TIME]
 
 
 @pytest.mark.parametrize(("c", "severity"), [(2.0, "warning"), (0.5, "problem"), (1.6, "warning")])

@@ -17,9 +17,10 @@ from codegen.diagnosis.selection.forward_selection import Outcome
 from codegen.diagnosis.verdict.against_regression import acts_on
 from codegen.diagnosis.verdict.answer import Answer
 from codegen.logs import Log
+from codegen.logs.audit.scales import SCALE_OF_TIME
 from codegen.mechanics.system import System
 
-DOUBTFUL = ("jitter", "sample rate", "missing values", "repeated rows")
+DOUBTFUL = ("jitter", "sample rate", SCALE_OF_TIME, "missing values", "repeated rows")
 """Preflight topics that can cause a residual by themselves."""
 IN_HEADLINE = 3
 """Most parameters of a single effect in the headline."""
@@ -66,6 +67,7 @@ def statement(
         unit=system.force_unit(i) if by_force else system.position_units[i],
         where=system.positions[i].name if several else "",
         faults=[f.words for f in findings if f.severity == "problem"],
+        misread=[f.words for f in findings if f.severity == "warning" and f.topic == SCALE_OF_TIME],
         doubts=[f.words for f in findings if f.severity == "warning" and f.topic in DOUBTFUL],
         records=records,
         refused=None if outcome is None or answer.against else best_refused(outcome),
@@ -84,7 +86,7 @@ def statement(
 
 def stated(**given: Any) -> Statement:
     """The statement from plain values; names as in the templates."""
-    view = {"far_noise": credit.FAR, "near_noise": credit.NEAR_NOISE, "stroke": ""} | given
+    view = {"far_noise": credit.FAR, "near_noise": credit.NEAR_NOISE, "stroke": "", "misread": []} | given
     headline = render("text/statement/headline.j2", **view).strip()
     facts = [f for f in _facts(view) if f.words]
     return Statement(headline, tuple(sorted(facts, key=lambda fact: TOPICS.index(fact.topic))))
@@ -114,6 +116,8 @@ def _facts(view: Mapping[str, Any]) -> Iterator[Fact]:
         yield _said("unexplained", "unexplained", view)
         if view["left"].nature(view["material"]) == "structured":
             yield from (_sentence(Fact("unexplained", words[0].upper() + words[1:])) for words in view["changes"])
+    if verdict in ("effect", "ambiguous"):
+        yield from (_sentence(Fact("log", f"The log itself may be the cause: {words}")) for words in view["misread"])
     if verdict == "unknown":
         yield from (_sentence(Fact("log", f"the log itself may be the cause: {words}")) for words in view["doubts"])
     yield _said("next", "next", view)

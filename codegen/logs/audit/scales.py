@@ -61,6 +61,8 @@ ABOUT, TOLERANCE = 2.0, 1e-3
 """Range of the search for a factor about its starting value, either way, and its relative accuracy."""
 SAME_MOTION, APART = 0.9, 2.0
 """Least correlation of a measured velocity with the position's derivative, and the ratio from which on they differ."""
+SCALE_OF_TIME = "scale of time"
+"""Topic of the finding on a wrong time, which by itself looks like missing effects."""
 LONGEST_STEP = 0.5
 """Sample time in s from which on the unit of time is in doubt, and not that of a coordinate."""
 NEAR = 0.05
@@ -313,7 +315,7 @@ def _wrong_time(case: Case) -> Finding | None:
         f"({line} in meta.yaml beside the log)"
     )
     figures = {"factor": c, "misfit": plain.left, "misfit_scaled": time.left, "misfit_by_mass": by_mass.left}
-    return Finding("warning", "sample rate", words, figures)
+    return Finding("warning", SCALE_OF_TIME, words, figures)
 
 
 def _in_shorter_time(motion: Motion, factor: float) -> Motion:
