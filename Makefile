@@ -89,7 +89,7 @@ benchmarks: $(VENV)/benchmark.stamp
 
 # Write docs/practice.md anew: the diagnosis on ../shared/practice, its time and score, its false alarms where nothing is missing, and PySINDy
 # beside it; says so where that is not here. One to two hours of two cores; kept results are not made again. A few cases: `python -m benchmarks.practice --only CASE`.
-# Known effects in real logs: `python -m benchmarks.spikes`, docs/spikes.md. False alarms on surrogates: `python -m benchmarks.surrogates`, docs/calibration.md. The probability beside a verdict: `python -m benchmarks.reliability`, docs/reliability.md.
+# Known effects in real logs: `python -m benchmarks.spikes`, docs/spikes.md. Machines of another simulator: `python -m benchmarks.machines --seed S`, docs/other_machines.md. False alarms on surrogates: `python -m benchmarks.surrogates`, docs/calibration.md. The probability beside a verdict: `python -m benchmarks.reliability`, docs/reliability.md.
 # Beside fits of parameters alone (mujoco.sysid) and PySINDy: `python -m benchmarks.rivals`, docs/peers.md. Robot arms: `python -m benchmarks.arms`, docs/arms.md. EMPS by its benchmark's protocol: `python -m benchmarks.emps`.
 # `make practice SEED=11 COUNT=60 TIER=both` instead makes a fresh set with the shared generator (10 to 60 s of CPU a case, another 15 to 40 to diagnose it; the generator's
 # virtual environment is made below practice_results/), and writes the row of that seed among the others. COUNT is 60 and TIER standard by default.

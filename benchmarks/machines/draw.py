@@ -91,8 +91,8 @@ def rounded(value: float, digits: int = 3) -> float:
 
 
 def strengths(rng: np.random.Generator, kind: str, s: Scale, axis: Axis) -> dict[str, float]:
-    """Parameters of an effect on an axis, with a force of a tenth to a third of the drive force."""
-    size = rng.uniform(0.1, 0.35) * s.force
+    """Parameters of an effect on an axis, with a force of a twentieth to a third of the drive force."""
+    size = log_uniform(rng, 0.05, 0.35) * s.force
     sign = float(rng.choice([-1, 1]))
     phase = float(rng.uniform(-math.pi, math.pi))
     split = rng.uniform(0.3, 0.65)
@@ -261,7 +261,7 @@ def _fixed(family: Family, kinds: Sequence[str]) -> list[str]:
     """Parameters that the spec states exactly: a tolerance there would stand for the effect that is to be named."""
     found = []
     if "inertia_error" in kinds or "input_gain" in kinds:
-        found += [name for name in family.quantities if name not in ("b", "ml", "mc", "k")]
+        found += [name for name in family.quantities if name != "b"]
     return found
 
 
