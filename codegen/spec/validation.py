@@ -139,6 +139,8 @@ def _explain(
                 expected += ", or a list"
         case "model_type" if keys := _known_keys(model, steps):
             expected = f"a mapping with {', '.join(keys)}{_as_mapping(fault['input'], keys)}"
+        case "list_type" if (keys := _known_keys(model, steps)) != _known_keys(model, steps[:-1]):
+            expected = f"a list of mappings with {', '.join(keys)}"
         case other:
             expected = _EXPECTED.get(other, fault["msg"])
             if other == "list_type" and isinstance(one := fault["input"], (str, int)) and len(f"{one}") <= EXAMPLE:

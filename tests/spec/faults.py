@@ -49,6 +49,12 @@ FAULTS: dict[str, tuple[str, str, str, str | None]] = {
         "SPEC006 [[mass]]",
         None,
     ),
+    "a word where a list of mappings belongs": (
+        "observer:\n",
+        "effects: viscous\nobserver:\n",
+        "SPEC006 `viscous` mappings kind, on, parameters",
+        None,
+    ),
     "a row without brackets": ("  - [mass, 0]\n", "  - mass\n", "SPEC006 `[mass]`", None),
     "a word where a number belongs": ("value: 2,", "value: two,", "SPEC006", None),
     "true where a number belongs": ("value: 2,", "value: true,", "SPEC006", None),

@@ -209,8 +209,9 @@ def changed_columns(case: Case) -> Finding | None:
         return None  # where a force of the spec may be wrong, the audit of the inputs reports which forces show
     what = ", or ".join([named[0].what, *(change.other for change in named[1:])])
     others = min((left for left, change in tried if change not in alike), default=1.0)
+    sides = "forces" if case.log.velocities is None else "forces or speeds"
     words = (
-        f"{what[0].upper()}{what[1:]}: as read, {in_percent(now)} of the squares stay unbalanced; changed so, "
+        f"{what[0].upper()}{what[1:]}: as read, {in_percent(now)} of the squared {sides} stay unbalanced; changed so, "
         f"{in_percent(best)}; with any other change, {in_percent(others)}. "
     )
     if len(named) > 1:
