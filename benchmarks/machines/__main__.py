@@ -77,7 +77,8 @@ def page(seeds: Sequence[Seed]) -> str:
             {
                 "words": words,
                 "seeds": [one.seed for one in some],
-                "rows": every,
+                "cases": len(every),
+                "rows": [(one.seed, row) for one in some for row in one.rows],
                 "rates": [(name, found, BARS.get(name)) for name, found in rates(every).items()],
                 "counts": [(name, sum(row.outcome == name for row in every)) for name in OUTCOMES],
                 "codes": sorted({row.code for row in every}),
