@@ -44,7 +44,8 @@ ADAPTER: TypeAdapter[list[Row]] = TypeAdapter(list[Row])
 
 def row_of(case: ArmCase, run: Run, result: Mapping[str, Any]) -> Row:
     """From the diagnosis of a case."""
-    effects = [f"{effect['kind']} on {effect['on']}" for effect in result["effects"]]
+    alike = [[effect, *effect.get("also", ())] for effect in result["effects"]]
+    effects = [" or ".join(f"{one['kind']} on {one['on']}" for one in group) for group in alike]
     names = [*(effects if result["verdict"] == "effect" else named(result)), *wrong_values(result)]
     said = f"{result['verdict']}: {', '.join(names)}" if names else str(result["verdict"])
     found = next((e["parameters"] for e in result["effects"] if is_named(case, e)), {})
@@ -52,9 +53,9 @@ def row_of(case: ArmCase, run: Run, result: Mapping[str, Any]) -> Row:
 
 
 def is_named(case: ArmCase, effect: Mapping[str, Any]) -> bool:
-    """Whether an effect is the missing one, or a richer form of it, at its joint."""
-    kind = effect["kind"]
-    return effect["on"] in (case.on, f"w_{case.on}") and (kind == case.kind or CATALOGUE[kind].refines == case.kind)
+    """Whether an effect, or one that no log can tell from it, is the missing one or a richer form, at its joint."""
+    at = [one["kind"] for one in (effect, *effect.get("also", ())) if one["on"] in (case.on, f"w_{case.on}")]
+    return any(kind == case.kind or CATALOGUE[kind].refines == case.kind for kind in at)
 
 
 def is_right(case: ArmCase, result: Mapping[str, Any]) -> bool:

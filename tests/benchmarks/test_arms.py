@@ -26,6 +26,7 @@ from tests.diagnosis.stage import stage, system_of
 
 GRAVITY = 9.81
 NONE, COGGING = CASES[0], CASES[1]
+ALSO = {"kind": "cogging", "on": "q2"}
 PUSH = next(case for case in CASES if case.group == "foreign")
 
 
@@ -137,6 +138,9 @@ def test_marks() -> None:
     assert is_right(COGGING, result("effect", ("cogging_harmonics", "q2")))
     assert not is_right(COGGING, result("effect", ("cogging", "q1")))
     assert not is_right(COGGING, result("effect", ("cogging", "q2"), ("offset", "q1")))
+    twin = result("effect") | {"effects": [{"kind": "spring", "on": "q2", "parameters": {}, "also": [ALSO]}]}
+    assert is_right(COGGING, twin)
+    assert row_of(COGGING, Run("c", 9.0, 1.0, 5, "", "code"), twin).said == "effect: spring on q2 or cogging on q2"
     assert is_right(PUSH, result("unknown")) and not is_right(PUSH, result("effect", ("offset", PUSH.on)))
 
 
