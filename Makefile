@@ -6,7 +6,7 @@ BIN    := $(VENV)/bin
 # Other compilers, checkers and an emulator for the tests of the generated C; where one is absent, its tests skip and say so.
 TOOLCHAINS := clang clang-tidy cmake cppcheck frama-c-base g++ gappa gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm valgrind
 
-.PHONY: demo test test-tools lint types toolchains goldens check-all fuzz generate certificates audit gallery benchmarks practice real clean
+.PHONY: demo test test-tools lint types toolchains goldens check-all fuzz generate certificates modules audit gallery benchmarks practice real clean
 .DEFAULT_GOAL := test
 
 $(VENV)/run.stamp: pyproject.toml
@@ -67,6 +67,10 @@ generate: $(VENV)/run.stamp
 # Write docs/certificates.md anew: what is certified, refuted and bounded for each shipped spec.
 certificates: $(VENV)/run.stamp
 	$(BIN)/python -m benchmarks.certificate_table specs/*.yaml specs/thesis/*.yaml
+
+# Write docs/modules.md anew: each module of codegen/ with the first sentence of its docstring.
+modules: $(VENV)/test.stamp
+	$(BIN)/python -m benchmarks.module_map
 
 # Write docs/audit.md anew: the printed formulas of the thesis against the derivation.
 audit: $(VENV)/run.stamp
