@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
@@ -15,11 +16,12 @@ from codegen.diagnosis.experiments import separation
 from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.signals import TRIM_S, smooth_motion
 from codegen.diagnosis.fit.trial import part_of, with_values
-from codegen.diagnosis.results import Diagnosis, ErrorFigures, FoundEffect
+from codegen.diagnosis.results import Diagnosis, ErrorFigures, Fact, FoundEffect
 from codegen.diagnosis.selection import forward_selection
 from codegen.diagnosis.selection.forward_selection import Outcome
 from codegen.diagnosis.verdict import examination
 from codegen.diagnosis.verdict import held_out as rules
+from codegen.diagnosis.verdict.answer import Answer
 from codegen.effects import CATALOGUE
 from codegen.spec import Spec, parse_spec
 from tests.diagnosis.stage import STAGE, TRAIN, among, log_of, stage, system_of
@@ -241,3 +243,42 @@ def test_each_of_several_effects_is_judged_on_held_out_data(
     if found is not None:
         assert found[1].words.endswith(f"than without {harmful} on x, with refitted values.")
     assert examination._harmful(search, fit("", "gain"), measured) is None
+
+
+@pytest.mark.parametrize("sum_is_better", [True, False])
+def test_harmonics_are_sought_again_without_an_effect_that_held_out_data_refuse(
+    monkeypatch: pytest.MonkeyPatch, sum_is_better: bool
+) -> None:
+    """Two waves and a compliance passed the rounds; the sum of waves was not tried once the compliance was refused."""
+
+    def outcome(*kinds: str) -> Any:
+        final = SimpleNamespace(trial=SimpleNamespace(parts=kinds))
+        return SimpleNamespace(
+            parts=kinds, final=final, base=None, rivals=(), with_final=lambda search, left, rivals: outcome(*left)
+        )
+
+    def judged(search: Any, one: Any, plain: Answer, *_: Any) -> Answer:
+        return replace(plain, effects=(search, *one.parts))
+
+    def harm(search: Any, final: Any, measured: Any) -> Any:
+        return (2, Fact("not credited", "worse")) if "compliance" in final.trial.parts else None
+
+    start = SimpleNamespace(without=lambda final, k: [p for i, p in enumerate(final.trial.parts) if i != k])
+    sought: list[Any] = []
+
+    def with_harmonics(search: Any, one: Any) -> Any:
+        sought.append((search, one.parts))
+        return (outcome("sum"), "near") if sum_is_better else (one, search)
+
+    monkeypatch.setattr(examination, "_examined", lambda search, one, *_: (one, one.final, (), ()))
+    monkeypatch.setattr(examination, "_harmful", harm)
+    monkeypatch.setattr(examination, "is_credited", lambda *_: True)
+    monkeypatch.setattr(examination, "with_harmonics", with_harmonics)
+    monkeypatch.setattr(examination, "_judged", judged)
+    none: Any = None
+    plain: Any = Answer("effect", (), none, none, (none, none, none))
+    answer, of = examination._with_effects(cast(Any, start), outcome("wave", "waves", "compliance"), plain, none)
+    assert sought == [(start, ("wave", "waves"))]
+    assert of.parts == (("sum",) if sum_is_better else ("wave", "waves"))
+    assert answer.effects == (("near", "sum") if sum_is_better else (start, "wave", "waves"))
+    assert [fact.words for fact in answer.remarks] == ["worse"]

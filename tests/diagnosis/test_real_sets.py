@@ -69,16 +69,16 @@ def orders_of(effect: dict[str, Any]) -> set[int]:
     return {turn * k for k in waves | ({1} if "amplitude" in values else set())}
 
 
-@pytest.mark.parametrize(("run", "most"), [("slow", 0.30), ("slow_back", 0.34)])
+@pytest.mark.parametrize(("run", "most"), [("slow", 0.20), ("slow_back", 0.20)])
 def test_cogging_is_found_in_slow_turns(run: str, most: float, tmp_path: Path) -> None:
     """The expert, on the smooth halves: 51 → 26 % by five waves, and 62 → 34 % by one, 18 % by five.
 
-    In one direction of turning, friction with a period is the same force as cogging. On the first log two models tie
-    for what cogging leaves, so it is written alone: 29 %.
+    On the first log a compliance that does not exist passes the rounds, and held-out data refuse it; beside it the sum
+    of waves is no better than two single ones.
     """
     found = diagnosis("laas_cogging", run, tmp_path)
-    assert {e["kind"] for e in found["effects"]} & {"cogging", "cogging_harmonics"}
-    assert {18, 72} <= set().union(*map(orders_of, found["effects"]))
+    assert [e["kind"] for e in found["effects"]] == ["cogging_harmonics"]
+    assert {12, 18, 24, 36, 72} <= set().union(*map(orders_of, found["effects"]))
     assert found["error"]["augmented"]["relative_force_error"] < most
 
 

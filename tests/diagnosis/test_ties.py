@@ -350,9 +350,8 @@ def test_the_next_of_tied_candidates_is_examined_where_held_out_data_refuse_the_
     def with_effects(search: Any, one: Any, plain: Any, measured: Any) -> Any:
         refused = one is first
         verdict = "unknown" if refused else plain.verdict
-        return Answer(
-            verdict, (), plain.refit, plain.refit, plain.figures, against=(Fact("not credited", "worse"),) * refused
-        )
+        against = (Fact("not credited", "worse"),) * refused
+        return Answer(verdict, (), plain.refit, plain.refit, plain.figures, against=against), one
 
     monkeypatch.setattr(examination, "adopt_values", lambda *_: SimpleNamespace(errors=(), notes=()))
     monkeypatch.setattr(examination, "options_of", lambda *_: [])

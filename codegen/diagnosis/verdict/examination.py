@@ -40,6 +40,7 @@ from codegen.diagnosis.verdict.admission import (
 )
 from codegen.diagnosis.verdict.against_regression import against_regression
 from codegen.diagnosis.verdict.answer import Answer, force_agrees, settled_by_free_runs, without_effects
+from codegen.diagnosis.verdict.harmonics import with_harmonics
 from codegen.diagnosis.verdict.held_out import HeldOut, without_refused
 from codegen.mechanics.system import System
 
@@ -80,18 +81,18 @@ def examine(
         outcome, refused = without_refused(final_search, outcome, held_out)
         verdict = "ambiguous" if outcome.rivals else "effect"
         plain = replace(plain, verdict=verdict)
-    answer = _with_effects(final_search, outcome, plain, measured)
+    answer, examined = _with_effects(final_search, outcome, plain, measured)
     answer = answer.noted(*refused)
     if verdict == "ambiguous" and answer.verdict == "unknown":
         for other in without_leader(final_search, outcome):
             left: Verdict = "ambiguous" if other.rivals else "effect"
-            second = _with_effects(final_search, other, replace(plain, verdict=left), measured)
+            second, other = _with_effects(final_search, other, replace(plain, verdict=left), measured)
             if second.verdict == left:
                 named = " and ".join(f"{p.kind} on {p.on}" for p in outcome.parts)
                 words = f"{named}, which fits the training log as well, is refused: {answer.against[0].words}"
                 of_leader = replace(answer.against[0], words=words)
                 return second.noted(*refused, of_leader), other
-    return answer, outcome
+    return answer, examined
 
 
 def settled(search: Search, outcome: Outcome, answer: Answer, measured: Measured) -> Answer:
@@ -139,19 +140,24 @@ def with_estimate(search: Search, outcome: Outcome, plain: Answer, measured: Mea
     return _judged(search, outcome, plain, measured, outcome.final, found)
 
 
-def _with_effects(final_search: Search, outcome: Outcome, plain: Answer, measured: Measured) -> Answer:
+def _with_effects(final_search: Search, outcome: Outcome, plain: Answer, measured: Measured) -> tuple[Answer, Outcome]:
+    """The answer with the effects of an outcome that pass all checks, and the outcome that it is of.
+
+    An effect that increases a held-out error is removed. Harmonics are then sought again: beside an effect that does
+    not exist their sum may be no better than a single sine.
+    """
     outcome, fit, found, against = _examined(final_search, outcome, plain.refit, plain.verdict == "effect")
     if against:
-        return replace(plain, verdict=without_effects(outcome), effects=found, against=against)
+        return replace(plain, verdict=without_effects(outcome), effects=found, against=against), outcome
     harm = _harmful(final_search, outcome.final, measured) if plain.verdict == "effect" else None
     if harm is not None:
         final = final_search.without(outcome.final, harm[0])
         if not is_credited(final_search, outcome.base, final):
-            return plain.unknown(found, (harm[1],))
-        fewer = outcome.with_final(final_search, final, outcome.rivals)
-        answer = _with_effects(final_search, fewer, plain, measured)
-        return answer.noted(harm[1])
-    return _judged(final_search, outcome, plain, measured, fit, found)
+            return plain.unknown(found, (harm[1],)), outcome
+        fewer, last = with_harmonics(final_search, outcome.with_final(final_search, final, outcome.rivals))
+        answer, fewer = _with_effects(last, fewer, plain, measured)
+        return answer.noted(harm[1]), fewer
+    return _judged(final_search, outcome, plain, measured, fit, found), outcome
 
 
 def _harmful(search: Search, final: Fit, measured: Measured) -> tuple[int, Fact] | None:
