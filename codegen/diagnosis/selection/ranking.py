@@ -144,8 +144,12 @@ def ties(search: Search, ranked: Sequence[Ranked]) -> list[Ranked]:
 
 
 def less_probable(search: Search, best: Ranked, ranked: Sequence[Ranked]) -> list[Ranked]:
-    """Candidates that free runs do not distinguish from the best, but tolerances do."""
-    return [r for r in _tied(search, best, ranked) if tolerances_prefer(search, best.found, r.found)]
+    """Candidates of the same data that free runs do not distinguish from the best, but tolerances do.
+
+    A table can also have fits to the force residual, or to segments of another length.
+    """
+    comparable = [r for r in ranked if r.found.is_of_same_data(best.found)]
+    return [r for r in _tied(search, best, comparable) if tolerances_prefer(search, best.found, r.found)]
 
 
 def _tied(search: Search, best: Ranked, ranked: Sequence[Ranked]) -> list[Ranked]:
