@@ -82,7 +82,7 @@ def common(
             load_effects(path)
 
 
-@app.command()
+@app.command(short_help="Write a commented spec to start from.")
 def init(
     name: Annotated[str, typer.Argument(metavar="NAME", help="of the machine, or a robot file; NAME.yaml is written")],
     source: Annotated[
@@ -100,7 +100,7 @@ def init(
         output.print(str(path))
 
 
-@app.command()
+@app.command(short_help="Print the JSON Schema of a spec, for an editor.")
 def schema(
     out: Annotated[Path | None, written("FILE", "write it here, as .json")] = None,
 ) -> None:
@@ -132,7 +132,7 @@ def derive(
     _print(as_json, lambda: analysis_json(analysis), lambda: derive_text(analysis, latex))
 
 
-@app.command()
+@app.command(short_help="Certify the sampled observer, or state why not.")
 def certify(
     spec: SpecPath,
     out: Annotated[Path | None, written("FILE", "write certificate.json alone here")] = None,
@@ -150,7 +150,7 @@ def certify(
     raise typer.Exit(REFUSED if found.certificate is None else 0)
 
 
-@app.command()
+@app.command(short_help="Check a certificate or a proof, and the C that it is about.")
 def verify(
     certificate: Annotated[Path, typer.Argument(metavar="CERT")],
     spec: Annotated[Path | None, typer.Option("--spec", help="check that the certificate is of this spec")] = None,
@@ -183,7 +183,7 @@ def verify(
     raise typer.Exit(status)
 
 
-@app.command()
+@app.command(short_help="Write C, Python, certificate and README of an observer.")
 def generate(
     specs: Annotated[list[Path], typer.Argument(metavar="SPEC...", help="spec files")],
     out: Annotated[Path | None, written("DIR", "folder; generated/NAME by default")] = None,
@@ -240,7 +240,7 @@ def generate(
     raise typer.Exit(code)
 
 
-@app.command()
+@app.command(short_help="Show which gains are stable, and suggest some.")
 def gains(
     spec: SpecPath,
     out: Annotated[Path | None, written("DIR", "folder for gains.json, gains.png, spec.yaml")] = None,
@@ -260,7 +260,7 @@ def gains(
     raise typer.Exit(REFUSED if report.feasibility.infeasible is not None else 0)
 
 
-@app.command()
+@app.command(short_help="Say which friction the inputs can cancel.")
 def cancel(
     spec: SpecPath,
     out: Annotated[Path | None, written("DIR", "folder for the results")] = None,
@@ -277,7 +277,7 @@ def cancel(
     raise typer.Exit(REFUSED if report.refusal is not None else 0)
 
 
-@app.command()
+@app.command(short_help="Write a log from the plant of a spec.")
 def simulate(
     spec: SpecPath,
     out: Annotated[Path, written("LOG", "the CSV file to write")],
@@ -297,7 +297,7 @@ def simulate(
     output.print(str(result.path))
 
 
-@app.command()
+@app.command(short_help="Write the machine for a simulator, firmware or controller.")
 def export(
     spec: SpecPath,
     to: Annotated[
@@ -322,7 +322,7 @@ def export(
     _show(result, as_json)
 
 
-@app.command()
+@app.command(short_help="Find the effect that the model lacks in a measured log.")
 def diagnose(
     spec: SpecPath,
     log: Annotated[
@@ -371,7 +371,7 @@ def diagnose(
     raise typer.Exit(REFUSED if result.diagnosis.verdict == "unfit" else 0)
 
 
-@app.command()
+@app.command(short_help="Run the generated observer over a log.")
 def replay(
     spec: SpecPath,
     log: Annotated[Path, typer.Argument(metavar="LOG", help="measured log, CSV, .npy or .mat")],
@@ -388,7 +388,7 @@ def replay(
     _show(result, as_json)
 
 
-@app.command()
+@app.command(short_help="Run the observer on rows as they arrive from a machine.")
 def watch(
     spec: SpecPath,
     log: Annotated[
@@ -427,7 +427,7 @@ def watch(
     raise typer.Exit(REFUSED if result.alarms else 2 if fault is not None else 0)
 
 
-@app.command()
+@app.command(short_help="Run all steps of the main job on a shipped example.")
 def demo(
     out: Annotated[Path, written("DIR", "its folder")] = Path("demo"),
 ) -> None:

@@ -16,7 +16,7 @@ from codegen.base.terminal import output
 pages = typer.Typer()
 
 
-@pages.command()
+@pages.command(short_help="List the friction laws, or show one in full.")
 def laws(
     name: Annotated[str | None, typer.Argument(metavar="LAW", help="this one alone, in full")] = None,
     out: Annotated[Path | None, written("DIR", "write laws.md and its pictures here")] = None,
@@ -35,7 +35,7 @@ def laws(
     _print("laws", groups, "laws", groups, as_json, written)
 
 
-@pages.command()
+@pages.command(short_help="List the effects that a model may lack, or show one in full.")
 def effects(
     name: Annotated[str | None, typer.Argument(metavar="KIND", help="this one alone, in full")] = None,
     out: Annotated[Path | None, written("DIR", "write effects.md and its pictures here")] = None,
@@ -54,7 +54,7 @@ def effects(
     _print("effects", {"effects": views}, "effects", {"effects": views}, as_json, written)
 
 
-@pages.command()
+@pages.command(short_help="List the codes of error messages, or show one with advice.")
 def errors(
     code: Annotated[str | None, typer.Argument(metavar="CODE", help="this one alone, such as LOG003")] = None,
     out: Annotated[Path | None, written("DIR", "write errors.md here")] = None,
@@ -105,7 +105,7 @@ def _print(
         output.print(render(f"text/{template}.txt.j2", **view) if page is None else f"{page}\n", end="")
 
 
-@pages.command()
+@pages.command(short_help="Compare the thesis' printed formulas with our derivation.")
 def audit(
     out: Annotated[Path | None, written("FILE", "write docs/audit.md here")] = None,
     as_json: AsJson = False,
@@ -124,7 +124,7 @@ def audit(
         output.print(("" if written is None else f"{written}\n") + audit_summary(findings), end="")
 
 
-@pages.command()
+@pages.command(short_help="Run the thesis' figures, and check its statements on them.")
 def gallery(
     out: Annotated[Path, written("DIR", "folder for pictures and table")] = Path("docs/gallery"),
     only: Annotated[

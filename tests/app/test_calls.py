@@ -147,6 +147,12 @@ def test_no_arguments_is_help(folder):
         assert verb in result.out + result.err
 
 
+def test_the_list_of_verbs_fits_a_terminal_of_80_columns(monkeypatch):
+    monkeypatch.setenv("COLUMNS", "80")
+    verbs = stiction("--help").out.split("Commands:")[1].splitlines()
+    assert len(verbs) > 20 and not [line for line in verbs if line.endswith("...") or len(line) > 80]
+
+
 def test_the_same_spec_again(folder):
     result = stiction("generate", ONE, ONE)
     assert is_one_message(result) and "the same spec again" in result.err
