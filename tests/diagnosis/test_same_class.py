@@ -160,7 +160,7 @@ def test_an_heir_is_fitted_as_its_parent(kind: str, bench: Bench, tmp_path: Path
             "sizes": np.concatenate([prior.size, prior.reach]),
             "values": list(one.parameters.values()),
             "weight": relative_size(attempt.search, one, few),
-            "judged": (admissible(attempt.search, one), one.trial.adds_states, part.effect.rough),
+            "judged": (admissible(attempt.search.system, one), one.trial.adds_states, part.effect.rough),
             "unseen": part.effect.unseen(one.parameters, 1.0),
         }
     assert found[""].pop("judged") == found[HEIR].pop("judged") and found[""].pop("unseen") == found[HEIR].pop("unseen")

@@ -333,7 +333,7 @@ REFUSED = {
     "flight.log": (b"FMT, 128, 89, FMT, BBnNZ, Type,Length\nMOT, 1, 2\n", "LOG002 ArduPilot mavlogdump"),
     "echo.yaml": (b"header:\n  stamp:\n    sec: 1\nposition:\n- 0.1\n---\n", "LOG002 --csv bag"),
     "a.xyz": (b"\1\2\3", "LOG002 `.xyz` .csv"),
-    "empty.log": (b"", "LOG002 `.log`"),
+    "empty.log": (b"", "LOG009 empty.log"),
     "units.csv": (b"t,x,w\n0 ms,1 mm,2 N\n2 ms,1 mm,2 N\n4 ms,1 mm,2 N\n", "LOG005 units.csv:2 `units:`"),
     "records.csv": (b"t,x,w\n0,1,2\n1,1,2\nt,x,w\n0,1,2\n1,1,2\n", "LOG007 records.csv:5 file record"),
 }
