@@ -82,7 +82,7 @@ CASES = (
         "c",
         STEP,
         f"{STEP} 0.0 * (1.0 / (1e99 * 1e66 * (2.0 + sin(inputs->x))) / (1e99 * 1e66 * (2.0 + sin(inputs->x)))) +",
-        "a quotient, a sine or a product with it is too large or small",
+        "a quotient, or a product with it, is too large or small",
     ),
     Case("a constant added to the level", "c", "fabs(v_hat); /* N */", "fabs(v_hat) + 5.0; /* N */", NOT_SHOWN),
     Case("a velocity shown too large", "c", SHOW, "outputs->v_hat = 1.01 * v_hat;", NOT_SHOWN),

@@ -14,8 +14,12 @@ that for any term (a product of inputs, estimates and numbers), terms cancel tha
 than half of the digits may be right, and the C is refused. The decay of V gives no such limit for what multiplies an
 input, which is not in V. For the errors it does: V must not grow when rounding changes their dynamics.
 The bounds are to first order, and take every variable in a divisor as 1. frame.Precision.holds excludes overflow and
-underflow, with quotients, sines and cosines between the ends of `Bounded.ones`, and with 1 for an exp. A sign of
-terms one of which has an exp is refused: exp(-800) is 0 in doubles.
+underflow of terms, with quotients between the ends of `Bounded.ones`, and with 1 for a sine, a cosine and an exp.
+
+A SIGN is that of the exact value only if nothing in it underflows, though (x - 1)^46 is 0 in doubles next to x = 1, and
+if no large term in it cancels, as in x^5 + w^5 - w^5. `Bounded.spacing` bounds how small each value can be that is not
+0, by the operations that it is made of. A sign is refused of a value that is made of one below 1/most, of one in which
+a term cancels to 0, and of one with an exp: exp(-800) is 0 in doubles.
 """
 
 import ast
@@ -29,6 +33,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING or __package__:
     from codegen.checker import forms, frame, kernel
 
+FAR = 10**6  # an exponent of 2 beyond those of all values
 EXP, NAME = r"\bexp *\(", r"[A-Za-z_][\w.]*(?:\[[\d.]+\])?"
 LOST = "what is left of a sum is its rounding"
 PART, MOST = 2**4, 2**16  # floats hold all multiples of 1/PART up to MOST
@@ -191,6 +196,9 @@ def of_exp(prepare: list[tuple[str, str]]) -> set[str]:
 class Bounded(kernel.Text):
     """Symbolic evaluation that also computes, of every assigned value, the polynomial and the n of lemma R.
 
+    And two exponents of 2: a value of the C is 0 or at least 2^least, and a multiple of 2^grid. A number of the type is
+    at least 2^least and so a multiple of 2^(least - digits). A sum of multiples of 2^grid is one again, rounded or not.
+
     Args:
         bounds: those of names that are already set; any other is its polynomial's magnitudes, and exact.
     """
@@ -200,22 +208,26 @@ class Bounded(kernel.Text):
     ) -> None:
         super().__init__(names, known, precision)
         self.bounds, self.latest = dict(bounds or {}), (kernel.Poly(), 0)
+        self.spaced, self.spacings = (FAR, FAR), dict[str, tuple[int, int]]()
+        self.digits = precision.rounding.denominator.bit_length() + 1  # 52 of doubles, 23 of floats
         self.reciprocals: dict[str, Any] = {}
         self.largest, self.smallest = dict[str, Any](), dict[str, Any]()  # of the C's quotients, see `ones`
-        # Polynomial and bound of the parts of an expression, until the larger part that they are in has its own.
-        self.parts: dict[ast.expr, tuple[Any, tuple[Any, int]]] = {}
+        # Polynomial, bound and spacing of the parts of an expression, until the larger part that they are in has them.
+        self.parts: dict[ast.expr, tuple[Any, tuple[Any, int], tuple[int, int]]] = {}
 
     def run(self, assignments: list[tuple[str, str]], writable: list[str]) -> dict[str, Any]:
         for name, value in assignments:
             super().run([(name, value)], writable)
-            self.bounds[name] = self.latest
+            self.bounds[name], self.spacings[name] = self.latest, self.spaced
         return self.names
 
     def value(self, text: str) -> Any:
-        """The polynomial of an expression; the attribute ``latest`` is then its bound."""
+        """The polynomial of an expression; the attributes ``latest`` and ``spaced`` are then its bound and spacing."""
         self.parts.clear()
         p = super().value(text)
-        _, self.latest = self.parts.popitem()[1] if self.parts else (p, self.number(p))
+        parts = [*self.parts.values()] or [(p, self.number(p), self.of_terms(p))]
+        _, self.latest, self.spaced = parts[-1]
+        self.parts.clear()
         return p
 
     def of(self, node: ast.expr, text: str) -> Any:
@@ -224,8 +236,9 @@ class Bounded(kernel.Text):
         self.ones()
         if not self.largest.keys().isdisjoint(p.names()):  # the kernel has seen the coefficients alone
             within = [self.precision.holds(put(magnitudes(p), end)) for end in (self.largest, self.smallest)]
-            frame.demand(all(within), "a quotient, a sine or a product with it is too large or small")
-        self.parts[node] = p, self.bound(node, text, p)
+            frame.demand(all(within), "a quotient, or a product with it, is too large or small")
+        spacing = self.spacing(node, text, p)
+        self.parts[node] = p, self.bound(node, text, p), spacing
         return p
 
     def kept(self, p: Any, bound: Any, more: int = 1) -> Fraction:
@@ -238,38 +251,70 @@ class Bounded(kernel.Text):
 
         Also sets ``largest`` and ``smallest``: powers of 2 between which a quotient of the C is. `require` shows that
         the divisor is not below that sum over ``cancelled``; with quantities up to ``usual`` it is not above the sum
-        of its terms. Those of lemma 7 are no quotients of the C: each stands for a sine or cosine, which is at most 1
-        and, if not 0, at least ``of_wave``.
+        of its terms. Those of lemma 7, which are between 1/2 and 1 and are no quotients of the C, are left out.
         """
         for (function, q), r in self.known.items():
             if function == "1/" and not r.names() <= self.reciprocals.keys():
                 (x,), size = r.names(), total(put(magnitudes(q), self.reciprocals))
                 self.reciprocals[x] = kernel.term(1 / size)
-                if {y[-2:] for y in q.names()} == {" t"}:
-                    (t,), one = q.names(), kernel.term(1)
-                    self.largest |= {x: one, t: one}
-                    self.smallest |= {x: kernel.term(self.of_wave(x)), t: one}
-                else:
-                    terms = put(magnitudes(q), self.largest)
-                    most = sum((c * self.precision.usual ** degree(m) for m, c in terms.items()), Fraction(0))
+                if {y[-2:] for y in q.names()} != {" t"}:
                     self.largest[x] = kernel.term(self.precision.cancelled * Fraction(2) ** (1 - power(size)))
-                    self.smallest[x] = kernel.term(Fraction(2) ** (-1 - power(most)))
+                    self.smallest[x] = kernel.term(Fraction(2) ** (-1 - power(self.most(q))))
         return self.reciprocals
 
-    def of_wave(self, u: str) -> Fraction:
-        """The least magnitude of the sine or cosine, but for 0, that the u of lemma 7 stands for.
+    def most(self, p: Any) -> Fraction:
+        """The sum of the magnitudes of p's terms, with quantities as large as ``usual``, quotients as ``largest``."""
+        terms = put(magnitudes(p), self.largest)
+        return sum((c * self.precision.usual ** degree(m) for m, c in terms.items()), Fraction(0))
 
-        A number of the type up to ``usual``, and a sum of such, is 0 or at least 1/usual^4 from each multiple of pi/2
-        (doubles: 6e-19, or the rounding of 1e-6; floats: 4e-9, or that of 1e-3). A factor of the angle that is below 1
-        makes a sine smaller.
+    def of_terms(self, p: Any) -> tuple[int, int]:
+        """The spacing of a number, a quantity or a product of them; of a sum, that of its smallest term.
+
+        What is named otherwise stands for a function or a quotient, of which this says nothing.
         """
-        angle = next((p for (f, p), value in self.known.items() if f == "cos" and u in value.names()), kernel.Poly())
-        usual = Fraction(self.precision.usual)
-        factors = (Fraction(abs(c)) * usual ** (1 - degree(m)) for m, c in angle.items())
-        least: Fraction = min(factors, default=usual)
-        return min(least, Fraction(1)) / usual**4
+        if not all(x.startswith((*frame.QUANTITIES, "sign.")) for x in p.names()):
+            return -FAR, -FAR
+        small = [power(Fraction(abs(c)) / self.precision.usual ** degree(m)) - 1 for m, c in p.items()]
+        least = min(small, default=FAR)
+        grid = least - self.digits
+        if not p.names():
+            of = Fraction(p.constant()).denominator
+            grid = max(grid, 1 - of.bit_length()) if of & (of - 1) == 0 else grid
+        return (least if len(small) < 2 else grid), grid
 
-    def apart(self, p: Any, why: str) -> None:
+    def spacing(self, node: ast.expr, text: str, p: Any) -> tuple[int, int]:
+        """(least, grid) of a part of an expression with the polynomial p, of those of its own parts.
+
+        No number of the type is nearer to a multiple of pi/2 than 2^-(digits + 9), but for 0: of all doubles the
+        nearest is 4.7e-19 away, of all floats 1.6e-9. What may underflow, and a sum in which a term cancels, has the
+        exponents -FAR, and so has what is made of it.
+        """
+        of = [self.parts[part][2] for part in ast.iter_child_nodes(node) if part in self.parts]
+        match node:
+            case ast.Constant():
+                return self.of_terms(p)
+            case ast.UnaryOp() | ast.Call(ast.Name("fabs")):
+                return of[0]
+            case ast.Call(ast.Name("sgn")):
+                return 0, 0
+            case ast.Call(ast.Name(name)):
+                least = min(of[0][0] - 1, -self.digits - 9) if name in ("sin", "cos") else 0
+                grid = least - self.digits
+            case ast.BinOp(left, ast.Add() | ast.Sub(), right):
+                kept = {*self.parts[left][0], *self.parts[right][0]} == {*p}
+                least = grid = min(grid for _, grid in of) if kept else -FAR
+            case ast.BinOp(_, ast.Mult(), _):
+                (a, i), (b, j) = of
+                least, grid = a + b, max(a + b - self.digits, i + j)
+            case ast.BinOp(_, ast.Div(), divisor):
+                least = of[0][0] - power(self.most(self.parts[divisor][0])) - 1
+                grid = least - self.digits
+            case _:
+                return self.spacings.get(text[node.col_offset : node.end_col_offset]) or self.of_terms(p)
+        holds = least > -power(Fraction(self.precision.most)) and (-FAR, -FAR) not in of
+        return (least, grid) if holds else (-FAR, -FAR)
+
+    def apart(self, p: Any, why: str, more: int = 1) -> None:
         """Raises ValueError where terms of p cancel only once its reciprocals are multiplied out.
 
         Examples are sin^2 + cos^2 - 1 (kernel lemma 7) and 3q/q - 3. With reciprocals as variables these polynomials
@@ -283,7 +328,7 @@ class Bounded(kernel.Text):
             if n := max((m.count(x) for m in joined), default=0):
                 joined = kernel.replaced(joined, x, kernel.term(1), q) * kernel.term(ones[x].constant() ** n)
         terms = unsigned(put(magnitudes(p), ones), self.known)
-        self.compare(unsigned(magnitudes(joined), self.known), terms, why)
+        self.compare(unsigned(magnitudes(joined), self.known), terms, why, more)
 
     def compare(self, p: Any, bound: Any, why: str, more: int = 1) -> Fraction:
         """The ratio of a bound to the magnitudes of p, all variables 1; ValueError if a term is mostly rounding error.
@@ -310,9 +355,11 @@ class Bounded(kernel.Text):
             case ast.UnaryOp(_, operand):
                 return self.parts.pop(operand)[1]
             case ast.Call(ast.Name(name), [argument], []):
-                of, (size, n) = self.parts.pop(argument)
-                self.kept(of, size)
+                of, (size, n), (least, _) = self.parts.pop(argument)
+                self.apart(of, LOST, int(name != "sgn"))
+                self.compare(of, size, LOST)
                 if name == "sgn":
+                    frame.demand(least > -FAR, "a sign of what may be 0 by underflow or rounding")
                     exps = set().union(*(v.names() for (f, _), v in self.known.items() if f == "exp"))
                     frame.demand(exps.isdisjoint(of.names()), "a sign of an exp, which may underflow to 0")
                 if name in ("fabs", "sgn"):
@@ -321,7 +368,7 @@ class Bounded(kernel.Text):
                 p = magnitudes(p)
                 return (p + size * p if name == "exp" else p + size) if n else p, n + 4
             case ast.BinOp(left, operator, right):
-                (_, (a, n)), (divisor, (b, m)) = self.parts.pop(left), self.parts.pop(right)
+                (_, (a, n), _), (divisor, (b, m), _) = self.parts.pop(left), self.parts.pop(right)
                 if isinstance(operator, ast.Div):
                     b = magnitudes(kernel.function("1/", divisor, self.known)) * kernel.term(self.kept(divisor, b))
                 if not n and not m and self.exact(p):

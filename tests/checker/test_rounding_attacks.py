@@ -9,8 +9,10 @@ import decimal
 import json
 import math
 import re
+from fractions import Fraction
 from typing import Any
 
+import mpmath
 import numpy as np
 import pytest
 
@@ -85,7 +87,7 @@ def test_a_product_of_quotients_that_underflow_makes_zero_is_refused(large: str,
     if bound:
         assert check(proof, of_c).proved
     else:
-        with pytest.raises(verify.Refused, match="a quotient, a sine or a product with it is too large or small"):
+        with pytest.raises(verify.Refused, match="a quotient, or a product with it, is too large or small"):
             check(proof, of_c)
 
 
@@ -117,16 +119,16 @@ def test_a_sign_that_underflow_of_a_sine_makes_zero_is_refused(wave: str, x: flo
     if bound:
         assert check(proof, files).proved
     else:
-        with pytest.raises(verify.Refused, match="a quotient, a sine or a product with it is too large or small"):
+        with pytest.raises(verify.Refused, match="a sign of what may be 0 by underflow or rounding"):
             check(proof, files)
 
 
 @pytest.mark.parametrize(
     ("positive", "box", "at", "answer"),
     [
-        (times("(1.0 / (1.0 + x * x))", 30), ["0", "1000000"], 1e6, "a quotient, a sine or a product with it"),
+        (times("(1.0 / (1.0 + x * x))", 30), ["0", "1000000"], 1e6, "a quotient, or a product with it"),
         (times("(1.0 / (1.0 + x * x))", 4), ["0", "1000000"], 1e6, ""),
-        (f"1.0 / ({times('(1.0 / x)', 60)})", ["1/1000000", "1"], 1e-6, "a quotient, a sine or a product with it"),
+        (f"1.0 / ({times('(1.0 / x)', 60)})", ["1/1000000", "1"], 1e-6, "a quotient, or a product with it"),
         (f"1.0 / ({times('(1.0 / x)', 4)})", ["1/1000000", "1"], 1e-6, ""),
         ("exp(-x * x)", [], 28.0, "a sign of an exp"),
         ("(0.5 + exp(-x * x))", [], 28.0, "a sign of an exp"),
@@ -171,6 +173,67 @@ def test_a_sign_that_an_exp_decides_is_refused(sum_: str, x: float) -> None:
     proof = json.loads(text.replace("inputs.w", f"inputs.w * sgn({of_c.replace('->', '.')})"))
     with pytest.raises(verify.Refused, match="a sign of an exp"):
         check(proof, {name: files[name] for name in ("one_mass.c", "one_mass.h")})
+
+
+FIVE = times("w", 5)
+
+
+@pytest.mark.parametrize(
+    ("of", "x", "w", "answer"),
+    [
+        (times("(x - 1.0)", 46), 1.0 + 5e-8, 1.0, "a sign of what may be 0"),
+        (times("(x - w)", 30), 0.3 + 1e-11, 0.3, "a sign of what may be 0"),
+        (f"1e99 * ({times('(x - w)', 20)})", 0.3 + 2**-54, 0.3, "a sign of what may be 0"),
+        (f"{times('(fabs(x) - 1.0)', 22)} / 3.0", 1.0 + 2**-52, 1.0, "a sign of what may be 0"),
+        (f"2.0 * {times('x', 5)} + {FIVE} - {FIVE}", 0.1, 2e3, "a sign of what may be 0"),
+        (f"(2.0 * {times('x', 5)} + {FIVE} - {FIVE}) / 3.0", 0.1, 2e3, "a sign of what may be 0"),
+        ("(x - 1.0) * (x - 2.0) * (w - 3.0)", 1.0 + 2**-52, 2.9, ""),
+        (times("(x - w)", 13), 0.3 + 2**-54, 0.3, ""),
+        ("(x + w) * (x - w)", 0.3 + 2**-54, 0.3, ""),
+    ],
+)
+def test_a_sign_that_cancelling_makes_zero_is_refused(of: str, x: float, w: float, answer: str) -> None:
+    """The machine's input gain is the sign in exact arithmetic, 1 or -1 at this point; the C's is 0 where refused."""
+    exact = eval(
+        re.sub(r"(?<![\w.])\d[\de.]*", r"F('\g<0>')", of),
+        {"F": Fraction, "fabs": abs, "x": Fraction(x), "w": Fraction(w)},
+    )
+    assert exact != 0 and (eval(of, {"fabs": abs, "x": x, "w": w}) == 0) == bool(answer)
+    of_c = re.sub(r"\b([xw])\b", r"inputs->\1", of)
+    _, files = changed("one_mass", ("inputs->w - F_hat_rail", f"inputs->w * one_mass_sign({of_c}) - F_hat_rail"))
+    text = json.dumps(certificate("one_mass", "proof.json"))
+    proof = json.loads(text.replace("inputs.w", f"inputs.w * sgn({of_c.replace('->', '.')})"))
+    files = {name: files[name] for name in ("one_mass.c", "one_mass.h")}
+    if answer:
+        with pytest.raises(verify.Refused, match=answer):
+            check(proof, files)
+    else:
+        assert check(proof, files).proved
+
+
+@pytest.mark.parametrize(
+    ("precision", "binary", "exponents"), [("double", 53, (-1074, 971)), ("float", 24, (-149, 104))]
+)
+def test_no_number_is_nearer_to_a_multiple_of_half_pi_than_is_assumed(
+    precision: str, binary: int, exponents: tuple[int, int]
+) -> None:
+    """The least |m a - k|, a = 2^e/(pi/2), of all m < 2^53 and k > 0 is at a denominator m of the fraction of a."""
+    with mpmath.workprec(1300):
+        half = Fraction(int(mpmath.floor(mpmath.pi * mpmath.mpf(2) ** 1260)), 2**1261)
+    least = Fraction(1)
+    for e in range(exponents[0], exponents[1] + 1):
+        rest, (before, m), (k_before, k) = Fraction(2) ** e / half, (0, 1), (1, 0)
+        rest, k_before, k = 1 / (rest - int(rest)), 1, int(rest)
+        while m < 2**binary:
+            if k > 0:
+                least = min(least, abs(m * Fraction(2) ** e - k * half))
+            whole = int(rest)
+            before, m = m, whole * m + before
+            k_before, k = k, whole * k + k_before
+            rest = 1 / (rest - whole)
+    digits = rounding.Bounded({}, {}, frame.PRECISIONS[precision]).digits
+    assert digits == binary - 1
+    assert Fraction(2) ** -(digits + 9) <= least < Fraction(2) ** -(digits + 6)
 
 
 def test_parts_of_an_expression_are_not_kept() -> None:
