@@ -36,6 +36,7 @@ from codegen.diagnosis.selection.candidate_fits import start_compiling
 from codegen.diagnosis.selection.forward_selection import Outcome, common_effects, find_effects, within_reach
 from codegen.diagnosis.selection.refusals import admissible
 from codegen.diagnosis.verdict import wrong_values
+from codegen.diagnosis.verdict.across_joints import credited_across_joints
 from codegen.diagnosis.verdict.answer import Answer, by_remainder, is_small, verdict_of
 from codegen.diagnosis.verdict.augment import augmented_text
 from codegen.diagnosis.verdict.examination import examine, refused_at_limit, settled
@@ -212,6 +213,8 @@ def _by_free_runs(case: Case, search: Search, report: Progress, propose: bool) -
             lambda found: runs.examined(last, found),
             lambda done: report("effects by the force residual", 0.8 + 0.05 * done),
         )
+    if answer.verdict in ("none", "unknown") and not case.faults:
+        answer, outcome = credited_across_joints(search, outcome, answer, lambda found: runs.examined(last, found))
     tied: list[Fit] = []
     experiment, excitation = None, None
     open_, named = None, ""

@@ -174,20 +174,23 @@ def fit_in_addition(fits: ForceFits, plain: Fit, trial: Trial, theta: Array) -> 
     return again if again.cost < fit.cost else fit
 
 
-def judged(fits: ForceFits, plain: Fit, found: Fit, candidates: int) -> Ranked:
+def judged(fits: ForceFits, plain: Fit, found: Fit, candidates: int, everywhere: bool = False) -> Ranked:
     """A candidate with its evidence from the force residual over a fit without it, and the reason if not credited.
 
     An effect that reduces the drive force reduces the residual in proportion, so only a larger reduction counts. The
     residual is already divided by a constant factor on the drive, as by friction in proportion to it
     (``residual_at_drive``). The share removed on held-out blocks is at most that of the fit to all blocks, since the
     correction of the fit for a held-out block is linear.
+
+    Args:
+        everywhere: whether the evidence is over all joints of an arm, not at the joint of the effect alone.
     """
     joint = joint_of(fits.search, found.part)
     known = [p for p in plain.trial.parts if joint_of(fits.search, p) == joint]
     variables = {p.effect.seen_over for p in known if not _has_twin_elsewhere(fits.search, p)}
     least = credit.LEAST_SHARE if not known else ELSEWHERE
     least = credit.FURTHER if found.part.effect.seen_over in variables else least
-    one, ratio = shown_on_blocks(fits, plain, found)
+    one, ratio = shown_on_blocks(fits, plain, found, everywhere)
     problem = fits.search.problem
     scales = drive_left(found.model, problem.motion) / drive_left(plain.model, problem.motion)
     acting = min(1.0, float(np.min(drive_shares(found.model, plain.model, problem.motion, problem.used) / scales)))
@@ -295,9 +298,12 @@ def confirmed(fits: ForceFits, fit: Fit, run: Fit) -> tuple[Fit, Fit]:
     return fit, run
 
 
-def shown_on_blocks(fits: ForceFits, before: Fit, after: Fit) -> tuple[Evidence, float]:
-    """Evidence on held-out blocks for the second fit, where the effects differ; and its RMS over that of the first."""
-    without, with_it = fits.where_they_differ(before, after)
+def shown_on_blocks(fits: ForceFits, before: Fit, after: Fit, everywhere: bool = False) -> tuple[Evidence, float]:
+    """Evidence on held-out blocks for the second fit, where the effects differ; and its RMS over that of the first.
+
+    With ``everywhere`` the evidence is over all joints.
+    """
+    without, with_it = (before, after) if everywhere else fits.where_they_differ(before, after)
     ratio = float(np.sqrt(with_it.by_segment.sum() / without.by_segment.sum()))
     return evidence_of(without, with_it, floored=False), ratio
 

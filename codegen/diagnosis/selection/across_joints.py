@@ -1,0 +1,57 @@
+"""An effect on one joint of an arm that is shown by the forces of all joints, not by those of its own.
+
+Candidates are judged at the joint on which they act. There the refitted friction and the masses of the links may take
+the effect: a drive gain on its joint's torque is nearly a change of its inertia, gravity and friction. The links'
+values then fit worse at another joint, whose forces contain the same masses. Here each candidate is fitted to the
+force residual of all joints, with all values free, and is judged on the sum of its squares over all joints.
+"""
+
+from __future__ import annotations
+
+from codegen.diagnosis.fit import credit
+from codegen.diagnosis.fit.credit import evidence_of, random_signs
+from codegen.diagnosis.fit.output_error import Fit
+from codegen.diagnosis.fit.search import Search
+from codegen.diagnosis.fit.starting_values import ForceStart
+from codegen.diagnosis.selection.force_fits import ForceFits
+from codegen.diagnosis.selection.force_selection import FITTED, drive_kept, fit_in_addition, judged
+from codegen.diagnosis.selection.ranking import Ranked, twins
+from codegen.diagnosis.selection.refusals import is_possible
+from codegen.diagnosis.selection.significance import hypotheses
+
+
+def found_across_joints(search: Search, base: Fit) -> Ranked | None:
+    """The effect that the forces of all joints credit, clearly better than every rival on any joint; None if none.
+
+    Only effects with one parameter are tried, since a curve on one joint can imitate a wrong mass at the others. The
+    p-value counts all candidates on all joints (Bonferroni).
+
+    Args:
+        base: the refit of the declared structure by free runs, of an arm that is simulated joint by joint.
+    """
+    fits = ForceFits(search, base)
+    plain, candidates = fits.plain, fits.candidates
+    start, begun = ForceStart(search.problem, plain, True, known=fits.by_links), []
+    for part in candidates.parts:
+        trial = plain.trial.with_part(part)
+        found = start.best(trial, candidates.covered(part)) if len(part.names) == 1 else None
+        if found is not None and (kept := drive_kept(fits, plain, trial, found[1])) > 0:
+            begun.append((found[0] / kept**2, kept, found[1], trial))
+    begun.sort(key=lambda one: one[0])
+    chosen = [one for rank, one in enumerate(begun) if rank < FITTED or one[1] < 1 - credit.LEAST_SHARE]
+    fitted = [fit_in_addition(fits, plain, trial, theta) for _, _, theta, trial in chosen]
+    many = hypotheses(candidates.parts)
+    ranked = [judged(fits, plain, f, many, everywhere=True) for f in fitted if is_possible(search, f)]
+    ranked.sort(key=lambda r: (bool(r.why_not), r.found.cost))
+    if not ranked or ranked[0].why_not:
+        return None
+    best = ranked[0].found
+    same = {(best.part.kind, best.part.on), *twins(best.part, best)}
+    rivals = [r.found for r in ranked[1:] if (r.found.part.kind, r.found.part.on) not in same]
+    return ranked[0] if all(_is_better(fits, best, rival) for rival in rivals) else None
+
+
+def _is_better(fits: ForceFits, best: Fit, rival: Fit) -> bool:
+    """Whether the forces of all joints prefer a fit to a rival's by more than chance, and the two are not alike."""
+    shown = evidence_of(rival, best, floored=False)
+    return random_signs(shown.t) <= credit.TIE_LEVEL and not fits.nearly_alike(rival, best)

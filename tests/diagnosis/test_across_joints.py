@@ -1,0 +1,85 @@
+"""A gain of a drive of an arm that refitted links take at its own joint shows in the forces of the other joint."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+from mechanics.robots import TWO_LINKS
+
+from codegen.diagnosis.case import case_of
+from codegen.diagnosis.fit.output_error import Fit
+from codegen.diagnosis.fit.record import record_of
+from codegen.diagnosis.fit.search import Search, search_on
+from codegen.diagnosis.results import MATERIAL
+from codegen.diagnosis.selection.across_joints import found_across_joints
+from codegen.diagnosis.selection.candidate_fits import every_part
+from codegen.diagnosis.selection.force_fits import ForceFits
+from codegen.diagnosis.selection.force_selection import judged
+from codegen.diagnosis.selection.significance import hypotheses
+from codegen.diagnosis.verdict.across_joints import credited_across_joints
+from codegen.spec import parse_spec
+from tests.diagnosis.stage import log_of, system_of
+
+ARM = """name: arm
+urdf: {file: arm.urdf, tolerance: {mass: 20 %, centre_of_mass: 20 %, inertia: 40 %, damping: 50 %}}
+friction:
+  contacts:
+    - {name: q_1, law: coulomb, a: 0.4, unit: N*m}
+    - {name: q_2, law: coulomb, a: 0.7, unit: N*m}
+log: {cutoff_hz: 20}
+"""
+KNOWN = "{kind: spring, on: [q_1], parameters: {k: 25}}"
+"""With all masses free, 0.85 of one drive force is 1/0.85 of the other one's; a spring that is known decides."""
+MOTION = """simulation:
+  duration: 30
+  sample_time: 0.002
+  reference: {q_1: "0.9*sin(1.3*t) + 0.3*sin(3.7*t) - 1.2", q_2: "0.8*sin(2.1*t) + 0.3*sin(5*t)"}
+  position_gain: {w_q_1: 300, w_q_2: 120}
+  velocity_gain: {w_q_1: 40, w_q_2: 12}
+  position_noise: {q_1: 1e-5, q_2: 1e-5}
+"""
+GAIN = "{kind: input_gain, on: [w_q_2], parameters: {gain: 0.85}}"
+
+
+@cache
+def refitted(known: str, lacking: str) -> tuple[Search, Fit]:
+    """The search, and the refit of the arm with the ``known`` effect to the log of one that has another one too."""
+    texts = [f"effects: [{', '.join(filter(None, effects))}]\n" for effects in ((known, lacking), (known,))]
+    with TemporaryDirectory() as name:
+        folder = Path(name)
+        (folder / "arm.urdf").write_text(TWO_LINKS)
+        plant, spec = (parse_spec(ARM + t, folder / "arm.yaml") for t in (texts[0] + MOTION, texts[1]))
+        log = log_of(plant, folder, "log.csv")
+        case = case_of(spec, system_of(spec), log, None, MATERIAL)
+        search = search_on(case.problem, lambda share: record_of(case.problem.motion, case.log, share))
+        return search, search.refit()
+
+
+def test_a_gain_is_found_by_the_forces_of_the_other_joint() -> None:
+    search, base = refitted(KNOWN, GAIN)
+    found = found_across_joints(search, base)
+    assert found is not None
+    assert (found.found.part.kind, found.found.part.on) == ("input_gain", "w_q_2")
+    assert found.found.parameters["gain"] == pytest.approx(0.85, abs=0.01)
+    fits = ForceFits(search, base)
+    alone = judged(fits, fits.plain, found.found, hypotheses(every_part(search, ())))
+    assert alone.why_not  # by the forces of its own joint
+
+
+def test_without_an_effect_none_is_found() -> None:
+    assert found_across_joints(*refitted(KNOWN, "")) is None
+
+
+def test_a_gain_that_another_drive_s_gain_explains_as_well_is_not_named() -> None:
+    assert found_across_joints(*refitted("", GAIN)) is None
+
+
+def test_a_machine_that_is_simulated_as_a_whole_is_left_alone() -> None:
+    search: Any = SimpleNamespace(rigid=None, system=SimpleNamespace(degrees_of_freedom=2))
+    outcome, answer = SimpleNamespace(parts=()), object()
+    assert credited_across_joints(search, outcome, answer, None) == (answer, outcome)  # type: ignore[arg-type]
