@@ -1,10 +1,10 @@
 """Write codegen/diagnosis/reliability.json and docs/reliability.md anew from kept diagnoses whose truth is known.
 
-``python -m benchmarks.reliability --fit 73009 --check 88411 [--out practice_results]``: the counts of the shipped file
-are of the seeds of ``--fit`` and of the spiked real logs; the seeds of ``--check`` say whether the stated probabilities
-hold on cases that are in none of the counts. `make practice SEED=…` and `python -m benchmarks.spikes` make the
-diagnoses, perhaps by earlier versions of the code (``--fit-code``, ``--spike-code``, ``--check-code``); nothing is
-diagnosed here.
+``python -m benchmarks.reliability --fit 73009 --machines 657030 --check 88411 [--out practice_results]``: the counts of
+the shipped file are of the seeds of ``--fit`` and ``--machines`` and of the spiked real logs; the seeds of ``--check``
+say whether the stated probabilities hold on cases that are in none of the counts. `make practice SEED=…`,
+`python -m benchmarks.machines --seed S` and `python -m benchmarks.spikes` make the diagnoses, perhaps by earlier
+versions of the code (``73009:CODE``, ``--spike-code``); nothing is diagnosed here.
 """
 
 from __future__ import annotations
@@ -13,9 +13,13 @@ import argparse
 import json
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from benchmarks.machines.outcome import PART, RIGHT
+from benchmarks.machines.outcome import WITH as WITH_TRUTH
+from benchmarks.machines.outcome import outcome_of as machine_outcome
 from benchmarks.practice.cases import ROOT, TIERS, Case, cases_in
 from benchmarks.practice.runs import code_version, result_in
 from benchmarks.practice.tally import is_absorbed
@@ -30,6 +34,19 @@ from codegen.diagnosis.reliability import FILE, Reliability, class_of
 PAGE = ROOT / "docs" / "reliability.md"
 Judged = tuple[str, bool]
 """Class of a verdict, and whether it was right."""
+
+
+@dataclass(frozen=True)
+class Source:
+    """Judged logs of one kind.
+
+    Attributes:
+        words: what they are, for the page. codes: versions of the code that made the diagnoses.
+    """
+
+    words: str
+    judged: tuple[Judged, ...]
+    codes: tuple[str, ...]
 
 
 def judged_case(case: Case, result: Mapping[str, Any]) -> Judged | None:
@@ -60,9 +77,34 @@ def judged_spike(plain: Mapping[str, Any], spiked: Mapping[str, Any], truth: Map
     return name, outcome in (DETECTED, WITH)
 
 
+def judged_machine(truth: Mapping[str, Any], result: Mapping[str, Any]) -> Judged | None:
+    """A diagnosis of a machine of the other simulator (benchmarks/machines), judged as a made log is.
+
+    `none` is wrong where a foreign disturbance can be seen, although that page counts it among the right answers there.
+    """
+    name = _class(result)
+    if name is None:
+        return None
+    outcome = machine_outcome(truth, result)
+    if result["verdict"] == "none":
+        return name, truth["group"] == "none" or not truth["identifiable"]
+    if result["verdict"] == "ambiguous":
+        return name, outcome == WITH_TRUTH or (not truth["identifiable"] and truth["group"] == "single")
+    return name, outcome in (RIGHT, PART)
+
+
 def _class(result: Mapping[str, Any]) -> str | None:
     noise = result.get("data", {}).get("level_final")
     return None if noise is None else class_of(result["verdict"], noise <= NEAR_NOISE)
+
+
+def of_machines(seed: int, out: Path) -> Iterator[tuple[Judged, str]]:
+    """Every judged case of a seed of the other simulator, with the version of the code."""
+    for results in sorted((out / "machines" / f"results_{seed}").glob("case_*")):
+        truth = json.loads((out / "machines" / f"seed_{seed}" / results.name / "truth.json").read_text())
+        found = judged_machine(truth, result_in(results))
+        if found is not None:
+            yield found, json.loads((results / "run.json").read_text())["code"]
 
 
 def of_seed(seed: int, count: int, code: str, out: Path) -> Iterator[Judged]:
@@ -98,35 +140,52 @@ def counts(judged: Iterable[Judged]) -> dict[str, tuple[int, int]]:
     return {name: (right[name], all_of[name]) for name in sorted(all_of)}
 
 
-def page(fit: Mapping[str, tuple[int, int]], check: Mapping[str, tuple[int, int]], sources: Mapping[str, Any]) -> str:
+def page(fit: Sequence[Source], check: Sequence[Source]) -> str:
     """The text of docs/reliability.md."""
-    rows = [(name, Reliability(*found), Rate(*check.get(name, (0, 0)))) for name, found in fit.items()]
-    return render("text/reliability.md.j2", rows=rows, **sources)
+    pooled = counts(one for source in fit for one in source.judged)
+    checked = counts(one for source in check for one in source.judged)
+    rows = [(name, Reliability(*found), Rate(*checked.get(name, (0, 0)))) for name, found in pooled.items()]
+    by_source = [(source.words, counts(source.judged), source.codes) for source in fit]
+    return render("text/reliability.md.j2", rows=rows, by_source=by_source, checked=check)
+
+
+def seed_and_code(text: str) -> tuple[int, str]:
+    """``73009`` or ``73009:CODE``; without a code that of the present version."""
+    seed, _, code = text.partition(":")
+    return int(seed), code or code_version()
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--fit", type=int, nargs="+", required=True, metavar="SEED")
-    parser.add_argument("--check", type=int, nargs="*", default=[], metavar="SEED")
+    for name, text in (("fit", "counted"), ("check", "not counted, to check the probabilities")):
+        words = f"practice logs of a seed, diagnosed by CODE (this version if not given): {text}"
+        parser.add_argument(f"--{name}", type=seed_and_code, nargs="*", default=[], metavar="SEED[:CODE]", help=words)
+    parser.add_argument("--machines", type=int, nargs="*", default=[], metavar="SEED", help="of benchmarks.machines")
     parser.add_argument("--count", type=int, default=60, help="cases a tier")
-    for name in ("fit", "spike", "check"):
-        text = f"version of the code that made the diagnoses of --{name}; by default this one"
-        parser.add_argument(f"--{name}-code", default=code_version(), metavar="CODE", help=text)
+    parser.add_argument("--spike-code", default=code_version(), metavar="CODE", help="what diagnosed the spiked logs")
     parser.add_argument("--out", type=Path, nargs="+", default=[ROOT / "practice_results"])
     args = parser.parse_args(arguments)
     folders = [folder.resolve() for folder in args.out]
 
-    def of(seeds: Sequence[int], code: str) -> list[Judged]:
-        return [one for folder in folders for seed in seeds for one in of_seed(seed, args.count, code, folder)]
+    def made(seed: int, code: str) -> Source:
+        judged = tuple(one for folder in folders for one in of_seed(seed, args.count, code, folder))
+        return Source(f"made logs of seed {seed} (standard and hard tier)", judged, (code,))
 
-    spikes = [one for folder in folders for one in of_spikes(args.spike_code, folder)]
-    fit, check = counts([*of(args.fit, args.fit_code), *spikes]), counts(of(args.check, args.check_code))
-    if not fit:
-        parser.exit(1, f"reliability: no diagnosis by code {args.fit_code} is here\n")
-    sources = {"fitted": args.fit, "checked": args.check, "spikes": len(spikes)}
-    codes = {"code": args.fit_code, "spike_code": args.spike_code, "checked_code": args.check_code}
-    text = page(fit, check, sources | codes)
-    rows = ",\n".join(f" {json.dumps(name)}: {json.dumps(found)}" for name, found in fit.items())
+    machines = [one for folder in folders for seed in args.machines for one in of_machines(seed, folder)]
+    spikes = tuple(one for folder in folders for one in of_spikes(args.spike_code, folder))
+    fit = [made(*one) for one in args.fit]
+    if machines:
+        words = f"[machines of another simulator](other_machines.md), seed {', '.join(map(str, args.machines))}"
+        fit.append(Source(words, tuple(one for one, _ in machines), tuple(sorted({code for _, code in machines}))))
+    if spikes:
+        words = "real logs with a known effect put in ([spikes.md](spikes.md))"
+        fit.append(Source(words, spikes, (args.spike_code,)))
+    empty = [source.words for source in fit if not source.judged]
+    if empty or not fit:
+        parser.exit(1, f"reliability: no diagnosis is here of {'; '.join(empty) or 'anything asked for'}\n")
+    text = page(fit, [made(*one) for one in args.check])
+    pooled = counts(one for source in fit for one in source.judged)
+    rows = ",\n".join(f" {json.dumps(name)}: {json.dumps(found)}" for name, found in pooled.items())
     write_atomically(FILE, f"{{\n{rows}\n}}\n")
     write_atomically(PAGE, text)
     print(text)

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from benchmarks.practice.cases import Case
-from benchmarks.reliability import counts, judged_case, judged_spike, page
+from benchmarks.reliability import Source, judged_case, judged_machine, judged_spike, page
 
 
 def case(folder: Path, group: str, *kinds: str) -> Case:
@@ -63,12 +63,48 @@ def test_a_spiked_log_is_judged_beside_the_plain_one() -> None:
     assert judged_spike(plain, said("none", noise=20.0), truth) is None
 
 
+@pytest.mark.parametrize(
+    ("group", "identifiable", "true", "verdict", "named", "right"),
+    [
+        ("single", True, ["spring"], "effect", ["spring"], True),
+        ("single", True, ["spring"], "effect", ["spring", "compliance"], False),
+        ("double", True, ["spring", "offset"], "effect", ["spring"], True),
+        ("single", True, ["spring"], "none", [], False),
+        ("single", False, ["spring"], "none", [], True),
+        ("single", True, ["spring"], "ambiguous", ["spring", "cogging"], True),
+        ("single", True, ["spring"], "ambiguous", ["offset", "cogging"], False),
+        ("none", False, [], "none", [], True),
+        ("none", False, [], "ambiguous", ["offset", "cogging"], False),
+        ("foreign", True, [], "effect", ["saturation"], False),
+        ("foreign", True, [], "none", [], False),
+    ],
+)
+def test_a_verdict_on_a_machine_of_another_simulator_is_judged_by_the_truth(
+    group: str, identifiable: bool, true: list[str], verdict: str, named: list[str], right: bool
+) -> None:
+    truth = {
+        "group": group,
+        "identifiable": identifiable,
+        "foreign": "cable" if group == "foreign" else "",
+        "effects": [{"kind": kind} for kind in true],
+        "equivalents": [[] for _ in true],
+    }
+    found = said(verdict, *named, noise=20.0)
+    found["rivals"] = [{"kind": kind} for kind in named] if verdict == "ambiguous" else []
+    assert judged_machine(truth, found) == (f"{verdict}, above the noise", right)
+    assert judged_machine(truth, said("unknown")) is None
+
+
 def test_the_page_states_what_was_counted_and_what_was_checked() -> None:
-    fit = counts([("effect, at the noise", True)] * 9 + [("effect, at the noise", False)])
-    check = counts([("effect, at the noise", True)] * 4)
-    sources = {"fitted": [11], "checked": [12], "spikes": 0, "code": "abc", "spike_code": "abc", "checked_code": "abc"}
-    text = page(fit, check, sources)
+    """9 of 10 with Jeffreys' prior: (9 + 1/2)/(10 + 1) = 0.86."""
+    name = "effect, at the noise"
+    fit = [
+        Source("made logs of seed 11", ((name, True),) * 7 + ((name, False),), ("abc",)),
+        Source("real logs", ((name, True),) * 2, ("def",)),
+    ]
+    text = page(fit, [Source("made logs of seed 12", ((name, True),) * 4, ("abc",))])
     assert "| effect, at the noise | 9 of 10 | 0.86 | 0.62 to 0.99 | 4 of 4: 100 % (51 … 100) | yes |" in text
-    wrong = page(fit, {"effect, at the noise": (0, 8)}, sources | {"spikes": 4, "spike_code": "def"})
+    assert "| made logs of seed 11 | 7 of 8 | abc |" in text
+    assert "| real logs | 2 of 2 | def |" in text
+    wrong = page(fit, [Source("made logs of seed 12", ((name, False),) * 8, ("abc",))])
     assert "| 0 of 8: 0 % (0 … 32) | **no** |" in wrong
-    assert "4 real logs with a known effect put in ([spikes.md](spikes.md), code def)" in wrong
