@@ -183,6 +183,13 @@ CASES = (
         ),
         ("a loop without end", SET, f"        for (;;) {{ }}\n{SET}"),
     ),
+    Case(
+        "a declaration in a loop without a pass, by which the compiler calls cos as sin",
+        "c",
+        SET,
+        f"        for (int i = 0; i < 0; i++) {{ extern double sin(double) __asm__(__STRING(cos)); }}\n{SET}",
+        "a loop without a pass",
+    ),
     *alike(
         "c",
         NO_WORD,

@@ -114,7 +114,8 @@ void NAME_step(NAME_state *state, const NAME_parameters *parameters, const NAME_
 WHOLE, POWER = "(?:0|[1-9][0-9]{0,99})", "e[+-]?[0-9]{1,2}"
 DOUBLE = rf"{WHOLE}(?:\.[0-9]{{0,99}}(?:{POWER})?|{POWER})"
 FIELD = r"double ((?!STICTION)[A-Za-z]\w*)(?:\[([1-9]\d{0,2})\])?; ?"
-INDEX = r"(?:0|[1-9]\d{0,3})"
+INDEX = r"(?:0|[1-9]\d{0,3})"  # not 010, which C reads as 8
+LOOP = rf"for \(int i = ({INDEX}); i < ({INDEX}); i\+\+\) {{ "
 ARRAY = r"double (\w+)\[([1-9]\d{0,2})\]; ?"
 STATEMENT = re.compile(r"((?:const )?double )?([A-Za-z_][\w.]*(?:\[[\d.]+\])?) (\+?=) ([^;={}]+); ?")
 SECONDS, OF_ALGEBRA = 15.0, 30.0
@@ -253,13 +254,19 @@ def between(form: str, name: str, text: str) -> list[str]:
     return [part.strip().replace("->", ".") for part in found[1:]]
 
 
+def passes(first: str, end: str) -> range:
+    """The values of i in a loop; ValueError if there are none: a compiler reads its body, and no pass of it is read."""
+    demand(int(first) < int(end), "a loop without a pass")
+    return range(int(first), int(end))
+
+
 def unrolled(text: str) -> str:
     """The statements with every loop unrolled; the locals of each pass are renamed, so that they stay separate."""
     parts, size, read, index = [], 0, 0, rf"\[i((?: [+-] {INDEX})?)\]"
-    for loop in re.finditer(rf"for \(int i = ({INDEX}); i < ({INDEX}); i\+\+\) {{ ([^{{}}]*)}} ?", text):
+    for loop in re.finditer(rf"{LOOP}([^{{}}]*)}} ?", text):
         local = {*re.findall(r"double (\w+)", loop[3])}
         parts.append(text[read : loop.start()])
-        for k in range(int(loop[1]), int(loop[2])):
+        for k in passes(loop[1], loop[2]):
             body = re.sub(index, lambda m, k=k: f"[{k + int(m[1].replace(' ', '') or 0)}]", loop[3])
             size += len(body)
             demand(size < MOST_TEXT, "loops that are too long")
@@ -384,9 +391,9 @@ def terms(name: str, text: str) -> list[str]:
     first = re.fullmatch(rf"(?:const )?double {name} = ([^;{{}}]*);", head)
     found = first[1].split(" + ") if first else []
     for loop in loops:
-        part = re.fullmatch(rf"for \(int i = (\d{{1,4}}); i < (\d{{1,4}}); i\+\+\) {{ {name} \+= ([^;{{}}]*); }}", loop)
+        part = re.fullmatch(rf"{LOOP}{name} \+= ([^;{{}}]*); }}", loop)
         demand(part, f"{loop[:80]!r} is no part of a sum")
-        each = range(int(part[1]), int(part[2])) if part else ()
+        each = passes(part[1], part[2]) if part else ()
         demand(len(each) * len(loop) < MOST_TEXT, "loops that are too long")
         found += [x.replace("[i]", f"[{k}]") for k in each for x in part[3].split(" + ")] if part else []
     demand(first and len(found) == len({*found}), f"`{name}` is no sum, or a term occurs twice in it")
