@@ -14,6 +14,7 @@ from codegen.app.derived import Source, derived_from
 from codegen.app.rounding_bound import Rounding, rounding_bounds
 from codegen.base.border import verb
 from codegen.base.files import refuse_target, write_atomically
+from codegen.base.progress import begin
 from codegen.base.shown import Shown, named
 from codegen.base.text import render
 from codegen.certify.bound.bounds import ErrorBound
@@ -77,12 +78,16 @@ def certify(source: Source, out: str | Path | None = None) -> Certified:
     spec, outcome, analysis = machine.spec, machine.outcome, machine.analysis
     if isinstance(outcome, Certificate):
         bounds = outcome.bounds
+        begin("error bounds with rounding")
         rounding = None if isinstance(bounds, str) else rounding_bounds(spec, analysis, outcome, bounds[0])
+        begin("largest sample times")
         times = largest_sample_times(spec, analysis, outcome)
         if out is not None:
             write_certificate(outcome, out)
         return Certified(outcome, bounds, times, rounding or "no error bound", _solved(analysis, times))
+    begin("gains and sample time that are certified")
     outcome = replace(outcome, proposals=propose(spec, analysis, machine.with_spec))
+    begin("largest sample times")
     times = largest_sample_times(spec, analysis, outcome)
     return Certified(outcome, "no certificate", times, solved=_solved(analysis, times))
 

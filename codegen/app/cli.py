@@ -1,6 +1,7 @@
 """The command line ``stiction``: the verbs and their options.
 
-A verb imports its modules when it runs, since help, version and errors of usage need none of the libraries.
+A verb imports its modules when it runs, since help, version and errors of usage need none of the libraries. A long verb
+imports them while its progress is shown.
 """
 
 from __future__ import annotations
@@ -30,6 +31,7 @@ from codegen.base.terminal import PlainConsole, errors, output, without_library_
 from codegen.base.version import VERSION
 
 if TYPE_CHECKING:
+    from codegen.app.generate import Generated, GeneratedFmu
     from codegen.diagnosis.case import Findings
 
 REFUSED, STALE, INTERNAL, INTERRUPTED = 3, 4, 70, 130
@@ -139,10 +141,11 @@ def certify(
     as_json: AsJson = False,
 ) -> None:
     """Certify the sampled observer over the envelope, or state why not, with a counterexample and a remedy."""
-    from codegen.app.certify import certified_json, certified_text, certify
     from codegen.base.progress import progress
 
-    with progress("certify"):
+    with progress():
+        from codegen.app.certify import certified_json, certified_text, certify
+
         found = certify(spec, out)
     target = None if found.certificate is None else out
     on = errors if found.certificate is None else output
@@ -208,12 +211,9 @@ def generate(
     as_json: AsJson = False,
 ) -> None:
     """Write C, Python, certificate and README into generated/NAME/, or NAME.fmu."""
-    from codegen.app.derived import Overrides
-    from codegen.app.generate import Generated, GeneratedFmu, generate, generate_fmu
     from codegen.base.progress import progress
 
     fmu = target == ["fmu"]
-    overrides = Overrides(precision, fault, () if fmu else tuple(target or ()))
     if out is not None and len(specs) > 1:
         found = f"one folder for {len(specs)} specs"
         raise BadInput("-o", found, "one spec with -o, or several without", code="CALL002")
@@ -223,7 +223,11 @@ def generate(
     code, results = 0, []
     for spec in specs:
         made: Generated | GeneratedFmu
-        with progress("generate"):
+        with progress():
+            from codegen.app.derived import Overrides
+            from codegen.app.generate import generate, generate_fmu
+
+            overrides = Overrides(precision, fault, () if fmu else tuple(target or ()))
             if fmu:
                 made = generate_fmu(spec, out, fmi, check_only, uncertified, overrides, force)
             else:
@@ -251,10 +255,11 @@ def gains(
     as_json: AsJson = False,
 ) -> None:
     """Show which gains are stable, with what margin, and suggest some; for free gains or around chosen ones."""
-    from codegen.app.gains import gains
     from codegen.base.progress import progress
 
-    with progress("gains"):
+    with progress():
+        from codegen.app.gains import gains
+
         report = gains(spec, out, over or ())
     _show(report, as_json)
     raise typer.Exit(REFUSED if report.feasibility.infeasible is not None else 0)
@@ -268,10 +273,11 @@ def cancel(
     as_json: AsJson = False,
 ) -> None:
     """Say which friction the inputs can cancel, why, and by which input."""
-    from codegen.app.cancel import cancel
     from codegen.base.progress import progress
 
     with progress() as tell:
+        from codegen.app.cancel import cancel
+
         report = cancel(spec, out, hunt, lambda share: tell("simulate", share))
     _show(report, as_json)
     raise typer.Exit(REFUSED if report.refusal is not None else 0)
@@ -285,10 +291,11 @@ def simulate(
     as_json: AsJson = False,
 ) -> None:
     """Write a log from the plant of the spec, with its declared effects."""
-    from codegen.app.simulate import simulate
     from codegen.base.progress import progress
 
     with progress() as tell:
+        from codegen.app.simulate import simulate
+
         result = simulate(spec, out, lambda share: tell("simulate", share), plant)
     if as_json:
         print_json(result.content)
@@ -347,12 +354,9 @@ def diagnose(
     """Find the effect that the model lacks; write diagnosis.json, spec.yaml (augmented) and report.html."""
     from codegen.base.progress import progress
 
-    with progress("reading", lines=True) as tell:
+    with progress(lines=True) as tell:
         gc.disable()
-        from codegen.app.diagnose import (  # more than a second, in which the progress bar is shown
-            diagnose,
-            findings_text,
-        )
+        from codegen.app.diagnose import diagnose, findings_text
         from codegen.base.parallel import allow_processes
 
         gc.freeze()  # the objects of the libraries stay to the end; the collector need not search them again
@@ -432,10 +436,11 @@ def demo(
     out: Annotated[Path, written("DIR", "its folder")] = Path("demo"),
 ) -> None:
     """Diagnose a belt-driven axis with an effect that its spec lacks; certify and generate, before and after."""
-    from codegen.app.demo import run_demo
     from codegen.base.progress import progress
 
     with progress() as tell:
+        from codegen.app.demo import run_demo
+
         run_demo(out, output.print, tell)
 
 

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 from codegen.base.errors import Faults, refuse_unknown
 from codegen.base.files import sha256
+from codegen.base.progress import begin
 from codegen.base.shown import Shown
 from codegen.effects.declare import system_of
 from codegen.mechanics.system import System
@@ -153,7 +154,10 @@ class Derived(Shown):
     @cached_property
     def system(self) -> System:
         """M, g, U and the contacts, declared effects included."""
-        return system_of(self.spec) if self._origin is None else self._origin.system
+        if self._origin is not None:
+            return self._origin.system
+        begin("building the model")
+        return system_of(self.spec)
 
     def refuse_unknown_words(self) -> None:
         """Raise one BadInput for all faults of the system and all unknown names in the observer's section."""
@@ -175,6 +179,7 @@ class Derived(Shown):
         """The error dynamics and their values over the envelope. Raises BadInput where these are not finite."""
         from codegen.analysis.operating_points import dynamics_over_envelope
 
+        begin("error dynamics")
         return dynamics_over_envelope(self.spec, self.observer)
 
     @cached_property
@@ -187,7 +192,9 @@ class Derived(Shown):
     @cached_property
     def program(self) -> Program:
         """The step as named blocks, the cancelling input included where the spec asks for it."""
-        return _program(self.spec, self.observer)
+        observer = self.observer
+        begin("equations of the step")
+        return _program(self.spec, observer)
 
     @cached_property
     def header(self) -> Header:
@@ -205,6 +212,8 @@ class Derived(Shown):
     @cached_property
     def sources(self) -> Mapping[str, str]:
         """File name → text of the C, the Python and the other targets."""
+        assert self.program
+        begin("printing the code")
         return _sources(self.spec, self)
 
     @cached_property
@@ -218,12 +227,17 @@ class Derived(Shown):
 
         hashes = {name: sha256(text) for name, text in self.sources.items()}
         of_spec = partial(certify, self.spec, self.analysis, hashes, self.header.command.raw)
+        begin("certificate")
         outcome = of_spec()
         sources = {name: text.encode() for name, text in self.sources.items()}
         if isinstance(outcome, Certificate):
-            found, refused = _with_kernel_proof(with_bounds(self.spec, self.analysis, outcome), self, sources)
+            begin("error bounds")
+            bounded = with_bounds(self.spec, self.analysis, outcome)
+            begin("proof of the C")
+            found, refused = _with_kernel_proof(bounded, self, sources)
             if not refused or not (angles := _narrow_angles(self.analysis)):
                 return found
+            begin("certificate for a full turn")
             other = of_spec(all_angles=True)
             if isinstance(other, Certificate):
                 turned, refused = _with_kernel_proof(with_bounds(self.spec, self.analysis, other), self, sources)
@@ -265,7 +279,10 @@ Source = Derived | str | Path
 
 def derived_from(given: Source) -> Derived:
     """The machine of a verb's argument."""
-    return given if isinstance(given, Derived) else Derived(read_spec(given))
+    if isinstance(given, Derived):
+        return given
+    begin("reading the spec")
+    return Derived(read_spec(given))
 
 
 @numerical("the generated step")

@@ -23,6 +23,7 @@ from codegen.base.border import verb
 from codegen.base.errors import BadInput, Place
 from codegen.base.files import refuse_target, write_all
 from codegen.base.input_files import identity, read_text
+from codegen.base.progress import begin
 from codegen.base.shown import Result, json_text
 from codegen.base.text import render
 from codegen.diagnosis.case import Findings
@@ -137,6 +138,7 @@ def diagnose(
         refuse_ungenerable(machine.nominal)
         target = folder / "generated" / spec.name
         refuse_edited(target, dict.fromkeys(listed_files(target)))
+    begin("reading the logs")
     allowance = Allowance()
     train = read_logs(logs, spec, description=description, columns=columns, allowance=allowance)
     sha256 = log_sha256(logs)
@@ -155,6 +157,7 @@ def diagnose(
         load_libraries()
 
     diagnosis, models = diagnose_log(spec, machine.system, train, held_out, progress, propose, matters, tell_and_load)
+    begin("report")
     from codegen.report.page import render_report
 
     files: dict[str, str] = {**robot, "spec.yaml": models.spec_text}

@@ -112,10 +112,11 @@ def audit(
 ) -> None:
     """Compare the printed formulas of the thesis with our own derivation of them."""
     from codegen.base.progress import progress
-    from codegen.thesis.audit.judge import run_audit
-    from codegen.thesis.audit.output import audit_json, audit_summary, write_audit
 
     with progress() as tell:
+        from codegen.thesis.audit.judge import run_audit
+        from codegen.thesis.audit.output import audit_json, audit_summary, write_audit
+
         findings = run_audit(lambda share: tell("audit", share))
     written = None if out is None else write_audit(findings, out)
     if as_json:
@@ -135,11 +136,12 @@ def gallery(
     """Run the figures of the thesis, and check what its text says of them."""
     from codegen.base.parallel import allow_processes
     from codegen.base.progress import progress
-    from codegen.thesis.gallery.build import run_gallery
-    from codegen.thesis.gallery.page import gallery_json, gallery_summary, write_gallery
 
     allow_processes()
     with progress() as tell:
+        from codegen.thesis.gallery.build import run_gallery
+        from codegen.thesis.gallery.page import gallery_json, gallery_summary, write_gallery
+
         results = run_gallery(only or (), lambda share: tell("gallery", share))
     written = write_gallery(results, out)
     if as_json:

@@ -5,18 +5,23 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import Protocol
+from contextvars import ContextVar
+from typing import TYPE_CHECKING, Protocol
 
-from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
-
-from codegen.base.terminal import errors
+if TYPE_CHECKING:
+    from rich.progress import Progress, TaskID
 
 LINE_S = 10.0
 """Least time between two lines about the same step, s."""
+LOADING = "loading the libraries"
+"""The first step of a verb, before its spec is read."""
 
 
 class ProgressCallback(Protocol):
-    """Callback for progress: called with the name of the current step and the share of the work done, 0 to 1."""
+    """Callback for progress: called with the name of the current step and the share of the work done, 0 to 1.
+
+    A share of 0 stands for a step that begins and whose share of the work is not known.
+    """
 
     def __call__(self, station: str, share: float) -> None: ...
 
@@ -24,32 +29,64 @@ class ProgressCallback(Protocol):
         """Call ``show``, which prints, with the bar removed from the screen; the bar continues below the text."""
 
 
+_display: ContextVar[Callable[[str, float], None] | None] = ContextVar("display", default=None)
+
+
+def begin(step: str) -> None:
+    """Show that a step begins, such as ``reading the spec``; without an open display nothing is shown."""
+    display = _display.get()
+    if display is not None:
+        display(step, 0.0)
+
+
 @contextmanager
-def progress(first: str = "", lines: bool = False) -> Iterator[ProgressCallback]:
+def steps_to(display: Callable[[str, float], None] | None) -> Iterator[None]:
+    """A context within which ``begin`` reports to ``display``; None changes nothing."""
+    token = _display.set(display or _display.get())
+    try:
+        yield
+    finally:
+        _display.reset(token)
+
+
+@contextmanager
+def progress(lines: bool = False) -> Iterator[ProgressCallback]:
     """Show progress while the context is open: a bar on a terminal; elsewhere lines on stderr, or nothing.
 
+    The first step shown is ``LOADING``. So a verb opens the context before it imports its modules.
+
     Args:
-        first: name of the step that the bar shows, without a share, until the first one is reported.
-        lines: whether to print lines where stderr is no terminal: one for each new step, and one every ``LINE_S``
-            seconds. A step reported at a share of 0 prints none, so that a command refused for bad input prints
-            its error alone.
+        lines: whether to print lines where stderr is no terminal: one for each new step, when it begins, and one every
+            ``LINE_S`` seconds.
     """
+    from codegen.base.terminal import errors
+
     if lines and not errors.is_terminal:
-        yield _Lines()
+        yield from _opened(_Lines(errors.print))
         return
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
     columns = (TextColumn("{task.description:20}"), BarColumn(), TimeElapsedColumn())
     with Progress(*columns, console=errors, transient=True, disable=not errors.is_terminal) as bar:
-        yield _Bar(bar, bar.add_task(first, total=None))
+        yield from _opened(_Bar(bar, bar.add_task("", total=None)))
+
+
+def _opened(display: ProgressCallback) -> Iterator[ProgressCallback]:
+    with steps_to(display):
+        begin(LOADING)
+        yield display
 
 
 class _Bar:
-    """Progress as a bar."""
+    """Progress as a bar, which stays where it is as a step begins; before the first share it has no end."""
 
     def __init__(self, bar: Progress, task: TaskID) -> None:
         self._bar, self._task = bar, task
 
     def __call__(self, station: str, share: float) -> None:
-        self._bar.update(self._task, description=station, total=1.0, completed=share)
+        self._bar.update(self._task, description=station)
+        if share:
+            self._bar.update(self._task, total=1.0, completed=share)
 
     def above(self, show: Callable[[], None]) -> None:
         self._bar.stop()
@@ -58,16 +95,16 @@ class _Bar:
 
 
 class _Lines:
-    """Progress as plain lines: `refit, 5 %`."""
+    """Progress as plain lines: ``reading the spec ...`` where a step begins, ``refit, 5 %`` with a known share."""
 
-    def __init__(self) -> None:
-        self._last, self._station = 0.0, ""
+    def __init__(self, show: Callable[[str], None]) -> None:
+        self._show, self._last, self._station = show, 0.0, ""
 
     def __call__(self, station: str, share: float) -> None:
         now = time.monotonic()
-        if 0 < share < 1 and (station != self._station or now - self._last >= LINE_S):
+        if share < 1 and (station != self._station or now - self._last >= LINE_S):
             self._last, self._station = now, station
-            errors.print(f"{station}, {100 * share:.0f} %")
+            self._show(f"{station}, {100 * share:.0f} %" if share else f"{station} ...")
 
     def above(self, show: Callable[[], None]) -> None:
         show()

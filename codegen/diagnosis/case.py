@@ -14,6 +14,7 @@ import numpy as np
 import sympy
 
 from codegen.base.arrays import Array
+from codegen.base.progress import begin
 from codegen.diagnosis.evidence.residual_regression import inertia_noise
 from codegen.diagnosis.evidence.timing import acting_earlier, input_leads, late_speeds
 from codegen.diagnosis.fit.force_rows import force_rows, information, residual_sizes
@@ -82,6 +83,7 @@ class Case:
 def case_of(spec: Spec, system: System, log: Log, test_log: Log | None, material: float) -> Case:
     """Prepare log and spec; ``material`` as of ``Case``."""
     system, deviations, changes = uncertain_values(spec, system, log)
+    begin("preflight")
     log, cut = excerpt(log)
     findings = {
         "train": (
@@ -174,6 +176,7 @@ def uncertain_values(
             deviations[symbol] = size
     links: tuple[LinkParameter, ...] = ()
     if isinstance(spec.form, KinematicTree) and spec.form.tolerance is not None:
+        begin("building the model with uncertain links")
         links = link_parameters(spec, spec.form)
         system = add_declared_effects(build_system(spec, links), spec)
         deviations |= {spec.symbol(p.name): p.deviation for p in links}

@@ -18,6 +18,7 @@ import numpy as np
 
 from codegen.base.errors import BadInput
 from codegen.base.parallel import in_another_process
+from codegen.base.progress import steps_to
 from codegen.diagnosis import steady_runs
 from codegen.diagnosis.case import HELD_OUT_SHARE, Case, Findings, case_of
 from codegen.diagnosis.evidence.residual_regression import acting_force, half_of_squares, remainders
@@ -106,8 +107,8 @@ def diagnose_log(
     if propose:
         refuse_without_pysindy()
     report = progress or (lambda station, share: None)
-    report("preflight", 0.0)
-    case = case_of(spec, system, log, test_log, material)
+    with steps_to(progress):
+        case = case_of(spec, system, log, test_log, material)
     means = steady_runs.means_of(case.log) if steady_runs.is_static(case.problem.system) and not case.faults else None
     if means is None:
         search = search_on(case.problem, lambda share: record_of(case.problem.motion, case.log, share))

@@ -18,8 +18,15 @@ SPECS = Path(__file__).parents[2] / "specs"
 COMMAND = [sys.executable, "-c", "from codegen.app.cli import main; main()"]
 
 
+def without_steps(text: str) -> str:
+    """Standard error without the lines of progress at which a step begins."""
+    return "".join(line for line in text.splitlines(keepends=True) if not line.endswith(" ...\n"))
+
+
 @dataclass(frozen=True)
 class Result:
+    """``err``: without the steps that begin."""
+
     code: int
     out: str
     err: str
@@ -33,7 +40,7 @@ def stiction(*arguments: object) -> Result:
             main()
         except SystemExit as end:
             code = end.code if isinstance(end.code, int) else int(end.code is not None)
-    return Result(code, out.getvalue(), err.getvalue())
+    return Result(code, out.getvalue(), without_steps(err.getvalue()))
 
 
 def process(*arguments: object, cwd: Path, **more: object) -> Result:
@@ -41,7 +48,7 @@ def process(*arguments: object, cwd: Path, **more: object) -> Result:
     done = subprocess.run(
         [*COMMAND, *map(str, arguments)], cwd=cwd, capture_output=True, text=True, check=False, **more
     )
-    return Result(done.returncode, done.stdout, done.stderr)
+    return Result(done.returncode, done.stdout, without_steps(done.stderr))
 
 
 def are_messages(result: Result) -> bool:

@@ -1,4 +1,4 @@
-"""Progress of a long verb: a bar on a terminal, plain lines where stderr is none, and none before bad input is told."""
+"""Progress of a long verb: a bar on a terminal, plain lines where stderr is none, the first before anything is read."""
 
 from __future__ import annotations
 
@@ -10,8 +10,10 @@ from contextlib import suppress
 
 import pytest
 
+from codegen.app import derived
 from codegen.base import progress as told
-from codegen.base.progress import progress
+from codegen.base.errors import BadInput
+from codegen.base.progress import LOADING, begin, progress
 
 from .command import SPECS
 
@@ -24,8 +26,9 @@ def clock(monkeypatch) -> list[float]:
 
 
 def test_a_line_for_each_station_and_every_ten_seconds(clock, capsys) -> None:
-    with progress("reading", lines=True) as tell:
+    with progress(lines=True) as tell:
         for seconds, station, share in (
+            (0, "preflight", 0.0),
             (0, "preflight", 0.0),
             (1, "refit", 0.05),
             (3, "refit", 0.06),
@@ -40,7 +43,79 @@ def test_a_line_for_each_station_and_every_ten_seconds(clock, capsys) -> None:
             tell(station, share)
     out, err = capsys.readouterr()
     assert out == ""
-    assert err.splitlines() == ["refit, 5 %", "effect 1, 10 %", "effect 1, 21 %", "effect 1, 34 %"]
+    shown = [f"{LOADING} ...", "preflight ...", "refit, 5 %", "effect 1, 10 %", "effect 1, 21 %", "effect 1, 34 %"]
+    assert err.splitlines() == shown
+
+
+def test_a_step_that_begins_is_shown_by_the_open_display_alone(capsys) -> None:
+    begin("reading the spec")
+    with progress(lines=True):
+        begin("reading the spec")
+    begin("building the model")
+    assert capsys.readouterr() == ("", f"{LOADING} ...\nreading the spec ...\n")
+
+
+FIRST = """
+import sys
+class Watched:
+    def write(self, text):
+        if text.strip():
+            sys.__stdout__.write(text + " ".join(name for name in ("numpy", "sympy", "casadi") if name in sys.modules))
+            sys.__stdout__.flush()
+            sys.exit(0)
+    def flush(self): pass
+    def isatty(self): return False
+sys.stderr = Watched()
+from stiction import main
+main()
+"""
+
+
+def test_the_first_line_of_a_diagnosis_comes_before_any_library_is_loaded() -> None:
+    """They and a robot's file took 6 s, in which a pipe was silent."""
+    command = [sys.executable, "-c", FIRST, "diagnose", "no.yaml", "no.csv"]
+    done = subprocess.run(command, cwd=SPECS.parent, capture_output=True, text=True, check=False)
+    assert done.stdout.strip() == f"{LOADING} ..."
+
+
+def test_each_step_of_a_diagnosis_is_named_before_it_is_done(monkeypatch, tmp_path, capsys) -> None:
+    """The model of an arm with seven joints takes seconds to be read and built."""
+    shown: list[str] = []
+
+    def steps() -> list[str]:
+        shown.extend(capsys.readouterr().err.splitlines())
+        return [*shown]
+
+    reading, building = derived.read_spec, derived.system_of
+    seen = {}
+
+    def read(path):
+        seen["read"] = steps()
+        return reading(path)
+
+    def build(spec):
+        seen["build"] = steps()
+        return building(spec)
+
+    monkeypatch.setattr(derived, "read_spec", read)
+    monkeypatch.setattr(derived, "system_of", build)
+    log = tmp_path / "log.csv"
+    log.write_text("t,x,w\n0,0,0\n")
+    with monkeypatch.context() as caught, pytest.raises(SystemExit):
+        caught.setattr(sys, "argv", ["stiction", "diagnose", str(SPECS / "one_mass.yaml"), str(log)])
+        from codegen.app.cli import main
+
+        main()
+    assert seen["read"] == [f"{LOADING} ...", "reading the spec ..."]
+    assert seen["build"] == [*seen["read"], "building the model ..."]
+    after = [line for line in steps() if line.endswith(" ...")]
+    assert "reading the logs ..." in after[len(seen["build"]) :]
+
+
+def test_the_steps_of_a_library_call_are_not_shown(capsys) -> None:
+    with pytest.raises(BadInput):
+        derived.derived_from("no.yaml")
+    assert capsys.readouterr() == ("", "")
 
 
 def test_other_verbs_stay_silent_off_a_terminal(capsys) -> None:
@@ -64,4 +139,4 @@ def test_a_verb_that_may_take_a_minute_shows_on_a_terminal_that_it_runs(verb: st
             seen += part
     os.close(screen)
     assert running.wait() == 0
-    assert verb.encode() in seen and b"0:00:0" in seen
+    assert LOADING.encode() in seen and b"0:00:0" in seen

@@ -20,6 +20,7 @@ from types import FrameType
 
 from codegen.base.errors import BadInput
 from codegen.checker.verify import Refused
+from tests.app.command import without_steps
 
 LONGEST_MESSAGE = 1000
 MOST_LINES = 21
@@ -99,15 +100,16 @@ def judged(call: Callable[[], object], files: Collection[str], seconds: float = 
         return Verdict("memory", "out of memory", spot_of(error))
     except Exception as error:
         return Verdict("exception", f"{type(error).__name__}: {error}"[:300], spot_of(error))
+    said = without_steps(err.getvalue())
     if caught:
         first = caught[0]
         where = f"{Path(first.filename).parent.name}/{Path(first.filename).name}"
         return Verdict("screen", str(first.message)[:300], f"{first.category.__name__} {where}:{first.lineno}")
     if code == 2:
-        return message(err.getvalue().rstrip("\n"), files)
-    told = [line for line in err.getvalue().splitlines() if not line.startswith(("warning: ", "note: ", "  "))]
+        return message(said.rstrip("\n"), files)
+    told = [line for line in said.splitlines() if not line.startswith(("warning: ", "note: ", "  "))]
     if code not in ENDINGS or (code != 3 and told):
-        return Verdict("screen", f"exit {code}: {err.getvalue()}"[:300], f"exit {code}")
+        return Verdict("screen", f"exit {code}: {said}"[:300], f"exit {code}")
     return Verdict("result")
 
 
