@@ -164,11 +164,14 @@ class PackedIntegers:
         middle, digits = 1 << self.width - 1, (bundle + self.half).to_bytes(self.bytes * self.count, "little")
         return [int.from_bytes(digits[k * self.bytes : (k + 1) * self.bytes], "little") - middle for k in places]
 
-    def magnitudes(self, bundle: int) -> int:
-        """The packed |x_k|: twice the positive entries, minus all entries."""
-        digits = bundle + self.half
-        up = digits >> self.width - 1 & self.ones
-        return 2 * (digits & (up << self.width - 1) - up) - bundle
+    def magnitudes(self, bundles: Sequence[int]) -> int:
+        """The packed sum of the |x_k| of these vectors: twice that of the positive entries, minus that of all."""
+        positive, half, top, ones = 0, self.half, self.width - 1, self.ones
+        for bundle in bundles:
+            digits = bundle + half
+            up = digits >> top & ones
+            positive += digits & (up << top) - up
+        return 2 * positive - sum(bundles)
 
     def shifted(self, bundle: int) -> int:
         """The packed x_k/2^s, rounded down."""
@@ -219,7 +222,7 @@ def propagated(
             entries = zip(*[packed.unpack(bundle, places) for bundle in bundles], strict=True)
             yield n, dict(zip(places, zip(entries, sums, strict=True), strict=True))
         moved = [sum(map(mul, column, of(bundles))) for of, column in sparse]
-        total += sum(map(packed.magnitudes, moved[size:]))
+        total += packed.magnitudes(moved[size:])
         bundles = [packed.shifted(m * R) for m in moved[:size]]
 
 
@@ -261,7 +264,7 @@ def bounded(proof: dict[str, Any], claim: dict[str, Any], shown: dict[str, Any])
     of_noise = [x for x in claim["noise"] for of in proof.get("shared", {}).values() if x in of]
     kernel.demand(not of_noise, "noise in a state that the machine has too")
     known = dynamics(proof, claim, shown)
-    step, push, shift, sizes, _ = known
+    step, push, shift, sizes, *_ = known
     result = []
     for set_ in claim["sets"]:
         # LEMMA F. In a set with any friction these truths are taken to be 0 without drift, and `friction` acts as a
@@ -297,6 +300,7 @@ class Dynamics(NamedTuple):
         shift: sign * shift of each error, a sum of noises.
         sizes: disturbance -> the most that it is, in the order of the columns of push.
         columns: those of noise and drift, times their sizes.
+        pushed: the most that noise and drift add to each error in a sample.
     """
 
     step: list[list[Fraction]]
@@ -304,6 +308,7 @@ class Dynamics(NamedTuple):
     shift: list[Any]
     sizes: dict[str, Fraction]
     columns: list[list[Fraction]]
+    pushed: list[Fraction]
 
 
 def dynamics(proof: dict[str, Any], claim: dict[str, Any], shown: dict[str, Any]) -> Dynamics:
@@ -312,14 +317,16 @@ def dynamics(proof: dict[str, Any], claim: dict[str, Any], shown: dict[str, Any]
     sizes = disturbance_sizes(claim)
     most = [Fraction(0) if x.startswith(FRICTION) else d for x, d in sizes.items()]
     step = [[x.constant() for x in row] for row in matrix]
-    return Dynamics(step, push, shift, sizes, disturbance_columns(push, most))
+    columns = disturbance_columns(push, most)
+    pushed = [sum((abs(c[i]) for c in columns if c[i]), Fraction(0)) for i in range(len(step))]
+    return Dynamics(step, push, shift, sizes, columns, pushed)
 
 
 def left_by(
     entry: dict[str, Any], proof: dict[str, Any], claim: dict[str, Any], shown: dict[str, Any], known: Dynamics
 ) -> list[Fraction]:
     """Bounds on each |truth - estimate| after one entry of ``reversals``; ValueError if the entry is malformed."""
-    step, push, shift, sizes, columns = known
+    step, push, shift, sizes, *_ = known
     kernel.demand({len(entry[x]) for x in ("before", "after")} == {len(step)}, "a reversal of some of the errors alone")
     own = [i for i, e in enumerate(proof["errors"]) if e["sign"] == entry["sign"] != ""]
     kernel.demand(len(own) == 1, "a reversal of no sign that one level has")
@@ -333,7 +340,7 @@ def left_by(
         entry["sign"], own[0], samples, turns, number(entry["change"]), number(entry["jump"]), sizes[friction], column
     )
     noise = [largest(p, sizes, proof) for p in shift]
-    return reversal.left(turn, [*map(number, entry["before"])], noise, proof, shown, step, columns)
+    return reversal.left(turn, [*map(number, entry["before"])], noise, proof, shown, known)
 
 
 def disturbance_sizes(claim: dict[str, Any]) -> dict[str, Fraction]:

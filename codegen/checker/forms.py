@@ -1,4 +1,4 @@
-"""Quadratic forms on integers: definiteness, and growth of V at a change of signs; and products of matrices.
+"""Quadratic forms on integers: definiteness, inverse, and growth of V at a change of signs; products of matrices.
 
 Standard library only; part of the checker (verify.py), which passes ``enclosure`` and ``kernel`` in.
 """
@@ -21,6 +21,30 @@ def require(matrix: Rows, fault: str, definite: bool = False) -> None:
     enclosure.demand(kernel.positive(matrix, definite), fault)
 
 
+@lru_cache(4)
+def inverse(P: tuple[tuple[int, ...], ...]) -> tuple[list[list[int]], int]:
+    """(X, d) with X/d the inverse of P, symmetric and positive definite, of integers; d > 0. Else enclosure.Refused.
+
+    The sweep operator: with the pivot p = P_kk, all other entries become P_ij - P_ik P_kj/p, those of row and column k
+    become P_ik/p, and p becomes -1/p. It keeps the symmetry, and all sweeps together give minus the inverse. Times p
+    and over the last p, entries that are whole stay whole (Bareiss), as in the kernel's lemma 2.
+    """
+    require([*map(list, P)], "P is not positive definite", definite=True)
+    rest, last = [[*row[i:]] for i, row in enumerate(P)], 1  # the upper half of the matrix is all
+    for k in range(len(P)):
+        r = [*(row[k - i] for i, row in enumerate(rest[:k])), *rest[k]]
+        p = r[k]
+        kernel.demand(True, "")  # there is time left
+        for i, a in enumerate(r):
+            if i != k:
+                rest[i] = [(p * x - a * b) // last for x, b in zip(rest[i], r[i:], strict=True)]
+        for i in range(k):
+            rest[i][k - i] = r[i]
+        rest[k], last = [-last, *r[k + 1 :]], p
+    size = range(len(P))
+    return [[-rest[min(i, j)][abs(i - j)] for j in size] for i in size], last
+
+
 @lru_cache(64)
 def turns(P: tuple[tuple[int, ...], ...], flips: tuple[int, ...], growth: Fraction) -> str:
     """Checks that V = e'Pe grows at most by the factor g = ``growth`` when the errors ``flips`` change their signs.
@@ -30,9 +54,9 @@ def turns(P: tuple[tuple[int, ...], ...], flips: tuple[int, ...], growth: Fracti
 
         [(g - 1) K, (g + 1) C; (g + 1) C', (g - 1) F].
 
-    For g > 1 multiply rows and columns of K by 1/sqrt(g - 1), those of F by sqrt(g - 1)/(g + 1): it is positive
-    semidefinite exactly if [K, C; C', (g - 1)^2/(g + 1)^2 F] is. For g = 1 both hold exactly if C = 0, since K > 0.
-    With g = a/b the block F is tested times (a - b)^2, C times a + b, K times 1, in integers.
+    Let X be the block of the inverse of P at flips: X^-1 = F - C'K^-1 C. For g > 1 the matrix is positive semidefinite
+    exactly if (g - 1)^2 F >= (g + 1)^2 C'K^-1 C, which is (g + 1)^2 X^-1 >= 4g F; and so for g = 1, where both hold
+    exactly if C = 0. Equivalent is F^-1 >= 4g/(g + 1)^2 X, and, from both sides times F, (g + 1)^2 F >= 4g F X F.
 
     Args:
         P: symmetric and positive definite, of integers.
@@ -45,10 +69,12 @@ def turns(P: tuple[tuple[int, ...], ...], flips: tuple[int, ...], growth: Fracti
     a, b = growth.as_integer_ratio()
     if growth < 1:
         return "below 1"
-    order = sorted(range(len(P)), key=lambda i: i in flips)  # what turns is eliminated last, and alone has long numbers
-    by = {0: 1, 1: a + b, 2: (a - b) ** 2}
-    rise = [[P[i][j] * by[(i in flips) + (j in flips)] for j in order] for i in order]
     try:
+        whole, d = inverse(P)
+        F, X = ([[A[i][j] for j in flips] for i in flips] for A in (P, whole))
+        FXF = product(product(F, X, 0), F, 0)
+        rise = [[(a + b) ** 2 * d * x - 4 * a * b * y for x, y in zip(*rows, strict=True)]
+                for rows in zip(F, FXF, strict=True)]  # fmt: skip
         require(rise, "not positive semidefinite")
     except enclosure.Refused as why:
         return str(why)

@@ -95,17 +95,17 @@ def count(text: Any, most: int) -> int:
 
 
 def left(
-    of: Reversal, before: list[Fraction], noise: list[Fraction], proof: Any, shown: Any, step: Any, columns: Any
+    of: Reversal, before: list[Fraction], noise: list[Fraction], proof: Any, shown: Any, known: Any
 ) -> list[Fraction]:
     """Bounds on each |truth - estimate| at the last sample, by lemmas G and H; ValueError if these do not apply.
 
     Args:
         before: bounds at the first sample. noise: the largest part of noise in each error.
-        step: Phi, the matrix. columns: of push, times the sizes of their disturbances.
+        known: how the errors move (ellipsoid.Dynamics).
     """
     kernel.demand(of.change > 0 <= min(before), "a slip that does not change, or an error below 0")
     begun = [b + n for b, n in zip(before, noise, strict=True)]
-    m = moves(of, estimated_slip(of, proof, shown), begun, step, columns)
+    m = moves(of, estimated_slip(of, proof, shown), begun, known.step, known.columns, known.pushed)
     unseen = of_slip(m.slip, noise)
     weights, edges = weighed(of, m, unseen, noise[of.level]), [times_grid(x / m.units[0]) for x in (unseen, of.change)]
     box = [GRID * (abs(a) + abs(b)) for a, b in DIRECTIONS]
@@ -158,17 +158,19 @@ def estimated_slip(of: Reversal, proof: dict[str, Any], shown: dict[str, Any]) -
     return {velocities[x]: Fraction(a) for (x,), a in p.items()}
 
 
-def moves(of: Reversal, slip: dict[int, Fraction], begun: list[Fraction], step: Any, columns: Any) -> Moves:
-    first = min(slip)
+def moves(
+    of: Reversal, slip: dict[int, Fraction], begun: list[Fraction], step: Any, columns: Any, pushed: list[Fraction]
+) -> Moves:
+    first, places = min(slip), (min(slip), of.level)
 
-    def seen(column: Any) -> list[Fraction]:
-        y = sum((a * column[i] for i, a in slip.items()), ZERO)
-        return [y if i == first else x for i, x in enumerate(column)]
+    def seen(column: list[Fraction]) -> list[Fraction]:
+        return [sum((a * column[i] for i, a in slip.items()), ZERO), column[of.level]]
 
-    pushed = [-Fraction(p.get((of.sign,), 0)) for p in of.column]
-    same = all(p == kernel.term(-q, of.sign) for p, q in zip(of.column, pushed, strict=True))
-    drive, units = [2 * of.force * x for x in seen(pushed)], (of_slip(slip, begun), begun[of.level])
-    kernel.demand(same and drive[first] > 0, "friction does not act by its sign, or not against the slip")
+    friction = [-Fraction(p.get((of.sign,), 0)) for p in of.column]
+    same = all(p == kernel.term(-q, of.sign) for p, q in zip(of.column, friction, strict=True))
+    force = [2 * of.force * x for x in friction]
+    drive, units = seen(force), (of_slip(slip, begun), begun[of.level])
+    kernel.demand(same and drive[0] > 0, "friction does not act by its sign, or not against the slip")
     kernel.demand(min(units) > 0, "no error before")
     rows = [*map(list, step)]
     rows[first] = [sum((a * step[i][j] for i, a in slip.items()), ZERO) for j in range(len(step))]
@@ -176,14 +178,11 @@ def moves(of: Reversal, slip: dict[int, Fraction], begun: list[Fraction], step: 
         row[first] /= slip[first]
         for j, a in slip.items():
             row[j] -= row[first] * a if j != first else 0
-    pushes, places = [*map(seen, columns)], (first, of.level)
     others = {}
     for i in {*range(len(rows))} - {*places}:
-        pushed = sum((abs(c[i]) for c in pushes if c[i]), abs(drive[i]))
         (row,), by = kernel.integers([rows[i]])
-        others[i] = times_grid(pushed), [(j, abs(x)) for j, x in enumerate(row) if x], by
-    columns = [c for c in ([c[i] for i in places] for c in pushes) if any(c)]
-    return Moves(slip, [rows[i] for i in places], [drive[i] for i in places], columns, places, others, units)
+        others[i] = times_grid(pushed[i] + abs(force[i])), [(j, abs(x)) for j, x in enumerate(row) if x], by
+    return Moves(slip, [rows[i] for i in places], drive, [*filter(any, map(seen, columns))], places, others, units)
 
 
 def weighed(of: Reversal, m: Moves, unseen: Fraction, noise: Fraction) -> list[list[Any]]:

@@ -515,7 +515,7 @@ def test_packed_integers_are_the_numbers_in_them(seed: int) -> None:
 
     one = packed.pack(numbers)
     assert held(one) == numbers
-    assert held(packed.magnitudes(one)) == [abs(x) for x in numbers]
+    assert held(packed.magnitudes([one])) == [abs(x) for x in numbers]
     for s in (0, 1, 7, 20, 38):
         other = ellipsoid.PackedIntegers(width, len(numbers), s, s)
         assert held(other.shifted(one)) == [x // 2**s for x in numbers]
@@ -524,6 +524,8 @@ def test_packed_integers_are_the_numbers_in_them(seed: int) -> None:
     assert held(1000 * packed.pack(small) - packed.pack(small[::-1])) == [
         1000 * x - y for x, y in zip(small, small[::-1], strict=True)
     ]
+    both = packed.magnitudes([packed.pack(small), packed.pack(small[::-1])])
+    assert held(both) == [abs(x) + abs(y) for x, y in zip(small, small[::-1], strict=True)]
     assert packed.within(packed.pack([x % 2**20 for x in small]))
     for k in range(len(numbers)):  # one alone is outside
         for x, inside in ((2**20, False), (2**20 - 1, True), (-(2**20), True), (-(2**20) - 1, False)):
