@@ -28,8 +28,8 @@ EDGE_S = 0.2
 STILL = 0.02
 """A segment whose speed stays below this share of the 95 % speed is not used."""
 LEAST_SEGMENTS = 12
-SHORTENED = (1.0, 0.8, 0.64, 0.5)
-"""Shares of the usual segment length, tried in turn where a short log has too few segments."""
+SHORTENED = (1.0, 0.8, 0.64, 0.5, 0.4, 0.32, 0.25, 0.2)
+"""Shares of the usual segment length, tried in turn where a short log has too few segments: down to one period."""
 MOST_STEPS, PLENTY = 40_000, 120
 """Most time steps of all segments, which are spread over the log, unless these are fewer than ``PLENTY``."""
 JITTERS = 10.0

@@ -183,8 +183,10 @@ class ForceStart:
         return self.with_levels(trial, theta)[0]
 
     def with_levels(self, trial: Trial, theta: Array) -> tuple[float, Array]:
-        """(share of the squared force residual that remains, theta) with refitted levels."""
+        """(share of the squared force residual that remains, theta) with refitted levels; ∞ where states diverge."""
         residual = self._rows(self._residual_of(trial, theta))
+        if not np.isfinite(residual).all():
+            return np.inf, theta
         ((step, share),) = self._least_squares([np.zeros((len(residual), 0))], residual)
         theta = theta.copy()
         theta[self._places] += step
