@@ -1,9 +1,9 @@
 """Verification of initialisation and of invalid samples: zero velocity at the start, held estimates afterwards.
 
-Standard library only; part of the checker (verify.py), which hands ``frame`` and ``kernel`` in. The kernel's theorem is
-about samples with fault 0; here are the values that the functions of fault 1 (frame.py reads their form) give the
-states that show errors. Let G be the proof's `states`: by the kernel's lemma 10 the states G(e, x) show the estimates e
-beside the measured positions x, and there are no two such e. Then, as identities of polynomials:
+Standard library only; part of the checker (verify.py), which hands ``frame``, ``kernel`` and ``rounding`` in. The
+kernel's theorem is about samples with fault 0; here are the values that the functions of fault 1 (frame.py reads their
+form) give the states that show errors. Let G be the proof's `states`: by the kernel's lemma 10 the states G(e, x) show
+the estimates e beside the measured positions x, and there are no two such e. Then, as identities of polynomials:
 
 - after `init` at x the states are G(e, x) with velocities of zero and all other estimates constant;
 - `predict` makes G(e, x + h v) of G(e, x), v the velocities held: with the machine going on at these, the next sample
@@ -11,10 +11,11 @@ beside the measured positions x, and there are no two such e. Then, as identitie
 - after `resume` at x they are G(e, x + h v), e the estimates held, which the next sample then shows.
 """
 
+from math import prod
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING or __package__:
-    from codegen.checker import frame, kernel
+    from codegen.checker import frame, kernel, rounding
 
 
 def require(proof: dict[str, Any], shown: dict[str, Any]) -> None:
@@ -71,11 +72,16 @@ def require(proof: dict[str, Any], shown: dict[str, Any]) -> None:
     kernel.demand("1/" not in [name for name, _ in known.keys() - before], "a division by what may be zero")
 
 
-def usually(sum_: list[Any], c: Any) -> bool:
-    """Whether a sum is within the limit of invalid samples while all quantities in it are of usual size."""
-    usual, terms = c.precision.usual, [term for p in sum_ for term in p.items()]
-    size = sum(abs(a) * usual ** sum(not x.startswith("sign.") for x in m) for m, a in terms)
-    return bool(size <= c.precision.limit)
+def usually(sum_: list[Any], known: dict[Any, Any], c: Any) -> bool:
+    """Whether a sum is within the limit of invalid samples while all quantities in it are of usual size.
+
+    A quotient may be larger than these: as large as rounding.py, which bounds its divisor from below, lets it be.
+    """
+    bounds = rounding.Bounded({}, known, c.precision)
+    bounds.ones()
+    size = {x: p.constant() for x, p in bounds.largest.items()}
+    terms = [(a, [x for x in m if not x.startswith("sign.")]) for p in sum_ for m, a in p.items()]
+    return bool(sum(abs(a) * prod(size.get(x, c.precision.usual) for x in m) for a, m in terms) <= c.precision.limit)
 
 
 def finite(proof: dict[str, Any], shown: dict[str, Any], begun: dict[str, Any]) -> None:
@@ -83,8 +89,8 @@ def finite(proof: dict[str, Any], shown: dict[str, Any], begun: dict[str, Any]) 
 
     Raises ValueError unless all of these hold:
 
-    - The sum `check` of init, and that of step, is within its limit while inputs and estimates are of usual size: else
-      no sample would be used.
+    - The sum `check` of init, and that of step, is within its limit while inputs and estimates are of usual size, and
+      quotients as large as they may be: else no sample would be used.
     - Every argument of exp is -q - r. q is a positive semidefinite quadratic form in states, inputs and outputs (kernel
       lemma 2). r is a sum of clocks with coefficients >= 0. A clock is a state that every function of the C sets to a
       number >= 0 or increases by a number >= 0. So exp is at most 1. With a positive argument it could overflow, and
@@ -106,8 +112,9 @@ def finite(proof: dict[str, Any], shown: dict[str, Any], begun: dict[str, Any]) 
     free = values | {x: term(1, x) for x in (*c.inputs, *c.states, *c.outputs)}
     programs = (c.step + c.commit, c.init, c.reset, c.predict, c.resume)
     ends = [kernel.Text(free, known).run(program, c.states + c.outputs) for program in programs]
-    checks = [[ends[1][x] for x in (*c.inputs, *c.states)], [shown["after"]["check"]]] if c.sums else []
-    kernel.demand(all(usually(sum_, c) for sum_ in checks), "the sum `check` may be above its limit")
+    checks = [([ends[1][x] for x in (*c.inputs, *c.states)], known)] if c.sums else []
+    checks += [([shown["after"]["check"]], shown["known"])] if c.sums else []
+    kernel.demand(all(usually(sum_, of, c) for sum_, of in checks), "the sum `check` may be above its limit")
     clocks = {z for z in first if not (ends[0][z] - free[z]).names()}
     wrong = [z for z in clocks for end in ends[3:] if c.sums and end[z] != ends[0][z]]
     kernel.demand(not wrong, f"{wrong} does not go on in an invalid sample as in a valid one")

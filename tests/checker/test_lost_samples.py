@@ -15,7 +15,7 @@ import pytest
 from codegen.checker import errors, verify
 from codegen.checker.verify import Refused
 from codegen.replay.engine import load_twin
-from tests.checker.forged import GENERATED, changed, check, sources
+from tests.checker.forged import GENERATED, POINT, certificate, changed, check, sources
 from tests.in_part import in_part
 
 MISSED = "    state->z_v = state->z_v - parameters->sample_time * parameters->K_v * outputs->v_hat;\n"
@@ -56,6 +56,23 @@ def test_an_observer_that_begins_beyond_the_limit_is_refused(level: str) -> None
     """Each valid sample begins anew, and no sample is ever used."""
     with pytest.raises(Refused, match="of the C: the sum `check` may be above its limit"):
         check(*changed("one_mass", (AT, f"    state->z_rail = {level};\n")))
+
+
+@pytest.mark.parametrize(("power", "holds"), [(2, True), (13, False)])
+def test_a_quotient_that_takes_the_sum_of_every_step_beyond_the_limit_is_refused(power: int, holds: bool) -> None:
+    """For w in [-1, 1] 1/(1e-12 (2 + w)) is above 3e11, and its power of 13 above 1e149: each sample was a fault."""
+    files = sources("one_mass")
+    sum_ = "    const double check = z_v_next + z_rail_next"
+    quotient = "    const double r = 1.0 / (1e-12 * (2.0 + inputs->w));\n"
+    trap = f"    const double trap = {' * '.join(['r'] * power)};\n{sum_} + trap"
+    files["one_mass.c"] = files["one_mass.c"].replace(sum_.encode(), (quotient + trap).encode())
+    proof = certificate("one_mass", "proof.json") | {"box": {"inputs.w": ["-1", "1"]}, "witness": POINT}
+    del files["ellipsoid.json"]
+    if holds:
+        assert check(proof, files).proved
+    else:
+        with pytest.raises(Refused, match="of the C: the sum `check` may be above its limit"):
+            check(proof, files)
 
 
 @pytest.mark.parametrize(
