@@ -512,7 +512,6 @@ def test_effects_are_tried_in_pairs_where_the_best_alone_is_far_off_in_some_segm
         "_split": None,
         "_reconsidered": (pair, []),
         "_pruned_with_rivals": (pair, []),
-        "_merged": None,
         "still_credited": (pair, []),
         "_largest_first": pair,
     }.items():
@@ -575,7 +574,6 @@ def test_a_replacement_without_its_gap_is_a_spring_too(monkeypatch: pytest.Monke
         "_split": None,
         "_reconsidered": (play, []),
         "_pruned_with_rivals": (play, []),
-        "_merged": None,
     }.items():
         monkeypatch.setattr(forward_selection, name, lambda *_, value=value: value)
     seen = lambda search, found, rivals: (spring if found is play else found, rivals)  # noqa: E731
@@ -633,7 +631,6 @@ def test_each_joint_of_an_arm_has_rounds_of_its_own(monkeypatch: pytest.MonkeyPa
         "_in_simplest_forms": lambda search, found, rivals: (found, rivals),
         "_reconsidered": lambda search, found, rivals, among_all: (found, []),
         "_pruned_with_rivals": lambda search, found, rivals: (found, []),
-        "_merged": lambda search, found: None,
         "still_credited": lambda search, base, found, rivals: (found, []),
         "_largest_first": lambda search, found: found,
         "leader_first": lambda search, some: some,

@@ -60,6 +60,19 @@ def test_an_effect_that_two_others_together_explain_better_is_replaced_by_them(
     assert both is None or near_noise(both)
 
 
+def test_two_effects_that_together_imitate_one_give_way_to_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A wave longer than the stroke and a hardening spring fit the log of a linear spring nearly as well."""
+    search, base = on(f"[{SPRING}]", tmp_path)
+    wave, hardening, spring = (
+        part_of(CATALOGUE[kind], 0, search.system) for kind in ("cogging", "hardening_spring", "spring")
+    )
+    values = [{"amplitude": 8.0, "period": 3.0, "phase": 0.0}, {"k3": 10.0}]
+    both = search.with_parts(base, base.theta, [wave, hardening], values)
+    monkeypatch.setattr(forward_selection, "every_part", lambda search, taken: [spring])
+    found, rivals = forward_selection._revised(search, base, both, [], False, True)
+    assert found.trial.parts == (spring,) and not rivals and near_noise(found)
+
+
 @pytest.mark.parametrize(("speed", "names"), [(3e4, {"b"}), (0.2, {"b", "v_s"})])
 def test_a_form_is_chosen_again_beside_an_effect_that_was_found_later(
     speed: float, names: set[str], tmp_path: Path

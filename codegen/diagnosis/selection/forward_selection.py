@@ -212,7 +212,7 @@ def _revised(
 ) -> tuple[Fit, list[Ranked]]:
     """Several effects judged together, which rounds found one after another, and the rivals of the first of them.
 
-    Each may be replaced, removed, or joined with another one, and is taken in its simplest form.
+    Each may be replaced or removed, and is taken in its simplest form.
 
     Args:
         paired: whether the effects were found as a pair, so that rivals of the first one are unknown.
@@ -222,8 +222,6 @@ def _revised(
         return current, rivals
     current, rivals = _reconsidered(search, current, None if paired else rivals, among_all)
     current, rivals = _pruned_with_rivals(search, current, rivals)
-    single = _merged(search, current)
-    current, rivals = (single, []) if single else (current, rivals)
     current, rivals = _in_simplest_forms(search, current, rivals)  # also of an effect that replaced another
     current, rivals = still_credited(search, base, current, rivals)
     return current if rivals else _largest_first(search, current), rivals
@@ -273,25 +271,6 @@ def _pair(search: Search, ranked: Sequence[Ranked]) -> tuple[Fit | None, bool]:
         if best is not None and at_noise(best):
             break
     return best, among_all
-
-
-def _merged(search: Search, current: Fit) -> Fit | None:
-    """The fit with one effect in place of two of the same signature, if it fits as well; else None.
-
-    Example: a long wave and a hardening spring can together imitate a linear spring.
-    """
-    parts = current.trial.parts
-    for j, k in combinations(range(len(parts)), 2):
-        if not same_signature(parts[j], parts[k]):
-            continue
-        rest = search.without(search.without(current, k), j)
-        others = [p for p in every_part(search, rest.trial.parts) if same_signature(p, parts[j])]
-        tried = fit_candidates(search, rest, others, lambda share: None)
-        good = in_simplest_forms([f for f in tried if is_possible(search, f)])
-        if good and not worth_it(search, good[0], current, hypotheses(others)):
-            simpler = search.fitted_again(good[0])
-            return _merged(search, simpler) or simpler
-    return None
 
 
 def _split(search: Search, current: Fit) -> Fit | None:
