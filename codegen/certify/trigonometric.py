@@ -78,13 +78,14 @@ def over_angles(family: Family, h: Any) -> Found | None:
 def _leaf(family: Family, h: Any, p: Array) -> Callable[[Fraction, Cell], bool]:
     """The test (c, cell) → whether Φ'PΦ ≤ cP on a cell of the tangent variables, by the checker's own functions."""
     known: dict[Any, Any] = {}
+    box = {v.name: ends for v, ends in exact_ranges(family).items()}
     stated: dict[str, Any] = {
         "observer": {"integration": "euler"},
         "sample_time": str(h),
+        "variables": box,
         **as_prefix(family),
     }
-    step = decay.step(stated, {v.name: kernel.term(1, v.name) for v in family.variables}, known)
-    box = {v.name: ends for v, ends in exact_ranges(family).items()}
+    step = decay.step(stated, {x: kernel.term(1, x) for x in box}, decay.polynomials(known))
     scale = p / np.abs(p).max()
     stated["lyapunov_matrix"] = texts(rounded_matrix(scale, DIGITS, np.sqrt(np.diag(scale))))
 

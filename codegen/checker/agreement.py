@@ -72,7 +72,7 @@ def same_matrix(top: dict[str, Any], proof: dict[str, Any], shown: dict[str, Any
                 return False
         if top["along"] and not met_by(top, proof, shown, signs | free):
             return False
-        rows = decay.step(top, names, text.known, enclosed=True)
+        rows = decay.step(top, names, decay.polynomials(text.known, enclosed=True))
         # A V of its own falls in the certificate's ranges, and those printed are the proof's: they are the same, or
         # the variable occurs only in sines and cosines, for which a cover takes every angle.
         used = kernel.cleared(kernel.joined([*rows, [kernel.term(1)]]), text.known).names()

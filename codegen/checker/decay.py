@@ -9,7 +9,7 @@ matrix is the certificate's own; nothing is said here about code. It is a polyno
   dependent, which the vertices of a box of both would not do.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from fractions import Fraction
 from itertools import product
 from math import prod
@@ -24,66 +24,61 @@ FUNCTIONS = {"sin": "sin", "cos": "cos", "exp": "exp", "abs": "fabs"}
 Interval = tuple[Fraction, Fraction]
 
 
-def polynomial(entry: Any, names: Mapping[str, Any], known: dict[Any, Any], enclosed: bool = False) -> Any:
-    """A prefix expression (docs/certificate_format.md) of sums, products, quotients, powers and FUNCTIONS.
+def polynomials(known: dict[Any, Any], enclosed: bool = False) -> Callable[[str, list[Any], str], Any]:
+    """The operations of enclosure.parse on polynomials: sums, products, quotients, powers and FUNCTIONS.
 
     Args:
         known: the reciprocals and angles so far, as of kernel.Text.
         enclosed: whether the exp of a number may be the kernel's decimal: where the claim is verified for all that it
             can be in its enclosure, in which the decimal then has to be.
     """
-    if isinstance(entry, str):
-        return names[entry] if entry in names else kernel.term(enclosure.rational(entry, "matrix"))
-    word, *parts = entry
-    kernel.demand(word in ("+", "*", "neg", "/", "^", *FUNCTIONS), f"matrix: {word}")
-    first = polynomial(parts[0], names, known, enclosed)
-    number = word == "exp" and first and not first.names()
-    kernel.demand(enclosed or not number, "matrix: exp of a number")
-    if word in FUNCTIONS:
-        done = kernel.function(FUNCTIONS[word], first, known)
-        if number:
-            low, high = enclosure.exponential(first.constant(), first.constant())
-            kernel.demand(low <= done.constant() <= high, "matrix: a decimal beyond the enclosure of its exp")
-        return done
-    if word == "^":
-        power, count = kernel.term(1), int(parts[1])
-        kernel.demand(0 <= count <= enclosure.MAX_POWER, f"exponent {count}")
-        for _ in range(count):
-            power = short(power * first)
-        return power
-    for part in parts[1:]:
-        other = polynomial(part, names, known, enclosed)
-        kernel.demand(other or word != "/", "divisor from 0 to 0")
-        other = kernel.function("1/", other, known) if word == "/" else other
-        first = first + other if word == "+" else short(first * other)
-    return first * kernel.term(-1) if word == "neg" else first
+
+    def operate(op: str, args: list[Any], where: str) -> Any:
+        first, *others = args
+        if op == "number":
+            return kernel.term(first)
+        if op in FUNCTIONS:
+            number = op == "exp" and first and not first.names()
+            kernel.demand(enclosed or not number, f"{where}: exp of a number")
+            done = kernel.function(FUNCTIONS[op], first, known)
+            if number:
+                low, high = enclosure.exponential(first.constant(), first.constant())
+                kernel.demand(low <= done.constant() <= high, f"{where}: a decimal beyond the enclosure of its exp")
+            return done
+        kernel.demand(op in ("+", "*", "neg", "/", "^"), f"{where}: {op}")
+        kernel.demand(op != "/" or others[0], f"{where}: divisor from 0 to 0")
+        if op == "+":
+            return sum(others, first)
+        if op == "^":
+            first, others = kernel.term(1), [first] * int(others[0].constant())
+        elif op != "*":
+            others = [kernel.function("1/", others[0], known) if op == "/" else kernel.term(-1)]
+        for other in others:
+            first = first * other
+            kernel.demand(all(len(m) < MOST_FACTORS for m in first), "a power is too high")
+        return first
+
+    return operate
 
 
-def short(p: Any) -> Any:
-    """The polynomial, if its products are of few names."""
-    kernel.demand(all(len(m) < MOST_FACTORS for m in p), "a power is too high")
-    return p
+def read(top: dict[str, Any]) -> tuple[dict[str, Any], list[list[Any]]]:
+    """The parameters of a certificate, over its variables, and its matrix over these, as of enclosure.parse."""
+    thetas = {e["name"]: enclosure.parse(e["expression"], top["variables"], e["name"]) for e in top["parameters"]}
+    return thetas, [[enclosure.parse(entry, thetas, f"matrix[{i}][{j}]", affine=True) for j, entry in enumerate(row)]
+                    for i, row in enumerate(top["matrix"])]  # fmt: skip
 
 
-def step(
-    top: dict[str, Any], names: Mapping[str, Any], known: dict[Any, Any], enclosed: bool = False
-) -> list[list[Any]]:
-    """I + hA of a certificate (as verify.parsed gives it), over these names for its variables.
-
-    Args:
-        enclosed: as of ``polynomial``.
-    """
-    named = {e["name"]: polynomial(e["expression"], names, known, enclosed) for e in top["parameters"]}
-    return moved(top, {**names, **named}, known, enclosed)
+def step(top: dict[str, Any], names: Mapping[str, Any], operate: Any) -> list[list[Any]]:
+    """I + hA of a certificate (as verify.parsed gives it), by ``polynomials``, over these names for its variables."""
+    thetas, A = read(top)
+    return moved(top, A, {x: value(names, operate) for x, (_, value) in thetas.items()}, operate)
 
 
-def moved(top: dict[str, Any], names: Mapping[str, Any], known: Any, enclosed: bool = False) -> list[list[Any]]:
-    """I + hA over these names for its parameters."""
+def moved(top: dict[str, Any], A: list[list[Any]], at: Mapping[str, Any], operate: Any) -> list[list[Any]]:
+    """I + hA at these values of its parameters."""
     h = kernel.term(top["sample_time"])
-    return [
-        [kernel.term(int(i == j)) + h * polynomial(a, names, known, enclosed) for j, a in enumerate(row)]
-        for i, row in enumerate(top["matrix"])
-    ]
+    return [[kernel.term(int(i == j)) + h * value(at, operate) for j, (_, value) in enumerate(row)]
+            for i, row in enumerate(A)]  # fmt: skip
 
 
 def shown(top: dict[str, Any], axes: dict[str, list[Interval]], fall: Fraction) -> str:
@@ -95,9 +90,7 @@ def shown(top: dict[str, Any], axes: dict[str, list[Interval]], fall: Fraction) 
     Returns:
         Words that say for how many matrices.
     """
-    thetas = {e["name"]: enclosure.parse(e["expression"], axes, e["name"]) for e in top["parameters"]}
-    A = [[enclosure.parse(entry, thetas, f"matrix[{i}][{j}]", affine=True) for j, entry in enumerate(row)]
-         for i, row in enumerate(top["matrix"])]  # fmt: skip
+    thetas, A = read(top)
     used, cells = {name for row in A for names, _ in row for name in names}, prod(map(len, axes.values()))
     each = max(1, len(axes), len(used))
     enclosure.demand(cells * each <= MAX_TOTAL, f"{cells} cells of {each} names, more than {MAX_TOTAL} in all")
@@ -123,10 +116,10 @@ def shown(top: dict[str, Any], axes: dict[str, list[Interval]], fall: Fraction) 
         known: dict[Any, Any] = {}
         try:
             if top["cover"]:
-                F = step(top, {x: kernel.term(1, x) for x in box}, known)
+                F = step(top, {x: kernel.term(1, x) for x in box}, polynomials(known))
             else:  # a parameter of one value is a number
                 point = {x: kernel.term(low) for x, (low, high) in box.items() if low == high}
-                F = moved(top, {x: kernel.term(1, x) for x in box} | point, known)
+                F = moved(top, A, {x: kernel.term(1, x) for x in box} | point, polynomials(known))
             decreases(top, F, fall, box, tree, known)
         except (ArithmeticError, LookupError, TypeError, ValueError) as why:
             at = "".join(f", {x} in [{enclosure.show(low)}, {enclosure.show(high)}]" for x, (low, high) in cell.items())

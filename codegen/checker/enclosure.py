@@ -5,7 +5,7 @@ Standard library only; part of the checker (verify.py), which passes ``frame`` i
 
 import math
 import re
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable
 from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_EVEN, Context, Decimal
 from fractions import Fraction
 from functools import lru_cache, reduce
@@ -22,7 +22,7 @@ RATIONAL = re.compile("-?[0-9]+(/0*[1-9][0-9]*)?")
 MANY = 5_000_000
 OPERANDS = {"+": MANY, "*": MANY, "neg": 1, "/": 2, "^": 2, "sin": 1, "cos": 1, "exp": 1, "abs": 1, "sqrt": 1}
 Interval = tuple[Fraction, Fraction]
-Compiled = tuple[frozenset[str], Callable[[Mapping[str, Interval]], Interval]]  # an expression's names and its range
+Compiled = tuple[frozenset[str], Callable[..., Any]]  # an expression's names, and its value at those of the names
 
 
 fraction = lru_cache(4096)(Fraction)  # of a text: a symmetric matrix, which certificate and proof have, repeats them
@@ -130,9 +130,12 @@ def exponential(low: Fraction, high: Fraction) -> Interval:
     return hull(ends + [Fraction(0)] * (low < -100))
 
 
-def apply(op: str, args: list[Interval], where: str) -> Interval:
-    """The range of an operator over the ranges of its operands."""
+def apply(op: str, operands: list[Any], where: str) -> Interval:
+    """The range of an operator over the ranges of its operands; or of "number", a Fraction."""
+    if op == "number":
+        return operands[0], operands[0]
     frame.demand(True, "")  # there is time left
+    args: list[Interval] = operands
     (low, high), zero = args[0], Fraction(0)
     if op == "+":
         return reduce(lambda x, y: hull((x[0] + y[0], x[1] + y[1])), args)
@@ -167,19 +170,25 @@ def decayed(growth: Fraction, factor: Fraction, samples: int) -> Fraction:
 
 
 def parse(raw: Any, known: Collection[str], where: str, affine: bool = False) -> Compiled:
-    """An expression over the known names; `affine`: its form must show it affine in every single name."""
+    """An expression (docs/certificate_format.md) over the known names: its names, and its value at theirs.
+
+    Values are ranges, or whatever else a function computes that is given in place of ``apply``.
+
+    Args:
+        affine: its form must show it affine in every single name.
+    """
     if isinstance(raw, str) and raw in known:
-        return frozenset({raw}), lambda at: at[raw]
+        return frozenset({raw}), lambda at, _=apply: at[raw]
     if not isinstance(raw, list):
-        value = rational(raw, where, known)
-        return frozenset(), lambda at: (value, value)
+        number = rational(raw, where, known)
+        return frozenset(), lambda _, operate=apply: operate("number", [number], where)
     op, rest, admitted = (raw or [None])[0], raw[1:], ("+", "*", "neg", "/") if affine else (*OPERANDS,)
     good = op in admitted and min(2, OPERANDS[op]) <= len(rest) <= OPERANDS[op]
     demand(good, f"{where}: {brief(raw)} is no expression here")
     names, values = zip(*(parse(item, known, where, affine) for item in rest), strict=True)
     if op == "^" or (affine and op == "/"):
-        number = rational(rest[1], where)
-        demand(op == "/" or number in range(MAX_POWER + 1), f"{where}: exponent {show(number)}, not 0 to {MAX_POWER}")
+        power = rational(rest[1], where)
+        demand(op == "/" or power in range(MAX_POWER + 1), f"{where}: exponent {show(power)}, not 0 to {MAX_POWER}")
     union = frozenset[str]().union(*names)
     demand(not affine or op != "*" or sum(map(len, names)) == len(union), f"{where}: a name occurs in two factors")
-    return union, lambda at: apply(op, [value(at) for value in values], where)
+    return union, lambda at, operate=apply: operate(op, [value(at, operate) for value in values], where)
