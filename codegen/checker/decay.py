@@ -45,7 +45,7 @@ def polynomials(known: dict[Any, Any], enclosed: bool = False) -> Callable[[str,
                 low, high = enclosure.exponential(first.constant(), first.constant())
                 kernel.demand(low <= done.constant() <= high, f"{where}: a decimal beyond the enclosure of its exp")
             return done
-        kernel.demand(op in ("+", "*", "neg", "/", "^"), f"{where}: {op}")
+        kernel.demand(op in ("+", "*", "neg", "/", "^"), f"{where}: no {op} of polynomials")
         kernel.demand(op != "/" or others[0], f"{where}: divisor from 0 to 0")
         if op == "+":
             return sum(others, first)

@@ -620,7 +620,7 @@ REFUSALS: dict[str, tuple[Cert | str, str]] = {
         dig("parameters.0.expression", ["/", "1", ["+", "3", ["sin", "z"]]], covered),
         "known names",
     ),
-    "another function": (dig("parameters.0.expression", ["sqrt", ["cos", "q"]], covered), "matrix: sqrt"),
+    "another function": (dig("parameters.0.expression", ["sqrt", ["cos", "q"]], covered), "c: no sqrt of polynomials"),
     "an exponential that may rise": (
         dig("parameters.0.expression", ["exp", ["cos", "q"]], covered),
         "not shown to fall",
