@@ -47,15 +47,15 @@ def polynomials(known: dict[Any, Any], enclosed: bool = False) -> Callable[[str,
             return done
         kernel.demand(op in ("+", "*", "neg", "/", "^"), f"{where}: no {op} of polynomials")
         kernel.demand(op != "/" or others[0], f"{where}: divisor from 0 to 0")
-        if op == "+":
-            return sum(others, first)
         if op == "^":
             first, others = kernel.term(1), [first] * int(others[0].constant())
-        elif op != "*":
+        elif op in ("/", "neg"):
             others = [kernel.function("1/", others[0], known) if op == "/" else kernel.term(-1)]
         for other in others:
-            first = first * other
+            first = first + other if op == "+" else first * other
             kernel.demand(all(len(m) < MOST_FACTORS for m in first), "a power is too high")
+            longest = max((max(abs(c.numerator), c.denominator) for c in first.values()), default=0)
+            kernel.demand(longest < enclosure.TOO_LONG, "a number is too long")  # a power could fill the memory
         return first
 
     return operate

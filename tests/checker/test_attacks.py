@@ -379,11 +379,11 @@ HUGE = ["^", ["^", ["^", ["^", ["^", "2", "64"], "64"], "64"], "64"], "64"]
 
 
 @pytest.mark.parametrize("power", [["^", "2", "999999999"], ["^", "2", "-999999999"], ["^", "2", "1/2"], HUGE])
-def test_a_power_without_end_is_refused(power: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(frame, "SECONDS", 1)
+def test_a_power_without_end_is_refused(power: Any) -> None:
+    """The last one took 17 s of CPU and 3 GB, as no multiplication of it came to an end: the time was asked between."""
     content = certificate("two_link_arm")
     content["parameters"][0]["expression"] = power
-    with pytest.raises(Refused, match=r"exponent|more work"):
+    with pytest.raises(Refused, match=r"exponent|a number is too long"):
         check(content, sources("two_link_arm"))
 
 
