@@ -374,7 +374,7 @@ def require_invariant(
     kernel.demand(kernel.positive(Q, definite=True), "a set's matrix is not positive definite")
     moved = forms.product(forms.product(step, Q, 0), zip(*step, strict=True), 0)
     kept, over = unit * unit * f.numerator, by * unit * unit * f.numerator
-    weighted = [[kernel.term(x) * b for x, b in zip(t, row, strict=True)] for row in push]
+    weighted = [[kernel.term(x) * b if b else b for x, b in zip(t, row, strict=True)] for row in push]
     added = forms.product(weighted, zip(*push, strict=True), kernel.Poly())
     gap = [[kernel.term(Fraction(kept * q - f.denominator * x, over)) - y for q, x, y in zip(*rows, strict=True)]
            for rows in zip(Q, moved, added, strict=True)]  # fmt: skip

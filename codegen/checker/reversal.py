@@ -33,6 +33,7 @@ down, and for these the weights' sum in 1/GRID is added.
 
 import re
 from fractions import Fraction
+from functools import cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 if TYPE_CHECKING or __package__:
@@ -232,11 +233,12 @@ def moved(shape: Shape, m: Moves, weights: Any, edges: list[int], ways: int) -> 
     between = cut(cut(corners, 1, 0, start + width), -1, 0, -start)
     points |= {(x // w, y // w, GRID * ((start + width) * w - x) // (width * w)) for x, y, w in between}
 
+    @cache  # a direction with a change of s is the mirror image of one without
+    def corner(a: int, b: int, c: int) -> int:
+        return max([a * x + b * y + c * d for x, y, d in points] if c > 0 else [a * x + b * y for x, y in still])
+
     def largest(sums: Any) -> int:
-        most: list[int] = []
-        for (a, b, c), number, others, by in sums:
-            corner = max([a * x + b * y + c * d for x, y, d in points] if c > 0 else [a * x + b * y for x, y in still])
-            most.append(-(-(corner + number + dot(others, radii)) // by))
+        most: list[int] = [-(-(corner(*of) + number + dot(others, radii)) // by) for of, number, others, by in sums]
         return max(most)
 
     every = reached(shape, m)

@@ -127,7 +127,9 @@ def outlasts(proof: dict[str, Any], shown: dict[str, Any], code: "Bounded", off:
     bits = [(row[i].denominator.bit_length() - row[i].numerator.bit_length()) // 2 for i, row in enumerate(P)]
     d = [Fraction(2) ** n for n in bits]  # near 1/sqrt(P_ii)
     r, rows = abs(1 - shown["fall"]) / 2, [sum(map(mul, row, d)) / d[i] / by for i, row in enumerate(S)]
-    rest = [[r * r * p - (i == j) * rows[i] for j, p in enumerate(row)] for i, row in enumerate(P)]
+    rest = [[r * r * p for p in row] for row in P]
+    for i, row in enumerate(rest):
+        row[i] -= rows[i]
     frame.demand(kernel.positive(kernel.integers(rest)[0]), "V may grow by rounding")
 
 
