@@ -359,7 +359,8 @@ def detects(c: C) -> None:
     demand({*summed} >= {*follow}, f"{name}.c: `check` does not hold all next states")
     besides = {*summed} - {*follow}
     demand(all(re.fullmatch(r"[\w.]+(?:\[\d+\])?", x) for x in besides), f"{name}.c: `check` holds more than names")
-    demand("check" not in dict(c.commit), f"{name}.c: `check` is set again")  # its size is that of the last
+    again = {"check", *follow} & {*dict(c.commit)}  # the size of `check` is that of the last; a next state would differ
+    demand(not again, f"{name}.c: {', '.join(f'`{x}`' for x in sorted(again))} is set again")
     committed = [(z, x) for z, x in c.commit if z.startswith("state.")]
     demand(
         sorted(committed) == sorted(zip(states, follow, strict=True)), f"{name}.c: other next states than in `check`"

@@ -75,6 +75,14 @@ def test_a_quotient_that_takes_the_sum_of_every_step_beyond_the_limit_is_refused
             check(proof, files)
 
 
+def test_a_next_state_that_is_set_again_behind_the_sum_is_refused() -> None:
+    """w = 1e20 made it NaN after the sum had been compared: a sample with fault 0, and an observer that begins anew."""
+    first, set_ = "    const double z_v_next =", "        state->z_v = z_v_next;\n"
+    again = "        z_v_next += 0.0 * (1e99 * 1e99 * 1e90 * inputs->w);\n"
+    with pytest.raises(Refused, match="`z_v_next` is set again"):
+        check(*changed("one_mass", (first, first.replace("const ", "")), (set_, again + set_)))
+
+
 @pytest.mark.parametrize(
     ("old", "by"),
     [(BEGUN.rstrip(";\n"), "inputs->x"), (RESUMED.rstrip(";\n"), "outputs->v_hat"), (AT.rstrip(";\n"), "inputs->w")],
