@@ -69,28 +69,6 @@ def test_far_from_the_noise_what_leaves_nearly_as_little_ties(
     assert ranking._tied(search, small, [small, smaller]) == []
 
 
-@pytest.mark.usefixtures("significant")
-@pytest.mark.parametrize(
-    ("rigid", "joint", "sits_on", "tied"),
-    [(True, 1, "coordinate", False), (True, 0, "coordinate", True), (None, 1, "coordinate", True),
-     (True, 1, "two coordinates", True)],
-)  # fmt: skip
-def test_effects_on_two_joints_of_an_arm_are_no_rivals(
-    rigid: bool | None, joint: int, sits_on: str, tied: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """A spring of 22 N·m/rad at one joint, found as 22.1, tied with a weaker motor of another joint.
-
-    Of an arm that is run joint by joint neither explains what is left at the other's joint: both may be missing.
-    """
-    monkeypatch.setattr(ranking, "is_far", lambda fit: True)
-    spring, gain = ranked("spring", 0.41), ranked("input_gain", 0.42)
-    for one, place in ((spring, 0), (gain, joint)):
-        one.found.part.place = place
-        one.found.part.effect = SimpleNamespace(sits_on=sits_on, coordinate=lambda system, place: place)
-    search: Any = SimpleNamespace(rigid=rigid, system=None)
-    assert ranking._tied(search, spring, [spring, gain]) == ([gain] if tied else [])
-
-
 def real_ranked(kind: str, system: Any, why_not: str = "") -> ranking.Ranked:
     part = part_of(CATALOGUE[kind], 0, system)
     found: Any = SimpleNamespace(part=part, cost=0.0, trial=SimpleNamespace(system=system, parts=(part,)))

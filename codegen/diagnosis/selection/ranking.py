@@ -12,7 +12,7 @@ from codegen.diagnosis.evidence.score_test import added_parameters, contains, ex
 from codegen.diagnosis.fit import credit
 from codegen.diagnosis.fit.credit import Evidence, evidence_of, is_far, noise_ratio
 from codegen.diagnosis.fit.output_error import Fit, at_limit
-from codegen.diagnosis.fit.search import Search, joint_of, where_they_differ
+from codegen.diagnosis.fit.search import Search, where_they_differ
 from codegen.diagnosis.fit.trial import Part
 from codegen.diagnosis.selection.candidate_fits import FORM_GAIN, fit_candidates, is_simpler_form, is_usual_form
 from codegen.diagnosis.selection.refusals import only_reduces_drive, relative_size, uncovered, why_refused
@@ -161,7 +161,7 @@ def _tied(search: Search, best: Ranked, ranked: Sequence[Ranked]) -> list[Ranked
     for other in ranked:
         if other is best or (other.why_not and not other.unsure) or _is_one_of(other.found, same):
             continue
-        if not leaves_as_little(other, best) or is_elsewhere(search, other, best):
+        if not leaves_as_little(other, best):
             continue
         if is_no_better_form(other.found, best.found, best.found.part):
             continue
@@ -169,17 +169,6 @@ def _tied(search: Search, best: Ranked, ranked: Sequence[Ranked]) -> list[Ranked
             tied.append(other)
             same |= _same_motion(other.found)
     return tied
-
-
-def is_elsewhere(search: Search, other: Ranked, best: Ranked) -> bool:
-    """Whether two candidates act on different joints of an arm that is simulated joint by joint.
-
-    Neither can explain the residual of the other's joint, so they are no rivals; the model may lack both.
-    """
-    parts = [one.found.part for one in (other, best)]
-    if search.rigid is None or any(p.effect.sits_on == "two coordinates" for p in parts):
-        return False
-    return joint_of(search, parts[0]) != joint_of(search, parts[1])
 
 
 def tied_by_free_runs(search: Search, best: Ranked, other: Ranked) -> bool:
