@@ -355,7 +355,10 @@ def units(proof: dict[str, Any], c: Any, header: str) -> list[str]:
     pairs = {(field, unit) for _, field, unit in both}
     shown = [re.split(r"[.[]", error["estimate"])[1] for error in proof["errors"]]
     seen = pairs | {*re.findall(r"(?:double|float) (\w+)(?:\[\d+\])?; /\* (\S+): ", header)}  # in comments too
-    twice = [field for field in [*shown, "sample_time"] if [x for x, _ in seen].count(field) > 1]
+    shows = {e["truth"]: e["estimate"] for e in proof["errors"]}
+    moves = [[re.split(r"[.[]", name)[1] for name in (x, shows.get(v, v))] for x, v in proof["positions"].items()]
+    compared = [*shown, "sample_time", *(field for pair in moves for field in pair)]
+    twice = [field for field in compared if [x for x, _ in seen].count(field) > 1]
     enclosure.demand(not twice, f"{twice[0]} in {proof['name']}.h has two units" if twice else "")
     measured = [*dict.fromkeys(x.split("[")[0] for x in (*c.states, *c.inputs, *c.outputs))]
     begun = next((k for k, code in enumerate(parts[::2]) if "}" in code), 0)  # a derived parameter has no unit
@@ -367,9 +370,7 @@ def units(proof: dict[str, Any], c: Any, header: str) -> list[str]:
     odd = [unit for _, unit in pairs if not re.fullmatch(UNIT, unit)]
     enclosure.demand(not odd, f"{odd[0][:40]!r} in {proof['name']}.h is no unit of SI without a factor" if odd else "")
     enclosure.demand(of["sample_time"] == "s", f"the sample time in {proof['name']}.h is not in s")
-    shows = {e["truth"]: e["estimate"] for e in proof["errors"]}
-    for place in ((x, shows.get(v, v)) for x, v in proof["positions"].items()):
-        x, v = (re.split(r"[.[]", name)[1] for name in place)
+    for x, v in moves:
         enclosure.demand(of[v] == f"{of[x]}/s", f"the unit of {v} in {proof['name']}.h is not that of {x} per second")
     return found
 

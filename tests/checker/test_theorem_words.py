@@ -107,6 +107,21 @@ def test_each_quantity_has_its_unit_behind_it(own: str, by: str) -> None:
         checked(TEXT, {**SOURCES, "one_mass.h": header.replace(own, by).encode()})
 
 
+def test_a_position_that_a_parameter_bears_the_name_of_has_one_unit() -> None:
+    """The unit of one of the two was compared with the velocity's: of which, the seed of Python's hashes decided."""
+    header = SOURCES["one_mass.h"].decode()
+    pairs = [
+        ("double x; /* m:", "double x; /* rad:"),
+        ("    double K_F;", "    double x; /* m: model parameter */\n    double K_F;"),
+        ("        10.0, /* K_F */", "        1.0, /* x */ \\\n        10.0, /* K_F */"),
+    ]
+    for own, by in pairs:
+        assert header.count(own) == 1
+        header = header.replace(own, by)
+    with pytest.raises(Refused, match=r"x in one_mass\.h has two units"):
+        checked(TEXT, {**SOURCES, "one_mass.h": header.encode()})
+
+
 @pytest.mark.parametrize(
     "line",
     [
