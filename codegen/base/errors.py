@@ -182,7 +182,8 @@ def nearest_name(word: str, known: Iterable[str]) -> str | None:
     """The known name most like ``word``, by ``difflib``; None where none is like it.
 
     Upper and lower case, a doubled letter, and a number at the end of one of the two names do not count. A name that
-    is longer or shorter by more than a third is not alike.
+    is longer or shorter by more than a third is not alike. Of two letters, which have no two in three, one is enough if
+    it is at its place, and only in one known name.
     """
     if len(word) > LONGEST_QUOTE:
         return None
@@ -194,7 +195,17 @@ def nearest_name(word: str, known: Iterable[str]) -> str | None:
         if like >= LIKE and abs(len(one) - len(other)) <= max(len(name), len(word)) // 3:
             same_case = sum(a.isupper() == b.isupper() for a, b in zip(word, name, strict=False))
             likeness[name] = like, SequenceMatcher(None, word, name).ratio(), same_case
-    return max(likeness, key=likeness.__getitem__, default=None)
+    return max(likeness, key=likeness.__getitem__, default=None) or _like_two_letters(word, known)
+
+
+def _like_two_letters(word: str, known: Iterable[str]) -> str | None:
+    """The only known name of two letters with one of a word of two letters at its place: ``mc`` for ``nc``."""
+    if len(word) != 2 or not word.isalpha():
+        return None
+    found = [
+        name for name in known if len(name) == 2 and name.isalpha() and (name[0] == word[0]) != (name[1] == word[1])
+    ]
+    return found[0] if len(found) == 1 else None
 
 
 _NUMBER = re.compile(r"(?<=\w)_?\d+$")

@@ -131,11 +131,11 @@ Gain = GainEntry | list[GainEntry] | list[list[GainEntry]]
 
 class CoordinateSection(Section):
     velocity: str
-    unit: Unit
+    unit: Unit = Field(examples=["m", "rad"])
 
 
 class InputSection(Section):
-    unit: Unit
+    unit: Unit = Field(examples=["N", "N*m", "V"])
 
 
 class ParameterSection(Section):
@@ -151,7 +151,7 @@ class ContactSection(BaseModel):
 
     name: str
     law: str = "coulomb"
-    unit: Unit
+    unit: Unit = Field(examples=["N", "N*m"])
     bodies: Names | None = None
     along: Direction | None = None
 

@@ -121,7 +121,9 @@ def _explain(
     place = nearest_place(key, places, file)
     match fault["type"]:
         case "missing":
-            return BadInput(place, f"key `{key}` is missing", f"`{steps[-1]}:`", code="SPEC003")
+            examples = _field_examples(model, steps)
+            expected = f"`{steps[-1]}:`{f', such as {examples}' if examples else ''}"
+            return BadInput(place, f"key `{key}` is missing", expected, code="SPEC003")
         case "extra_forbidden":
             known = _known_keys(model, steps[:-1])
             name = str(steps[-1])
@@ -193,13 +195,25 @@ def nearest_place(key: str, places: Mapping[str, Place], file: str) -> Place:
     return Place(file, line, key)
 
 
-def _known_keys(model: type[BaseModel], steps: list[Any]) -> list[str]:
+def _known_keys(model: type[BaseModel], steps: Sequence[Any]) -> list[str]:
+    return sorted(_section(model, steps).model_fields)
+
+
+def _field_examples(model: type[BaseModel], steps: Sequence[Any]) -> str:
+    """The examples of a key's value in the schema, joined by "or"; "" without any."""
+    field = _section(model, steps[:-1]).model_fields.get(steps[-1])
+    return " or ".join(map(str, (field and field.examples) or ()))
+
+
+def _section(model: type[BaseModel], steps: Sequence[Any]) -> type[BaseModel]:
+    """The model of the section at these steps of a key, or of the last one above that has a model."""
     current: Any = model
     for step in steps:
         field = getattr(current, "model_fields", {}).get(step) if isinstance(step, str) else None
         annotation = field.annotation if field else current
         current = _inner_model(annotation) or current
-    return sorted(current.model_fields)
+    section: type[BaseModel] = current
+    return section
 
 
 def _list_depth(model: type[BaseModel], steps: Sequence[Any]) -> int:

@@ -51,14 +51,14 @@ def test_a_wrong_time_is_reported_with_the_line_that_corrects_it(tmp_path: Path,
     assert one.severity == severity and one.figures["factor"] == pytest.approx(c, rel=0.03)
     assert one.figures["misfit_scaled"] < one.figures["misfit_by_mass"]
     line = one.words.rpartition("(`")[2].partition("`")[0]
-    assert line.startswith("scale: {t: ")
+    assert line == f"scale: {{t: {1 / c:g}}}"  # 498.4 Hz by the fit, proposed as 500 Hz
     assert not found(tmp_path, c, about=line)
 
 
 def test_without_stamps_the_rate_is_named(tmp_path: Path) -> None:
     (one,) = found(tmp_path, about=f"sample_rate_hz: {RATE / 2}", stamped=False)
     line = one.words.rpartition("(`")[2].partition("`")[0]
-    assert line.startswith("sample_rate_hz: ") and float(line.split()[1]) == pytest.approx(RATE, rel=0.03)
+    assert line == f"sample_rate_hz: {RATE:g}"
     assert not found(tmp_path, about=line, stamped=False)
 
 

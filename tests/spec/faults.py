@@ -102,6 +102,7 @@ FAULTS: dict[str, tuple[str, str, str, str | None]] = {
     # laws
     "unknown law": ("law: coulomb, a: 5", "law: coulom, a: 5", "SPEC008 `coulom`", "coulomb"),
     "a law by its common name": ("law: coulomb, a: 5", "law: stribeck, a: 5", "SPEC008 `stribeck`", "gaussian"),
+    "contact's unit missing": ("coulomb, a: 5, unit: N}", "coulomb, a: 5}", "SPEC003 `unit:` N*m", None),
     "level missing": ("coulomb, a: 5,", "coulomb,", "SPEC003 `a`", None),
     "level negative": ("a: 5", "a: -5", "SPEC007 -5", None),
     "viscous friction in a law": ("law: coulomb, a: 5", "law: coulomb+viscous, a: 5", "SPEC008 viscous effects:", None),

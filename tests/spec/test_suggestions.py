@@ -29,6 +29,9 @@ CASES = [
     ("kk", ("m", "k"), "k"),
     ("vell", ("vel_l", "vel"), "vel"),
     ("nothing_alike", ("mass", "force"), None),
+    ("nc", ("m", "mc", "k"), "mc"),
+    ("nc", ("mc", "tc"), None),  # either may be meant
+    ("v1", ("x1", "x_dot"), None),  # a number alone is no likeness
     ("", ("a", "b"), None),
     ("a" * 10**6, ("a" * 10**6,), None),  # what no message prints
 ]

@@ -57,6 +57,8 @@ EXPLAINED, MUCH_LESS = 0.02, 0.25
 """Largest unbalanced share of the squared forces with a factor, and its largest ratio to that without."""
 ALIKE = 2.0
 """Ratio of unbalanced shares up to which two explanations are not distinguished."""
+RATE_KNOWN = 0.01
+"""Relative error of an estimated sample rate, by which the proposed one is rounded."""
 ABOUT, TOLERANCE = 2.0, 1e-3
 """Range of the search for a factor about its starting value, either way, and its relative accuracy."""
 SAME_MOTION, APART = 0.9, 2.0
@@ -305,17 +307,23 @@ def _wrong_time(case: Case) -> Finding | None:
     if not explains or by_mass.left <= ALIKE * time.left:
         return None
     c, rate = time.factor, 1 / log.sample_time
+    likely = _rounded(rate * c)
     stamped = "t" in log.intake.columns
-    line = log.scale_lines({"t": 1 / c}, spec) if stamped else f"`sample_rate_hz: {rate * c:.4g}`"
+    line = log.scale_lines({"t": rate / likely}, spec) if stamped else f"`sample_rate_hz: {likely:g}`"
     off = f"{c:.3g} times too long" if c > 1 else f"{1 / c:.3g} times too short"
     words = (
         f"The time of the log seems {off}: as read, at {rate:.4g} Hz, {in_percent(plain.left)} of the squared forces "
-        f"stay unbalanced; at about {rate * c:.4g} Hz, {in_percent(time.left)}; at {rate:.4g} Hz with "
+        f"stay unbalanced; at about {likely:g} Hz, {in_percent(time.left)}; at {rate:.4g} Hz with "
         f"{1 / by_mass.factor:.3g} times the declared masses, {in_percent(by_mass.left)}. Is the sample rate right? "
         f"({line} in meta.yaml beside the log)"
     )
     figures = {"factor": c, "misfit": plain.left, "misfit_scaled": time.left, "misfit_by_mass": by_mass.left}
     return Finding("warning", SCALE_OF_TIME, words, figures)
+
+
+def _rounded(rate: float) -> float:
+    """The number of fewest digits within ``RATE_KNOWN`` of an estimated rate: 500 for 498.4."""
+    return next(r for digits in range(1, 5) if abs((r := float(f"{rate:.{digits}g}")) - rate) <= RATE_KNOWN * rate)
 
 
 def _in_shorter_time(motion: Motion, factor: float) -> Motion:
