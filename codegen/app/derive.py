@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
+from textwrap import fill
 from typing import Any
 
 import sympy
@@ -16,8 +18,10 @@ from codegen.base.border import verb
 from codegen.base.text import render
 from codegen.spec.functions import Magnitude
 
-LONGEST_ENTRY = 60
-"""Most operations of an expression that is printed in full."""
+LONGEST_ENTRY, LONGEST_PRINTED = 60, 400
+"""Most operations of an entry of a printed matrix, and of any printed expression; longer ones are in --json alone."""
+WIDTH = 110
+"""Columns at which a long expression is continued on the next line."""
 
 
 @verb
@@ -44,6 +48,8 @@ def derive_text(analysis: Analysis, latex: bool = False) -> str:
 def analysis_view(analysis: Analysis) -> dict[str, Any]:
     """The variables of the text of ``stiction derive``."""
     dynamics = analysis.dynamics
+    only = analysis.blocks[0].polynomial if len(analysis.blocks) == 1 else None
+    coefficients = {} if only is None else {f"c{len(only) - 1 - k}": c for k, c in enumerate(only)}
     return {
         "analysis": analysis,
         "observer": dynamics.observer,
@@ -55,8 +61,8 @@ def analysis_view(analysis: Analysis) -> dict[str, Any]:
         ],
         "modes": analysis.modes,
         "dynamics": dynamics,
-        "routh": [_condition(c) for c in analysis.routh],
-        "jury": [_condition(c) for c in analysis.jury],
+        "routh": [_condition(c, coefficients) for c in analysis.routh],
+        "jury": [_condition(c, coefficients) for c in analysis.jury],
         "free": _free(analysis),
         "signs": [s.name for s in dynamics.observer.signs if dynamics.jacobian.has(s)],
     }
@@ -141,22 +147,27 @@ def _polynomial_words(polynomial: tuple[Any, ...] | None) -> str:
 def _entry(expression: Any) -> str:
     """An entry of a printed matrix; of a long one, its number of operations."""
     operations = int(sympy.count_ops(expression))
-    return str(expression) if operations <= LONGEST_ENTRY else f"({operations} operations; see --json)"
+    return str(expression) if operations <= LONGEST_ENTRY else f"({operations} operations: printed by --json)"
 
 
-def _counted(expression: Any) -> str:
-    return f"(an expression of {int(sympy.count_ops(expression))} operations; see --json)"
+def _printed(expression: Any, indent: int) -> str:
+    """An expression on as many lines as it needs, all but the first indented; of a very long one, where it is."""
+    operations = int(sympy.count_ops(expression))
+    if operations > LONGEST_PRINTED:
+        return f"({operations} operations: printed by --json)"
+    return fill(f"{expression}", WIDTH, subsequent_indent=" " * indent, break_long_words=False, break_on_hyphens=False)
 
 
 def _written(expression: Any) -> str:
-    """A coefficient of a polynomial, factored; of a long one, its number of operations."""
-    if int(sympy.count_ops(expression)) > LONGEST_ENTRY:
-        return _counted(expression)
-    return str(expression if expression.has(Magnitude) else sympy.factor(expression))
+    """A coefficient of a polynomial; a short one is factored."""
+    short = int(sympy.count_ops(expression)) <= LONGEST_ENTRY and not expression.has(Magnitude)
+    return _printed(sympy.factor(expression) if short else expression, 7)
 
 
-def _condition(c: Condition) -> tuple[str, str, float, bool]:
-    return c.label, str(c.expression) if c.readable else _counted(c.expression), c.value, c.holds
+def _condition(c: Condition, coefficients: Mapping[str, Any]) -> tuple[str, str, float, bool]:
+    """A condition as (label, expression, value, holds); a long coefficient that was printed is named by its label."""
+    known = not c.readable and coefficients.get(c.label) == c.expression
+    return c.label, c.label if known else _printed(c.expression, 12), c.value, c.holds
 
 
 def _texts(polynomial: tuple[Any, ...] | None) -> list[str] | None:

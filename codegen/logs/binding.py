@@ -337,8 +337,7 @@ class _Search:
         why = f" ({reasons((*proposed, *speeds.values()))})" if proposed or speeds else ""
         has = f"NUMBER from 1 to {len(self.names)}" if self.headless else f"it has {listing(self.names)}"
         expected = f"{lines} in meta.yaml beside the log{option}{why}{self._or_none(lacking[0])}; {has}"
-        nearest = proposed[0].column if proposed and proposed[0].symbol == lacking[0] else None
-        raise BadInput(first.place, absent, expected, nearest, code="LOG003")
+        raise BadInput(first.place, absent, expected, code="LOG003")  # its nearest right thing is in the lines
 
     def _integrated(self) -> tuple[str, ...]:
         """The positions that are integrated from their velocities: those without a column that may hold them.

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+
 import pytest
 
 from tests.in_part import in_part
@@ -51,6 +53,18 @@ def test_the_range_of_a_speed_that_is_assumed_is_said(tmp_path):
     assert "no range for v (-1 to 1 assumed here)" in stiction("derive", str(tmp_path / "drag.yaml")).out
 
 
+def test_a_long_coefficient_is_printed_in_full_and_once() -> None:
+    """It was "an expression of 153 operations", and so was the condition on it."""
+    arm = str(SPECS / "two_link_arm.yaml")
+    polynomial = json.loads(stiction("derive", arm, "--json").out)["characteristic_polynomial"]
+    lines = stiction("derive", arm).out.splitlines()
+    at = next(k for k, line in enumerate(lines) if line.startswith("  c2 = "))
+    end = next(k for k, line in enumerate(lines) if line.startswith("  c1 = "))
+    written = " ".join(line.strip() for line in lines[at:end])
+    assert written == f"c2 = {polynomial[2]}" and max(map(len, lines[at:end])) < 120
+    assert [line.split()[:3] for line in lines[end:] if line.startswith("  c2 ")] == [["c2", ">", "0"]]
+
+
 @pytest.mark.parametrize("velocity", in_part(["estimated", "measured"], ["measured"]))
 def test_long_entries_are_counted_and_short_ones_written(tmp_path, velocity):
     """With a measured velocity one condition is a polynomial of degree 35, which SymPy had not factored after 169 s."""
@@ -59,7 +73,7 @@ def test_long_entries_are_counted_and_short_ones_written(tmp_path, velocity):
         text = text.replace("velocity: estimated", "velocity: measured").replace("K_F: 50, K_v: 200", "K_F: 50")
     (tmp_path / "crank.yaml").write_text(text)
     out = stiction("derive", str(tmp_path / "crank.yaml")).out
-    assert "operations; see --json)" in out
+    assert "operations: printed by --json)" in out
     assert max(map(len, out.splitlines())) < 300
 
 
