@@ -338,9 +338,7 @@ CASES = (
     Case(
         "a remark in a reversal", "p", '"dwell": "54"', '"dwell": "54", "claim": "at once"', "fields are not so named"
     ),
-    Case(
-        "an object in place of a list", "p", '"domain": []', '"domain": {"1": "everywhere"}', "fields are not so named"
-    ),
+    Case("an object in place of a list", "p", '"domain": []', '"domain": {"1": "everywhere"}', "expected is a list"),
     Case("the box is of no variable", "p", '"box": {}', '"box": {"true.y": ["0", "1"]}', "box of no free variable"),
     Case(
         "the box is of an estimate", "p", '"box": {}', '"box": {"outputs.v_hat": ["0", "1"]}', "box of no free variable"

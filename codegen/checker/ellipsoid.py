@@ -258,7 +258,7 @@ def bounded(proof: dict[str, Any], claim: dict[str, Any], shown: dict[str, Any])
     Returns:
         For each set the bounds of its ``claimed_rows``, each with the direct effect of the noise of that sample added.
     """
-    kernel.demand(files.formed(claim, FORM), "fields are not so named, or no lists")
+    files.conform(claim, FORM, "the claim")
     own = claim["name"] == proof["name"] and claim.get(FORCES, "measured") == "measured"
     kernel.demand(own, "of another machine, or of other forces")
     of_noise = [x for x in claim["noise"] for of in proof.get("shared", {}).values() if x in of]

@@ -14,8 +14,9 @@ from reprlib import repr as brief
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING or __package__:
-    from codegen.checker import frame
+    from codegen.checker import files, frame
 
+Refused, demand = files.Refused, files.demand
 MAX_STRING, MAX_POWER = 4000, 64
 TOO_LONG, DIGITS, FINEST = 1 << 2**14, 96, 512  # rounded numbers have DIGITS binary digits, none below 2^-FINEST
 RATIONAL = re.compile("-?[0-9]+(/0*[1-9][0-9]*)?")
@@ -26,15 +27,6 @@ Compiled = tuple[frozenset[str], Callable[..., Any]]  # an expression's names, a
 
 
 fraction = lru_cache(4096)(Fraction)  # of a text: a symmetric matrix, which certificate and proof have, repeats them
-
-
-class Refused(Exception):
-    """The certificate does not hold, or is not written as its format demands; the message says what and where."""
-
-
-def demand(condition: bool, fault: str) -> None:
-    if not condition:
-        raise Refused(fault)
 
 
 def rational(raw: Any, where: str, known: Collection[str] = ()) -> Fraction:

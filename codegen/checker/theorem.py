@@ -62,27 +62,21 @@ WITHIN, SIZED = "noise, change of force or speed within a sample, ", "noise and 
 def read(text: str | bytes) -> dict[str, Any] | None:
     """The proof, or None if the text is no JSON object with just a proof's fields. Refused if a field is repeated."""
     try:
-        content = json.loads(text, object_pairs_hook=once)
+        content = files.parsed(text)
     except (ValueError, RecursionError):
         return None
     return content if isinstance(content, dict) and files.named(content, FORM) else None
 
 
-def once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    """A JSON object as a dict; Refused if a name is repeated, of which readers could take different values."""
-    enclosure.demand(len(dict(pairs)) == len(pairs), "a field appears twice in an object")
-    return dict(pairs)
-
-
 def instead(raw: Any) -> str:
-    """Words for the JSON found where a certificate is expected (objects as pairs, bare numbers as bytes)."""
-    if not isinstance(raw, tuple):
-        return {list: "a list", str: "a text", bytes: "a number", type(None): "null"}.get(type(raw), "true or false")
-    names = [name for name, _ in raw]
+    """Words for the JSON found where a certificate is expected."""
+    if not isinstance(raw, dict):
+        return files.kind(raw)
+    names = [*raw]
     if files.named(names, ellipsoid.FORM):
         return f"an {SETS}, and it is verified with the {PROOF} beside it"
-    form = next((value for name, value in raw if name == "format" and isinstance(value, str)), "")
-    if form:
+    form = raw.get("format")
+    if isinstance(form, str) and form:
         return f"an object of the format {json.dumps(form[:40])}"
     kind, proofs = "an object with the fields", {x.rstrip("?") for x in FORM}
     if len(proofs.intersection(names)) > len(FORM) // 2:
@@ -99,7 +93,7 @@ def proved(proof: dict[str, Any], sources: dict[str, bytes], turns: Collection[s
     Args:
         turns: signs, besides those of the proof's reversals, for whose change of sign the certificate claims something.
     """
-    enclosure.demand(files.formed(proof, FORM), f"{PROOF}: fields are not so named, or no lists")
+    files.conform(proof, FORM, PROOF)
     known = numbers(proof)
     with or_refused(f"the kernel does not prove {PROOF} of the C"):
         texts = {name: text.decode() for name, text in sources.items()}
@@ -246,7 +240,7 @@ def steady(proof: dict[str, Any], shown: dict[str, Any], turns: list[str]) -> No
 def kept(proof: dict[str, Any], shown: dict[str, Any], text: bytes) -> tuple[dict[str, Any], list[list[Fraction]]]:
     """The claim of an ellipsoid.json and, for each of its sets, the proved bounds of the rows; or enclosure.Refused."""
     with or_refused(f"{SETS} is not proved of the C"):
-        claim = json.loads(text, object_pairs_hook=once)
+        claim = files.parsed(text)
         return claim, ellipsoid.bounded(proof, claim, shown)
 
 

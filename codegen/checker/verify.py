@@ -64,7 +64,7 @@ ALWAYS = (  # not checked, whatever is given
     "that the model (M, g, input gain) describes the real machine, and that the envelope is that of the specification",
     "that the units of forces, levels and inputs in NAME.h fit the machine's (that of a velocity fits its position's)",
 )
-# A certificate: {"field": ...} is an object with just these fields, {"FORM": ...} one with any keys of that form.
+# A certificate, as files.conform reads it: {"FORM": ...} is an object with any keys of that form.
 SCHEMA = json.loads("""{"format": "FORMAT", "tool": {"name": "TEXT", "version": "TEXT", "command": "TEXT"},
     "subject": {"name": "WORD", "spec_sha256": "HASH", "files": {"FILE": "HASH"}},
     "observer": {"kind": "TEXT", "velocity": "TEXT", "integration": "STEP"}, "claim": "LINE", "assumptions": ["LINE"],
@@ -76,32 +76,17 @@ SCHEMA = json.loads("""{"format": "FORMAT", "tool": {"name": "TEXT", "version": 
 Matrix = list[list[Fraction]]
 
 
-def conform(raw: Any, schema: Any, where: str) -> Any:
-    """Parsed JSON converted to Python values by a schema; Refused, with the place, where it does not conform.
-
-    Args:
-        raw: JSON with objects as tuples of pairs, and numbers as bytes.
-    """
-    if schema == "ANY":
+def leaf(raw: Any, form: str, where: str) -> Any:
+    """A text or number of a certificate as a Python value, if it is of its form; or Refused, with the place."""
+    if form == "ANY":
         return raw
-    if isinstance(schema, list) and isinstance(raw, list):
-        return [conform(value, schema[0], f"{where}[{i}]") for i, value in enumerate(raw)]
-    if isinstance(schema, dict) and isinstance(raw, tuple):
-        keys = {key for key, _ in raw}
-        demand(len(keys) == len(raw), f"{where}: a key appears twice")
-        form = next(iter(schema.keys() & FORMS.keys()), "")
-        demand(form != "" or keys == schema.keys(), f"{where}: fields missing or extra: {brief(keys ^ schema.keys())}")
-        return {conform(k, form or "TEXT", where): conform(v, schema[form or k], f"{where}.{k}") for k, v in raw}
-    if schema == "RATIONAL":
+    if form == "RATIONAL":
         return enclosure.rational(raw, where)
-    if not isinstance(schema, str):
-        kind = "a list" if isinstance(schema, list) else "an object"
-        raise Refused(f"{where}: expected is {kind}, found {theorem.instead(raw)}")
-    good = isinstance(raw, bytes if schema == "WHOLE" else str) and len(raw) <= MAX_STRING
-    text = raw.decode() if good and schema == "WHOLE" else raw
-    good = good and text.isprintable() and re.fullmatch(FORMS[schema], text) is not None  # the unprintable could forge
-    demand(good, f"{where}: {brief(raw)} is no {brief(schema)}, printable and of at most {MAX_STRING} characters")
-    return int(text) if schema == "WHOLE" else text
+    good = isinstance(raw, bytes if form == "WHOLE" else str) and len(raw) <= MAX_STRING
+    text = raw.decode() if good and form == "WHOLE" else raw
+    good = good and text.isprintable() and re.fullmatch(FORMS[form], text) is not None  # the unprintable could forge
+    demand(good, f"{where}: {brief(raw)} is no {brief(form)}, printable and of at most {MAX_STRING} characters")
+    return int(text) if form == "WHOLE" else text
 
 
 def reversal(entry: dict[str, Any], P: Matrix, fall: Fraction) -> str:
@@ -197,12 +182,11 @@ def unsaid(top: dict[str, Any], spec: Path | None) -> list[str]:
 def parsed(text: str) -> dict[str, Any]:
     """The certificate, if it is written as its format demands."""
     demand(len(text) <= MAX_TEXT, f"{len(text)} characters, more than {MAX_TEXT}")
-    bare = str.encode
-    raw = json.loads(text, object_pairs_hook=tuple, parse_int=bare, parse_float=bare, parse_constant=bare)
-    formats = [value for key, value in raw if key == "format"] if isinstance(raw, tuple) else []
+    raw = files.parsed(text)
     expected = f'expected is a certificate: an object with "format": "{FORMS["FORMAT"]}", or a {PROOF}'
-    demand(FORMS["FORMAT"] in formats, f"found {theorem.instead(raw)}; {expected}")
-    top: dict[str, Any] = conform(raw, SCHEMA, "certificate")
+    known = isinstance(raw, dict) and raw.get("format") == FORMS["FORMAT"]
+    demand(known, f"found {theorem.instead(raw)}; {expected}")
+    top: dict[str, Any] = files.conform(raw, SCHEMA, "certificate", leaf)
     return top
 
 

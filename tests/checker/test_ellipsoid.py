@@ -36,7 +36,7 @@ def bounds(name: str, claim: Any = None, proof: Any = None) -> list[list[Fractio
     return ellipsoid.bounded(proof, claim, errors.prove(proof, texts(name)))
 
 
-NOT_FORMED = "fields are not so named, or no lists"
+NOT_FORMED = "fields are not so named|expected is a list"
 SUMS = {  # N or N m: sums of absolute responses, as a checker of another derivation proved them of the same matrices
     "belt_axis": [1.61670],
     "chain": [0.148780, 0.220998, 0.222674, *[0.222716] * 10, 0.222674, 0.220998, 0.148780],
