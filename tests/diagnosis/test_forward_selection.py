@@ -15,6 +15,7 @@ from codegen.diagnosis.fit.search import Search
 from codegen.diagnosis.fit.trial import part_of
 from codegen.diagnosis.selection import candidate_fits, forward_selection, ranking, refusals, significance
 from codegen.diagnosis.selection.forward_selection import still_credited
+from codegen.diagnosis.selection.ranking import nearest_of_equal
 from codegen.effects import CATALOGUE
 from codegen.effects.register import candidates
 from tests.diagnosis.stage import stage, system_of
@@ -334,6 +335,25 @@ def test_a_replacement_that_the_force_residual_speaks_against_is_none_far_from_t
     monkeypatch.setattr(forward_selection, "force_prefers", lambda here, other, most: prefers)
     here: Any = SimpleNamespace(search=None)
     assert forward_selection._force_speaks_for(here, fit(part_named("compliance"))) is speaks
+
+
+@pytest.mark.parametrize(
+    ("cost", "names", "level", "chosen"),
+    [(754.50, "b", 4.0, 1), (756.0, "b", 4.0, 0), (754.50, "b", 2.3, 0), (754.50, "b v_s", 4.0, 0)],
+)
+def test_of_replacements_that_fit_equally_the_one_nearest_to_the_declared_levels_is_chosen(
+    cost: float, names: str, level: float, chosen: int
+) -> None:
+    """Beside a gain, viscous friction and an inertia error are one motion: 1e-7 nats chose a level of 2.4 N of 4."""
+    search: Any = SimpleNamespace(
+        moved=("F", "m"), problem=SimpleNamespace(levels=("F",)), declared=np.array([4.0, 2.0])
+    )
+    found: list[Any] = [
+        SimpleNamespace(cost=one, part=SimpleNamespace(names=own.split()), values=(np.array([a, 2.0]), []))
+        for one, own, a in ((754.46, "delta", 2.4), (cost, names, level))
+    ]
+    assert nearest_of_equal(search, found) is found[chosen]
+    assert nearest_of_equal(search, []) is None
 
 
 def test_a_replacement_whose_period_the_log_cannot_show_is_none(monkeypatch: pytest.MonkeyPatch) -> None:

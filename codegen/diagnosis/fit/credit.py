@@ -265,8 +265,8 @@ def noise_loss(fit: Fit) -> float:
 
 def size_of(fit: Fit, base: Fit) -> float:
     """RMS change of the prediction by the candidate, over the RMS change by the whole drive force."""
-    residual = mean_residuals(fit.runner, fit.runner.run(fit.theta, base.offsets))
-    return _over_drive(base.starts.project(residual - base.unprojected, slope=True), base)
+    change = base.residual_of(fit.runner, fit.theta) - base.unprojected
+    return _over_drive(base.starts.project(change, slope=True), base)
 
 
 def misfit(base: Fit) -> float:

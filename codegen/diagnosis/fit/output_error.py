@@ -192,6 +192,10 @@ class Fit:
         """(p, S, K n) slopes after regression on the start states."""
         return self.starts.projected(self.raw_slopes, self.residual)
 
+    def residual_of(self, runner: Runner, theta: Array) -> Array:
+        """(S, K n) measured less predicted, over its noise, of another trial on this record from this fit's starts."""
+        return mean_residuals(runner, runner.run(theta, runner.offsets_of(self.runner, self.offsets)))
+
     @property
     def for_table(self) -> Fit:
         """The fit without its arrays over segments, which take nearly all its memory: values and limits alone."""
@@ -239,6 +243,11 @@ def segment_weights(residual: Array) -> Array:
 
 def segment_cost(residual: Array) -> float:
     return float(segment_losses(residual).sum())
+
+
+def resolution(cost: float) -> float:
+    """Decrease of a cost, in nats, below which a fit has converged; smaller differences of costs mean nothing."""
+    return 1e-2 + 1e-4 * cost
 
 
 def mean_residuals(runner: Runner, predicted: Array) -> Array:
@@ -381,7 +390,7 @@ def gauss_newton(
             break
         damping = max(damping / 10, 1e-6)
         theta, offsets, now = moved, offsets + shift, trial
-        if cost - new < 1e-2 + 1e-4 * cost:
+        if cost - new < resolution(cost):
             break
     return Fit(runner, theta, offsets, now, starts.project(now), columns, starts, prior, prior.limited(theta, first))
 

@@ -51,6 +51,7 @@ class Record:
         joints: of an arm that is simulated joint by joint, the compared joints, each a row of its own in every segment;
             None if the coordinates of a segment are compared together.
         integrated: (n,) whether the positions are the integral of the measured speed; empty for none.
+        resumed: samples at which the data resume after a gap of the log, ascending.
     """
 
     measured: Array
@@ -63,6 +64,7 @@ class Record:
     length: int
     joints: tuple[int, ...] | None = None
     integrated: tuple[bool, ...] = ()
+    resumed: tuple[int, ...] = ()
 
     @cached_property
     def targets(self) -> Array:
@@ -178,7 +180,13 @@ def record_of(motion: Motion, log: Log, shorter: float = 1.0) -> Record:
         starts = [starts[k] for k in np.linspace(0, len(starts) - 1, most).round().astype(int)]
     along = motion.measured, motion.positions, motion.velocities, motion.commands
     return Record(
-        *along, h, position_noise(motion, log), np.array(starts, dtype=np.int32), tried, integrated=motion.integrated
+        *along,
+        h,
+        position_noise(motion, log),
+        np.array(starts, dtype=np.int32),
+        tried,
+        integrated=motion.integrated,
+        resumed=tuple(stop for _, stop in log.gaps),
     )
 
 

@@ -63,7 +63,7 @@ def free_run(
     if system.transmissions:
         compared = np.vstack([positions[cut : cut + kept], np.full((len(start) * length - kept, n), np.nan)])
         loads = _estimated_loads(runner, values, compared.reshape(-1, length, n))
-    rows = runner.at(values)(record.at_rest, loads).reshape(-1, n)[:kept]
+    rows = runner.at(values, smoothed=True)(record.at_rest, loads).reshape(-1, n)[:kept]
     predicted = np.full((count, n), np.nan)
     predicted[cut : cut + kept] = np.where(np.isfinite(rows), rows, np.inf)
     return predicted
@@ -91,7 +91,7 @@ def _estimated_loads(runner: Runner, theta: Array, compared: Array) -> Array:
     followed = runner.hidden(theta)[:, -2 * loads :]
     motor = np.hstack([record.positions[record.start][:, split], record.velocities[record.start][:, split]])
     scale = np.sqrt(np.mean((followed - motor) ** 2, axis=0))
-    run = runner.at(theta)
+    run = runner.at(theta, smoothed=True)
 
     def errors(offsets: Array) -> Array:
         found: Array = run(record.at_rest, offsets * scale) - compared

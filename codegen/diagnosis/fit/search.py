@@ -181,12 +181,17 @@ class Search:
     def without(self, fit: Fit, index: int) -> Fit:
         """The fit with one of its effects removed."""
         trial, theta = fit.trial.without(fit.theta, index)
-        return self.fitted_again(replace(fit, runner=self.runners([trial])[0], theta=theta))
+        return self.fitted_again(self._begun_by(fit, trial, theta))
 
     def with_parts(self, fit: Fit, moved: Array, parts: Sequence[Part], values: Sequence[Mapping[str, float]]) -> Fit:
         """The fit with these effects in place of its own, from these starting values."""
         trial = replace(fit.trial, parts=tuple(parts))
-        return self.fitted_again(replace(fit, runner=self.runners([trial])[0], theta=trial.theta(moved, values)))
+        return self.fitted_again(self._begun_by(fit, trial, trial.theta(moved, values)))
+
+    def _begun_by(self, fit: Fit, trial: Trial, theta: Array) -> Fit:
+        """The fit as the start of one of another trial."""
+        (runner,) = self.runners([trial])
+        return replace(fit, runner=runner, theta=theta, offsets=runner.offsets_of(fit.runner, fit.offsets))
 
     def on_another_record(self, fit: Fit) -> Fit:
         """The fit repeated on this search's record, where the fit is from another log."""
@@ -204,7 +209,8 @@ class Search:
     ) -> Fit:
         """The fit of a trial with one part more than the base's, from ``theta``, with the base's starts and slopes."""
         prior, known = self.prior(runner.trial, theta, base.prior.tempering), base.raw_slopes if raw is None else raw
-        return gauss_newton(runner, theta, base.offsets, base.starts, prior, rounds, known, final_slopes=final_slopes)
+        offsets = runner.offsets_of(base.runner, base.offsets)
+        return gauss_newton(runner, theta, offsets, base.starts, prior, rounds, known, final_slopes=final_slopes)
 
     def prior(self, trial: Trial, theta: Array, tempering: float = 1.0) -> Prior:
         """The prior of a trial's parameters, none for those of effects; a logarithm, phase or logit has the size 1."""

@@ -116,6 +116,9 @@ its equations within them: up to four times as fast without sines, for a tenth o
 _REST = 1e-12
 """Slip speed that counts as standstill where no level jumps there, in slip unit/s."""
 WARM_S = 1.0
+OBSERVER = 4.0
+"""Double pole of the observer of start states, over the inverse length of a segment: a wrong force then moves the
+observed state less than the segment's own free run. Faster ones come nearer to the measured motion, with its noise."""
 
 
 @dataclass(frozen=True)
@@ -174,23 +177,36 @@ class Shooter:
         flags = PLAIN if plain else UNROLLED
         self._compiled = in_background(_library, source, flags) if at_once else cache(partial(_library, source, flags))
 
-    def at(self, model: int, p: Array, structure: Structure, record: Record, drive: Array, substeps: int) -> FreeRun:
+    def at(
+        self,
+        model: int,
+        p: Array,
+        structure: Structure,
+        record: Record,
+        drive: Array,
+        substeps: int,
+        observed: bool = False,
+    ) -> FreeRun:
         """The free run of every segment, as a function of start states (S, 2n): positions (S, L, n).
 
         A second argument, (S, 2 loads), is added to the positions and velocities of the loads at the start.
 
         Args:
             p: values of the model's free symbols. drive: (N substeps, m) effective inputs.
+            observed: whether the start states of a model with loads are those of an observer of the measured positions,
+                to which ``states`` less those of the record are added. Its motor, unlike the filtered one, has impacts.
 
         Raises:
             BadInput: where there is no C compiler.
         """
         plant = self._plant(model, p, structure)
-        hidden = self._hidden(plant, structure, record, drive, substeps)
+        gain = OBSERVER / (record.length * record.sample_time) if observed and structure.split else 0.0
+        hidden, found = self._hidden(plant, structure, record, drive, substeps, gain)
+        shift = found - record.states if gain else 0.0
 
         def run(states: Array, loads: Array | None = None) -> Array:
             out = np.empty((len(record.start), record.length, self.coordinates))
-            states, begun = np.ascontiguousarray(states), hidden
+            states, begun = np.ascontiguousarray(states + shift), hidden
             if loads is not None:
                 begun = hidden.copy()
                 begun[:, -2 * self.loads :] += loads
@@ -207,26 +223,32 @@ class Shooter:
 
         (S, contacts + states + 2 loads): bristle deflections, states of laws, positions of the loads, their velocities.
         """
-        return self._hidden(self._plant(model, p, structure), structure, record, drive, substeps)
+        return self._hidden(self._plant(model, p, structure), structure, record, drive, substeps)[0]
 
     def _hidden(
-        self, plant: tuple[Any, ...], structure: Structure, record: Record, drive: Array, substeps: int
-    ) -> Array:
-        """``hidden`` of a model whose arguments of the C functions are known."""
+        self,
+        plant: tuple[Any, ...],
+        structure: Structure,
+        record: Record,
+        drive: Array,
+        substeps: int,
+        gain: float = 0.0,
+    ) -> tuple[Array, Array]:
+        """``hidden`` of a model whose arguments of the C functions are known, and states (S, 2n).
+
+        Those of an observer with a double pole at −``gain`` 1/s where that is above 0 and the model has loads.
+        """
+        states = np.zeros((len(record.start), 2 * self.coordinates))
         hidden = np.zeros((len(record.start), self.contacts + self.states + 2 * self.loads))
         if structure.split or len(structure.rest) or max(structure.sigma, default=0.0) > 0:
             x, v = np.ascontiguousarray(record.positions), np.ascontiguousarray(record.velocities)
+            begun = _begun(record, structure)
             self._compiled().follow(
                 *_addresses(plant), substeps, record.sample_time, _address(x), _address(v), _address(drive),
-                len(record.start), _address(record.start, _INDEX), self._warm(record, structure), _address(hidden),
+                len(record.start), _address(record.start, _INDEX), _address(begun, _INDEX),
+                gain, _address(states), _address(hidden),
             )  # fmt: skip
-        return hidden
-
-    def _warm(self, record: Record, structure: Structure) -> int:
-        """Samples of simulation before each start; −1: the whole log in one pass."""
-        warm = max(record.length, round(WARM_S / record.sample_time))
-        few = len(record.start) * warm < len(record.positions)
-        return warm if few and structure.split else -1
+        return hidden, states
 
     def _plant(self, model: int, p: Array, structure: Structure) -> tuple[Any, ...]:
         """The first arguments of both C functions."""
@@ -236,6 +258,23 @@ class Shooter:
         coupling = np.append(structure.coupling.ravel(), 0.0)
         p, sigma = np.append(np.asarray(p, dtype=float), 0.0), np.array([*structure.sigma, 0.0])
         return model, len(structure.split), p, sigma, split, coupling, states
+
+
+def _begun(record: Record, structure: Structure) -> Indices:
+    """(S,) sample from which states are simulated anew to each start; −1: on from the start before.
+
+    Those of a model with loads begin anew after each gap of the log, and for few segments a short time before each.
+    """
+    begun = np.full(len(record.start), -1, dtype=np.int32)
+    if structure.split:
+        resumed = np.array([0, *record.resumed], dtype=np.int32)
+        last = resumed[np.searchsorted(resumed, record.start, "right") - 1]
+        begun = np.where(np.diff(last, prepend=-1) > 0, last, begun)
+        warm = max(record.length, round(WARM_S / record.sample_time))
+        if len(record.start) * warm < len(record.positions):
+            begun = np.maximum(record.start - warm, last)
+    begun[:1] = np.maximum(begun[:1], 0)
+    return begun
 
 
 _REAL, _INDEX = np.dtype(np.float64), np.dtype(np.int32)
@@ -260,7 +299,7 @@ def _library(source: str, level: tuple[str, ...]) -> ctypes.CDLL:
     whole, real = ctypes.c_int, ctypes.c_double
     array = ctypes.c_void_p
     plant: list[Any] = [whole, whole, *[array] * 5]
-    library.follow.argtypes = [*plant, whole, real, array, array, array, whole, array, whole, array]
+    library.follow.argtypes = [*plant, whole, real, array, array, array, whole, array, array, real, array, array]
     library.shoot.argtypes = [*plant, whole, array, whole, whole, real, array, array, array, array]
     return library
 

@@ -22,7 +22,7 @@ from scipy.signal import lfilter
 from codegen.base.arrays import Array
 from codegen.diagnosis.fit.force_rows import force_rows
 from codegen.diagnosis.fit.linear import fitted, scales, solved
-from codegen.diagnosis.fit.output_error import Fit, mean_residuals, segment_cost, segment_weights
+from codegen.diagnosis.fit.output_error import Fit, segment_cost, segment_weights
 from codegen.diagnosis.fit.residual import (
     Problem,
     ResidualAlong,
@@ -57,7 +57,7 @@ def starting_point(runner: Runner, base: Fit, covered: Covered, shape: Mapping[s
     columns = []
     for probe, size in effect.probes(shape, covered):
         theta = np.concatenate([base.theta, part.inward(probe)])
-        slope = (base.unprojected - mean_residuals(runner, runner.run(theta, base.offsets))) / size
+        slope = (base.unprojected - base.residual_of(runner, theta)) / size
         columns.append(base.starts.project(slope, slope=True))
     step, cost = _linear_step(base, base.unprojected, np.concatenate([base.projected_slopes, np.stack(columns)]))
     values = effect.weighted(shape, step[len(base.theta) :].tolist())
@@ -107,7 +107,7 @@ def simplex_search(runner: Runner, base: Fit, theta: Array, tries: int = TRIES) 
 def _with_values(runner: Runner, base: Fit, inner: Array) -> tuple[float, Array]:
     """(cost, theta) with these values of the last part, all other parameters by one linear step from the base."""
     theta = np.concatenate([base.theta, inner])
-    step, cost = _linear_step(base, mean_residuals(runner, runner.run(theta, base.offsets)), base.projected_slopes)
+    step, cost = _linear_step(base, base.residual_of(runner, theta), base.projected_slopes)
     theta[: len(base.theta)] += step
     return cost, theta
 

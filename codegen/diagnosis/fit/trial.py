@@ -183,18 +183,28 @@ class Runner:
     def run(self, theta: Array, offsets: Array, gain: float = 1.0) -> Array:
         """Predicted measurements (S, L, n); each segment starts ``offsets`` (S, 2n) from the smoothed state.
 
+        Of a model with loads, from the state that an observer estimates (``observes``).
         Of an arm whose joints are compared one by one: (S joints, L, 1), with offsets (S joints, 2).
         """
         return self.at(theta, gain)(offsets)
 
-    def at(self, theta: Array, gain: float = 1.0) -> FreeRun:
-        """``run`` as a function of the offsets and of those of loads; everything else is computed once."""
+    def at(self, theta: Array, gain: float = 1.0, smoothed: bool = False) -> FreeRun:
+        """``run`` as a function of the offsets and of those of loads; everything else is computed once.
+
+        Args:
+            smoothed: whether the motor starts from the smoothed state also where it has a load.
+        """
         trial, record = self.trial, self.record
         numbers = trial.numbers(theta)
         drive = self._drive(numbers) if gain == 1.0 else gain * self._drive(numbers)
         structure = trial.structures.at(numbers)
         followed = self._along_true_motion(numbers)
-        free_run = self.shooter.at(self.model, numbers[self._arguments], structure, followed, drive, self.substeps)
+        arguments = self.model, numbers[self._arguments], structure, followed, drive, self.substeps
+        if self.observes and not smoothed:
+            assert isinstance(self.shooter, Shooter)
+            free_run = self.shooter.at(*arguments, observed=True)
+        else:
+            free_run = self.shooter.at(*arguments)
         states = trial.sensors.true(record.states, numbers)
 
         def run(offsets: Array, loads: Array | None = None) -> Array:
@@ -202,6 +212,15 @@ class Runner:
             return record.by_row(trial.sensors.measured(found, numbers))
 
         return run
+
+    @property
+    def observes(self) -> bool:
+        """Whether an observer estimates the start states: of models with loads, not of the joints of an arm."""
+        return bool(self.trial.changed.transmissions) and isinstance(self.shooter, Shooter)
+
+    def offsets_of(self, other: Runner, offsets: Array) -> Array:
+        """The start-state offsets of another runner's fit; zero if they are from the other kind of start states."""
+        return offsets if self.observes == other.observes else self.record.at_rest
 
     def is_felt(self, k: int) -> bool:
         """Whether the predicted measurements may depend on parameter ``k`` of the trial's vector."""

@@ -313,12 +313,18 @@ class CandidateFits:
             own = [found for (j, *_), found in fits if j == k]
             if not own:
                 continue
-            cost, theta = min(own, key=lambda found: found[0])
+            cost, theta = min(own, key=lambda found: (self._is_unseen(k, found[1]), found[0]))
             best.append(Screened(k, self._few(k).cost - cost, theta))
             coupling = self.parts[k].effect.coupling(self.trials[k].split(theta)[1][-1])
             if coupling is not None:
                 self.couplings[self.parts[k].place] = coupling
         return best
+
+    def _is_unseen(self, k: int, theta: Array) -> bool:
+        """Whether the log cannot show part ``k`` at these values, as a load that is too light."""
+        part, record = self.parts[k], self.search.record
+        noise = float(record.noise[part.effect.coordinate(self.search.system, part.place)])
+        return bool(part.effect.unseen(self.trials[k].split(theta)[1][-1], noise))
 
     @staticmethod
     def _compute_slopes(*fits: Fit) -> None:

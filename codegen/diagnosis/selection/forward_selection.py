@@ -31,6 +31,7 @@ from codegen.diagnosis.selection.ranking import (
     leader_first,
     leaves_as_little,
     most_left,
+    nearest_of_equal,
     refused_when_fitted_again,
     run_round,
     runs_prefer,
@@ -416,10 +417,10 @@ def _swapped(
         good = [f for f in tried if is_possible(search, f) and matters(search, f, without)]
         good = in_simplest_forms([f for f in good if not _refused_by_force(search, without, f)])
         better = (f for f in good if f.cost < current.cost - BETTER and not _force_speaks_for(here, f))
-        if (best := next(better, None)) is not None:
+        simpler = (f for f in good if _is_as_good_and_simpler(here, f, parts[k]))
+        best = nearest_of_equal(search, better) or nearest_of_equal(search, simpler)
+        if best is not None:
             return search.fitted_again(best), {}
-        if (simpler := next((f for f in good if _is_as_good_and_simpler(here, f, parts[k])), None)) is not None:
-            return search.fitted_again(simpler), {}
         own = (f for f in good if CATALOGUE[f.part.kind].extends != parts[k].kind)
         own = (f for f in own if not is_no_better_form(f, current, parts[k]))
         as_it_is = _ranked(search, current, without)

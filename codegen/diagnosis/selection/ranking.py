@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
+from itertools import takewhile
 
 import numpy as np
 
@@ -11,7 +12,7 @@ from codegen.diagnosis.evidence.force_gain import ForceCriterion
 from codegen.diagnosis.evidence.score_test import added_parameters, contains, extends, nested_evidence_of
 from codegen.diagnosis.fit import credit
 from codegen.diagnosis.fit.credit import Evidence, evidence_of, is_far, noise_ratio
-from codegen.diagnosis.fit.output_error import Fit, at_limit
+from codegen.diagnosis.fit.output_error import Fit, at_limit, resolution
 from codegen.diagnosis.fit.search import Search, where_they_differ
 from codegen.diagnosis.fit.trial import Part
 from codegen.diagnosis.selection.candidate_fits import FORM_GAIN, fit_candidates, is_simpler_form, is_usual_form
@@ -267,7 +268,28 @@ def nearest_twin_first(search: Search, ranked: Sequence[Ranked]) -> list[Ranked]
         for r in ranked
         if (r.found.part.kind, r.found.part.on) in same and not r.why_not and r.found.cost <= best.found.cost + EQUAL
     ]
-    return led_by(min([best, *alike], key=lambda r: _from_declared(search, r)), ranked)
+    return led_by(min([best, *alike], key=lambda r: _from_declared(search, r.found)), ranked)
+
+
+def nearest_of_equal(search: Search, fits: Iterable[Fit]) -> Fit | None:
+    """The best fit, or one of as many parameters and the same cost whose friction levels are nearest to the declared.
+
+    Beside a wrong gain, viscous friction and an inertia error can be one motion with other levels; which of the two
+    has the smaller cost is then decided by rounding.
+
+    Args:
+        fits: the best first; those after the equal ones are not asked for.
+
+    Returns:
+        None where there are no fits.
+    """
+    fits = iter(fits)
+    best = next(fits, None)
+    if best is None:
+        return None
+    equal = takewhile(lambda f: f.cost <= best.cost + resolution(best.cost), fits)
+    others = [f for f in equal if len(f.part.names) == len(best.part.names)]
+    return min([best, *others], key=lambda f: _from_declared(search, f)) if others else best
 
 
 def led_by(best: Ranked, ranked: Sequence[Ranked]) -> list[Ranked]:
@@ -275,9 +297,9 @@ def led_by(best: Ranked, ranked: Sequence[Ranked]) -> list[Ranked]:
     return [best, *(r for r in ranked if r is not best)]
 
 
-def _from_declared(search: Search, one: Ranked) -> float:
+def _from_declared(search: Search, fit: Fit) -> float:
     """Σ ln²(friction level/declared level); a level of zero counts as a hundredth of the declared one."""
-    moved = one.found.values[0]
+    moved = fit.values[0]
     levels = [k for k, s in enumerate(search.moved) if s in search.problem.levels]
     least = 1e-2 * np.abs(search.declared[levels]) + 1e-300
     fitted, declared = (np.maximum(values[levels], least) for values in (moved, search.declared))
