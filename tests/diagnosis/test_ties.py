@@ -338,7 +338,7 @@ def test_the_next_of_tied_candidates_is_examined_where_held_out_data_refuse_the_
     )
     monkeypatch.setattr(examination, "_with_effects", with_effects)
     monkeypatch.setattr(examination, "without_leader", lambda search, one: iter(following))
-    search: Any = SimpleNamespace(system=None, moved=())
+    search: Any = SimpleNamespace(system=None, moved=(), problem=None)
     figures: Any = SimpleNamespace(force_rms_rows=(1.0,))
     held_out: Any = SimpleNamespace(measured=lambda system: figures)
     monkeypatch.setattr(examination, "without_refused", lambda search, outcome, held_out: (outcome, ()))

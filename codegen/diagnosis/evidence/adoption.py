@@ -36,6 +36,8 @@ from codegen.diagnosis.fit.trial import in_unit
 from codegen.diagnosis.results import Fact, ParameterError
 from codegen.mechanics.system import System
 
+CRITERIA = ("simulation alone", "residual force alone", "both errors together")
+"""What the values are estimated from."""
 LINEARISED = 4
 """How often the force residual is linearised again, each time about the last estimate."""
 SAME = 0.01
@@ -116,6 +118,8 @@ class Refit:
         levels: (p,) the best values if only levels are refitted.
         errors: parameters that differ from their declared values by more than their tolerance explains.
         notes: facts on changes that free runs alone would make and that are not adopted.
+        others: (p,) each, with its criterion, what the other criteria estimate, the best first; none is worse than
+            ``declared`` by either.
     """
 
     names: tuple[str, ...]
@@ -125,6 +129,7 @@ class Refit:
     levels: Array
     errors: tuple[ParameterError, ...]
     notes: tuple[Fact, ...]
+    others: tuple[tuple[str, Array], ...] = ()
 
     def mapping(self, values: Array | None = None) -> dict[str, float]:
         """Name → value, of the adopted values or of others (p,)."""
@@ -170,18 +175,43 @@ class CrossValidation:
 
     def adopted(self) -> Refit:
         """The best values: first of the levels alone, then of all, without unjustified changes."""
-        sources = [self._by_run, self._by_force, self._by_run + self._by_force]
         free_levels = self.is_level & self.is_excited
-        levels = self.best([self.as_declared, *(self.map_estimate(s, free_levels) for s in sources)])
+        levels = self.best([self.as_declared, *(self.map_estimate(s, free_levels) for s in self._sources)])
         chosen = levels
         if not self.is_level.all():
-            chosen = self.best([levels, *(self.map_estimate(s, self.is_excited) for s in sources)])
+            chosen = self.best([levels, *self._of_all])
         justified, errors = self.justified(chosen)
         if justified is not chosen:  # the remaining changes may be no improvement
             chosen = self.best([levels, justified])
             errors = errors if chosen is justified else ()
         names, notes = tuple(s.name for s in self.search.moved), tuple(self.refused(chosen))
-        return Refit(names, self.search.declared, chosen.values, chosen.deviation, levels.values, errors, notes)
+        others = self.others(chosen) if not self.is_level.all() else ()
+        return Refit(names, self.search.declared, chosen.values, chosen.deviation, levels.values, errors, notes, others)
+
+    @cached_property
+    def _sources(self) -> list[Information]:
+        """The likelihoods of the ``CRITERIA``."""
+        return [self._by_run, self._by_force, self._by_run + self._by_force]
+
+    @cached_property
+    def _of_all(self) -> list[MapEstimate]:
+        """The estimate of all values by each likelihood."""
+        return [self.map_estimate(s, self.is_excited) for s in self._sources]
+
+    def others(self, chosen: MapEstimate) -> tuple[tuple[str, Array], ...]:
+        """The estimates of all values that were not chosen and are no worse than the declared ones, the best first.
+
+        Far from the noise the criteria may want quite different values, all within the tolerances, and held-out data
+        may refuse those of the one and not of the other. None of these contains a parameter error.
+        """
+        found = []
+        for criterion, one in zip(CRITERIA, self._of_all, strict=True):
+            one, errors = self.justified(one)
+            apart = np.any(np.abs(one.values - chosen.values) > SAME * np.abs(chosen.values))
+            ratios = one.score.over(self.as_declared.score)
+            if apart and not errors and max(ratios) <= 1 + SAME:
+                found.append((float(np.prod(ratios)), criterion, one.values))
+        return tuple((criterion, values) for _, criterion, values in sorted(found, key=lambda one: one[0]))
 
     @property
     def count(self) -> int:

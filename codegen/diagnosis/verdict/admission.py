@@ -25,6 +25,7 @@ from codegen.diagnosis.verdict.answer import Answer
 from codegen.mechanics.system import System
 
 FORCE, RUN = "residual force", "simulation error"
+AS_DECLARED = "declared values"
 REFIT_WORSE = 0.05
 """Share by which an effect may increase either error over that of the refit, which noise can cause."""
 FALLS = float(np.sqrt(1 - LEAST_SHARE))
@@ -55,14 +56,24 @@ class Refusal:
         return self.model, tuple(self.worse)
 
 
-def merged(refusals: Sequence[Refusal], say: Literal["against", "written"] = "against") -> tuple[Fact, ...]:
-    """Refusals in words, one fact for each test; that of most options first."""
+def merged(
+    refusals: Sequence[Refusal], say: Literal["against", "written"] = "against", all_refitted: bool = True
+) -> tuple[Fact, ...]:
+    """Refusals in words, one fact for each test; that of most options first.
+
+    Args:
+        all_refitted: whether all refitted values are refused, if they are one test.
+    """
     tests: dict[tuple[str, tuple[str, ...]], list[Refusal]] = {}
     for one in refusals:
         tests.setdefault(one.test, []).append(one)
     facts = []
     for (model, criteria), group in sorted(tests.items(), key=lambda item: -len(item[1])):
-        given: dict[str, Any] = {"model": model, "least": 1 - FALLS, "every": len(group) == len(refusals)}
+        given: dict[str, Any] = {
+            "model": model,
+            "least": 1 - FALLS,
+            "every": len(group) == len(refusals) and all_refitted,
+        }
         given |= {"spans": {name: _span([one.worse[name] for one in group]) for name in criteria}}
         given |= {"options": [one.option for one in group]}
         words, detail = (render("text/refusal.j2", say=asked, **given).strip() for asked in (say, "detail"))
@@ -86,7 +97,7 @@ class Admitted:
     @property
     def remarks(self) -> tuple[Fact, ...]:
         """Facts on values that held-out data refuse, with the values that are written instead."""
-        facts = merged(self.refusals, "written")
+        facts = merged(self.refusals, "written", self.option is not None and self.option[0] == AS_DECLARED)
         if not facts or self.option is None:
             return facts
         instead = f"Written instead: {self.option[0]}."
@@ -292,23 +303,25 @@ def reference_of(
     ``near`` the noise, where the force residual of a load is differentiated noise: then its square must decrease by as
     much, in proportion to the drive force.
 
-    For other effects the refit's force residual is divided by the share of the drive force that the model's friction
+    Force residuals are in proportion to the drive force, which a refitted motor constant changes. For other effects
+    than a load behind a spring, the refit's is divided by the share of the drive force that the model's friction
     leaves, which amplifies the noise of the acceleration too.
     """
     declared, refit = plain.figures[:2]
     least = float(np.sqrt(1 - credit.LEAST_SHARE)) - 1
+    of_declared = in_proportion(declared, augmented, problem.system, problem)
+    of_refit = in_proportion(refit, augmented, plain.refit, problem)
     if settled or (augmented.transmissions and near):
         unknown = (float("nan"),) * len(refit.force_rms_rows)
         return Reference(replace(declared, force_rms_rows=unknown), replace(refit, force_rms_rows=unknown), least)
     if augmented.transmissions:
-        of_declared = _in_proportion(declared, augmented, problem.system, problem)
-        return Reference(of_declared, _in_proportion(refit, augmented, plain.refit, problem), least)
+        return Reference(of_declared, of_refit, least)
     left = drive_left(augmented, problem.motion) / drive_left(plain.refit, problem.motion)
-    rows = tuple(rms / min(float(share), 1.0) for rms, share in zip(refit.force_rms_rows, left, strict=True))
-    return Reference(declared, replace(refit, force_rms_rows=rows))
+    rows = tuple(rms / min(float(share), 1.0) for rms, share in zip(of_refit.force_rms_rows, left, strict=True))
+    return Reference(of_declared, replace(refit, force_rms_rows=rows))
 
 
-def _in_proportion(figures: ErrorFigures, augmented: System, system: System, problem: Problem) -> ErrorFigures:
+def in_proportion(figures: ErrorFigures, augmented: System, system: System, problem: Problem) -> ErrorFigures:
     """The errors of a system, its force residuals in proportion to a smaller drive force of the augmented one."""
     gains = drive_gain(augmented, system, problem.motion)
     rows = tuple(rms * min(float(gain), 1.0) for rms, gain in zip(figures.force_rms_rows, gains, strict=True))
@@ -316,12 +329,17 @@ def _in_proportion(figures: ErrorFigures, augmented: System, system: System, pro
 
 
 def options_of(system: System, refit: Refit, without: Mapping[str, float] | None = None) -> list[Option]:
-    """Models that may be written, each once, in order of preference."""
+    """Models that may be written, each once, in order of preference.
+
+    A model with effects is offered with one set of refitted values only, so that it does not gain by being tried often.
+    """
+    others = () if without else refit.others
     ways: dict[str, Mapping[str, float]] = {
         "refitted values": refit.mapping(),
+        **{f"values refitted by {criterion}": refit.mapping(values) for criterion, values in others},
         "refitted friction levels alone": refit.mapping(refit.levels),
         **({"values fitted without the effect": without} if without else {}),
-        "declared values": refit.mapping(refit.declared),
+        AS_DECLARED: refit.mapping(refit.declared),
     }
     options: list[Option] = []
     tried: list[Mapping[str, float]] = []

@@ -19,7 +19,7 @@ from codegen.diagnosis.fit.output_error import Fit, at_limit
 from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.search import Search, joint_of, tolerances_away
 from codegen.diagnosis.fit.trial import Part, in_unit, part_of, with_effects, with_values
-from codegen.diagnosis.results import Fact, FoundEffect, Remainder, Verdict
+from codegen.diagnosis.results import ErrorFigures, Fact, FoundEffect, Remainder, Verdict
 from codegen.diagnosis.selection.force_fits import ForceFits
 from codegen.diagnosis.selection.forward_selection import Outcome, is_credited
 from codegen.diagnosis.selection.ranking import Ranked, less_probable
@@ -31,6 +31,7 @@ from codegen.diagnosis.verdict.admission import (
     Refusal,
     acts,
     admitted,
+    in_proportion,
     may_be_chance,
     merged,
     options_of,
@@ -67,7 +68,7 @@ def examine(
         figures = measured(refit)
         return Answer(verdict, (), refit, refit, (declared, figures, figures)), outcome
     base = adopt_values(search, outcome.base, system)
-    chosen = admitted(options_of(system, base), measured, Reference(declared))
+    chosen = admitted(options_of(system, base), measured, _by_drive(declared, search.problem))
     errors = () if chosen.refusals else base.errors
     chosen, kept = spared(chosen, [s.name for s in search.moved], system, declared, measured)
     errors = tuple(e for e in errors if e.name not in kept)
@@ -95,6 +96,14 @@ def examine(
     return answer, examined
 
 
+def _by_drive(declared: ErrorFigures, problem: Problem) -> Callable[[System], Reference]:
+    """The reference of a model without effects: declared errors in proportion to the drive force of that model.
+
+    With a smaller motor constant all forces and their residual are smaller, though no motion is predicted better.
+    """
+    return lambda model: Reference(in_proportion(declared, model, problem.system, problem))
+
+
 def settled(search: Search, outcome: Outcome, answer: Answer, measured: Measured) -> Answer:
     """An answer without effects, with its wrong values estimated again, linearised at the estimates; others unchanged.
 
@@ -104,7 +113,7 @@ def settled(search: Search, outcome: Outcome, answer: Answer, measured: Measured
     if answer.verdict not in ("none", "unknown") or not answer.errors:
         return answer
     values = settled_values(search, outcome.base, search.system)
-    chosen = admitted(options_of(search.system, values), measured, Reference(answer.figures[0]))
+    chosen = admitted(options_of(search.system, values), measured, _by_drive(answer.figures[0], search.problem))
     if chosen.option is None or chosen.refusals:
         return answer
     figures = (answer.figures[0], chosen.figures, chosen.figures)
