@@ -352,7 +352,8 @@ def units(proof: dict[str, Any], c: Any, header: str) -> list[str]:
     shows = {e["truth"]: e["estimate"] for e in proof["errors"]}
     moves = [[re.split(r"[.[]", name)[1] for name in (x, shows.get(v, v))] for x, v in proof["positions"].items()]
     compared = [*shown, "sample_time", *(field for pair in moves for field in pair)]
-    twice = [field for field in compared if [x for x, _ in seen].count(field) > 1]
+    count = Counter(field for field, _ in seen)
+    twice = [field for field in compared if count[field] > 1]
     enclosure.demand(not twice, f"{twice[0]} in {proof['name']}.h has two units" if twice else "")
     measured = [*dict.fromkeys(x.split("[")[0] for x in (*c.states, *c.inputs, *c.outputs))]
     begun = next((k for k, code in enumerate(parts[::2]) if "}" in code), 0)  # a derived parameter has no unit
