@@ -70,8 +70,7 @@ def remainders(system: System, motion: Motion, used: NDArray[np.bool_]) -> tuple
         return ringing(residual[:, i], rows[i], acceleration, inertia, motion)
 
     def changed(i: int) -> ChangesInTime:
-        terms, noise = varying_terms(system, motion, i), inertia_noise(system, motion, i)
-        return _changed(residual[:, i], rows[i], motion, terms, columns[i], noise)
+        return changed_on(system, motion, residual[:, i], rows[i], columns[i], i)
 
     tests: list[tuple[Callable[[int], Any], int]] = []
     for i in every:
@@ -114,6 +113,14 @@ def inertia_noise(system: System, motion: Motion, i: int) -> float:
     """Mean square in the low-passed row i of M a due to white noise of the measured positions or speeds."""
     row = evaluate_forces(system, [Matrix(list(system.mass_matrix[i, :]))], motion)[0]
     return float(np.sum(np.mean(row**2, axis=0) * motion.noise_after(motion.cutoff_hz, 2) ** 2))
+
+
+def changed_on(
+    system: System, motion: Motion, r: Array, rows: NDArray[np.bool_], variables: Mapping[str, Array], i: int
+) -> ChangesInTime:
+    """``_changed`` of a residual (N,) of one coordinate; ``variables``: its ``remainder_columns``."""
+    terms, noise = varying_terms(system, motion, i), inertia_noise(system, motion, i)
+    return _changed(r, rows, motion, terms, variables, noise)
 
 
 def _changed(

@@ -2,16 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
+from codegen.base.arrays import Array
 from codegen.base.significant import in_percent
-from codegen.diagnosis.evidence.residual_regression import explained_over, peak_hz, remainder_columns, sliding
+from codegen.diagnosis.evidence.residual_regression import (
+    changed_on,
+    explained_over,
+    peak_hz,
+    remainder_columns,
+    sliding,
+    varying_terms,
+)
 from codegen.diagnosis.fit.credit import is_far
 from codegen.diagnosis.fit.output_error import Fit
 from codegen.diagnosis.fit.residual import Problem, contacts_on, residual_at_drive, without_levels
+from codegen.diagnosis.fit.signals import Motion
 from codegen.diagnosis.results import FoundEffect
 from codegen.diagnosis.verdict.wrong_values import FAR_LESS
 from codegen.effects import CATALOGUE
@@ -48,6 +58,10 @@ class ForceEvidence:
         line, with_line: the same for the highest line of the residual's spectrum, at ``line_hz``, and for both; zero if
             the motion has that line too.
         time, with_time: the same for a smooth curve over time, and for both; zero if the motion is as slow.
+        intervals: number of intervals of time in which the force balance differs.
+        events, with_events, by_law: share of the square that what differs in these intervals explains, that with the
+            force of the effects in addition, and that of this force alone, by least squares on all parts: a single
+            event cannot be predicted from others.
     """
 
     removed: float
@@ -58,6 +72,10 @@ class ForceEvidence:
     line_hz: float
     time: float
     with_time: float
+    intervals: int
+    events: float
+    with_events: float
+    by_law: float
 
 
 def force_evidence(
@@ -82,8 +100,36 @@ def force_evidence(
             shares += [0.0 if moves else explained_over(r, used, group) for group in ([columns], [columns, force])]
         alone, line, with_line, time, with_time = shares
         hz = peak_hz(before[:, i], used, motion)
-        found.append(ForceEvidence(removed, together, alone, line, with_line, hz, time, with_time))
+        intervals = _in_intervals(refit, motion, r, used, variables, i)
+        of_events = (_fitted(r, used, columns) for columns in (intervals, [*intervals, force], [force]))
+        events, with_events, by_law = of_events
+        curves = removed, together, alone, line, with_line, hz, time, with_time
+        found.append(ForceEvidence(*curves, len(intervals), events, with_events, by_law))
     return found
+
+
+def _in_intervals(
+    refit: System, motion: Motion, r: Array, used: NDArray[np.bool_], variables: Mapping[str, Array], i: int
+) -> list[Array]:
+    """(N, 3) columns for each interval of time in which a term of the force balance has another coefficient.
+
+    The term times a polynomial of degree 2 in time, since a push is not constant, and zero outside of the interval.
+    """
+    terms, columns = varying_terms(refit, motion, i), list[Array]()
+    for c in changed_on(refit, motion, r, used, variables, i).changes:
+        inside = (motion.time >= c.start) & (motion.time < c.stop)
+        along = (motion.time - c.start) / (c.stop - c.start) - 0.5
+        columns.append(np.where(inside, terms[c.term] * along ** np.arange(3)[:, None], 0.0).T)
+    return columns
+
+
+def _fitted(r: Array, used: NDArray[np.bool_], columns: Sequence[Array]) -> float:
+    """Share of a squared residual that these columns, (N, m) each, remove by least squares."""
+    if not columns:
+        return 0.0
+    y, matrix = r[used], np.column_stack(columns)[used]
+    left = y - matrix @ np.linalg.lstsq(matrix, y, rcond=None)[0]
+    return 1 - float(left @ left) / max(float(y @ y), 1e-300)
 
 
 def acts_on(effect: FoundEffect, system: System) -> int:
@@ -107,7 +153,7 @@ def against_regression(
 ) -> str:
     """The objection of a nonparametric regression to effects, in words; empty if there is none.
 
-    There are three objections. Backlash is exempt.
+    There are four objections. Backlash is exempt.
 
     - A smooth curve over the effects' own variables explains much more than they do (not tested near the noise of the
       free runs).
@@ -116,6 +162,9 @@ def against_regression(
       must leave less than ``FAR_LESS`` of the square that the effects leave.
     - A slow change in time leaves less than ``FAR_LESS`` of the square that the effects leave, and they explain little
       in addition. What a true effect leaves is noise, which no such curve explains.
+    - Events in a few intervals of time, as of a push, explain more, the effects explain little in addition, and the
+      events most of what these leave. A controller reacts to a push, and an effect on its input, such as a limit, then
+      removes part of that. Not tested near the noise, which no imitation reaches.
     """
     if any(t.gap != 0 for t in augmented.transmissions):
         return ""
@@ -130,8 +179,17 @@ def against_regression(
             (drift, FAR_LESS, one.time, one.with_time),
         ):
             if 1 - share < most * (1 - one.alone) and both - share < MOST * one.alone:
-                return (
-                    f"{what} explains {100 * share:.0f} % of the residual force. The law explains "
-                    f"{in_percent(one.alone)}, and only {in_percent(max(0.0, both - share))} in addition to that"
-                )
+                return _in_words(what, share, one.alone, both)
+        redundant = one.events > one.by_law and one.with_events - one.events < MOST * one.by_law
+        if not near and redundant and 1 - one.with_events < MOST * (1 - one.by_law):
+            what = f"something else in {one.intervals} intervals of time, as a force from outside,"
+            return _in_words(what, one.events, one.by_law, one.with_events)
     return ""
+
+
+def _in_words(what: str, share: float, alone: float, both: float) -> str:
+    """The objection that something explains a share of the residual, and the law little in addition."""
+    return (
+        f"{what} explains {100 * share:.0f} % of the residual force. The law explains {in_percent(alone)}, and only "
+        f"{in_percent(max(0.0, both - share))} in addition to that"
+    )
