@@ -180,6 +180,7 @@ class _FreeRuns:
             yield Fact("declared value", f"The fit reduces the friction level {name} to zero, its lowest value")
         if answer.verdict == "none" and not answer.errors:
             yield from hidden_effects(self.search, answer.refit, case.material)
+        yield from wrong_values.wrong_links_in_words(self.search, answer)
         yield from _in_place(in_place, answer)
         yield from wrong_values.turned_terms(answer, problem)
         if lacks and not answer.errors:
@@ -215,7 +216,9 @@ def _by_free_runs(case: Case, search: Search, report: Progress, propose: bool) -
             lambda done: report("effects by the force residual", 0.8 + 0.05 * done),
         )
     if answer.verdict in ("none", "unknown") and not case.faults:
-        answer, outcome = credited_across_joints(search, outcome, answer, lambda found: runs.examined(last, found))
+        answer, outcome = credited_across_joints(
+            search, outcome, answer, lambda found: runs.examined(last, found), case.material
+        )
     tied: list[Fit] = []
     experiment, excitation = None, None
     open_, named = None, ""

@@ -35,6 +35,8 @@ REVOLUTE = ("mx", "my", "xx", "xy", "xz", "yz", "zz")
 """Names of the base parameters of a body with a revolute joint."""
 PRISMATIC = ("m", "mx", "my", "mz", "xx", "xy", "xz", "yy", "yz", "zz")
 """Names of the base parameters of a body with a prismatic joint."""
+NUMBERS = 10
+"""Numbers of a link in a robot file: mass, centre of mass, inertia."""
 POINTS, SEED = 24, 5
 """Number of random states in which the effect of the parameters is computed, and seed of their random numbers."""
 LEAST_EFFECT = 1e-9
@@ -157,8 +159,9 @@ class LinkParameter:
         name: joint and moment, such as elbow_pitch_mx.
         unit: kg, kg*m or kg*m^2.
         value: the spec's value, or the robot file's if the spec gives none.
-        changes: (k,) its change when one uncertain number of the robot file, such as a link's mass, changes by its
-            standard deviation. The scalar product of those of two parameters is their covariance.
+        changes: (links, k) its change when one uncertain number of a link in the robot file, such as its mass, changes
+            by its standard deviation; zero for a number without a tolerance. The scalar product of those of two
+            parameters is their covariance.
     """
 
     name: str
@@ -268,17 +271,17 @@ def _unit(name: str) -> str:
 
 
 def _changes(tree: KinematicTree) -> dict[str, Array]:
-    """Changes of each base parameter, one for each number with a tolerance, which changes by its standard deviation."""
+    """Changes of each base parameter, as of ``LinkParameter.changes``."""
     nominal = _moments(regrouped(tree))
-    changes: dict[str, list[float]] = {name: [] for name in nominal}
+    changes = {name: np.zeros((len(tree.bodies), NUMBERS)) for name in nominal}
     if tree.tolerance is not None:
         for k, body in enumerate(tree.bodies):
-            for changed in _perturbed(body, tree.tolerance):
+            for j, changed in enumerate(_perturbed(body, tree.tolerance)):
                 bodies = (*tree.bodies[:k], changed, *tree.bodies[k + 1 :])
                 moments = _moments(regrouped(replace(tree, bodies=bodies)))
                 for name, value in nominal.items():
-                    changes[name].append(float(moments[name] - value))
-    return {name: np.array(some) for name, some in changes.items()}
+                    changes[name][k, j] = float(moments[name] - value)
+    return changes
 
 
 def _perturbed(body: MovingBody, tolerance: LinkTolerance) -> list[MovingBody]:

@@ -2,24 +2,29 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 from mechanics.robots import TWO_LINKS
 
 from codegen.diagnosis.case import case_of
+from codegen.diagnosis.fit.joints import Memory
 from codegen.diagnosis.fit.output_error import Fit
 from codegen.diagnosis.fit.record import record_of
 from codegen.diagnosis.fit.search import Search, search_on
 from codegen.diagnosis.results import MATERIAL
+from codegen.diagnosis.selection import across_joints
 from codegen.diagnosis.selection.across_joints import found_across_joints
 from codegen.diagnosis.selection.candidate_fits import every_part
 from codegen.diagnosis.selection.force_fits import ForceFits
 from codegen.diagnosis.selection.force_selection import judged
+from codegen.diagnosis.selection.ranking import Ranked
 from codegen.diagnosis.selection.significance import hypotheses
 from codegen.diagnosis.verdict.across_joints import credited_across_joints
 from codegen.spec import parse_spec
@@ -62,7 +67,7 @@ def refitted(known: str, lacking: str) -> tuple[Search, Fit]:
 
 def test_a_gain_is_found_by_the_forces_of_the_other_joint() -> None:
     search, base = refitted(KNOWN, GAIN)
-    found = found_across_joints(search, base)
+    found = found_across_joints(search, base, MATERIAL)
     assert found is not None
     assert (found.found.part.kind, found.found.part.on) == ("input_gain", "w_q_2")
     assert found.found.parameters["gain"] == pytest.approx(0.85, abs=0.01)
@@ -72,14 +77,43 @@ def test_a_gain_is_found_by_the_forces_of_the_other_joint() -> None:
 
 
 def test_without_an_effect_none_is_found() -> None:
-    assert found_across_joints(*refitted(KNOWN, "")) is None
+    assert found_across_joints(*refitted(KNOWN, ""), MATERIAL) is None
 
 
 def test_a_gain_that_another_drive_s_gain_explains_as_well_is_not_named() -> None:
-    assert found_across_joints(*refitted("", GAIN)) is None
+    assert found_across_joints(*refitted("", GAIN), MATERIAL) is None
+
+
+def test_of_two_nearly_alike_candidates_the_better_is_named_if_it_leaves_nothing_material(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Joints with nothing but noise make any two fits nearly alike: one of 0.85 on a SCARA's forearm was unknown."""
+    monkeypatch.setattr(ForceFits, "nearly_alike", lambda fits, one, best: True)
+    search, base = refitted(KNOWN, GAIN)
+    found = found_across_joints(search, base, MATERIAL)
+    assert found is not None and found.found.part.on == "w_q_2"
+    pushed = search.motion.inputs.copy()
+    rows = slice(len(pushed) // 3, len(pushed) // 3 + 400)
+    pushed[rows, 1] += 4 * np.sin(np.linspace(0, np.pi, 400))
+    problem = replace(search.problem, motion=replace(search.motion, inputs=pushed))
+    search = replace(search, problem=problem, memory=Memory(), compiled={})
+    assert found_across_joints(search, search.refit(), MATERIAL) is None
+
+
+def test_a_refused_candidate_is_no_rival(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Such as a dead zone on another joint, which only takes half of its drive force."""
+
+    def refused(*args: Any, **options: Any) -> Ranked:
+        one = judged(*args, **options)
+        return one if one.found.part.kind == "input_gain" else replace(one, why_not="takes the drive", unsure=False)
+
+    monkeypatch.setattr(across_joints, "judged", refused)
+    monkeypatch.setattr(across_joints, "_is_better", lambda search, best, rival: False)
+    found = found_across_joints(*refitted(KNOWN, GAIN), MATERIAL)
+    assert found is not None and found.found.part.on == "w_q_2"
 
 
 def test_a_machine_that_is_simulated_as_a_whole_is_left_alone() -> None:
     search: Any = SimpleNamespace(rigid=None, system=SimpleNamespace(degrees_of_freedom=2))
     outcome, answer = SimpleNamespace(parts=()), object()
-    assert credited_across_joints(search, outcome, answer, None) == (answer, outcome)  # type: ignore[arg-type]
+    assert credited_across_joints(search, outcome, answer, None, MATERIAL) == (answer, outcome)  # type: ignore[arg-type]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any, cast
 
 import numpy as np
@@ -14,6 +15,7 @@ from codegen.diagnosis.case import uncertain_values
 from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.search import Search
 from codegen.diagnosis.fit.trial import with_values
+from codegen.diagnosis.verdict.wrong_values import is_better, wrong_links
 from codegen.logs import Log
 from codegen.mechanics.base_parameters import base_values
 from codegen.spec import Spec, parse_spec
@@ -88,3 +90,53 @@ def test_a_wrong_mass_costs_a_fit_once(tmp_path: Path) -> None:
     prior = search.prior(search.declared_trial, theta)
     costs = prior.cost(theta), 0.5 * search.prior_precision @ (theta - search.declared) ** 2
     assert 0.1 < costs[0] <= 0.5 < costs[1], costs
+
+
+def loaded(text: str, *links: str) -> str:
+    """The robot file with a load at the end of some links: two to three times their mass, centre and inertia."""
+    for link in links:
+        at = text.index(f'<link name="{link}_link"')
+        own = text[at : text.index("</inertial>", at)]
+        more = re.sub(r'mass value="([^"]+)"', lambda m: f'mass value="{2.5 * float(m[1])}"', own)
+        more = re.sub(r'(i[xyz]{2})="([^"]+)"', lambda m: f'{m[1]}="{(4 if m[1] != "izz" else 3) * float(m[2])}"', more)
+        more = re.sub(r'xyz="([^"]+)"', lambda m: f'xyz="{" ".join(str(1.8 * float(x)) for x in m[1].split())}"', more)
+        text = text.replace(own, more)
+    return text
+
+
+def with_loads(folder: Path, *links: str) -> tuple[Search, np.ndarray]:
+    """The search of the seven-joint arm, of which only the prior is used, and the values of an arm with loads."""
+    text = SEVEN.read_text(encoding="utf-8")
+    spec = arm(folder, text)
+    system, deviations, changes = uncertain_values(spec, system_of(spec), cast(Log, None))
+    none: Any = None
+    search = Search(Problem(system, none, deviations, changes), none, none)
+    other = arm(folder, loaded(text, *links))
+    assert isinstance(other.form, KinematicTree)
+    true = {name: float(value) for name, value in base_values(other, other.form).items()}
+    return search, np.array([true.get(s.name, float(system.values[s])) for s in search.moved])
+
+
+@pytest.mark.parametrize("links", [("elbow_pitch",), ("forearm_roll", "shoulder_pitch")])
+def test_the_links_with_a_load_are_those_that_explain_all_wrong_parameters(
+    links: tuple[str, ...], tmp_path: Path
+) -> None:
+    search, values = with_loads(tmp_path, *links)
+    names = [x.name for x in search.system.positions]
+    found = wrong_links(search, values)
+    assert found is not None and sorted(names[k] for k in found) == sorted(links)
+    assert wrong_links(search, search.declared) is None
+
+
+def test_a_load_on_one_link_is_fewer_changes_than_gains_of_three_drives(tmp_path: Path) -> None:
+    """It moves more than three parameters out of their tolerances, and equal gains of all drives fit a log as well."""
+    search, values = with_loads(tmp_path, "elbow_pitch")
+    far = np.abs(values - search.declared) * np.sqrt(search.prior_precision) >= 3
+    assert far.sum() > 4
+
+    def fit(theta: np.ndarray, effects: int) -> Any:
+        trial, prior = SimpleNamespace(parts=(None,) * effects), SimpleNamespace(tempering=1.0)
+        return SimpleNamespace(theta=theta, trial=trial, prior=prior, residual=np.ones((10, 8)))
+
+    assert is_better(search, fit(values, 0), search, fit(search.declared, 3))
+    assert not is_better(search, fit(values, 0), search, fit(search.declared, 1))

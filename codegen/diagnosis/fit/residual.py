@@ -98,7 +98,7 @@ INDEPENDENT = 0.01
 class Problem:
     """A declared System, the Motion on which it is judged, and standard deviations of its uncertain values, in SI.
 
-    ``changes``: of the links' parameters by the uncertain numbers of a robot file, which correlate them.
+    ``changes``: of the links' parameters by the uncertain numbers of a robot file, which correlate them, (links, k).
     """
 
     system: System
@@ -163,7 +163,7 @@ class Problem:
         matrix = np.diag(self.prior_precision * kept)
         links = [k for k, s in enumerate(self.moved) if kept[k] and s in self.changes]
         if links:
-            changes = np.array([self.changes[self.moved[k]] for k in links])
+            changes = np.array([self.changes[self.moved[k]].ravel() for k in links])
             size = np.linalg.norm(changes, axis=1)
             unit = changes / size[:, None]
             correlation = (1 - INDEPENDENT) * unit @ unit.T + INDEPENDENT * np.eye(len(links))

@@ -8,9 +8,12 @@ force residual of all joints, with all values free, and is judged on the sum of 
 
 from __future__ import annotations
 
+from codegen.diagnosis.evidence.force_gain import force_gain
+from codegen.diagnosis.evidence.residual_regression import remainders
 from codegen.diagnosis.fit import credit
 from codegen.diagnosis.fit.credit import evidence_of, random_signs
 from codegen.diagnosis.fit.output_error import Fit
+from codegen.diagnosis.fit.residual import residual_without_levels
 from codegen.diagnosis.fit.search import Search
 from codegen.diagnosis.fit.starting_values import ForceStart
 from codegen.diagnosis.selection.force_fits import ForceFits
@@ -20,7 +23,7 @@ from codegen.diagnosis.selection.refusals import is_possible
 from codegen.diagnosis.selection.significance import hypotheses
 
 
-def found_across_joints(search: Search, base: Fit) -> Ranked | None:
+def found_across_joints(search: Search, base: Fit, material: float) -> Ranked | None:
     """The effect that the forces of all joints credit, clearly better than every rival on any joint; None if none.
 
     Only effects with one parameter are tried, since a curve on one joint can imitate a wrong mass at the others. The
@@ -28,6 +31,7 @@ def found_across_joints(search: Search, base: Fit) -> Ranked | None:
 
     Args:
         base: the refit of the declared structure by free runs, of an arm that is simulated joint by joint.
+        material: share of the RMS of the drive force from which on a force matters.
     """
     fits = ForceFits(search, base)
     plain, candidates = fits.plain, fits.candidates
@@ -47,11 +51,25 @@ def found_across_joints(search: Search, base: Fit) -> Ranked | None:
         return None
     best = ranked[0].found
     same = {(best.part.kind, best.part.on), *twins(best.part, best)}
-    rivals = [r.found for r in ranked[1:] if (r.found.part.kind, r.found.part.on) not in same]
-    return ranked[0] if all(_is_better(fits, best, rival) for rival in rivals) else None
+    others = (r.found for r in ranked[1:] if not r.why_not or r.unsure)
+    rivals = [other for other in others if (other.part.kind, other.part.on) not in same]
+    if not all(_is_better(search, best, rival) for rival in rivals):
+        return None
+    # A long log prefers one of two incomplete models by any small difference, which says nothing of the truth.
+    alike = any(fits.nearly_alike(rival, best) for rival in rivals)
+    return None if alike and not _is_complete(search, best, material) else ranked[0]
 
 
-def _is_better(fits: ForceFits, best: Fit, rival: Fit) -> bool:
-    """Whether the forces of all joints prefer a fit to a rival's by more than chance, and the two are not alike."""
+def _is_better(search: Search, best: Fit, rival: Fit) -> bool:
+    """Whether the forces of all joints prefer a fit to a rival's by more than chance, each joint with its own noise."""
     shown = evidence_of(rival, best, floored=False)
-    return random_signs(shown.t) <= credit.TIE_LEVEL and not fits.nearly_alike(rival, best)
+    if random_signs(shown.t) > credit.TIE_LEVEL:
+        return False
+    one, other = (residual_without_levels(search.problem, fit.model) for fit in (best, rival))
+    return force_gain(search.problem, other, one).p_of_rivals() <= credit.TIE_LEVEL
+
+
+def _is_complete(search: Search, fit: Fit, material: float) -> bool:
+    """Whether the motion and the time explain no material part of the force that a fit leaves on any joint."""
+    left = remainders(fit.model, search.motion, search.problem.used)
+    return not any(r.nature(material) == "structured" or r.is_changing(material) for r in left)

@@ -20,7 +20,11 @@ from codegen.diagnosis.verdict.answer import Answer
 
 
 def credited_across_joints(
-    search: Search, outcome: Outcome, answer: Answer, examined: Callable[[Outcome], tuple[Answer, Outcome]]
+    search: Search,
+    outcome: Outcome,
+    answer: Answer,
+    examined: Callable[[Outcome], tuple[Answer, Outcome]],
+    material: float,
 ) -> tuple[Answer, Outcome]:
     """The answer with the effect of ``found_across_joints``; unchanged if there is none, or if a check refuses it.
 
@@ -30,7 +34,7 @@ def credited_across_joints(
     """
     if search.rigid is None or search.system.degrees_of_freedom < 2:
         return answer, outcome
-    found = found_across_joints(search, outcome.base)
+    found = found_across_joints(search, outcome.base, material)
     if found is None:
         return answer, outcome
     moved, values = found.found.values

@@ -54,8 +54,8 @@ def is_better(free: Search, fit: Fit, search: Search, other: Fit) -> bool:
     """Whether a fit without limits explains the log better than one within them, for its number of changes.
 
     The score is the log-likelihood, tempered by the share of independent residuals, less ``BETTER`` nats for each
-    change of the declared model: an effect, or a parameter ``WITHIN`` tolerances or more away. The first fit is better
-    if its score is higher by ``BETTER``/2.
+    change of the declared model: an effect, a parameter ``WITHIN`` tolerances or more away, or a link with several such
+    parameters (``wrong_links``). The first fit is better if its score is higher by ``BETTER``/2.
     """
     gain = _gain(fit, other)
     return gain + BETTER * (_changes(search, other) - _changes(free, fit)) > BETTER / 2
@@ -67,10 +67,68 @@ def _gain(fit: Fit, other: Fit) -> float:
 
 
 def _changes(search: Search, fit: Fit) -> int:
-    """Number of effects, and of parameters ``WITHIN`` tolerances or more away."""
-    return int((tolerances_away(search, fit.theta[: len(search.moved)]) >= AT_END * WITHIN).sum()) + len(
-        fit.trial.parts
+    """Number of effects and of values ``WITHIN`` tolerances or more away, where those of ``wrong_links`` count once."""
+    values = fit.theta[: len(search.moved)]
+    far = np.flatnonzero(tolerances_away(search, values) >= AT_END * WITHIN)
+    links = wrong_links(search, values)
+    if links is None:
+        return len(fit.trial.parts) + len(far)
+    others = [k for k in far if search.moved[k] not in search.problem.changes]
+    return len(fit.trial.parts) + len(others) + len(links)
+
+
+def wrong_links(search: Search, values: Array) -> list[int] | None:
+    """Indices of the fewest links of an arm whose wrong numbers explain all link parameters that are far off.
+
+    A load on one link is one change of the model. But it changes up to ten parameters of this link, and some of the
+    links before it, to which base parameters assign part of the mass. The distances d of link parameters from their
+    declared values, in tolerances, are regressed on the changes C of these by the numbers of the links S in the robot
+    file,
+
+        min over z of |d − C_S z|²,
+
+    and links are added to S, the one that leaves least first, until no parameter is left ``WITHIN`` tolerances or more
+    away. None if S is not smaller than the number of those parameters, or none of them is far off.
+    """
+    problem = search.problem
+    places = [k for k, s in enumerate(search.moved) if s in problem.changes]
+    if not places:
+        return None
+    changes = np.array([problem.changes[search.moved[k]] for k in places])  # (p, links, numbers)
+    size = np.linalg.norm(changes, axis=(1, 2))
+    left = off = (values - search.declared)[places] / size
+    columns, chosen = changes / size[:, None, None], list[int]()
+    many = int((np.abs(off) >= AT_END * WITHIN).sum())
+    while (np.abs(left) >= AT_END * WITHIN).any() and len(chosen) < many:
+        others = [k for k in range(columns.shape[1]) if k not in chosen]
+        tried = {k: _after_regression(off, columns[:, [*chosen, k]].reshape(len(off), -1)) for k in others}
+        best = min(tried, key=lambda k: float(tried[k] @ tried[k]), default=None)
+        if best is None:
+            return None
+        left, chosen = tried[best], [*chosen, best]
+    return sorted(chosen) if len(chosen) < many else None
+
+
+def wrong_links_in_words(search: Search, answer: Answer) -> list[Fact]:
+    """The fact on the links whose wrong numbers explain all link parameters that an answer reports as wrong."""
+    written = answer.adopted
+    if written is None or not answer.errors:
+        return []
+    links = wrong_links(search, np.array([float(written.values[s]) for s in search.moved]))
+    if links is None:
+        return []
+    names = " and ".join(search.system.positions[k].name for k in links)
+    several = len(links) > 1
+    words = (
+        f"Wrong numbers of the link{'s' if several else ''} on {names} alone explain all link parameters that are far "
+        "from their declared values, such as an unknown load there"
     )
+    return [Fact("declared value", words, "A base parameter contains part of the mass of the links behind it.")]
+
+
+def _after_regression(y: Array, columns: Array) -> Array:
+    """The residual of a least-squares fit."""
+    return np.asarray(y - columns @ np.linalg.lstsq(columns, y, rcond=None)[0])
 
 
 def equal_parameters(search: Search, base: Fit, outcome: Outcome) -> list[Fact]:
