@@ -22,7 +22,7 @@ from codegen.certify.content import Found, Frame, frame, proved
 from codegen.certify.enclosure import Cells, enclose_family
 from codegen.certify.family import Family, NotEnclosable, build_family
 from codegen.certify.levels import SHARES, about_declared
-from codegen.certify.lyapunov import common_lyapunov, extreme_points, least_growth_at_reversals, short_recovery
+from codegen.certify.lyapunov import common_lyapunov, least_growth_at_reversals, short_recovery
 from codegen.certify.outcome import Certificate, Proposal, Proposals, Refusal
 from codegen.certify.refute import refute, slowest_point
 from codegen.certify.region_proofs import Regions, find_regions
@@ -149,7 +149,7 @@ def _proposals(
             yield over
     if common is None or all_angles:
         return
-    matrices = extreme_points(cells.matrices)
+    matrices = cells.matrices
     if len(matrices) == 1 and observer.level_errors:  # V grows at a reversal: prefer the P with the shortest dwell time
         contacts = range(len(observer.signs))
         flips = ([k for k, e in enumerate(observer.errors) if e.contact == c] for c in contacts)

@@ -38,8 +38,6 @@ from codegen.certify.centre import (
 
 Active = list[list[int]]
 """For each group of matrices the indices of those whose inequality was nearly an equality (active)."""
-LARGEST_HULL = 4
-"""Largest dimension of the affine hull of the matrices for which the vertices of the convex hull are computed."""
 LARGEST_TURNED = 8
 """Largest number of errors for which P is optimised for less growth at reversals."""
 RATE_KEPT = 0.95
@@ -57,8 +55,6 @@ LARGEST_CONDITION = 1e8
 """Largest condition number of P, or of the matrix of eigenvectors."""
 LOG_WEIGHT_STEP = 0.05
 """Rounding step of the logarithms of the weights w: coarse, so that rounding errors seldom change the result."""
-MOST_FOR_HULL = 64
-"""Largest number of matrices of a group that is reduced to its extreme points first."""
 AT_FIRST, ADDED_EACH_TIME, MOST_ROUNDS, KEPT_ACTIVE = 12, 4, 25, 16
 """Constraint generation: the inequalities are solved for AT_FIRST matrices of each group; then the ADDED_EACH_TIME most
 violated ones are included, at most MOST_ROUNDS times. A similar problem starts with the KEPT_ACTIVE last active."""
@@ -97,12 +93,12 @@ def common_lyapunov(
     if limit <= 0:
         return None
     scale = balance(matrices)
-    few, stack = _scaled(scale, extreme_points(matrices)), _scaled(scale, matrices)
-    if len(few) == 1 and structure is None:
-        found = _near_limit(few[0], h, limit)
+    stack = _scaled(scale, matrices)
+    if len(stack) == 1 and structure is None:
+        found = _near_limit(stack[0], h, limit)
     else:
         active: Active = []
-        first = largest_feasible_rate(lambda alpha: _feasible([(few, alpha)], h, structure, active), limit)
+        first = largest_feasible_rate(lambda alpha: _feasible([(stack, alpha)], h, structure, active), limit)
         if first is None:
             return None
         p, _ = method_of_centres(*first, _most_active(first[0], stack, h), h, structure, near)
@@ -124,13 +120,10 @@ def common_lyapunov_at(groups: Sequence[Group], h: float, active: Active | None 
         active: indices of the matrices of each group that were active in a similar problem; updated in place.
     """
     scale = _scale(groups)
-    scaled = [
-        (_scaled(scale, extreme_points(list(matrices)) if len(matrices) <= MOST_FOR_HULL else matrices), rate)
-        for matrices, rate in groups
-    ]
+    scaled = [(_scaled(scale, matrices), rate) for matrices, rate in groups]
     matrices, rate = scaled[0]
     if len(groups) == len(matrices) == 1:
-        p = _from_lyapunov_equation(matrices[0], h, rate)
+        p = _positive_solution(matrices[0], h, rate)
     else:
         p = _feasible(scaled, h, active=active)
     if p is None:
@@ -274,52 +267,41 @@ def _scaled(scale: Array, matrices: Matrices) -> Array:
     return np.asarray(np.array(matrices) * scale[None, None, :] / scale[None, :, None])
 
 
-def extreme_points(matrices: Matrices) -> list[Array]:
-    """The matrices at the vertices of the convex hull of all; all matrices if the hull is expensive to compute.
-
-    The condition on A is convex for given P > 0, so it holds in the whole hull if it holds at the vertices.
-    """
-    flat = np.array([a.ravel() for a in matrices])
-    middle = flat.mean(axis=0)
-    _, sizes, axes = np.linalg.svd(flat - middle, full_matrices=False)
-    rank = int((sizes > 1e-12 * max(1.0, float(np.abs(flat).max()))).sum())
-    if rank == 0:
-        return [matrices[0]]
-    along = (flat - middle) @ axes[:rank].T
-    if rank == 1:
-        return [matrices[int(along.argmin())], matrices[int(along.argmax())]]
-    if rank > LARGEST_HULL or len(matrices) <= rank + 1:
-        return list(matrices)
-    from scipy.spatial import ConvexHull  # imported here: few families need it
-
-    return [matrices[k] for k in sorted(ConvexHull(along, qhull_options="QJ").vertices)]
-
-
 def _near_limit(a: Array, h: float, limit: float) -> tuple[Array, float] | None:
     """(P, α) of one matrix, α the largest of some shares of ``limit`` at which P is well conditioned; or None."""
     for share in (0.998, 0.99, 0.95, 0.8, 0.5, 0.1):
         alpha = share * limit
-        p = _from_lyapunov_equation(a, h, alpha)
+        p = _positive_solution(a, h, alpha)
         if p is not None and np.linalg.cond(p) < LARGEST_CONDITION:
             return p / np.abs(p).max(), alpha * 0.999
     return None
 
 
-def _from_lyapunov_equation(a: Array, h: float, alpha: float) -> Array | None:
-    """P > 0 with Φ'PΦ − (1 − 2αh)P = −h(1 − 2αh) I for Φ = I + hA; for h = 0 with A'P + PA + 2αP = −I.
+def solution(a: Array, h: float, alpha: float, implicit: bool = False) -> Array | None:
+    """Symmetric P with Φ'PΦ − cP = −hc I for Φ = I + hA and c = 1 − 2αh; for h = 0 with A'P + PA + 2αP = −I.
 
-    None if the solution is not positive definite, or if the equation is singular in floating point, with α its limit.
+    None if the equation is singular in floating point, with α its limit.
+
+    Args:
+        implicit: whether Φ = (I − hA)⁻¹ and c = 1/(1 + αh)².
     """
     unit = np.eye(len(a))
     try:
         if h == 0:
             p = solve_continuous_lyapunov(a.T + alpha * unit, -unit)
+        elif implicit:
+            p = solve_discrete_lyapunov((np.linalg.inv(unit - h * a) * (1 + alpha * h)).T, unit * h)
         else:
             p = solve_discrete_lyapunov((unit + h * a).T / np.sqrt(1 - 2 * alpha * h), unit * h)
-    except np.linalg.LinAlgError:
+    except (np.linalg.LinAlgError, ValueError):
         return None
-    p = (p + p.T) / 2
-    return p if np.linalg.eigvalsh(p)[0] > 0 else None
+    return (p + p.T) / 2 if np.isfinite(p).all() else None
+
+
+def _positive_solution(a: Array, h: float, alpha: float) -> Array | None:
+    """The P of ``solution`` if it is positive definite, else None."""
+    p = solution(a, h, alpha)
+    return p if p is not None and np.linalg.eigvalsh(p)[0] > 0 else None
 
 
 def recovery_at_reversals(p: Array, matrix: Array, h: float, flips: Sequence[Sequence[int]]) -> Array:

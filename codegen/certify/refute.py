@@ -16,13 +16,13 @@ from typing import Any
 
 import numpy as np
 import sympy
-from scipy.linalg import matrix_balance, solve_discrete_lyapunov
+from scipy.linalg import matrix_balance
 
 from codegen.analysis.analysis import Analysis
 from codegen.base.arrays import Array
 from codegen.certify.content import lines, one_line
 from codegen.certify.family import PI, Family
-from codegen.certify.lyapunov import decay_rate_limit
+from codegen.certify.lyapunov import decay_rate_limit, solution
 from codegen.certify.prefix import rational_text, rounded, rounded_matrix, texts
 from codegen.checker import verify
 from codegen.mechanics.casadi_form import function_of
@@ -138,7 +138,7 @@ def _proposals(
     rate = rounded(alpha, 5)
     _, (scale, _) = matrix_balance(slowest.matrix, permute=False, separate=True)
     h, implicit = float(analysis.dynamics.observer.sample_time), analysis.dynamics.implicit
-    q = _inertia(slowest.matrix * scale[None, :] / scale[:, None], float(rate), h, implicit)
+    q = solution(slowest.matrix * scale[None, :] / scale[:, None], h, float(rate), implicit)
     if q is None:
         return
     values, vectors = np.linalg.eigh(q)
@@ -164,18 +164,6 @@ def _implicit_rate(a: Array, h: float) -> float:
     """Decay rate of the implicit step, 1/s: α with spectral radius of (I − hA)⁻¹ = 1/(1 + αh)."""
     radius = float(np.abs(1 / (1 - h * np.linalg.eigvals(a))).max())
     return (1 / radius - 1) / h
-
-
-def _inertia(a: Array, alpha: float, h: float, implicit: bool) -> Array | None:
-    """Q of the Stein equation cQ − Φ'QΦ = λI with some λ > 0, for a balanced A, in floats; None if it is singular."""
-    unit = np.eye(len(a))
-    try:
-        step = np.linalg.inv(unit - h * a) * (1 + alpha * h) if implicit else unit + h * a
-        step = step if implicit else step / np.sqrt(1 - 2 * alpha * h)
-        q = solve_discrete_lyapunov(step.T, unit * h)
-    except (np.linalg.LinAlgError, ValueError):
-        return None
-    return (q + q.T) / 2 if np.isfinite(q).all() else None
 
 
 def _operating_points(analysis: Analysis) -> Iterator[dict[str, float]]:

@@ -95,7 +95,8 @@ def with_ellipsoid(
     if isinstance(sizes, str) or not any(map(any, sizes.values())):
         return certificate
     proof = json.loads(certificate.kernel)
-    text = ellipsoid_text(spec, observer, places, proof, shown, response, sizes, certificate.bounds)
+    claim = _claim(observer, places, proof, shown, response, sizes, certificate.bounds)
+    text = json.dumps(claim, indent=1) + "\n"
     try:
         found = theorem.kept(proof, shown, text.encode())[1]
     except checker.Refused:
@@ -103,14 +104,14 @@ def with_ellipsoid(
     h, bounds = float(observer.sample_time), []
     units = np.eye(len(proof["errors"]))[-len(certificate.bounds) :].tolist()
     turns: dict[int, Reversal] = {}
-    reversals = json.loads(text).get(ellipsoid.REVERSALS, [])
+    reversals = claim.get(ellipsoid.REVERSALS, [])
     for entry in reversals:
         level = [e["sign"] for e in proof["errors"]].index(entry["sign"])
         left = float_above(Fraction(entry["after"][level]))
         turns[level] = Reversal(int(entry["samples"]), int(entry["turns"]), left)
     proved = [
         ([Fraction(c) for c in row[:-1]], (int(samples) * h, begun, float_above(x), ellipsoid.FRICTION in set_))
-        for set_, each in zip(json.loads(text)["sets"], found, strict=True)
+        for set_, each in zip(claim["sets"], found, strict=True)
         for (row, samples, begun, _), x in zip(ellipsoid.claimed_rows(set_), each, strict=True)
     ]
     for b, unit in zip(certificate.bounds, units, strict=True):
@@ -124,8 +125,7 @@ def with_ellipsoid(
     return replace(certificate, content=said, bounds=tuple(bounds), ellipsoid=text)
 
 
-def ellipsoid_text(
-    spec: Spec,
+def _claim(
     observer: Observer,
     places: Mapping[str, str],
     proof: dict[str, Any],
@@ -133,8 +133,8 @@ def ellipsoid_text(
     response: Response,
     sizes: Mapping[str, Sequence[Fraction]],
     bounds: Sequence[ErrorBound],
-) -> str:
-    """The claim of invariant ellipsoids, as JSON (docs/certificate_format.md).
+) -> dict[str, Any]:
+    """The claim of invariant ellipsoids, the JSON object of ellipsoid.json (docs/certificate_format.md).
 
     Args:
         places: as in kernel_form.proof_text.
@@ -172,13 +172,10 @@ def ellipsoid_text(
         upwards(float(most + friction.get(truth, 0)) + x, START_DIGITS)
         for most, truth, x in zip(whole, truths, noise, strict=bool(units))
     ]
+    by_position = any(p.free_symbols & {*observer.system.positions} for p in response.nonaffine)
     claim: dict[str, Any] = {
         "name": proof["name"],
-        **(
-            {ellipsoid.FORCES: "measured"}
-            if any(p.free_symbols & {*observer.system.positions} for p in response.nonaffine)
-            else {}
-        ),
+        **({ellipsoid.FORCES: "measured"} if by_position else {}),
         "noise": {d.of: str(d.size) for d in of if d.kind == "noise"},
         "drift": {d.of: str(d.size) for d in of if d.kind == "drift"},
         "shifts": [
@@ -205,7 +202,7 @@ def ellipsoid_text(
         *(_with_decay(ball, group, starts, step, columns * acting, noise, h) for group, ball in ellipsoids),
         *any_friction_sets,
     ]
-    return json.dumps(claim, indent=1) + "\n"
+    return claim
 
 
 def _reversals(
