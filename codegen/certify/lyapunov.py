@@ -36,8 +36,6 @@ from codegen.certify.centre import (
     method_of_centres,
 )
 
-Active = list[list[int]]
-"""For each group of matrices the indices of those whose inequality was nearly an equality (active)."""
 LARGEST_TURNED = 8
 """Largest number of errors for which P is optimised for less growth at reversals."""
 RATE_KEPT = 0.95
@@ -55,9 +53,9 @@ LARGEST_CONDITION = 1e8
 """Largest condition number of P, or of the matrix of eigenvectors."""
 LOG_WEIGHT_STEP = 0.05
 """Rounding step of the logarithms of the weights w: coarse, so that rounding errors seldom change the result."""
-AT_FIRST, ADDED_EACH_TIME, MOST_ROUNDS, KEPT_ACTIVE = 12, 4, 25, 16
+AT_FIRST, ADDED_EACH_TIME, MOST_ROUNDS = 12, 4, 25
 """Constraint generation: the inequalities are solved for AT_FIRST matrices of each group; then the ADDED_EACH_TIME most
-violated ones are included, at most MOST_ROUNDS times. A similar problem starts with the KEPT_ACTIVE last active."""
+violated ones are included, at most MOST_ROUNDS times."""
 MOST_ACTIVE = 200
 """Number of matrices, the most active ones, by which a centre is computed where there are more. It is then tested with
 all. With fewer the method of centres is faster and comes closer to the best rate, but the others may fail."""
@@ -97,8 +95,7 @@ def common_lyapunov(
     if len(stack) == 1 and structure is None:
         found = _near_limit(stack[0], h, limit)
     else:
-        active: Active = []
-        first = largest_feasible_rate(lambda alpha: _feasible([(stack, alpha)], h, structure, active), limit)
+        first = largest_feasible_rate(lambda alpha: _feasible([(stack, alpha)], h, structure), limit)
         if first is None:
             return None
         p, _ = method_of_centres(*first, _most_active(first[0], stack, h), h, structure, near)
@@ -111,21 +108,17 @@ def common_lyapunov(
     return (p + p.T) / 2, found[1]
 
 
-def common_lyapunov_at(groups: Sequence[Group], h: float, active: Active | None = None) -> Array | None:
+def common_lyapunov_at(groups: Sequence[Group], h: float) -> Array | None:
     """A common P > 0 with A'P + PA + hA'PA ≤ −2αP for every A of each group, with the group's α; None if none is found.
 
     Args:
         groups: (matrices m by m, α in 1/s) each; α < 0 permits V to grow.
         h: sample time, s; 0 for the implicit step.
-        active: indices of the matrices of each group that were active in a similar problem; updated in place.
     """
     scale = _scale(groups)
     scaled = [(_scaled(scale, matrices), rate) for matrices, rate in groups]
     matrices, rate = scaled[0]
-    if len(groups) == len(matrices) == 1:
-        p = _positive_solution(matrices[0], h, rate)
-    else:
-        p = _feasible(scaled, h, active=active)
+    p = _positive_solution(matrices[0], h, rate) if len(groups) == len(matrices) == 1 else _feasible(scaled, h)
     if p is None:
         return None
     p = p / scale[None, :] / scale[:, None]
@@ -160,12 +153,7 @@ def _most_active(p: Array, stack: Array, h: float) -> Array:
     return stack if len(stack) <= MOST_ACTIVE else stack[np.argsort(certified_rates(p, stack, h))[:MOST_ACTIVE]]
 
 
-def _feasible(
-    groups: Sequence[Group],
-    h: float,
-    structure: Pattern | None = None,
-    active: Active | None = None,
-) -> Array | None:
+def _feasible(groups: Sequence[Group], h: float, structure: Pattern | None = None) -> Array | None:
     """``common_lyapunov_at`` for balanced matrices, by constraint generation.
 
     The inequalities are solved for some of the matrices; those that the resulting P violates are added, until it
@@ -173,17 +161,10 @@ def _feasible(
 
     Args:
         structure: sparsity pattern of P, m by m; None if P is full.
-        active: as in ``common_lyapunov_at``.
     """
     stacks = [np.asarray(stack) for stack, _ in groups]
     sizes = [max(1.0, float(np.abs(stack).max())) for stack in stacks]
-    active = [[] for _ in stacks] if active is None else active
-    active += [[] for _ in stacks[len(active) :]]
-    used = []
-    for stack, known in zip(stacks, active, strict=True):
-        count, last = min(AT_FIRST, len(stack)), len(stack) - 1
-        start = known if len(known) >= count else [*known, *map(int, np.linspace(0, last, count))]
-        used.append(sorted({k for k in start if k <= last}))
+    used = [[*map(int, np.linspace(0, len(stack) - 1, min(AT_FIRST, len(stack))))] for stack in stacks]
     for _ in range(MOST_ROUNDS):
         conditions = [
             lyapunov_maps(stack[chosen], h, rate) / size
@@ -193,17 +174,14 @@ def _feasible(
         if p is None or np.linalg.eigvalsh(p)[0] <= 0:
             return None
         complete = True
-        for stack, (_, rate), chosen, known in zip(stacks, groups, used, active, strict=True):
+        for stack, (_, rate), chosen in zip(stacks, groups, used, strict=True):
             rates = certified_rates(p, stack, h)
             violated = [int(k) for k in np.argsort(rates)[:ADDED_EACH_TIME] if rates[k] < rate]
             if set(violated) & set(chosen):
                 return None  # the solver violates a constraint that it was given
             chosen += violated
-            known += violated
             complete &= not violated
         if complete:
-            for stack, chosen, known in zip(stacks, used, active, strict=True):
-                known[:] = (chosen[k] for k in np.argsort(certified_rates(p, stack[chosen], h))[:KEPT_ACTIVE])
             return p
     return None
 

@@ -23,7 +23,6 @@ from codegen.certify.content import Found
 from codegen.certify.enclosure import Enclosure, cells_of, exact_ranges
 from codegen.certify.family import Family
 from codegen.certify.lyapunov import (
-    Active,
     analytic_centre_at,
     common_lyapunov,
     common_lyapunov_at,
@@ -104,14 +103,10 @@ class RegionSearch:
 
         stack, whole = both(0.0)
         growth, _ = self._growth([(stack, KEPT * rate)], whole)
-        worst: Active = []
 
         def holds(w: float) -> bool:
             stack, whole = both(w)
-            return (
-                common_lyapunov_at([(stack, KEPT * rate), (whole, -LARGEST_INCREASE * growth)], self.h, worst)
-                is not None
-            )
+            return common_lyapunov_at([(stack, KEPT * rate), (whole, -LARGEST_INCREASE * growth)], self.h) is not None
 
         self.acceleration = _bisected(holds, 0.0, 2 * self.fastest_slip / self.h, True)
 
@@ -120,11 +115,10 @@ class RegionSearch:
 
         P is None if there is none even for the largest r.
         """
-        worst: Active = []
 
         @cache
         def found_at(rate: float) -> Array | None:
-            return common_lyapunov_at([*groups, (whole, -rate)], self.h, worst)
+            return common_lyapunov_at([*groups, (whole, -rate)], self.h)
 
         def holds(rate: float) -> bool:
             return found_at(rate) is not None
@@ -187,7 +181,6 @@ class RegionSearch:
 
         V decreases there at ``PRESLIDING`` of the spectral rate.
         """
-        worst: Active = []
         low, high = slips
 
         def family_at(share: float, t: float) -> tuple[Family, Array]:
@@ -200,7 +193,7 @@ class RegionSearch:
         def holds(share: float, t: float) -> bool:
             stack = family_at(share, t)[1]
             limit = decay_rate_limit(stack, self.h)
-            return limit > 0 and common_lyapunov_at([(stack, PRESLIDING * limit)], self.h, worst) is not None
+            return limit > 0 and common_lyapunov_at([(stack, PRESLIDING * limit)], self.h) is not None
 
         slow = 1e-3 if low < 0 < high else 0.02  # the least t
         if not holds(THIN, slow):  # nor for a larger region

@@ -221,7 +221,7 @@ def test_a_counterexample_names_a_point_that_is_unstable() -> None:
             "{}",
             "continuous time",
         ),
-        (ONE.format(kind="cfo", velocity="estimated", gains="{K_F: 10, K_v: 100}", h="0.1"), "{}", "explicit Euler"),
+        (ONE.format(kind="cfo", velocity="estimated", gains="{K_F: 10, K_v: 100}", h="0.1"), "{}", "too long"),
     ],
 )
 def test_reasons_of_refusal(observer: str, envelope: str, words: str) -> None:
