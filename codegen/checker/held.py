@@ -11,6 +11,7 @@ the estimates e beside the measured positions x, and there are no two such e. Th
 - after `resume` at x they are G(e, x + h v), e the estimates held, which the next sample then shows.
 """
 
+from fractions import Fraction
 from math import prod
 from typing import TYPE_CHECKING, Any
 
@@ -72,16 +73,33 @@ def require(proof: dict[str, Any], shown: dict[str, Any]) -> None:
     kernel.demand("1/" not in [name for name, _ in known.keys() - before], "a division by what may be zero")
 
 
-def usually(sum_: list[Any], known: dict[Any, Any], c: Any) -> bool:
-    """Whether a sum is within the limit of invalid samples while all quantities in it are of usual size.
-
-    A quotient may be larger than these: as large as rounding.py, which bounds its divisor from below, lets it be.
-    """
+def quotients(known: dict[Any, Any], c: Any) -> dict[str, Any]:
+    """Reciprocal -> the largest that it is, by the least divisor that rounding.py lets pass."""
     bounds = rounding.Bounded({}, known, c.precision)
     bounds.ones()
-    size = {x: p.constant() for x, p in bounds.largest.items()}
-    terms = [(a, [x for x in m if not x.startswith("sign.")]) for p in sum_ for m, a in p.items()]
-    return bool(sum(abs(a) * prod(size.get(x, c.precision.usual) for x in m) for a, m in terms) <= c.precision.limit)
+    return {x: p.constant() for x, p in bounds.largest.items()}
+
+
+def largest(p: Any, sizes: dict[str, Any], usual: int) -> Fraction:
+    """The sum of the magnitudes of a polynomial's terms, names as large as in ``sizes`` or usual, signs 1."""
+    of = (abs(a) * prod(sizes.get(x, usual) for x in m if not x.startswith("sign.")) for m, a in p.items())
+    return sum(of, Fraction(0))
+
+
+def size_of(z: str, ends: list[dict[str, Any]], sizes: dict[str, Any], usual: int) -> Fraction:
+    """A bound of a state that shows no error, at these sizes of all others; or ValueError if it may grow.
+
+    Where each function of the C makes c z + r of z, |c| < 1, |z| <= |r|/(1 - |c|) lasts from call to call; so it does
+    where z stays as it is. In `predict`, the last, c may be 1: z grows by |r| in each of a usual number of samples.
+    """
+    found, more = Fraction(usual), Fraction(0)
+    for end in ends:
+        own = abs(Fraction(end[z].get((z,), 0)))
+        rest = largest(kernel.Poly({m: a for m, a in end[z].items() if m != (z,)}), sizes, usual)
+        kernel.demand(own < 1 or (own == 1 and (not rest or end is ends[-1])), f"{z} may grow")
+        found = max(found, rest / (1 - own)) if own < 1 else found
+        more = usual * rest if own == 1 else more
+    return found + more
 
 
 def finite(proof: dict[str, Any], shown: dict[str, Any], begun: dict[str, Any]) -> None:
@@ -90,7 +108,7 @@ def finite(proof: dict[str, Any], shown: dict[str, Any], begun: dict[str, Any]) 
     Raises ValueError unless all of these hold:
 
     - The sum `check` of init, and that of step, is within its limit while inputs and estimates are of usual size, and
-      quotients as large as they may be: else no sample would be used.
+      quotients and other states as large as they then may be: else no sample would be used.
     - Every argument of exp is -q - r. q is a positive semidefinite quadratic form in states, inputs and outputs (kernel
       lemma 2). r is a sum of clocks with coefficients >= 0. A clock is a state that every function of the C sets to a
       number >= 0 or increases by a number >= 0. So exp is at most 1. With a positive argument it could overflow, and
@@ -112,10 +130,17 @@ def finite(proof: dict[str, Any], shown: dict[str, Any], begun: dict[str, Any]) 
     free = values | {x: term(1, x) for x in (*c.inputs, *c.states, *c.outputs)}
     programs = (c.step + c.commit, c.init, c.reset, c.predict, c.resume)
     ends = [kernel.Text(free, known).run(program, c.states + c.outputs) for program in programs]
-    checks = [([ends[1][x] for x in (*c.inputs, *c.states)], known)] if c.sums else []
-    checks += [([shown["after"]["check"]], shown["known"])] if c.sums else []
-    kernel.demand(all(usually(sum_, of, c) for sum_, of in checks), "the sum `check` may be above its limit")
     clocks = {z for z in first if not (ends[0][z] - free[z]).names()}
+    usual, others = c.precision.usual, [z for z in (*proof.get("shared", {}), *shown["aside"]) if z not in clocks]
+    of_ends, of_step, ordered = quotients(known, c), quotients(shown["known"], c), [*ends[:3], ends[4], ends[3]]
+    sizes = {z: largest(p, of_step, usual) for z, p in shown["before"].items()}
+    for z in others:
+        sizes[z] = size_of(z, ordered, sizes | of_ends, usual)
+    grows = [z for z in others if size_of(z, ordered, sizes | of_ends, usual) > sizes[z]]  # by one that comes later
+    kernel.demand(not grows, f"{grows[:3]} may grow")
+    begins = sum((largest(ends[1][x], sizes | of_ends, usual) for x in (*c.inputs, *c.states)), Fraction(0))
+    follows = largest(shown["after"].get("check", {}), sizes | of_step, usual)
+    kernel.demand(not c.sums or max(begins, follows) <= c.precision.limit, "the sum `check` may be above its limit")
     wrong = [z for z in clocks for end in ends[3:] if c.sums and end[z] != ends[0][z]]
     kernel.demand(not wrong, f"{wrong} does not go on in an invalid sample as in a valid one")
     later = {z: [p for end in ends for p in (end[z], end[z] - free[z]) if not p.names()] for z in clocks}

@@ -15,7 +15,7 @@ import pytest
 from codegen.checker import errors, verify
 from codegen.checker.verify import Refused
 from codegen.replay.engine import load_twin
-from tests.checker.forged import GENERATED, POINT, certificate, changed, check, sources
+from tests.checker.forged import GENERATED, POINT, certificate, changed, check, replace_once, sources
 from tests.in_part import in_part
 
 MISSED = "    state->z_v = state->z_v - parameters->sample_time * parameters->K_v * outputs->v_hat;\n"
@@ -73,6 +73,45 @@ def test_a_quotient_that_takes_the_sum_of_every_step_beyond_the_limit_is_refused
     else:
         with pytest.raises(Refused, match="of the C: the sum `check` may be above its limit"):
             check(proof, files)
+
+
+FIELD, BEGINS = "    double z_rail; /* N: observer state */\n", "state->z_v + state->z_rail;"
+SUM, SET = "    const double check = z_v_next + z_rail_next;", "        state->z_rail = z_rail_next;\n"
+
+
+@pytest.mark.parametrize(
+    ("moves", "missed", "why"),
+    [
+        ("1.0 * inputs->w", "", ""),
+        ("1e20 * inputs->w", "", "the sum `check` may be above its limit"),
+        ("1.0 * inputs->w", "    state->z_q = 2.0 * state->z_q;\n", "state.z_q may grow"),
+        ("1.0 * inputs->w", "    state->z_q = 1e99 * outputs->v_hat;\n", "the sum `check` may be above its limit"),
+    ],
+)
+def test_another_state_is_as_large_as_the_code_makes_it(moves: str, missed: str, why: str) -> None:
+    """A state of which nothing is claimed was taken as usual. With z = 1e20 w a power of z made a sample a fault.
+
+    So w = 1 N was enough for the observer to begin anew in every second sample.
+    """
+    files = {name: text.decode() for name, text in sources("one_mass").items() if name != "ellipsoid.json"}
+    power = f"    const double power = {' * '.join(['state->z_q'] * 10)};\n"
+    replace_once(files, {
+        "one_mass.h": [(FIELD, f"{FIELD}    double z_q; /* 1: observer state */\n")],
+        "one_mass.c": [
+            (AT, f"{AT}    state->z_q = 0.0;\n"),
+            ("        state->z_rail = 0.0;\n", "        state->z_rail = 0.0;\n        state->z_q = 0.0;\n"),
+            (BEGINS, f"{BEGINS[:-1]} + state->z_q;"),
+            (SUM, f"    const double z_q_next = {moves};\n{power}{SUM[:-1]} + z_q_next + power;"),
+            (SET, f"{SET}        state->z_q = z_q_next;\n"),
+            (MISSED, MISSED + missed),
+        ],
+    })  # fmt: skip
+    given = {name: text.encode() for name, text in files.items()}
+    if why:
+        with pytest.raises(Refused, match=why):
+            check(certificate("one_mass", "proof.json"), given)
+    else:
+        assert check(certificate("one_mass", "proof.json"), given).proved
 
 
 def test_a_next_state_that_is_set_again_behind_the_sum_is_refused() -> None:
