@@ -108,7 +108,8 @@ def finite(proof: dict[str, Any], shown: dict[str, Any], begun: dict[str, Any]) 
     Raises ValueError unless all of these hold:
 
     - The sum `check` of init, and that of step, is within its limit while inputs and estimates are of usual size, and
-      quotients and other states as large as they then may be: else no sample would be used.
+      quotients and other states as large as they then may be: else no sample would be used. Nor overflows a product
+      with such a state.
     - Every argument of exp is -q - r. q is a positive semidefinite quadratic form in states, inputs and outputs (kernel
       lemma 2). r is a sum of clocks with coefficients >= 0. A clock is a state that every function of the C sets to a
       number >= 0 or increases by a number >= 0. So exp is at most 1. With a positive argument it could overflow, and
@@ -138,6 +139,11 @@ def finite(proof: dict[str, Any], shown: dict[str, Any], begun: dict[str, Any]) 
         sizes[z] = size_of(z, ordered, sizes | of_ends, usual)
     grows = [z for z in others if size_of(z, ordered, sizes | of_ends, usual) > sizes[z]]  # by one that comes later
     kernel.demand(not grows, f"{grows[:3]} may grow")
+    if large := {z: kernel.term(sizes[z]) for z in others if sizes[z] > usual}:
+        for program in programs:  # rounding.py has asked for the same with these states as usual
+            text = rounding.Bounded(free, {}, c.precision)
+            text.largest.update(large)
+            text.run(program, c.states + c.outputs)
     begins = sum((largest(ends[1][x], sizes | of_ends, usual) for x in (*c.inputs, *c.states)), Fraction(0))
     follows = largest(shown["after"].get("check", {}), sizes | of_step, usual)
     kernel.demand(not c.sums or max(begins, follows) <= c.precision.limit, "the sum `check` may be above its limit")

@@ -80,21 +80,23 @@ SUM, SET = "    const double check = z_v_next + z_rail_next;", "        state->z
 
 
 @pytest.mark.parametrize(
-    ("moves", "missed", "why"),
+    ("moves", "missed", "factor", "why"),
     [
-        ("1.0 * inputs->w", "", ""),
-        ("1e20 * inputs->w", "", "the sum `check` may be above its limit"),
-        ("1.0 * inputs->w", "    state->z_q = 2.0 * state->z_q;\n", "state.z_q may grow"),
-        ("1.0 * inputs->w", "    state->z_q = 1e99 * outputs->v_hat;\n", "the sum `check` may be above its limit"),
+        ("1.0 * inputs->w", "", "1.0", ""),
+        ("1e2 * inputs->w", "", "1.0", ""),
+        ("1e20 * inputs->w", "", "1.0", "the sum `check` may be above its limit"),
+        ("1e30 * inputs->w", "", "0.0", "a product with it, is too large"),
+        ("1.0 * inputs->w", "    state->z_q = 2.0 * state->z_q;\n", "1.0", "state.z_q may grow"),
+        ("1.0 * inputs->w", "    state->z_q = 1e99 * outputs->v_hat;\n", "0.0", "a product with it, is too large"),
     ],
 )
-def test_another_state_is_as_large_as_the_code_makes_it(moves: str, missed: str, why: str) -> None:
+def test_another_state_is_as_large_as_the_code_makes_it(moves: str, missed: str, factor: str, why: str) -> None:
     """A state of which nothing is claimed was taken as usual. With z = 1e20 w a power of z made a sample a fault.
 
     So w = 1 N was enough for the observer to begin anew in every second sample.
     """
     files = {name: text.decode() for name, text in sources("one_mass").items() if name != "ellipsoid.json"}
-    power = f"    const double power = {' * '.join(['state->z_q'] * 10)};\n"
+    power = f"    const double power = {factor} * ({' * '.join(['state->z_q'] * 10)});\n"
     replace_once(files, {
         "one_mass.h": [(FIELD, f"{FIELD}    double z_q; /* 1: observer state */\n")],
         "one_mass.c": [
