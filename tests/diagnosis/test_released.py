@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
+import sympy
 
 from codegen.diagnosis.diagnose import diagnose_log
 from codegen.diagnosis.fit.output_error import WITHIN
@@ -16,7 +20,8 @@ from codegen.diagnosis.fit.search import search_on
 from codegen.diagnosis.fit.signals import smooth_motion
 from codegen.diagnosis.fit.trial import part_of
 from codegen.diagnosis.selection.forward_selection import Outcome
-from codegen.diagnosis.verdict.wrong_values import better_values
+from codegen.diagnosis.verdict import wrong_values
+from codegen.diagnosis.verdict.wrong_values import MOST_VALUES, better_values
 from codegen.effects import CATALOGUE
 from codegen.logs import Log
 from codegen.spec import Spec, parse_spec
@@ -190,3 +195,16 @@ def test_beside_a_gain_the_preflight_names_the_scale_of_the_position_as_its_alte
     assert [e.kind for e in found.effects] == ["input_gain"]
     (said,) = [words for words in found.findings["train"] if "cannot tell that from" in words]
     assert "(`scale: {w: 1.99" in said
+
+
+def test_of_many_values_the_farthest_are_given_and_the_others_named() -> None:
+    """A sentence on an arm gave the values of 14 parameters."""
+    moved = sympy.symbols("m1:8", real=True)
+    declared, values = np.ones(7), np.array([1.0, 5.0, 8.0, 7.0, 6.0, 9.0, 4.5])
+    system = SimpleNamespace(units=dict.fromkeys(moved, "kg"))
+    search: Any = SimpleNamespace(moved=moved, declared=declared, prior_precision=np.ones(7), system=system)
+    fit: Any = SimpleNamespace(theta=values)
+    words = wrong_values._far_values(search, fit)
+    given = re.findall(r"(m\d) = ([\d.]+) kg in place of the declared 1 kg", words)
+    assert given == [("m6", "9"), ("m3", "8"), ("m4", "7")] and len(given) == MOST_VALUES
+    assert words.endswith(" and other values of m5, m2, m7 explain")

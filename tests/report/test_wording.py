@@ -45,6 +45,9 @@ def test_an_interval_whose_ends_print_alike_is_left_out() -> None:
     assert words(found) == "The log gives m = 28 kg; declared is 25 kg, 6 tolerances away."
     wider = replace(found, interval=(27.9, 28.1))
     assert words(wider) == "The log gives m = 28 kg (95 %: 27.9 to 28.1); declared is 25 kg, 6 tolerances away."
+    assert ". m1, m2, m3 may be the cause" in words(replace(found, alike=("m1", "m2", "m3")))
+    many = words(replace(found, alike=tuple(f"m{k}" for k in range(14))))
+    assert ". m0, m1, m2 and 11 more (" in many and "m3" not in many
 
 
 @pytest.mark.parametrize(

@@ -37,6 +37,8 @@ EXPLAINS = 0.8
 FAR_LESS = 1 / 3
 """Effects are refused if another value, or a force in time, leaves less than this share of the squared residual force
 that they leave."""
+MOST_VALUES = 3
+"""Values that one sentence gives."""
 MIRRORED = 0.1
 """Relative difference up to which a force counts as −2 times a term of the spec, whose sign may be wrong."""
 
@@ -162,16 +164,22 @@ def better_values(search: Search, outcome: Outcome) -> str:
 
 
 def _far_values(search: Search, fit: Fit) -> str:
-    """The words "NAME = … explains" on the values that are ``WITHIN`` tolerances or more away in a fit; else empty."""
+    """The words "NAME = … explains" on the values that are ``WITHIN`` tolerances or more away in a fit; else empty.
+
+    Of many values ``MOST_VALUES`` are given, those the most tolerances away, and the names of the others.
+    """
     away = tolerances_away(search, fit.theta[: len(search.moved)])
+    far = [k for k in np.argsort(-away, kind="stable") if away[k] >= AT_END * WITHIN]
     values = [
         f"{search.moved[k]} = {fit.theta[k]:.4g}{in_unit(search.system, search.moved[k])} in place of the declared "
         f"{search.declared[k]:.4g}{in_unit(search.system, search.moved[k])} ({away[k]:.2g} tolerances away)"
-        for k in np.flatnonzero(away >= AT_END * WITHIN)
+        for k in far[:MOST_VALUES]
     ]
+    if others := [search.moved[k].name for k in far[MOST_VALUES:]]:
+        values.append(f"other values of {', '.join(others)}")
     if len(values) < 2:
         return "".join(f"{one} explains" for one in values)
-    return f"{' and '.join(values)} explain"
+    return f"{', '.join(values[:-1])} and {values[-1]} explain"
 
 
 def moved_values(answer: Answer, fit: Fit, problem: Problem, material: float) -> list[Fact]:
