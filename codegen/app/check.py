@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import asdict
+from math import pi
 from typing import Any
 
 import sympy
@@ -83,7 +84,11 @@ def check_json(machine: Derived) -> dict[str, Any]:
 
 def notes_on(machine: Derived) -> list[str]:
     """What a spec may say by a slip of writing although it is valid, in sentences."""
-    return [*_notes_on_friction(machine.system), *_notes_on_sample_time(machine)]
+    return [
+        *_notes_on_friction(machine.system),
+        *_notes_on_angles(machine.system),
+        *_notes_on_sample_time(machine),
+    ]
 
 
 def _notes_on_friction(system: System) -> Iterator[str]:
@@ -96,6 +101,18 @@ def _notes_on_friction(system: System) -> Iterator[str]:
             )
         if c.extra_level == 0 and c.extra_force == 0 and c.law.is_frictionless(p):
             yield f"{c.name}: the friction level is zero at all speeds, so there is no friction at this contact."
+
+
+def _notes_on_angles(system: System) -> Iterator[str]:
+    """The notes on constant angles of more than a turn in a sine, cosine or tangent, as if given in degrees."""
+    calls = (system.equation_error.atoms(call) for call in (sympy.sin, sympy.cos, sympy.tan))
+    constant = {call.args[0]: call for found in calls for call in sorted(found, key=str)}
+    for angle in sorted(constant.keys() & system.values.keys(), key=str):
+        if abs(value := float(system.values[angle])) > 2 * pi:
+            yield (
+                f"{angle} = {value:.6g} in {constant[angle]} is in rad, and more than a turn. If it is meant in "
+                f"degrees, write `unit: deg`."
+            )
 
 
 def _notes_on_sample_time(machine: Derived) -> Iterator[str]:

@@ -48,6 +48,22 @@ def test_the_limit_of_the_sample_time_is_that_of_the_equations(tmp_path: Path) -
     assert notes(tmp_path, SAMPLE, SAMPLE.replace("0.001", str(0.99 * limit))) == []
 
 
+TILTED = "parameters:\n  gravity: {value: 9.81, unit: m/s^2}\n  tilt: {value: 30, unit: UNIT}\n"
+
+
+@pytest.mark.parametrize(("unit", "noted"), [("rad", 1), ("1", 1), ("deg", 0)])
+@pytest.mark.parametrize("term", ["sin(tilt)", "cos(tilt)"])
+def test_a_constant_angle_of_more_than_a_turn_is_noted(tmp_path: Path, unit: str, noted: int, term: str) -> None:
+    """An axis that is tilted by 30 degrees, written as 30, was one of 4.77 turns, without a word."""
+    tilted = ONE.replace("parameters:\n", TILTED.replace("UNIT", unit)).replace(
+        "  - w\n", f"  - w - m*gravity*{term}\n"
+    )
+    (tmp_path / "s.yaml").write_text(tilted)
+    machine = check(tmp_path / "s.yaml")
+    found = check_json(machine)["notes"]
+    assert len(found) == noted and all(note.startswith("tilt = 30") and term in note for note in found)
+
+
 @pytest.mark.parametrize(
     ("old", "new"), [(LEVEL, LEVEL), (LEVEL, OTHER_LAW.format(20, 50)), (LEVEL, OTHER_LAW.format(0, 5))]
 )
