@@ -22,9 +22,11 @@ from codegen.spec.model import CancellationChoice, Spec, symbol
 from codegen.spec.numerics import numerical
 
 GAIN, DAMPING = "cancellation_gain", "cancellation_damping"
+"""Names in the generated code of the factor of K, and of the λ of damped least squares."""
 CLOSED = 3
 """Rows up to which a constant solution is written in closed form over the parameters."""
 PREFIX = "cancel"
+"""First part of the names of ū and of the intermediate values in the generated code."""
 
 
 @numerical("the cancelling input")

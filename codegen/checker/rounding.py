@@ -1,25 +1,27 @@
-"""What rounding adds to a step of the C: no more than a multiple of what storing its states and inputs rounds anyhow.
+"""Rounding of the C: a step is refused whose rounding errors are much larger than those of storing its states.
 
-Standard library only; part of the checker (verify.py), which hands ``forms``, ``frame`` and ``kernel`` in. The kernel's
-theorem is in exact arithmetic, in which 1e14 * (0.1 + 0.2 - 0.3) is 0; in doubles it is 0.006. So of every value of the
-C a bound of its rounding error is computed from the operations that it is made of, term by term:
+Standard library only; part of the checker (verify.py), which hands ``forms``, ``frame`` and ``kernel`` in. The kernel
+proves the step in exact arithmetic, in which 1e14 * (0.1 + 0.2 - 0.3) is 0; in doubles it is 0.006. So the rounding
+error of every value of the C is bounded, from the operations that compute it:
 
-LEMMA R (Higham, Accuracy and Stability of Numerical Algorithms, section 3.1). Let each operation be off by the factor
-1 + d, |d| <= u. A value is then its polynomial with every term that is added up on the way times at most n factors
-1 + d. So it is off by at most n u/(1 - n u) times the polynomial with the magnitudes of all these terms.
+LEMMA R (Higham, Accuracy and Stability of Numerical Algorithms, section 3.1). Let the result of each operation have a
+relative error of at most u. A value is a polynomial, and each term that is added while it is computed then carries at
+most n factors 1 + d, |d| <= u. So its error is at most n u/(1 - n u) times the polynomial of the magnitudes of all
+these terms, those that cancel included.
 
-`Bounded` computes that polynomial, and n. `require` compares it, for each state, with the smallest rounding that any
-code with these states has: that of storing them, before and after the step. Where it is more than ``cancelled`` times
-that for any term (a product of inputs, estimates and numbers), terms cancel that are larger than they need to be, less
-than half of the digits may be right, and the C is refused. The decay of V gives no such limit for what multiplies an
-input, which is not in V. For the errors it does: V must not grow when rounding changes their dynamics.
-The bounds are to first order, and take every variable in a divisor as 1. frame.Precision.holds excludes overflow and
-underflow of terms, with quotients between the ends of `Bounded.ones`, and with 1 for a sine, a cosine and an exp.
+`Bounded` computes this polynomial of magnitudes, and n. `require` compares it, for each state and term by term, with
+the rounding error that no code with these states can avoid: that of storing them, before and after the step. A term is
+a product of inputs, estimates and numbers. Where the bound of a term is more than ``cancelled`` times the unavoidable
+error, larger terms cancel, less than half of the digits may be right, and the C is refused. Of a term with an input
+this is the only limit, since V has no inputs in it. For the errors there is a second one (`outlasts`): V must not grow
+when rounding changes their dynamics. The bounds are to first order in u, and take every variable in a divisor as 1.
+Overflow and underflow of terms are excluded by frame.Precision.holds, for which quotients are between the two ends that
+`Bounded.ones` sets, and a sine, a cosine and an exp are 1.
 
-A SIGN is that of the exact value only if nothing in it underflows, though (x - 1)^46 is 0 in doubles next to x = 1, and
-if no large term in it cancels, as in x^5 + w^5 - w^5. `Bounded.spacing` bounds how small each value can be that is not
-0, by the operations that it is made of. A sign is refused of a value that is made of one below 1/most, of one in which
-a term cancels to 0, and of one with an exp: exp(-800) is 0 in doubles.
+A SIGN in the C is that of the exact value only if the value has no part that underflows, as (x - 1)^46 does next to
+x = 1, and no large term that cancels, as in x^5 + w^5 - w^5. `Bounded.spacing` bounds from below every value that is
+not 0, from the operations that compute it. A sign is refused of a value with a part that may be below 1/most, with a
+sum in which a term cancels, or with an exp: exp(-800) is 0 in doubles.
 """
 
 import ast
@@ -46,7 +48,8 @@ def require(proof: dict[str, Any], shown: dict[str, Any]) -> None:
         shown: what errors.prove returned for the proof.
     """
     c, code = shown["c"], step(proof, shown)
-    # Any other part that is added to a state, such as a number, may be large: unlike a gain, it changes no matrix.
+    # Anything else that is added to a state, such as a number, could be large without changing the error matrix, and
+    # the estimate beside it would lose its digits.
     parts = [m for z in shown["moving"] for m in shown["before"][z]]
     measured = ("true.", "error of ", "inputs.")
     frame.demand(all(any(x.startswith(measured) for x in m) for m in parts), "a state holds more than estimates")
@@ -109,11 +112,12 @@ def step(proof: dict[str, Any], shown: dict[str, Any]) -> "Bounded":
 
 
 def outlasts(proof: dict[str, Any], shown: dict[str, Any], code: "Bounded", off: dict[str, Any]) -> None:
-    """Raises ValueError unless V still does not grow, if it is to fall, where the states are off by u times ``off``.
+    """Raises ValueError unless V does not grow either where the states have rounding errors of u times ``off``.
 
-    |F e + D e| <= (sqrt(fall) + r) |e| <= |e| in the norm sqrt(e'Pe), r = (1 - fall)/2, if e'D'P D e <= r r e'Pe. With
-    |D| <= R, S = R'|P|R and any d > 0, the left side is at most the sum over i and j of S_ij e_i^2 d_j/d_i. The same is
-    asked where V is only said to grow by at most fall > 1.
+    The proved dynamics are e -> F e, with V(F e) <= fall V(e); rounding changes them to F + D, |D| <= R entry by entry.
+    In the norm sqrt(e'Pe), |F e + D e| <= (sqrt(fall) + r) |e| <= |e| with r = (1 - fall)/2, if e'D'P D e <= r r e'Pe.
+    With S = R'|P|R and any d > 0, e'D'P D e is at most the sum over i and j of S_ij e_i^2 d_j/d_i. Where V is only
+    said to grow by at most fall > 1, the same is demanded with r = (fall - 1)/2.
     """
     R, errors, unit = [], proof["errors"], kernel.term(code.precision.rounding / 8)
     stored = {z: magnitudes(shown["before"][z]) for z in off}
@@ -134,7 +138,7 @@ def outlasts(proof: dict[str, Any], shown: dict[str, Any], code: "Bounded", off:
 
 
 def derivative(p: Any, x: str) -> Any:
-    """Of a polynomial, by one of its names."""
+    """The derivative of a polynomial with respect to one of its variables."""
     found = kernel.Poly()
     for m, c in p.items():
         if x in m:
@@ -150,7 +154,7 @@ def at_most(p: Any, error: str, box: dict[str, Any]) -> Fraction:
 
 
 def put(p: Any, values: dict[str, Any]) -> Any:
-    """A polynomial with others in place of names."""
+    """A polynomial in which variables are replaced by polynomials: name -> the one that is put in its place."""
     parts: dict[tuple[str, ...], Any] = {}  # names that are replaced -> what they are multiplied by
     for m, c in p.items():
         replaced, kept = tuple(x for x in m if x in values), tuple(x for x in m if x not in values)
@@ -160,7 +164,7 @@ def put(p: Any, values: dict[str, Any]) -> Any:
 
 
 def passed_on(known: Any) -> dict[str, Any]:
-    """Of what stands for sin, cos or exp: 1 + |argument|, of whose rounding it passes on at most all."""
+    """Variable for a sin, cos or exp -> 1 + |argument|: the function passes on at most the argument's whole error."""
     found: dict[str, Any] = {}
     for (function, argument), value in known.items():
         if function in ("sin", "cos", "exp"):
@@ -169,7 +173,10 @@ def passed_on(known: Any) -> dict[str, Any]:
 
 
 def unsigned(p: Any, known: Any) -> Any:
-    """A polynomial of magnitudes, with 1 for what is at most 1: signs, and for functions of an angle lemma 7's t."""
+    """A polynomial of magnitudes with 1 for each variable that is at most 1 in magnitude.
+
+    These are signs, values of exp, and what stands for functions of an angle (the t of lemma 7 in kernel.py).
+    """
     small: set[str] = set()
     for (function, argument), value in known.items():
         if function in ("sgn", "exp") or {x[-2:] for x in argument.names()} == {" t"}:

@@ -51,7 +51,7 @@ def elements(names: Sequence[str], taken: Names) -> dict[str, Element]:
 
 
 def gathered(names: Sequence[str], places: dict[str, Element]) -> list[str]:
-    """The names, sorted so that those of one array are adjacent, at the position of the first of them."""
+    """The names in their order, except that those of one array follow each other from the first of them on."""
     rank = {name: k for k, name in enumerate(names)}
     first: dict[str, int] = {}
     for name in names:
@@ -66,7 +66,11 @@ def gathered(names: Sequence[str], places: dict[str, Element]) -> list[str]:
 
 
 def _keys(name: str) -> Iterable[tuple[_Key, int]]:
-    """(name without the index, index) for each number in a name as the index, and for all together (L10_9)."""
+    """(key, index) for every way to read the numbers of a name as one index; names with equal keys may form an array.
+
+    Each number alone may be the index: ``L10_9`` is the element 10 of ``L*_9`` and the element 9 of ``L10_*``. All of
+    them together may be, too, where they grow in step: ``L10_9`` is the element 10 of L2_1, L3_2, …
+    """
     parts = NUMBER.split(name)
     numbers = [int(n) for n in parts[1::2]]
     for k, number in enumerate(numbers):

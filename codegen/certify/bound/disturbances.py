@@ -40,12 +40,15 @@ EXACT = ModelError()
 
 
 def disturbances(spec: Spec, observer: Observer, response: Response, off: ModelError = EXACT) -> Sizes | str:
-    """Bounds on noise, d_x (``displacement``), d_v (``velocity``), a and ΔF (``friction``); or what is missing.
+    """Bounds on each disturbance of one sample of length h; or, in words, the range that is missing for one.
+
+    d_x (``displacement``), d_v (``velocity``) and ΔF (``friction``) are defined in ``error_response``:
 
         |d_x| ≤ h² a/2,    |d_v| ≤ h² j/2 + h ε,    |ΔF| ≤ h |dF/du| |u'|
 
-    with j a bound on the jerk, |∂v̂'/∂x| v + |∂v̂'/∂v| a + |∂v̂'/∂F| |F'|, and ε one on the error of the model's
-    acceleration. ε is the sum over
+    with v and a the largest speed and acceleration in the envelope, v̂' the acceleration of the model, u a slip, and j a
+    bound on the jerk, |∂v̂'/∂x| v + |∂v̂'/∂v| a + |∂v̂'/∂F| |F'|. ``noise`` is that of the positions, ``acceleration`` is
+    a + ε. ε bounds the error of v̂'; it is the sum over
 
     - noise in the non-affine forces: their slope times the noise;
     - M = (1 + p) M̂: p v', at the same forces;
@@ -126,7 +129,7 @@ def disturbances(spec: Spec, observer: Observer, response: Response, off: ModelE
 
 
 def largest_slopes(spec: Spec, observer: Observer, part: Any, off: ModelError) -> list[Any] | str:
-    """Upper bounds on |∂part/∂x| and |∂part/∂w| over the envelope, by the triangle inequality; or why there are none.
+    """Upper bounds on |∂f/∂x| and |∂f/∂w| over the envelope, f = ``part``, by the triangle inequality; or why not.
 
     Positions include their measurement noise, and inputs the gain error of ``off``.
     """

@@ -16,12 +16,15 @@ from codegen.effects import Effect
 from codegen.mechanics.system import System
 
 WHOLE_TURN = 2 * np.pi
+"""rad."""
 MOST_SPEED = 0.95
+"""Quantile of the speeds of a log that counts as its top speed."""
 PERIODS_TRIED, SHORTEST_PERIOD = 48, 1e-3
 """Number of periods, from the stroke down to this share of it, that ``resolvable_periods`` tests."""
 LEAST_PERIOD = 0.95
-"""Least share of a period that a log must cover to show that it repeats. The 142 seen practice logs with a wave cover
-1.09 periods or more; on 138 of the other 1058 a wave with a longer period was fitted to what is no wave."""
+"""Least share of a period that a log must cover to show that it repeats. Of 1200 seen practice logs the 142 with a true
+wave cover 1.09 periods or more. On 138 of the others a wave was fitted that is none, with a period longer than the log
+covers."""
 
 
 def objections(found: FoundEffect, part: Part, problem: Problem) -> list[str]:
@@ -61,10 +64,11 @@ def may_be_absent(effect: Effect, intervals: Mapping[str, tuple[float, float]]) 
 
 
 def determined_form(part: Part, intervals: Mapping[str, tuple[float, float]]) -> Effect | None:
-    """The simplest form that an effect has where parameters take values in their intervals; None if it has no simpler.
+    """The simplest form of an effect that the log does not distinguish from the fitted one; None if there is none.
 
-    A form with more parameters equals a simpler one where the sizes among these are neutral; a phase of such a size has
-    no influence. A parameter that the log does not distinguish from its neutral value is not named.
+    A form with more parameters equals a simpler one where the additional parameters have their neutral values, at which
+    they have no influence; the phase of a wave of size zero has none either. The log does not distinguish two forms if
+    the 95 % intervals of these parameters contain the neutral values.
     """
     effect, ends = part.effect, {p.name: intervals.get(p.name, (np.inf, -np.inf)) for p in part.effect.parameters}
     neutral = {p.name for p in effect.parameters if p.neutral is not None and _holds(ends[p.name], p.neutral)}
@@ -86,8 +90,9 @@ def never_passed(system: System, motion: Motion, part: Part, parameters: Mapping
 def resolvable_periods(system: System, motion: Motion, part: Part, parameters: Mapping[str, float]) -> float:
     """Number of distinguishable periods among which that of an effect was searched: stroke over shortest, or 1.
 
-    Their numbers in the stroke differ by at least one. The largest of so many squared amplitudes is judged as so many
-    hypotheses (R. B. Davies, Biometrika 74, 1987, to first order).
+    Two periods are distinguishable if their numbers of repetitions in the stroke differ by at least one. The search
+    takes the largest of so many squared amplitudes, which is judged as the best of so many hypotheses (R. B. Davies,
+    Biometrika 74, 1987, to first order).
     """
     stroke, period = _stroke(system, motion, part), parameters.get("period")
     if period is None or stroke <= 0 or _known_turn(system, part, period):
@@ -99,7 +104,10 @@ def resolvable_periods(system: System, motion: Motion, part: Part, parameters: M
 
 
 def is_level_or_line(system: System, motion: Motion, part: Part, parameters: Mapping[str, float]) -> bool:
-    """Whether a curve varies only at speeds so low that it is a level on this log, or so high that it is a line."""
+    """Whether a curve over speed has its bend at speeds that the log hardly has.
+
+    With a bend far below the log's top speed the curve is a constant level on this log, far above it a straight line.
+    """
     shares = {p.name: p.seen_at for p in part.effect.parameters if p.seen_at is not None}
     if not shares:
         return False

@@ -19,7 +19,8 @@ from codegen.thesis.audit.derivation import Derivations, Derived, readable, tidy
 from codegen.thesis.audit.derivations import DERIVATIONS
 from codegen.thesis.audit.formula import Misfit, as_matrix, as_text, evaluate, inequalities
 
-DENOMINATORS = (1, 1, 2, 5, 10, 20, 100)  # decimals with few digits, so that a point can be printed as it is
+DENOMINATORS = (1, 1, 2, 5, 10, 20, 100)
+"""Denominators of random numbers: these are decimals with few digits, so that a point can be printed as it is."""
 PATIENCE = 200
 """Most points that are drawn for each point that satisfies the given conditions."""
 POINTS, TRIALS = 3, 2000
@@ -31,7 +32,9 @@ NEGLIGIBLE = sympy.Rational(1, 10**35)
 CLEAR = 1e-3
 """Least distance of an eigenvalue or an inequality from zero at which its sign is tested exactly."""
 NOT_SO = "not so at the counterexample"
+"""What the table shows in place of the right formula for an inequality that is violated."""
 VIOLATED: dict[str, Verdict] = {"inequality": "wrong", "implies": "insufficient"}
+"""Test of a claim → the verdict if a point violates it."""
 Condition = tuple[Any, bool]
 """An expression that must be positive, and whether strictly."""
 
@@ -195,27 +198,31 @@ def prove_form(derived: Derived, ours: Derivations) -> None:
 
 
 def judge_conditions(claim: Claim, ours: Derivations, derived: Derived) -> Finding:
-    """``insufficient`` with an unstable point that satisfies them, ``unnecessary`` with a stable one that does not."""
+    """The verdict on printed conditions for the stability of a matrix, or for its negative definiteness.
+
+    ``insufficient`` with a point that satisfies them at which the matrix is unstable; ``unnecessary`` with one that
+    violates them at which it is stable; else ``holds``. A symmetric matrix is negative definite where it is stable.
+    """
     matrix = derived.value
     if claim.test == "negative_definite":
         matrix = (matrix + matrix.T) / 2
     printed, given = _conditions(claim, claim.entry.printed, ours), _conditions(claim, claim.entry.given, ours)
     symbols = order({s for e in [matrix, *(e for e, _ in printed + given)] for s in e.free_symbols})
     right = "; ".join(_right_conditions(matrix, ours, given))
-    growth = numeric(matrix, symbols)
+    matrix_at = numeric(matrix, symbols)
 
     def numbers(point: Mapping[Any, Any]) -> dict[str, Any]:
-        return {**_plain(point), "eigenvalue": float(f"{_largest(growth, point):.6g}")}
+        return {**_plain(point), "eigenvalue": float(f"{_largest(matrix_at, point):.6g}")}
 
     def exact(point: Mapping[Any, Any]) -> list[Any]:
         """Coefficients and Hurwitz determinants: a negative one proves a root with positive real part."""
         return [value for _, value in routh_hurwitz(characteristic_polynomial(matrix.xreplace(point)))]
 
     for point in points(symbols, ours, given + printed, seed=2, count=TRIALS):
-        if _largest(growth, point) > CLEAR and any(value < 0 for value in exact(point)):
+        if _largest(matrix_at, point) > CLEAR and any(value < 0 for value in exact(point)):
             return Finding(claim, "insufficient", right, numbers(point))
     for point in points(symbols, ours, given, seed=3, count=TRIALS):
-        stable = not _met(printed, point) and _largest(growth, point) < -CLEAR
+        stable = not _met(printed, point) and _largest(matrix_at, point) < -CLEAR
         if stable and all(value > 0 for value in exact(point)):
             return Finding(claim, "unnecessary", right, numbers(point))
     return Finding(claim, "holds", right)
@@ -241,16 +248,19 @@ def judge_inequality(claim: Claim, ours: Derivations) -> Finding:
 
 
 def _met(conditions: list[Condition], point: Mapping[Any, Any]) -> bool:
+    """Whether all conditions hold at a point, exactly."""
     values = [(exactly(expression, point), strict) for expression, strict in conditions]
     return all(value > 0 or (not strict and value == 0) for value, strict in values)
 
 
-def _largest(growth: Any, point: Mapping[Any, Any]) -> float:
-    values = growth(*[float(x) for x in point.values()])
+def _largest(matrix_at: Any, point: Mapping[Any, Any]) -> float:
+    """The largest real part of the eigenvalues of a matrix at a point; ``matrix_at``: its function of the symbols."""
+    values = matrix_at(*[float(x) for x in point.values()])
     return float(np.linalg.eigvals(np.array(values, dtype=float)).real.max())
 
 
 def _right_conditions(matrix: Any, ours: Derivations, given: list[Condition]) -> list[str]:
+    """The Routh–Hurwitz conditions of a matrix in words, without factors that are known to be positive."""
     if matrix.shape == (1, 1):
         return [f"{tidy(-matrix[0])} > 0"]
     raw = routh_hurwitz(characteristic_polynomial(matrix))
