@@ -19,14 +19,14 @@ from codegen.diagnosis.fit.output_error import Fit
 from codegen.diagnosis.fit.record import record_of
 from codegen.diagnosis.fit.search import Search, search_on
 from codegen.diagnosis.results import MATERIAL
-from codegen.diagnosis.selection import across_joints
-from codegen.diagnosis.selection.across_joints import found_across_joints
+from codegen.diagnosis.selection import force_selection
 from codegen.diagnosis.selection.candidate_fits import every_part
 from codegen.diagnosis.selection.force_fits import ForceFits
 from codegen.diagnosis.selection.force_selection import judged
 from codegen.diagnosis.selection.ranking import Ranked
 from codegen.diagnosis.selection.significance import hypotheses
-from codegen.diagnosis.verdict.across_joints import credited_across_joints
+from codegen.diagnosis.verdict import across_joints
+from codegen.diagnosis.verdict.across_joints import credited_across_joints, found_across_joints
 from codegen.spec import parse_spec
 from tests.diagnosis.stage import log_of, system_of
 
@@ -107,7 +107,7 @@ def test_a_refused_candidate_is_no_rival(monkeypatch: pytest.MonkeyPatch) -> Non
         one = judged(*args, **options)
         return one if one.found.part.kind == "input_gain" else replace(one, why_not="takes the drive", unsure=False)
 
-    monkeypatch.setattr(across_joints, "judged", refused)
+    monkeypatch.setattr(force_selection, "judged", refused)
     monkeypatch.setattr(across_joints, "_is_better", lambda search, best, rival: False)
     found = found_across_joints(*refitted(KNOWN, GAIN), MATERIAL)
     assert found is not None and found.found.part.on == "w_q_2"

@@ -142,6 +142,22 @@ def force_round(
     """
     taken = {(p.kind, p.on) for p in plain.trial.parts}
     parts = [p for p in fits.candidates.parts if (p.kind, p.on) not in taken and joint_of(fits.search, p) == joint]
+    ranked = judged_in_addition(fits, plain, parts, hypotheses(parts), report_progress)
+    return sorted(in_simplest_admitted_forms(ranked), key=lambda r: (bool(r.why_not), not r.unsure, r.found.cost))
+
+
+def judged_in_addition(
+    fits: ForceFits,
+    plain: Fit,
+    parts: Sequence[Part],
+    candidates: int,
+    report_progress: Callable[[float], None] = lambda share: None,
+    everywhere: bool = False,
+) -> list[Ranked]:
+    """Those of the parts with the best starts (see ``FITTED``) that are possible, each added to a fit and judged.
+
+    ``candidates``, ``everywhere``: as of ``judged``.
+    """
     start = ForceStart(fits.search.problem, plain, True, known=fits.by_links)
     trials = [plain.trial.with_part(p) for p in parts]
     starts = [start.best(trial, fits.candidates.covered(p)) for p, trial in zip(parts, trials, strict=True)]
@@ -154,8 +170,7 @@ def force_round(
     for _, theta, trial, _ in chosen:
         report_progress(len(found) / len(chosen))
         found.append(fit_in_addition(fits, plain, trial, theta))
-    ranked = [judged(fits, plain, f, hypotheses(parts)) for f in found if is_possible(fits.search, f)]
-    return sorted(in_simplest_admitted_forms(ranked), key=lambda r: (bool(r.why_not), not r.unsure, r.found.cost))
+    return [judged(fits, plain, f, candidates, everywhere) for f in found if is_possible(fits.search, f)]
 
 
 def drive_kept(fits: ForceFits, plain: Fit, trial: Trial, theta: Array) -> float:

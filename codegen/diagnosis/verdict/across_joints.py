@@ -1,4 +1,10 @@
-"""The answer with an effect that the forces of all joints of an arm show, where no joint's own forces show one."""
+"""An effect on one joint of an arm that is shown by the forces of all joints, not by those of its own.
+
+Candidates are judged at the joint on which they act. There the refitted friction and the masses of the links may take
+the effect: a drive gain on its joint's torque is nearly a change of its inertia, gravity and friction. The links'
+values then fit worse at another joint, whose forces contain the same masses. Here each candidate is fitted to the
+force residual of all joints, with all values free, and is judged on the sum of its squares over all joints.
+"""
 
 from __future__ import annotations
 
@@ -6,15 +12,19 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from codegen.base.significant import in_percent
+from codegen.diagnosis.evidence.force_gain import force_gain
+from codegen.diagnosis.evidence.residual_regression import remainders
 from codegen.diagnosis.fit import credit
 from codegen.diagnosis.fit.credit import evidence_of, random_signs
 from codegen.diagnosis.fit.output_error import Fit
+from codegen.diagnosis.fit.residual import residual_without_levels
 from codegen.diagnosis.fit.search import Search
 from codegen.diagnosis.results import Fact
-from codegen.diagnosis.selection.across_joints import found_across_joints
 from codegen.diagnosis.selection.candidate_fits import every_part
+from codegen.diagnosis.selection.force_fits import ForceFits
+from codegen.diagnosis.selection.force_selection import judged_in_addition
 from codegen.diagnosis.selection.forward_selection import Outcome
-from codegen.diagnosis.selection.ranking import led_by
+from codegen.diagnosis.selection.ranking import Ranked, led_by, twins
 from codegen.diagnosis.selection.significance import hypotheses
 from codegen.diagnosis.verdict.answer import Answer
 
@@ -60,3 +70,46 @@ def _credited_by_runs(search: Search, base: Fit, final: Fit) -> bool:
     shown = evidence_of(before, soft.fitted_again(final))
     many = hypotheses(every_part(search, ()))
     return shown.share >= credit.LEAST_SHARE and many * random_signs(shown.t) <= credit.ALPHA
+
+
+def found_across_joints(search: Search, base: Fit, material: float) -> Ranked | None:
+    """The effect that the forces of all joints credit, clearly better than every rival on any joint; None if none.
+
+    Only effects with one parameter are tried, since a curve on one joint can imitate a wrong mass at the others. The
+    p-value counts all candidates on all joints (Bonferroni).
+
+    Args:
+        base: the refit of the declared structure by free runs, of an arm that is simulated joint by joint.
+        material: share of the RMS of the drive force from which on a force matters.
+    """
+    fits = ForceFits(search, base)
+    parts = fits.candidates.parts
+    alone = [part for part in parts if len(part.names) == 1]
+    ranked = judged_in_addition(fits, fits.plain, alone, hypotheses(parts), everywhere=True)
+    ranked.sort(key=lambda r: (bool(r.why_not), r.found.cost))
+    if not ranked or ranked[0].why_not:
+        return None
+    best = ranked[0].found
+    same = {(best.part.kind, best.part.on), *twins(best.part, best)}
+    others = (r.found for r in ranked[1:] if not r.why_not or r.unsure)
+    rivals = [other for other in others if (other.part.kind, other.part.on) not in same]
+    if not all(_is_better(search, best, rival) for rival in rivals):
+        return None
+    # A long log prefers one of two incomplete models by any small difference, which says nothing of the truth.
+    alike = any(fits.nearly_alike(rival, best) for rival in rivals)
+    return None if alike and not _is_complete(search, best, material) else ranked[0]
+
+
+def _is_better(search: Search, best: Fit, rival: Fit) -> bool:
+    """Whether the forces of all joints prefer a fit to a rival's by more than chance, each joint with its own noise."""
+    shown = evidence_of(rival, best, floored=False)
+    if random_signs(shown.t) > credit.TIE_LEVEL:
+        return False
+    one, other = (residual_without_levels(search.problem, fit.model) for fit in (best, rival))
+    return force_gain(search.problem, other, one).p_of_rivals() <= credit.TIE_LEVEL
+
+
+def _is_complete(search: Search, fit: Fit, material: float) -> bool:
+    """Whether the motion and the time explain no material part of the force that a fit leaves on any joint."""
+    left = remainders(fit.model, search.motion, search.problem.used)
+    return not any(r.nature(material) == "structured" or r.is_changing(material) for r in left)
