@@ -77,7 +77,7 @@ class Enclosure:
         if not self._values:
             return np.asarray(self._function(0.0).full())[None]
         found = {tuple((float(low), float(high)) for low, high in (v(cell) for v in self._values)) for cell in cells}
-        ends = [[sorted({*pair}) for pair in box] for box in _outermost(np.array([*found]))]
+        ends = [[sorted({*pair}) for pair in box] for box in found]
         grids = [np.stack(np.meshgrid(*box, indexing="ij"), axis=-1).reshape(-1, len(box)) for box in ends]
         corners = grids[0] if len(grids) == 1 else np.unique(np.concatenate(grids), axis=0)
         return at_points(self._function, corners)
@@ -196,10 +196,3 @@ def _samples(low: float, high: float) -> NDArray[np.float64]:
     near = geometric(1e-4, 1.0, 60)
     around = np.concatenate([low * near, high * near]) if low < 0 < high else low + (high - low) * near
     return np.unique(np.concatenate([np.linspace(low, high, 65), around]))
-
-
-def _outermost(boxes: Array) -> Array:
-    """The boxes, N by parameters by 2, without those that another one contains, since its vertices cover them."""
-    low, high = boxes[..., 0], boxes[..., 1]
-    inside = [int(((low <= box[:, 0]) & (high >= box[:, 1])).all(axis=1).sum()) for box in boxes]
-    return np.asarray(boxes[np.equal(inside, 1)])
