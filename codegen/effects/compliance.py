@@ -45,6 +45,9 @@ RESTARTED_LOADS, IMPACT = (0.15, 0.35, 0.55, 0.75), 0.3
 """Load fractions, and damping ratio, from which a fit of backlash is repeated with the fitted stiffness. Slow motion
 under gravity depends on the stiffness only, so the load fraction of the first fit may be wrong by far. The simulated
 phase of a lightly damped load is then wrong, unless its frequency is right to about its damping ratio."""
+CONTACTS = (0.5, 2.0)
+"""Stiffness and damping, over the fitted ones, of the neighbours of a fit of backlash. Impacts of stiff contacts last a
+few samples, so the free-run error depends little on them, and a search ends near its start."""
 SEEN_GAP = 2.0
 """Least gap, in standard deviations of the position noise, for which backlash is distinguishable from compliance."""
 
@@ -136,6 +139,10 @@ class Backlash(_OnAxis):
         """The found stiffness with other loads, well damped: from a lightly damped start a fit keeps the wrong load."""
         gap = {"gap": values["gap"]}
         return [gap | _spring(covered, values["k"], load, IMPACT) for load in RESTARTED_LOADS]
+
+    def neighbours(self, values: Mapping[str, float]) -> list[dict[str, float]]:
+        """The same play and load with softer and harder contacts."""
+        return [dict(values) | {name: ratio * values[name] for name in ("k", "c")} for ratio in CONTACTS]
 
     def starts(self, covered: Covered) -> list[dict[str, float]]:
         """Gaps from the noise to a tenth of the span, each with the compliance fitted at this axis, or stiffer ones."""

@@ -271,6 +271,10 @@ class Effect(ABC):
         """Starting values for a repeated fit, from fitted values; for effects whose fit may end in a local minimum."""
         return []
 
+    def neighbours(self, values: Mapping[str, float]) -> list[dict[str, float]]:
+        """Values at which the error is nearly that of fitted ones: one more search begins at the best of them."""
+        return []
+
     def twins(self, system: System, place: int) -> list[tuple[str, str]]:
         """(kind, place) of each effect that gives the same motion once friction levels are refitted."""
         return []

@@ -10,6 +10,7 @@ import pytest
 from codegen.diagnosis.fit.trial import part_of
 from codegen.diagnosis.selection.candidate_fits import CandidateFits
 from codegen.effects import CATALOGUE
+from codegen.effects.compliance import Backlash
 from tests.diagnosis.stage import log_of, stage
 from tests.diagnosis.test_adoption import search_of
 
@@ -47,3 +48,21 @@ def test_searches_of_a_backlash_begin_from_starts_that_differ(tmp_path: Path) ->
     assert len(starts) == 3 and apart.min() > 1, "a factor of e in one of the parameters"
     gap = tried.trials[1].split(found.theta)[1][-1]["gap"]
     assert gap == pytest.approx(SMALL["gap"], rel=0.3)
+
+
+def test_one_more_search_begins_at_softer_or_harder_contacts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A fit with twice the true stiffness and damping, which no other load mends."""
+    values = ", ".join(f"{name}: {value:g}" for name, value in TRUTH.items())
+    log = log_of(stage(f"[{{kind: backlash, on: x, parameters: {{{values}}}}}]"), tmp_path, "train.csv")
+    search = search_of(stage(), log)
+    base = search.refit()
+    part = part_of(CATALOGUE["backlash"], 0, search.system)
+    monkeypatch.setattr(Backlash, "restarts", lambda self, values, covered: [dict(values) | {"load_fraction": 0.01}])
+    tried = CandidateFits(search, base, (part,), lambda share: None)
+    hard = TRUTH | {name: 2 * TRUTH[name] for name in ("k", "c")}
+    start = search.fit_from(tried.runners[0], np.append(base.theta, part.inward(hard)), base, 0)
+    (again,) = tried.restarted([start])
+    assert again.cost < 0.5 * start.cost
+    assert again.parameters["k"] == pytest.approx(TRUTH["k"], rel=0.02)
+    monkeypatch.setattr(Backlash, "neighbours", lambda self, values: [])
+    assert tried.restarted([start])[0].cost > 0.9 * start.cost

@@ -410,7 +410,13 @@ class CandidateFits:
             return fit
 
         best = self._fitted(k, min(map(again, others), key=lambda fit: fit.cost).theta)
-        return best if best.cost < found.cost else found
+        best = best if best.cost < found.cost else found
+        near = [np.append(best.theta[:count], part.inward(v)) for v in part.effect.neighbours(best.parameters)]
+        fits = [self.search.fit_from(runner, theta, few, 0, final_slopes=False) for theta in near]
+        if not fits:
+            return best
+        _, searched = simplex_search(runner, few, min(fits, key=lambda fit: fit.cost).theta, MORE_TRIES)
+        return min(best, self._fitted(k, searched), key=lambda fit: fit.cost)
 
     def _polished(self, k: int, theta: Array, base: Fit, raw: Sequence[Array] | None = None) -> Fit:
         """Part ``k`` fitted in addition to a base, with new slopes by the start states while they reduce the cost."""
