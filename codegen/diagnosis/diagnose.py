@@ -27,7 +27,7 @@ from codegen.diagnosis.fit.credit import ALPHA, is_far, noise_ratio, share_far
 from codegen.diagnosis.fit.linear import rms
 from codegen.diagnosis.fit.measure import RESTART_S, force_errors, measure, restart_within_reach
 from codegen.diagnosis.fit.output_error import BLOCKS, Fit, levels_at_zero
-from codegen.diagnosis.fit.record import position_noise, record_of
+from codegen.diagnosis.fit.record import is_shortened, position_noise, record_of
 from codegen.diagnosis.fit.residual import Problem, residual_at_drive
 from codegen.diagnosis.fit.search import Search, search_on
 from codegen.diagnosis.fit.trial import Part
@@ -246,6 +246,7 @@ def _by_free_runs(case: Case, search: Search, report: Progress, propose: bool) -
     answer = not_determined(answer, open_, problem, named) if open_ is not None else answer
     answer = replace(answer, remarks=tuple(runs.remarks(outcome, answer, in_place)))
 
+    uncounted = not case.log.joints and is_shortened(search.record, problem.motion)
     report("tracking observer", 0.93)
     unknown = propose and answer.verdict == "unknown"
     models = _models(case, problem, answer, case.window, runs.restart_s, excitation)
@@ -263,7 +264,7 @@ def _by_free_runs(case: Case, search: Search, report: Progress, propose: bool) -
         agreement=agreement(),
         later_rounds=rounds(outcome),
         in_no_round=in_no_round(last, outcome),
-        reliability=reliability_of(answer.verdict, not is_far(outcome.final)),
+        reliability=None if uncounted else reliability_of(answer.verdict, not is_far(outcome.final)),
         proposal=propose_terms(answer.refit, problem, case.test, case.window) if unknown else None,
     )
     return diagnosis, models

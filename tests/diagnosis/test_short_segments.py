@@ -27,23 +27,24 @@ def slow_log(folder: Path, duration: float, effects: str = "[]") -> Log:
 
 
 def test_a_short_log_has_shorter_segments_and_a_verdict(tmp_path: Path) -> None:
-    """9 s, the last 30 % held out: three segments of five periods of the cutoff, seven of half of that."""
-    spec, log = stage(), slow_log(tmp_path, 9.0, "[{kind: spring, on: x, parameters: {k: 60}}]")
+    """15 s, the last 30 % held out: five segments of five periods of the cutoff, nine of half of that."""
+    spec, log = stage(), slow_log(tmp_path, 15.0, "[{kind: spring, on: x, parameters: {k: 60}}]")
     with among("spring", "offset", "viscous"):
         found, _ = diagnose_log(spec, system_of(spec), log)
     assert found.verdict == "effect"
     assert [(e.kind, e.on) for e in found.effects] == [("spring", "x")]
     assert abs(found.effects[0].parameters["k"] / 60 - 1) < 0.1
+    assert found.reliability is None  # counted on logs with longer segments
 
 
-def test_a_segment_has_at_least_one_period_of_the_cutoff(tmp_path: Path) -> None:
-    log = slow_log(tmp_path, 8.0)
+def test_a_segment_has_at_least_two_periods_of_the_cutoff(tmp_path: Path) -> None:
+    log = slow_log(tmp_path, 11.5)
     motion = smooth_motion(log)
     record = record_of(motion, log)
     assert len(record.start) >= LEAST_SEGMENTS
-    assert 1.0 <= record.length * log.sample_time * CUTOFF_HZ < 2.5
+    assert 2.0 <= record.length * log.sample_time * CUTOFF_HZ < 2.5
     with refused("LOG009 at least 12"):
-        record_of(smooth_motion(slow_log(tmp_path, 4.5)), slow_log(tmp_path, 4.5))
+        record_of(smooth_motion(slow_log(tmp_path, 8.0)), slow_log(tmp_path, 8.0))
 
 
 def test_a_start_whose_states_diverge_is_the_last_choice() -> None:

@@ -28,8 +28,11 @@ EDGE_S = 0.2
 STILL = 0.02
 """A segment whose speed stays below this share of the 95 % speed is not used."""
 LEAST_SEGMENTS = 12
-SHORTENED = (1.0, 0.8, 0.64, 0.5, 0.4, 0.32, 0.25, 0.2)
-"""Shares of the usual segment length, tried in turn where a short log has too few segments: down to one period."""
+SHORTENED = (1.0, 0.8, 0.64, 0.5, 0.4)
+"""Shares of the usual segment length, tried in turn where a short log has too few segments: down to two periods. At a
+share of 0.32 two of six start–stop logs at 25 Hz, 16 samples a segment, were given a wrong effect."""
+COUNTED = 0.5
+"""Share of the usual segment length below which the counts of ``reliability`` do not hold."""
 MOST_STEPS, PLENTY = 40_000, 120
 """Most time steps of all segments, which are spread over the log, unless these are fewer than ``PLENTY``."""
 JITTERS = 10.0
@@ -188,6 +191,11 @@ def record_of(motion: Motion, log: Log, shorter: float = 1.0) -> Record:
         integrated=motion.integrated,
         resumed=tuple(stop for _, stop in log.gaps),
     )
+
+
+def is_shortened(record: Record, motion: Motion) -> bool:
+    """Whether the segments are shorter than ``COUNTED`` of the usual length."""
+    return record.length < round(COUNTED * PERIODS / (motion.cutoff_hz * motion.sample_time))
 
 
 def _starts(motion: Motion, usable: NDArray[np.bool_], stretches: list[tuple[int, int]], length: int) -> list[int]:
