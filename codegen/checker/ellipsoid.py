@@ -2,12 +2,15 @@
 
 Standard library only; verify.py runs it, after theorem.py has compared the proof with its machine and with the C.
 
+Names: an error is e = sign * (truth + shift - estimate), shift the direct effect of the noise of this sample on the
+estimate. `push` is the matrix by which noise and drift act on the errors in a sample.
+
 THEOREM. Assume what the kernel's theorem assumes of the proof, with these changes. Each position x is measured as
 x + noise. In a sample x, v and every other `truth` change as the kernel's machine says, plus a drift. |noise| and
 |drift| are at most the sizes that the claim states, and zero if it states none. The machine's accelerations are those
 at the true positions or, if `forces` is "measured", at the measured ones. Let w[k] be all noises and drifts. Then
 
-1. the errors e = sign * (truth + shift - estimate) obey e[k+1] = matrix e[k] + push w[k];
+1. the errors obey e[k+1] = matrix e[k] + push w[k];
 2. from any initial value, e tends to each set (ellipsoid) of the claim, and does not leave a set that it is in;
 3. for each row (c, bound) of a set: `samples` samples after e came into the set, and ever after,
    |sum of c_i sign_i (truth_i - estimate_i)| is at most bound plus the direct effect of the noise of that sample;
@@ -15,7 +18,7 @@ at the true positions or, if `forces` is "measured", at the measured ones. Let w
    |truth_i - estimate_i| is at most its entry in `start`, and ever after.
 
 As in the kernel's theorem, this holds for the machine that is printed, in exact arithmetic, while no sign changes.
-What a change of one sign leaves of the errors is in `reversals`, by the theorem of reversal.py.
+The bounds on the errors right after one sign has changed are in `reversals`, by the theorem of reversal.py.
 
 A set with "friction": "any" needs a proof without signs and conditions. Each truth named in the claim's `friction` then
 acts in each sample with any mean value up to the size stated there, in either direction, in place of a constant and its

@@ -39,12 +39,14 @@ FOLLOWED_LOADS, FOLLOWED_RATIO = (0.25, 0.45, 0.65), 1.5
 """Load fractions, and ratio of neighbouring gaps, of the grid of ``Effect.followed``, with well damped contacts. The
 force residual changes gradually with both, and gives the friction level too."""
 HELD_FREQUENCIES, HELD_RATIOS = tuple(np.geomspace(0.05, 1.5, 14).tolist()), (0.05, 0.3)
-"""Frequencies of the load with the motor held, in cutoffs of the log, and its damping ratios, of the compliances of
-``Effect.followed``: a declared force of position acts at the load, and moves it too."""
+"""Natural frequencies of the load with the motor held, as multiples of the log's cutoff frequency, and damping ratios:
+the grid of ``Effect.followed`` where a declared force of position, such as gravity, acts at the load and moves it."""
 RESTARTED_LOADS, IMPACT = (0.15, 0.35, 0.55, 0.75), 0.3
-"""Load fractions, and damping ratio, from which a fit of backlash is repeated with the fitted stiffness. Slow motion
-under gravity depends on the stiffness only, so the load fraction of the first fit may be wrong by far. The simulated
-phase of a lightly damped load is then wrong, unless its frequency is right to about its damping ratio."""
+"""Load fractions, and damping ratio, from which a fit of backlash is repeated with the fitted stiffness.
+
+Slow motion under gravity depends on the stiffness only, so the load fraction of the first fit may be wrong by far. Then
+the frequency of the load is wrong too, a lightly damped load is simulated out of phase, and a fit keeps the wrong load.
+So the starts are well damped: their phase is about right if the frequency is right to about the damping ratio."""
 CONTACTS = (0.5, 2.0)
 """Stiffness and damping, over the fitted ones, of the neighbours of a fit of backlash. Impacts of stiff contacts last a
 few samples, so the free-run error depends little on them, and a search ends near its start."""
@@ -109,7 +111,11 @@ class Compliance(_OnAxis):
         return dict(values)
 
     def followed(self, covered: Covered) -> list[dict[str, float]]:
-        """None where no force acts at the load: its motion is then the filtered motion of the motor (``suggested``)."""
+        """A grid where a force acts at the load, such as gravity; else no start.
+
+        Without such a force the motion of the load is the filtered motion of the motor, and ``suggested`` gives better
+        starts.
+        """
         if not covered.carried:
             return []
         grid = product(HELD_FREQUENCIES, FOLLOWED_LOADS, HELD_RATIOS)
@@ -145,7 +151,11 @@ class Backlash(_OnAxis):
         return [dict(values) | {name: ratio * values[name] for name in ("k", "c")} for ratio in CONTACTS]
 
     def starts(self, covered: Covered) -> list[dict[str, float]]:
-        """Gaps from the noise to a tenth of the span, each with the compliance fitted at this axis, or stiffer ones."""
+        """Gaps from the noise to a tenth of the span, each with the compliance fitted at this axis and stiffer ones.
+
+        The free-run error depends on the gap only near the true one. So for well damped couplings of medium stiffness
+        the gaps are close to each other.
+        """
         stiff = [_coupling(covered, *where) for where in product(FREQUENCIES[2:], LOADS, DAMPING_RATIOS)]
         middling = [_coupling(covered, *where) for where in product(FREQUENCIES[2:4], LOADS, DAMPING_RATIOS[1:])]
         noise, half = covered.noise, covered.half_span

@@ -16,6 +16,7 @@ from codegen.replay.engine import Engine, engine_for
 from codegen.spec.model import Spec
 
 FRICTION = "F_hat_on_"
+"""First part of the names of the outputs that are friction forces on coordinates."""
 
 
 @dataclass(frozen=True)
@@ -89,10 +90,11 @@ class Estimator:
         for name in fields:
             if name not in names + inputs:
                 raise ValueError(f"an observer of `{name}`; expected one of {', '.join(names + inputs)}")
+        # Place in the observer's row ← place in (positions, velocities), and the same for the commands.
         self._measured = [names.index(name) for name in fields if name in names]
         self._row = np.zeros((1, len(fields)))
-        self._heads = [k for k, name in enumerate(fields) if name in names]
-        self._tails = [k for k, name in enumerate(fields) if name in inputs]
+        self._places_of_measured = [k for k, name in enumerate(fields) if name in names]
+        self._places_of_commands = [k for k, name in enumerate(fields) if name in inputs]
         self._commanded = [inputs.index(name) for name in fields if name in inputs]
         self.latest = np.full(len(observer.outputs), np.nan)
         self.fault = 0
@@ -110,8 +112,8 @@ class Estimator:
         """
         if k % self._every:
             return
-        self._row[0, self._heads] = np.concatenate([positions, velocities])[self._measured]
-        self._row[0, self._tails] = sent[self._commanded]
+        self._row[0, self._places_of_measured] = np.concatenate([positions, velocities])[self._measured]
+        self._row[0, self._places_of_commands] = sent[self._commanded]
         if k == 0:
             self._engine.start(self._row[0])
         if self._delay == 0:
@@ -121,7 +123,7 @@ class Estimator:
         """Step the observer with the measurements of the loop's sample k and its command."""
         if k % self._every:
             return
-        self._row[0, self._tails] = sent[self._commanded]
+        self._row[0, self._places_of_commands] = sent[self._commanded]
         estimates, faults = self._engine.run(self._row)
         self.latest, self.fault = estimates[0], int(faults[0])
         self._older.append(self.latest)

@@ -30,10 +30,12 @@ _CALLED = (
     *("m", "kg", "s", "A", "V", "N", "N*m", "N/m", "N*s/m", "N*m*s", "kg*m^2", "m/s", "m/s^2", "1/s", "kg*m"),
     *("N/A", "N*m/A", "N/V", "N*m/V", "N*s^2/m^2", "N*m*s^2", "N/m^3", "ohm", "H", "K", "Pa", "W"),
 )
+"""The usual units: those that messages suggest, and by which they call a dimension."""
 _DEFINED = (
     *("@alias turn = rev", "@alias revolutions_per_minute = RPM", "@alias pound = lbm", "@alias kilogram_force = kp"),
     *("@alias force_pound = lb_f", "@alias force_ounce = oz_f"),
 )
+"""Further names of units, in pint's notation."""
 _NO_FORCE = r"(?!\s*(?:\^|\*\*|/\s*\(?s\b))"
 """Neither an inertia (kg*cm^2) nor a force (kg*cm/s^2) may follow."""
 _TWO_MEANINGS = (
@@ -90,7 +92,7 @@ def is_written(text: str) -> bool:
 
 @cache
 def _parse(text: str) -> Any:
-    """A pint unit from text that ``spelled`` gave.
+    """A pint unit from a text in the normalised form of ``spelled``.
 
     Raises:
         ValueError: for an unknown name, a high power, or an offset, as degC has.
@@ -107,6 +109,7 @@ def _parse(text: str) -> Any:
 
 
 def _checked(text: str) -> Any:
+    """As ``_parse``, but pint's own exceptions pass too."""
     unit = registry().parse_units(text)
     powers = registry().Quantity(1, unit).unit_items()
     if any(abs(power) > _HIGHEST_POWER for _, power in powers):
@@ -280,7 +283,7 @@ def is_called(d: Dimension) -> bool:
 
 @cache
 def _known_units() -> dict[Dimension, str]:
-    """Dimension → its usual unit."""
+    """Dimension → its usual unit, the first of ``_CALLED``."""
     return {dimension(parse_unit(name, Place(""))): name for name in reversed(_CALLED)}
 
 

@@ -112,13 +112,15 @@ def _joint_by_joint(
 
 
 def with_shown_on_joints(found: ForceSelection, by_runs: Fit) -> tuple[Fit, tuple[Fact, ...]]:
-    """The fit to free runs after each joint of an arm has taken the better of two selections; and remarks on changes.
+    """The fit to free runs with, on each joint of an arm, the better of two selections; and remarks on what changed.
 
-    The effects selected by force residual are added on joints where free runs credit none. They replace the effects of
-    free runs on a joint where the force residual objects to these. The joints are judged independently.
-    The selection by free runs fits on all segments only what gains most on few: a dead zone, which acts while the input
-    is small, may not be among those, and another effect is then selected on its joint. Free runs must credit the
-    effects that are added, and with those in place of others must not be worse than without any on that joint.
+    The joints are judged independently. On a joint where free runs credit no effect, those that the force residual
+    selects are added. On a joint where they credit some and the force residual objects to these, its own replace them.
+    In both cases free runs must credit them against no effect on that joint.
+
+    This is necessary since the selection by free runs compares candidates on a few segments first, and fits only the
+    best of them on all. A dead zone, which acts while the input is small, may not be among these, and another effect is
+    then selected on its joint.
     """
     search, fit, remarks = found.fits.search, by_runs, list[Fact]()
     many = hypotheses(found.fits.candidates.parts)
@@ -168,7 +170,10 @@ def _refused(answer: Answer, by_force: Answer) -> tuple[Fact, ...]:
 
 
 def without_refused_ties(found: ForceSelection, held_out: HeldOut) -> tuple[ForceSelection, tuple[Fact, ...]]:
-    """The selection without those of its tied first effects that held-out data refuse, and what is said of them."""
+    """The selection without those of its tied first effects that held-out data refuse, and facts on the refused ones.
+
+    The first of the remaining effects then leads the selection, if free runs confirm it.
+    """
     if not found.rivals or found.rounds[0].ranked[0].found.part != found.parts[0]:
         return found, ()
     fits, first = found.fits, found.rounds[0]
@@ -216,7 +221,11 @@ def _forms(parts: Sequence[Part]) -> dict[tuple[str, str], frozenset[str]]:
 
 
 def _needed(fits: ForceFits, fit: Fit) -> Fit:
-    """The fit to the force residual, without effects that do not significantly remove at least ``ELSEWHERE`` of it."""
+    """The fit to the force residual with the effects that are needed: backward elimination from ``fit``.
+
+    The effect that removes the smallest share of the residual is left out, until this share is significant and at least
+    ``ELSEWHERE``, or one effect is left.
+    """
     while len(fit.trial.parts) > 1:
         others = [fits.without(fit, k) for k in range(len(fit.trial.parts))]
         shown = [evidence_of_blocks(*fits.where_they_differ(other, fit)) for other in others]
