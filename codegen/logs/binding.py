@@ -337,7 +337,10 @@ class _Search:
         why = f" ({reasons((*proposed, *speeds.values()))})" if proposed or speeds else ""
         has = f"NUMBER from 1 to {len(self.names)}" if self.headless else f"it has {listing(self.names)}"
         expected = f"{lines} in meta.yaml beside the log{option}{why}{self._or_none(lacking[0])}; {has}"
-        raise BadInput(first.place, absent, expected, code="LOG003")  # its nearest right thing is in the lines
+        error = BadInput(first.place, absent, expected, code="LOG003")
+        if proposed and proposed[0].symbol == lacking[0]:
+            error.nearest = proposed[0].column  # for --json; the message has it in its lines already
+        raise error
 
     def _integrated(self) -> tuple[str, ...]:
         """The positions that are integrated from their velocities: those without a column that may hold them.

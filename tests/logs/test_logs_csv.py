@@ -59,7 +59,7 @@ REFUSED = {
     "one row": ("t,x,w\n0,1,2\n", "LOG009 a.csv:2"),
     "no header": ("0,1,2\n1,2,3\n", "LOG003 a.csv:1 `t` `columns NUMBER}`"),
     "missing column": ("t,pos,w\n0,1,2\n1,2,3\n", "LOG003 a.csv:1 `x`"),
-    "case": ("T,x,w\n0,1,2\n1,2,3\n", "LOG003 'T'"),
+    "case": ("T,x,w\n0,1,2\n1,2,3\n", "LOG003 `T` T}`"),
     "spaces": ("t x w\n0 1 2\n", "LOG001"),
     "text": ("t,x,w\n0,1,2\n1,abc,3\n", "LOG005 a.csv:3 `abc`"),
     "decimal comma": (

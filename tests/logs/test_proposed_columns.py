@@ -72,6 +72,10 @@ def test_the_proposed_line_reads_the_log(tmp_path, motor, header):
     (line,) = re.findall(r"`(columns: \{.*?\})`", caught.value.expected)
     said = dict(re.findall(r'(\w+): ("[^"]*"|[^,}{]+)', line.removeprefix("columns: ")))
     assert said == PROPOSED[header]
+    assert "did you mean" not in str(
+        caught.value
+    )  # the proposal is said once; --json has it as the nearest right thing
+    assert caught.value.nearest in {said[symbol].strip('"') for symbol in said}
     (tmp_path / "meta.yaml").write_text(line + "\n")
     assert read_log(path, motor).size > 2
     (tmp_path / "meta.yaml").unlink()
