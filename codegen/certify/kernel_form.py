@@ -56,6 +56,7 @@ def proof_text(
     sign_of = {write(u): write(s) for u, s in zip(system.slip_velocity, observer.signs, strict=True)}
     at |= {f"|{u}|": f"{s}*{u}" for u, s in sign_of.items()}
     matrix = str(matrix_texts(content, at))
+    bounded = _bounded(content, at)
     signed = {u: s for u, s in sign_of.items() if u.startswith("true.") and f"{s}*{u}" in matrix}
     signs = [
         observer.signs[e.contact] if e.contact is not None and observer.level_errors else None for e in observer.errors
@@ -70,7 +71,7 @@ def proof_text(
         "shared": {write(z): write(e) for z, e in shared.items()},
         "mean": {write(x): write(q) for x, q in mean_velocity(observer).items()},
         **error_fields(observer, write, signs, content, at),
-        "box": {at[name]: ends for name, ends in content["variables"].items() if at[name].startswith("true.")},
+        "box": {at[name]: ends for name, ends in content["variables"].items() if at[name] in bounded},
         **_of_solver(content, at),
     }
     fields["states"] |= _constant_states(observer, write)
@@ -184,6 +185,25 @@ def driven(observer: Observer) -> tuple[dict[Any, Any], dict[Any, Any]]:
             mean += sum((e - after for e, after in zip(errors, left, strict=True)), sympy.S.Zero) * chain.lag / h
         effective[w] = mean
     return effective, moves
+
+
+def _bounded(content: Mapping[str, Any], at: Mapping[str, str]) -> set[str]:
+    """The variables, as places in the code, whose ranges the proof states: truths, and some measured quantities.
+
+    A measured position has its range where the error matrix depends on it by more than sines and cosines, as with
+    M = J + m r(x)²; an angle that is in these alone is proved at every angle, without a condition.
+    """
+
+    def outside_of_waves(entry: Any) -> set[str]:
+        if isinstance(entry, str):
+            return {entry}
+        word, *parts = entry
+        return set() if word in ("cos", "sin") else set().union(*map(outside_of_waves, parts))
+
+    entries = [*(x for row in content["matrix"] for x in row), *(p["expression"] for p in content["parameters"])]
+    used = outside_of_waves(["+", *entries])
+    places = {name: at[name] for name in content["variables"]}
+    return {x for name, x in places.items() if x.startswith("true.") or (x.startswith("inputs.") and name in used)}
 
 
 def _cells(splits: list[tuple[str, list[str]]], box: Mapping[str, list[str]]) -> Any:

@@ -223,6 +223,39 @@ def test_a_narrow_range_of_an_angle_is_proved_of_the_c_with_a_v_for_all_angles(m
     assert "a full turn of p" in outcome.not_by_kernel and "V may not fall" in outcome.not_by_kernel
 
 
+WINCH = """name: winch
+coordinates: {th: {velocity: om, unit: rad}}
+inputs: {i: {unit: A}}
+parameters:
+  J: {value: 0.035, unit: kg*m^2}
+  m: {value: 20, unit: kg}
+  r0: {value: 50, unit: mm}
+  d: {value: 6, unit: mm/rev}
+  k: {value: 1, unit: N*m/A}
+  g: {value: 9.81, unit: m/s^2}
+mass_matrix: [[J + m*(r0 - d*th)**2]]
+force: [k*i + m*g*(r0 - d*th) + m*d*(r0 - d*th)*om**2]
+friction: {distribution: [[1]], contacts: [{name: drum, a: 1.5, unit: N*m}]}
+observer: {kind: gcfo, velocity: estimated, gains: {K_F: 2.54, K_v: 118}, sample_time: 1 ms}
+envelope: {th: [0, 12], om: [-8, 8]}
+"""
+
+
+def test_a_mass_that_is_a_polynomial_of_a_position_is_proved_in_its_range() -> None:
+    """The radius of a drum shrinks as rope is paid out: the position has the envelope's range in the proof, too."""
+    outcome, files = generated(WINCH)
+    assert outcome.kernel is not None, outcome.not_by_kernel
+    content = json.loads(outcome.kernel)
+    assert content["box"] == {"inputs.th": ["0", "12"], "true.om": ["-8", "8"]}
+    prove("winch", content, files)
+    del content["box"]["inputs.th"]
+    with pytest.raises(ValueError, match=r"inputs\.th without a range"):
+        prove("winch", content | {"witness": {}}, files)
+    content["box"]["inputs.th"] = ["0", "10000"]  # a load of 2 t m^2 hardly shows the friction that moves it
+    with pytest.raises(ValueError, match="not positive semidefinite"):
+        prove("winch", content, files)
+
+
 # The machines as the specs' sources print them, typed here by hand: mass matrix and force over true quantities.
 MACHINES = {
     "one_mass": ([["m"]], ["w - s_rail*a_rail"]),
