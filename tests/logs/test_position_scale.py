@@ -95,3 +95,38 @@ def test_other_errors_are_no_scale_of_the_position(tmp_path: Path) -> None:
     )
     assert "scale of x" not in told(tmp_path, mass=0.4)
     assert "scale of x" not in told(tmp_path, level=0.3 * LEVEL)
+
+
+WINCH = """name: winch
+coordinates: {th: {velocity: om, unit: rad}}
+inputs: {u: {unit: N*m}}
+parameters:
+  J: {value: 0.035, unit: kg*m^2}
+  m: {value: 20, unit: kg}
+  r0: {value: 0.05, unit: m}
+  d: {value: 0.00095, unit: m/rad}
+  g: {value: 9.81, unit: m/s^2}
+mass_matrix: [[J + m*(r0 - d*th)**2]]
+force: [u + m*g*(r0 - d*th) + m*d*(r0 - d*th)*om**2]
+friction: {distribution: [[1]], contacts: [{name: drum, a: 1.5, unit: N*m}]}
+envelope: {th: [0, 12], om: [-8, 8]}
+"""
+
+
+def test_degrees_are_named_where_the_mass_depends_on_the_angle(tmp_path: Path) -> None:
+    """Degrees that are read as rad make the drum's radius, so its inertia, wrong, too: a factor of 1450 was named."""
+    t = np.arange(8000) / 1000
+    waves = [(3.4, 0.82, 0.0), (1.3, 2.95, 0.4)]
+    th, a = (sum(b * (-(o**2)) ** n * np.sin(o * t + p) for b, o, p in waves) + 6 * (1 - n) for n in (0, 1))
+    om = sum(b * o * np.cos(o * t + p) for b, o, p in waves)
+    r = 0.05 - 0.00095 * th
+    u = (0.035 + 20 * r**2) * a - 20 * 9.81 * r - 20 * 0.00095 * r * om**2 + 1.5 * np.sign(om)
+    spec, about = parse_spec(WINCH, Path("winch.yaml")), tmp_path / "about.yaml"
+    path = write_csv(tmp_path / "a.csv", {"t": t, "th": np.degrees(th), "u": u}, fmt="%.12g")
+    about.write_text("units: {th: rad}\n")
+    found = {f.topic: f for f in preflight(read_log(path, spec, description=about), spec)}
+    assert "is th in deg?" in found["scale of th"].words and "`units: {th: deg}`" in found["scale of th"].words
+    assert found["scale of th"].severity == "problem"
+    about.write_text("units: {th: deg}\n")
+    again = preflight(read_log(path, spec, description=about), spec)
+    assert not [f for f in again if f.severity == "problem" or f.topic == "scale of th"]

@@ -38,7 +38,7 @@ from codegen.logs.audit.input_audit import SCALE_OFF, TELLING, Outside
 from codegen.logs.column_names import is_convertible
 from codegen.logs.log import Finding, Log
 from codegen.logs.motion import Motion, scaled
-from codegen.spec.model import Spec
+from codegen.spec.model import Spec, symbol
 from codegen.spec.units import si_factor
 
 APPARENT, SURE = 1.5, 3.0
@@ -107,7 +107,9 @@ def _wrong_positions(case: Case, steady: frozenset[int], outside: Outside | None
     found = list(factors.values()) or off
     if unit is not None:
         other = factors.get(unit.topic, unit)
-        found = [unit if 1 / APPARENT < other.figures["factor"] / unit.figures["factor"] < APPARENT else other]
+        same = 1 / APPARENT < other.figures["factor"] / unit.figures["factor"] < APPARENT
+        better = ALIKE * unit.figures["misfit_scaled"] < other.figures.get("misfit_scaled", 0.0)
+        found = [unit if same or better else other]
     return [Finding(f.severity, f.topic, f.words, {**f.figures, **known.get(f.topic, {})}) for f in found]
 
 
@@ -142,7 +144,8 @@ def _other_unit(case: Case, tried_anyway: bool) -> Finding | None:
     """A finding on the coordinate that makes the forces balance if it is taken in another unit; None if no one does.
 
     With coupled masses, a coordinate in a wrong unit disturbs the balance of all, and another one's may be worse. So
-    each coordinate is tried in each other usual unit.
+    each coordinate is tried in each other usual unit. Where the mass matrix depends on the position, as with
+    J + m r(x)², the inertia is wrong by another factor than the accelerations: its factor then suggests no unit.
 
     Args:
         tried_anyway: also units that the factor on the inertia does not suggest.
@@ -150,8 +153,9 @@ def _other_unit(case: Case, tried_anyway: bool) -> Finding | None:
     tried = []
     for j, c in enumerate(case.spec.coordinates):
         inertia, seen = case.forces.inertia_factor(j)
+        moved = case.spec.mass_matrix is not None and symbol(c.name) in case.spec.mass_matrix.free_symbols
         for unit, factor in _other_units(case.log.units.get(c.name, c.unit)):
-            if tried_anyway or (seen > INERTIA_SEEN and 1 / SCALE_OFF < inertia / factor < SCALE_OFF):
+            if tried_anyway or moved or (seen > INERTIA_SEEN and 1 / SCALE_OFF < inertia / factor < SCALE_OFF):
                 forces = case.balance.along(case.log, scaled(case.motion, j, factor))
                 tried.append((forces.misfit, j, unit, factor))
     least, j, unit, factor = min(tried, default=(1.0, 0, "", 1.0))
