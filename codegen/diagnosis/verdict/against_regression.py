@@ -19,6 +19,7 @@ from codegen.diagnosis.evidence.residual_regression import (
     varying_terms,
 )
 from codegen.diagnosis.fit.credit import is_far
+from codegen.diagnosis.fit.linear import rms
 from codegen.diagnosis.fit.output_error import Fit
 from codegen.diagnosis.fit.residual import Problem, contacts_on, residual_at_drive, without_levels
 from codegen.diagnosis.fit.signals import Motion
@@ -93,6 +94,7 @@ def force_evidence(
         removed = 1 - float(np.sum(left[used] ** 2) / max(float(np.sum(r[used] ** 2)), 1e-300))
         together = explained_over(r, used, [variables[name] for name in sorted(own)])
         force, speed = (r - left)[:, None], motion.velocities[:, i]
+        force = force / max(rms(force[used]), 1e-300)  # the ridge is that of columns near 1, in any unit
         shares = [explained_over(r, used, [force])]
         for name, most in (("frequency", OF_THE_MOTION), ("time", SLOW_MOTION)):
             columns = variables[name]
