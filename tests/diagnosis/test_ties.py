@@ -35,7 +35,8 @@ def ranked(kind: str, left: float, on: str = "q") -> Any:
     part = SimpleNamespace(kind=kind, on=on, effect=None, place=0, names=names)
     trial = SimpleNamespace(system=None, parts=())
     found = SimpleNamespace(part=part, cost=0.0, held_out_losses=np.zeros(1), trial=trial)
-    return SimpleNamespace(found=found, evidence=SimpleNamespace(share=1 - left), why_not="", unsure=False)
+    evidence = SimpleNamespace(share=1 - left)
+    return SimpleNamespace(found=found, evidence=evidence, why_not="", unsure=False, contradicted=False)
 
 
 @pytest.fixture
@@ -440,9 +441,41 @@ def test_a_play_is_judged_against_the_spring_that_it_contains_by_the_score_test(
     monkeypatch.setattr(ranking, "whiteness", lambda *_: 0.6)
     monkeypatch.setattr(ranking, "dispersion", lambda *_: 1.3)
     play, spring = (
-        SimpleNamespace(trial=SimpleNamespace(parts=[SimpleNamespace(kind=kind, on="x", effect=CATALOGUE[kind])]))
-        for kind in ("backlash", "compliance")
+        SimpleNamespace(
+            trial=SimpleNamespace(parts=[SimpleNamespace(kind=kind, on="x", effect=CATALOGUE[kind])]), cost=cost
+        )
+        for kind, cost in (("backlash", 100.0), ("compliance", 400.0))
     )
     search: Any = SimpleNamespace(rigid=None)
     assert ranking.runs_prefer(search, play, spring) is preferred  # type: ignore[arg-type]
     assert not ranking.runs_prefer(search, spring, play)  # type: ignore[arg-type]
+    play.cost = 401.5  # a score test is local: the fit of the compliance has found a better place
+    assert not ranking.runs_prefer(search, play, spring)  # type: ignore[arg-type]
+
+
+@pytest.mark.usefixtures("significant")
+@pytest.mark.parametrize(
+    ("loads", "contradicted", "tied"),
+    [((1, 1), True, True), ((1, 1), False, False), ((1, 0), True, False), ((0, 1), True, False)],
+)
+def test_a_load_that_only_the_force_refuses_is_a_rival_of_another_load(
+    loads: tuple[int, int], contradicted: bool, tied: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Hard tier, seed 635206, case 4: a true compliance of 2.7e6 N/m was named as a backlash with a gap of 5 noises.
+
+    The compliance fitted the free runs better and was refused, as it made the squared residual force 3.8 times as
+    large. That residual is differentiated noise for both loads.
+    """
+    monkeypatch.setattr(ranking, "is_far", lambda fit: False)
+    monkeypatch.setattr(ranking, "runs_prefer", lambda *_: False)
+    search: Any = SimpleNamespace(rigid=None, system=SimpleNamespace(transmissions=()))
+    best, other = ranked("backlash", 0.42), ranked("compliance", 0.426)
+    criteria: list[Any] = [
+        SimpleNamespace(search=search, fit=SimpleNamespace(model=SimpleNamespace(transmissions=("load",) * count)))
+        for count in loads
+    ]
+    best.force_criterion, other.force_criterion = criteria
+    refused = "makes the squared residual force 3.8 times as large"
+    other.why_not, other.contradicted = refused, contradicted
+    found = ranking._tied(search, best, [best, other])
+    assert [r.found.part.kind for r in found] == (["compliance"] if tied else [])

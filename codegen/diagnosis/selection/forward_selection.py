@@ -153,6 +153,7 @@ def find_effects(search: Search, base: Fit, report_progress: Progress, refit_onl
             break
         begun += 1
         possible: list[Ranked] = []
+        contradicted: list[Ranked] = []
         doubtful = current.trial.parts[len(confirmed.trial.parts) :]
         if places:
             # An effect that is not credited alone may be with a second one, at the same joint.
@@ -163,6 +164,7 @@ def find_effects(search: Search, base: Fit, report_progress: Progress, refit_onl
                 later.append(LaterRound(current.trial.parts, tuple(r.for_table for r in ranked)))
             first = first or ranked
             possible = [r for r in ranked if not r.why_not or r.unsure]
+            contradicted = [r for r in ranked if r.contradicted]
         falls_back = not possible and bool(waiting)
         if falls_back:
             current, possible, waiting = confirmed, waiting, []
@@ -172,7 +174,7 @@ def find_effects(search: Search, base: Fit, report_progress: Progress, refit_onl
             current, rounds[joint] = confirmed, 0
             continue
         possible = leader_first(search, possible)
-        tied = ties(search, [*possible, *(beside if falls_back else ())])
+        tied = ties(search, [*possible, *contradicted, *(beside if falls_back else ())])
         current = search.fitted_again(possible[0].found)
         rivals = rivals if turn else tied
         current, rivals = _in_simplest_forms(search, current, rivals)

@@ -16,7 +16,13 @@ from codegen.diagnosis.fit.output_error import Fit, at_limit, resolution
 from codegen.diagnosis.fit.search import Search, where_they_differ
 from codegen.diagnosis.fit.trial import Part
 from codegen.diagnosis.selection.candidate_fits import FORM_GAIN, fit_candidates, is_simpler_form, is_usual_form
-from codegen.diagnosis.selection.refusals import only_reduces_drive, relative_size, uncovered, why_refused
+from codegen.diagnosis.selection.refusals import (
+    contradicted_by_force,
+    only_reduces_drive,
+    relative_size,
+    uncovered,
+    why_refused,
+)
 from codegen.diagnosis.selection.significance import (
     chance,
     chance_in_words,
@@ -49,6 +55,7 @@ class Ranked:
         p: nominal probability of such gains without an effect, for any candidate of the round; compared with α.
         force_criterion: its force residual.
         uncovered: whether it fails only because the log covers less than its period, which is not at its limit.
+        contradicted: whether it fails only because the force residual contradicts it.
     """
 
     found: Fit
@@ -60,6 +67,7 @@ class Ranked:
     p: float = 1.0
     force_criterion: ForceCriterion | None = None
     uncovered: bool = False
+    contradicted: bool = False
 
     @property
     def for_table(self) -> Ranked:
@@ -83,6 +91,8 @@ def run_round(
         one, after = nested_evidence_of(here, there), ForceCriterion(search, found)
         size = relative_size(search, found, base)
         why_not = why_refused(before, after, one, size)
+        contradicted = "" if why_not else contradicted_by_force(before, after, one.share)
+        why_not = why_not or contradicted
         repeats_nowhere = "" if why_not else uncovered(search, found.part, found.parameters)
         why_not = why_not or repeats_nowhere
         many = tried(search, base, found, count)
@@ -94,7 +104,7 @@ def run_round(
             why_not = f"may be chance: {better_on}, but {chance_in_words(p, many)}"
         ratio = noise_ratio(there) / noise_ratio(here)
         only = bool(repeats_nowhere) and p <= credit.ALPHA and "period" not in at_limit(found)[-1]
-        ranked.append(Ranked(found, one, ratio, size, why_not, unsure, p, after, only))
+        ranked.append(Ranked(found, one, ratio, size, why_not, unsure, p, after, only, bool(contradicted)))
     return sorted(in_simplest_admitted_forms(ranked), key=lambda r: (bool(r.why_not) and not r.unsure, r.found.cost))
 
 
@@ -160,7 +170,7 @@ def _tied(search: Search, best: Ranked, ranked: Sequence[Ranked]) -> list[Ranked
     """
     same, tied = _same_motion(best.found), []
     for other in ranked:
-        if other is best or (other.why_not and not other.unsure) or _is_one_of(other.found, same):
+        if other is best or not (_may_pass(other) or _is_other_load(other, best)) or _is_one_of(other.found, same):
             continue
         if not leaves_as_little(other, best):
             continue
@@ -172,6 +182,21 @@ def _tied(search: Search, best: Ranked, ranked: Sequence[Ranked]) -> list[Ranked
     return tied
 
 
+def _may_pass(one: Ranked) -> bool:
+    """Whether a candidate passes all tests, or all but that of significance."""
+    return not one.why_not or one.unsure
+
+
+def _is_other_load(other: Ranked, best: Ranked) -> bool:
+    """Whether two candidates add a load behind a spring, and only the force residual refuses the first.
+
+    The force residual does not distinguish two loads (``force_prefers``), so the refusal does not make the other one
+    more probable.
+    """
+    both = other.force_criterion, best.force_criterion
+    return other.contradicted and all(one is not None and adds_load(one) for one in both)
+
+
 def tied_by_free_runs(search: Search, best: Ranked, other: Ranked) -> bool:
     """Whether free runs do not distinguish two candidates: no significant gain or, far from noise, nearly alike."""
     return (is_far(best.found) and _nearly_alike(best, other)) or not runs_prefer(search, best.found, other.found)
@@ -180,10 +205,13 @@ def tied_by_free_runs(search: Search, best: Ranked, other: Ranked) -> bool:
 def runs_prefer(search: Search, best: Fit, other: Fit) -> bool:
     """Whether free runs prefer a fit to another one (``Evidence.p_of_rivals``), or to one that it extends.
 
-    A backlash contains the compliance; it is judged as an effect with a further parameter is, also by the score test.
+    A backlash contains the compliance; it is judged as an effect with a further parameter is, also by the score test,
+    and is not preferred where it does not fit the whole log better.
     """
     other, best = where_they_differ(search, other, best)
     if extends(best.trial, other.trial):
+        if best.cost >= other.cost:
+            return False
         return nested_evidence_of(other, best).p(whiteness(search, best), only_noise=False) <= credit.TIE_LEVEL
     gained, at_noise = evidence_of(other, best, floored=False), dispersion(search, best) <= credit.ONLY_NOISE
     return gained.p_of_rivals(whiteness(search, best), at_noise) <= credit.TIE_LEVEL

@@ -34,7 +34,10 @@ FORM_ERROR = 0.1
 
 
 def why_refused(before: ForceCriterion, after: ForceCriterion, e: Evidence, size: float) -> str:
-    """The first test that a candidate fails, in words; empty if it passes all but ``uncovered`` and significance."""
+    """The first test that a candidate fails, in words; empty if it passes all.
+
+    ``contradicted_by_force``, ``uncovered`` and the test of significance come after these.
+    """
     search, found = after.search, after.fit
     if e.gain <= 0:
         return "does not reduce the simulation error on held-out parts of the log"
@@ -53,7 +56,6 @@ def why_refused(before: ForceCriterion, after: ForceCriterion, e: Evidence, size
         or absorbed_by_refit(before, after)
         or only_reduces_drive(before, after, e)
         or corrects_a_form(before, after)
-        or contradicted_by_force(before, after, e.share)
     )
 
 
