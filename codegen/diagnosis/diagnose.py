@@ -193,6 +193,9 @@ def _by_free_runs(case: Case, search: Search, report: Progress, propose: bool) -
     """The diagnosis by free-run simulation and force residual."""
     problem, system = case.problem, case.problem.system
     report("refit", 0.05)
+    uncounted = not case.log.joints and is_shortened(
+        search.record, problem.motion
+    )  # later searches may be on shorter ones
     search, base = _refit(case.spec, search, case)
     search, outcome, in_place = _sought(
         search, base, lambda turn, share: report(f"effect {turn + 1}", 0.1 + 0.25 * min(turn + share, 2.7)), case
@@ -246,7 +249,6 @@ def _by_free_runs(case: Case, search: Search, report: Progress, propose: bool) -
     answer = not_determined(answer, open_, problem, named) if open_ is not None else answer
     answer = replace(answer, remarks=tuple(runs.remarks(outcome, answer, in_place)))
 
-    uncounted = not case.log.joints and is_shortened(search.record, problem.motion)
     report("tracking observer", 0.93)
     unknown = propose and answer.verdict == "unknown"
     models = _models(case, problem, answer, case.window, runs.restart_s, excitation)
