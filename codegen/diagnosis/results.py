@@ -404,6 +404,10 @@ class Diagnosis(Shown):
         """Value that the augmented spec changes → (declared, written)."""
         return written_values(self.verdict, self.refitted)
 
+    def is_credited(self, candidate: Candidate) -> bool:
+        """Whether the verdict names this effect at this place, in one form or another."""
+        return self.verdict == "effect" and (candidate.kind, candidate.on) in [(e.kind, e.on) for e in self.effects]
+
     def not_named(self, candidate: Candidate) -> str:
         """Why a candidate of the first round that passes every test is not in the verdict; empty for another one."""
         place = (candidate.kind, candidate.on)

@@ -214,6 +214,30 @@ def test_unknown_says_no_more_than_its_reason(over: Any, refused: Any, headline:
     assert ("24 steady records" if records else "5.2 times the measurement noise") in said.of("evidence")[0]
 
 
+def test_unknown_with_a_value_that_would_explain_it_says_so_first_and_asks_for_no_new_effect() -> None:
+    """A load of 24 kg, declared as 20: the advice was to write an effect of one's own."""
+    value, advice = Fact("declared value", "m = 24 kg would explain 100 %"), Fact("next", "Give m a `tolerance`")
+    said = statement_of("unknown", remarks=(value, advice))
+    assert said.headline.endswith("A declared value may be wrong.")
+    first, then = said.of("next")
+    assert first == "Give m a `tolerance`." and "effect of your own" not in then
+    assert "effect of your own" in statement_of("unknown").of("next")[0]
+    assert "declared value" not in statement_of("unknown", remarks=(advice,)).headline
+
+
+def test_a_candidate_that_is_refused_alone_and_named_in_the_end_is_no_plain_refusal() -> None:
+    """Beside cogging, a Stribeck peak was credited; alone it may be chance, and the table said "no: may be chance"."""
+    peak, other = candidate("stribeck", 0.2, "may be chance"), candidate("backlash", 0.1, "may be chance")
+    found = diagnosis("effect", candidate("cogging", 0.9), peak, other)
+    found = replace(found, effects=tuple(replace(SPRING, kind=c.kind, on=c.on) for c in (found.candidates[0], peak)))
+    assert [found.is_credited(c) for c in (peak, other)] == [True, False]
+    assert not replace(found, verdict="unknown").is_credited(peak)
+    shown = Diagnosed(found, Path(), ()).text(paths=False)
+    rows = {line.split()[0]: line for line in shown.splitlines() if line.endswith("may be chance")}
+    assert rows["stribeck"].endswith("named in the end; alone: may be chance")
+    assert rows["backlash"].endswith("no: may be chance") and "named" not in rows["backlash"]
+
+
 def test_unknown_names_the_candidate_that_leaves_most() -> None:
     (words,) = statement_of("unknown", effects=(PLAY,)).of("not credited")
     assert words.startswith("backlash on x (gap = 0.0001 m), the best candidate, leaves most of the simulation error")
