@@ -7,10 +7,11 @@ import stat
 import struct
 import zipfile
 import zlib
+from itertools import islice
 from pathlib import Path
 from typing import IO
 
-from codegen.base.errors import BadInput, Place
+from codegen.base.errors import BadInput, Place, nearest_name
 
 LARGEST_TEXT = 500_000
 """Largest size in bytes of a text that a person writes: a spec, a log description, a file of effects.
@@ -20,6 +21,8 @@ run of empty lines: 14 s for twice the size.
 """
 LARGEST_GENERATED = 50_000_000
 """Largest size in bytes of a file that this tool wrote earlier."""
+MOST_NAMES = 1000
+"""Most files of a folder among which the one that was meant is sought."""
 DAMAGED_ZIP = (zipfile.BadZipFile, zlib.error, OSError, EOFError, ValueError, RuntimeError, LookupError, struct.error)
 """Exceptions of ``zipfile`` on a damaged archive. A method of compression that it does not know is a RuntimeError."""
 _FLAGS = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_NOCTTY", 0)
@@ -48,7 +51,8 @@ def opened(path: Path, expected: str, largest: int, named_at: Place | None = Non
     try:
         handle = os.open(path, _FLAGS)
     except (FileNotFoundError, NotADirectoryError):
-        raise BadInput(place, f"{what}no such file", expected, code="FILE001") from None
+        nearest = None if named_at else alike(path)
+        raise BadInput(place, f"{what}no such file", expected, nearest, code="FILE001") from None
     except OSError as error:
         fault = _special(path) or f"unreadable ({error.strerror})"
         raise BadInput(place, f"{what}{fault}", expected, code="FILE001") from None
@@ -116,6 +120,16 @@ def is_there(path: Path) -> bool:
         return path.exists()
     except (OSError, ValueError):
         return False
+
+
+def alike(path: Path) -> str | None:
+    """The file in the folder of an absent one with the same ending and the name most like it; None if none is alike."""
+    try:
+        names = [x.name for x in islice(path.parent.iterdir(), MOST_NAMES) if x.suffix == path.suffix]
+    except (OSError, ValueError):
+        return None
+    nearest = nearest_name(path.stem, sorted(Path(name).stem for name in names))
+    return nearest and str(path.with_name(nearest + path.suffix))
 
 
 def identity(path: str | Path) -> str:

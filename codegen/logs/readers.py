@@ -13,7 +13,7 @@ import numpy as np
 from scipy.integrate import cumulative_trapezoid
 
 from codegen.base.errors import BadInput, Place, nearest_name
-from codegen.base.input_files import identity, is_there, opened
+from codegen.base.input_files import alike, identity, is_there, opened
 from codegen.base.user_text import shown
 from codegen.logs.binding import Binding, bind, column_of, time_of
 from codegen.logs.cleaning import Clean, clean, in_time
@@ -246,7 +246,7 @@ def format_of(path: Path) -> Opener:
                 return _of_messages(BagFolder)
             raise BadInput(place, "a folder", expected, code="FILE001")
         if not is_there(path):
-            raise BadInput(place, "no such file", expected, code="FILE001")
+            raise BadInput(place, "no such file", expected, alike(path), code="FILE001")
         with opened(path, expected, LARGEST_STREAM) as stream:
             try:
                 head = stream.read(HEAD)
@@ -415,7 +415,8 @@ def _hold_note(description: LogDescription) -> list[str]:
         return []
     if description.measured_inputs:
         return ["input_hold `linear`: between two rows each input is taken as the mean of both"]
-    return [f"input_hold `{shown(hold)}` is not known: the inputs are taken as held from row to row"]
+    words = f"input_hold `{shown(hold)}` is neither `linear` nor `zero-order`"
+    return [f"{words}: the inputs are taken as held from row to row"]
 
 
 HEAD = 4096

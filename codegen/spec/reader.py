@@ -41,7 +41,7 @@ from codegen.spec.units import inertia_for, require_coherent, si_factor, unit_na
 from codegen.spec.urdf_section import expand_robot
 from codegen.spec.validation import nearest_place, validate, with_known_keys
 from codegen.spec.velocity_names import meant_velocity
-from codegen.spec.yaml_text import load_plain
+from codegen.spec.yaml_text import SPEC_FIRST, load_plain
 
 TOLERANCE = "tolerance"
 """A key of parameters and effects that contacts do not have."""
@@ -60,7 +60,12 @@ def read_spec(path: str | Path) -> Spec:
     if not isinstance(path, str | os.PathLike):
         raise BadInput("the path of a spec", f"{path!r}", "text, or a Path", code="CALL001")
     path = Path(path)
-    text = read_text(path, "a spec file (YAML)")
+    try:
+        text = read_text(path, "a spec file (YAML)")
+    except BadInput as error:
+        if error.code not in ("FILE002", "FILE006") or path.suffix.lower() in (".yaml", ".yml"):
+            raise
+        raise BadInput(error.place, error.found, error.expected + SPEC_FIRST, code=error.code) from None
     _refuse_robot_file(text, path)
     return parse_spec(text, path)
 

@@ -21,6 +21,7 @@ from codegen.spec.decimal_comma import DECIMAL_COMMA, comma_at_joint, with_point
 from codegen.spec.ranges import MARK, expanded
 from codegen.spec.yaml_limits import Limits
 
+SPEC_FIRST = "; is this the log? A command takes the spec first, then the log"
 UNEXPECTED_COLON, NO_END = "mapping values are not allowed", "expected <block end>"
 FAULTS = {
     "could not find expected ':'": ("a key without `:`", "`key: value`", True),
@@ -107,7 +108,7 @@ def load_mapping(text: str, file: str, example: str = "name: one_mass") -> tuple
         found = "nothing" if document is None else "a list" if isinstance(document, CommentedSeq) else "plain text"
         expected = f"a mapping such as `{example}`"
         if found == "plain text" and not file.lower().endswith((".yaml", ".yml")):
-            expected += "; is this the log? A command takes the spec first, then the log"
+            expected += SPEC_FIRST
         raise BadInput(Place(file, 1), found, expected, code="SPEC006")
     places: dict[str, Place] = {}
     if MARK in text:

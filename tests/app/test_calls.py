@@ -203,6 +203,27 @@ def test_certificate_that_cannot_be_read(folder):
     assert told == "error: none.json: no such file; expected a certificate (JSON) [FILE001]\n"
 
 
+def test_a_file_that_is_not_there_is_proposed_as_the_one_alike_with_its_ending(folder):
+    for name in ("stage.yaml", "stages.csv", "run_7.csv", "certificate.json"):
+        (folder / name).write_text("")
+    assert "(did you mean 'stage.yaml'?)" in stiction("check", "stagw.yaml").err
+    assert "(did you mean 'certificate.json'?)" in stiction("verify", "certificte.json").err
+    assert f"(did you mean '{folder / 'stage.yaml'}'?)" in stiction("check", folder / "stgae.yaml").err
+    assert "(did you mean 'run_7.csv'?)" in stiction("replay", ONE, "runs_7.csv").err
+    for name in ("axis.yaml", "stages.json", "elsewhere/stage.yaml"):
+        assert "did you mean" not in stiction("check", name).err
+
+
+@pytest.mark.parametrize("data", [b"t,x\n" + b"0.25,1.5\n" * 60_000, b"MATLAB 5.0\xff\xfe"])
+def test_a_long_or_binary_log_in_place_of_the_spec_is_asked_for(folder, data):
+    """A log below 500 kB of text was asked about, and a longer one had too many bytes for a spec."""
+    (folder / "run.log").write_bytes(data)
+    told = stiction("diagnose", "run.log", ONE)
+    assert is_one_message(told) and "is this the log? A command takes the spec first" in told.err
+    (folder / "run.yaml").write_bytes(data)
+    assert "is this the log" not in stiction("check", "run.yaml").err
+
+
 def test_the_folder_of_a_certificate_is_its_certificate(folder):
     generated = SPECS.parent / "generated" / "one_mass"
     named = stiction("verify", generated / "certificate.json")

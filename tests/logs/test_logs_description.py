@@ -163,6 +163,8 @@ def test_a_measured_input_acts_between_two_rows_with_their_mean(tmp_path, spec):
     errors = [np.abs(h * log.inputs[:-1, 0] - impulse[:-1]).max() for log in (measured, held)]
     assert errors[0] < 1e-5 and errors[1] > 4e-4
     assert "each input is taken as the mean of both" in measured.notes[0] and not held.notes
+    typed = read_log(path, spec, description=described(tmp_path, "input_hold: zero_order\n"))
+    assert "input_hold `zero_order` is neither `linear` nor `zero-order`" in typed.notes[0]
 
 
 def test_a_measured_input_at_irregular_times_keeps_its_integral(tmp_path, spec):
