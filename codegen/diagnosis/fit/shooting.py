@@ -193,7 +193,7 @@ class Shooter:
 
         Args:
             p: values of the model's free symbols. drive: (N substeps, m) effective inputs.
-            observed: whether the start states of a model with loads are those of an observer of the measured positions,
+            observed: whether the start states of a model with loads are those of an observer of the smoothed positions,
                 to which ``states`` less those of the record are added. Its motor, unlike the filtered one, has impacts.
 
         Raises:
