@@ -23,7 +23,7 @@ from codegen.diagnosis import steady_runs
 from codegen.diagnosis.case import HELD_OUT_SHARE, Case, Findings, case_of
 from codegen.diagnosis.evidence.residual_regression import acting_force, half_of_squares, remainders
 from codegen.diagnosis.experiments.separation import separate, tied_fits
-from codegen.diagnosis.fit.credit import ALPHA, is_far, noise_ratio, share_far
+from codegen.diagnosis.fit.credit import ALPHA, is_far, near_noise, noise_ratio, share_far
 from codegen.diagnosis.fit.linear import rms
 from codegen.diagnosis.fit.measure import RESTART_S, force_errors, measure, restart_within_reach
 from codegen.diagnosis.fit.output_error import BLOCKS, Fit, levels_at_zero
@@ -41,6 +41,7 @@ from codegen.diagnosis.verdict.across_joints import credited_across_joints
 from codegen.diagnosis.verdict.answer import Answer, by_remainder, is_small, verdict_of
 from codegen.diagnosis.verdict.augment import augmented_text
 from codegen.diagnosis.verdict.examination import examine, refused_at_limit, settled
+from codegen.diagnosis.verdict.final_check import FinalCheck
 from codegen.diagnosis.verdict.force_led import credited_by_force
 from codegen.diagnosis.verdict.harmonics import with_harmonics
 from codegen.diagnosis.verdict.held_out import HeldOut, within
@@ -147,6 +148,10 @@ class _FreeRuns:
         problem = Problem(self.case.problem.system, within(self.case.test.motion, self.case.window), {})
         return HeldOut(problem, self.measured)
 
+    def checked(self, answer: Answer, final: Fit) -> Answer:
+        """The answer without what held-out data refuse at last; ``final``: the fit with its effects."""
+        return FinalCheck(self.held_out, near_noise(final), self.case.material).passed(answer)
+
     def examined(self, last: Search, found: Outcome) -> tuple[Answer, Outcome]:
         """The answer from an outcome, and the outcome that it belongs to; ``last``: the search of its last fit."""
         verdict = verdict_of(found, self.case.faults)
@@ -216,6 +221,7 @@ def _by_free_runs(case: Case, search: Search, report: Progress, propose: bool) -
             runs.held_out,
             case.steady,
             lambda found: runs.examined(last, found),
+            runs.checked,
             lambda done: report("effects by the force residual", 0.8 + 0.05 * done),
         )
     if answer.verdict in ("none", "unknown") and not case.faults:
@@ -242,6 +248,7 @@ def _by_free_runs(case: Case, search: Search, report: Progress, propose: bool) -
     answer = wrong_values.refused_for_a_value(case.spec, answer, problem, runs.measured)
     answer = refused_at_limit(answer, runs.left_by, case.material)
     answer = settled(replace(search, within=last.within), outcome, answer, runs.measured)
+    answer = runs.checked(answer, outcome.final)
     left = runs.left_by(answer)
     answer = replace(answer, verdict=by_remainder(answer.verdict, left, case.material))
     if open_ is None and answer.verdict in ("none", "unknown"):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -321,10 +322,15 @@ def test_held_out_data_tell_what_the_force_residual_leaves_open(
 
 
 def credited_by_force(
-    search: Search, outcome: Outcome, answer: Answer, held_out: HeldOut, steady: bool = False
+    search: Search,
+    outcome: Outcome,
+    answer: Answer,
+    held_out: HeldOut,
+    steady: bool = False,
+    checked: Callable[[Answer, Fit], Answer] = lambda one, fit: one,
 ) -> tuple[Answer, Outcome]:
     return force_led.credited_by_force(
-        search, outcome, answer, held_out, steady, lambda one: (answer, one), lambda share: None
+        search, outcome, answer, held_out, steady, lambda one: (answer, one), checked, lambda share: None
     )
 
 
@@ -342,6 +348,12 @@ def test_the_answer_names_what_held_out_data_leave(tmp_path: Path, monkeypatch: 
         answer, _ = credited_by_force(search, outcome, plain, data)
         verdicts.append((answer.verdict, [e.kind for e in answer.effects]))
     assert verdicts == [("ambiguous", ["offset"]), ("effect", ["spring"])]
+    last, _ = credited_by_force(
+        search, outcome, plain, held_out, checked=lambda one, fit: one.refused("it is worse on held-out data")
+    )
+    assert (last.verdict, last.effects) == ("unknown", ())
+    said = last.remarks[-1].words
+    assert said.startswith("spring on x") and said.endswith("worse on held-out data")
     monkeypatch.setattr(force_led, "better_values", lambda search, led: "the value m = 3 kg explains")
     for steady, verdict in ((False, "unknown"), (True, "effect")):
         answer, _ = credited_by_force(search, outcome, plain, held_out, steady)

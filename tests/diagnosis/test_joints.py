@@ -435,7 +435,9 @@ def test_joints_have_the_effects_of_free_runs_or_of_the_force_each_for_itself(
     own = [e.kind for e in answer.effects]
     none: Any = SimpleNamespace(measured=lambda system: figures)
     for how, kinds in ((examined, named), (partial(examined, refused="spring"), own)):
-        second, richer = credited_by_force(search, outcome, answer, none, False, how, lambda share: None)
+        second, richer = credited_by_force(
+            search, outcome, answer, none, False, how, lambda one, fit: one, lambda share: None
+        )
         assert [e.kind for e in second.effects] == [p.kind for p in richer.parts] == kinds
         said = [f"By free runs alone offset on q_1 would be named, {objection}"]
         assert [f.words for f in second.remarks] == (said if own[1:] and kinds != own else [])

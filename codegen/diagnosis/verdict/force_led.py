@@ -42,6 +42,7 @@ def credited_by_force(
     held_out: HeldOut,
     steady: bool,
     examined: Callable[[Outcome], tuple[Answer, Outcome]],
+    checked: Callable[[Answer, Fit], Answer],
     report_progress: Callable[[float], None],
 ) -> tuple[Answer, Outcome]:
     """The answer with effects that the force residual credits and free runs confirm; unchanged if there are none.
@@ -56,6 +57,8 @@ def credited_by_force(
         outcome: of the selection by free runs. answer: the answer from that outcome.
         steady: whether the log runs at constant speed, at which parameters keep their tolerances.
         examined: the answer from an outcome of the selection by free runs, for an arm.
+        checked: the answer after the last check on held-out data (``FinalCheck``). What it refuses must not replace
+            effects that pass.
     """
     found = selected_by_force(search, outcome.base, report_progress)
     if not isinstance(found, ForceSelection):
@@ -82,7 +85,7 @@ def credited_by_force(
     verdict: Verdict = "ambiguous" if found.rivals else "effect"
     plain = replace(answer, verdict=verdict, effects=(), augmented=answer.refit, against=())
     plain = replace(plain, figures=(*answer.figures[:2], answer.figures[1]))
-    second = with_estimate(search, led, plain, held_out.measured, found.fit)
+    second = checked(with_estimate(search, led, plain, held_out.measured, found.fit), led.final)
     if second.verdict != plain.verdict:
         return answer.noted(*_refused(answer, second)), outcome
     better = "" if steady else better_values(search, led)

@@ -1,0 +1,115 @@
+"""Last check before a spec is written: on held-out data its model is no worse than the declared one.
+
+    force:  r > (1 + REFIT_WORSE) s r₀,   s = min(1, d/d₀)         free runs:  e > (1 + REFIT_WORSE) e₀
+
+with r the RMS force residual on a coordinate, d that of its drive force behind the actuators, e the free-run error, and
+r₀, d₀, e₀ those of the declared model. Declared residuals are in proportion to the drive force, since a model with a
+smaller one has smaller forces and residuals: a saturation far below the logged inputs, with friction reduced to zero,
+left a third of the residual of a screw drive, and 7.9 % of the drive force in place of 5.0 %.
+
+A difference counts only if noise is no explanation: the excess of force √(r² − (s r₀)²) must be a material share of the
+drive force, and the difference of squares must be significant by sign flips of blocks of the data; free-run errors must
+be larger by the sign test of ``is_shown_worse``. Where the free runs of a model end at the noise, which no wrong model
+does, the residual may be noise, which does not fall with the drive force: s = 1. Unlike in ``reference_of``, neither
+such free runs nor a load behind a spring excuse a material excess.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from codegen.base.arrays import Array
+from codegen.base.significant import in_percent
+from codegen.diagnosis.fit.credit import SIGN_BLOCKS, TIE_LEVEL, p_of_sign_flips
+from codegen.diagnosis.fit.linear import rms
+from codegen.diagnosis.fit.measure import drive_force
+from codegen.diagnosis.fit.residual import inverse_dynamics_residual
+from codegen.diagnosis.results import ErrorFigures, Fact
+from codegen.diagnosis.verdict.admission import REFIT_WORSE, RUN, is_shown_worse, worsened
+from codegen.diagnosis.verdict.answer import Answer
+from codegen.diagnosis.verdict.held_out import HeldOut
+from codegen.mechanics.system import System
+
+BLOCK_PERIODS = 2.0
+"""Least length of a block, in periods of the cutoff: residuals of neighbouring blocks are then nearly independent."""
+LEAST_BLOCKS = 5
+"""Fewest blocks for the test of significance, since 2^−5 is below its level; with fewer a material excess counts."""
+
+
+@dataclass(frozen=True, eq=False)
+class FinalCheck:
+    """Comparison of models with the declared one on held-out data.
+
+    Attributes:
+        near: whether the free runs of the credited model end at the noise of the training log.
+        material: share of the RMS of the drive force from which on a force matters.
+    """
+
+    held_out: HeldOut
+    near: bool
+    material: float
+
+    def passed(self, answer: Answer) -> Answer:
+        """The answer without what makes its written model worse: first its effects, then its refitted values."""
+        declared = answer.figures[0]
+        if answer.verdict == "effect" and (words := self.worse(answer.augmented, answer.figures[2], declared)):
+            answer = answer.refused(words)
+        if answer.adopted is not answer.refit or not (words := self.worse(answer.refit, answer.figures[1], declared)):
+            return answer
+        system = self.held_out.problem.system
+        last = answer.figures[2] if answer.verdict == "ambiguous" else declared
+        augmented = answer.augmented if answer.verdict == "ambiguous" else system
+        plain = replace(answer, refit=system, augmented=augmented, figures=(declared, declared, last), errors=())
+        return plain.noted(Fact("spec.yaml", f"Refitted values are not written: with them {words}"))
+
+    def worse(self, model: System, figures: ErrorFigures, declared: ErrorFigures) -> str:
+        """By what a model is worse than the declared one, in words; empty if it is not."""
+        by_run = worsened(figures, declared, REFIT_WORSE).get(RUN)
+        if by_run is not None and is_shown_worse(figures, declared):
+            times = f"{by_run:.3g} times as large" if np.isfinite(by_run) else "infinite (the simulation diverges)"
+            return f"the simulation error on held-out data is {times} as declared"
+        return self._worse_by_force(model)
+
+    def _worse_by_force(self, model: System) -> str:
+        """By what the force residual of a model is larger on the first coordinate where it is; empty if on none."""
+        problem = self.held_out.problem
+        system, motion = problem.system, problem.motion
+        own, its = (inverse_dynamics_residual(s, motion) for s in (model, system))
+        drive, its_drive = (motion.low_pass(drive_force(s, motion)) for s in (model, system))
+        for i, used in enumerate(problem.used.T):
+            if not used.any():
+                continue
+            size, its_size = rms(drive[used, i]), rms(its_drive[used, i])
+            share = min(1.0, size / its_size) if its_size > 0 and not self.near else 1.0
+            more = own[used, i] ** 2 - (share * its[used, i]) ** 2
+            if not self._counts(more, rms(share * its[used, i]), size):
+                continue
+            name = system.positions[i].name
+            if size > 0 and its_size > 0:
+                left, before = in_percent(rms(own[used, i]) / size), in_percent(rms(its[used, i]) / its_size)
+                size_in_words = f"{left} of the drive force, {before} as declared"
+            else:
+                times = rms(own[used, i]) / max(rms(its[used, i]), 1e-300)
+                size_in_words = f"{times:.3g} times as large as declared"
+            return f"the residual force on {name} on held-out data is {size_in_words}"
+        return ""
+
+    def _counts(self, more: Array, before: float, drive: float) -> bool:
+        """Whether an excess of squared residual force, sample by sample, is material and significant.
+
+        ``before``: s r₀. On a coordinate without drive every excess of more than ``REFIT_WORSE`` is material.
+        """
+        excess = float(np.mean(more))
+        if excess <= max(((1 + REFIT_WORSE) ** 2 - 1) * before**2, (self.material * drive) ** 2):
+            return False
+        blocks = self._blocks(len(more))
+        return len(blocks) < LEAST_BLOCKS or p_of_sign_flips(np.array([more[b].sum() for b in blocks])) <= TIE_LEVEL
+
+    def _blocks(self, samples: int) -> list[NDArray[np.int_]]:
+        """Indices of so many samples in blocks of equal length."""
+        motion = self.held_out.problem.motion
+        count = int(samples * motion.sample_time * motion.cutoff_hz / BLOCK_PERIODS)
+        return np.array_split(np.arange(samples), max(1, min(SIGN_BLOCKS, count)))

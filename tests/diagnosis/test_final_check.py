@@ -1,0 +1,145 @@
+"""No spec is written whose model is worse on held-out data than the declared one, by force residual or by free runs."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from codegen.diagnosis.diagnose import diagnose_log
+from codegen.diagnosis.fit.measure import WHOLE, force_errors, measure
+from codegen.diagnosis.fit.residual import Problem
+from codegen.diagnosis.fit.signals import smooth_motion
+from codegen.diagnosis.fit.trial import with_values
+from codegen.diagnosis.results import FoundEffect
+from codegen.diagnosis.verdict import admission
+from codegen.diagnosis.verdict.admission import admitted, reference_of
+from codegen.diagnosis.verdict.answer import Answer
+from codegen.diagnosis.verdict.final_check import FinalCheck
+from codegen.diagnosis.verdict.held_out import HeldOut
+from codegen.mechanics.system import System
+from codegen.spec import parse_spec
+from tests.diagnosis.stage import STAGE, TEST, among, log_of, stage, system_of
+
+MATERIAL = 0.02
+SPRING = "[{kind: spring, on: x, parameters: {k: 18}}]"
+
+
+def held_out_on(
+    truth: str, folder: Path, noise: float = 0.0, cutoff_hz: float = 0.0, level: float = 4.0, declared: float = 4.0
+) -> HeldOut:
+    """A log of the stage with these effects and level, against a spec without effects and the ``declared`` level."""
+    spec, text = (
+        stage(level=declared),
+        STAGE.format(effects=truth, level=level, reference=TEST, duration=10, noise=noise),
+    )
+    if cutoff_hz:
+        text += f"log: {{cutoff_hz: {cutoff_hz}}}\n"
+    log = log_of(parse_spec(text, Path("stage.yaml")), folder, "test.csv")
+    motion = smooth_motion(log)
+    problem = Problem(system_of(spec), motion, {})
+    return HeldOut(problem, lambda model: measure(model, motion, problem.used, WHOLE))
+
+
+def with_effect(data: HeldOut, model: System) -> Answer:
+    """An answer that names an effect, with this model as the one to be written."""
+    declared = data.measured(data.problem.system)
+    found = FoundEffect("saturation", "w", {}, {})
+    return Answer("effect", (found,), data.problem.system, model, (declared, declared, data.measured(model)))
+
+
+def crude(effects: str, level: float) -> System:
+    return with_values(system_of(stage(effects)), {"rail_a": level})
+
+
+def relative_force(data: HeldOut, model: System) -> float:
+    return force_errors(model, data.problem.motion, data.problem.used)[2]
+
+
+def test_a_model_with_a_smaller_drive_force_is_judged_in_proportion_to_it(tmp_path: Path) -> None:
+    """Friction is 60 N and declared with half of that; a saturation at a fraction of the input takes its place.
+
+    All forces of that model are small, its residual too, so the comparison of residuals admits it.
+    """
+    data = held_out_on("[]", tmp_path, level=60.0, declared=30.0)
+    system = data.problem.system
+    wrong = crude("[{kind: saturation, on: w, parameters: {limit: 4}}]", 0.0)
+    answer = with_effect(data, wrong)
+    declared, _, figures = answer.figures
+    assert figures.force_rms < declared.force_rms
+    assert relative_force(data, wrong) > 2 * relative_force(data, system)
+    by_force_alone = [replace(f, free_run_rmse_rows=(1.0,), free_run_parts=()) for f in (declared, figures)]
+    plain = replace(answer, figures=(by_force_alone[0],) * 3)
+    reference = reference_of(wrong, plain, data.problem)
+    assert admitted([("the effect", wrong)], lambda model: by_force_alone[1], reference).option is not None
+
+    last = FinalCheck(data, False, MATERIAL)
+    assert "of the drive force" in last._worse_by_force(wrong)
+    found = last.passed(answer)
+    assert (found.verdict, found.adopted) == ("unknown", system)
+    assert found.figures[2] == declared and "on held-out data" in found.against[0].words
+
+
+@pytest.mark.parametrize(
+    ("truth", "noise"),
+    [
+        ("[{kind: saturation, on: w, parameters: {limit: 4.5}}]", 0.0),
+        ("[{kind: dead_zone, on: w, parameters: {width: 0.3}}]", 2e-5),
+        ("[{kind: input_gain, on: w, parameters: {gain: 0.9}}]", 2e-5),
+        ("[{kind: compliance, on: x, parameters: {k: 4e4, c: 30, load_fraction: 0.4}}]", 2e-6),
+    ],
+)
+@pytest.mark.parametrize("near", [True, False])
+def test_a_true_effect_is_no_worse(truth: str, noise: float, near: bool, tmp_path: Path) -> None:
+    data = held_out_on(truth, tmp_path, noise)
+    model = system_of(stage(truth))
+    answer = with_effect(data, model)
+    assert FinalCheck(data, near, MATERIAL).passed(answer) is answer
+
+
+def test_a_true_peak_that_the_filter_blurs_is_no_worse_at_the_noise(tmp_path: Path) -> None:
+    """The residual is larger with the true peak (``test_settled``), by an immaterial share of the drive force."""
+    truth = "[{kind: stribeck, on: rail, parameters: {delta: 3, v_s: 0.01}}]"
+    data = held_out_on(truth, tmp_path, noise=1e-6, cutoff_hz=8)
+    model = system_of(stage(truth))
+    assert relative_force(data, model) > relative_force(data, data.problem.system)
+    answer = with_effect(data, model)
+    assert FinalCheck(data, True, MATERIAL).passed(answer) is answer
+
+
+@pytest.mark.parametrize("near", [True, False])
+def test_free_runs_at_the_noise_do_not_excuse_a_material_force(near: bool, tmp_path: Path) -> None:
+    """A spring that is not in the held-out log; by free runs alone it is judged elsewhere."""
+    data = held_out_on("[]", tmp_path, noise=1e-6)
+    last, model = FinalCheck(data, near, MATERIAL), system_of(stage(SPRING))
+    assert last._worse_by_force(model)
+    assert FinalCheck(data, near, 10.0)._worse_by_force(model) == ""  # immaterial by that measure
+    assert last._worse_by_force(data.problem.system) == ""
+
+
+@pytest.mark.parametrize("verdict", ["none", "ambiguous"])
+def test_refitted_values_that_are_worse_are_not_written(verdict: str, tmp_path: Path) -> None:
+    data = held_out_on("[]", tmp_path)
+    system, refit = data.problem.system, crude("[]", 7.0)
+    declared, figures = data.measured(system), data.measured(refit)
+    answer = Answer("none" if verdict == "none" else "ambiguous", (), refit, refit, (declared, figures, figures))
+    found = FinalCheck(data, False, MATERIAL).passed(answer)
+    assert (found.verdict, found.adopted) == (verdict, system)
+    assert found.remarks[-1].words.startswith("Refitted values are not written: with them the ")
+    assert found.figures[1] == declared
+
+
+def test_whatever_the_other_checks_admit_is_compared_before_it_is_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The spring is in the training log only, and no other check on held-out data refuses anything."""
+    monkeypatch.setattr(admission, "refusal", lambda *_: None)
+    train = log_of(stage(SPRING, 4.5), tmp_path, "train.csv")
+    test = log_of(stage("[]", 4.0, TEST, 10.0), tmp_path, "test.csv")
+    with among("spring", "offset"):
+        found, models = diagnose_log(stage(), system_of(stage()), train, test)
+    assert found.verdict == "unknown" and found.effects == (), found.sentence
+    (why, *_) = found.statement.of("not credited")
+    assert why.startswith("spring on x") and "on held-out data is" in why
+    assert models.spec_text == stage().text
