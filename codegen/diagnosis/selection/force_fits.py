@@ -74,9 +74,17 @@ class ForceFits:
         return [max(size, 1e-300) / LEVEL for size in sizes]
 
     @cached_property
+    def parts(self) -> tuple[Part, ...]:
+        """Every effect at every place: the hypotheses among which the candidates are."""
+        return tuple(every_part(self.search, ()))
+
+    @cached_property
     def candidates(self) -> CandidateFits:
-        """All candidates: every effect at every place, with the range of its variable that the log covers."""
-        return CandidateFits(self.search, self.base, tuple(every_part(self.search, ())), lambda share: None)
+        """The candidates, with the range of the variable of each that the log covers.
+
+        Every effect at every place, but those on joints with less than ``LEAST_EXCESS`` of the worst joint's misfit.
+        """
+        return CandidateFits(self.search, self.base, self.parts, lambda share: None)
 
     @cached_property
     def adopted(self) -> Array:

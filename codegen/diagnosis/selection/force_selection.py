@@ -128,7 +128,7 @@ def are_significant(fits: ForceFits, before: Fit, fit: Fit) -> bool:
     """Whether several effects together are credited over a fit without them, of all sets of as many candidates."""
     added = len(fit.trial.parts) - len(before.trial.parts)
     shown, _ = shown_on_blocks(fits, before, fit)
-    chance = comb(hypotheses(fits.candidates.parts), added) * random_signs(shown.t)
+    chance = comb(hypotheses(fits.parts), added) * random_signs(shown.t)
     return shown.share >= credit.LEAST_SHARE and chance <= credit.ALPHA
 
 
@@ -261,7 +261,7 @@ def still_credited(fits: ForceFits, before: Fit, fit: Fit) -> Fit:
             other = fits.without(fit, k)
             shown, ratio = shown_on_blocks(fits, other, fit)
             share = min(shown.share, 1 - ratio**2)
-            chance = hypotheses(fits.candidates.parts) * random_signs(shown.t)
+            chance = hypotheses(fits.parts) * random_signs(shown.t)
             if share < credit.LEAST_SHARE or chance > credit.ALPHA:
                 return still_credited(fits, before, other)
     return fit

@@ -126,7 +126,7 @@ def with_shown_on_joints(found: ForceSelection, by_runs: Fit) -> tuple[Fit, tupl
     then selected on its joint.
     """
     search, fit, remarks = found.fits.search, by_runs, list[Fact]()
-    many = hypotheses(found.fits.candidates.parts)
+    many = hypotheses(found.fits.parts)
     for joint in dict.fromkeys(joint_of(search, part) for part in found.parts):
         own = _on_joint(found.fits, found.fit, joint)
         known = [p for p in by_runs.trial.parts if joint_of(search, p) == joint]
