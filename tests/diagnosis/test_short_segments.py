@@ -10,7 +10,7 @@ from typing import Any, cast
 import numpy as np
 
 from codegen.diagnosis.diagnose import diagnose_log
-from codegen.diagnosis.fit.record import LEAST_SEGMENTS, record_of
+from codegen.diagnosis.fit.record import LEAST_SEGMENTS, is_shortened, record_of
 from codegen.diagnosis.fit.signals import smooth_motion
 from codegen.diagnosis.fit.starting_values import ForceStart
 from codegen.logs import Log
@@ -45,6 +45,16 @@ def test_a_segment_has_at_least_two_periods_of_the_cutoff(tmp_path: Path) -> Non
     assert 2.0 <= record.length * log.sample_time * CUTOFF_HZ < 2.5
     with refused("LOG009 at least 12"):
         record_of(smooth_motion(slow_log(tmp_path, 8.0)), slow_log(tmp_path, 8.0))
+
+
+def test_segments_of_half_the_usual_length_are_counted_with_any_cutoff(tmp_path: Path) -> None:
+    """Five periods are 1001.3 samples: half of the 1001 of a segment is 500, half of 1001.3 was rounded to 501."""
+    log = replace(slow_log(tmp_path, 14.5), cutoff_hz=5 / (1001.3 * 0.002))
+    motion = smooth_motion(log)
+    record = record_of(motion, log)
+    assert record.length == 500 and not is_shortened(record, motion)
+    log = slow_log(tmp_path, 11.5)
+    assert is_shortened(record_of(smooth_motion(log), log), smooth_motion(log))
 
 
 def test_a_start_whose_states_diverge_is_the_last_choice() -> None:

@@ -158,7 +158,7 @@ def record_of(motion: Motion, log: Log, shorter: float = 1.0) -> Record:
     reach = round(1 / (motion.cutoff_hz * h))
     for start, stop in log.gaps:
         usable[max(0, start - reach) : stop + reach] = False
-    length = max(LEAST_SAMPLES, round(shorter * PERIODS / (motion.cutoff_hz * h)))
+    length = _usual_length(motion, shorter)
     stretches = [(0, count)]
     if log.joints:  # records that may each be short: segments lie within them
         stretches = [(one.start, one.stop) for (one,) in find_objects(label(usable)[0])]
@@ -195,7 +195,12 @@ def record_of(motion: Motion, log: Log, shorter: float = 1.0) -> Record:
 
 def is_shortened(record: Record, motion: Motion) -> bool:
     """Whether the segments are shorter than ``COUNTED`` of the usual length."""
-    return record.length < round(COUNTED * PERIODS / (motion.cutoff_hz * motion.sample_time))
+    return record.length < round(COUNTED * _usual_length(motion))
+
+
+def _usual_length(motion: Motion, shorter: float = 1.0) -> int:
+    """Samples of ``PERIODS`` of the cutoff, times a factor."""
+    return max(LEAST_SAMPLES, round(shorter * PERIODS / (motion.cutoff_hz * motion.sample_time)))
 
 
 def _starts(motion: Motion, usable: NDArray[np.bool_], stretches: list[tuple[int, int]], length: int) -> list[int]:
