@@ -46,6 +46,7 @@ def with_nan(good: Columns, rows: list[int]) -> Columns:
 
 REFUSED = {
     "too short": (lambda g: {k: v[:900] for k, v in g.items()}, "900 samples over 1.8 s"),
+    "ms as us": (lambda g: g | {"t": g["t"] / 1000}, "is t in another unit?"),
     "nothing moves": (lambda g: g | {"x": 0 * g["x"] + 0.3}, "0 stretches of"),
     "all zeros": (lambda g: g | {"x": 0 * g["x"], "w": 0 * g["w"]}, "0 stretches of"),
     "a column missing": (lambda g: {"t": g["t"], "w": g["w"]}, "no column `x`"),

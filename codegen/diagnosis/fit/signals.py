@@ -24,6 +24,8 @@ TRIM_S = 1.0
 SHORTEST_S = 4.0
 SHORTEST_TEST_S = 3.0
 """Least duration, s, of a log on which models are only compared; after trimming its ends it holds two free runs."""
+IMPLAUSIBLE_STEP = 1e-5
+"""Sample time, s, below which a log that is too short was probably read in another unit of time."""
 CUTOFFS_HZ = (20.0, 14.0, 10.0, 7.0, 5.0, 3.5, 2.5)
 """Default cutoff: the highest of these, at most a tenth of the sample rate, with little noise."""
 NOISE_WINDOWS, LEAST_WINDOW, MOST_FREQUENCY = 40, 100, 0.47
@@ -123,7 +125,10 @@ def smooth_motion(log: Log, cutoff_hz: float | None = None, shortest_s: float = 
     h = log.sample_time
     if log.used * h < shortest_s or log.used < 200:
         found = f"{log.used} samples over {log.used * h:.3g} s{log.intake.time_unit}"
-        raise BadInput(log.where, found, f"at least {shortest_s:g} s and 200 samples for a diagnosis", code="LOG009")
+        expected = f"at least {shortest_s:g} s and 200 samples for a diagnosis"
+        if h < IMPLAUSIBLE_STEP:
+            expected += f"; a sample every {h:.3g} s is faster than drives are logged: is t in another unit?"
+        raise BadInput(log.where, found, expected, code="LOG009")
     integrated = log.intake.integrated
     coarse = cutoff_hz or log.cutoff_hz or quiet_cutoff(log.positions, h, integrated)
     fine = min(FINE_TO_COARSE * coarse, 0.4 / h)
