@@ -510,6 +510,38 @@ def test_a_creep_in_the_noise_of_the_speed_is_a_standstill(seed: int, tmp_path: 
     assert not used[creep].any() and used[~creep & motion.usable].mean() > 0.9
 
 
+@pytest.mark.parametrize("size", [2.0**-12, 1.0, 2.0**12])
+def test_a_coordinate_is_at_standstill_by_its_own_noise(size: float, tmp_path: Path) -> None:
+    """One threshold for all coordinates took an axis of millimetres for standing, by the noise of an angle beside it.
+
+    The second coordinate and its noise are as large as in another unit; contacts are on each and between both.
+    """
+    text = """name: two
+coordinates: {x: {velocity: v, unit: m}, y: {velocity: z, unit: m}}
+inputs: {u: {unit: N}, r: {unit: N}}
+parameters: {m: {value: 1, unit: kg}}
+mass_matrix: [[m, 0], [0, m]]
+force: [u, r]
+friction:
+  distribution: [[1, 0, -1], [0, 1, RATIO]]
+  contacts:
+    - {name: one, law: coulomb, a: 1, unit: N}
+    - {name: two, law: coulomb, a: 1, unit: N}
+    - {name: three, law: coulomb, a: 1, unit: N}
+"""
+    plain = log_of(stage(), tmp_path, "plain.csv")
+    t = plain.time - plain.time[0]
+    noise = NOISE * np.random.default_rng(4).normal(size=(len(t), 2))
+    both = np.column_stack([0.02 * np.sin(2 * np.pi * t), 0.02 * np.sin(2 * np.pi * 0.7 * t)]) + noise
+    found = []
+    for by in (1.0, size):
+        system = system_of(parse_spec(text.replace("RATIO", repr(1 / by)), Path("two.yaml")))
+        log = replace(plain, positions=both * [1.0, by], velocities=None, inputs=np.tile(plain.inputs, 2))
+        found.append(Problem(system, smooth_motion(log, cutoff_hz=20.0), {}).used)
+    assert (found[0] == found[1]).all()
+    assert (found[0].mean(axis=0) > 0.5).all()
+
+
 def test_friction_that_follows_the_measured_drive_does_not_explain_its_noise(tmp_path: Path) -> None:
     """At a steady speed friction is all of the drive: `a share of the drive` leaves that share of any residual."""
     plain = log_of(stage(reference=STEADY), tmp_path, "plain.csv")

@@ -112,14 +112,14 @@ class Problem:
         return used_samples(self.system, self.motion, self.noise_speed)
 
     @cached_property
-    def noise_speed(self) -> float:
-        """Three standard deviations of the velocity noise after the fine filter."""
+    def noise_speed(self) -> Array:
+        """(n,) three standard deviations of the velocity noise after the fine filter."""
         motion = self.motion
         above = white_noise(motion.measured, motion.positions, 0.0, motion.sample_time)
         speeds = derivative_noise(above, motion.fine_hz, motion.sample_time, 1)
         if any(motion.integrated):
             speeds = np.where(motion.integrated, motion.noise_after(motion.fine_hz, 1), speeds)
-        return 3 * float(np.max(speeds))
+        return np.asarray(3 * speeds)
 
     @cached_property
     def levels(self) -> list[sympy.Symbol]:
@@ -191,20 +191,28 @@ def effective_inputs(system: System, motion: Motion) -> Array:
     return inputs
 
 
-def used_samples(system: System, motion: Motion, noise_speed: float = 0.0) -> NDArray[np.bool_]:
+def used_samples(system: System, motion: Motion, noise_speed: Array | float = 0.0) -> NDArray[np.bool_]:
     """(N, n) samples to use for the force balance of each coordinate: away from ends, gaps and standstill.
 
     At standstill friction may have any value up to its level, so samples within the filter's width of a standstill are
     left out; quick zero crossings are kept. In creep as slow as the noise of the speed, the sign of slip is noise, so a
     short excursion above the threshold ends no standstill. On a finer grid than the log's, only as many samples are
     used as were logged.
+
+    Args:
+        noise_speed: noise of each velocity, (n,); a slip has that of the velocities in it, which may have other units
+            than the rest.
     """
     slip = slip_velocities(system, motion)
+    noise = np.broadcast_to(noise_speed, (system.degrees_of_freedom,))
+    slopes = [Matrix([u.diff(v) for v in system.velocities]) for u in system.slip_velocity]
+    by_speeds = evaluate_forces(system, slopes, motion)
     reach = max(1, round(0.35 / (motion.cutoff_hz * motion.sample_time)))
     longest = max(2, round(LONGEST_CROSSING_S / motion.sample_time))
     rows = np.repeat(motion.usable[:, None], system.degrees_of_freedom, axis=1)
     for c in range(slip.shape[1]):
-        threshold = max(STICK_SHARE * float(np.quantile(np.abs(slip[:, c]), 0.95)), noise_speed)
+        of_slip = float(np.sqrt(np.mean(by_speeds[c] ** 2, axis=0) @ noise**2))
+        threshold = max(STICK_SHARE * float(np.quantile(np.abs(slip[:, c]), 0.95)), of_slip)
         slow = binary_closing(np.abs(slip[:, c]) <= threshold, np.ones(longest + 1))
         still = binary_opening(slow, np.ones(longest + 1))
         widened = maximum_filter1d(still, 2 * reach + 1, mode="constant")
