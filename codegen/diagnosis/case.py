@@ -6,8 +6,8 @@ data, and the parameters that a fit may change.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -51,6 +51,7 @@ class Case:
         problem: the declared system on the training part of the motion.
         test: the declared system on the motion whose part ``window`` is held out.
         material: share of the RMS drive force from which on a force matters.
+        leads: index of an input → rows by which it was taken earlier than it was logged.
     """
 
     spec: Spec
@@ -62,6 +63,7 @@ class Case:
     window: slice
     findings: Mapping[str, tuple[Finding, ...]]
     material: float
+    leads: Mapping[int, float] = field(default_factory=dict)
 
     @cached_property
     def steady(self) -> bool:
@@ -72,6 +74,28 @@ class Case:
     def faults(self) -> bool:
         """Whether the preflight found a problem, so that no effect is tried."""
         return any(f.severity == "problem" for f in self.findings["train"])
+
+    def with_leads(self, leads: Mapping[int, float], found: Sequence[Finding]) -> Case:
+        """The case with other leads of some inputs, and findings on them in place of those on the same topics."""
+        further = {k: rows - self.leads.get(k, 0.0) for k, rows in leads.items()}
+        log, test_log = _with_leads(self.log, self.test_log, further)
+        topics = {f.topic for f in found}
+        kept = (f for f in self.findings["train"] if f.topic not in topics)
+        findings = {**self.findings, "train": (*kept, *found)}
+        motion, whole = smoothed(log, self.problem.system), {**self.leads, **leads}
+        split = len(self.problem.motion.time)
+        problem = replace(self.problem, motion=_restrict(motion, split))
+        other = _test_motion(motion, test_log)
+        return replace(
+            self,
+            log=log,
+            test_log=test_log,
+            motion=motion,
+            problem=problem,
+            test=replace(self.test, motion=other),
+            findings=findings,
+            leads=whole,
+        )
 
     @property
     def findings_in_words(self) -> Findings:
@@ -117,9 +141,14 @@ def case_of(spec: Spec, system: System, log: Log, test_log: Log | None, material
         log, test_log = _with_leads(log, test_log, leads)
         motion = smoothed(log, system)
         problem = replace(problem, motion=_restrict(motion, split))
-    other = motion if test_log is None else smooth_motion(test_log, motion.cutoff_hz, SHORTEST_TEST_S)
+    other = _test_motion(motion, test_log)
     window = slice(split if test_log is None else 0, len(other.time))
-    return Case(spec, log, test_log, motion, problem, Problem(system, other, {}), window, findings, material)
+    return Case(spec, log, test_log, motion, problem, Problem(system, other, {}), window, findings, material, leads)
+
+
+def _test_motion(motion: Motion, test_log: Log | None) -> Motion:
+    """The motion of the test log, or without one that of the whole log."""
+    return motion if test_log is None else smooth_motion(test_log, motion.cutoff_hz, SHORTEST_TEST_S)
 
 
 def _with_leads(log: Log, test_log: Log | None, leads: Mapping[int, float]) -> tuple[Log, Log | None]:

@@ -46,6 +46,7 @@ from codegen.diagnosis.verdict.force_led import credited_by_force
 from codegen.diagnosis.verdict.harmonics import with_harmonics
 from codegen.diagnosis.verdict.held_out import HeldOut, within
 from codegen.diagnosis.verdict.hidden_effects import hidden_effects
+from codegen.diagnosis.verdict.late_inputs import corrected_for_leads
 from codegen.diagnosis.verdict.proposal import propose_terms, refuse_without_pysindy
 from codegen.diagnosis.verdict.replay import compare_residuals
 from codegen.diagnosis.verdict.statement import interval_in_words, statement
@@ -116,7 +117,7 @@ def diagnose_log(
         if not case.faults:  # of which no effect is tried
             start_compiling(search)
         tell(case.findings_in_words)  # after the checks that refuse a short log
-        diagnosis, models = _by_free_runs(case, search, report, propose)
+        diagnosis, models = _by_free_runs(case, search, report, propose, tell)
     else:
         tell(case.findings_in_words)
         report("means of steady records", 0.2)
@@ -194,17 +195,30 @@ class _FreeRuns:
         yield from _once_on_held_out(answer, case)
 
 
-def _by_free_runs(case: Case, search: Search, report: Progress, propose: bool) -> tuple[Diagnosis, Models]:
+def _by_free_runs(
+    case: Case, search: Search, report: Progress, propose: bool, tell: Callable[[Findings], None]
+) -> tuple[Diagnosis, Models]:
     """The diagnosis by free-run simulation and force residual."""
-    problem, system = case.problem, case.problem.system
+    system = case.problem.system
+
+    def effects(turn: int, share: float) -> None:
+        report(f"effect {turn + 1}", 0.1 + 0.25 * min(turn + share, 2.7))
+
     report("refit", 0.05)
-    uncounted = not case.log.joints and is_shortened(
-        search.record, problem.motion
-    )  # later searches may be on shorter ones
+    # Asked of the log's own segments: a later search may be on shorter ones.
+    uncounted = not case.log.joints and is_shortened(search.record, case.problem.motion)
     search, base = _refit(case.spec, search, case)
-    search, outcome, in_place = _sought(
-        search, base, lambda turn, share: report(f"effect {turn + 1}", 0.1 + 0.25 * min(turn + share, 2.7)), case
-    )
+    search, outcome, in_place = _sought(search, base, effects, case)
+    corrected = corrected_for_leads(case, search, outcome.final)
+    if corrected is not None:
+        known = case.findings_in_words["train"]
+        tell({"train": tuple(words for words in corrected.findings_in_words["train"] if words not in known)})
+        case, compiled = corrected, search.compiled
+        search = search_on(case.problem, lambda share: record_of(case.problem.motion, case.log, share))
+        search = replace(search, compiled=compiled)
+        search, base = _refit(case.spec, search, case)
+        search, outcome, in_place = _sought(search, base, effects, case)
+    problem = case.problem
     tried = outcome
     outcome, last = with_harmonics(search, outcome) if not case.faults else (outcome, search)
 

@@ -80,12 +80,16 @@ class Lead:
         return self.is_shown and self.rows <= LARGEST_LEAD
 
     @property
+    def is_significant(self) -> bool:
+        """Whether its estimate is significant, and the lead is as long as the least that is corrected."""
+        return self.estimate > SURE * self.deviation and self.rows >= LEAST_LEAD
+
+    @property
     def is_shown(self) -> bool:
         """Whether its estimate is significant and its force is material; it may be too long to be corrected."""
-        significant = self.estimate > SURE * self.deviation and self.size >= LEAST_SIZE
         certain = self.expected and self.estimate > CERTAIN * self.deviation
         alone = self.rows <= ABOUT_HALF or self.explained >= EXPLAINED or certain
-        return significant and self.rows >= LEAST_LEAD and alone
+        return self.is_significant and self.size >= LEAST_SIZE and alone
 
 
 def acting_earlier(log: Log, rows: Mapping[int, float]) -> Log:
@@ -127,14 +131,50 @@ def input_leads(problem: Problem, log: Log) -> tuple[dict[int, float], tuple[Fin
             continue
         if lead.matters and not stated:
             leads[k] = lead.rows
-        figures = {"lead": lead.rows, "deviation": lead.deviation, "explained": lead.explained}
-        words = _words(w.name, lead.rows, problem.motion.sample_time, stated, about.measured_inputs)
-        found.append(Finding("warning", f"timing of {w}", words, figures))
+        found.append(_finding(w.name, lead, log, stated))
     if alike:
         are = "is" if len(alike) == 1 else "are"
         words = f"{' and '.join(alike)} {are} taken as early as the others: nothing in the log contradicts it"
         found.append(Finding("warning", "timing of other inputs", words, {"lead": common}))
     return leads, tuple(found)
+
+
+def further_leads(problem: Problem, log: Log, before: Mapping[int, float]) -> dict[int, Lead]:
+    """The significant leads that inputs still have beside effects, index of the input → the whole lead.
+
+    None where held commands are stated, of an input whose time is stated, and where the whole lead would be longer than
+    ``LARGEST_LEAD``. The rows are those of the estimate and never of ``USUAL``: what those leave of a filter's lag
+    could be named as an effect again.
+
+    Args:
+        problem: the model with its effects, and the motion with the inputs as corrected so far.
+        before: by how many rows they are corrected.
+    """
+    system, about = problem.system, log.description
+    if system.actuators or (about.input_hold and not about.measured_inputs):
+        return {}
+    found = dict[int, Lead]()
+    for k, w in enumerate(system.inputs):
+        if w.name not in about.late:
+            lead = lead_of(problem, k)
+            whole = before.get(k, 0.0) + lead.estimate
+            if lead.is_significant and whole <= LARGEST_LEAD:
+                found[k] = replace(lead, rows=whole)
+    return found
+
+
+def further_finding(w: str, lead: Lead, log: Log, replaced: Sequence[str]) -> Finding:
+    """The finding on a lead by ``further_leads``; ``replaced``: the effects that it replaces, in words."""
+    found = _finding(w, lead, log, stated=False)
+    are = "is" if len(replaced) == 1 else "are"
+    return replace(found, words=f"{found.words} With it {' and '.join(replaced)} {are} not needed.")
+
+
+def _finding(w: str, lead: Lead, log: Log, stated: bool) -> Finding:
+    """The finding on the lead of an input; ``stated`` as of ``_words``."""
+    figures = {"lead": lead.rows, "deviation": lead.deviation, "explained": lead.explained}
+    words = _words(w, lead.rows, log.sample_time, stated, log.description.measured_inputs)
+    return Finding("warning", f"timing of {w}", words, figures)
 
 
 def common_lead(leads: Sequence[Lead]) -> float:

@@ -1,0 +1,63 @@
+"""Late inputs as an alternative explanation to effects that add states, such as a load behind a spring or presliding.
+
+An input that is logged late, as a current behind a filter of the drive, leads the motion. Before effects are sought, a
+force that the model lacks may hide this lead, and a heavily damped compliance then corrects it. So the lead is
+estimated again beside the other effects found. If free runs with the inputs taken earlier explain the log as well as
+the effects that add states do, the lead is corrected, and the effects are sought again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+from codegen.diagnosis.case import Case
+from codegen.diagnosis.evidence.timing import Lead, further_finding, further_leads
+from codegen.diagnosis.fit.credit import independent_share
+from codegen.diagnosis.fit.output_error import Fit, segment_cost
+from codegen.diagnosis.fit.search import Search
+from codegen.diagnosis.fit.shooting import hidden_states
+from codegen.diagnosis.fit.trial import model_of
+from codegen.diagnosis.selection.forward_selection import BETTER
+from codegen.logs.uniform import earlier
+
+
+def corrected_for_leads(case: Case, search: Search, final: Fit) -> Case | None:
+    """The case with inputs taken earlier in place of the effects of a fit that add states; None if those stay.
+
+    They stay if no input has a significant lead without them, or if free runs gain more than ``BETTER`` nats by each of
+    them over the lead, tempered by the share of independent residuals. They are left out together, since a lead may
+    have been named as two of them.
+    """
+    with_states = [k for k in range(len(final.trial.parts)) if _adds_states(final, k)]
+    if not with_states:
+        return None
+    trial, theta = final.trial, final.theta
+    for k in reversed(with_states):
+        trial, theta = trial.without(theta, k)
+    leads = further_leads(replace(case.problem, system=model_of(trial, theta)), case.log, case.leads)
+    if not leads:
+        return None
+    late, rest = _with_earlier_inputs(case, search, leads), final
+    for k in reversed(with_states):
+        rest = late.without(rest, k)
+    lost = independent_share(final) * (segment_cost(rest.residual) - segment_cost(final.residual))
+    if lost > BETTER * len(with_states):
+        return None
+    names = [w.name for w in case.problem.system.inputs]
+    replaced = [f"{part.kind} on {part.on}" for part in (final.trial.parts[k] for k in with_states)]
+    found = [further_finding(names[k], lead, case.log, replaced) for k, lead in leads.items()]
+    return case.with_leads({k: lead.rows for k, lead in leads.items()}, found)
+
+
+def _adds_states(fit: Fit, k: int) -> bool:
+    """Whether an effect of a fit adds states to the free run."""
+    return hidden_states(fit.trial.without(fit.theta, k)[0].changed) < hidden_states(fit.trial.changed)
+
+
+def _with_earlier_inputs(case: Case, search: Search, leads: Mapping[int, Lead]) -> Search:
+    """The search on its record with the inputs of a case taken earlier by these leads."""
+    commands = search.record.commands.copy()
+    for k, lead in leads.items():
+        commands[:, k] = earlier(commands[:, k], lead.rows - case.leads.get(k, 0.0))
+    return replace(search, record=replace(search.record, commands=commands))
