@@ -101,6 +101,20 @@ def test_an_interval_that_holds_the_neutral_value_speaks_against_an_effect(
     assert "-0.14 to 1.8" in words and "absent" in words
 
 
+@pytest.mark.parametrize(("ends", "refused"), [((0.0, 1.9e130), True), ((62.6, 2.0e7), True), ((300.0, 9e3), False)])
+def test_a_spring_whose_stiffness_the_log_does_not_determine_is_refused(
+    log: Log, ends: tuple[float, float], refused: bool
+) -> None:
+    """A belt gantry with presliding and a filtered current was said to have a load behind a spring of 0.008 N/m."""
+    values = {"k": 0.008, "c": 3.8e3, "load_fraction": 0.36}
+    units = {"k": "N/m", "c": "N*s/m", "load_fraction": "1"}
+    intervals = {"k": ends, "c": (1e2, 1.4e5), "load_fraction": (0.03, 0.91)}
+    part = part_of(CATALOGUE["compliance"], 0, system_of(stage()))
+    found = FoundEffect("compliance", "x", values, units, (), intervals)
+    words = objections(found, part, Problem(system_of(stage()), smooth_motion(log), {}))
+    assert bool(words) is refused and all("does not determine k" in one for one in words)
+
+
 def test_a_shape_beyond_what_the_log_covers_is_said(log: Log) -> None:
     assert said(log, "stribeck", delta=2.0, v_s=0.05) == ([], [])
     against, (words,) = said(log, "stribeck", delta=2.0, v_s=5.0)

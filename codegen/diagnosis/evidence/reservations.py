@@ -28,13 +28,17 @@ covers."""
 
 
 def objections(found: FoundEffect, part: Part, problem: Problem) -> list[str]:
-    """Why an effect is not credited: its interval includes its absence, or the log covers less than its period."""
+    """Why an effect is not credited: intervals that include its absence or any value, or an incomplete period."""
     words = []
     absent = may_be_absent(part.effect, found.intervals)
     if absent:
         spans = ((name, *found.intervals[name]) for name in absent[:3])
         listed = ", ".join(f"{name} ({low:.3g} to {high:.3g})" for name, low, high in spans)
         words.append(f"the 95 % interval of {listed} contains the value at which {found.kind} is absent")
+    for p in part.effect.parameters:
+        low, high = found.intervals.get(p.name, (1.0, 1.0))
+        if p.widest is not None and high > p.widest * low:
+            words.append(f"the log does not determine {p.name} of {found.kind}: 95 % interval {low:.3g} to {high:.3g}")
     top = _top_speed(problem.system, problem.motion, part)
     for p in part.effect.parameters:
         if p.seen_at is None or p.name not in found.intervals:
