@@ -90,7 +90,8 @@ def wrong_links(search: Search, values: Array) -> list[int] | None:
         min over z of |d − C_S z|²,
 
     and links are added to S, the one that leaves least first, until no parameter is left ``WITHIN`` tolerances or more
-    away. None if S is not smaller than the number of those parameters, or none of them is far off.
+    away. None if S has more links than half of those parameters, since a link has up to ten numbers and can explain
+    errors that have nothing to do with each other, or if no parameter is far off.
     """
     problem = search.problem
     places = [k for k, s in enumerate(search.moved) if s in problem.changes]
@@ -101,14 +102,16 @@ def wrong_links(search: Search, values: Array) -> list[int] | None:
     left = off = (values - search.declared)[places] / size
     columns, chosen = changes / size[:, None, None], list[int]()
     many = int((np.abs(off) >= AT_END * WITHIN).sum())
-    while (np.abs(left) >= AT_END * WITHIN).any() and len(chosen) < many:
+    while (np.abs(left) >= AT_END * WITHIN).any():
+        if 2 * (len(chosen) + 1) > many:
+            return None
         others = [k for k in range(columns.shape[1]) if k not in chosen]
         tried = {k: _after_regression(off, columns[:, [*chosen, k]].reshape(len(off), -1)) for k in others}
         best = min(tried, key=lambda k: float(tried[k] @ tried[k]), default=None)
         if best is None:
             return None
         left, chosen = tried[best], [*chosen, best]
-    return sorted(chosen) if len(chosen) < many else None
+    return sorted(chosen) or None
 
 
 def wrong_links_in_words(search: Search, answer: Answer) -> list[Fact]:
