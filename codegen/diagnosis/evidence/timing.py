@@ -29,6 +29,8 @@ from codegen.logs.uniform import earlier
 
 LEAST_LEAD, ABOUT_HALF, LARGEST_LEAD = 0.25, 0.75, 2.5
 """In rows: the least lead that is corrected, the greatest that counts as half a row, the greatest that is corrected."""
+LARGEST_IN_PLACE = 10.0
+"""Rows: the greatest lead that is corrected in place of effects that add states, since free runs compare the two."""
 USUAL = 0.5, 1.0
 """Leads in rows of a measurement and of an input that is logged a row late; taken where the estimate agrees."""
 LEAST_MEAN_SIGN = 0.98
@@ -143,7 +145,7 @@ def further_leads(problem: Problem, log: Log, before: Mapping[int, float]) -> di
     """The significant leads that inputs still have beside effects, index of the input → the whole lead.
 
     None where held commands are stated, of an input whose time is stated, and where the whole lead would be longer than
-    ``LARGEST_LEAD``. The rows are those of the estimate and never of ``USUAL``: what those leave of a filter's lag
+    ``LARGEST_IN_PLACE``. The rows are those of the estimate and never of ``USUAL``: what those leave of a filter's lag
     could be named as an effect again.
 
     Args:
@@ -158,22 +160,22 @@ def further_leads(problem: Problem, log: Log, before: Mapping[int, float]) -> di
         if w.name not in about.late:
             lead = lead_of(problem, k)
             whole = before.get(k, 0.0) + lead.estimate
-            if lead.is_significant and whole <= LARGEST_LEAD:
+            if lead.is_significant and whole <= LARGEST_IN_PLACE:
                 found[k] = replace(lead, rows=whole)
     return found
 
 
 def further_finding(w: str, lead: Lead, log: Log, replaced: Sequence[str]) -> Finding:
     """The finding on a lead by ``further_leads``; ``replaced``: the effects that it replaces, in words."""
-    found = _finding(w, lead, log, stated=False)
+    found = _finding(w, lead, log, stated=False, most=LARGEST_IN_PLACE)
     are = "is" if len(replaced) == 1 else "are"
     return replace(found, words=f"{found.words} With it {' and '.join(replaced)} {are} not needed.")
 
 
-def _finding(w: str, lead: Lead, log: Log, stated: bool) -> Finding:
-    """The finding on the lead of an input; ``stated`` as of ``_words``."""
+def _finding(w: str, lead: Lead, log: Log, stated: bool, most: float = LARGEST_LEAD) -> Finding:
+    """The finding on the lead of an input; ``stated`` and ``most`` as of ``_words``."""
     figures = {"lead": lead.rows, "deviation": lead.deviation, "explained": lead.explained}
-    words = _words(w, lead.rows, log.sample_time, stated, log.description.measured_inputs)
+    words = _words(w, lead.rows, log.sample_time, stated, log.description.measured_inputs, most)
     return Finding("warning", f"timing of {w}", words, figures)
 
 
@@ -195,12 +197,13 @@ def common_lead(leads: Sequence[Lead]) -> float:
     return rows if early < held else 0.0
 
 
-def _words(w: str, rows: float, h: float, stated: bool, measured: bool) -> str:
+def _words(w: str, rows: float, h: float, stated: bool, measured: bool, most: float) -> str:
     """The finding on a lead.
 
     Args:
         stated: whether the description states held commands, so that it is not corrected.
         measured: whether it states measurements, so that the lead is one beyond half a row.
+        most: the greatest lead that is corrected.
     """
     by = f"{1e3 * rows * h:.3g} ms"
     early = f"{w} acts {by} earlier than " + (
@@ -216,8 +219,8 @@ def _words(w: str, rows: float, h: float, stated: bool, measured: bool) -> str:
         "acts or behind a filter of the drive, or the motion is logged early"
     )
     key = f"`late: {{{w}: {by}}}` in meta.yaml beside the log"
-    if stated or rows > LARGEST_LEAD:
-        why = "the description states `input_hold`" if stated else f"only leads up to {LARGEST_LEAD:g} rows are"
+    if stated or rows > most:
+        why = "the description states `input_hold`" if stated else f"only leads up to {most:g} rows are"
         return (
             f"{early}. Nothing is corrected, since {why}; {key} corrects it. Otherwise "
             "compliance, damping or presliding may be named in its place."
