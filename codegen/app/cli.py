@@ -45,9 +45,10 @@ app = typer.Typer(
 )
 app.add_typer(pages)
 
-SpecPath = Annotated[Path, typer.Argument(metavar="SPEC", help="the spec file (YAML)")]
+SpecPath = Annotated[Path, typer.Argument(metavar="SPEC", help="the spec file (YAML)", readable=False)]
 Description = Annotated[
-    Path | None, typer.Option("--description", "-d", help="read this file in place of meta.yaml beside the log")
+    Path | None,
+    typer.Option("--description", "-d", help="read this file in place of meta.yaml beside the log", readable=False),
 ]
 Columns = Annotated[
     list[str] | None,
@@ -70,7 +71,9 @@ def _print_version(asked: bool) -> None:
 def common(
     effects: Annotated[
         list[Path] | None,
-        typer.Option("--effects", metavar="FILE", help="a Python file with effects of your own; it is run"),
+        typer.Option(
+            "--effects", metavar="FILE", help="a Python file with effects of your own; it is run", readable=False
+        ),
     ] = None,
     version: Annotated[
         bool, typer.Option("--version", help="print the version", is_eager=True, callback=_print_version)
@@ -92,7 +95,8 @@ def init(
         typer.Option("--from", metavar="FILE", help="a spec, a shipped one (two_mass), a robot.urdf, or MJCF"),
     ] = None,
     log: Annotated[
-        Path | None, typer.Option("--log", metavar="LOG", help="of the robot: its columns are matched by name")
+        Path | None,
+        typer.Option("--log", metavar="LOG", help="of the robot: its columns are matched by name", readable=False),
     ] = None,
 ) -> None:
     """Write NAME.yaml, a commented spec to start from."""
@@ -155,8 +159,10 @@ def certify(
 
 @app.command(short_help="Check a certificate or a proof, and the C that it is about.")
 def verify(
-    certificate: Annotated[Path, typer.Argument(metavar="CERT")],
-    spec: Annotated[Path | None, typer.Option("--spec", help="check that the certificate is of this spec")] = None,
+    certificate: Annotated[Path, typer.Argument(metavar="CERT", readable=False)],
+    spec: Annotated[
+        Path | None, typer.Option("--spec", help="check that the certificate is of this spec", readable=False)
+    ] = None,
     smt: Annotated[
         Path | None, typer.Option("--smt", parser=named_path, metavar="FILE", help="write it for z3 or cvc5 too")
     ] = None,
@@ -188,7 +194,7 @@ def verify(
 
 @app.command(short_help="Write C, Python, certificate and README of an observer.")
 def generate(
-    specs: Annotated[list[Path], typer.Argument(metavar="SPEC...", help="spec files")],
+    specs: Annotated[list[Path], typer.Argument(metavar="SPEC...", help="spec files", readable=False)],
     out: Annotated[Path | None, written("DIR", "folder; generated/NAME by default")] = None,
     check_only: Annotated[
         bool, typer.Option("--check", help="write nothing; fail if the files are not current")
@@ -318,7 +324,8 @@ def export(
         float | None, typer.Option("--gear", metavar="N", help="turns of the motor a turn of the joint, in a map")
     ] = None,
     into: Annotated[
-        Path | None, typer.Option("--into", metavar="MODEL", help="your MuJoCo model: only its friction is changed")
+        Path | None,
+        typer.Option("--into", metavar="MODEL", help="your MuJoCo model: only its friction is changed", readable=False),
     ] = None,
     as_json: AsJson = False,
 ) -> None:
@@ -333,10 +340,14 @@ def export(
 def diagnose(
     spec: SpecPath,
     log: Annotated[
-        list[Path], typer.Argument(metavar="LOG...", help="measured log, CSV or .mat; or several of one experiment")
+        list[Path],
+        typer.Argument(
+            metavar="LOG...", help="measured log, CSV or .mat; or several of one experiment", readable=False
+        ),
     ],
     test: Annotated[
-        list[Path] | None, typer.Option("--test", metavar="LOG2", help="log to measure the error on; may be repeated")
+        list[Path] | None,
+        typer.Option("--test", metavar="LOG2", help="log to measure the error on; may be repeated", readable=False),
     ] = None,
     out: Annotated[Path | None, written("DIR", "folder for the results; by default run_diagnosis for run.csv")] = None,
     description: Description = None,
@@ -378,7 +389,7 @@ def diagnose(
 @app.command(short_help="Run the generated observer over a log.")
 def replay(
     spec: SpecPath,
-    log: Annotated[Path, typer.Argument(metavar="LOG", help="measured log, CSV, .npy or .mat")],
+    log: Annotated[Path, typer.Argument(metavar="LOG", help="measured log, CSV, .npy or .mat", readable=False)],
     out: Annotated[Path | None, written("OUT", "CSV or .npy to write")] = None,
     description: Description = None,
     column: Columns = None,

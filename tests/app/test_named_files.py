@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import shutil
 import stat
@@ -154,3 +155,32 @@ def test_a_name_that_is_too_long_is_one_message(folder, verb):
     """`verify` asked first whether it is a folder."""
     result = stiction(verb, "x" * 5000)
     assert is_one_message(result) and "File name too long" in result.err, result.err[-300:]
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        ("check", "{}"),
+        ("verify", "{}"),
+        ("generate", "{}"),
+        ("diagnose", "s.yaml", "{}"),
+        ("replay", "{}", "l.csv", "-o", "o.csv"),
+    ],
+)
+def test_a_file_that_may_not_be_read_has_the_code_of_a_file(
+    call: tuple[str, ...], folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Typer asked first, and its message has no code. Root may read any file: simulated."""
+    access, real = os.access, os.open
+
+    def refused_open(path, *args, **more):
+        if Path(path).name == "secret.csv":
+            raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(path))
+        return real(path, *args, **more)
+
+    Path("secret.csv").write_text(LOG)
+    monkeypatch.setattr(os, "access", lambda path, mode, **more: mode != os.R_OK and access(path, mode, **more))
+    monkeypatch.setattr(os, "open", refused_open)
+    result = stiction(*(word.format("secret.csv") for word in call))
+    assert result.code == 2
+    assert "secret.csv: unreadable (Permission denied)" in result.err and "[FILE001]" in result.err
