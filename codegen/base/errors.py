@@ -183,10 +183,11 @@ def nearest_name(word: str, known: Iterable[str]) -> str | None:
 
     Upper and lower case, a doubled letter, and a number at the end of one of the two names do not count. A name that
     is longer or shorter by more than a third is not alike. Of two letters, which have no two in three, one is enough if
-    it is at its place, and only in one known name.
+    it is at its place, and only in one known name. The first three letters or more of a single known name are enough.
     """
     if len(word) > LONGEST_QUOTE:
         return None
+    known = list(known)
     likeness: dict[str, tuple[float, float, int]] = {}
     for name in known:
         numbered = _NUMBER.sub("", name) == word or _NUMBER.sub("", word) == name
@@ -195,7 +196,14 @@ def nearest_name(word: str, known: Iterable[str]) -> str | None:
         if like >= LIKE and abs(len(one) - len(other)) <= max(len(name), len(word)) // 3:
             same_case = sum(a.isupper() == b.isupper() for a, b in zip(word, name, strict=False))
             likeness[name] = like, SequenceMatcher(None, word, name).ratio(), same_case
-    return max(likeness, key=likeness.__getitem__, default=None) or _like_two_letters(word, known)
+    found = max(likeness, key=likeness.__getitem__, default=None)
+    return found or _like_two_letters(word, known) or _abbreviated(word, known)
+
+
+def _abbreviated(word: str, known: Iterable[str]) -> str | None:
+    """The only known name that begins with a word of at least three letters: ``tolerance`` for ``tol``."""
+    begun = [name for name in known if name.lower().startswith(word.lower())] if len(word) > 2 else []
+    return begun[0] if len(begun) == 1 else None
 
 
 def _like_two_letters(word: str, known: Iterable[str]) -> str | None:

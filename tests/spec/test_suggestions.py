@@ -31,6 +31,9 @@ CASES = [
     ("nothing_alike", ("mass", "force"), None),
     ("nc", ("m", "mc", "k"), "mc"),
     ("nc", ("mc", "tc"), None),  # either may be meant
+    ("tol", ("value", "unit", "tolerance"), "tolerance"),
+    ("tol", ("tolerance", "tolerated"), None),
+    ("to", ("tolerance",), None),  # two letters begin too many names
     ("v1", ("x1", "x_dot"), None),  # a number alone is no likeness
     ("", ("a", "b"), None),
     ("a" * 10**6, ("a" * 10**6,), None),  # what no message prints
