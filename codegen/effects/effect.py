@@ -55,6 +55,8 @@ class EffectParameter:
             then knows that the derivative of |u|**2 at 0 is finite.
         absent_at: for a shape parameter without which the effect vanishes, such as the load behind a spring, the least
             value that a log can show; None for others.
+        by_default: the value of a shape parameter with which the effect equals its form without that parameter, such as
+            an exponent of 2; None where there is none.
         widest: for a parameter that makes the effect what it is, such as the stiffness of a spring, the largest ratio
             of the ends of its 95 % interval with which the log still shows the effect; None for others.
     """
@@ -70,6 +72,7 @@ class EffectParameter:
     seen_at: tuple[float, float] | None = None
     as_number: bool = False
     absent_at: float | None = None
+    by_default: float | None = None
     widest: float | None = None
 
     @property

@@ -117,7 +117,7 @@ class CoulombAsymmetry(Effect):
 RISE = EffectParameter("delta", "{F}", "rise of the level at standstill", low=0.0, neutral=0.0)
 STRIBECK_VELOCITY = EffectParameter("v_s", "{q}/s", "Stribeck velocity", low=0.0, start=speeds)
 EXPONENT = EffectParameter(
-    "exponent", "1", "2 where it is not given; 1 for an exponential", low=0.5, high=4.0, as_number=True
+    "exponent", "1", "2 where it is not given; 1 for an exponential", low=0.5, high=4.0, as_number=True, by_default=2.0
 )
 RISE_DIFFERENCE = EffectParameter("d_delta", "{F}", "half the difference of the rises for u > 0 and u < 0", neutral=0.0)
 

@@ -217,7 +217,8 @@ def test_a_load_of_any_size_may_be_none(load: tuple[float, float], absent: bool)
         ("stribeck", {"delta": (0.54, 0.57), "v_s": (0.18, 0.21), "d_delta": (-0.017, 0.007)}, ["delta", "v_s"]),
         ("stribeck", {"delta": (0.54, 0.57), "v_s": (0.18, 0.21), "d_delta": (0.002, 0.007)}, None),
         ("stribeck", {"delta": (-0.01, 0.57), "v_s": (0.18, 0.21)}, None),
-        ("stribeck", {"delta": (0.54, 0.57), "v_s": (0.18, 0.21), "exponent": (1.5, 2.5)}, None),
+        ("stribeck", {"delta": (0.54, 0.57), "v_s": (0.18, 0.21), "exponent": (1.5, 2.5)}, ["delta", "v_s"]),
+        ("stribeck", {"delta": (0.54, 0.57), "v_s": (0.18, 0.21), "exponent": (1.5, 1.9)}, None),
         ("viscous", {"b": (2.0, 3.0), "v_s": (0.1, 0.2), "b_inf": (-0.1, 0.1)}, ["b", "v_s"]),
         ("viscous", {"b": (2.0, 3.0), "v_s": (0.1, 0.2)}, None),
         (
@@ -227,7 +228,7 @@ def test_a_load_of_any_size_may_be_none(load: tuple[float, float], absent: bool)
         ),
     ],
 )
-def test_a_parameter_whose_interval_holds_zero_is_not_named(
+def test_a_parameter_whose_interval_holds_zero_or_its_default_is_not_named(
     kind: str, intervals: dict[str, tuple[float, float]], names: list[str] | None
 ) -> None:
     """A Stribeck curve of a robot's joint was named with a d_delta of -0.005 (-0.017 to 0.007); truth has none."""

@@ -71,11 +71,12 @@ def determined_form(part: Part, intervals: Mapping[str, tuple[float, float]]) ->
     """The simplest form of an effect that the log does not distinguish from the fitted one; None if there is none.
 
     A form with more parameters equals a simpler one where the additional parameters have their neutral values, at which
-    they have no influence; the phase of a wave of size zero has none either. The log does not distinguish two forms if
-    the 95 % intervals of these parameters contain the neutral values.
+    they have no influence, or those by default; the phase of a wave of size zero has no influence either. The log does
+    not distinguish two forms if the 95 % intervals of these parameters contain such values.
     """
     effect, ends = part.effect, {p.name: intervals.get(p.name, (np.inf, -np.inf)) for p in part.effect.parameters}
-    neutral = {p.name for p in effect.parameters if p.neutral is not None and _holds(ends[p.name], p.neutral)}
+    values = {p.name: p.neutral if p.by_default is None else p.by_default for p in effect.parameters}
+    neutral = {name for name, value in values.items() if value is not None and _holds(ends[name], value)}
     free = neutral | {phase for size, phase in effect.waves if size in neutral}
     forms = ((form, {p.name for p in form.parameters}) for form in effect.forms)
     return next((form for form, names in forms if names < set(part.names) <= names | free), None)
