@@ -133,4 +133,6 @@ def test_true_model_predicts_a_practice_log_as_well_as_its_own_simulator(folder:
     v = np.gradient(x, time, axis=0)
     error = free_run(system, time[1] - time[0], x, v, w, evaluation["restart_s"], trim_s=evaluation["trim_s"]) - raw
     oracle = truth["oracle"]["true_parameters"]["sim_rmse"]
-    assert 0.8 * oracle < np.sqrt(np.nanmean(error**2)) < 1.1 * oracle
+    # The oracle starts a load where its motor is; from the state of an observer it is as little off as the noise.
+    least = truth["noise"]["position_rms"][0] if system.transmissions else oracle
+    assert 0.8 * least < np.sqrt(np.nanmean(error**2)) < 1.1 * oracle
