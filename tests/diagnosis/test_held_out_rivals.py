@@ -221,6 +221,7 @@ def test_an_effect_is_fitted_again_in_the_form_that_its_intervals_contain(monkey
         ({"": 30.4, "gain": 79.6, "drift": 33.0}, {"": 2.8, "gain": 18.1, "drift": 2.0}, "drift"),
         ({"": 30.4, "gain": 79.6, "drift": 33.0}, {"": 2.8, "gain": 18.1, "drift": 3.0}, ""),
         ({"": 30.4, "gain": 79.6, "drift": 30.0}, {"": 2.8, "gain": 18.1, "drift": 2.8}, ""),  # it does not act there
+        ({"": 2.1, "gain": 2.7, "drift": 5.5}, {"": 5.4, "gain": 8.7, "drift": 5.0}, ""),  # the force falls by more
     ],
 )
 def test_each_of_several_effects_is_judged_on_held_out_data(

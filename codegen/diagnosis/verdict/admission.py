@@ -221,6 +221,12 @@ def may_be_chance(worse: Mapping[str, float], figures: ErrorFigures, other: Erro
     return set(worse) == {RUN} and falls and not is_shown_worse(figures, other)
 
 
+def outweighed(worse: Mapping[str, float], figures: ErrorFigures, other: ErrorFigures) -> bool:
+    """Whether only the free-run error is larger than another model's, and the force error falls by a larger factor."""
+    ratios = _ratios(figures, other)
+    return set(worse) == {RUN} and ratios[FORCE] * ratios[RUN] < 1
+
+
 def is_shown_worse(figures: ErrorFigures, other: ErrorFigures) -> bool:
     """Whether the free runs of a model are worse than another's by more than chance, by a sign test on their parts.
 

@@ -35,6 +35,7 @@ from codegen.diagnosis.verdict.admission import (
     may_be_chance,
     merged,
     options_of,
+    outweighed,
     reference_of,
     spared,
     worsened,
@@ -174,7 +175,9 @@ def _harmful(search: Search, final: Fit, measured: Measured) -> tuple[int, Fact]
 
     Two effects may together imitate one that the catalogue lacks, on the motion of the training log. Both errors of all
     effects together can then be far below those without any, although one of the two is wrong. So each is compared
-    with the fit of the others, as a single effect is with the refit.
+    with the fit of the others, as a single effect is with the refit. An increase of the free-run error alone is
+    outweighed by a larger decrease of the force error: what all effects leave is systematic, and may add to one of them
+    in a free run.
     """
     if len(final.trial.parts) < 2:
         return None
@@ -182,7 +185,7 @@ def _harmful(search: Search, final: Fit, measured: Measured) -> tuple[int, Fact]
     for k in range(len(final.trial.parts)):
         others = measured(search.without(final, k).model)
         worse = worsened(figures, others, REFIT_WORSE)
-        if worse and not may_be_chance(worse, figures, others):
+        if worse and not may_be_chance(worse, figures, others) and not outweighed(worse, figures, others):
             found.append((max(worse.values()), k, worse))
     if not found:
         return None
