@@ -267,19 +267,21 @@ def _span(ratios: Sequence[float]) -> str:
 
 
 def spared(
-    chosen: Admitted, names: Sequence[str], system: System, declared: ErrorFigures, measured: Measured
+    chosen: Admitted, names: Sequence[str], problem: Problem, declared: ErrorFigures, measured: Measured
 ) -> tuple[Admitted, frozenset[str]]:
     """The option with the declared values of parameters on joints that it makes worse, and the names of these.
 
     Refitted values of an arm may reduce the held-out error over all joints and increase it on one joint. A parameter
     that appears in the equations of such joints only keeps its declared value, unless that increases an error over all
-    joints.
+    joints. Force residuals are compared in units of the smaller of the joint's two drive forces: with a smaller motor
+    constant all forces of its joint are smaller, and none is predicted better.
     """
-    count = len(declared.force_rms_rows)
+    system, count = problem.system, len(declared.force_rms_rows)
     if chosen.option is None or count == 1:
         return chosen, frozenset()
     name, model = chosen.option
-    pairs = {i: (chosen.figures.on([i]), declared.on([i])) for i in range(count)}
+    before = in_proportion(declared, model, system, problem)
+    pairs = {i: (chosen.figures.on([i]), before.on([i])) for i in range(count)}
     ratios = {i: worsened(new, old, REFIT_WORSE) for i, (new, old) in pairs.items()}
     worse = {i: found for i, found in ratios.items() if found and not may_be_chance(found, *pairs[i])}
     if not worse:
@@ -293,7 +295,8 @@ def spared(
     joints = " and ".join(system.positions[i].name for i in worse)
     other = with_values(system, values)
     figures = measured(other)
-    if worsened(figures, chosen.figures):
+    new, old = in_proportion(figures, model, other, problem), in_proportion(chosen.figures, other, model, problem)
+    if worsened(new, old):
         return chosen, frozenset()
     refused = Refusal(name, f"as declared on {joints}", worse[max(worse, key=lambda i: max(worse[i].values()))])
     return Admitted((f"{name}, those of {joints} as declared", other), figures, (*chosen.refusals, refused)), kept

@@ -71,7 +71,7 @@ def examine(
     base = adopt_values(search, outcome.base, system)
     chosen = admitted(options_of(system, base), measured, _by_drive(declared, search.problem))
     errors = () if chosen.refusals else base.errors
-    chosen, kept = spared(chosen, [s.name for s in search.moved], system, declared, measured)
+    chosen, kept = spared(chosen, [s.name for s in search.moved], search.problem, declared, measured)
     errors = tuple(e for e in errors if e.name not in kept)
     refit = system if chosen.option is None else chosen.option[1]
     three = (declared, chosen.figures, chosen.figures)
