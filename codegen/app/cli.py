@@ -240,7 +240,7 @@ def generate(
                 made = generate(spec, out, check_only, uncertified, overrides, force)
         results.append(made.content)
         if not as_json:
-            output.print(made.text(check_only=check_only, uncertified=uncertified), end="")
+            output.print(made.text(check_only=check_only, uncertified=uncertified, spec=spec), end="")
         if check_only and made.stale:
             code = STALE
         elif made.refused and not uncertified:

@@ -269,7 +269,7 @@ class Derived(Shown):
             files[PROOF] = outcome.kernel
         if ellipsoid is not None:
             files[SETS] = ellipsoid
-        files["manifest.json"] = emit_manifest(self.header, files)
+        files["manifest.json"] = emit_manifest(self.header, files, outcome.not_made)
         return files
 
 

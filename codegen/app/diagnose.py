@@ -227,17 +227,9 @@ def certificate_change(before: Certificate | Refusal | str, after: Certificate |
     return CertificateChange(_rate(before), _rate(after), () if isinstance(after, str) else tuple(lost))
 
 
-def _missing(outcome: Certificate | Refusal | str) -> dict[str, str]:
-    """File of a proof other than the certificate → the reason why there is none, as in ``certify``."""
+def _missing(outcome: Certificate | Refusal | str) -> Mapping[str, str]:
+    """File of a proof of the C, or of its error bounds, that does not exist → why."""
     from codegen.certify.outcome import Certificate
     from codegen.checker.verify import PROOF, SETS
 
-    if not isinstance(outcome, Certificate):
-        return dict.fromkeys((PROOF, SETS), "no certificate")
-    missing = {}
-    if outcome.kernel is None:
-        missing[PROOF] = f"not proved by the kernel ({outcome.not_by_kernel})"
-    if outcome.ellipsoid is None:
-        why = f"it rests on {PROOF}" if PROOF in missing else "the checker found no such set"
-        missing[SETS] = outcome.bounds if isinstance(outcome.bounds, str) else why
-    return missing
+    return outcome.not_made if isinstance(outcome, Certificate) else dict.fromkeys((PROOF, SETS), "no certificate")

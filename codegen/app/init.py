@@ -16,6 +16,7 @@ from codegen.spec import parse_spec
 from codegen.spec.reserved import is_identifier
 from codegen.spec.urdf import LARGEST, identifier
 
+SPEC_ENDINGS = (".yaml", ".yml")
 _NAME_LINE = re.compile(r"^name:[ \t]*[^#\n]*?(?=[ \t]*(?:#|$))", re.MULTILINE)
 
 
@@ -48,8 +49,10 @@ def init(
     if source is None and Path(name).suffix.lower() in ENDINGS:
         name, source = identifier(Path(name).stem), name
     if not is_identifier(name):
-        found = f"`{name}`"
-        raise BadInput("NAME", found, "letters, digits and _, starting with a letter, such as my_axis", code="SPEC009")
+        stem = Path(name).stem if Path(name).suffix.lower() in SPEC_ENDINGS else name
+        near = re.sub(r"\W", "_", stem, flags=re.ASCII)
+        expected = "letters, digits and _, starting with a letter, such as my_axis; NAME.yaml is written"
+        raise BadInput("NAME", f"`{name}`", expected, near if is_identifier(near) else None, code="SPEC009")
     target = Path(out) / f"{name}.yaml"
     refuse_target(target)
     if is_there(target):

@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 CERTIFICATE = "a certificate (JSON)"
 FORMAT = "stiction-verification/1"
 REFUSED = 3
+NAMES = (checker.CERTIFICATE, checker.PROOF, checker.SETS)
+"""Claims about the code that ``generate`` writes where it can."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -44,15 +46,15 @@ def certificate_in(path: str | Path) -> Path:
     """The certificate of a path: the file itself, or certificate.json in a folder of generated code.
 
     Raises:
-        BadInput: for a folder of a machine whose certificate was refused; it names the claims in the folder.
+        BadInput: for a folder without a certificate, or a proof that is not in its folder of generated code; it says
+            why, as far as the folder's manifest.json does, and which command makes it.
     """
-    path = Path(path)
-    if not (is_there(path) and path.is_dir()):
-        return path
-    found, expected = checker.refused_in(path)
-    if found:
-        raise BadInput(str(path), found, expected, code="FILE001")
-    return path / "certificate.json"
+    given = Path(path)
+    path = given / checker.CERTIFICATE if is_there(given) and given.is_dir() else given
+    of_generated = path != given or (path.name in NAMES and is_there(path.parent / "manifest.json"))
+    if of_generated and not is_there(path):
+        raise BadInput(str(path.parent), *checker.absent(path.parent, path.name), code="FILE001")
+    return path
 
 
 @verb_that_raises(checker.Refused)

@@ -13,6 +13,7 @@ from codegen.certify.bound.bounds import ErrorBound
 from codegen.certify.bound.error_response import Response
 from codegen.certify.region_proofs import Regions
 from codegen.certify.sticking import Sticking
+from codegen.checker.theorem import PROOF, SETS
 
 PROOFS = ("certificate.json", "limit.json", "refusal.json", "turning.json", *REGION_PROOFS)
 """Names of all proof files that certification may write."""
@@ -80,6 +81,17 @@ class Certificate(Shown):
         """Name of a proof file → its text: certificate.json and, if there are any, limit.json and turning.json."""
         further = {"limit.json": self.limit, "turning.json": self.turning}
         return {"certificate.json": self.text} | {name: json_text(c) for name, c in further.items() if c is not None}
+
+    @property
+    def not_made(self) -> dict[str, str]:
+        """File of a proof of the C, or of its error bounds, that does not exist → why, as in ``certify``."""
+        missing = {}
+        if self.kernel is None:
+            missing[PROOF] = f"not proved by the kernel ({self.not_by_kernel})"
+        if self.ellipsoid is None:
+            why = f"it rests on {PROOF}" if PROOF in missing else "the checker found no such set"
+            missing[SETS] = self.bounds if isinstance(self.bounds, str) else why
+        return missing
 
 
 @dataclass(frozen=True)
@@ -156,3 +168,8 @@ class Refusal(Shown):
         refusal = {} if self.proof is None else {"refusal.json": self.proof}
         regions = {} if self.regions is None else self.regions.proofs
         return {name: json_text(content) for name, content in {**refusal, **regions}.items()}
+
+    @property
+    def not_made(self) -> dict[str, str]:
+        """certificate.json → why there is none."""
+        return {"certificate.json": self.reason}

@@ -44,6 +44,7 @@ parse, widen, MAX_STRING = enclosure.parse, enclosure.widen, enclosure.MAX_STRIN
 PROOF, SETS, by_kernel, of_its_proof = theorem.PROOF, theorem.SETS, agreement.bound, agreement.of_its_proof
 by_kernel_alone = theorem.proved
 integers, require = kernel.integers, forms.require
+CERTIFICATE = "certificate.json"
 MAX_TEXT, MAX_SIZE, MAX_FILES = 5_000_000, 32, 1000
 FORMS = json.loads(r"""{"FORMAT": "stiction-certificate/1", "TEXT": ".*",
     "NAME": "[A-Za-z][A-Za-z0-9_]*", "WORD": "[A-Za-z0-9_]{1,200}",
@@ -211,6 +212,10 @@ def check(
         raise Refused("nested too deeply") from None
     unbound = tuple(name for name in named if name not in sources)
     left = (*theorem.uncompared(proved, sources), *unsaid(top, spec), *ALWAYS)
+    if folder and PROOF not in sources:
+        unproved = "; ".join(absent(folder, PROOF))
+    if folder and SETS not in sources and (folder / "manifest.json").exists():
+        left = ("a bound on the friction error: " + "; ".join(absent(folder, SETS)), *left)
     words = (top["claim"], (*facts, *more), unbound, left, top["assumptions"])
     return Report(top["subject"]["name"], *words, tuple(proved), unproved, whole)
 
@@ -294,13 +299,30 @@ def say(*lines: str) -> None:
         print(line if len(line) <= width else textwrap.fill(line, width, subsequent_indent=indented, **WHOLE_WORDS))
 
 
-def refused_in(folder: Path) -> tuple[str, str]:
-    """What a folder of a refused certificate lacks, and what may be checked in place of it; "" for any other folder."""
-    claims = sorted(path.name for path in folder.glob("*.json") if path.name != "manifest.json")
-    if "refusal.json" not in claims or "certificate.json" in claims:
-        return "", ""
-    missing = "no certificate.json: this machine's certificate was refused (refusal.json says why)"
-    return missing, f"one of the claims that lie there: {', '.join(claims)}"
+def absent(folder: Path, name: str) -> tuple[str, str]:
+    """Why a folder of generated code lacks a file, and what makes it, in words.
+
+    The reason is what the folder's manifest.json says, which nobody has checked; without one, no reason is given. For a
+    certificate, also which other claims are there.
+    """
+    try:
+        manifest = json.loads(files.read(folder / "manifest.json", MAX_TEXT))
+        listed, reason = name in manifest["files"], str(manifest.get("not_made", {}).get(name, ""))
+        command = str(manifest["tool"]["command"])
+    except (OSError, ValueError, LookupError, TypeError, AttributeError, RecursionError):
+        listed, reason, command = False, "", "stiction generate SPEC"
+    found = f"no {name}"
+    if reason:
+        found += f": stiction made none: {re.split('[:;] ', reason)[0]}"
+        expected = f"`{command.replace('generate', 'certify')}` says what to change"
+    elif listed:
+        found += ", which manifest.json lists: it was removed or moved since it was generated"
+        expected = f"`{command}` writes it again"
+    else:
+        expected = f"`{command}` writes it, where it can be made"
+    others = sorted(path.name for path in folder.glob("*.json") if path.name not in ("manifest.json", name))
+    claims = f"one of the claims that lie there: {', '.join(others)}; " if others and name == CERTIFICATE else ""
+    return found, claims + expected
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -309,13 +331,13 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument("--spec", type=Path, help="the specification, to be compared with the hash in the certificate")
     given = parser.parse_args(argv)
     getattr(sys.stdout, "reconfigure", dict)(errors="backslashreplace")  # a screen may lack alpha
-    path = given.certificate
+    path = given.certificate / CERTIFICATE if given.certificate.is_dir() else given.certificate
     try:
-        missing, expected = refused_in(path) if path.is_dir() else ("", "")
-        if missing:
-            print(one_line(f"error: {path}: {missing}; expected {expected}"), file=sys.stderr)
+        whose = path.parent / "manifest.json" if path.name in (CERTIFICATE, PROOF, SETS) else path
+        if not path.exists() and (given.certificate.is_dir() or whose.exists()):
+            found, expected = absent(path.parent, path.name)
+            print(one_line(f"error: {path.parent}: {found}; expected {expected}"), file=sys.stderr)
             return 2
-        path = path / "certificate.json" if path.is_dir() else path
         report = check(files.read(path, MAX_TEXT).decode(), path.parent, given.spec)
     except Refused as e:
         say(one_line(f"refused: {path}: {e}"))

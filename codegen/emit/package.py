@@ -65,14 +65,19 @@ def emit_readme(
     )
 
 
-def emit_manifest(header: Header, files: dict[str, str]) -> str:
-    """The manifest.json: hashes of the spec, of every generated file, and of the manifest itself."""
+def emit_manifest(header: Header, files: dict[str, str], not_made: Mapping[str, str] | None = None) -> str:
+    """The manifest.json: hashes of the spec, of every generated file, and of the manifest itself.
+
+    Args:
+        not_made: file of a proof that does not exist → why, which ``stiction verify`` prints.
+    """
     robot = {"robot": {"file": header.robot[0].raw, "sha256": header.robot[1]}} if header.robot else {}
     content = {
         "tool": {"name": "stiction", "version": header.version, "command": header.command.raw},
         "spec": {"file": header.spec_file.raw, "sha256": header.spec_sha256},
         **robot,
         "files": {name: sha256(text) for name, text in sorted(files.items())},
+        **({"not_made": dict(not_made)} if not_made else {}),
     }
     return manifest_text(content)
 

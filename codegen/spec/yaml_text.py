@@ -132,6 +132,8 @@ def _refused(error: MarkedYAMLError, file: str, text: str) -> BadInput:
         if bare is not None:
             line, key, value = bare
             return BadInput(Place(file, line + 1), f"the key `{key}` without `:`", f"`{key}: {value}`", code="SPEC001")
+    if problem.startswith(NO_END) and error.problem_mark and (shut := _closed_too_early(text, error.problem_mark)):
+        return BadInput(Place(file, error.problem_mark.line + 1), *shut, code="SPEC001")
     if error.problem_mark and (bracket := _bracket_in_value(text.splitlines(), error.problem_mark)):
         return BadInput(Place(file, error.problem_mark.line + 1), *bracket, code="SPEC001")
     found, expected, where_it_begins = problem, "YAML 1.2", False
@@ -167,6 +169,20 @@ def _bracket_in_value(lines: Sequence[str], mark: Any) -> tuple[str, str] | None
             quoted = f'`{key}: "{word}"`' if key else f'`"{word}"`'
             return f"`{word}` with `{bracket}` inside brackets, without quotes", f"quotes around it: {quoted}"
     return None
+
+
+def _closed_too_early(text: str, mark: Any) -> tuple[str, str] | None:
+    """(found, expected) for entries of a mapping behind its closing brace, ``{name: drum}, law: a``; None otherwise."""
+    line = text.splitlines()[mark.line]
+    ended = _ENDED_MAPPING.match(line)
+    if ended is None or mark.column != ended.end("inside") + 1:
+        return None
+    inside, rest = ended["inside"].strip(), ended["rest"].rstrip(" }")
+    found = f"`{{{inside}}}` closed before `, {rest}`"
+    return found, f"one pair of braces around all entries: `{{{inside}, {rest}}}`"
+
+
+_ENDED_MAPPING = re.compile(r"\s*(?:-\s+)?(?:\w+:\s+)?\{(?P<inside>[^{}]*)\},\s*(?P<rest>\w+:\s[^#]*)")
 
 
 def _key_without_colon(lines: Sequence[str], at: int) -> tuple[int, str, str] | None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import subprocess
 import sys
 from unittest.mock import patch
@@ -230,6 +231,33 @@ def test_the_folder_of_a_certificate_is_its_certificate(folder):
     assert stiction("verify", generated) == named and named.code == 0
     assert api.verify(generated) == api.verify(generated / "certificate.json")
     assert stiction("verify", "elsewhere").code == 2
+
+
+MISSING = ("certificate.json", "proof.json", "ellipsoid.json")
+
+
+@pytest.mark.parametrize("name", MISSING)
+def test_a_missing_proof_is_told_with_its_reason_and_the_command_that_makes_it(folder, name):
+    made = shutil.copytree(SPECS.parent / "generated" / "one_mass", folder / "made")
+    (made / name).unlink()
+    manifest = json.loads((made / "manifest.json").read_text())
+    told = stiction("verify", made / name)
+    assert is_one_message(told) and "[FILE001]" in told.err
+    for words in (name, "removed", f"`{manifest['tool']['command']}`"):  # it is listed
+        assert words in told.err
+    alone = subprocess.run([sys.executable, "-I", checker.__file__, made / name], capture_output=True, text=True)
+    assert alone.returncode == 2 and alone.stderr == told.err.replace(" [FILE001]", "")
+    manifest["not_made"] = {name: "not for this step"}
+    (made / "manifest.json").write_text(json.dumps(manifest))
+    assert "not for this step" in stiction("verify", made / name).err
+    (made / "manifest.json").write_text("[" * 2000)
+    whole = stiction("verify", made)
+    assert "`stiction generate SPEC`" in whole.err + whole.out
+
+
+def test_code_without_a_proof_says_why_there_is_none(folder):
+    shown = stiction("verify", SPECS.parent / "generated" / "one_mass_dfo_implicit")
+    assert shown.code == 5 and "explicit steps only" in shown.out and "stiction certify" in shown.out
 
 
 def test_the_folder_of_a_refused_machine_names_the_claims_that_lie_there(folder):

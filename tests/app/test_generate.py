@@ -193,6 +193,8 @@ def test_refused_gains_write_nothing(folder):
     (folder / "one_mass.yaml").write_text(UNSTABLE)
     result = stiction("generate", "one_mass.yaml")
     assert result.code == 3 and result.out.startswith("refused: ") and "nothing written" in result.out
+    for verb in ("certify", "gains"):
+        assert f"`stiction {verb} one_mass.yaml`" in result.out
     assert stiction("certify", "one_mass.yaml", "-o", "c.json").code == 3
     assert list(contents(folder)) == ["one_mass.yaml"]
 

@@ -75,6 +75,13 @@ def test_what_cannot_be_written(folder: Path, arguments: tuple[str, ...], words:
     assert contents(folder) == before
 
 
+@pytest.mark.parametrize(("given", "near"), [("foo.yaml", "foo"), ("belt gantry", "belt_gantry"), ("1.yaml", None)])
+def test_a_name_that_is_none_is_answered_with_the_nearest(folder: Path, given: str, near: str | None) -> None:
+    told = stiction("init", given)
+    assert is_one_message(told) and "[SPEC009]" in told.err
+    assert told.err.partition("did you mean ")[2].partition("?")[0] == (repr(near) if near else "")
+
+
 def test_the_nearest_shipped_spec_is_named(folder: Path) -> None:
     result = stiction("init", "new", "--from", "two_maas")
     assert is_one_message(result) and "did you mean 'two_mass'?" in result.err

@@ -997,7 +997,7 @@ def test_command_line_verifies(folder: Path) -> None:
     assert lines[0] == "example: the algebra holds; it was not bound to code (exit status 5)"
     assert lines[2] == "the algebra holds:" and "  spec.yaml has the SHA-256 stated" in lines
     why = lines.index("it was not bound to code:")
-    assert lines[why + 1] == "  no proof.json is beside it"
+    assert lines[why + 1] == "  no proof.json; `stiction generate SPEC` writes it, where it can be made"
     words = lines.index("claim as written by the tool, not checked:")
     assert lines[words + 1 :] == [
         "  The error decays at the rate α.",
