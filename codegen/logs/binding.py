@@ -36,6 +36,10 @@ NO_COLUMN = "none"
 MOST_COLUMNS = 10_000
 """Most columns of a log: the search for a name takes time for each of them."""
 _TIME = re.compile(r"t|_*(?i:time|timestamp|stamp|time_stamp|datetime|elapsed_time|zeit)")
+_ALSO_TIME = re.compile(r"(?i:elapsed|(?:sim|ros|rel|relative)_time|zeitstempel|uhrzeit|seconds)|millis|micros")
+"""Names of a time where no column has one of ``_TIME``: it may be the second column of times."""
+_PARTS = {"nsecs?|nanosecs?|nanoseconds?": "1e-9", "usecs?|microsecs?|microseconds?": "1e-6"}
+"""Names of the part of a time below a second, beside ``sec``, ``secs`` or ``seconds``, and its unit in s."""
 
 
 @dataclass(frozen=True)
@@ -76,12 +80,22 @@ def bind(source: LogFile, spec: Spec, description: LogDescription, explicit: Map
 
 def time_columns(names: Sequence[str]) -> list[str]:
     """The columns with a usual name of a time: ``t``, ``Time``, ``time [s]``, ``timestamp``, ``t_ms``, …"""
+    plain = {}
+    for name in names:
+        bare = stated_unit(name)[0].replace(" ", "_")
+        plain[name] = bare.removesuffix(f"_{unit}") if (unit := unit_behind("t", name)) else bare
+    found = ([name for name in names if form.fullmatch(plain[name])] for form in (_TIME, _ALSO_TIME))
+    return next((columns for columns in found if columns), [])
+
+
+def time_in_two(names: Sequence[str]) -> list[str]:
+    """The times in two columns, as in ROS: ``stamp_sec + 1e-9*stamp_nanosec``."""
     found = []
     for name in names:
-        plain = stated_unit(name)[0].replace(" ", "_")
-        unit = unit_behind("t", name)
-        if _TIME.fullmatch(plain.removesuffix(f"_{unit}") if unit else plain):
-            found.append(name)
+        whole = re.fullmatch(r"(.*?)(?:secs?|seconds?)", name, re.IGNORECASE)
+        for form, unit in _PARTS.items():
+            part = re.compile(re.escape(whole[1]) + f"(?:{form})", re.IGNORECASE) if whole else None
+            found += [f"{identifier(name)} + {unit}*{identifier(n)}" for n in names if part and part.fullmatch(n)]
     return found
 
 
@@ -196,8 +210,11 @@ class _Search:
         self._refuse_unread(text)
         likely = self._likely(symbol) if origin is None else []
         if len(likely) == 1:
-            self.terms[symbol] = Term(likely[0], (likely[0],))
-            self.notes.append(f"column `{shown(likely[0])}` is {symbol}, by its name")
+            named = find_term(likely[0], self.names, place)
+            assert named is not None
+            self.terms[symbol] = named
+            what = "column " if named.expression is None else ""
+            self.notes.append(f"{what}`{shown(likely[0])}` is {symbol}, by its name")
             return
         if likely:
             which = ", ".join(f"`{shown(n)}`" for n in likely)
@@ -212,7 +229,7 @@ class _Search:
     def _likely(self, symbol: str) -> list[str]:
         """The columns that the symbol's name may mean."""
         if symbol == "t":
-            return time_columns(self.names)
+            return time_columns(self.names) or time_in_two(self.names)
         return [name for name in self.names if stated_unit(name)[0] == symbol]
 
     def _refuse_unread(self, text: str) -> None:

@@ -26,6 +26,8 @@ _BEHIND_NAME = re.compile(r"(.+)_(ms|us|ns|mm|um|deg|rpm|mA|mV|kN|mNm)")
 AMBIGUOUS = ("grad",)
 """Degrees in German, gons elsewhere, and with a capital G a billion radians."""
 _TIME_IN = re.compile(r"(.+)_(s|sec|seconds|ms|msec|us|usec|ns)")
+_CLOCKS = {"millis": "ms", "micros": "us"}
+"""Columns called after the function that reads a microcontroller's clock → the unit of its result."""
 USUAL = {
     "s": frozenset({"time", "t", "stamp", "timestamp"}),
     "m": frozenset({"position", "pos", "x", "displacement", "way", "stroke", "weg", "lage"}),
@@ -84,7 +86,10 @@ def _may_be_unit(text: str) -> bool:
 
 def unit_behind(symbol: str, name: str) -> str:
     """The unit at the end of a column's name, such as ``t_ms`` or ``x_mm``; empty for none."""
-    found = (_TIME_IN if symbol == "t" else _BEHIND_NAME).fullmatch(stated_unit(name)[0].replace(" ", "_"))
+    bare = stated_unit(name)[0]
+    if symbol == "t" and bare in _CLOCKS:
+        return _CLOCKS[bare]
+    found = (_TIME_IN if symbol == "t" else _BEHIND_NAME).fullmatch(bare.replace(" ", "_"))
     return found[2] if found else ""
 
 

@@ -30,16 +30,20 @@ from codegen.logs.formats.table import (
     Layout,
     fields,
     find_layout,
+    is_remark,
     is_row,
-    restart_period,
-    stamp,
+    seconds_since,
+    starts_as_row,
 )
 from codegen.logs.formats.text_lines import EXPECTED, lines_of, text_of
 
+SHARE_DAMAGED = 0.01
+"""Largest share of damaged rows that ``missing: fill`` leaves out."""
 MOST_ROWS = 50_000_000
 """Largest number of lines of a text file that is read."""
 _NUMBER_STARTS = frozenset("0123456789+-.")
 """First characters of a number: a line that begins with one is no comment and no header."""
+_NUMBER_START = re.compile(r"\s*[+-]?\.?\d", re.ASCII)
 _TRAILING_COMMENT = re.compile(r"(?:^|\s|(?<=\d))#(?!(n/a|nan|nv|value!|wert!|div/0!)).*", re.IGNORECASE)
 """A comment at the end of a row; #N/A, #NAN, #VALUE! and the like are missing values."""
 _WITH_UNIT = re.compile(r"[+-]?[\d.,]+\s*[A-Za-z°µ%][\w°µ%/*^]*")
@@ -130,6 +134,7 @@ class CsvSource(LogFile):
         ]
         if not kept:
             raise BadInput(self.place, "a header and no rows", "rows of numbers after it", code="LOG009")
+        kept = self._without_remarks(kept, body)
         if len(kept) < len(body):
             body = [body[i] for i in kept]
         numbers = np.array(kept, dtype=np.int64) + self.before + self.first + 1
@@ -172,30 +177,61 @@ class CsvSource(LogFile):
             expected = "numbers without a sign between thousands; or `decimal: point` in meta.yaml beside the log"
             raise BadInput(Place(self.file, int(numbers[k]), shown(self.names[index])), found, expected, code="LOG005")
 
+    def _without_remarks(self, kept: list[int], body: list[str]) -> list[int]:
+        """Indices of the lines that are no text among rows that begin with a number; a note names the first one."""
+        split = partial(fields, delimiter=self.layout.delimiter, place=self.place)
+        if not starts_as_row(split(body[kept[0]])):
+            return kept
+        width = len(self.names)
+        remarks = {i for i in kept if not _NUMBER_START.match(body[i]) and is_remark(split(body[i]), width)}
+        if remarks:
+            first, more = min(remarks), f", and {len(remarks) - 1} more such lines" if len(remarks) > 1 else ""
+            words = (
+                f"line {self.before + self.first + first + 1} is text, and not read (`{shown(body[first], 40)}`){more}"
+            )
+            self.own_notes.append(words)
+        return [i for i in kept if i not in remarks] if remarks else kept
+
     def _row_by_row(self, body: list[str], numbers: NDArray[np.int64], indices: list[int]) -> NDArray[np.float64]:
         """The (N, c) numbers of rows that may have comments, missing values, dates or words such as ``true``.
+
+        Under ``missing: fill`` the values of a single damaged row are missing.
 
         Raises:
             BadInput: for the first row of another length, or the first text that is no number.
         """
-        width = len(self.names)
-        values = np.empty((len(body), len(indices)))
+        values = np.full((len(body), len(indices)), np.nan)
+        damaged: list[BadInput] = []
         for k, text in enumerate(body):
             place = Place(self.file, int(numbers[k]))
             found = fields(_TRAILING_COMMENT.sub("", text) if "#" in text else text, self.layout.delimiter, place)
-            while len(found) > width and not found[-1].strip():
-                found.pop()
-            if self.layout.times:
-                found += [""] * (width - len(found))
-            if len(found) != width:
-                words = f"{len(found)} {'value' if len(found) == 1 else 'values'} in the row"
-                expected = f"{width}, one for each of {listing(self.names)}"
-                if self.layout.delimiter == "," and len(found) > width:
-                    expected += "; decimal commas between commas cannot be read, write the file with semicolons"
-                raise BadInput(place, words, expected, code="LOG005")
-            for j, index in enumerate(indices):
-                values[k, j] = self._number(found[index], int(numbers[k]), index)
+            try:
+                values[k] = self._numbers(found, int(numbers[k]), indices)
+            except BadInput as error:
+                damaged.append(error)
+                if self.description.missing != "fill" or len(damaged) > SHARE_DAMAGED * len(body):
+                    raise damaged[0] from None
+        if damaged:
+            first, more = damaged[0], f", and {len(damaged) - 1} more such rows" if len(damaged) > 1 else ""
+            self.own_notes.append(f"line {first.place.line} is a damaged row, and not read ({first.found}){more}")
         return values
+
+    def _numbers(self, found: list[str], line: int, indices: list[int]) -> list[float]:
+        """The numbers of a row with these fields; raises BadInput as ``_row_by_row``."""
+        width = len(self.names)
+        while len(found) > width and not found[-1].strip():
+            found.pop()
+        if self.layout.times:
+            found += [""] * (width - len(found))
+        if len(found) != width:
+            words = f"{len(found)} {'value' if len(found) == 1 else 'values'} in the row"
+            expected = f"{width}, one for each of {listing(self.names)}"
+            if self.layout.delimiter == "," and len(found) > width and not any("." in text for text in found):
+                expected += "; decimal commas between commas cannot be read, write the file with semicolons"
+            else:
+                expected += "; `missing: fill` in meta.yaml beside the log leaves out single damaged rows"
+            raise BadInput(Place(self.file, line), words, expected, code="LOG005")
+        return [self._number(found[index], line, index) for index in indices]
 
     def _number(self, text: str, line: int, index: int) -> float:
         """The number of a field; of a date or time of day the seconds since the first row, NaN for a missing value."""
@@ -208,11 +244,9 @@ class CsvSource(LogFile):
             return float("nan")
         if text.lower() in WORDS or HEX.match(text):
             return WORDS[text.lower()] if text.lower() in WORDS else float(int(text, 16))
-        begun = dict(self.layout.started).get(index)
-        at = None if begun is None else stamp(text)
-        if begun is not None and at is not None:
-            passed = (at - begun).total_seconds()
-            return passed + restart_period(text) if passed < 0 else passed  # a time of day after midnight
+        passed = seconds_since(dict(self.layout.started).get(index), text)
+        if passed is not None:
+            return passed
         place = Place(self.file, line, shown(self.names[index]))
         raise BadInput(place, f"`{shown(text)}`", *self._expected_number(text), code="LOG005")
 

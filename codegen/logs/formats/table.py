@@ -32,8 +32,12 @@ COMMENT = re.compile(
 END = "EOF"
 """A line that ends a table."""
 MINUS = "\N{MINUS SIGN}"
-MISSING = {"", "na", "n/a", "nan", "null", "none", "-", "---", "#n/a", "#nan", "#nv", "#value!", "#wert!", "#div/0!"}
-MISSING |= {f"{sign}{word}" for sign in ("", "-") for word in ("nan(ind)", "1.#ind", "1.#qnan", "1.#inf")}
+_NO_VALUE = (
+    "na n/a n.a. nan nat null (null) nil none missing undef undefined invalid bad <na> - -- --- . ? \\n "
+    "#n/a #nan #nv #value! #wert! #div/0!"
+)
+_NOT_FINITE = "nan(ind) 1.#ind 1.#qnan 1.#inf 1.#j ∞"
+MISSING = {"", *_NO_VALUE.split(), *(f"{sign}{word}" for sign in ("", "-") for word in _NOT_FINITE.split())}
 NUMBER = re.compile(
     r"[+-]?(\d++\.?\d*+([eE][+-]?\d+)?|\.\d+([eE][+-]?\d+)?|inf|infinity|nan)\Z", re.ASCII | re.IGNORECASE
 )
@@ -43,13 +47,18 @@ _DIGITS = re.compile(r"[+-]?(\d+|[.,]\d+)([.,]\d+)*(e[+-]?\d+)?\Z", re.ASCII | r
 """A number with any separators of decimals and thousands."""
 _DECIMAL_COMMA = r"(\d*,(\d{1,2}|\d{4,})|0?,\d{3}|\d{4,},\d{3}|\d+,\d+[eE][+-]?\d+)"
 """A number whose comma cannot separate thousands."""
+_NO_DIGIT = re.compile(r"\D")
+_DATE = r"\d\d?[./-](?:\d\d?|[a-z]{3})[./-]\d{4}|\d{4}/\d\d?/\d\d?|[a-z]{3} +\d\d?|\d\d-\d\d"
+"""A date in another order than ISO 8601's, with the month in letters, or without its year."""
 _STAMP = re.compile(
-    r"(?:(?P<day>\d{4}-\d\d-\d\d)[T ]|(?:\d\d?[./-]\d\d?[./-]\d{4}|\d{4}/\d\d?/\d\d?),?[ ])?"
-    r"(?:(?P<hour>\d\d?):)?(?P<minute>\d\d?):(?P<second>\d\d)(?:[.,;:](?P<part>\d+))?[ ]?(?P<half>[AP]M)?"
-    r"(?P<zone>Z|[+-]\d\d:?\d\d)?\Z",
+    rf"(?:(?P<day>\d{{4}}-\d\d-\d\d)[T _]|(?:{_DATE}),?[ /]|\d+ days? )?"
+    r"(?:(?P<hour>\d\d?):)?(?P<minute>\d\d?):(?P<second>\d\d)(?:[.,;:](?P<part>\d+(?:[.,]\d{3})?))?[ ]?"
+    r"(?P<half>[AP]M)?(?P<zone>Z|[+-]\d\d:?\d\d)?\Z",
     re.ASCII | re.IGNORECASE,
 )
-"""Date and time of day by ISO 8601; a time of day, behind a date in another order or not; or minutes and seconds."""
+"""Date and time of day by ISO 8601; a time of day, behind a date in another form or not; or minutes and seconds."""
+_BASIC = re.compile(r"(\d{4})(\d\d)(\d\d)[T_-](\d\d)(\d\d)(\d\d)")
+"""The basic form of ISO 8601, ``20260304T235958``."""
 
 
 @dataclass(frozen=True)
@@ -94,6 +103,20 @@ class Layout:
 def is_row(line: str) -> bool:
     """Whether a plain line can be a row: not blank, and no comment."""
     return bool(line.strip()) and not COMMENT.match(line)
+
+
+def starts_as_row(texts: Sequence[str]) -> bool:
+    """Whether the first field of a line is a number, a missing value or a time."""
+    first = texts[0].strip() if texts else ""
+    return _is_number(first) or first.lower() in MISSING or stamp(first) is not None
+
+
+def is_remark(texts: Sequence[str], width: int) -> bool:
+    """Whether a line among rows that begin with a number is text, such as a message of the device that writes them.
+
+    It begins otherwise, and has another number of fields than the rows, or no number.
+    """
+    return not starts_as_row(texts) and (len(texts) != width or not any(map(_is_number, texts)))
 
 
 @dataclass(frozen=True)
@@ -162,18 +185,32 @@ def find_layout(
     )
 
 
+def _matched(text: str) -> re.Match[str] | None:
+    """The parts of a stamp; None for another text."""
+    return _STAMP.match(text.strip()) or _STAMP.match(_BASIC.sub(r"\1-\2-\3T\4:\5:\6", text.strip(), count=1))
+
+
+def seconds_since(begun: datetime | None, text: str) -> float | None:
+    """Seconds from a stamp to that in a text, also past midnight where it has no date; None for another text."""
+    at = None if begun is None else stamp(text)
+    if begun is None or at is None:
+        return None
+    passed = (at - begun).total_seconds()
+    return passed + restart_period(text) if passed < 0 else passed
+
+
 def stamp(text: str) -> datetime | None:
     """A date and time of day by ISO 8601, UTC by default, or a time of day on a fixed day; None for another text.
 
     Of a date in another order only the time of day is taken, since 03/04 is ambiguous.
     """
-    found = _STAMP.match(text.strip())
+    found = _matched(text)
     if found is None or (found["hour"] is None and not found["part"]):
         return None
     hour = int(found["hour"] or 0)
     if found["half"]:
         hour = hour % 12 + (12 if found["half"].upper() == "PM" else 0)
-    clock = f"{hour:02d}:{int(found['minute']):02d}:{found['second']}.{(found['part'] or '0')[:6]:0<6}"
+    clock = f"{hour:02d}:{int(found['minute']):02d}:{found['second']}.{_NO_DIGIT.sub('', found['part'] or '0')[:6]:0<6}"
     try:
         at = datetime.fromisoformat(f"{found['day'] or '2000-01-01'}T{clock}{(found['zone'] or '').upper()}")
     except ValueError:
@@ -183,7 +220,7 @@ def stamp(text: str) -> datetime | None:
 
 def restart_period(text: str) -> float:
     """Seconds after which a stamp repeats: a day, or an hour if it has no hours; 0 with a date by ISO 8601."""
-    found = _STAMP.match(text.strip())
+    found = _matched(text)
     if found is None or found["day"]:
         return 0.0
     return 86_400.0 if found["hour"] else 3600.0
