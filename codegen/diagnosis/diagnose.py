@@ -304,13 +304,17 @@ def _by_means(case: Case, means: steady_runs.Means) -> tuple[Diagnosis, Models]:
         held, means = means.of(apart), means.of(~apart)
         data |= {"test": f"{data['train']}, one record in {HELD_OUT_EVERY}"}
     window = slice(0, len(case.test.motion.time))
+    test = case.test.motion
+    if held is not None:
+        test = steady_runs.with_mean_inputs(test, case.test_log or case.log)
+        data |= {"simulated_by": "the mean inputs of each record"}
 
     def measured(model: System) -> ErrorFigures:
-        plain = measure(model, case.test.motion, case.test.used, window)
+        plain = measure(model, test, case.test.used, window)
         return plain if held is None else steady_runs.figures_of(model, held, plain)
 
     steady = steady_runs.SteadySearch(problem, means, position_noise(case.motion, case.log))
-    answer, found = steady_runs.answer_of(steady, measured, by_means=held is not None)
+    answer, found = steady_runs.answer_of(steady, measured)
     left = steady_runs.remainders_of(answer.adopted or answer.refit, means)
     if answer.verdict == "none" and any(r.nature(case.material) == "structured" for r in left):
         answer = replace(answer, verdict="unknown")

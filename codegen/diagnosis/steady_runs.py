@@ -31,6 +31,7 @@ from codegen.diagnosis.fit import credit
 from codegen.diagnosis.fit.linear import fitted, inverse, rms
 from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.shooting import hidden_states
+from codegen.diagnosis.fit.signals import Motion
 from codegen.diagnosis.fit.trial import Part, Trial, model_of, part_of
 from codegen.diagnosis.results import Candidate, ErrorFigures, Fact, FoundEffect, Interval, Remainder, Round, Verdict
 from codegen.diagnosis.verdict.admission import Measured, Reference, admitted, merged
@@ -86,6 +87,19 @@ def means_of(log: Log) -> Means | None:
         speeds.append(way / (one.time[-1] - one.time[first]))
         inputs.append(one.inputs[first:].mean(axis=0))
     return Means(np.array(speeds), np.array(inputs))
+
+
+def with_mean_inputs(motion: Motion, log: Log) -> Motion:
+    """The motion of steady records with the mean input of each record throughout it, for free runs.
+
+    The input of a record balances ripple over a turn, a force that the model lacks. Between two restarts a free run
+    integrates it: a light rotor stops and starts, by an amount that says nothing of the friction at the mean speed. By
+    the mean input the run settles at the speed at which the model's friction is the mean force.
+    """
+    commands = motion.commands.copy()
+    for start, stop in log.segments:
+        commands[start:stop] = commands[start + round(SETTLING * (stop - start)) : stop].mean(axis=0)
+    return replace(motion, commands=commands)
 
 
 def is_static(system: System) -> bool:
@@ -419,20 +433,14 @@ def select_effects(search: SteadySearch) -> SteadyOutcome:
     return SteadyOutcome(base, tuple(fits), tuple(rounds), rivals)
 
 
-def answer_of(search: SteadySearch, measured: Measured, by_means: bool) -> tuple[Answer, SteadyOutcome]:
-    """The answer, which held-out records may refuse; by free runs too unless they are judged ``by_means``."""
+def answer_of(search: SteadySearch, measured: Measured) -> tuple[Answer, SteadyOutcome]:
+    """The answer, which held-out records may refuse by their force and by free runs."""
     system, found = search.system, select_effects(search)
-
-    def judged(model: System) -> ErrorFigures:
-        figures = measured(model)
-        none = tuple(float("nan") for _ in figures.free_run_rmse_rows)
-        return replace(figures, free_run_rmse_rows=none) if by_means else figures
-
-    declared, left = judged(system), mean_forces(system, search.means)[0].ravel()
+    declared, left = measured(system), mean_forces(system, search.means)[0].ravel()
     options = [("declared values", system)]
     if float(found.base.left_out @ found.base.left_out) < float(left @ left):
         options.insert(0, ("refitted values", found.base.model))
-    chosen = admitted(options, judged, Reference(declared))
+    chosen = admitted(options, measured, Reference(declared))
     refit = system if chosen.option is None else chosen.option[1]
     judged_by = f"Each of the {len(search.means)} records runs at one speed, so it is judged by its mean"
     remarks = (Fact("note", judged_by), *chosen.remarks)
@@ -440,9 +448,9 @@ def answer_of(search: SteadySearch, measured: Measured, by_means: bool) -> tuple
     answer = Answer("none", (), refit, refit, figures, remarks=remarks)
     if not found.fits:
         return answer, found
-    named, before, against = None, judged(refit), tuple[Fact, ...]()
+    named, before, against = None, measured(refit), tuple[Fact, ...]()
     for fit in found.fits:
-        chosen = admitted([("refitted values", fit.model)], judged, Reference(declared, before))
+        chosen = admitted([("refitted values", fit.model)], measured, Reference(declared, before))
         against = merged(chosen.refusals)
         if chosen.option is None:
             break
