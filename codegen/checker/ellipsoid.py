@@ -133,7 +133,8 @@ def disturbance_columns(push: Polys, most: list[Fraction]) -> list[list[Fraction
     kernel.demand(all(x.startswith("sign.") for x in signs), f"{sorted(signs)[:3]}: not signs alone")
     columns: list[list[Fraction]] = []
     for d, column in zip(most, zip(*push, strict=True), strict=True):
-        columns += [[d * p.get(m, 0) for p in column] for m in sorted({m for p in column for m in p}) if d]
+        products = sorted({m for p in column for m in p}) if d else []
+        columns += [[d * p[m] if m in p else Fraction(0) for p in column] for m in products]
     return columns
 
 
@@ -200,7 +201,7 @@ def propagated(
     Args:
         rows: the rows c'. asked: N -> the places of those that are asked for.
         step: Phi. columns, unit: integers, over this number they are the columns of push times the size of their
-            disturbance. Q: matrix of the set.
+            disturbance. Q: the diagonal of the set's matrix.
 
     Yields:
         N, and place of c' -> (the row times GRID, the bound times unit * GRID, rounded up).
@@ -216,7 +217,7 @@ def propagated(
     for column in [*across, *columns]:
         at = [i for i, a in enumerate(column) if a] * 2 or [0, 0]  # of one place itemgetter gives no tuple
         sparse.append((itemgetter(*at), [a for a in column if a]))
-    left_out = ceil(2 * unit * sum((root_above(Q[i][i]) for i in range(size)), Fraction(0)))
+    left_out = ceil(2 * unit * sum(map(root_above, Q), Fraction(0)))
     bundles, total = [packed.pack(entries) for entries in zip(*starts, strict=True)], 0
     for n in range(last + 1):
         kernel.demand(all(map(packed.within, bundles)), "a row is too large")
@@ -377,10 +378,10 @@ def require_invariant(
     kernel.demand(kernel.positive(Q, definite=True), "a set's matrix is not positive definite")
     moved = forms.product(forms.product(step, Q, 0), zip(*step, strict=True), 0)
     kept, over = unit * unit * f.numerator, by * unit * unit * f.numerator
-    weighted = [[kernel.term(x) * b if b else b for x, b in zip(t, row, strict=True)] for row in push]
+    weighted = [[kernel.term(x * over) * b if b else b for x, b in zip(t, row, strict=True)] for row in push]
     added = forms.product(weighted, zip(*push, strict=True), kernel.Poly())
-    gap = [[kernel.term(Fraction(kept * q - f.denominator * x, over)) - y for q, x, y in zip(*rows, strict=True)]
-           for rows in zip(Q, moved, added, strict=True)]  # fmt: skip
+    gap = [[kernel.term(kept * q - f.denominator * x) - y for q, x, y in zip(*rows, strict=True)]
+           for rows in zip(Q, moved, added, strict=True)]  # fmt: skip  # times `over`
     kernel.semidefinite(gap, shown["box"], proof["cover"], shown["known"])
 
 
@@ -430,13 +431,12 @@ def require_bounds(
     lemma D shows of these at a sample N holds at N, N + 1, ..., N + m, each time counted from a later sample.
     """
     r, *within = map(number, set_.get("within", ["1"]))
-    limits = [len(Q) * s * s for s in within] or [Fraction(0)] * len(Q)
-    larger = [[r * x for x in row] for row in Q]
-    inside = [[x - (limit if i == j else 0) for j, x in enumerate(row)]
-              for i, (row, limit) in enumerate(zip(larger, limits, strict=True))]  # fmt: skip
+    (limits,), over = kernel.integers([[len(Q) * s * s for s in within] or [Fraction(0)] * len(Q)])
+    squares, by = kernel.integers(Q)
+    inside = [[r.numerator * over * x - (r.denominator * by * limit if i == j else 0) for j, x in enumerate(row)]
+              for i, (row, limit) in enumerate(zip(squares, limits, strict=True))]  # fmt: skip
     kernel.demand(
-        r >= 1 and kernel.positive(kernel.integers(inside)[0]),
-        "the box of `within` is not inside the set: not positive semidefinite",
+        r >= 1 and kernel.positive(inside), "the box of `within` is not inside the set: not positive semidefinite"
     )
     lines: list[Line] = []
     last: dict[tuple[str, ...], int] = {}  # row c -> the last sample at which it is asked for
@@ -493,7 +493,7 @@ def require_carried(
     def rows_due(n: int) -> set[int]:
         return {row for _, row, _ in due.get(n, ())}
 
-    larger = [[r * x for x in row] for row in Q]
+    larger = [r * row[i] for i, row in enumerate(Q)]
     of_rows = [tuple(map(number, c)) for c in rows]
     for n, moved in propagated(of_rows, rows_due, last, step, entering, unit, larger):
         for line, row, level in due.pop(n):

@@ -3,6 +3,7 @@
 Standard library only; part of the checker (verify.py), which passes ``enclosure`` and ``kernel`` in.
 """
 
+from collections.abc import Sequence
 from fractions import Fraction
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
@@ -11,7 +12,7 @@ if TYPE_CHECKING or __package__:
     from codegen.checker import enclosure, kernel
 
 MOST_BITS = 1 << 14  # of an entry, times the rows: the entries grow to it. Of the shipped ones it is below 10 000
-Rows = list[list[int]]
+Rows = Sequence[Sequence[int]]
 
 
 def require(matrix: Rows, fault: str, definite: bool = False) -> None:

@@ -86,7 +86,7 @@ def integers(rows: Any) -> tuple[list[list[int]], int]:
 # entries in [0, 1): its eigenvalues are above -n. So A is definite if (b_ij), less n on the diagonal, is semidefinite.
 def positive(A: Any, definite: bool = False) -> bool:
     s, n = [max(row[i].bit_length() - SHORT, 0) // 2 for i, row in enumerate(A)], len(A)
-    if max(s, default=0) > SHORT // 2:
+    if max(s, default=0) > SHORT // 3:
         short = [[(a >> s[i] + s[j]) - n * (i == j) for j, a in enumerate(row)] for i, row in enumerate(A)]
         if positive(short):
             return True

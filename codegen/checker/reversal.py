@@ -123,7 +123,7 @@ def left(
     most, first = reached(last, m), m.places[0]
     y, most[first] = most[first], 0
     most[first] = (y + of_slip(m.slip, most)) / abs(m.slip[first])
-    return [Fraction(most[i]) / GRID + n for i, n in enumerate(noise)]
+    return [Fraction(most[i], GRID) + n for i, n in enumerate(noise)]
 
 
 def of_slip(slip: dict[int, Fraction], sizes: Any) -> Fraction:
@@ -165,7 +165,7 @@ def moves(
     first, places = min(slip), (min(slip), of.level)
 
     def seen(column: list[Fraction]) -> list[Fraction]:
-        return [sum((a * column[i] for i, a in slip.items()), ZERO), column[of.level]]
+        return [sum((a * column[i] for i, a in slip.items() if column[i]), ZERO), column[of.level]]
 
     friction = [-Fraction(p.get((of.sign,), 0)) for p in of.column]
     same = all(p == kernel.term(-q, of.sign) for p, q in zip(of.column, friction, strict=True))
@@ -174,15 +174,16 @@ def moves(
     kernel.demand(same and drive[0] > 0, "friction does not act by its sign, or not against the slip")
     kernel.demand(min(units) > 0, "no error before")
     rows = [*map(list, step)]
-    rows[first] = [sum((a * step[i][j] for i, a in slip.items()), ZERO) for j in range(len(step))]
+    rows[first] = [sum((a * step[i][j] for i, a in slip.items() if step[i][j]), ZERO) for j in range(len(step))]
     for row in (row for row in rows if row[first]):  # the first velocity is y less the others
         row[first] /= slip[first]
         for j, a in slip.items():
             row[j] -= row[first] * a if j != first else 0
     others = {}
     for i in {*range(len(rows))} - {*places}:
-        (row,), by = kernel.integers([rows[i]])
-        others[i] = times_grid(pushed[i] + abs(force[i])), [(j, abs(x)) for j, x in enumerate(row) if x], by
+        used = [j for j, x in enumerate(rows[i]) if x]
+        (row,), by = kernel.integers([[abs(rows[i][j]) for j in used]])
+        others[i] = times_grid(pushed[i] + abs(force[i])), [*zip(used, row, strict=True)], by
     return Moves(slip, [rows[i] for i in places], drive, [*filter(any, map(seen, columns))], places, others, units)
 
 

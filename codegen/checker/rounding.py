@@ -28,6 +28,7 @@ import ast
 import re
 from collections.abc import Iterator
 from fractions import Fraction
+from itertools import islice
 from math import prod
 from operator import mul
 from typing import TYPE_CHECKING, Any
@@ -126,15 +127,16 @@ def outlasts(proof: dict[str, Any], shown: dict[str, Any], code: "Bounded", off:
         change = sum((put(derivative(shows, z), stored) * p * unit for z, p in used.items()), kernel.Poly())
         R.append([at_most(change, f"error of {e['truth']}", shown["box"]) for e in errors])
     P = shown["numbers"]["P"]
-    (rows_R, by_R), (rows_P, by_P) = kernel.integers(R), kernel.integers([[*map(abs, row)] for row in P])
-    S, by = forms.product([*zip(*rows_R, strict=True)], forms.product(rows_P, rows_R, 0), 0), by_R * by_R * by_P
+    (rows_R, by_R), (rows_P, by_P) = kernel.integers(R), kernel.integers(P)
+    sizes = [[*map(abs, row)] for row in rows_P]
+    S, by = forms.product([*zip(*rows_R, strict=True)], forms.product(sizes, rows_R, 0), 0), by_R * by_R * by_P
     bits = [(row[i].denominator.bit_length() - row[i].numerator.bit_length()) // 2 for i, row in enumerate(P)]
     d = [Fraction(2) ** n for n in bits]  # near 1/sqrt(P_ii)
-    r, rows = abs(1 - shown["fall"]) / 2, [sum(map(mul, row, d)) / d[i] / by for i, row in enumerate(S)]
-    rest = [[r * r * p for p in row] for row in P]
-    for i, row in enumerate(rest):
-        row[i] -= rows[i]
-    frame.demand(kernel.positive(kernel.integers(rest)[0]), "V may grow by rounding")
+    kept = ((1 - shown["fall"]) / 2) ** 2
+    (less,), over = kernel.integers([[sum(map(mul, row, d)) / d[i] / by for i, row in enumerate(S)]])
+    whole, unit = kept.numerator * over, kept.denominator * by_P  # r^2 P - diag(less), times over and unit
+    rest = [[whole * p - unit * less[i] * (i == j) for j, p in enumerate(row)] for i, row in enumerate(rows_P)]
+    frame.demand(kernel.positive(rest), "V may grow by rounding")
 
 
 def derivative(p: Any, x: str) -> Any:
@@ -220,6 +222,7 @@ class Bounded(kernel.Text):
         self.spaced, self.spacings = (FAR, FAR), dict[str, tuple[int, int]]()
         self.digits = precision.rounding.denominator.bit_length() + 1  # 52 of doubles, 23 of floats
         self.reciprocals: dict[str, Any] = {}
+        self.counted = 0  # of `known`, whose entries are never removed, those that `ones` has seen
         self.largest, self.smallest = dict[str, Any](), dict[str, Any]()  # of the C's quotients, see `ones`
         # Polynomial, bound and spacing of the parts of an expression, until the larger part that they are in has them.
         self.parts: dict[ast.expr, tuple[Any, tuple[Any, int], tuple[int, int]]] = {}
@@ -243,7 +246,7 @@ class Bounded(kernel.Text):
         """The polynomial of a part of an expression, which the kernel asks for after those that it is made of."""
         p = super().of(node, text)
         self.ones()
-        if not self.largest.keys().isdisjoint(p.names()):  # the kernel has seen the coefficients alone
+        if self.largest and not self.largest.keys().isdisjoint(p.names()):  # the kernel has seen the coefficients alone
             within = [self.precision.holds(put(magnitudes(p), end)) for end in (self.largest, self.smallest)]
             frame.demand(all(within), "a quotient, or a product with it, is too large or small")
         spacing = self.spacing(node, text, p)
@@ -262,7 +265,8 @@ class Bounded(kernel.Text):
         the divisor is not below that sum over ``cancelled``; with quantities up to ``usual`` it is not above the sum
         of its terms. Those of lemma 7, which are between 1/2 and 1 and are no quotients of the C, are left out.
         """
-        for (function, q), r in self.known.items():
+        new, self.counted = [*islice(self.known.items(), self.counted, None)], len(self.known)
+        for (function, q), r in new:
             if function == "1/" and not r.names() <= self.reciprocals.keys():
                 (x,), size = r.names(), total(put(magnitudes(q), self.reciprocals))
                 self.reciprocals[x] = kernel.term(1 / size)

@@ -74,7 +74,6 @@ SCHEMA = json.loads("""{"format": "FORMAT", "tool": {"name": "TEXT", "version": 
     "parameters": [{"name": "NAME", "expression": "ANY"}], "matrix": [["ANY"]], "lyapunov_matrix": [["RATIONAL"]],
     "cover": ["ANY"],
     "reversals": [{"contact": "WORD", "flips": ["WHOLE"], "growth": "RATIONAL", "dwell_samples": "WHOLE"}]}""")
-Matrix = list[list[Fraction]]
 
 
 def leaf(raw: Any, form: str, where: str) -> Any:
@@ -90,13 +89,17 @@ def leaf(raw: Any, form: str, where: str) -> Any:
     return int(text) if form == "WHOLE" else text
 
 
-def reversal(entry: dict[str, Any], P: Matrix, fall: Fraction) -> str:
-    """Verifies growth and dwell time of one reversal (theorem 4), and returns the statement in words; or Refused."""
+def reversal(entry: dict[str, Any], P: tuple[tuple[int, ...], ...], fall: Fraction) -> str:
+    """Verifies growth and dwell time of one reversal (theorem 4), and returns the statement in words; or Refused.
+
+    Args:
+        P: times a number that makes it whole.
+    """
     where, flips, growth, left = (entry[key] for key in ("contact", "flips", "growth", "dwell_samples"))
     where, size = f"reversal of {where}", range(len(P))
     demand(growth >= 1, f"{where}: growth {show(growth)} is below 1")
     demand(sorted({*flips} & {*size}) == sorted(flips), f"{where}: flips {brief(flips)} twice or not below {len(size)}")
-    why = forms.turns(tuple(map(tuple, integers(P)[0])), tuple(sorted(flips)), growth)
+    why = forms.turns(P, tuple(sorted(flips)), growth)
     demand(not why, f"{where}: V may grow by more than {show(growth)}: {why}")
     after = enclosure.decayed(growth, fall, left)
     fact = f"{where}: V grows at most {enclosure.most(growth)}-fold, and {left} samples later"
@@ -131,11 +134,12 @@ def verify(top: dict[str, Any]) -> list[str]:
         demand(rise and len(at) > 1 and at[:1] + at[-1:] == ends, f"{name}: no [low, high], or splits not so ordered")
         axes[name] = list(pairwise(at))
     demand(all(P[i][j] == P[j][i] for i in range(n) for j in range(i)), "lyapunov_matrix is not symmetric")
+    whole = tuple(map(tuple, integers(P)[0]))
     if not along:
-        require(integers(P)[0], "P is not positive definite", definite=True)
+        require(whole, "P is not positive definite", definite=True)
     if along:  # P would be the sum of Phi'^k gap Phi^k/fall^(k+1) > 0 if the error fell so fast
         demand(len(along) == n and any(along) and not top["reversals"], "along is no direction, or there are reversals")
-        (whole, _), ((x,), _) = integers(P), integers([along])  # times what is above 0
+        (x,), _ = integers([along])  # times what is above 0
         value = sum(a * b * whole[i][j] for i, a in enumerate(x) for j, b in enumerate(x))
         demand(value <= 0, "P is positive along it")
     seen = decay.shown(top, axes, fall)
@@ -143,7 +147,7 @@ def verify(top: dict[str, Any]) -> list[str]:
     facts = ["P is not positive definite" if along else f"P is positive definite: {n} positive pivots"]
     factor = enclosure.least(fall) if along else enclosure.most(fall)  # that no V falls to less is the weaker claim
     facts += [f"{seen}: {who} is multiplied by at most {law} = {factor} in every sample"]
-    facts += [reversal(entry, P, fall) for entry in top["reversals"]]
+    facts += [reversal(entry, whole, fall) for entry in top["reversals"]]
     own = all([top["error"][i]["name"] for i in e["flips"]] == [f"e_a_{e['contact']}"] for e in top["reversals"])
     demand(own, "reversals: flips are not the error e_a_CONTACT of their contact")
     return facts

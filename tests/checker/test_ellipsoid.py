@@ -543,7 +543,7 @@ def test_rows_are_carried_as_in_exact_numbers(seed: int) -> None:
     step = [[Fraction(i == j, 2) + entry(2) / 9 for j in range(n)] for i in range(n)]
     columns = [[entry(9) for _ in range(n)] for _ in range(3)] + [[Fraction(0)] * n]
     rows = [tuple(entry(5) for _ in range(n)) for _ in range(3)]
-    Q = [[Fraction(10**6 * (i == j)) for j in range(n)] for i in range(n)]
+    Q = [Fraction(10**6)] * n
     entering, unit = kernel.integers(columns)
     at = (0, 7, samples)
     found = dict(ellipsoid.propagated(rows, lambda n: range(3 * (n in at)), samples, step, entering, unit, Q))
@@ -610,13 +610,13 @@ def test_a_row_that_is_repeated_fills_no_memory() -> None:
 
 
 def test_rows_too_large_for_the_grid_are_refused() -> None:
-    one, most = [[Fraction(2)]], Fraction(2) ** (ellipsoid.LARGEST - 60)
-    assert [*ellipsoid.propagated([(Fraction(1),)], lambda _: [0], ellipsoid.LARGEST - 61, one, [], 1, one)]
+    one, Q, most = [[Fraction(2)]], [Fraction(2)], Fraction(2) ** (ellipsoid.LARGEST - 60)
+    assert [*ellipsoid.propagated([(Fraction(1),)], lambda _: [0], ellipsoid.LARGEST - 61, one, [], 1, Q)]
     for c, samples in ((Fraction(1), ellipsoid.LARGEST - 60), (most, 0)):
         with pytest.raises(ValueError, match=r"a row is too large|no row of every error"):
-            [*ellipsoid.propagated([(c,)], lambda _: [0], samples, one, [], 1, one)]
+            [*ellipsoid.propagated([(c,)], lambda _: [0], samples, one, [], 1, Q)]
     with pytest.raises(ValueError, match="no row of every error"):
-        [*ellipsoid.propagated([(Fraction(1), Fraction(1))], lambda _: [0], 0, one, [], 1, one)]
+        [*ellipsoid.propagated([(Fraction(1), Fraction(1))], lambda _: [0], 0, one, [], 1, Q)]
 
 
 @pytest.mark.parametrize("path", sorted(GENERATED.glob("*/ellipsoid.json")), ids=lambda path: path.parent.name)
