@@ -226,6 +226,12 @@ class Remainder:
             return "immaterial"
         return "structured" if self.material >= limit else "noise"
 
+    def is_mostly_in_time(self, limit: float) -> bool:
+        """Whether changes in time explain most of it: no term of position, speed or force can."""
+        return self.is_changing(limit) and self.changed > max(
+            [0.5, *(share for name, share in self.over.items() if name != "time")]
+        )
+
     def is_changing(self, limit: float) -> bool:
         """Whether the changes in time amount to at least this share of the drive force."""
         return bool(self.changes) and self.share * sqrt(self.changed) >= limit

@@ -238,6 +238,16 @@ def test_a_candidate_that_is_refused_alone_and_named_in_the_end_is_no_plain_refu
     assert rows["backlash"].endswith("no: may be chance") and "named" not in rows["backlash"]
 
 
+@pytest.mark.parametrize(("changed", "over", "in_time"), [(0.8, 0.3, True), (0.4, 0.3, False), (0.6, 0.7, False)])
+def test_a_remainder_that_changes_in_time_asks_for_a_log_and_no_effect(changed, over, in_time):
+    left = Remainder(
+        rms=1.0, share=0.2, structured=0.9, over={"velocity": over, "time": 0.9}, changed=changed,
+        changes=(Change("friction level", 1.0, 3.0, 2.0),),
+    )  # fmt: skip
+    (advice,) = statement_of("unknown", left, changes=["from 1 s to 3 s ..."]).of("next")
+    assert ("`friction_drift`" in advice) is in_time and ("effect of your own" in advice) is not in_time
+
+
 def test_unknown_names_the_candidate_that_leaves_most() -> None:
     (words,) = statement_of("unknown", effects=(PLAY,)).of("not credited")
     assert words.startswith("backlash on x (gap = 0.0001 m), the best candidate, leaves most of the simulation error")

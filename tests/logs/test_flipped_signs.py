@@ -106,6 +106,28 @@ def test_a_weight_with_the_wrong_sign_in_the_spec_is_no_sign_of_the_log(tmp_path
     assert one.topic == "sign of gravity and springs" and "in the spec" in one.words and "scale:" not in one.words
 
 
+@pytest.mark.parametrize("machine", ["hoist", "spring", "wall"])
+def test_a_force_of_the_spec_with_the_other_sign_is_named(tmp_path, machine):
+    """The whole force was written with the other sign, and the columns of the log were blamed alone."""
+    columns = made()
+    standing = {"hoist": WEIGHT, "spring": STIFFNESS * columns["x"], "wall": STIFFNESS * (columns["x"] - 0.3)}[machine]
+    spec = parse_spec(STANDING.replace("force: [w]", f"force: [-({FORCES[machine]})]"), Path("slider.yaml"))
+    log = read_log(write_csv(tmp_path / "a.csv", columns | {"w": columns["w"] + standing}), spec)
+    (one,) = [f for f in preflight(log, spec) if f.severity == "problem"]
+    assert "`force`" in one.words and "spec" in one.words
+    if machine == "hoist":  # a coordinate that counts the other way is the same equation
+        assert one.topic == "sign of x" and "x: -1" in one.words
+    else:
+        assert one.topic == "sign of the force" and "scale:" not in one.words
+
+
+@pytest.mark.parametrize("machine", ["plain", "hoist", "wall"])
+def test_a_flipped_input_may_be_a_sign_in_the_spec(tmp_path, machine):
+    """No log tells the sign of a column from that of its term, so both places are named."""
+    (one,) = problems(tmp_path, machine, "w")
+    assert "`force`" in one.words and "`scale: {w: -1}`" in one.words
+
+
 def test_an_angle_that_no_input_drives(tmp_path):
     """A cart with a pendulum whose angle has the wrong sign passed the preflight."""
     text = """name: crane

@@ -41,6 +41,8 @@ IN_ANY_ORDER, MOST_TRIED, IN_PAIRS = 3, 70, 6
 and inputs of which two are reversed together."""
 UNSURE, ALL_FIT, MOST_ALIKE = 2.0, 0.01, 4
 """Changes are alternatives if their misfit is within a factor of the least or below a value; most that are reported."""
+FORCE = "sign of the force"
+"""Topic of the finding that the whole force of the spec has the other sign."""
 Values = dict[str, Array]
 """Position, velocity if it was logged, or input → its values, (N,)."""
 
@@ -194,6 +196,22 @@ def _opposed(case: Case) -> Change:
     return Change(f"the {words} seems flipped", "that of gravity and springs", misfit, "", words)
 
 
+def _negated(case: Case) -> Change:
+    """The whole force g of the spec, everything but friction, with the other sign: a mistake in the spec."""
+
+    def misfit() -> float:
+        forces = case.forces
+        other = replace(
+            forces,
+            rest=-forces.rest - 2 * forces.friction,  # rest = g(x, v, 0) - U lambda
+            static=-forces.static,
+            driven=-forces.driven,
+        )
+        return max(other.moving_misfit, velocity_mismatch(case.log, case.motion))
+
+    return Change(f"the {FORCE} in the spec seems flipped", "that of the force in the spec", misfit, "", FORCE)
+
+
 def changed_columns(case: Case) -> Finding | None:
     """The finding on the change of columns with which the forces balance; None if they do as read, or with no one."""
     now = max(case.forces.moving_misfit, velocity_mismatch(case.log, case.motion))
@@ -204,15 +222,18 @@ def changed_columns(case: Case) -> Finding | None:
     best = min((left for left, _ in fitting), default=1.0)
     alike = [change for left, change in fitting if left <= max(UNSURE * best, ALL_FIT)]
     named = [change for change in alike if change.mistakes == min(other.mistakes for other in alike)]
+    in_spec = [change for change in named if not change.lines]
+    if len(in_spec) < len(named):  # a column may be wrong, or the force in the spec, as the same equation
+        named = [change for change in named if change.topic != FORCE]
     opposed = any(not change.lines for change in named)
     if not named or len(named) > MOST_ALIKE or (opposed and len(named) > 1):
         return None  # where a force of the spec may be wrong, the audit of the inputs reports which forces show
     what = ", or ".join([named[0].what, *(change.other for change in named[1:])])
-    others = min((left for left, change in tried if change not in alike), default=1.0)
+    rest = min((left for left, change in tried if change not in alike), default=1.0)
     sides = "forces" if case.log.velocities is None else "forces or speeds"
     words = (
-        f"{what[0].upper()}{what[1:]}: as read, {in_percent(now)} of the squared {sides} stay unbalanced; changed so, "
-        f"{in_percent(best)}; with any other change, {in_percent(others)}. "
+        f"{what[0].upper()}{what[1:]}: as read, {_share(now)} of the squared {sides} stay unbalanced; changed so, "
+        f"{in_percent(best)}; with any other change, {_share(rest)}. "
     )
     if len(named) > 1:
         words += "This log cannot decide which. "
@@ -220,11 +241,32 @@ def changed_columns(case: Case) -> Finding | None:
         turned = {name for change in named for name in change.turned}
         positions = " and ".join(name for name in case.spec.positions if name in turned)
         words += f"A push by hand in the direction that the drawing calls positive shows the sign of {positions}. "
-    if opposed:
+    if named[0].topic == FORCE:
+        words += "All terms of `force` in the spec seem to have the wrong sign: M(x) v' = force - friction."
+    elif opposed:
         words += "Check them in the spec, or the zero of a position (a pendulum's may be half a turn off)."
     else:
-        words += f"({' or '.join(change.lines for change in named)} in meta.yaml beside the log)"
+        words += f"({' or '.join(change.lines for change in named)} in meta.yaml beside the log corrects it)"
+        words += _or_in_spec(named, bool(in_spec), case)
     return Finding("problem", named[0].topic, words, {"misfit": now, "misfit_mended": best})
+
+
+def _share(misfit: float) -> str:
+    """A misfit in percent; forces that oppose each other have one above 100 %, of which the figure says no more."""
+    return in_percent(misfit) if misfit <= 1 else "more than 100 %"
+
+
+def _or_in_spec(named: Sequence[Change], force: bool, case: Case) -> str:
+    """A sentence on the signs in the spec that give the same equation as the changed columns; "" for none.
+
+    Args:
+        force: whether the whole force with the other sign explains the log as well.
+    """
+    turned = [i.name for i in case.spec.inputs if any(change.turned == (i.name,) for change in named)]
+    terms = [f"the term of {' and '.join(turned)}"] * bool(turned) + ["all terms"] * force
+    if not terms:
+        return ""
+    return f". If the log is right, the spec is not: {' or '.join(terms)} in `force` would have the other sign."
 
 
 def _changes(case: Case, now: float) -> Iterator[Change]:
@@ -232,6 +274,9 @@ def _changes(case: Case, now: float) -> Iterator[Change]:
     spec, velocities = case.spec, case.log.velocities is not None
     if np.any(case.forces.static):
         yield _opposed(case)
+    forces = case.forces
+    if np.any(forces.rest + forces.friction) and np.any(forces.driven):  # else it is one of the two alone
+        yield _negated(case)
     yield from _flips(case, velocities, pairs=now > FITS)
     orders = islice(_exchanges(spec, velocities, axes_alone=now <= FITS), MOST_TRIED)
     yield from (_exchanged(case, sources) for sources in orders)

@@ -159,7 +159,10 @@ def _flipped(name: str, correlation: float, seen: Mapping[str, float], line: str
             f"may be half a turn off), and not the sign of {name}. (All together, {fact}.)"
         )
     if against and not agreeing and ("inertia" in seen or "friction" in seen):
-        return f"The sign of input {name} seems flipped, or that of the coordinate it drives: {fact}. {line}"
+        return (
+            f"The sign of input {name} seems flipped, in the log or in `force` of the spec, or that of the coordinate "
+            f"it drives: {fact}. {line}"
+        )
     which = f"only {' and '.join(seen)} can be seen in it" if seen else "no single modelled force can be seen in it"
     if against and agreeing:
         which = f"{' and '.join(against)} run against it and {agreeing} do not"
