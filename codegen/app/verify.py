@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 CERTIFICATE = "a certificate (JSON)"
 FORMAT = "stiction-verification/1"
 REFUSED = 3
+WORDS = {0: "verified", checker.DOMAIN: "verified_under_conditions", checker.NO_CODE: "not_bound", REFUSED: "refused"}
+"""Exit status of ``verify`` → the word for it in its JSON."""
 NAMES = (checker.CERTIFICATE, checker.PROOF, checker.SETS)
 """Claims about the code that ``generate`` writes where it can."""
 
@@ -38,8 +40,12 @@ class Verified(Shown):
     @property
     def content(self) -> dict[str, Any]:
         """The JSON object that ``stiction verify --json`` prints."""
-        bound = {"bound": bool(self.report.proved)}
-        return {"format": FORMAT, "verified": True, **bound, **self.report._asdict()}
+        return _outcome(checker.status(self.report)) | self.report._asdict()
+
+
+def _outcome(status: int) -> dict[str, Any]:
+    """The fields with which the JSON of every outcome begins; ``verified`` is true only of what is proved of the C."""
+    return {"format": FORMAT, "status": WORDS[status], "verified": status in (0, checker.DOMAIN)}
 
 
 def certificate_in(path: str | Path) -> Path:
@@ -108,7 +114,7 @@ def verification_json(path: str | Path, spec: str | Path | None = None) -> tuple
     try:
         found = verify(path, spec)
     except checker.Refused as error:
-        return {"format": FORMAT, "verified": False, "refused": str(error)}, REFUSED
+        return _outcome(REFUSED) | {"refused": str(error)}, REFUSED
     return found.content, checker.status(found.report)
 
 

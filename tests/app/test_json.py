@@ -62,16 +62,21 @@ def test_check_shows_the_tolerances(tmp_path: Path) -> None:
 
 def test_verify(tmp_path: Path) -> None:
     found = printed("verify", SHIPPED / "certificate.json")
-    assert found["verified"] and found["bound"]
+    assert found["verified"] and found["status"] == "verified"
     words = stiction("verify", SHIPPED / "certificate.json").out
     assert found["claim"] in words and all(fact in words for fact in found["facts"])
     text = (SHIPPED / "certificate.json").read_text("utf-8")
     alone = tmp_path / "certificate.json"
     alone.write_text(text, "utf-8")
-    assert not printed("verify", alone, code=5)["bound"]
+    loose = printed("verify", alone, code=5)
+    assert (loose["status"], loose["verified"]) == ("not_bound", False), "a reader could take it for bound to the C"
+    assert loose["facts"] == found["facts"][: len(loose["facts"])] and loose["unproved"]
+    guarded = printed("verify", SHIPPED.with_name("one_mass_domain"), code=4)
+    assert (guarded["status"], guarded["verified"], guarded["whole"]) == ("verified_under_conditions", True, False)
     content = json.loads(text)
     alone.write_text(json.dumps(content | {"decay_rate": "1000000"}), "utf-8")
-    assert printed("verify", alone, code=3)["verified"] is False
+    refused = printed("verify", alone, code=3)
+    assert (refused["status"], refused["verified"]) == ("refused", False) and refused["refused"]
 
 
 def test_generate_says_what_it_wrote_and_what_is_stale(tmp_path: Path) -> None:
