@@ -5,6 +5,7 @@ Each is read to the numbers of a slider's log in closed form, with the descripti
 
 from __future__ import annotations
 
+import json
 from datetime import datetime, timedelta
 
 import numpy as np
@@ -34,6 +35,13 @@ def with_lines(added: dict[int, str]) -> str:
 
 
 MS = "units: {t: ms}\n"
+RECORDS = [{"t": t, "x": x, "w": w} for t, x, w in zip(T.tolist(), X.tolist(), W.tolist(), strict=True)]
+KEYED = {name: {str(k): v for k, v in enumerate(c.tolist())} for name, c in (("t", T), ("x", X), ("w", W))}
+SCHEMA = {"fields": [{"name": "index", "type": "integer"}], "primaryKey": ["index"], "pandas_version": "1.4.0"}
+SPLIT = {"columns": ["t", "x", "w"], "index": list(range(len(T))), "data": [[*r.values()] for r in RECORDS]}
+INDENTED = "".join(json.dumps(r, indent=1) + "\n" for r in RECORDS)
+CUT = json.dumps([*RECORDS, RECORDS[0]], indent=0)[:-24]
+PAIRS = [[r["t"], {"pos": r["x"], "axes": [{"force": r["w"]}]}] for r in RECORDS]
 READ = {
     # name: file, content, meta.yaml, words among the notes
     "a port's dump with messages among the rows": (
@@ -66,6 +74,55 @@ READ = {
         "",
         "`stamp_sec + 1e-9*stamp_nanosec` is t",
     ),
+    "pandas, by columns": ("a.json", json.dumps(KEYED), "", ""),
+    "pandas, by columns with an index of times": (
+        "a.json",
+        json.dumps({n: {str(2 * k): v for k, v in enumerate(KEYED[n].values())} for n in ("x", "w")}),
+        "columns: {t: index}\n" + MS,
+        "",
+    ),
+    "pandas, by rows": ("a.json", json.dumps({str(k): r for k, r in enumerate(RECORDS)}), "", ""),
+    "pandas, split": ("a.json", json.dumps(SPLIT), "", ""),
+    "pandas, a table with its schema": ("a.json", json.dumps({"schema": SCHEMA, "data": RECORDS}), "", ""),
+    "records under keys of keys": (
+        "a.json",
+        json.dumps({"meta": {"n": 1}, "data": {"rate": 5, "rows": RECORDS}}),
+        "",
+        "",
+    ),
+    "records under keys that are said": (
+        "a.json",
+        json.dumps({"a": {"rows": RECORDS}, "b": {"rows": RECORDS[:9]}}),
+        "records: a.rows\n",
+        "",
+    ),
+    "records among events": (
+        "a.jsonl",
+        '{"event": "start"}\n' + "".join(json.dumps(r) + "\n" for r in RECORDS) + '{"event": "stop"}\n',
+        "",
+        "2 records without any of the columns left out",
+    ),
+    "numbers in texts": ("a.json", json.dumps([{k: str(v) for k, v in r.items()} for r in RECORDS]), "", ""),
+    "dates in records": (
+        "a.jsonl",
+        lines('{{"time": "2026-03-04T23:59:{s:02d}.{f:03d}Z", "x": {x:.9f}, "w": {w:.9f}}}'),
+        "",
+        "",
+    ),
+    "a time and a message": ("a.json", json.dumps(PAIRS), "columns: {t: 1, x: 2.pos, w: '2.axes[0].force'}\n", ""),
+    "indented records, one after the other": (
+        "a.json",
+        "".join(json.dumps(r, indent=1) + "\n" for r in RECORDS),
+        "",
+        "",
+    ),
+    "a list that is cut off": (
+        "a.json",
+        json.dumps([*RECORDS, RECORDS[0]], indent=0)[:-24],
+        "",
+        "cut off and not read",
+    ),
+    "a list with a comma at its end": ("a.json", f"{json.dumps(RECORDS)[:-1]},]", "", ""),
     "a name of time that is not the first choice": (
         "a.csv",
         "sim_time,timestamp,x,w\n" + lines("{k},{t:.3f},{x:.9f},{w:.9f}"),
@@ -121,3 +178,20 @@ def test_many_damaged_rows_are_refused(tmp_path, spec):
     with pytest.raises(BadInput) as told:
         read_log(tmp_path / "a.csv", spec)
     assert tells(told.value, "LOG005 a.csv:51 4"), told.value
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ('[{"t": 0, "x": 1, "w": 1},\n{"t": 1 "x": 1, "w": 1},\n{"t": 2, "x": 1, "w": 1}]', "LOG001 a.json:2"),
+        ('{"t": 0, "x": 1, "w": 1}\n{"t": 1 "x": 1}\n{"t": 2, "x": 1, "w": 1}', "LOG001 a.json:2"),
+        ('[{"t": 0, "x": 1, "w": 1}] and more', "LOG001 a.json:1"),
+        ('[{"t": "soon", "x": 1, "w": 1}, {"t": 1, "x": 1, "w": 1}]', 'LOG005 a.json `"soon"` number'),
+        ('{"a": {"x": [1, 2]}, "b": {"x": [1, 2]}}', "LOG001 `records: KEY`"),
+    ],
+)
+def test_json_that_is_refused(tmp_path, spec, text, words):
+    (tmp_path / "a.json").write_text(text)
+    with pytest.raises(BadInput) as told:
+        read_log(tmp_path / "a.json", spec)
+    assert tells(told.value, words), told.value

@@ -2,13 +2,15 @@
 
 A value inside a record or object is named by its path: ``motor.position``, ``q[0]``. If rows are lists, the columns are
 named by a list of texts in the same object, as pandas writes ``{"columns": ["t", "q"], "data": [[0, 1], …]}``, else by
-numbers from 1.
+numbers from 1. Its other forms, ``{"t": {"0": 0, …}, …}`` and ``{"0": {"t": 0, …}, …}``, are read too.
 """
 
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Iterator, Mapping, Sequence
+from datetime import datetime
 from typing import Any
 
 import numpy as np
@@ -16,12 +18,15 @@ import numpy as np
 from codegen.base.errors import BadInput, Place, nearest_name
 from codegen.base.user_text import shown
 from codegen.logs.formats.source import Columns, LogFile, listing
+from codegen.logs.formats.table import MISSING, NUMBER, seconds_since, stamp
 
 COST = {b",": 100, b"[": 100, b"{": 300, b'"': 25}
 """Bytes of memory that each of these characters may need when parsed, in addition to the text."""
 COPIES, COPIES_WIDE = 3, 9
 """Memory of the text over its size: read, decoded and in strings; of wide characters, up to four bytes each."""
 MOST_COLUMNS = 4096
+_BETWEEN = re.compile(r"[\s,]*")
+"""Between the values of a list, or of lines."""
 DEEPEST = 8
 """Most keys and indices of a path."""
 
@@ -49,41 +54,68 @@ class JsonFile(LogFile):
             raise self.fault(f"byte {error.start} is not UTF-8") from None
         except (ValueError, RecursionError) as error:
             raise self.fault(f"no JSON that can be read ({shown(str(error), 60)})") from None
-        self._under, self._content = self._table(content)
+        self._under, self._content = self._table(_turned(content))
         self._headings = _headings(content, self._content)
         self._paths = self._found()
         self.names = tuple(self._paths)
 
     def _parsed(self, text: str) -> Any:
-        """The value of a text, or the list of the values of its lines, of which the last one may be cut off."""
+        """The value of a text, or the list of the values in it: one after the other, or in a list that is cut off."""
         try:
             return json.loads(text)
         except json.JSONDecodeError as error:
-            if error.msg != "Extra data":
+            listed = error.msg != "Extra data"
+            begun = text.find("[") + 1 if listed else 0
+            if listed and (not begun or text[: begun - 1].strip()):
                 raise
-        lines = text.split("\n")
-        rows = [n for n, line in enumerate(lines) if line.strip()]
-        records = []
-        for n in rows:
+            values = self._one_by_one(text, begun, listed)
+            if not values:
+                raise
+            return values
+
+    def _one_by_one(self, text: str, at: int, listed: bool) -> list[Any]:
+        """The values from a position on, with commas between them or not; the last one may be cut off.
+
+        Raises:
+            JSONDecodeError: for another one that cannot be parsed, or text behind the end of the list.
+        """
+        decoder, values, end = json.JSONDecoder(), list[Any](), len(text.rstrip())
+        while (at := _BETWEEN.match(text, at).end()) < end:  # type: ignore[union-attr]
+            if listed and text[at] == "]" and at == end - 1:
+                break
             try:
-                records.append(json.loads(lines[n]))
+                value, at = decoder.raw_decode(text, at)
             except json.JSONDecodeError as error:
-                if n != rows[-1]:
-                    raise json.JSONDecodeError(error.msg, text, sum(len(line) + 1 for line in lines[:n])) from None
-                self.own_notes.append(f"line {n + 1}, the last one, is cut off and not read")
-        return records
+                at_end = error.pos >= end - len("false") or error.msg.startswith("Unterminated")
+                last_line = text[:at].rstrip(" ").endswith("\n") and "\n" not in text[at:end]
+                if not (at_end if listed else last_line or (at_end and "\n" in text[at:end])):
+                    raise
+                number = text.count("\n", 0, at) + 1
+                self.own_notes.append(f"line {number}, the last one, is cut off and not read")
+                break
+            values.append(value)
+        return values
 
     @property
     def place(self) -> Place:
         return Place(str(self.path), None, shown(self._under) if self._under else "")
 
     def load(self, wanted: Sequence[str]) -> Columns:
-        """The wanted columns; true is 1, and null or a missing entry a missing value."""
+        """The wanted columns; true is 1, and null or a missing entry a missing value.
+
+        Records without any of them, such as events, are left out.
+        """
         columns = {name: self._values(name) for name in wanted}
         self.require_equal({name: len(values) for name, values in columns.items()})
         values = np.empty((len(next(iter(columns.values()))), len(wanted)))
         for j, (name, column) in enumerate(columns.items()):
-            values[:, j] = [self._number(k, name, value) for k, value in enumerate(column)]
+            begun = next((stamp(value) for value in column if isinstance(value, str)), None)
+            values[:, j] = [self._number(k, name, value, begun) for k, value in enumerate(column)]
+        used = np.array([any(value is not None for value in row) for row in zip(*columns.values(), strict=True)])
+        left = int((~used).sum())
+        if left and used.any():
+            self.own_notes.append(f"{left} record{'s' if left > 1 else ''} without any of the columns left out")
+            values = values[used]
         return Columns(str(self.path), tuple(wanted), values)
 
     def _values(self, name: str) -> list[Any]:
@@ -94,9 +126,16 @@ class JsonFile(LogFile):
             rows = rows[key]
         return [_at(row, inside) for row in rows] if inside else list(rows)
 
-    def _number(self, row: int, name: str, value: Any) -> float:
+    def _number(self, row: int, name: str, value: Any, begun: datetime | None) -> float:
+        """The number of a value, also of one in a text; of a date or time of day the seconds since ``begun``."""
         if value is None:
             return np.nan
+        if isinstance(value, str):
+            text = value.strip()
+            passed = seconds_since(begun, text)
+            if passed is not None:
+                return passed
+            value = float(text) if NUMBER.match(text) else np.nan if text.lower() in MISSING else value
         if not isinstance(value, (int, float)):
             key = f"{shown(self._under)}[{row}].{shown(name)}"
             raise self.fault(f"`{shown(json.dumps(value)[:200])}`", "a number", key, "LOG005")
@@ -110,21 +149,26 @@ class JsonFile(LogFile):
         entries = content if isinstance(content, dict) else {}
         key = self.description.records
         if key:
-            if key not in entries:
+            table = entries[key] if key in entries else _at(entries, tuple(key.split(".")))
+            if table is None:
                 expected = f"one of the keys {listing(list(entries))}" if entries else "an object with keys"
                 place = self.description.place("records")
                 raise BadInput(place, f"`{shown(key)}`", expected, nearest_name(key, entries), code="LOG013")
-            if not _is_table(entries[key]):
+            if not _is_table(table):
                 raise self.fault(f"no table under `{shown(key)}`")
-            return key, entries[key]
+            return key, table
+        if entries.keys() - {"index"} == {"columns", "data"} and _is_records(entries["data"]):  # pandas, orient="split"
+            return "data", entries["data"]
         if _is_table(content) and not any(map(_is_records, _besides(entries))):
             return "", content
-        keys = [key for key, value in entries.items() if _is_table(value)]
-        if len(keys) == 1:
-            return keys[0], entries[keys[0]]
-        if keys:
-            expected = f"`records: KEY` in meta.yaml beside the log, KEY one of {listing(keys)}"
-            raise self.fault(f"{len(keys)} tables, under {listing(keys)}", expected)
+        tables = _tables(entries)
+        if len(tables) > 1:
+            tables = {path: table for path, table in tables.items() if _has_numbers(table)} or tables
+        if len(tables) == 1:
+            return next(iter(tables.items()))
+        if tables:
+            expected = f"`records: KEY` in meta.yaml beside the log, KEY one of {listing(list(tables))}"
+            raise self.fault(f"{len(tables)} tables, under {listing(list(tables))}", expected)
         raise self.fault("no list of records")
 
     def _found(self) -> dict[str, tuple[tuple[str, ...], Inner]]:
@@ -139,7 +183,8 @@ class JsonFile(LogFile):
                 what = "an object" if kind is dict else f"a list of {len(table[0])}"
                 raise BadInput(self.place, found, f"{what}, as the first one", code="LOG005")
         if kind is list:
-            return {name: ((), (k,)) for k, name in enumerate(self._headings)}
+            inner = [(name, k, *one) for k, name in enumerate(self._headings) for one in _inside(table[0][k])]
+            return {f"{name}.{part}" if part else name: ((), (k, *path)) for name, k, part, path in inner}
         names: dict[str, tuple[tuple[str, ...], Inner]] = {}
         for record in table:
             names |= {name: ((), path) for name, path in _inside(record)}
@@ -147,6 +192,34 @@ class JsonFile(LogFile):
                 words = f"more than {MOST_COLUMNS} names in its records"
                 raise BadInput(self.place, words, self.expected, code="LOG010")
         return names
+
+
+def _turned(content: Any) -> Any:
+    """An object of objects with the same keys, as pandas writes a table, as an object of lists or a list of records.
+
+    The more numerous keys are those of the rows; they become the column ``index``.
+    """
+    parts = list(content.values()) if isinstance(content, dict) and len(content) > 1 else []
+    keys = parts[0].keys() if parts and isinstance(parts[0], dict) else ()
+    if len(keys) < 2 or not all(isinstance(part, dict) and part.keys() == keys for part in parts):
+        return content
+    if any(isinstance(value, (dict, list)) for part in parts for value in part.values()):
+        return content
+    if len(parts) > len(keys):
+        return [{"index": key, **record} for key, record in content.items()]
+    return {"index": list(keys), **{name: [part[key] for key in keys] for name, part in content.items()}}
+
+
+def _tables(entries: Mapping[str, Any], name: str = "") -> dict[str, Any]:
+    """Key, or path of keys such as ``data.samples``, → the table under it."""
+    found: dict[str, Any] = {}
+    for key, value in entries.items():
+        path = f"{name}.{key}" if name else key
+        if _is_table(value):
+            found[path] = value
+        elif isinstance(value, dict) and path.count(".") < DEEPEST:
+            found |= _tables(value, path)
+    return found
 
 
 def _headings(content: Any, table: Any) -> list[str]:
@@ -184,7 +257,18 @@ def _is_records(value: Any) -> bool:
 
 
 def _is_table(value: Any) -> bool:
-    return _is_records(value) or (isinstance(value, dict) and bool(_plain(value)))
+    """Records, or an object with a list of numbers, which may be texts."""
+    lists = _plain(value).values() if isinstance(value, dict) else ()
+    return _is_records(value) or any(_may_be_number(v[0]) for v in lists)
+
+
+def _may_be_number(value: Any) -> bool:
+    return not isinstance(value, str) or NUMBER.match(value.strip()) is not None
+
+
+def _has_numbers(table: Any) -> bool:
+    """Whether the first record of a list has a number; true for an object of lists."""
+    return isinstance(table, dict) or any(_may_be_number(_at(table[0], path)) for _, path in _inside(table[0]))
 
 
 def _plain(value: Mapping[str, Any]) -> dict[str, list[Any]]:
