@@ -60,19 +60,18 @@ class Covered:
 
     def size(self, unit: str) -> float:
         """The value of a parameter with this unit template at which its effect is as large as the force."""
-        words = {
-            "F": self.force,
-            "q": self.half_span,
-            "w": self.top_input,
-            "s": self.half_span / self.top_speed,
-            "rad": 1.0,
-        }
-        text = unit.replace("{", "").replace("}", "").replace("^", "**")
-        value = 1.0
-        for sign, name, power in re.findall(r"([*/]?)([A-Za-z]+|1)(?:\*\*(\d+))?", text):
-            factor = words.get(name, 1.0) ** int(power or 1)
-            value = value / factor if sign == "/" else value * factor
-        return value
+        return size_by_unit(unit, self.force, self.half_span, self.top_speed, self.top_input)
+
+
+def size_by_unit(unit: str, force: float, half_span: float, top_speed: float, top_input: float) -> float:
+    """The product of these sizes that has the unit of a template, such as force/half_span for {F}/{q}."""
+    words = {"F": force, "q": half_span, "w": top_input, "s": half_span / top_speed, "rad": 1.0}
+    text = unit.replace("{", "").replace("}", "").replace("^", "**")
+    value = 1.0
+    for sign, name, power in re.findall(r"([*/]?)([A-Za-z]+|1)(?:\*\*(\d+))?", text):
+        factor = words.get(name, 1.0) ** int(power or 1)
+        value = value / factor if sign == "/" else value * factor
+    return value
 
 
 Start = Callable[[Covered], Sequence[float]]

@@ -25,6 +25,7 @@ from codegen.diagnosis.fit.force_rows import ForceRows, independent_samples, rel
 from codegen.diagnosis.fit.linear import rms, solved
 from codegen.diagnosis.fit.output_error import (
     BLOCKS,
+    LEAST_PART,
     Fit,
     mean_residuals,
     segment_losses,
@@ -242,7 +243,8 @@ class CrossValidation:
         soft = self.search.with_noise_floor(self.fit)[0]
         runner = replace(self.fit.runner, record=soft.record)
         theta, offsets = self.fit.theta, self.fit.offsets
-        prior = replace(self.fit.prior, size=np.maximum(np.abs(theta), 1e-3), within=self.search.within)
+        least = LEAST_PART * np.asarray(self.fit.prior.scale)
+        prior = replace(self.fit.prior, size=np.maximum(np.abs(theta), least), within=self.search.within)
         return shooting_fit(runner, theta, offsets, prior, 0)
 
     @cached_property

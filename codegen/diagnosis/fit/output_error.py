@@ -18,6 +18,8 @@ from codegen.mechanics.system import System
 
 STEP, FINE_STEP = 1e-4, 1e-6
 """Steps for slopes, over the size of a parameter: of a fit, and of its covariance."""
+LEAST_PART = 1e-3
+"""Least size of a parameter in differences, over its scale: a smaller step is lost in the rounding of the runs."""
 HUGE = 1e6
 BLOCKS = 8
 """Number of blocks of neighbouring segments, each held out in turn."""
@@ -44,8 +46,9 @@ class Prior:
     Attributes:
         precision: (p, p) inverse prior covariance over ``tempering``, the share of independent residuals.
         deviation: prior standard deviations; infinite for a parameter without a prior.
-        size: of each parameter, for differences and for the longest step.
+        size: of each parameter, for the longest step.
         least: smallest value, 0 for a friction level; free runs do not simulate negative friction.
+        scale: of each parameter, in its unit, whatever its value; 0 where ``size`` is never too small.
     """
 
     precision: Array
@@ -56,6 +59,12 @@ class Prior:
     least: Array
     tempering: float = 1.0
     within: float = WITHIN
+    scale: Array | float = 0.0
+
+    @property
+    def differenced(self) -> Array:
+        """(p,) sizes for differences: of a parameter near zero ``LEAST_PART`` of its scale."""
+        return np.maximum(self.size, LEAST_PART * np.asarray(self.scale))
 
     @cached_property
     def bound(self) -> Array:
@@ -163,7 +172,7 @@ class Fit:
         normal = np.einsum("ask,bsk->sab", weighted, slopes, optimize=True)
         right = np.einsum("ask,sk->sa", weighted, residual)
         losses = np.empty(len(residual))
-        held = prior.precision + np.diag((UNKNOWN * np.maximum(prior.size, 1e-12)) ** -2.0)
+        held = prior.precision + np.diag((UNKNOWN * prior.size) ** -2.0)
         for block in np.array_split(segments, BLOCKS):
             rest = np.setdiff1d(segments, block)
             pull = right[rest].sum(axis=0) - prior.slope(self.theta)
@@ -184,8 +193,7 @@ class Fit:
     @cached_property
     def raw_slopes(self) -> list[Array]:
         """Slopes (S, K n) by every parameter, before regression on the start states."""
-        steps = STEP * np.maximum(np.abs(self.theta), 1e-3)
-        return _slopes(self.runner, self.theta, self.offsets, self.unprojected, steps, {})
+        return _slopes(self.runner, self.theta, self.offsets, self.unprojected, STEP * self.prior.differenced, {})
 
     @cached_property
     def projected_slopes(self) -> Array:
@@ -368,7 +376,7 @@ def gauss_newton(
         taken: dict[int, Array] = dict(enumerate(known))
         if turn and np.isfinite(prior.deviation).sum() > MANY:
             taken |= {int(k): slopes[k] for k in np.flatnonzero(np.isfinite(prior.deviation))}
-        slopes = _slopes(runner, theta, offsets, now, difference * np.maximum(prior.size, 1e-12), taken)
+        slopes = _slopes(runner, theta, offsets, now, difference * prior.differenced, taken)
         columns = starts.projected(slopes, flat)
         if turn == rounds or not slopes:
             break

@@ -16,16 +16,18 @@ from numpy.typing import NDArray
 
 from codegen.base.arrays import Array
 from codegen.diagnosis.fit.credit import independent_share, noise_ratio
+from codegen.diagnosis.fit.force_rows import residual_slopes
 from codegen.diagnosis.fit.joints import JointShooter, Memory, RigidTerms, is_separable, rigid_terms
-from codegen.diagnosis.fit.measure import Drive
+from codegen.diagnosis.fit.measure import Drive, drive_force
 from codegen.diagnosis.fit.output_error import FINE_STEP, WITHIN, Fit, Prior, gauss_newton, polish, shooting_fit
 from codegen.diagnosis.fit.recent import recent
 from codegen.diagnosis.fit.record import STEPS_PER_PERIOD, STILL, Record
-from codegen.diagnosis.fit.residual import Problem, slip_velocities
+from codegen.diagnosis.fit.residual import Problem, evaluate_forces, slip_velocities
 from codegen.diagnosis.fit.shooting import Shooter, has_bristles, level_jumps, terms_of
 from codegen.diagnosis.fit.signals import Motion
 from codegen.diagnosis.fit.trial import Part, Runner, Trial
-from codegen.mechanics.system import System
+from codegen.effects.start import size_by_unit
+from codegen.mechanics.system import Matrix, System
 
 LARGEST_RATIO = 50.0
 """Largest ratio of the refit's error to the noise with which candidates are compared."""
@@ -36,6 +38,10 @@ ROUNDS = 10
 """Most steps of a fit."""
 COMPILED_APART = 8
 """Number of models from which on they are compiled as two libraries in parallel."""
+SMALLEST = 1e-9
+"""Least size of a parameter over its scale."""
+PARTS = 200
+"""Cached scales of effects at their places."""
 FITS = 6
 """Cached fits, since successive tests of effects use the same fits."""
 
@@ -215,20 +221,59 @@ class Search:
     def prior(self, trial: Trial, theta: Array, tempering: float = 1.0) -> Prior:
         """The prior of a trial's parameters, none for those of effects; a logarithm, phase or logit has the size 1."""
         count, zeros = len(trial.moved), np.zeros(len(theta) - len(trial.moved))
-        size, reach = np.maximum(np.abs(theta), 1e-9), np.full(len(theta), np.inf)
+        scale = np.concatenate([self._scales, *(self.scales_of(part) for part in trial.parts)])
+        size, reach = np.maximum(np.abs(theta), SMALLEST * scale), np.full(len(theta), np.inf)
         # The size of a parameter with value zero is its tolerance.
         known = self.prior_precision > 0
         deviation = np.full(len(theta), np.inf)
         deviation[:count][known] = self.prior_precision[known] ** -0.5
         size[:count][known] = np.maximum(size[:count], deviation[:count])[known]
         for k, coordinate in enumerate((c for part in trial.parts for c in part.coordinates), count):
-            size[k] = 1.0 if coordinate.of_unit_size else size[k]
+            if coordinate.of_unit_size:
+                size[k] = scale[k] = 1.0
             reach[k] = coordinate.reach
         precision, centre = np.zeros((len(theta), len(theta))), np.append(self.declared, zeros)
         precision[:count, :count] = self.problem.prior_information / tempering
         least = np.full(len(theta), -np.inf)
         least[:count] = np.where([s in self.problem.levels for s in self.moved], 0.0, -np.inf)
-        return Prior(precision, deviation, centre, size, reach, least, tempering, self.within)
+        return Prior(precision, deviation, centre, size, reach, least, tempering, self.within, scale)
+
+    @cached_property
+    def _scales(self) -> Array:
+        """(p,) scales of ``moved``: declared value or tolerance, else the value whose force is the drive force."""
+        known = self.prior_precision > 0
+        scales = np.abs(self.declared)
+        scales[known] = np.maximum(scales[known], self.prior_precision[known] ** -0.5)
+        for k in np.flatnonzero(scales == 0):
+            slope = residual_slopes(self.system, self.motion, [self.moved[k]])[self.motion.usable, :, 0]
+            here = np.sqrt(np.mean(slope**2, axis=0))
+            acting = here > 0
+            scales[k] = np.min(self._forces[acting] / here[acting], initial=np.inf)
+        return np.where(np.isfinite(scales), scales, 1.0)  # a value without any influence
+
+    @recent(PARTS)
+    def scales_of(self, part: Part) -> Array:
+        """Scales of the parameters of an effect, by their units (``size_by_unit``); of a curved coordinate unused."""
+        motion, i = self.motion, part.effect.coordinate(self.system, part.place)
+        command = motion.commands[:, part.place] if part.effect.sits_on == "input" else np.zeros(1)
+        covered = (
+            self._forces[i],
+            _or_one(np.ptp(motion.positions[:, i]) / 2),
+            _or_one(np.quantile(np.abs(motion.velocities[:, i]), 0.95)),
+            _or_one(np.abs(command).max()),
+        )
+        return np.array([size_by_unit(p.unit, *map(float, covered)) for p in part.effect.parameters])
+
+    @cached_property
+    def _forces(self) -> Array:
+        """(n,) RMS drive force; of a coordinate without drive that of its inertia."""
+        motion, usable = self.motion, self.motion.usable
+        forces = np.sqrt(np.mean(drive_force(self.system, motion)[usable] ** 2, axis=0))
+        for i in np.flatnonzero(forces == 0):
+            own = Matrix([self.system.mass_matrix[i, i], *[0] * (len(forces) - 1)])
+            mass = evaluate_forces(self.system, [own], motion)[0][usable, 0]
+            forces[i] = _or_one(np.sqrt(np.mean((mass * motion.accelerations[usable, i]) ** 2)))
+        return np.asarray(forces)
 
     def runners(self, trials: Sequence[Trial], at_once: bool = True) -> list[Runner]:
         """Free-run simulators of trials, in order; trials with the same equations share one compiled library.
@@ -257,6 +302,11 @@ class Search:
                 self.compiled.update({key: (shooter, model) for model, key in enumerate(some)})
         found = [self.compiled[key] for key in keys]
         return [Runner(trial, *place, self.record, self.substeps) for trial, place in zip(trials, found, strict=True)]
+
+
+def _or_one(value: float) -> float:
+    """A size; 1 for that of what does not occur."""
+    return float(value) if value > 0 else 1.0
 
 
 def tolerances_away(search: Search, values: Array) -> Array:

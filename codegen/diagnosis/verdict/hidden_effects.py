@@ -23,7 +23,7 @@ from codegen.diagnosis.selection.significance import hypotheses
 from codegen.mechanics.system import System
 
 STEP = 1e-3
-"""Step of the parameter of an effect, in SI, for the slope of the residual over the drive."""
+"""Step of an effect's parameter for the slope of the residual over the drive, over ``Search.scales_of``."""
 SAME_FORCE = 1e-6
 """1 − cosine of two forces along a log up to which they count as the same."""
 MUCH = 0.5
@@ -58,7 +58,7 @@ def hidden_effects(search: Search, refit: System, material: float) -> list[Fact]
     rows = force_rows(refit, problem, search.moved)
     found: list[tuple[float, Fact]] = []
     for part in every:
-        slope = _slope(part, refit, problem)
+        slope = _slope(part, refit, search)
         if slope is None:
             continue
         force = drive.share(slope)
@@ -85,7 +85,7 @@ def _in_words(part: Part, change: float, reach: float, names: Sequence[str]) -> 
     )
 
 
-def _slope(part: Part, refit: System, problem: Problem) -> Array | None:
+def _slope(part: Part, refit: System, search: Search) -> Array | None:
     """(N, n) slope of ``residual_at_drive`` by the one parameter of an effect that scales its force; None if none does.
 
     A smaller gain alone would make all of the other residual smaller, noise too.
@@ -93,10 +93,11 @@ def _slope(part: Part, refit: System, problem: Problem) -> Array | None:
     neutral = part.effect.parameters[0].neutral
     if len(part.names) > 1 or neutral is None:
         return None
-    found = FoundEffect(part.kind, part.on, {part.names[0]: neutral + STEP}, {})
+    step = STEP * float(search.scales_of(part)[0])
+    found = FoundEffect(part.kind, part.on, {part.names[0]: neutral + step}, {})
     models = with_effects(refit, [found]), refit
-    changed, own = (residual_at_drive(model, problem.motion) for model in models)
-    return np.asarray(changed - own) / STEP
+    changed, own = (residual_at_drive(model, search.motion) for model in models)
+    return np.asarray(changed - own) / step
 
 
 def _hidden(
