@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
@@ -111,6 +112,16 @@ def test_what_adds_states_or_is_no_force_has_no_such_start(tmp_path: Path) -> No
         part = part_of(CATALOGUE[kind], 0, search.system)
         covered = CandidateFits(search, base, (part,), lambda share: None).covered(part)
         assert ForceStart(search.problem, base).best(base.runner.trial.with_part(part), covered) is None
+
+
+@pytest.mark.parametrize("whole", [False, True])
+def test_an_effect_without_starting_values_has_no_such_start(tmp_path: Path, whole: bool) -> None:
+    """A residual without a period over position ended the diagnosis of a belt drive in numpy's words."""
+    search = search_in(log_of(stage(), tmp_path, "train.csv"))
+    base, part = search.refit(), part_of(CATALOGUE["cogging"], 0, search.system)
+    covered = CandidateFits(search, base, (part,), lambda share: None).covered(part)
+    none = replace(covered, periods=lambda *_: [])
+    assert ForceStart(search.problem, base, whole).best(base.runner.trial.with_part(part), none) is None
 
 
 def test_an_effect_found_before_starts_at_its_value_beside_the_missing_one(tmp_path: Path) -> None:

@@ -266,6 +266,8 @@ class ForceStart:
         """For each group of columns (R, k) the steps of their weights and of the values, and the share that remains."""
         if not self.whole:
             return [self._steps(np.hstack([columns, self._slopes]), residual, columns.shape[1]) for columns in groups]
+        if not groups:  # an effect without starting values, as cogging where the residual has no period
+            return []
         joined, left = self._in_few_rows(np.hstack(groups), residual)
         values = joined[:, joined.shape[1] - len(self.base.theta) :]
         ends = np.cumsum([columns.shape[1] for columns in groups])
