@@ -57,12 +57,22 @@ def require(proof: dict[str, Any], shown: dict[str, Any]) -> None:
     stored = {z: magnitudes(shown["before"][z]) for z in shown["moving"]}
     estimates = [e["estimate"] for e in proof["errors"]]
     sums = (*stored, *estimates, *["check"] * bool(c.sums))
-    added = {x: unsigned(put(code.bounds[x][0], stored), code.known) for x in sums}
-    for x, bound in added.items():
+
+    def accepted(x: str) -> Any:
+        """The bound of x; ValueError if it is too large."""
+        bound = unsigned(put(code.bounds[x][0], stored), code.known)
         code.apart(code.names[x], f"{x}: {LOST}")
         least = put(put(magnitudes(code.names[x]), passed_on(code.known)), stored) + stored.get(x, kernel.Poly())
         least = unsigned(least, code.known)
         code.compare(least, bound, f"{x}: {LOST}")
+        return bound
+
+    added = {x: accepted(x) for x in sums}
+    for x in [*shown["outputs"]]:
+        try:
+            accepted(x)
+        except ValueError:  # nothing is said of it then
+            del shown["outputs"][x]
     for (function, q), _ in code.known.items():
         if function == "1/":  # where a divisor is less than that, it may be its rounding
             least = total(put(magnitudes(q), code.ones())) / c.precision.cancelled

@@ -51,12 +51,12 @@ UNIT = rf"(?=.{{1,40}}\Z)(?:1|(?:1/)?{FACTOR}(?:[*/]{FACTOR})*)"  # coherent: no
 START = "initialisation sets the velocity estimates to 0, and all others to constants, whatever is measured; "
 HELD = START + "after invalid samples the held estimates continue"
 BARE = START + "an invalid sample is used like any other"
-OUT = "rounding{}, {}, {}outputs other than these estimates"
+LONGEST_SUM = 20  # terms of an output that is printed as a sum
 ASSUMED = "error bounds, assuming that "
 STEP, LONG_RUN = "the step multiplies V = e'Pe", "is in the long run at most"
 SIZES = "that noise and drift stay within the bounds assumed (generate and certify take them from the envelope)"
 UNREAD = f"{SETS}: it belongs to a {PROOF} whose V is not that of the certificate, so its bounds are not used"
-WITHIN, SIZED = "noise, change of force or speed within a sample, ", "noise and drift beyond the bounds assumed below, "
+WITHIN, SIZED = "noise, change of force or speed within a sample", "noise and drift beyond the bounds assumed below"
 
 
 def read(text: str | bytes) -> dict[str, Any] | None:
@@ -101,6 +101,7 @@ def proved(proof: dict[str, Any], sources: dict[str, bytes], turns: Collection[s
         machine(proof, shown)
         met(proof, shown)
         recovery(proof, shown)
+        shown["outputs"] = of_estimates(proof, shown)
         rounding.require(proof, shown)
         held.require(proof, shown)
         steady(proof, shown, sorted({*proof["signs"], *turns}))
@@ -235,6 +236,25 @@ def steady(proof: dict[str, Any], shown: dict[str, Any], turns: list[str]) -> No
                 if s in m:
                     left += kernel.term(c, *(y for y in m if y not in (s, x))) * reduce(mul, [at] * m.count(x), one)
             kernel.demand(not left, f"where {s} turns, what {z} shows jumps")
+
+
+def of_estimates(proof: dict[str, Any], shown: dict[str, Any]) -> dict[str, Any]:
+    """Other output of the C, such as a friction force -> its polynomial over the estimates of the same sample.
+
+    Left out is what is none, or depends on a function or a state, or is a number. In ``after`` a truth is a variable
+    times its sign, and an estimate is its truth less a sign times an error: without errors, p becomes the q that p is
+    of the estimates, if it is one of them; so it is where q of the estimates is p again.
+    """
+    names, shows, found = shown["names"], {e["truth"]: e["estimate"] for e in proof["errors"]}, {}
+    back = {t: names[shown["along"][t]] * kernel.term(1, y) for t, y in shows.items()}
+    back |= {f"error of {t}": kernel.Poly() for t in shows}
+    free, estimates = {*shown["c"].inputs, *proof["signs"], *shows.values()}, {y: names[y] for y in shows.values()}
+    for x in (x for x in shown["c"].outputs if x not in estimates and len(shown["after"].get(x, ())) <= LONGEST_SUM):
+        p = shown["after"].get(x, kernel.Poly())
+        q = rounding.put(p, back)
+        if q.names() and q.names() <= free and rounding.put(q, estimates) == p:
+            found[x] = q
+    return found
 
 
 def kept(proof: dict[str, Any], shown: dict[str, Any], text: bytes) -> tuple[dict[str, Any], list[list[Fraction]]]:
@@ -425,6 +445,9 @@ def words(proof: dict[str, Any], shown: dict[str, Any], sized: bool = False, fal
     guarded = shown["c"].sums is not None
     faults = "samples with a fault" if guarded else "inputs that are no numbers"
     of_floats = " (of single precision)" * (shown["c"].precision != frame.PRECISIONS["double"])
+    stated, estimates = shown.get("outputs", {}), {e["estimate"] for e in proof["errors"]}
+    others = ", ".join(plain(x) for x in shown["c"].outputs if x not in stated and x not in estimates)
+    gaps = [f"rounding{of_floats}", faults, SIZED if sized else WITHIN, *([f"other outputs ({others})"] * bool(others))]
     return [
         f"machine: {'; '.join(pushed)}; {free} constant, with any value",
         f"in a sample the change of {', '.join(at_start)} is {h} s times {slopes} at its start",
@@ -458,11 +481,22 @@ def words(proof: dict[str, Any], shown: dict[str, Any], sized: bool = False, fal
         f"one step of {c} ({h} s) multiplies the vector of errors by the matrix of {PROOF}{first}: for every state, all"
         f" inputs and every {free}{stays}",
         *left_over,
+        *(f"in each sample {plain(x)} = {plain(as_sum(p))}" for x, p in stated.items()),
         *(falling(proof, shown, plain) if fall else ()),
         f"with the values of {proof['name']}.h: {values}",
         *(() if proof["domain"] else (HELD if guarded else BARE,)),
-        f"in exact arithmetic; not covered: {OUT.format(of_floats, faults, SIZED if sized else WITHIN)}",
+        f"in exact arithmetic; not covered: {', '.join(gaps)}",
     ]
+
+
+def as_sum(p: Any) -> str:
+    """A polynomial as a sum of products."""
+    written = ""
+    for m, c in sorted(p.items()):
+        size = enclosure.exact(abs(Fraction(c)))
+        product = "*".join([*([size] if size != "1" or not m else []), *m])
+        written += (" - " if c < 0 else " + ") + product if written else "-" * (c < 0) + product
+    return written
 
 
 def falling(proof: dict[str, Any], shown: dict[str, Any], plain: Callable[[str], str]) -> list[str]:

@@ -939,7 +939,7 @@ def test_the_dwell_is_long_enough_just_when_the_power_says_so(
     entry = {"contact": "x", "flips": [], "growth": growth, "dwell_samples": dwell}
     true = growth * fall**dwell <= 1
     try:
-        verify.reversal(entry, [[Fraction(1)]], fall)
+        verify.reversal(entry, ((1,),), fall)
     except Refused as fault:
         assert not true or shift == 0 or digits == 40, fault  # so close to equality rounding may refuse
     else:

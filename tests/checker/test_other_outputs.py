@@ -1,0 +1,92 @@
+"""Outputs beside the estimates, such as a friction force: what verify says that they are, and which it leaves open."""
+
+from __future__ import annotations
+
+import importlib
+import random
+import re
+from dataclasses import fields
+from fractions import Fraction
+from math import prod
+from typing import Any
+
+import pytest
+
+from codegen.checker import kernel, theorem, verify
+from tests.checker.forged import changed, check, sources
+
+FORCE = "outputs->F_hat_rail = F_hat_rail;"
+FORGED = {
+    "a force that is not set": "",
+    "a number": "outputs->F_hat_rail = 3.0;",
+    "a force that rounding replaces": "outputs->F_hat_rail = F_hat_rail + 1e12 * v_hat - 1e12 * v_hat;",
+    "a force as of a sine": "outputs->F_hat_rail = F_hat_rail + sin(v_hat);",
+}
+OTHER = {
+    "twice the force": ("outputs->F_hat_rail = 2.0 * F_hat_rail;", "F_hat_rail = 2*a_hat_rail*sign(rail)"),
+    "the other direction": ("outputs->F_hat_rail = -F_hat_rail;", "F_hat_rail = -a_hat_rail*sign(rail)"),
+    "a force that moves with the slip": (
+        "outputs->F_hat_rail = F_hat_rail - 0.5 * v_hat;",
+        "F_hat_rail = a_hat_rail*sign(rail) - 0.5*v_hat",
+    ),
+}
+
+
+def said(report: verify.Report) -> tuple[dict[str, str], list[str]]:
+    """(output → its formula, outputs that are named as not covered)."""
+    pairs = [re.fullmatch(r"in each sample (\w+(?:\[\d+\])?) = (.*)", line) for line in report.proved]
+    (gaps,) = (line for line in report.proved if "not covered: " in line)
+    others = re.search(r"other outputs \((.*?)\)", gaps)
+    return {p[1]: p[2] for p in pairs if p}, others[1].split(", ") if others else []
+
+
+def numbers(of: str, holder: Any) -> dict[str, kernel.Poly]:
+    """Place of each number in a structure of the twin, such as outputs.v_hat[2] → its value."""
+    found = {}
+    for f in fields(holder):
+        value = getattr(holder, f.name)
+        entries = enumerate(value) if isinstance(value, list) else [(None, value)]
+        found |= {f"{of}.{f.name}" + ("" if k is None else f"[{k}]"): kernel.term(Fraction(x)) for k, x in entries}
+    return found
+
+
+@pytest.mark.parametrize("why", FORGED)
+def test_a_forged_force_is_named_as_not_covered(why: str) -> None:
+    """Nothing was said of it: F_hat_rail, the friction estimate, could be anything under exit status 0."""
+    formulas, others = said(check(*changed("one_mass", (FORCE, FORGED[why]))))
+    assert others == ["F_hat_rail"] and "F_hat_rail" not in formulas
+    assert formulas["F_hat_on_x"] == "a_hat_rail*sign(rail)"
+
+
+@pytest.mark.parametrize("why", OTHER)
+def test_another_force_is_printed_as_what_it_is(why: str) -> None:
+    text, formula = OTHER[why]
+    formulas, others = said(check(*changed("one_mass", (FORCE, text))))
+    assert not others and f"F_hat_rail = {formulas['F_hat_rail']}" == formula
+
+
+@pytest.mark.parametrize("name", ["one_mass", "two_mass", "two_mass_cancellation", "rig_to", "chain", "two_link_arm"])
+def test_the_formulas_are_what_the_twin_computes(name: str) -> None:
+    files = sources(name)
+    proof = theorem.read(files[theorem.PROOF])
+    assert proof is not None
+    formulas = theorem.proved(proof, files)["outputs"]
+    twin, dice = importlib.import_module(f"generated.{name}"), random.Random(name)
+
+    def drawn() -> Any:
+        sizes = ((f.name, getattr(twin.Inputs(), f.name)) for f in fields(twin.Inputs))
+        return twin.Inputs(**{x: [dice.uniform(-1, 1) for _ in of] if isinstance(of, list) else dice.uniform(-1, 1)
+                              for x, of in sizes})  # fmt: skip
+
+    parameters, inputs, outputs = twin.Parameters(), drawn(), twin.Outputs()
+    state = twin.init(parameters, inputs)
+    for _ in range(20):
+        inputs = drawn()
+        twin.step(state, parameters, inputs, outputs)
+        at = numbers("parameters", parameters) | numbers("inputs", inputs) | numbers("outputs", outputs)
+        text = kernel.Text(at | {"": kernel.term(1)}, {})
+        at |= {s: kernel.function("sgn", text.value(of), {}) for s, of in proof["signs"].items()}
+        for x, p in formulas.items():
+            found = sum(float(c * prod(at[y].constant() for y in m)) for m, c in p.items())
+            assert found == pytest.approx(float(at[x].constant()), rel=1e-12, abs=1e-12), x
+    assert formulas
