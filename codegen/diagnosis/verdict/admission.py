@@ -276,10 +276,10 @@ def spared(
     joints. Force residuals are compared in units of the smaller of the joint's two drive forces: with a smaller motor
     constant all forces of its joint are smaller, and none is predicted better.
     """
-    system, count = problem.system, len(declared.force_rms_rows)
+    count = len(declared.force_rms_rows)
     if chosen.option is None or count == 1:
         return chosen, frozenset()
-    name, model = chosen.option
+    (name, model), system = chosen.option, problem.system
     before = in_proportion(declared, model, system, problem)
     pairs = {i: (chosen.figures.on([i]), before.on([i])) for i in range(count)}
     ratios = {i: worsened(new, old, REFIT_WORSE) for i, (new, old) in pairs.items()}
@@ -309,7 +309,7 @@ def reference_of(
 
     For a load behind a spring, and if free runs have ``settled`` the question, the squared free-run error must decrease
     by ``LEAST_SHARE``. The force residual is then not tested, unless free runs have not settled it and the log is not
-    ``near`` the noise, where the force residual of a load is differentiated noise: then its square must decrease by as
+    ``near`` the noise, where free runs say more of a motion that is not measured: then its square must decrease by as
     much, in proportion to the drive force.
 
     Force residuals are in proportion to the drive force, which a refitted motor constant changes. For other effects
