@@ -463,6 +463,9 @@ class _Search:
         if by_file:
             taken = f"which is no unit of {own}: its numbers are used unchanged"
             advice = f"Say `scale: {{{symbol}: FACTOR}}` in meta.yaml beside the log, 1 if they are in {own}."
+            others = [s for s in self.terms if s not in (symbol, "t") and is_convertible(unit, self._own(s))]
+            if others:
+                advice = f"It is a unit of {' and '.join(others)}: are the columns exchanged? {advice}"
             if is_in_counts(f"x {by_file}"):
                 advice = f"Say their size in meta.yaml beside the log, such as {scale_of_counts(symbol, self.spec)}."
             self._doubt(symbol, f"the file has {symbol} in `{shown(unit)}`, {taken}", advice)

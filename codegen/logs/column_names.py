@@ -181,7 +181,7 @@ def _numbered(group: Sequence[str], left: Mapping[str, str], spec: Spec) -> list
 
 def lines_of(proposed: Sequence[Proposed], others: Mapping[str, str]) -> str:
     """The lines of meta.yaml that assign the proposed columns; ``others``: placeholders for the other variables."""
-    columns = {one.symbol: _written(one.column) for one in proposed} | dict(others)
+    columns = {one.symbol: written_column(one.column) for one in proposed} | dict(others)
     lines = [f"`columns: {_flow(columns)}`"]
     units = {one.symbol: one.unit for one in proposed if one.unit}
     return " and ".join([*lines, f"`units: {_flow(units)}`"] if units else lines)
@@ -275,7 +275,7 @@ def _proposed(symbol: str, name: str, stated: str, why: str, spec: Spec) -> Prop
     return Proposed(symbol, name, "", why)
 
 
-def _written(name: str) -> str:
+def written_column(name: str) -> str:
     return name if re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", name) else json.dumps(name, ensure_ascii=False)
 
 

@@ -119,6 +119,18 @@ def _written(node: ast.expr, text: str) -> str:
     return text[places[node.col_offset] : places[node.end_col_offset - 1] + 1]
 
 
+def _with_operator(words: str) -> str | None:
+    """The first product without its ``*``, written with it: ``k*x`` for ``k x``, ``2*x`` for ``2x``; None for none."""
+    pair = _WITHOUT_OPERATOR.search(words)
+    return f"{pair[1] or pair[3]}*{pair[2] or pair[4]}" if pair else None
+
+
+_WITHOUT_OPERATOR = re.compile(
+    r"(?<![\w.])([A-Za-z_]\w*|\d[\d.]*) ([A-Za-z_]\w*|\d[\d.]*)"  # two names or numbers side by side
+    r"|(?<![\w.])(\d[\d.]*)(?![eE][-+\d])([A-Za-z_]\w*)"  # a number with a name behind it
+)
+
+
 def _places(text: str) -> list[int]:
     """For each character of the text with ``**`` for ``^``, its position in the text itself."""
     return [k for k, letter in enumerate(text) for _ in range(1 + (letter == "^"))]
@@ -172,11 +184,13 @@ def parse_expression(text: str | int | float, place: Place) -> Expression:
     except SyntaxError as error:
         places = _places(words)[max(0, (error.offset or 1) - 1) :]
         near = words[places[0] :][:20] if places else "the end"
-        found = f"`{words}` cannot be read at `{near}`"
+        found, nearest = f"`{words}` cannot be read at `{near}`", _with_operator(words)
+        if unclosed := words.count("(") - words.count(")"):
+            found += f": {abs(unclosed)} `{'(' if unclosed > 0 else ')'}` more than `{')' if unclosed > 0 else '('}`"
         expected = "an expression such as `-k*x + w`, its numbers in SI and without units"
         if "|" in words:
             expected += "; a magnitude |v| is written abs(v)"
-        raise BadInput(place, found, expected, code="SPEC010") from None
+        raise BadInput(place, found, expected, nearest, code="SPEC010") from None
     except (RecursionError, MemoryError, ValueError):
         found = "an expression nested too deeply or with control characters"
         raise BadInput(place, found, "a simpler expression", code="SPEC010") from None

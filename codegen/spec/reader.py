@@ -11,7 +11,7 @@ from typing import Any, ParamSpec, TypeVar
 
 import sympy
 
-from codegen.base.errors import BadInput, Faults, Place, UnknownName, refuse_unknown
+from codegen.base.errors import BadInput, Faults, Place, UnknownName, nearest_name, refuse_unknown
 from codegen.base.input_files import read_text
 from codegen.spec.expression import exact_number, printed
 from codegen.spec.model import (
@@ -203,7 +203,9 @@ class _Reading:
     def _name(self, name: str, key: str) -> None:
         if not is_identifier(name) or len(name) > 60:
             expected = "at most 60 letters, digits and _, starting with a letter"
-            raise BadInput(self.place(key), f"the name `{name}`", expected, code="SPEC009")
+            near = re.sub(r"\W", "_", name, flags=re.ASCII)[:60]
+            nearest = near if is_identifier(near) else None
+            raise BadInput(self.place(key), f"the name `{name}`", expected, nearest, code="SPEC009")
         if is_macro(name, self.document.name):
             found = f"the name `{name}`, a macro of the generated code"
             raise BadInput(self.place(key), found, "another name", code="SPEC009")
@@ -273,16 +275,17 @@ class _Reading:
             found = f"a second contact `{section.name}`"
             raise BadInput(self.place(f"{key}.name"), found, "a different name for each contact", code="SPEC009")
         unit = self._si_unit(section.unit, f"{key}.unit", f"a number of the law may have its own, `5 {section.unit}`")
-        given = {name: value for name, value in (section.model_extra or {}).items() if name != TOLERANCE}
+        given = {name: value for name, value in (section.model_extra or {}).items() if not _is_tolerance(name)}
         values, units = read_numbers(given, key, self.place)
         return Contact(section.name, section.law, unit, values, sliding, units)
 
     def _refuse_tolerance(self, index: int) -> None:
         """Raise BadInput for a tolerance of a contact, which would be read as a parameter of its law."""
-        if TOLERANCE in (self.document.friction.contacts[index].model_extra or {}):
-            place = self.place(f"friction.contacts[{index}].{TOLERANCE}")
-            expected = "no tolerance for a friction law: a diagnosis fits friction levels freely"
-            raise BadInput(place, f"unknown key `{TOLERANCE}`", expected, code="SPEC004")
+        for key in self.document.friction.contacts[index].model_extra or {}:
+            if _is_tolerance(key):
+                place = self.place(f"friction.contacts[{index}].{key}")
+                expected = "no tolerance for a friction law: a diagnosis fits friction levels freely"
+                raise BadInput(place, f"unknown key `{key}`", expected, code="SPEC004")
 
     def _effect(self, index: int) -> DeclaredEffect:
         section, key = self.document.effects[index], f"effects[{index}]"
@@ -307,12 +310,15 @@ class _Reading:
 
     def _range(self, name: str, units: Mapping[str, str]) -> tuple[Any, Any]:
         key, (low, high) = f"envelope.{name}", self.document.envelope[name]
-        expected = "a coordinate, velocity or input, with _dot or _noise behind it, or a_ or f_ with a contact's name"
+        plain = [n for n in units if not n.endswith(("_dot", "_noise")) and not n.startswith("f_")]
+        expected = f"one of {', '.join(plain)}; with _dot or _noise behind it; or f_ with a contact's name"
         refuse_unknown(name, units, self.place(key), "unknown name", expected, code="SPEC008")
         places = self.place(f"{key}[0]"), self.place(f"{key}[1]")
         bounds = read_quantity(low, units[name], places[0]), read_quantity(high, units[name], places[1])
         if not bounds[0] < bounds[1]:
-            raise BadInput(self.place(key), f"[{low}, {high}]", "a range [low, high] with low < high", code="SPEC007")
+            turned = f"[{high}, {low}]" if bounds[1] < bounds[0] else None
+            expected = "a range [low, high] with low < high"
+            raise BadInput(self.place(key), f"[{low}, {high}]", expected, turned, code="SPEC007")
         return bounds
 
     def _known(self, names: Iterable[str], known: set[str], key: str) -> None:
@@ -333,6 +339,11 @@ class _Reading:
         place = self.place("log.cutoff_hz")
         cutoff = float(read_quantity(section.cutoff_hz, "1/s", place)) if section.cutoff_hz else None
         return LogColumns(dict(section.columns), scale, cutoff, dict(section.published))
+
+
+def _is_tolerance(key: str) -> bool:
+    """Whether a key is `tolerance`, or means it, as `tol`."""
+    return nearest_name(key, [TOLERANCE]) is not None
 
 
 def _units(coordinates: Iterable[Coordinate], inputs: Iterable[Input]) -> dict[str, str]:

@@ -31,7 +31,7 @@ def refuse_other_shape(
         found = f"{len(rows)} rows, of which " + ", ".join(f"row {i + 1} has {len(rows[i])} entries" for i in odd)
         at = replace(at, line=place(f"{key}[{odd[0]}]").line)
     else:
-        found = f"{len(rows)} rows of {len(rows[0]) if rows else 0}"
+        found = f"{len(rows)} row{'s' * (len(rows) != 1)} of {len(rows[0]) if rows else 0}"
     question = f"; {QUESTION}" if any(maybe_commas(rows[i], shape[1]) for i in odd) else ""
     expected = f"{shape[0]} by {shape[1]}{meaning}{question}"
     raise BadInput(at, what + found.replace(" 1 entries", " 1 entry"), expected, code="SPEC015")

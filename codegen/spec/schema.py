@@ -58,7 +58,9 @@ def _unit_like(value: object) -> object:
 def _range_like(value: object) -> object:
     if not isinstance(value, list) or len(value) != 2:
         question = f"; {QUESTION}" if isinstance(value, list) and maybe_commas(value, 2) else ""
-        raise ValueError(f"expected a range [low, high]{question}")
+        size = str(value).removeprefix("-") if isinstance(value, (str, int, float)) else ""
+        example = f", as in `[-{size}, {size}]`" if size[:1].isdigit() and len(size) <= 20 else ""
+        raise ValueError(f"expected a range [low, high]{example}{question}")
     return value
 
 
@@ -246,7 +248,7 @@ class DomainSection(Section):
 
 
 class ObserverSection(Section):
-    kind: str
+    kind: str = Field(examples=["gcfo"])
     velocity: Literal["measured", "estimated"] = "measured"
     gains: dict[str, Gain]
     sample_time: Quantity

@@ -10,6 +10,7 @@ import pytest
 from slider_log import LEVEL, MASS, TEXT, write_csv
 
 from codegen.logs import Finding, preflight, read_log
+from codegen.logs.audit.changed_columns import FITS, Change
 from codegen.spec.reader import parse_spec
 
 WEIGHT, STIFFNESS = 120.0, 150.0
@@ -126,6 +127,13 @@ def test_a_flipped_input_may_be_a_sign_in_the_spec(tmp_path, machine):
     """No log tells the sign of a column from that of its term, so both places are named."""
     (one,) = problems(tmp_path, machine, "w")
     assert "`force`" in one.words and "`scale: {w: -1}`" in one.words
+
+
+@pytest.mark.parametrize("far_better", [False, True])
+def test_a_change_that_leaves_the_forces_unbalanced_is_none(far_better):
+    """A current in mA without its unit: a change that left 77,000 times the forces unbalanced was proposed."""
+    change = Change("", "", lambda: 0.0, "", far_better=far_better)
+    assert change.enough(1e6) <= FITS and change.enough(0.2) < 0.2
 
 
 def test_an_angle_that_no_input_drives(tmp_path):

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
-from slider_log import LEVEL, rows, write_csv
+from slider_log import LEVEL, TEXT, rows, write_csv
 
 from codegen.base.errors import BadInput
 from codegen.logs import preflight, read_log
+from codegen.spec.reader import parse_spec
 from tests.told import refused
 
 
@@ -105,6 +108,24 @@ def test_numbers_that_are_large_are_not_blamed(tmp_path, spec):
     for counts in (np.round(30000 + 9000 * made["w"] / 5), np.round(made["w"] * 1000), np.round(60000 + made["w"])):
         log = read_log(write_csv(tmp_path / "a.csv", {**made, "w": counts}), spec)
         assert ("numbers of w" in found(log, spec)) == (counts.min() > 50000)  # all near the end: may be, and is told
+
+
+@pytest.mark.parametrize(("unit", "turn", "line"), [("deg", 360.0, "360"), ("rad", 2 * np.pi, "2*pi")])
+def test_an_angle_that_wraps_is_unwrapped_by_a_turn_in_its_unit(tmp_path, unit, turn, line):
+    """The jump seen in a sampled log was proposed: 6.219 rad of a column in degrees."""
+    text = TEXT.replace("unit: m}", "unit: rad}").replace("unit: kg", "unit: kg*m^2").replace("unit: N}", "unit: N*m}")
+    spec = parse_spec(text, Path("spun.yaml"))
+    made = rows(20)
+    x = (20 * made["t"] / (2 * np.pi) * turn) % turn
+    path = write_csv(tmp_path / "b.csv", {"t": made["t"], f"motor angle [{unit}]": x, "w": made["w"]}, fmt="%.12g")
+    columns = f"columns: {{x: 'motor angle [{unit}]'}}\n"
+    about(tmp_path, columns)
+    said = found(read_log(path, spec), spec)["jumps of x"].words
+    proposed = said.partition("`unwrap: ")[2].partition("`")[0]
+    assert proposed == f'{{"motor angle [{unit}]": {line}}}'
+    about(tmp_path, f"{columns}unwrap: {proposed}\n")
+    log = read_log(path, spec)
+    assert np.allclose(np.diff(log.positions[:, 0]), 20 * log.sample_time, atol=1e-6)
 
 
 def test_counters_that_start_anew(tmp_path, spec):

@@ -74,6 +74,15 @@ def test_it_is_said_where_the_header_was_found(tmp_path, spec):
     assert any("`was -8` of line 5 is not read" in n for n in read_log(tmp_path / "b.csv", spec).notes)
 
 
+def test_units_of_each_other_ask_whether_columns_are_exchanged(tmp_path, spec):
+    (tmp_path / "a.csv").write_text("t,x,w\ns,N,mm\n" + table())
+    words = {f.topic: f.words for f in read_log(tmp_path / "a.csv", spec).intake.findings}
+    assert "unit of w" in words["unit of x"] and "unit of x" in words["unit of w"]
+    (tmp_path / "b.csv").write_text("t,x,w\ns,m,V\n" + table())
+    (other,) = read_log(tmp_path / "b.csv", spec).intake.findings
+    assert "exchanged" not in other.words
+
+
 def test_units_that_the_file_states_are_applied_where_nobody_says_otherwise(tmp_path, spec):
     (tmp_path / "a.csv").write_text("t,x,w\nms,mm,kN\n" + table())
     log = read_log(tmp_path / "a.csv", spec)

@@ -177,3 +177,32 @@ observer: {kind: gcfo, velocity: estimated, gains: {K_F: 600, K_v: 200}, sample_
     fault = told(text)
     found = {one.found for one in (fault, *fault.others)}
     assert found == {"unknown key `toleranc`", "unknown key `sample_tim`", "unit `kgg`"}
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "shown"),
+    [
+        ("w - k*x", "w - k x", "SPEC010 k*x"),
+        ("w - k*x", "w - 2x", "SPEC010 2*x"),
+        ("w - k*x", "w - (k*(x + 1)", "SPEC010 `(`"),
+        ("w - k*x", "w - k*x)", "SPEC010 `)`"),
+        ("  x: [-1, 1]", "  x: 5 mm", "SPEC006 mm]`"),
+        ("  x: [-1, 1]", "  x: [5, -5]", "SPEC007 [-5, 5]"),
+        ("name: slider", "name: my-slider", "SPEC009 'my_slider'"),
+    ],
+)
+def test_what_was_meant_is_shown(old: str, new: str, shown: str) -> None:
+    assert old in GOOD
+    with refused(shown):
+        parse_spec(GOOD.replace(old, new, 1), Path("slider.yaml"))
+
+
+def test_an_unknown_name_of_the_envelope_is_told_which_there_are() -> None:
+    fault = told(GOOD.replace("  x: [-1, 1]", "  velocity: [-5, 5]"))
+    assert fault.code == "SPEC008" and " v," in fault.expected and "x," in fault.expected
+
+
+def test_a_tolerance_of_a_contact_is_none_by_any_name() -> None:
+    for key in ("tol", "tolerance", "tolerence"):
+        fault = told(GOOD.replace("name: rail, ", f"name: rail, {key}: 5%, "))
+        assert fault.code == "SPEC004" and f"`{key}`" in fault.found and not fault.others

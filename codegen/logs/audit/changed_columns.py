@@ -120,7 +120,7 @@ class Change:
 
     def enough(self, now: float) -> float:
         """The largest misfit at which it is reported; ``now``: the misfit as read."""
-        return min(FITS, BETTER * now) if now > FITS and not self.far_better else FAR_BETTER * now
+        return min(FITS, (BETTER if now > FITS and not self.far_better else FAR_BETTER) * now)
 
 
 def _exchanged(case: Case, sources: Mapping[str, str]) -> Change:

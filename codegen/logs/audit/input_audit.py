@@ -127,7 +127,8 @@ def _input(
             return Finding("warning", topic, words, figures)
         words = (
             f"The scale of input {name} is off by a factor of {factor:.3g}: the motion takes that many times its "
-            f"force. Check its unit, whether it saturates, and the declared masses and friction levels. "
+            f"force. Check its unit, its factor in `force`, whether it saturates, and the declared masses and friction "
+            f"levels. "
             f"{_asked_unit(name, factor, spec, log)}"
         )
         return Finding("problem", topic, words, figures)
@@ -192,7 +193,10 @@ def audit_undriven(forces: Forces, spec: Spec, outside: Outside | None) -> Itera
             words = f"{outside.words}. Check its unit and scale."
             yield Finding("problem", f"scale of {outside.coordinate}", words, figures | {"times": outside.times})
         elif correlation > TELLING and off:
-            words = f"The modelled force on {c.name} is off by a factor of {slope:.3g} from mass times acceleration."
+            words = (
+                f"The modelled force on {c.name} is off by a factor of {slope:.3g} from mass times acceleration. Check "
+                f"the mass of {c.name} and the parameters of `force` in the spec, and its unit in the log."
+            )
             yield Finding("problem", topic, words, figures)
         else:
             words = f"The force modelled on {c.name} correlates with mass times acceleration by {correlation:.2f}."

@@ -11,6 +11,7 @@ from codegen.base.arrays import Array
 from codegen.logs.audit.envelope import Span
 from codegen.logs.audit.force_audit import audit_force
 from codegen.logs.audit.scales import LONGEST_STEP
+from codegen.logs.column_names import written_column
 from codegen.logs.log import Finding, Log, Severity
 from codegen.logs.motion import Motion, Steady, measured_motion, steady_speeds
 from codegen.spec.model import Spec
@@ -45,6 +46,10 @@ REPEATS_REPORTED, REPEATS_WARNED = 0.005, 0.05
 """Shares of repeated rows that are reported, and that are a warning."""
 Kept = NDArray[np.int64]
 """Indices of the samples that lie in no gap."""
+
+
+ONE_TURN = 0.05
+"""Largest deviation of a jump from 2π, relative: the motion of a sample is missing in it."""
 
 
 def preflight(log: Log, spec: Spec) -> tuple[Finding, ...]:
@@ -291,9 +296,19 @@ def _wraps(log: Log, spec: Spec, kept: Kept, j: int) -> Iterator[Finding]:
         count, size = int(jumps.sum()), float(np.median(moves[jumps]))
         words = (
             f"{c.name} jumps by {size:.4g} {c.unit} {count} times, as if it wraps around each turn. Unwrap it: "
-            f"`unwrap: {{COLUMN: {size:.4g}}}` in meta.yaml beside the log, in the column's own unit and exact period."
+            f"{_unwrapping(log, spec, j, size)}."
         )
         yield Finding("problem", f"jumps of {c.name}", words, {"count": float(count), "size": size})
+
+
+def _unwrapping(log: Log, spec: Spec, j: int, size: float) -> str:
+    """The line of meta.yaml that unwraps a position: by one turn, if it jumps by about that in a known unit."""
+    c, where = spec.coordinates[j], "in meta.yaml beside the log"
+    column, unit = log.intake.columns.get(c.name), log.units.get(c.name, c.unit)
+    turn = {"rad": "2*pi", "deg": "360"}.get(unit) if c.unit == "rad" else None
+    if column is None or turn is None or abs(size / (2 * np.pi) - 1) > ONE_TURN:
+        return f"`unwrap: {{COLUMN: {size:.4g}}}` {where}, in the column's own unit and exact period"
+    return f"`unwrap: {{{written_column(column)}: {turn}}}` {where}, one turn in {unit}"
 
 
 def _envelope(log: Log, spec: Spec, motion: Motion, kept: Kept) -> Iterator[Finding]:

@@ -135,7 +135,10 @@ def _off_scale(case: Case, steady: frozenset[int], least: float) -> list[Finding
             figures = {"inertia": inertia, "friction": friction, "correlation": r_inertia}
         else:
             continue
-        words = f"The scale of {c.name} or of time seems off: {why}. Check unit and scale of {c.name} and t."
+        words = (
+            f"The scale of {c.name} or of time seems off: {why}. Check unit and scale of {c.name} and t, and the "
+            f"parameters of its mass and `force` in the spec."
+        )
         found.append(Finding("problem", f"scale of {c.name}", words, figures))
     return found
 
