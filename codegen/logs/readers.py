@@ -254,7 +254,7 @@ def format_of(path: Path) -> Opener:
                 raise BadInput(place, f"unreadable ({error.strerror})", expected, code="FILE001") from None
         is_text = _is_text(head)
         others = ((what, instead) for begin, what, instead in OTHERS if re.match(begin, head))
-        if not (reader is not None and is_text) and (other := next(others, None)):
+        if other := next(others, None):
             raise BadInput(place, *other, code="LOG002")
         if reader is not None or is_text or not head:
             return open_csv
@@ -422,15 +422,23 @@ def _hold_note(description: LogDescription) -> list[str]:
 HEAD = 4096
 OTHERS = (
     (rb"PK\x03\x04|\xd0\xcf\x11\xe0", "an Excel workbook or another archive", "its sheet saved as CSV"),
-    (rb"\x1f\x8b|\x28\xb5\x2f\xfd|BZh|\xfd7zXZ", "a compressed file", "the file unpacked"),
+    (rb"\x1f\x8b|\x28\xb5\x2f\xfd|BZh\d|\xfd7zXZ", "a compressed file", "the file unpacked"),
     (rb"\x80[\x02-\x05]", "a Python pickle, which could run any code", "its arrays saved by `numpy.savez`, or as CSV"),
     (rb"#ROSBAG", "a bag of ROS 1", "a bag of ROS 2, made of it by `rosbags-convert`"),
     (rb"\(\d+\.\d+\) +\S+ +[0-9A-F]+#", "CAN frames of candump", "a column for each signal, decoded by its DBC"),
-    (rb"header: *\r?\n", "messages over several lines, as `ros2 topic echo` prints them", "a bag, or `--csv` with it"),
+    (
+        rb"header: *\r?\n +(stamp|seq):",
+        "messages over several lines, as `ros2 topic echo` prints them",
+        "a bag, or `--csv` with it",
+    ),
     (rb"FMT, ?\d+, ?\d+, ?FMT", "an ArduPilot log of several kinds of rows", "one kind as CSV, by `mavlogdump.py`"),
-    (rb"MDF ", "an MDF file", "an MDF 4 file ending in .mf4"),
+    (rb"MDF +\d", "an MDF file", "an MDF 4 file ending in .mf4"),
     (rb"\x89HDF", "an HDF5 file", "the ending .h5"),
-    (rb"WPILOG|\xa3\x95|ULog", "a log of a robot or vehicle", "its export as CSV; ULog ends in .ulg"),
+    (rb"SQLite format 3", "an SQLite database", "its table as CSV; a bag of ROS 2 ends in .db3"),
+    (rb"ARROW1", "an Arrow or Feather file", "the table as Parquet or CSV"),
+    (rb"# Created by Octave", "Octave's text format", "the same saved by `save -v7 NAME.mat`"),
+    (rb"(\xef\xbb\xbf)?<(\?xml|!DOCTYPE|html)", "an XML or HTML file", "its samples as CSV"),
+    (rb"WPILOG|\xa3\x95|ULog\x01", "a log of a robot or vehicle", "its export as CSV; ULog ends in .ulg"),
 )
 """First bytes, what they begin, and what to give instead."""
 

@@ -5,6 +5,7 @@ Each is read to the numbers of a slider's log in closed form, with the descripti
 
 from __future__ import annotations
 
+import io
 import json
 from datetime import datetime, timedelta
 
@@ -27,6 +28,21 @@ def stamped(form: str) -> str:
         at = STARTED + timedelta(seconds=round(t, 3))
         out.append(f"{at.strftime(form).replace('MMM', f'{at.microsecond // 1000:03d}')};{x:.9f};{w:.9f}\n")
     return "".join(out)
+
+
+def saved(**arrays: np.ndarray) -> bytes:
+    """An .npz archive, or an .npy file of the array called ``npy``."""
+    file = io.BytesIO()
+    np.save(file, arrays["npy"]) if "npy" in arrays else np.savez(file, **arrays)
+    return file.getvalue()
+
+
+def shuffled(moved: dict[int, int]) -> str:
+    """The rows with some of them written later."""
+    rows = list(ROWS)
+    for k, by in moved.items():
+        rows.insert(k + by, rows.pop(k))
+    return "ms,x,w\n" + "\n".join(rows)
 
 
 def with_lines(added: dict[int, str]) -> str:
@@ -123,6 +139,100 @@ READ = {
         "cut off and not read",
     ),
     "a list with a comma at its end": ("a.json", f"{json.dumps(RECORDS)[:-1]},]", "", ""),
+    "a signal a row, .npz": (
+        "a.npz",
+        saved(t=T, q=np.stack([X, 0 * X]), f=np.stack([0 * W, W])),
+        "columns: {x: q.1, w: f.2}\n",
+        "",
+    ),
+    "a signal a row, .npy": ("a.npy", saved(npy=np.stack([T, X, W])), "columns: {t: 1, x: 2, w: 3}\n", ""),
+    "columns one after the other, .npy": (
+        "a.npy",
+        saved(npy=np.asfortranarray(np.column_stack([T, X, W]))),
+        "columns: {t: 1, x: 2, w: 3}\n",
+        "",
+    ),
+    "both, .npy": ("a.npy", saved(npy=np.column_stack([T, X, W]).T), "columns: {t: 1, x: 2, w: 3}\n", ""),
+    "numbers as NumPy 2 prints them": (
+        "a.csv",
+        "t,x,w\n" + lines("np.float64({t:.3f}),np.float64({x:.9f}),{w:.9f}"),
+        "",
+        "",
+    ),
+    "arrays as Python prints them": (
+        "a.csv",
+        "t;pos;f\n" + lines("{t:.3f};array('d', [0.5, {x:.9f}]);tensor([{w:.9f}, 1], device='cuda:0')"),
+        "columns: {x: 'pos[1]', w: 'f[0]'}\n",
+        "",
+    ),
+    "an ESP's monitor in colours": (
+        "a.log",
+        "\x1b[0;32mI (12) boot: 2 cores\x1b[0m\n" + lines("\x1b[0;32mI ({ms}) axis: x={x:.9f}, w={w:.9f}\x1b[0m"),
+        MS,
+        "each row names its numbers (stamp, x, w)",
+    ),
+    "a logger with milliseconds and microseconds": (
+        "a.log",
+        lines("[00:00:{s:02d}.{f:03d},000] <inf> axis: x: {x:.9f}, w: {w:.9f}"),
+        "",
+        "",
+    ),
+    "a journal with process numbers": (
+        "a.log",
+        lines("Mar 04 10:15:16 rig drive[1234]: t={t:.3f} x={x:.9f} w={w:.9f}"),
+        "columns: {t: t}\n",
+        "",
+    ),
+    "a phone's log": (
+        "a.log",
+        "--------- beginning of main\n"
+        + lines("03-04 10:15:{s:02d}.{f:03d}  1234  1250 I Axis    : x={x:.9f} w={w:.9f}"),
+        "",
+        "",
+    ),
+    "decoded CAN frames": (
+        "a.log",
+        lines("(16000{s:05d}.{f:03d})  can0  0C1   [8]  00 11 22 33 :: Motor(x: {x:.9f} m, w: {w:.9f} N)"),
+        "",
+        "",
+    ),
+    "a terminal's times": (
+        "a.txt",
+        lines("2026-03-04 10:15:{s:02d}.{f:03d} {x:.9f},{w:.9f}"),
+        "columns: {t: 1, x: 2, w: 3}\n",
+        "",
+    ),
+    "a terminal's times in brackets": (
+        "a.txt",
+        lines("[10:15:{s:02d}.{f:03d}] {x:.9f}\t{w:.9f}"),
+        "columns: {t: 1, x: 2, w: 3}\n",
+        "",
+    ),
+    "times between blanks and decimal commas": (
+        "a.txt",
+        lines("10:15:{s:02d}.{f:03d} {x:.9f} {w:.9f}").replace(".", ","),
+        "columns: {t: 1, x: 2, w: 3}\n",
+        "decimal commas",
+    ),
+    "an oscilloscope's settings behind its units": (
+        "a.csv",
+        "X,CH1,CH2,Start,Increment,\nSequence,mm,N,-6.0e-03,2.0e-03\n" + lines("{k},{mm:.6f},{w:.9f},,"),
+        "columns: {x: CH1, w: CH2}\nsample_time: 2 ms\n",
+        "x is in mm",
+    ),
+    "units in a header between blanks": (
+        "a.txt",
+        "Time [s]  Way (mm)  Force [N m/m]\n" + lines("{t:.3f} {mm:.6f} {w:.9f}"),
+        "columns: {x: Way (mm), w: 'Force [N m/m]'}\n",
+        "x is in mm",
+    ),
+    "a line below the header without a first field": (
+        "a.asc",
+        "Rig 3\n\nTime [s]\tx\tw\n\tSR=500\tSR=500\n" + lines("{t:.3f}\t{x:.9f}\t{w:.9f}"),
+        "columns: {x: x, w: w}\n",
+        "",
+    ),
+    "rows out of order": ("a.csv", shuffled({100: 5, 900: 1, 1500: 40}), f"columns: {{t: ms}}\n{MS}", "sorted by time"),
     "a name of time that is not the first choice": (
         "a.csv",
         "sim_time,timestamp,x,w\n" + lines("{k},{t:.3f},{x:.9f},{w:.9f}"),
@@ -169,6 +279,57 @@ def test_a_damaged_row(tmp_path, spec, torn):
     log = read_log(tmp_path / "a.csv", spec)
     assert any("line 502 is a damaged row" in note for note in log.notes)
     assert np.allclose(log.positions[:, 0], np.interp(log.time, T, X), atol=1e-5)
+
+
+def test_a_clock_that_overflows(tmp_path, spec):
+    started = 2**32 - 1_500_000
+    rows = "".join(
+        f"{(started + 2000 * k) % 2**32},{x:.9f},{w:.9f}\n" for k, (x, w) in enumerate(zip(X, W, strict=True))
+    )
+    (tmp_path / "a.csv").write_text("micros,x,w\n" + rows)
+    with pytest.raises(BadInput) as told:
+        read_log(tmp_path / "a.csv", spec)
+    assert tells(told.value, "LOG007 a.csv `unwrap: {micros: 4294967296}`"), told.value
+    (tmp_path / "meta.yaml").write_text("unwrap: {micros: 4294967296}\n")
+    log = read_log(tmp_path / "a.csv", spec)
+    assert log.size == len(T) and np.allclose(log.positions[:, 0], X, atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    "rows",
+    [
+        [*ROWS[:1000], *(f"{int(row.split(',')[0]) - 5},{row.split(',', 1)[1]}" for row in ROWS[1000:])],  # set back
+        [*ROWS[:1000], *ROWS[:1000]],
+        [*ROWS[:300], *ROWS[600:], *ROWS[300:600]],
+    ],
+)
+def test_other_times_that_run_backwards_are_not_sorted(tmp_path, spec, rows):
+    (tmp_path / "a.csv").write_text("t,x,w\n" + "\n".join(rows))
+    (tmp_path / "meta.yaml").write_text(MS)
+    with pytest.raises(BadInput) as told:
+        read_log(tmp_path / "a.csv", spec)
+    assert tells(told.value, "LOG007 a.csv"), told.value
+
+
+REFUSED = {
+    # name and content of a file, what the message says
+    "a.xml": (b"<?xml version='1.0'?>\n<s t='0'/>\n", "LOG002 XML CSV"),
+    "a_renamed.csv": (b"<!DOCTYPE html><html>\n", "LOG002 HTML CSV"),
+    "a.db": (b"SQLite format 3\0" + bytes(99), "LOG002 SQLite CSV"),
+    "a.feather": (b"ARROW1\0\0" + bytes(99), "LOG002 Arrow Parquet"),
+    "octave.txt": (b"# Created by Octave 6.4.0\n# name: t\n# type: matrix\n", "LOG002 Octave `save -v7"),
+    "hexadecimal.csv": (b"t,x,w\n0,006B,1\n1,006C,1\n2,FFFE,1\n", "LOG005 hexadecimal.csv:2 `006B` 0x"),
+    "more_later.csv": (b"t,x,w\n0,0.1,1\n1,0.2,1\n2,0.1,1,fault\n", "LOG005 more_later.csv:4 4 `missing: fill`"),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_refused_by_what_it_is(tmp_path, spec, name):
+    content, words = REFUSED[name]
+    (tmp_path / name).write_bytes(content)
+    with pytest.raises(BadInput) as told:
+        read_log(tmp_path / name, spec)
+    assert tells(told.value, words), told.value
 
 
 def test_many_damaged_rows_are_refused(tmp_path, spec):

@@ -206,7 +206,7 @@ class CsvSource(LogFile):
             place = Place(self.file, int(numbers[k]))
             found = fields(_TRAILING_COMMENT.sub("", text) if "#" in text else text, self.layout.delimiter, place)
             try:
-                values[k] = self._numbers(found, int(numbers[k]), indices)
+                values[k] = self._numbers(found, int(numbers[k]), indices, first=k == 0)
             except BadInput as error:
                 damaged.append(error)
                 if self.description.missing != "fill" or len(damaged) > SHARE_DAMAGED * len(body):
@@ -216,8 +216,8 @@ class CsvSource(LogFile):
             self.own_notes.append(f"line {first.place.line} is a damaged row, and not read ({first.found}){more}")
         return values
 
-    def _numbers(self, found: list[str], line: int, indices: list[int]) -> list[float]:
-        """The numbers of a row with these fields; raises BadInput as ``_row_by_row``."""
+    def _numbers(self, found: list[str], line: int, indices: list[int], first: bool) -> list[float]:
+        """The numbers of a row with these fields, perhaps the first row; raises BadInput as ``_row_by_row``."""
         width = len(self.names)
         while len(found) > width and not found[-1].strip():
             found.pop()
@@ -228,7 +228,7 @@ class CsvSource(LogFile):
             expected = f"{width}, one for each of {listing(self.names)}"
             if self.layout.delimiter == "," and len(found) > width and not any("." in text for text in found):
                 expected += "; decimal commas between commas cannot be read, write the file with semicolons"
-            else:
+            elif not first:
                 expected += "; `missing: fill` in meta.yaml beside the log leaves out single damaged rows"
             raise BadInput(Place(self.file, line), words, expected, code="LOG005")
         return [self._number(found[index], line, index) for index in indices]
@@ -273,6 +273,8 @@ class CsvSource(LogFile):
             grouped = ", or without a sign between thousands" if _GROUPED.fullmatch(text) else ""
             commas = f"; {key} reads decimal commas" if "," in text else ""
             return f"a number with a decimal point{grouped}{commas}", None if grouped else nearest
+        if re.fullmatch("[0-9a-f]{4,16}", text, re.IGNORECASE):
+            return "a number, if hexadecimal with 0x before it", None
         if _WITH_UNIT.fullmatch(text):
             return "a number without its unit, which `units:` in meta.yaml beside the log states", None
         return "a number with a decimal point", None

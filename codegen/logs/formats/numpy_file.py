@@ -15,6 +15,7 @@ from numpy.lib import format as npy_format
 from numpy.typing import NDArray
 
 from codegen.base.user_text import shown
+from codegen.logs.formats.row_forms import FEWEST_VALUES, MOST_SIGNALS
 from codegen.logs.formats.source import BlockFile, Columns, LogFile
 
 ROWS = 1 << 16
@@ -40,9 +41,20 @@ class Member:
     offset: int
 
     @property
+    def turned(self) -> bool:
+        """Whether each row of a table is a signal, as in a text with a line for each signal."""
+        few, many = (self.shape * 2)[:2] if self.shape else (0, 0)
+        return len(self.shape) == 2 and 1 < few <= MOST_SIGNALS and many >= FEWEST_VALUES
+
+    @property
     def rows(self) -> int:
         """N; also for a row vector, (1, N)."""
-        return max(self.shape) if self.shape and 1 in self.shape else (self.shape or (1,))[0]
+        return max(self.shape) if self.turned or 1 in self.shape else (self.shape or (1,))[0]
+
+    @property
+    def columns(self) -> int:
+        """Number of the columns of a table."""
+        return self.shape[0] if self.turned else self.shape[1]
 
     @property
     def size(self) -> int:
@@ -57,11 +69,9 @@ class Member:
             return self.dtype
         if len(self.shape) != 2:
             raise ValueError(NO_NAMES)
-        if not 0 < self.shape[1] <= MOST_COLUMNS:
-            raise ValueError(f"an array of {self.shape[1]} columns")
-        if self.fortran and 1 not in self.shape:
-            raise ValueError("a table in column-major order (write numpy.ascontiguousarray of it)")
-        return np.dtype([(str(k + 1), self.dtype) for k in range(self.shape[1])])
+        if not 0 < self.columns <= MOST_COLUMNS:
+            raise ValueError(f"an array of {self.columns} columns")
+        return np.dtype([(str(k + 1), self.dtype) for k in range(self.columns)])
 
 
 def read_member(stream: IO[bytes]) -> Member:
@@ -111,20 +121,30 @@ class NpyFile(BlockFile):
             size = stream.seek(0, 2)
         if size < member.offset + member.size:
             raise self.fault(f"{size} bytes, where its header says {member.offset + member.size}")
-        self.names, self.rows, self._offset = tuple(self._dtype.names or ()), member.shape[0], member.offset
+        self.names, self._member = tuple(self._dtype.names or ()), member
+        self.rows = member.shape[0] if 1 in member.shape else member.rows
 
     def blocks(self, wanted: Sequence[str]) -> Iterator[Columns]:
+        indices = [self.names.index(name) for name in wanted]
+        columnwise = not self._member.dtype.names and self._member.fortran != self._member.turned
         with self.opened() as stream:
-            stream.seek(self._offset)
             for start in range(0, self.rows, ROWS):
-                size = min(ROWS, self.rows - start) * self._dtype.itemsize
-                with self.reading():
-                    data = stream.read(size)
-                if len(data) < size:
-                    raise self.fault(f"{self.rows - start} rows less than its header says")
-                rows = np.frombuffer(data, dtype=self._dtype)
-                values = np.column_stack([rows[name].astype(np.float64) for name in wanted])
-                yield Columns(str(self.path), tuple(wanted), values)
+                count = min(ROWS, self.rows - start)
+                if columnwise:
+                    parts = [self._part(stream, k * self.rows + start, count, self._member.dtype) for k in indices]
+                else:
+                    rows = self._part(stream, start, count, self._dtype)
+                    parts = [rows[name] for name in wanted]
+                yield Columns(str(self.path), tuple(wanted), np.column_stack([p.astype(np.float64) for p in parts]))
+
+    def _part(self, stream: IO[bytes], start: int, count: int, dtype: np.dtype[Any]) -> NDArray[Any]:
+        """``count`` elements of the data from the element ``start``."""
+        stream.seek(self._member.offset + start * dtype.itemsize)
+        with self.reading():
+            data = stream.read(count * dtype.itemsize)
+        if len(data) < count * dtype.itemsize:
+            raise self.fault("less data than its header says")
+        return np.frombuffer(data, dtype=dtype)
 
 
 class NpzFile(LogFile):
@@ -166,7 +186,7 @@ class NpzFile(LogFile):
         if member.dtype.names:
             self._columns |= {f"{name}.{field}": (name, field) for field in member.dtype.names}
         elif len(member.shape) == 2 and 1 not in member.shape:
-            self._columns |= {f"{name}.{k + 1}": (name, k) for k in range(min(member.shape[1], MOST_COLUMNS + 1))}
+            self._columns |= {f"{name}.{k + 1}": (name, k) for k in range(min(member.columns, MOST_COLUMNS + 1))}
         elif member.shape:
             self._columns[name] = name, None
         if len(self._columns) > MOST_COLUMNS:
@@ -190,7 +210,8 @@ class NpzFile(LogFile):
             array = arrays[member]
             if isinstance(part, str):
                 array = array[part]
-            values[:, j] = array[:, part] if isinstance(part, int) else array.reshape(rows)
+            table = array.T if self._members[member].turned else array
+            values[:, j] = table[:, part] if isinstance(part, int) else array.reshape(rows)
         return Columns(str(self.path), tuple(wanted), values)
 
     def _array(self, name: str) -> NDArray[Any]:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import csv
 import re
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import chain, islice
 from string import ascii_letters
@@ -30,10 +30,26 @@ _NAMED = re.compile(rf"\s*({_NAME})(?:\s*[:=]\s*|\s+)({_NUMBER})[\s,;]*", re.ASC
 """``name:0.1``, ``name = 0.1`` or ``name 0,1``, with the separator after it."""
 _PAIR = re.compile(rf"""(?<![\w.\-/])({_NAME})["']?\s*[:=]\s*({_NUMBER})""", re.ASCII | re.IGNORECASE)
 """``name: 0.1`` within other text."""
-_BEGUN = re.compile(r"\W*(?:[A-Z]+\W+)?(\d{4}-\d\d-\d\d[T ][\d:.,]+|\d\d?:\d\d:\d\d[\d.,]*|\d{9,}\.\d+)\W+", re.ASCII)
-"""Beginning of a logger's line: a level, and a time."""
-_ARROW = re.compile(r"(\d\d?:\d\d:\d\d[.,]\d+) -> ")
-"""Beginning of a line of a serial monitor."""
+_BEGUN = re.compile(
+    r"\W*(?:[A-Z]+\W+)?("
+    r"\d{4}-\d\d-\d\d[T ][\d:.,]+|(?:\d\d-\d\d |[A-Z][a-z][a-z] +\d\d? )?\d\d?:\d\d:\d\d[\d.,]*"
+    r"|\d{9,}\.\d+|(?<=\()\d+(?=\) ))\W+",
+    re.ASCII,
+)
+"""Beginning of a logger's line: a level, and a time, which may be a number in parentheses."""
+_HEAD_ENDS = (":", "]", ">", "(")
+"""What a logger writes behind a time, a process and its number, before the message."""
+_ARROW = re.compile(
+    r"\[?((?:\d{4}-\d\d-\d\d[ T])?\d\d?:\d\d:\d\d[.,:]\d+)(?: -> |(?:\]:?|:| >)? +(?=[^\s,;][^;,\t]*[;,\t]))",
+    re.ASCII,
+)
+"""Beginning of a line of a serial monitor or terminal: a time, with an arrow or before a row with separators."""
+_CALL = re.compile(
+    r"\b(?:np\.|numpy\.|torch\.)?(?:float\d*|u?int\d*|array|tensor|Decimal)\((?:'\w', *)?"
+    r"([^()]*?)(?:, *(?:dtype|device|requires_grad|grad_fn)=[^(),]*)*\)",
+    re.ASCII,
+)
+"""A number or list as Python prints it: ``np.float64(0.1)``, ``array('d', [0.1, 0.2])``, ``tensor(0.1)``."""
 STAMP = "stamp"
 """The column of the times with which lines begin."""
 _LIST = re.compile(r'"?[\[(]([^][()"]*)[\])]"?')
@@ -65,8 +81,19 @@ def find_form(
     lines: Sequence[str], delimiter_of: Callable[[str], str], header: int | None, named: Sequence[str]
 ) -> Form | None:
     """The special form of a table; None for a plain one. Arguments as of ``find_layout``."""
+    head = list(islice(lines, LINES_SEARCHED))
+    if sum(1 for line in head if _CALL.search(line)) >= ROWS:
+        inner = find_form([_called(line) for line in head], delimiter_of, header, named) or Form(
+            lambda line: (line, "")
+        )
+        return replace(inner, split=lambda line: inner.split(_called(line)))
     found = _named_rows(lines) if header is None and not named else None
     return found or _list_rows(lines, delimiter_of) or _after_arrows(lines, delimiter_of) or _in_first_column(lines)
+
+
+def _called(line: str) -> str:
+    """A line with its numbers and lists as they are without the calls that Python prints."""
+    return _CALL.sub(lambda found: found[1].strip("'\""), line)
 
 
 def _named_rows(lines: Sequence[str]) -> Form | None:
@@ -112,7 +139,10 @@ def _first_field(line: str) -> tuple[str, str, bool]:
 
 
 def _pairs(line: str) -> list[tuple[str, str]]:
-    """(name, number) pairs of a line, with the time at its beginning; empty if it has other numbers."""
+    """(name, number) pairs of a line, with the time at its beginning; empty if it has other numbers.
+
+    Numbers between that time and the message, such as that of a process, do not count.
+    """
     pairs, at = [], 0
     while at < len(line):
         found = _NAMED.match(line, at)
@@ -124,6 +154,9 @@ def _pairs(line: str) -> list[tuple[str, str]]:
         return pairs
     begun = _BEGUN.match(line)
     rest = line[begun.end() :] if begun else line
+    first = _PAIR.search(rest) if begun else None
+    if first is not None and rest[: first.start()].rstrip().endswith(_HEAD_ENDS):
+        rest = rest[first.start() :]
     pairs = [(name, number) for name, number in _PAIR.findall(rest)]
     if not pairs or re.search(r"(?<![\w.])[+-]?\d", _PAIR.sub("", rest)):
         return []
@@ -131,14 +164,16 @@ def _pairs(line: str) -> list[tuple[str, str]]:
 
 
 def _after_arrows(lines: Sequence[str], delimiter_of: Callable[[str], str]) -> Form | None:
-    """Lines of a serial monitor, such as ``12:00:00.002 -> 0.1,0.2``."""
-    first = list(islice((line for line in lines if line.strip()), ROWS))
-    if len(first) < ROWS or not all(map(_ARROW.match, first)):
+    """Lines of a serial monitor, such as ``12:00:00.002 -> 0.1,0.2`` or ``[12:00:00.002] 0.1,0.2``."""
+    first = [line for line in islice(lines, LINES_SEARCHED) if line.strip()]
+    if len(first) < ROWS or not all(map(_ARROW.match, first[-ROWS:])):
         return None
-    rest = _ARROW.sub("", first[-1])
+    rest = _ARROW.sub("", first[-1], count=1)
     delimiter = delimiter_of(rest)
+    if any(len(text.split()) > 1 for text in rest.split(delimiter)) or (rest.count(",") == 1 and "." not in rest):
+        return None  # decimal commas between blanks
     put = rf"\1{delimiter if delimiter in rest else ' '}"
-    return Form(lambda line: (_ARROW.sub(put, line), ""))
+    return Form(lambda line: (_ARROW.sub(put, line, count=1), ""))
 
 
 def whole_lines(lines: list[str]) -> list[str]:

@@ -409,7 +409,7 @@ def _above(file: str, lines: Sequence[str], rows: _Rows, asked: Collection[str])
     units: tuple[tuple[str, str], ...] = ()
     unread: tuple[tuple[str, str], ...] = ()
     if len(near) == 2:
-        lower, upper = split[near[0]], split[near[1]]
+        lower, upper = split[near[0]][: rows.width], split[near[1]]
         sought = [sum(name.strip() in asked for name in line) for line in (lower, upper)]
         if _are_units(lower) or sought[1] > sought[0] or (sought[0] == sought[1] and _are_units(lower, but=1)):
             at, units = near[1], tuple(zip(_named(upper), map(_plain_unit, lower), strict=False))
@@ -487,12 +487,14 @@ def _names_of(line: str, rows: _Rows) -> list[str]:
     Row numbers may have no name, as in tables of R; a comment may have an additional name, as in LabVIEW's files. In a
     comment, names may have another separator than the rows, with units in brackets or without.
     """
-    text = line.strip().lstrip("#%/")
+    text = line.strip(" " if rows.delimiter == "\t" else None).lstrip("#%/")  # a first name may be empty
     ways = [_split(text, rows.delimiter)]
+    spaced = [_split(text, ""), re.findall(r"\S+(?:\s+[\[(][^\])]*[\])])?", text)]
     if COMMENT.match(line):
         others = [_split(text.strip(), other) for other in SEPARATORS if other != rows.delimiter]
-        spaced = [_split(text, ""), re.split(r"\s+(?![\[(])", text.strip())]
         ways = [*(ways if rows.delimiter else []), *others, *spaced]
+    elif not rows.delimiter:
+        ways = spaced
     return next((names for names in (_as_names(texts, rows) for texts in ways) if names), [])
 
 
@@ -502,7 +504,8 @@ def _as_names(texts: list[str], rows: _Rows) -> list[str]:
         texts = ["", *texts]
     if len(texts) == rows.width + 1 and texts[-1].strip().lower() == "comment":
         texts.pop()
-    if not rows.width <= len(texts) <= rows.most or any(map(_is_number, texts)) or not any(t.strip() for t in texts):
+    named = texts[: rows.width]  # behind them an oscilloscope writes its settings
+    if not rows.width <= len(texts) <= rows.most or any(map(_is_number, named)) or not any(t.strip() for t in named):
         return []
     return texts
 

@@ -10,6 +10,8 @@ from itertools import chain
 from codegen.base.errors import BadInput, Place
 
 EXPECTED = "a CSV log: a header line with names, then rows of numbers"
+_COLOUR = re.compile(r"\x1b\[[\d;]*[A-Za-z]", re.ASCII)
+"""A terminal's code for a colour."""
 LONGEST_LINE = 1_000_000
 """Most bytes of a line."""
 
@@ -48,6 +50,8 @@ def text_of(file: str, data: bytes, before: int = 0) -> tuple[str, tuple[str, ..
                 raise BadInput(Place(file, line), found, wanted, code="LOG001") from None
             text = data.decode("cp1252")
             notes.append(f"line {line} is not UTF-8: the file is read as Windows-1252")
+    if "\x1b[" in text:
+        text = _COLOUR.sub("", text)
     return text.replace("\r\n", "\n").replace("\r", "\n"), tuple(notes)
 
 
