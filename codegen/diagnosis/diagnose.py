@@ -225,6 +225,7 @@ def _by_free_runs(
     agreement = in_another_process(compare_residuals, case.spec, system, problem.motion)
     report("values and held-out error", 0.78)
     runs = _FreeRuns(case, search, base)
+    leader = outcome.parts[0] if outcome.rivals else None
     answer, outcome = runs.examined(last, outcome)
     far = is_far(outcome.final if answer.verdict in ("effect", "ambiguous") else base)
     if answer.verdict != "none" and far and not case.faults:
@@ -237,6 +238,7 @@ def _by_free_runs(
             lambda found: runs.examined(last, found),
             runs.checked,
             lambda done: report("effects by the force residual", 0.8 + 0.05 * done),
+            leader,
         )
     if answer.verdict in ("none", "unknown") and not case.faults:
         answer, outcome = credited_across_joints(

@@ -367,6 +367,42 @@ def test_the_answer_names_what_held_out_data_leave(tmp_path: Path, monkeypatch: 
     assert answer.verdict == "unknown" and answer.remarks[-1].words.startswith(words)
 
 
+def test_a_second_choice_of_free_runs_ties_with_the_leader_that_the_force_residual_selects(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Friction added to a real log was refused in a form with values that the log does not show, and a load named."""
+    tied, held_out = tied_about_one_place("spring", "offset", "spring", tmp_path)
+    monkeypatch.setattr(force_led, "selected_by_force", lambda *_: tied)
+    monkeypatch.setattr(force_led, "against_free_runs", lambda found, final: "")
+    search, base = tied.fits.search, tied.fits.search.refit()
+    ranked = {r.found.trial.parts[0].kind: r for r in tied.rounds[0].ranked}
+    final, leader = ranked["offset"].found, ranked["spring"].found.trial.parts[0]
+    outcome = Outcome(base, final, tuple(ranked.values()), (), 0.5, len(base.residual))
+    figures = held_out.measured(base.model)
+    plain = Answer("effect", (), base.model, base.model, (figures, figures, figures))
+    plain = plain.noted(Fact("not credited", "spring on x is refused"))
+
+    def led_by(part: Part | None) -> tuple[Answer, Outcome]:
+        return force_led.credited_by_force(
+            search,
+            outcome,
+            plain,
+            held_out,
+            False,
+            lambda one: (plain, one),
+            lambda one, fit: one,
+            lambda share: None,
+            part,
+        )
+
+    answer, led = led_by(leader)
+    assert (answer.verdict, [e.kind for e in answer.effects]) == ("ambiguous", ["spring"])
+    assert [r.found.trial.parts[0].kind for r in led.rivals] == ["offset"]
+    assert not any(f.words == "spring on x is refused" for f in answer.remarks)
+    for other in (None, final.trial.parts[0]):
+        assert led_by(other) == (plain, outcome)
+
+
 def test_a_form_that_the_log_does_not_determine_gives_way_to_a_simpler_one(
     of_two: tuple[Search, ForceSelection],
 ) -> None:

@@ -44,6 +44,7 @@ def credited_by_force(
     examined: Callable[[Outcome], tuple[Answer, Outcome]],
     checked: Callable[[Answer, Fit], Answer],
     report_progress: Callable[[float], None],
+    leader: Part | None = None,
 ) -> tuple[Answer, Outcome]:
     """The answer with effects that the force residual credits and free runs confirm; unchanged if there are none.
 
@@ -59,6 +60,8 @@ def credited_by_force(
         examined: the answer from an outcome of the selection by free runs, for an arm.
         checked: the answer after the last check on held-out data (``FinalCheck``). What it refuses must not replace
             effects that pass.
+        leader: the first effect of the tied ones that free runs find. If the answer has another one, since the leader
+            was refused, and the force residual selects it in a form that passes, the two remain tied.
     """
     found = selected_by_force(search, outcome.base, report_progress)
     if not isinstance(found, ForceSelection):
@@ -69,10 +72,17 @@ def credited_by_force(
     if answer.verdict != "unknown":
         if search.rigid:
             return _joint_by_joint(found, outcome, answer, examined)
-        against = against_free_runs(found, outcome.final)
+        named = " and ".join(e.kind for e in answer.effects)
+        second_choice = _second_choice(found, outcome, leader)
+        found = replace(found, rivals=(*found.rivals, *second_choice))
+        if second_choice:
+            answer = replace(answer, remarks=tuple(fact for fact in answer.remarks if fact.topic != "not credited"))
+            against = "since the better one is refused in the form that fits them best"
+        else:
+            against = against_free_runs(found, outcome.final)
         if not against:
             return answer, outcome
-        alone = f"alone {' and '.join(e.kind for e in answer.effects)} would be named, {against}"
+        alone = f"alone {named} would be named, {against}"
     led = replace(
         outcome,
         final=found.run,
@@ -97,6 +107,16 @@ def credited_by_force(
         f"The residual force shows it; simulations of the training log with these values confirm it. By them {alone}"
     )
     return second.noted(Fact("evidence", words), *refused), led
+
+
+def _second_choice(found: ForceSelection, outcome: Outcome, leader: Part | None) -> list[Ranked]:
+    """The candidate that the answer has in place of a leader which the force residual selects; empty otherwise."""
+    credited = {(p.kind, p.on) for p in outcome.parts}
+    if leader is None or (leader.kind, leader.on) in credited:
+        return []
+    if (leader.kind, leader.on) not in {(p.kind, p.on) for p in found.parts}:
+        return []
+    return [r for r in outcome.first if {(p.kind, p.on) for p in r.found.trial.parts} == credited]
 
 
 def _joint_by_joint(
