@@ -181,7 +181,7 @@ def verify(
         content, status = verification_json(certificate, spec)
         print_json(content)
     else:
-        readable(certificate)  # the checker says it too, but knows no codes of errors
+        readable(certificate, spec)  # the checker says it too, but knows no codes of errors
         status = checker.main([str(certificate), *(["--spec", str(spec)] if spec is not None else [])])
     if status not in (2, REFUSED) and smt is not None:
         from codegen.app.smt_lib import write_smt

@@ -87,8 +87,10 @@ def verify(path: str | Path, spec: str | Path | None = None) -> Verified:
         raise BadInput(str(path), f"no certificate ({error})", CERTIFICATE, code="CALL003") from None
 
 
-def readable(path: str | Path) -> None:
-    """Raise BadInput for a file that cannot be read, is larger than any certificate, or is not JSON."""
+def readable(path: str | Path, spec: str | Path | None = None) -> None:
+    """Raise BadInput for a certificate that cannot be read, is larger than any, or is not JSON, or for an absent spec."""
+    if spec is not None:
+        read_text(Path(spec), "a spec file (YAML)")
     text = read_text(Path(path), CERTIFICATE, checker.MAX_TEXT)
     try:
         json.loads(text)

@@ -112,7 +112,11 @@ def watch(
         raise BadInput(spec.place("friction"), found, "a friction law of zero memory", code="SPEC020")
     slow = too_slow(spec, system, bounds)
     if slow is not None:
-        found = f"{slow[0]} slides at most at {slow[1]:.3g} in the envelope, and the bound holds above {slow[2]:.3g}"
+        name, most, least = slow
+        unit = next(c.slip_unit for c in system.contacts if c.name == name)
+        found = (
+            f"{name} slides at most at {most:.3g} {unit} in the envelope, and the bound holds above {least:.3g} {unit}"
+        )
         expected = "a wider envelope of velocities, or less noise and drift: nothing could be judged"
         raise BadInput(spec.place("envelope"), found, expected, code="SPEC037")
     period = float(machine.observer.sample_time)

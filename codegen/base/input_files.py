@@ -123,13 +123,19 @@ def is_there(path: Path) -> bool:
 
 
 def alike(path: Path) -> str | None:
-    """The file in the folder of an absent one with the same ending and the name most like it; None if none is alike."""
+    """The file in the folder of an absent one that may be meant; None if none is alike.
+
+    That is the one with the same ending and the name most like it, else the only one of that name with another ending.
+    """
     try:
-        names = [x.name for x in islice(path.parent.iterdir(), MOST_NAMES) if x.suffix == path.suffix]
+        names = [x.name for x in islice(path.parent.iterdir(), MOST_NAMES)]
     except (OSError, ValueError):
         return None
-    nearest = nearest_name(path.stem, sorted(Path(name).stem for name in names))
-    return nearest and str(path.with_name(nearest + path.suffix))
+    nearest = nearest_name(path.stem, sorted(Path(name).stem for name in names if Path(name).suffix == path.suffix))
+    if nearest:
+        return str(path.with_name(nearest + path.suffix))
+    same = [name for name in names if Path(name).stem == path.stem and Path(name).suffix]
+    return str(path.with_name(same[0])) if len(same) == 1 else None
 
 
 def identity(path: str | Path) -> str:

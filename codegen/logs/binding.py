@@ -160,7 +160,7 @@ class _Search:
         velocities = {c.name: c.velocity for c in spec.coordinates}
         for symbol in self.explicit:
             meant = meant_velocity(symbol, velocities) or expected
-            refuse_unknown(symbol, self.symbols, "column option", "unknown name", meant, code="LOG013")
+            refuse_unknown(symbol, self.symbols, "--column", "unknown name", meant, code="LOG013")
         columns = {} if description.listed else description.columns
         for section, keys in (
             ("columns", columns),
@@ -180,7 +180,7 @@ class _Search:
         """The column that is configured for a symbol, and where; the symbol's own name and None if none is."""
         about = self.description
         if symbol in self.explicit:
-            return self.explicit[symbol], "the column option"
+            return self.explicit[symbol], "--column"
         if symbol in about.columns:
             return about.columns[symbol], about.place("columns" if about.listed else f"columns.{symbol}")
         if symbol in self.spec.log.columns:
@@ -190,7 +190,7 @@ class _Search:
     def _find(self, symbol: str) -> None:
         """Find the column of a symbol. If there is none, note it in ``missing`` or raise BadInput."""
         text, origin = self._choice(symbol)
-        place = origin if isinstance(origin, Place) else Place("column option" if origin else self.place.file)
+        place = origin if isinstance(origin, Place) else Place("--column" if origin else self.place.file)
         if origin is not None and text == NO_COLUMN and symbol in self.spec.positions and text not in self.names:
             self.unlogged.add(symbol)
             self.missing[symbol] = self._speed_wanted(symbol, place)
