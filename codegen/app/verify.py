@@ -88,7 +88,7 @@ def verify(path: str | Path, spec: str | Path | None = None) -> Verified:
 
 
 def readable(path: str | Path, spec: str | Path | None = None) -> None:
-    """Raise BadInput for a certificate that cannot be read, is larger than any, or is not JSON, or for an absent spec."""
+    """Raise BadInput for an unreadable spec, or a certificate that is unreadable, too large or not JSON."""
     if spec is not None:
         read_text(Path(spec), "a spec file (YAML)")
     text = read_text(Path(path), CERTIFICATE, checker.MAX_TEXT)
