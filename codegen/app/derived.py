@@ -329,7 +329,7 @@ def _with_sliding_proof(
 
 
 def _narrow_angles(analysis: Analysis) -> list[str]:
-    """The angles in sines and cosines of the error matrix of which the envelope has less than a full turn."""
+    """The angles in the error matrix's sines and cosines whose range in the envelope is less than a full turn."""
     from codegen.certify.family import build_family
     from codegen.certify.trigonometric import angles_of
 
@@ -341,9 +341,11 @@ def _narrow_angles(analysis: Analysis) -> list[str]:
 def _with_kernel_proof(
     certificate: Certificate, machine: Derived, sources: Mapping[str, bytes]
 ) -> tuple[Certificate, bool]:
-    """The certificate with the kernel's proof for these sources, or why there is none; and whether it refused one.
+    """Add the kernel's proof of the C to a certificate, and with it the invariant ellipsoids under noise and drift.
 
-    With a proof and a known bound, also with the proved effect of noise and drift.
+    Returns:
+        (certificate, refused): ``certificate.not_by_kernel`` says why if there is no proof; ``refused`` is whether the
+        kernel was given one and did not accept it.
     """
     from codegen.certify.bound.ellipsoid import with_ellipsoid
     from codegen.certify.kernel_form import NotCovered, proof_text

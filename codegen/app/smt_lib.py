@@ -24,7 +24,7 @@ from codegen.certify.prefix import rational_text
 from codegen.checker import verify
 
 LONGEST_DWELL = 30_000
-"""Samples."""
+"""Longest dwell time in samples: the file has its decay factor to this power, as an exact number."""
 
 
 def smt_text(content: Mapping[str, Any]) -> str:
@@ -34,7 +34,7 @@ def smt_text(content: Mapping[str, Any]) -> str:
     """
     if content["cover"]:
         found = "an inequality over sines and cosines, on the cells of a cover"
-        expected = "one at the vertices of cells; only the checker verifies it"
+        expected = "inequalities at the vertices of cells; this certificate is verified by the checker alone"
         raise BadInput("certificate", found, expected, code="CALL003")
     for entry in content["reversals"]:
         if entry["dwell_samples"] > LONGEST_DWELL:

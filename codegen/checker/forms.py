@@ -11,7 +11,9 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING or __package__:
     from codegen.checker import enclosure, kernel
 
-MOST_BITS = 1 << 14  # of an entry, times the rows: the entries grow to it. Of the shipped ones it is below 10 000
+# Most bits of an entry times the number of rows, which bounds the numbers of the elimination. Below 10 000 in the
+# shipped certificates.
+MOST_BITS = 1 << 14
 Rows = Sequence[Sequence[int]]
 
 
@@ -35,7 +37,7 @@ def inverse(P: tuple[tuple[int, ...], ...]) -> tuple[list[list[int]], int]:
     for k in range(len(P)):
         r = [*(row[k - i] for i, row in enumerate(rest[:k])), *rest[k]]
         p = r[k]
-        kernel.demand(True, "")  # there is time left
+        kernel.demand(True, "")  # refuses where the time limit has passed
         for i, a in enumerate(r):
             if i != k:
                 rest[i] = [(p * x - a * b) // last for x, b in zip(rest[i], r[i:], strict=True)]

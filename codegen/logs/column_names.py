@@ -276,6 +276,7 @@ def _proposed(symbol: str, name: str, stated: str, why: str, spec: Spec) -> Prop
 
 
 def written_column(name: str) -> str:
+    """A column's name as meta.yaml needs it: in quotes, unless it is a plain word."""
     return name if re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", name) else json.dumps(name, ensure_ascii=False)
 
 

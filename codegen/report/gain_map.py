@@ -21,7 +21,9 @@ NOISE, EULER, CONTINUOUS = "#c2410c", "#111827", "#7c3aed"
 CHOSEN, SUGGESTED = "#ffffff", "#facc15"
 SIZE_IN, DPI = (9.2, 8.4), 130
 DECADE_STEPS = (1.0, 2.0, 5.0)
+"""Levels of the decay rate in each decade."""
 MANY = 500.0
+"""Ratio of the 99 % to the 30 % quantile of the decay rates from which on only the powers of ten are levels."""
 STYLE = {
     "font.family": "DejaVu Sans",
     "font.size": 17,

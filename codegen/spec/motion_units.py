@@ -64,7 +64,7 @@ class Units:
         return self.number if direction == "angle" else self.metre
 
     def with_bodies(self, bodies: Sequence[Body]) -> Mapping[str, Dimension]:
-        """The names with those of the bodies' positions and velocities."""
+        """Name → dimension, with the bodies' positions and velocities added."""
         names = dict(self.names)
         for body in bodies:
             for direction in body.positions:
@@ -125,7 +125,11 @@ class Units:
         return terms
 
     def slip(self, along: Mapping[str, Expression]) -> Any:
-        """The dimension of a contact's slip; None if bare numbers leave it open."""
+        """The dimension of a contact's slip, Σ part · direction; None if bare numbers leave it open.
+
+        Args:
+            along: direction of a body's motion → its factor in the slip.
+        """
         found: Any = None
         for direction, part in along.items():
             factor = dimension_of(part, self.names)

@@ -2,9 +2,10 @@
 
     M_ii x_i'' = f_i(t) + k_i(t) (x_i − x̂_i) + d_i(t) (v_i − v̂_i) + e_i
 
-with e_i the inputs, effects and friction of joint i without approximation, and f_i the rigid-body force less
-Σ_j M_ij x̂_j'', computed once along the measured motion and linearised about it. M_ii does not depend on x_i in a tree
-of joints. So an unexplained force affects its own joint only.
+with x̂ and v̂ the measured motion. e_i, the inputs, effects and friction of joint i, is computed without approximation.
+f_i is the rigid-body force less Σ_j M_ij x̂_j'' (j ≠ i) on the measured motion, and k_i and d_i are its derivatives with
+respect to the joint's own position and speed there. M_ii does not depend on x_i in a tree of joints. The other joints
+follow the measured motion, so a force that the model lacks moves its own joint only.
 """
 
 from __future__ import annotations
@@ -33,13 +34,13 @@ _NAMES = ("mass", "force", "stiffness", "damping", "position", "speed")
 SIGNALS = tuple(sympy.Symbol(f"imposed_{name}", real=True) for name in _NAMES)
 MASS, FORCE, STIFFNESS, DAMPING, POSITION, SPEED = SIGNALS
 LOADS = 2
-"""Number of the first signals, mass and force, which depend on parameters of the links."""
+"""The first two of ``SIGNALS``, mass and force, depend on parameters of the links; the others do not."""
 KEPT = 4
 """Records whose terms are kept in memory."""
 DRIVES = 16
-"""Inputs of joints whose content is known."""
+"""Results of ``JointShooter._driven`` that are kept in memory."""
 REMEMBERED = 80_000_000
-"""Bytes of runs that are kept in memory: most changes in a fit need a new run of one joint only."""
+"""Bytes of runs that are kept in memory: most steps of a fit change one joint, and reuse the runs of the others."""
 
 
 def is_separable(system: System) -> bool:
@@ -109,8 +110,9 @@ class MotionTerms:
     Attributes:
         loads_declared: (n, N, 2) mass and force of each joint at the declared values.
         felt: (n, P) whether a joint's mass or force depends on a free parameter.
-        slopes: for each joint, (felt, 2 N) those of its mass and force by the parameters that it feels.
-        stiffness, damping: slopes of the force by the joint's own position and speed.
+        slopes: for each joint, (felt, 2 N) the derivatives of its mass and force, in turn for each sample, with respect
+            to the parameters on which they depend.
+        stiffness, damping: derivatives of the force with respect to the joint's own position and speed.
     """
 
     positions: Array
@@ -122,12 +124,12 @@ class MotionTerms:
     damping: Array
 
     def loads(self, joint: int, off: Array) -> Array:
-        """(N, 2) mass and force of a joint, with the free parameters ``off`` their declared values."""
+        """(N, 2) mass and force of a joint where the free parameters exceed their declared values by ``off``, (P,)."""
         declared: Array = self.loads_declared[joint]
         own = off[self.felt[joint]]
         if not own.any():
             return declared
-        moved, slopes = own != 0, self.slopes[joint]  # one of them for a slope at the declared values
+        moved, slopes = own != 0, self.slopes[joint]  # a single one where a derivative is computed
         own, slopes = (own, slopes) if moved.all() else (own[moved], slopes[moved])
         return np.asarray(declared + (own @ slopes).reshape(declared.shape))
 
@@ -196,7 +198,7 @@ def put_between(values: Array, substeps: int, target: Array) -> None:
     """
     for column, one in zip(values.T, target.T, strict=True):
         value, rise = np.ascontiguousarray(column), np.diff(column, append=column[-1:])
-        for step in range(substeps):  # loops over samples, which are many: a run by another value is not much longer
+        for step in range(substeps):  # each for all samples at once; the compiled run itself takes little longer
             one[step::substeps] = value + rise * ((step + 0.5) / substeps)
 
 
@@ -226,7 +228,13 @@ class Memory:
 
 @dataclass(frozen=True, eq=False)
 class _Compiled:
-    """One joint of one model: its code, by the key of its equations, and its arguments and states among the model's."""
+    """One joint of one model, and where its compiled code, arguments and states are.
+
+    Attributes:
+        place: index of its code; joints with the same equations, by ``key``, share one.
+        arguments: indices of its parameters among the model's arguments.
+        states: indices of its states of friction laws among the model's.
+    """
 
     joint: Joint
     place: int
@@ -285,7 +293,7 @@ class JointShooter:
         off = p[self._rigid[model]] - self.terms.declared
 
         def run(states: Array, loads: Array | None = None) -> Array:
-            assert loads is None  # the loads of an arm's joints are only followed
+            assert loads is None  # for arms, start states of loads behind springs are not corrected
             out = np.asarray(record.measured[record.start[:, None] + np.arange(record.length)])
             for one in self._models[model]:
                 i = one.joint.index

@@ -3,15 +3,15 @@
     force:  r > (1 + REFIT_WORSE) s r₀,   s = min(1, d/d₀)         free runs:  e > (1 + REFIT_WORSE) e₀
 
 with r the RMS force residual on a coordinate, d that of its drive force behind the actuators, e the free-run error, and
-r₀, d₀, e₀ those of the declared model. Declared residuals are in proportion to the drive force, since a model with a
-smaller one has smaller forces and residuals: a saturation far below the logged inputs, with friction reduced to zero,
-left a third of the residual of a screw drive, and 7.9 % of the drive force in place of 5.0 %.
+r₀, d₀, e₀ those of the declared model. The factor s is there because a model with a smaller drive force has smaller
+residuals too, without being better: a saturation far below the logged inputs, with friction reduced to zero, left a
+third of the residual of a screw drive, but 7.9 % of its drive force in place of 5.0 %.
 
 A difference counts only if noise is no explanation: the excess of force √(r² − (s r₀)²) must be a material share of the
 drive force, and the difference of squares must be significant by sign flips of blocks of the data; free-run errors must
-be larger by the sign test of ``is_shown_worse``. Where the free runs of a model end at the noise, which no wrong model
-does, the residual may be noise, which does not fall with the drive force: s = 1. Unlike in ``reference_of``, neither
-such free runs nor a load behind a spring excuse a material excess.
+be larger by the sign test of ``is_shown_worse``. If the errors of the free runs are as small as the noise, the model is
+right, and the residual may be noise, which does not fall with the drive force: then s = 1. Unlike in ``reference_of``,
+a material excess counts even with such free runs, and also with a load behind a spring.
 """
 
 from __future__ import annotations
