@@ -7,9 +7,10 @@ doubles, with 1e18 for 1e150: in exact arithmetic both compute the same. So, in 
 
 - `step` sets fault 0 if the sum `check` is within the limit and the mode is RUNNING, and else fault 1.
 - HOLDING follows 1, 2, 4 or 8 invalid samples in a row. The count is at most 8 and cannot overflow.
-- A sample is valid if the sum of all inputs is within the limit; `check` of the step is a sum that holds every next
-  state once, and to which every input passes on its NaN or infinity. A valid sample leaves HOLDING and STARTING, and
-  any value that is not a mode; the next mode is RUNNING, or STARTING if the state that this sample gives is invalid.
+- A sample is valid if the sum of all inputs, or of their magnitudes, is within the limit; `check` of the step is a sum
+  that holds every next state once, and to which every input passes on its NaN or infinity. A valid sample leaves
+  HOLDING and STARTING, and any value that is not a mode; the next mode is RUNNING, or STARTING if the state that this
+  sample gives is invalid.
 """
 
 import ast
@@ -355,8 +356,9 @@ def detects(c: C) -> None:
     if c.sums is None:  # nothing is compared with a limit
         return
     name, (given, begun, step), states, inputs = c.name, c.sums, c.states, c.inputs
-    demand({*terms("given", given)} == {*inputs}, f"{name}.c: `given` is not the sum of all inputs")
-    demand({*terms("check", begun)} == {*inputs, *states}, f"{name}.c: `check` is not the sum of inputs and states")
+    valid, started = (without_magnitudes(terms(*each)) for each in (("given", given), ("check", begun)))
+    demand(valid == {*inputs}, f"{name}.c: `given` is not the sum of all inputs")
+    demand(started == {*inputs, *states}, f"{name}.c: `check` is not the sum of inputs and states")
     before, _, sum_ = step.rpartition("double check = ")
     demand(not re.search(r"\bcheck\b", before), f"{name}.c: `check` is set anew")
     follow, summed = [re.sub(r"state\.(\w+)", r"\1_next", z) for z in states], terms("check", f"double check = {sum_}")
@@ -374,6 +376,12 @@ def detects(c: C) -> None:
         names = passed_on(ast.parse(value := value.strip(), mode="eval").body, value)
         shown[target] = {y for x in names for y in shown.get(x, ())}
     demand({*inputs} <= shown["check"], f"{name}.c: `check` does not see all inputs")
+
+
+def without_magnitudes(terms: list[str]) -> set[str]:
+    """The terms of a sum or, where all of them are magnitudes, of what: x + fabs(x) would hide a large x below 0."""
+    within = [re.fullmatch(r"fabs\(([^()]*)\)", x) for x in terms]
+    return {x[1] for x in within if x} if all(within) else {*terms}
 
 
 def passed_on(node: ast.expr, text: str) -> set[str]:

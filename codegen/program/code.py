@@ -128,8 +128,8 @@ class Rolled:
         prepare, step, outputs, following: bodies of the functions; ``following`` assigns the next state.
         initial, predicted, resumed: as in Code.
         check: the sum that is finite if a sample is valid and the next state finite; taken at the end of a step.
-        initial_check: the same of the inputs and the initial state.
-        input_check: the sum of the inputs.
+        initial_check: the sum of the magnitudes of the inputs and the initial state.
+        input_check: the sum of the magnitudes of the inputs.
     """
 
     storage: Mapping[str, str] = field(default_factory=dict)

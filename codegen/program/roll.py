@@ -6,7 +6,7 @@ Example: slip_1 = v1 to slip_16 = v16 become ``for i in 0..15: slip[i] = v[i]``.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from itertools import groupby
 
 from codegen.program.arrays import Element, elements
@@ -76,7 +76,8 @@ class _Rolling:
             [Node("symbol", name=f.name) for f in fields] for fields in (self.program.inputs, self.program.states)
         )
         check = self._sums([*(node for node in inputs if node.name in unseen), *markers, *code.unseen_outputs()])
-        input_check, initial_check = self._sums(inputs), self._sums([*inputs, *before])
+        # Outside the normal step, magnitudes: of two inputs that are too large, and cancel, neither is used.
+        input_check, initial_check = self._sums(inputs, _magnitude), self._sums([*inputs, *before], _magnitude)
         arrays = self._local_arrays()
         return Rolled(
             storage=self.storage,
@@ -278,20 +279,24 @@ class _Rolling:
         self.storage[place.array] = kind
         self.lengths[place.array] = max(self.lengths.get(place.array, 0), place.at + 1)
 
-    def _sums(self, nodes: Sequence[Node]) -> tuple[Sum, ...]:
-        """The sum of nodes: single terms first, then arrays, grouped by their range of indices."""
+    def _sums(self, nodes: Sequence[Node], of: Callable[[Node], Node] = lambda node: node) -> tuple[Sum, ...]:
+        """The sum of nodes, or ``of`` nodes: single terms first, then arrays, grouped by their range of indices."""
         single: list[Node] = []
         ranges: dict[str, list[int]] = {}
         for node in nodes:
             place = self._place_of(node)
             if place is None:
-                single.append(self._written(node, Run([])))
+                single.append(of(self._written(node, Run([]))))
             else:
                 ranges.setdefault(place.array, []).append(place.at)
         together: dict[tuple[int, int], list[Node]] = {}
         for array, ats in ranges.items():
-            together.setdefault((min(ats), max(ats) + 1), []).append(self.graph.element(array, 0, True))
+            together.setdefault((min(ats), max(ats) + 1), []).append(of(self.graph.element(array, 0, True)))
         return Sum(tuple(single)), *(Sum(tuple(terms), *range_) for range_, terms in together.items())
+
+
+def _magnitude(node: Node) -> Node:
+    return Node("call", (node,), name="abs")
 
 
 def _merged(parts: Sequence[Part]) -> tuple[Part, ...]:

@@ -40,7 +40,7 @@ void belt_axis_init(belt_axis_state *state, const belt_axis_parameters *paramete
     state->invalid_samples = 0u;
 
     /* if the measurement is invalid, wait for the first valid one */
-    const double check = inputs->x + inputs->u + state->z_v + state->z_guide;
+    const double check = fabs(inputs->x) + fabs(inputs->u) + fabs(state->z_v) + fabs(state->z_guide);
     if (!(fabs(check) <= 1e+150)) {
         state->z_v = 0.0;
         state->z_guide = 0.0;
@@ -80,7 +80,7 @@ static void belt_axis_resume(belt_axis_state *state, const belt_axis_parameters 
 static BELT_AXIS_COLD void belt_axis_handle_fault(belt_axis_state *state,
     const belt_axis_parameters *parameters, const belt_axis_inputs *inputs, belt_axis_outputs *outputs)
 {
-    const double given = inputs->x + inputs->u;
+    const double given = fabs(inputs->x) + fabs(inputs->u);
     if (!(fabs(given) <= 1e+150)) {
         /* invalid sample */
         if (state->mode != BELT_AXIS_STARTING) {

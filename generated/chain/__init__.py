@@ -176,9 +176,9 @@ def init(parameters: Parameters, inputs: Inputs) -> State:
     for i in range(0, 16):
         state.z_v[i] = -(parameters.K_v_v[i] * inputs.x[i])
         state.z_ground[i] = parameters.ground_a[i]
-    check = inputs.w
+    check = abs(inputs.w)
     for i in range(0, 16):
-        check += inputs.x[i] + state.z_v[i] + state.z_ground[i]
+        check += abs(inputs.x[i]) + abs(state.z_v[i]) + abs(state.z_ground[i])
     if not abs(check) <= LARGEST:
         state = State(mode=STARTING)
     return state
@@ -289,9 +289,9 @@ def step(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs 
     for i in range(0, 16):
         check += z_v_next[i] + z_ground_next[i]
     if state.mode != RUNNING or not abs(check) <= LARGEST:
-        given = inputs.w
+        given = abs(inputs.w)
         for i in range(0, 16):
-            given += inputs.x[i]
+            given += abs(inputs.x[i])
         _handle_fault(state, parameters, inputs, outputs, abs(given) <= LARGEST)
         return outputs
     outputs.fault = 0

@@ -44,9 +44,9 @@ void chain_init(chain_state *state, const chain_parameters *parameters,
     state->invalid_samples = 0u;
 
     /* if the measurement is invalid, wait for the first valid one */
-    double check = inputs->w;
+    double check = fabs(inputs->w);
     for (int i = 0; i < 16; i++) {
-        check += inputs->x[i] + state->z_v[i] + state->z_ground[i];
+        check += fabs(inputs->x[i]) + fabs(state->z_v[i]) + fabs(state->z_ground[i]);
     }
     if (!(fabs(check) <= 1e+150)) {
         for (int i = 0; i < 16; i++) {
@@ -96,9 +96,9 @@ static void chain_resume(chain_state *state, const chain_parameters *parameters,
 static CHAIN_COLD void chain_handle_fault(chain_state *state,
     const chain_parameters *parameters, const chain_inputs *inputs, chain_outputs *outputs)
 {
-    double given = inputs->w;
+    double given = fabs(inputs->w);
     for (int i = 0; i < 16; i++) {
-        given += inputs->x[i];
+        given += fabs(inputs->x[i]);
     }
     if (!(fabs(given) <= 1e+150)) {
         /* invalid sample */

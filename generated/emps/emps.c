@@ -40,7 +40,7 @@ void emps_init(emps_state *state, const emps_parameters *parameters,
     state->invalid_samples = 0u;
 
     /* if the measurement is invalid, wait for the first valid one */
-    const double check = inputs->x + inputs->u + state->z_v + state->z_rail;
+    const double check = fabs(inputs->x) + fabs(inputs->u) + fabs(state->z_v) + fabs(state->z_rail);
     if (!(fabs(check) <= 1e+150)) {
         state->z_v = 0.0;
         state->z_rail = 0.0;
@@ -80,7 +80,7 @@ static void emps_resume(emps_state *state, const emps_parameters *parameters,
 static EMPS_COLD void emps_handle_fault(emps_state *state,
     const emps_parameters *parameters, const emps_inputs *inputs, emps_outputs *outputs)
 {
-    const double given = inputs->x + inputs->u;
+    const double given = fabs(inputs->x) + fabs(inputs->u);
     if (!(fabs(given) <= 1e+150)) {
         /* invalid sample */
         if (state->mode != EMPS_STARTING) {

@@ -92,7 +92,7 @@ def init(parameters: Parameters, inputs: Inputs) -> State:
         z_v=-(parameters.constant_1 * inputs.x),
         z_rail=parameters.rail_a,
     )
-    check = inputs.x + inputs.w + state.z_v + state.z_rail
+    check = abs(inputs.x) + abs(inputs.w) + abs(state.z_v) + abs(state.z_rail)
     if not abs(check) <= LARGEST:
         state = State(mode=STARTING)
     return state
@@ -165,7 +165,7 @@ def step(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs 
     # this sum is too large or NaN if a next state is, or an input or output on which no next state depends
     check = z_v_next + z_rail_next
     if state.mode != RUNNING or not abs(check) <= LARGEST:
-        given = inputs.x + inputs.w
+        given = abs(inputs.x) + abs(inputs.w)
         _handle_fault(state, parameters, inputs, outputs, abs(given) <= LARGEST)
         return outputs
     outputs.fault = 0

@@ -44,7 +44,7 @@ void one_mass_cfo_semi_implicit_init(one_mass_cfo_semi_implicit_state *state, co
     state->invalid_samples = 0u;
 
     /* if the measurement is invalid, wait for the first valid one */
-    const double check = inputs->x + inputs->w + state->z_v + state->z_rail;
+    const double check = fabs(inputs->x) + fabs(inputs->w) + fabs(state->z_v) + fabs(state->z_rail);
     if (!(fabs(check) <= 1e+150)) {
         state->z_v = 0.0;
         state->z_rail = 0.0;
@@ -85,7 +85,7 @@ static void one_mass_cfo_semi_implicit_resume(one_mass_cfo_semi_implicit_state *
 static ONE_MASS_CFO_SEMI_IMPLICIT_COLD void one_mass_cfo_semi_implicit_handle_fault(one_mass_cfo_semi_implicit_state *state,
     const one_mass_cfo_semi_implicit_parameters *parameters, const one_mass_cfo_semi_implicit_inputs *inputs, one_mass_cfo_semi_implicit_outputs *outputs)
 {
-    const double given = inputs->x + inputs->w;
+    const double given = fabs(inputs->x) + fabs(inputs->w);
     if (!(fabs(given) <= 1e+150)) {
         /* invalid sample */
         if (state->mode != ONE_MASS_CFO_SEMI_IMPLICIT_STARTING) {

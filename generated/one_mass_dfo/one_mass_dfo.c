@@ -37,7 +37,8 @@ void one_mass_dfo_init(one_mass_dfo_state *state, const one_mass_dfo_parameters 
     state->invalid_samples = 0u;
 
     /* if the measurement is invalid, wait for the first valid one */
-    const double check = inputs->x + inputs->w + state->z_v + state->z_f_rail + state->z_a_rail;
+    const double check = fabs(inputs->x) + fabs(inputs->w) + fabs(state->z_v) + fabs(state->z_f_rail)
+        + fabs(state->z_a_rail);
     if (!(fabs(check) <= 1e+150)) {
         state->z_v = 0.0;
         state->z_f_rail = 0.0;
@@ -81,7 +82,7 @@ static void one_mass_dfo_resume(one_mass_dfo_state *state, const one_mass_dfo_pa
 static ONE_MASS_DFO_COLD void one_mass_dfo_handle_fault(one_mass_dfo_state *state,
     const one_mass_dfo_parameters *parameters, const one_mass_dfo_inputs *inputs, one_mass_dfo_outputs *outputs)
 {
-    const double given = inputs->x + inputs->w;
+    const double given = fabs(inputs->x) + fabs(inputs->w);
     if (!(fabs(given) <= 1e+150)) {
         /* invalid sample */
         if (state->mode != ONE_MASS_DFO_STARTING) {

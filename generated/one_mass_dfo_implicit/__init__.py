@@ -126,7 +126,10 @@ def init(parameters: Parameters, inputs: Inputs) -> State:
         z_a_rail=parameters.rail_a,
         w_held=inputs.w,
     )
-    check = inputs.x + inputs.w + state.z_v + state.z_f_rail + state.z_a_rail + state.w_held
+    check = (
+        abs(inputs.x) + abs(inputs.w) + abs(state.z_v) + abs(state.z_f_rail) + abs(state.z_a_rail)
+        + abs(state.w_held)
+    )
     if not abs(check) <= LARGEST:
         state = State(mode=STARTING)
     return state
@@ -297,7 +300,7 @@ def step(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs 
     # this sum is too large or NaN if a next state is, or an input or output on which no next state depends
     check = z_v_next + z_f_rail_next + z_a_rail_next + w_held_next + a_hat_rail + F_hat_rail
     if state.mode != RUNNING or not abs(check) <= LARGEST:
-        given = inputs.x + inputs.w
+        given = abs(inputs.x) + abs(inputs.w)
         _handle_fault(state, parameters, inputs, outputs, abs(given) <= LARGEST)
         return outputs
     outputs.fault = 0

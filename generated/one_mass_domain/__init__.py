@@ -108,8 +108,8 @@ def init(parameters: Parameters, inputs: Inputs) -> State:
         x_predicted=inputs.x,
     )
     check = (
-        inputs.x + inputs.w + state.z_v + state.z_rail + state.direction_rail + state.samples_slid
-        + state.x_predicted
+        abs(inputs.x) + abs(inputs.w) + abs(state.z_v) + abs(state.z_rail) + abs(state.direction_rail)
+        + abs(state.samples_slid) + abs(state.x_predicted)
     )
     if not abs(check) <= LARGEST:
         state = State(mode=STARTING)
@@ -219,7 +219,7 @@ def step(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs 
         z_v_next + z_rail_next + direction_rail_next + samples_slid_next + x_predicted_next + in_domain
     )
     if state.mode != RUNNING or not abs(check) <= LARGEST:
-        given = inputs.x + inputs.w
+        given = abs(inputs.x) + abs(inputs.w)
         _handle_fault(state, parameters, inputs, outputs, abs(given) <= LARGEST)
         return outputs
     outputs.fault = 0

@@ -47,8 +47,8 @@ void one_mass_domain_init(one_mass_domain_state *state, const one_mass_domain_pa
     state->invalid_samples = 0u;
 
     /* if the measurement is invalid, wait for the first valid one */
-    const double check = inputs->x + inputs->w + state->z_v + state->z_rail + state->direction_rail
-        + state->samples_slid + state->x_predicted;
+    const double check = fabs(inputs->x) + fabs(inputs->w) + fabs(state->z_v) + fabs(state->z_rail)
+        + fabs(state->direction_rail) + fabs(state->samples_slid) + fabs(state->x_predicted);
     if (!(fabs(check) <= 1e+150)) {
         state->z_v = 0.0;
         state->z_rail = 0.0;
@@ -96,7 +96,7 @@ static void one_mass_domain_resume(one_mass_domain_state *state, const one_mass_
 static ONE_MASS_DOMAIN_COLD void one_mass_domain_handle_fault(one_mass_domain_state *state,
     const one_mass_domain_parameters *parameters, const one_mass_domain_inputs *inputs, one_mass_domain_outputs *outputs)
 {
-    const double given = inputs->x + inputs->w;
+    const double given = fabs(inputs->x) + fabs(inputs->w);
     if (!(fabs(given) <= 1e+150)) {
         /* invalid sample */
         if (state->mode != ONE_MASS_DOMAIN_STARTING) {

@@ -84,7 +84,7 @@ def init(parameters: Parameters, inputs: Inputs) -> State:
         z_omega=-(parameters.K_v * inputs.theta),
         z_plates=parameters.plates_a,
     )
-    check = inputs.theta + inputs.w + state.z_omega + state.z_plates
+    check = abs(inputs.theta) + abs(inputs.w) + abs(state.z_omega) + abs(state.z_plates)
     if not abs(check) <= LARGEST:
         state = State(mode=STARTING)
     return state
@@ -159,7 +159,7 @@ def step(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs 
     # this sum is too large or NaN if a next state is, or an input or output on which no next state depends
     check = z_omega_next + z_plates_next
     if state.mode != RUNNING or not abs(check) <= LARGEST:
-        given = inputs.theta + inputs.w
+        given = abs(inputs.theta) + abs(inputs.w)
         _handle_fault(state, parameters, inputs, outputs, abs(given) <= LARGEST)
         return outputs
     outputs.fault = 0

@@ -40,7 +40,7 @@ void rig_init(rig_state *state, const rig_parameters *parameters,
     state->invalid_samples = 0u;
 
     /* if the measurement is invalid, wait for the first valid one */
-    const double check = inputs->theta + inputs->w + state->z_omega + state->z_plates;
+    const double check = fabs(inputs->theta) + fabs(inputs->w) + fabs(state->z_omega) + fabs(state->z_plates);
     if (!(fabs(check) <= 1e+150)) {
         state->z_omega = 0.0;
         state->z_plates = 0.0;
@@ -81,7 +81,7 @@ static void rig_resume(rig_state *state, const rig_parameters *parameters,
 static RIG_COLD void rig_handle_fault(rig_state *state,
     const rig_parameters *parameters, const rig_inputs *inputs, rig_outputs *outputs)
 {
-    const double given = inputs->theta + inputs->w;
+    const double given = fabs(inputs->theta) + fabs(inputs->w);
     if (!(fabs(given) <= 1e+150)) {
         /* invalid sample */
         if (state->mode != RIG_STARTING) {

@@ -37,7 +37,8 @@ void rig_dfoa_init(rig_dfoa_state *state, const rig_dfoa_parameters *parameters,
     state->invalid_samples = 0u;
 
     /* if the measurement is invalid, wait for the first valid one */
-    const double check = inputs->theta + inputs->w + state->z_omega + state->z_f_plates + state->z_a_plates;
+    const double check = fabs(inputs->theta) + fabs(inputs->w) + fabs(state->z_omega) + fabs(state->z_f_plates)
+        + fabs(state->z_a_plates);
     if (!(fabs(check) <= 1e+150)) {
         state->z_omega = 0.0;
         state->z_f_plates = 0.0;
@@ -82,7 +83,7 @@ static void rig_dfoa_resume(rig_dfoa_state *state, const rig_dfoa_parameters *pa
 static RIG_DFOA_COLD void rig_dfoa_handle_fault(rig_dfoa_state *state,
     const rig_dfoa_parameters *parameters, const rig_dfoa_inputs *inputs, rig_dfoa_outputs *outputs)
 {
-    const double given = inputs->theta + inputs->w;
+    const double given = fabs(inputs->theta) + fabs(inputs->w);
     if (!(fabs(given) <= 1e+150)) {
         /* invalid sample */
         if (state->mode != RIG_DFOA_STARTING) {

@@ -41,7 +41,8 @@ void rig_dfob_init(rig_dfob_state *state, const rig_dfob_parameters *parameters,
     state->invalid_samples = 0u;
 
     /* if the measurement is invalid, wait for the first valid one */
-    const double check = inputs->theta + inputs->w + state->z_omega + state->z_f_plates + state->z_a_plates;
+    const double check = fabs(inputs->theta) + fabs(inputs->w) + fabs(state->z_omega) + fabs(state->z_f_plates)
+        + fabs(state->z_a_plates);
     if (!(fabs(check) <= 1e+150)) {
         state->z_omega = 0.0;
         state->z_f_plates = 0.0;
@@ -86,7 +87,7 @@ static void rig_dfob_resume(rig_dfob_state *state, const rig_dfob_parameters *pa
 static RIG_DFOB_COLD void rig_dfob_handle_fault(rig_dfob_state *state,
     const rig_dfob_parameters *parameters, const rig_dfob_inputs *inputs, rig_dfob_outputs *outputs)
 {
-    const double given = inputs->theta + inputs->w;
+    const double given = fabs(inputs->theta) + fabs(inputs->w);
     if (!(fabs(given) <= 1e+150)) {
         /* invalid sample */
         if (state->mode != RIG_DFOB_STARTING) {

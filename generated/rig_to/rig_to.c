@@ -36,7 +36,7 @@ void rig_to_init(rig_to_state *state, const rig_to_parameters *parameters,
     state->invalid_samples = 0u;
 
     /* if the measurement is invalid, wait for the first valid one */
-    const double check = inputs->theta + inputs->w + state->z_omega + state->z_theta;
+    const double check = fabs(inputs->theta) + fabs(inputs->w) + fabs(state->z_omega) + fabs(state->z_theta);
     if (!(fabs(check) <= 1e+150)) {
         state->z_omega = 0.0;
         state->z_theta = 0.0;
@@ -78,7 +78,7 @@ static void rig_to_resume(rig_to_state *state, const rig_to_parameters *paramete
 static RIG_TO_COLD void rig_to_handle_fault(rig_to_state *state,
     const rig_to_parameters *parameters, const rig_to_inputs *inputs, rig_to_outputs *outputs)
 {
-    const double given = inputs->theta + inputs->w;
+    const double given = fabs(inputs->theta) + fabs(inputs->w);
     if (!(fabs(given) <= 1e+150)) {
         /* invalid sample */
         if (state->mode != RIG_TO_STARTING) {

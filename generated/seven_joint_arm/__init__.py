@@ -186,13 +186,15 @@ def init(parameters: Parameters, inputs: Inputs) -> State:
         z_hand_roll=0.0,
     )
     check = (
-        inputs.shoulder_yaw + inputs.shoulder_pitch + inputs.arm_roll + inputs.elbow_pitch + inputs.forearm_roll
-        + inputs.wrist_pitch + inputs.hand_roll + inputs.w_shoulder_yaw + inputs.w_shoulder_pitch
-        + inputs.w_arm_roll + inputs.w_elbow_pitch + inputs.w_forearm_roll + inputs.w_wrist_pitch
-        + inputs.w_hand_roll + state.z_v_shoulder_yaw + state.z_v_shoulder_pitch + state.z_v_arm_roll
-        + state.z_v_elbow_pitch + state.z_v_forearm_roll + state.z_v_wrist_pitch + state.z_v_hand_roll
-        + state.z_shoulder_yaw + state.z_shoulder_pitch + state.z_arm_roll + state.z_elbow_pitch
-        + state.z_forearm_roll + state.z_wrist_pitch + state.z_hand_roll
+        abs(inputs.shoulder_yaw) + abs(inputs.shoulder_pitch) + abs(inputs.arm_roll) + abs(inputs.elbow_pitch)
+        + abs(inputs.forearm_roll) + abs(inputs.wrist_pitch) + abs(inputs.hand_roll)
+        + abs(inputs.w_shoulder_yaw) + abs(inputs.w_shoulder_pitch) + abs(inputs.w_arm_roll)
+        + abs(inputs.w_elbow_pitch) + abs(inputs.w_forearm_roll) + abs(inputs.w_wrist_pitch)
+        + abs(inputs.w_hand_roll) + abs(state.z_v_shoulder_yaw) + abs(state.z_v_shoulder_pitch)
+        + abs(state.z_v_arm_roll) + abs(state.z_v_elbow_pitch) + abs(state.z_v_forearm_roll)
+        + abs(state.z_v_wrist_pitch) + abs(state.z_v_hand_roll) + abs(state.z_shoulder_yaw)
+        + abs(state.z_shoulder_pitch) + abs(state.z_arm_roll) + abs(state.z_elbow_pitch)
+        + abs(state.z_forearm_roll) + abs(state.z_wrist_pitch) + abs(state.z_hand_roll)
     )
     if not abs(check) <= LARGEST:
         state = State(mode=STARTING)
@@ -937,10 +939,11 @@ def step(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs 
     )
     if state.mode != RUNNING or not abs(check) <= LARGEST:
         given = (
-        inputs.shoulder_yaw + inputs.shoulder_pitch + inputs.arm_roll + inputs.elbow_pitch + inputs.forearm_roll
-        + inputs.wrist_pitch + inputs.hand_roll + inputs.w_shoulder_yaw + inputs.w_shoulder_pitch
-        + inputs.w_arm_roll + inputs.w_elbow_pitch + inputs.w_forearm_roll + inputs.w_wrist_pitch
-        + inputs.w_hand_roll
+        abs(inputs.shoulder_yaw) + abs(inputs.shoulder_pitch) + abs(inputs.arm_roll) + abs(inputs.elbow_pitch)
+        + abs(inputs.forearm_roll) + abs(inputs.wrist_pitch) + abs(inputs.hand_roll)
+        + abs(inputs.w_shoulder_yaw) + abs(inputs.w_shoulder_pitch) + abs(inputs.w_arm_roll)
+        + abs(inputs.w_elbow_pitch) + abs(inputs.w_forearm_roll) + abs(inputs.w_wrist_pitch)
+        + abs(inputs.w_hand_roll)
     )
         _handle_fault(state, parameters, inputs, outputs, abs(given) <= LARGEST)
         return outputs

@@ -52,13 +52,16 @@ void seven_joint_arm_init(seven_joint_arm_state *state, const seven_joint_arm_pa
     state->invalid_samples = 0u;
 
     /* if the measurement is invalid, wait for the first valid one */
-    const double check = inputs->shoulder_yaw + inputs->shoulder_pitch + inputs->arm_roll + inputs->elbow_pitch
-        + inputs->forearm_roll + inputs->wrist_pitch + inputs->hand_roll + inputs->w_shoulder_yaw
-        + inputs->w_shoulder_pitch + inputs->w_arm_roll + inputs->w_elbow_pitch + inputs->w_forearm_roll
-        + inputs->w_wrist_pitch + inputs->w_hand_roll + state->z_v_shoulder_yaw + state->z_v_shoulder_pitch
-        + state->z_v_arm_roll + state->z_v_elbow_pitch + state->z_v_forearm_roll + state->z_v_wrist_pitch
-        + state->z_v_hand_roll + state->z_shoulder_yaw + state->z_shoulder_pitch + state->z_arm_roll
-        + state->z_elbow_pitch + state->z_forearm_roll + state->z_wrist_pitch + state->z_hand_roll;
+    const double check = fabs(inputs->shoulder_yaw) + fabs(inputs->shoulder_pitch) + fabs(inputs->arm_roll)
+        + fabs(inputs->elbow_pitch) + fabs(inputs->forearm_roll) + fabs(inputs->wrist_pitch)
+        + fabs(inputs->hand_roll) + fabs(inputs->w_shoulder_yaw) + fabs(inputs->w_shoulder_pitch)
+        + fabs(inputs->w_arm_roll) + fabs(inputs->w_elbow_pitch) + fabs(inputs->w_forearm_roll)
+        + fabs(inputs->w_wrist_pitch) + fabs(inputs->w_hand_roll) + fabs(state->z_v_shoulder_yaw)
+        + fabs(state->z_v_shoulder_pitch) + fabs(state->z_v_arm_roll) + fabs(state->z_v_elbow_pitch)
+        + fabs(state->z_v_forearm_roll) + fabs(state->z_v_wrist_pitch) + fabs(state->z_v_hand_roll)
+        + fabs(state->z_shoulder_yaw) + fabs(state->z_shoulder_pitch) + fabs(state->z_arm_roll)
+        + fabs(state->z_elbow_pitch) + fabs(state->z_forearm_roll) + fabs(state->z_wrist_pitch)
+        + fabs(state->z_hand_roll);
     if (!(fabs(check) <= 1e+150)) {
         state->z_v_shoulder_yaw = 0.0;
         state->z_v_shoulder_pitch = 0.0;
@@ -147,10 +150,11 @@ static void seven_joint_arm_resume(seven_joint_arm_state *state, const seven_joi
 static SEVEN_JOINT_ARM_COLD void seven_joint_arm_handle_fault(seven_joint_arm_state *state,
     const seven_joint_arm_parameters *parameters, const seven_joint_arm_inputs *inputs, seven_joint_arm_outputs *outputs)
 {
-    const double given = inputs->shoulder_yaw + inputs->shoulder_pitch + inputs->arm_roll + inputs->elbow_pitch
-        + inputs->forearm_roll + inputs->wrist_pitch + inputs->hand_roll + inputs->w_shoulder_yaw
-        + inputs->w_shoulder_pitch + inputs->w_arm_roll + inputs->w_elbow_pitch + inputs->w_forearm_roll
-        + inputs->w_wrist_pitch + inputs->w_hand_roll;
+    const double given = fabs(inputs->shoulder_yaw) + fabs(inputs->shoulder_pitch) + fabs(inputs->arm_roll)
+        + fabs(inputs->elbow_pitch) + fabs(inputs->forearm_roll) + fabs(inputs->wrist_pitch)
+        + fabs(inputs->hand_roll) + fabs(inputs->w_shoulder_yaw) + fabs(inputs->w_shoulder_pitch)
+        + fabs(inputs->w_arm_roll) + fabs(inputs->w_elbow_pitch) + fabs(inputs->w_forearm_roll)
+        + fabs(inputs->w_wrist_pitch) + fabs(inputs->w_hand_roll);
     if (!(fabs(given) <= 1e+150)) {
         /* invalid sample */
         if (state->mode != SEVEN_JOINT_ARM_STARTING) {

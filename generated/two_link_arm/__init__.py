@@ -146,8 +146,8 @@ def init(parameters: Parameters, inputs: Inputs) -> State:
         z_elbow=parameters.elbow_a,
     )
     check = (
-        inputs.theta1 + inputs.theta2 + inputs.w1 + inputs.w2 + state.z_omega1 + state.z_omega2
-        + state.z_shoulder + state.z_elbow
+        abs(inputs.theta1) + abs(inputs.theta2) + abs(inputs.w1) + abs(inputs.w2) + abs(state.z_omega1)
+        + abs(state.z_omega2) + abs(state.z_shoulder) + abs(state.z_elbow)
     )
     if not abs(check) <= LARGEST:
         state = State(mode=STARTING)
@@ -279,7 +279,7 @@ def step(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs 
     # this sum is too large or NaN if a next state is, or an input or output on which no next state depends
     check = z_omega1_next + z_omega2_next + z_shoulder_next + z_elbow_next
     if state.mode != RUNNING or not abs(check) <= LARGEST:
-        given = inputs.theta1 + inputs.theta2 + inputs.w1 + inputs.w2
+        given = abs(inputs.theta1) + abs(inputs.theta2) + abs(inputs.w1) + abs(inputs.w2)
         _handle_fault(state, parameters, inputs, outputs, abs(given) <= LARGEST)
         return outputs
     outputs.fault = 0

@@ -53,8 +53,8 @@ void two_link_arm_init(two_link_arm_state *state, const two_link_arm_parameters 
     state->invalid_samples = 0u;
 
     /* if the measurement is invalid, wait for the first valid one */
-    const double check = inputs->theta1 + inputs->theta2 + inputs->w1 + inputs->w2 + state->z_omega1
-        + state->z_omega2 + state->z_shoulder + state->z_elbow;
+    const double check = fabs(inputs->theta1) + fabs(inputs->theta2) + fabs(inputs->w1) + fabs(inputs->w2)
+        + fabs(state->z_omega1) + fabs(state->z_omega2) + fabs(state->z_shoulder) + fabs(state->z_elbow);
     if (!(fabs(check) <= 1e+150)) {
         state->z_omega1 = 0.0;
         state->z_omega2 = 0.0;
@@ -107,7 +107,7 @@ static void two_link_arm_resume(two_link_arm_state *state, const two_link_arm_pa
 static TWO_LINK_ARM_COLD void two_link_arm_handle_fault(two_link_arm_state *state,
     const two_link_arm_parameters *parameters, const two_link_arm_inputs *inputs, two_link_arm_outputs *outputs)
 {
-    const double given = inputs->theta1 + inputs->theta2 + inputs->w1 + inputs->w2;
+    const double given = fabs(inputs->theta1) + fabs(inputs->theta2) + fabs(inputs->w1) + fabs(inputs->w2);
     if (!(fabs(given) <= 1e+150)) {
         /* invalid sample */
         if (state->mode != TWO_LINK_ARM_STARTING) {

@@ -112,7 +112,8 @@ def init(parameters: Parameters, inputs: Inputs) -> State:
         z_ground=parameters.ground_a,
     )
     check = (
-        inputs.x1 + inputs.x2 + inputs.w + state.z_v1 + state.z_v2 + state.z_between + state.z_ground
+        abs(inputs.x1) + abs(inputs.x2) + abs(inputs.w) + abs(state.z_v1) + abs(state.z_v2)
+        + abs(state.z_between) + abs(state.z_ground)
     )
     if not abs(check) <= LARGEST:
         state = State(mode=STARTING)
@@ -208,7 +209,7 @@ def step(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs 
     # this sum is too large or NaN if a next state is, or an input or output on which no next state depends
     check = z_v1_next + z_v2_next + z_between_next + z_ground_next
     if state.mode != RUNNING or not abs(check) <= LARGEST:
-        given = inputs.x1 + inputs.x2 + inputs.w
+        given = abs(inputs.x1) + abs(inputs.x2) + abs(inputs.w)
         _handle_fault(state, parameters, inputs, outputs, abs(given) <= LARGEST)
         return outputs
     outputs.fault = 0

@@ -46,8 +46,8 @@ void two_mass_cancellation_init(two_mass_cancellation_state *state, const two_ma
     state->invalid_samples = 0u;
 
     /* if the measurement is invalid, wait for the first valid one */
-    const double check = inputs->x1 + inputs->x2 + inputs->w + state->z_v1 + state->z_v2 + state->z_between
-        + state->z_ground;
+    const double check = fabs(inputs->x1) + fabs(inputs->x2) + fabs(inputs->w) + fabs(state->z_v1)
+        + fabs(state->z_v2) + fabs(state->z_between) + fabs(state->z_ground);
     if (!(fabs(check) <= 1e+150)) {
         state->z_v1 = 0.0;
         state->z_v2 = 0.0;
@@ -95,7 +95,7 @@ static void two_mass_cancellation_resume(two_mass_cancellation_state *state, con
 static TWO_MASS_CANCELLATION_COLD void two_mass_cancellation_handle_fault(two_mass_cancellation_state *state,
     const two_mass_cancellation_parameters *parameters, const two_mass_cancellation_inputs *inputs, two_mass_cancellation_outputs *outputs)
 {
-    const double given = inputs->x1 + inputs->x2 + inputs->w;
+    const double given = fabs(inputs->x1) + fabs(inputs->x2) + fabs(inputs->w);
     if (!(fabs(given) <= 1e+150)) {
         /* invalid sample */
         if (state->mode != TWO_MASS_CANCELLATION_STARTING) {

@@ -124,8 +124,8 @@ def init(parameters: Parameters, inputs: Inputs) -> State:
         z_a_ground=parameters.ground_a,
     )
     check = (
-        inputs.x1 + inputs.x2 + inputs.w + state.z_v1 + state.z_v2 + state.z_f_between + state.z_f_ground
-        + state.z_a_between + state.z_a_ground
+        abs(inputs.x1) + abs(inputs.x2) + abs(inputs.w) + abs(state.z_v1) + abs(state.z_v2)
+        + abs(state.z_f_between) + abs(state.z_f_ground) + abs(state.z_a_between) + abs(state.z_a_ground)
     )
     if not abs(check) <= LARGEST:
         state = State(mode=STARTING)
@@ -261,7 +261,7 @@ def step(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs 
         z_v1_next + z_v2_next + z_f_between_next + z_f_ground_next + z_a_between_next + z_a_ground_next
     )
     if state.mode != RUNNING or not abs(check) <= LARGEST:
-        given = inputs.x1 + inputs.x2 + inputs.w
+        given = abs(inputs.x1) + abs(inputs.x2) + abs(inputs.w)
         _handle_fault(state, parameters, inputs, outputs, abs(given) <= LARGEST)
         return outputs
     outputs.fault = 0

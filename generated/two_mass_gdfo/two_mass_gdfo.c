@@ -45,8 +45,9 @@ void two_mass_gdfo_init(two_mass_gdfo_state *state, const two_mass_gdfo_paramete
     state->invalid_samples = 0u;
 
     /* if the measurement is invalid, wait for the first valid one */
-    const double check = inputs->x1 + inputs->x2 + inputs->w + state->z_v1 + state->z_v2 + state->z_f_between
-        + state->z_f_ground + state->z_a_between + state->z_a_ground;
+    const double check = fabs(inputs->x1) + fabs(inputs->x2) + fabs(inputs->w) + fabs(state->z_v1)
+        + fabs(state->z_v2) + fabs(state->z_f_between) + fabs(state->z_f_ground) + fabs(state->z_a_between)
+        + fabs(state->z_a_ground);
     if (!(fabs(check) <= 1e+150)) {
         state->z_v1 = 0.0;
         state->z_v2 = 0.0;
@@ -103,7 +104,7 @@ static void two_mass_gdfo_resume(two_mass_gdfo_state *state, const two_mass_gdfo
 static TWO_MASS_GDFO_COLD void two_mass_gdfo_handle_fault(two_mass_gdfo_state *state,
     const two_mass_gdfo_parameters *parameters, const two_mass_gdfo_inputs *inputs, two_mass_gdfo_outputs *outputs)
 {
-    const double given = inputs->x1 + inputs->x2 + inputs->w;
+    const double given = fabs(inputs->x1) + fabs(inputs->x2) + fabs(inputs->w);
     if (!(fabs(given) <= 1e+150)) {
         /* invalid sample */
         if (state->mode != TWO_MASS_GDFO_STARTING) {

@@ -109,7 +109,10 @@ def init(parameters: Parameters, inputs: Inputs) -> State:
         z_x1=-(parameters.K_1_x1 * inputs.x1),
         z_x2=-(parameters.K_1_x2 * inputs.x2),
     )
-    check = inputs.x1 + inputs.x2 + inputs.w + state.z_v1 + state.z_v2 + state.z_x1 + state.z_x2
+    check = (
+        abs(inputs.x1) + abs(inputs.x2) + abs(inputs.w) + abs(state.z_v1) + abs(state.z_v2) + abs(state.z_x1)
+        + abs(state.z_x2)
+    )
     if not abs(check) <= LARGEST:
         state = State(mode=STARTING)
     return state
@@ -194,7 +197,7 @@ def step(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs 
     # this sum is too large or NaN if a next state is, or an input or output on which no next state depends
     check = z_v1_next + z_v2_next + z_x1_next + z_x2_next
     if state.mode != RUNNING or not abs(check) <= LARGEST:
-        given = inputs.x1 + inputs.x2 + inputs.w
+        given = abs(inputs.x1) + abs(inputs.x2) + abs(inputs.w)
         _handle_fault(state, parameters, inputs, outputs, abs(given) <= LARGEST)
         return outputs
     outputs.fault = 0

@@ -43,8 +43,8 @@ void two_mass_gto_init(two_mass_gto_state *state, const two_mass_gto_parameters 
     state->invalid_samples = 0u;
 
     /* if the measurement is invalid, wait for the first valid one */
-    const double check = inputs->x1 + inputs->x2 + inputs->w + state->z_v1 + state->z_v2 + state->z_x1
-        + state->z_x2;
+    const double check = fabs(inputs->x1) + fabs(inputs->x2) + fabs(inputs->w) + fabs(state->z_v1)
+        + fabs(state->z_v2) + fabs(state->z_x1) + fabs(state->z_x2);
     if (!(fabs(check) <= 1e+150)) {
         state->z_v1 = 0.0;
         state->z_v2 = 0.0;
@@ -93,7 +93,7 @@ static void two_mass_gto_resume(two_mass_gto_state *state, const two_mass_gto_pa
 static TWO_MASS_GTO_COLD void two_mass_gto_handle_fault(two_mass_gto_state *state,
     const two_mass_gto_parameters *parameters, const two_mass_gto_inputs *inputs, two_mass_gto_outputs *outputs)
 {
-    const double given = inputs->x1 + inputs->x2 + inputs->w;
+    const double given = fabs(inputs->x1) + fabs(inputs->x2) + fabs(inputs->w);
     if (!(fabs(given) <= 1e+150)) {
         /* invalid sample */
         if (state->mode != TWO_MASS_GTO_STARTING) {

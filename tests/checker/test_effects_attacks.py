@@ -358,10 +358,13 @@ def test_where_a_lag_starts_is_not_called_as_a_parameter_is() -> None:
     for old, new in (
         ("state->w_lagged = inputs->w;\n    state->mode", "state->w_lagged = inputs->rail_a;\n    state->mode"),
         (
-            "const double check = inputs->x + inputs->w +",
-            "const double check = inputs->x + inputs->w + inputs->rail_a +",
+            "const double check = fabs(inputs->x) + fabs(inputs->w) +",
+            "const double check = fabs(inputs->x) + fabs(inputs->w) + fabs(inputs->rail_a) +",
         ),
-        ("given = inputs->x + inputs->w;", "given = inputs->x + inputs->w + inputs->rail_a;"),
+        (
+            "given = fabs(inputs->x) + fabs(inputs->w);",
+            "given = fabs(inputs->x) + fabs(inputs->w) + fabs(inputs->rail_a);",
+        ),
         (
             "const double check = z_v_next",
             "const double more = inputs->rail_a;\n    const double check = more + z_v_next",

@@ -75,7 +75,7 @@ def test_a_quotient_that_takes_the_sum_of_every_step_beyond_the_limit_is_refused
             check(proof, files)
 
 
-FIELD, BEGINS = "    double z_rail; /* N: observer state */\n", "state->z_v + state->z_rail;"
+FIELD, BEGINS = "    double z_rail; /* N: observer state */\n", "fabs(state->z_v) + fabs(state->z_rail);"
 SUM, SET = "    const double check = z_v_next + z_rail_next;", "        state->z_rail = z_rail_next;\n"
 
 
@@ -102,7 +102,7 @@ def test_another_state_is_as_large_as_the_code_makes_it(moves: str, missed: str,
         "one_mass.c": [
             (AT, f"{AT}    state->z_q = 0.0;\n"),
             ("        state->z_rail = 0.0;\n", "        state->z_rail = 0.0;\n        state->z_q = 0.0;\n"),
-            (BEGINS, f"{BEGINS[:-1]} + state->z_q;"),
+            (BEGINS, f"{BEGINS[:-1]} + fabs(state->z_q);"),
             (SUM, f"    const double z_q_next = {moves};\n{power}{SUM[:-1]} + z_q_next + power;"),
             (SET, f"{SET}        state->z_q = z_q_next;\n"),
             (MISSED, MISSED + missed),

@@ -28,7 +28,8 @@ STARTED = "        state->mode = ONE_MASS_STARTING;\n"
 ZERO = "    state->z_v = -(parameters->K_v * inputs->x);\n"
 PREDICTED = "    state->z_v = state->z_v - parameters->sample_time * parameters->K_v * outputs->v_hat;\n"
 CHECK = "const double check = z_v_next + z_rail_next;"
-BEGUN = "const double check = inputs->x + inputs->w + state->z_v + state->z_rail;"
+BEGUN = "const double check = fabs(inputs->x) + fabs(inputs->w) + fabs(state->z_v) + fabs(state->z_rail);"
+GIVEN = "given = fabs(inputs->x) + fabs(inputs->w);"
 LAST = "    outputs->fault = 1;\n"
 # File, what stands there, what a forger writes.
 FORGED = {
@@ -75,9 +76,9 @@ FORGED = {
         "else if (state->mode == ONE_MASS_HOLDING)",
         "else if (state->mode != ONE_MASS_HOLDING)",
     ),
-    "no sample is valid": ("c", "given = inputs->x", "given = 1e200 + inputs->x"),
+    "no sample is valid": ("c", "given = fabs(inputs->x)", "given = 1e200 + fabs(inputs->x)"),
     "each sample is valid": ("c", "if (!(fabs(given) <= 1e+150))", "if (!(fabs(given) <= 1e+999))"),
-    "no start is valid": ("c", "const double check = inputs->x", "const double check = 1e200 + inputs->x"),
+    "no start is valid": ("c", "const double check = fabs(inputs->x)", "const double check = 1e200 + fabs(inputs->x)"),
     "a parameter that init changes": ("c", ZERO, f"    ((double *)parameters)[6] = -0.001;\n{ZERO}"),
     "a parameter that init changes, through a local": (
         "c",
@@ -90,9 +91,12 @@ FORGED = {
     "a check of nothing": ("c", CHECK, "const double check = 0.0;"),
     "a check without a state": ("c", CHECK, "const double check = z_rail_next - z_rail_next + inputs->w;"),
     "a check of one state twice": ("c", CHECK, "const double check = z_rail_next + z_rail_next;"),
-    "no sample is invalid": ("c", "given = inputs->x + inputs->w;", "given = 0.0;"),
+    "no sample is invalid": ("c", GIVEN, "given = 0.0;"),
+    "a large input that its magnitude hides": ("c", GIVEN, "given = inputs->x + fabs(inputs->x) + fabs(inputs->w);"),
+    "one magnitude": ("c", GIVEN, "given = fabs(inputs->x) + inputs->w;"),
+    "a magnitude of both": ("c", GIVEN, "given = fabs(inputs->x + inputs->w);"),
     "a start that is never invalid": ("c", BEGUN, "const double check = 0.0;"),
-    "a start with one invalid input": ("c", BEGUN, BEGUN.replace("inputs->x + ", "")),
+    "a start with one invalid input": ("c", BEGUN, BEGUN.replace("fabs(inputs->x) + ", "")),
     "an array that a start overruns": (
         "c",
         "    if (!(fabs(check) <= 1e+150)) {\n",
@@ -135,7 +139,7 @@ def test_an_input_whose_infinity_no_next_state_shows_is_in_the_check(of: str, ad
     _, files = changed(
         "one_mass",
         ("inputs->w - F_hat_rail", f"inputs->w * {code} - F_hat_rail"),
-        ("inputs->x + inputs->w", "inputs->x + inputs->w + inputs->u"),
+        ("fabs(inputs->x) + fabs(inputs->w)", "fabs(inputs->x) + fabs(inputs->w) + fabs(inputs->u)"),
         (CHECK, CHECK.replace(";", f"{added};")),
     )
     field = b"double w; /* N: input */"
@@ -161,7 +165,7 @@ def test_an_input_that_is_in_the_check_by_name_alone_is_not_seen(hidden: str) ->
     _, files = changed(
         "one_mass",
         ("inputs->w - F_hat_rail", "inputs->w * one_mass_sign(inputs->u) - F_hat_rail"),
-        ("inputs->x + inputs->w", "inputs->x + inputs->w + inputs->u"),
+        ("fabs(inputs->x) + fabs(inputs->w)", "fabs(inputs->x) + fabs(inputs->w) + fabs(inputs->u)"),
         (CHECK, f"{hidden}\n    {CHECK.replace(';', f' + {local};')}"),
     )
     field = b"double w; /* N: input */"

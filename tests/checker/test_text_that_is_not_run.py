@@ -14,7 +14,7 @@ from tests.checker.forged import changed, check
 
 UNREAD = "extern double sin(double) __asm__(__STRING(cos));"
 PREPARE = "    parameters->constant_1 = "
-SUM = "const double given = inputs->theta1 + inputs->theta2 + inputs->w1 + inputs->w2;"
+SUM = "const double given = fabs(inputs->theta1) + fabs(inputs->theta2) + fabs(inputs->w1) + fabs(inputs->w2);"
 
 
 @pytest.mark.parametrize("ends", ["1; i < 1", "2; i < 0"])
@@ -34,7 +34,7 @@ def test_a_sum_with_a_loop_without_a_pass_is_refused(added: str) -> None:
 
 def test_the_end_of_a_loop_in_octal_digits_is_refused() -> None:
     """016 is 14 in C: `given` had no x[14] and x[15], and a NaN in one of them reset the observer as a valid sample."""
-    old = "given = inputs->w;\n    for (int i = 0; i < 16; i++)"
+    old = "given = fabs(inputs->w);\n    for (int i = 0; i < 16; i++)"
     content, files = changed("chain", (old, old.replace("16", "016")))
     with pytest.raises(verify.Refused, match="is no part of a sum"):
         check(content, files)

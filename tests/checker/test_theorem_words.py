@@ -160,7 +160,9 @@ def test_a_state_that_must_be_zero_is_said_however_its_formula_is_written() -> N
         b"    const double check = z_v_next",
         b"    const double z_q_next = 2.0 * state->z_q;\n    const double check = z_q_next + z_v_next",
     )
-    source = source.replace(b"inputs->w + state->z_v", b"inputs->w + state->z_q + state->z_v")
+    source = source.replace(
+        b"fabs(inputs->w) + fabs(state->z_v)", b"fabs(inputs->w) + fabs(state->z_q) + fabs(state->z_v)"
+    )
     sources = {"one_mass.h": header, "one_mass.c": source}
     content = json.loads(TEXT)
     content["states"]["state.z_q"] = "0*outputs.v_hat"

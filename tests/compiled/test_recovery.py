@@ -83,6 +83,18 @@ def test_a_start_that_cannot_be_used_shows_in_the_state(tmp_path: Path) -> None:
         assert valid or state == twin.State(mode=twin.STARTING)
 
 
+def test_large_inputs_that_cancel_are_an_invalid_sample(tmp_path: Path) -> None:
+    """Their sum was valid, and the observer was started from them; the estimates are held, as at a NaN."""
+    built = Built(tmp_path, (SPECS / "two_mass.yaml").read_text(encoding="utf-8"))
+    rows = np.random.default_rng(1).normal(size=(60, 3)).cumsum(axis=0) * [1e-4, 1e-4, 0.1]
+    large, nan = rows.copy(), rows.copy()
+    large[20:23, :2], nan[20:23, :2] = (1e200, -1e200), math.nan
+    for run in (built.c_run, built.python_run):
+        assert all(same_bits(*pair) for pair in zip(run(large), run(nan), strict=True))
+    inputs = built.twin.Inputs(1e200, -1e200, 0.0)
+    assert built.twin.init(built.twin.Parameters(), inputs).mode == built.twin.STARTING
+
+
 def in_lanes(built: Built, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Outputs and faults of the last lane; the first of the others gets no bad sample."""
     name = built.program.name
