@@ -10,17 +10,13 @@ import numpy as np
 import sympy
 
 from codegen.base.significant import in_percent
-from codegen.effects.effect import Confusion, Effect, EffectParameter, Symbols
+from codegen.effects.effect import WIDEST_STIFFNESS, Confusion, Effect, EffectParameter, Symbols
 from codegen.effects.on_coordinate import InertiaError
 from codegen.effects.places import coupled_or_varying
 from codegen.effects.start import Covered
 from codegen.mechanics.system import System
 from codegen.mechanics.transmission import Transmission
 
-WIDEST_STIFFNESS = 1e3
-"""Largest ratio of the ends of the 95 % interval of a stiffness. A load that a damper alone drags along, as by a lag of
-the input, has one of more than five decades: the log shows no spring. Of some 800 diagnoses of seen logs no true one
-had a ratio above 30."""
 STIFFNESS = EffectParameter("k", "{F}/{q}", "stiffness", low=0.0, widest=WIDEST_STIFFNESS)
 DAMPING = EffectParameter("c", "{F}*s/{q}", "damping", low=0.0)
 LEAST_LOAD = 0.02

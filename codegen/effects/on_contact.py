@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import sympy
 
-from codegen.effects.effect import Confusion, Effect, EffectParameter, Symbols
+from codegen.effects.effect import WIDEST_STIFFNESS, Confusion, Effect, EffectParameter, Symbols
 from codegen.effects.places import drive_force, lone_coordinate, pair_contacts, pairs
 from codegen.effects.start import Covered, bristles, slow_times, speeds
 from codegen.friction.law import DynamicLaw, LawParameter, LawState, Ranges, States, Values
@@ -281,7 +281,9 @@ class Presliding(Effect):
     equation = "λ = sigma·z, dz/dt = u − (sigma/a)·z·|u| in place of a·sgn(u)"
     signature = "hysteresis over position at each reversal, in place of a step"
     seen_over = "position"
-    parameters = (EffectParameter("sigma", "{F}/{q}", "presliding stiffness", low=0.0, start=bristles),)
+    parameters = (
+        EffectParameter("sigma", "{F}/{q}", "presliding stiffness", low=0.0, start=bristles, widest=WIDEST_STIFFNESS),
+    )
     confused_with = (
         Confusion("backlash", "a microscopic slow sine: presliding resists it with a force, backlash does not"),
         Confusion("input_delay", "a microscopic slow sine"),

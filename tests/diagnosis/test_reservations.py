@@ -115,6 +115,17 @@ def test_a_spring_whose_stiffness_the_log_does_not_determine_is_refused(
     assert bool(words) is refused and all("does not determine k" in one for one in words)
 
 
+@pytest.mark.parametrize(("ends", "refused"), [((0.2, 2.1e5), True), ((2e4, 5e4), False)])
+def test_a_bristle_whose_stiffness_the_log_does_not_determine_is_refused(
+    log: Log, ends: tuple[float, float], refused: bool
+) -> None:
+    """Stribeck friction added to the log of a real motor was called presliding, with a stiffness of 0.2 to 2.1e5."""
+    part = part_of(CATALOGUE["presliding"], 0, system_of(stage()))
+    found = FoundEffect("presliding", part.on, {"sigma": 3e4}, {"sigma": "N/m"}, (), {"sigma": ends})
+    words = objections(found, part, Problem(system_of(stage()), smooth_motion(log), {}))
+    assert bool(words) is refused and all("does not determine sigma" in one for one in words)
+
+
 def test_a_shape_beyond_what_the_log_covers_is_said(log: Log) -> None:
     assert said(log, "stribeck", delta=2.0, v_s=0.05) == ([], [])
     against, (words,) = said(log, "stribeck", delta=2.0, v_s=5.0)
