@@ -47,6 +47,7 @@ from codegen.diagnosis.verdict.harmonics import with_harmonics
 from codegen.diagnosis.verdict.held_out import HeldOut, within
 from codegen.diagnosis.verdict.hidden_effects import hidden_effects
 from codegen.diagnosis.verdict.late_inputs import corrected_for_leads
+from codegen.diagnosis.verdict.nameless import nameless_rival, without_name
 from codegen.diagnosis.verdict.proposal import propose_terms, refuse_without_pysindy
 from codegen.diagnosis.verdict.replay import compare_residuals
 from codegen.diagnosis.verdict.statement import interval_in_words, statement
@@ -261,13 +262,19 @@ def _by_free_runs(
 
         experiment, excitation = separate(search, outcome, tied, case.log, case.spec.envelope, separation_report)
         answer, outcome = runs.without_tied(last, outcome, far) or (answer, outcome)
+    nameless = None
+    if answer.verdict == "effect":
+        own = last if len(outcome.final.offsets) == len(last.record.at_rest) else search
+        nameless = nameless_rival(own, outcome.final)
+    answer = answer if nameless is None else without_name(answer, nameless)
     answer = wrong_values.refused_for_a_value(case.spec, answer, problem, runs.measured)
     answer = refused_at_limit(answer, runs.left_by, case.material)
     answer = settled(replace(search, within=last.within), outcome, answer, runs.measured)
     answer = runs.checked(answer, outcome.final)
     left = runs.left_by(answer)
-    answer = replace(answer, verdict=by_remainder(answer.verdict, left, case.material))
-    if open_ is None and answer.verdict in ("none", "unknown"):
+    if nameless is None:  # that force is there, however much of it a curve over the motion predicts
+        answer = replace(answer, verdict=by_remainder(answer.verdict, left, case.material))
+    if open_ is None and nameless is None and answer.verdict in ("none", "unknown"):
         open_ = better_than_refused(search, tried, outcome, case.material)
     answer = not_determined(answer, open_, problem, named) if open_ is not None else answer
     answer = replace(answer, remarks=tuple(runs.remarks(outcome, answer, in_place)))

@@ -91,6 +91,7 @@ class Cogging(Periodic):
     sits_on = "coordinate"
     equation = "e = amplitude·sin(2π x/period + phase)"
     signature = "a force periodic in position, the same in both directions"
+    nameless: ClassVar[tuple[str, ...]] = ("drive_force_wave", "load_wave")
     parameters = (AMPLITUDE, PERIOD, PHASE)
     confused_with = (
         Confusion("position_dependent_friction", "both directions over the same place"),
@@ -148,6 +149,7 @@ class PositionDependentFriction(Periodic):
     sits_on = "contact"
     equation = "level += amplitude·sin(2π s/period + phase), and amplitude_2·sin(4π s/period + phase_2) where given"
     signature = "a force periodic in position that changes sign with the direction"
+    nameless: ClassVar[tuple[str, ...]] = ("drive_force_over_position",)
     parameters = (AMPLITUDE, PERIOD, PHASE)
     more_forms = (
         (

@@ -55,7 +55,7 @@ def register(effect: Effect, where: str = "an effect") -> None:
 
 def is_own(kind: str) -> bool:
     """Whether a kind was registered by the user and is not in the shipped catalogue."""
-    return not type(CATALOGUE[kind]).__module__.startswith("codegen.effects.")
+    return kind in CATALOGUE and not type(CATALOGUE[kind]).__module__.startswith("codegen.effects.")
 
 
 def load_effects(path: str | Path) -> tuple[str, ...]:

@@ -167,7 +167,7 @@ def test_far_from_the_noise_force_decides_only_clearly(
     fit = SimpleNamespace(trial=SimpleNamespace(parts=()))
     one.force_criterion = SimpleNamespace(over=lambda criterion: told, fit=fit)
     other.force_criterion = one.force_criterion
-    assert ranking._preferred(one, other) is preferred
+    assert ranking.preferred_by_force(one, other) is preferred
 
 
 @pytest.mark.usefixtures("significant")
@@ -227,7 +227,7 @@ def test_at_the_noise_nats_of_free_runs_count_against_those_of_the_force(
         fit=SimpleNamespace(trial=SimpleNamespace(parts=())), over=lambda other: gain
     )
     assert gain.p_of_rivals(0, against) == pytest.approx(max(3e-3, np.exp(against - 4.9)))
-    assert ranking._preferred(delay, lag) is preferred
+    assert ranking.preferred_by_force(delay, lag) is preferred
 
 
 @pytest.mark.parametrize(("k", "c", "other"), [(1e-3, 0.05, "inertia_error"), (2500.0, 4.0, ""), (10.0, 0.1, "")])

@@ -15,9 +15,10 @@ from codegen.diagnosis.fit.joints import JointShooter
 from codegen.diagnosis.fit.record import Record
 from codegen.diagnosis.fit.shooting import FreeRun, Shooter, Structures, hidden_states, term_symbols
 from codegen.diagnosis.results import FoundEffect
-from codegen.effects import CATALOGUE, Effect
+from codegen.effects import Effect
 from codegen.effects.coordinate import Coordinate
 from codegen.effects.declare import added, effect_symbols, places_of, unit_words
+from codegen.effects.nameless import effect_called
 from codegen.effects.register import is_own
 from codegen.mechanics.numpy_form import numpy_function
 from codegen.mechanics.system import System
@@ -37,12 +38,12 @@ class Part:
 
     @cached_property
     def effect(self) -> Effect:
-        return CATALOGUE[self.kind].with_parameters(self.names)
+        return effect_called(self.kind).with_parameters(self.names)
 
     @property
     def form(self) -> str:
         """The parameters that the usual form of the effect does not have, as words."""
-        kind = CATALOGUE[self.kind]
+        kind = effect_called(self.kind)
         usual = {p.name for p in kind.forms[0].parameters}
         return ", ".join(name for name in self.names if name not in usual and len(kind.forms) > 1)
 
@@ -333,7 +334,7 @@ def with_values(system: System, refitted: Mapping[str, float]) -> System:
 def with_effects(system: System, found: Sequence[FoundEffect]) -> System:
     """The system with fitted effects added to it."""
     for one in found:
-        effect = CATALOGUE[one.kind].with_parameters(list(one.parameters))
+        effect = effect_called(one.kind).with_parameters(list(one.parameters))
         place = places_of(effect, system).index(one.on)
         symbols = effect_symbols(effect, one.on, system)
         units = unit_words(effect, place, system)

@@ -25,6 +25,7 @@ from codegen.diagnosis.fit.starting_values import (
 )
 from codegen.diagnosis.fit.trial import Part, Runner, part_of, with_values
 from codegen.effects import CATALOGUE, Effect
+from codegen.effects.nameless import effect_called
 from codegen.effects.register import candidates, is_own
 from codegen.effects.start import Covered
 
@@ -156,7 +157,7 @@ def is_simpler_form(other: Fit, found: Fit) -> bool:
 
 def simpler_forms(part: Part) -> list[Effect]:
     """What is simpler than an effect, the simplest first: its simpler forms, and the effect that it extends."""
-    usual, *special = CATALOGUE[part.kind].forms
+    usual, *special = effect_called(part.kind).forms
     simpler = [form for form in special if len(form.parameters) < len(part.names)]
     first = [] if is_usual_form(part) or len(usual.parameters) > len(part.names) else [usual]
     return [*first, *simpler, *([CATALOGUE[part.effect.extends]] if part.effect.extends else [])]
@@ -164,7 +165,7 @@ def simpler_forms(part: Part) -> list[Effect]:
 
 def is_usual_form(part: Part) -> bool:
     """Whether an effect has the first form of its kind."""
-    return list(part.names) == [p.name for p in CATALOGUE[part.kind].forms[0].parameters]
+    return list(part.names) == [p.name for p in effect_called(part.kind).forms[0].parameters]
 
 
 @dataclass(eq=False)

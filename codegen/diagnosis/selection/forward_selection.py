@@ -425,13 +425,13 @@ def _swapped(
             return search.fitted_again(best), {}
         own = (f for f in good if CATALOGUE[f.part.kind].extends != parts[k].kind)
         own = (f for f in own if not is_no_better_form(f, current, parts[k]))
-        as_it_is = _ranked(search, current, without)
-        same = [f for f in own if tied_by_free_runs(search, as_it_is, _ranked(search, f, without))]
+        as_it_is = as_replacement(search, current, without)
+        same = [f for f in own if tied_by_free_runs(search, as_it_is, as_replacement(search, f, without))]
         if k or rivals is None:
             most = most_left(current)
             alike = (f for f in same if not force_prefers(here, ForceCriterion(search, f), most))
             alike = (f for f in alike if not tolerances_prefer(search, current, f))
-            tied[k] = [_ranked(search, f, without) for f in alike]
+            tied[k] = [as_replacement(search, f, without) for f in alike]
         else:
             tied[k] = [r for r in rivals if any(_same(f.part, r.found.part) for f in same)]
     return None, {k: found for k, found in tied.items() if found}
@@ -476,7 +476,7 @@ def _put_first(search: Search, fit: Fit, k: int) -> Fit:
     return search.with_parts(fit, moved, [fit.trial.parts[j] for j in order], [found[j] for j in order])
 
 
-def _ranked(search: Search, found: Fit, without: Fit) -> Ranked:
+def as_replacement(search: Search, found: Fit, without: Fit) -> Ranked:
     """A replacement with its evidence over the fit without it."""
     before, after = where_they_differ(search, without, found)
     ratio = noise_ratio(after) / noise_ratio(before)

@@ -150,7 +150,7 @@ def refused_when_fitted_again(ranked: Sequence[Ranked], chosen: Ranked) -> list[
 
 def ties(search: Search, ranked: Sequence[Ranked]) -> list[Ranked]:
     """Candidates that free runs, force residual and tolerances do not distinguish from the best, without its twins."""
-    alike = [other for other in _tied(search, ranked[0], ranked) if not _preferred(ranked[0], other)]
+    alike = [other for other in _tied(search, ranked[0], ranked) if not preferred_by_force(ranked[0], other)]
     return [other for other in alike if not tolerances_prefer(search, ranked[0].found, other.found)]
 
 
@@ -279,7 +279,7 @@ def ordered_by_force(search: Search, ranked: Sequence[Ranked]) -> list[Ranked]:
     """The candidates, first the one that the force residual prefers among the best and those that tie with it."""
     best = ranked[0]
     for other in _tied(search, best, ranked):
-        if _preferred(other, best):
+        if preferred_by_force(other, best):
             best = other
     return led_by(best, ranked)
 
@@ -334,7 +334,7 @@ def _from_declared(search: Search, fit: Fit) -> float:
     return float(np.sum(np.log(fitted / declared) ** 2))
 
 
-def _preferred(one: Ranked, other: Ranked) -> bool:
+def preferred_by_force(one: Ranked, other: Ranked) -> bool:
     """Whether the force residual prefers a candidate to another one, and free runs do not contradict."""
     if one.force_criterion is None or other.force_criterion is None:
         return False
