@@ -18,6 +18,7 @@ from codegen.base.errors import BadInput, Place
 from codegen.logs.audit.force_balance import Forces, partial_correlation
 from codegen.logs.log import Finding, Log
 from codegen.spec.model import Spec
+from codegen.spec.motion import KinematicTree
 from codegen.spec.units import same_dimension, si_factor
 
 FLIPPED, TELLING = -0.4, 0.6
@@ -77,7 +78,32 @@ def audit_inputs(forces: Forces, spec: Spec, outside: Outside | None, log: Log) 
         if name in log.intake.doubted:
             yield not_judged(name, name)
             continue
-        yield _input(name, float(factor), whole + factor * columns[j], columns[j], outside, parts, spec, log)
+        own = whole + factor * columns[j]
+        found = _input(name, float(factor), own, columns[j], outside, parts, spec, log)
+        other_links = found.severity == "problem" and factor > 0 and _are_links_wrong(forces, spec, j, float(factor))
+        yield _of_links(name, float(factor), found) if other_links else found
+
+
+def _are_links_wrong(forces: Forces, spec: Spec, j: int, factor: float) -> bool:
+    """Whether friction shows that the links of an arm have other masses, as with a load, and no wrong scale of input j.
+
+    An input that is c times too large is against c times the declared friction; ``factor`` is then 1/c. Wrong masses
+    leave the friction as declared. Asked only where the links have a tolerance, so that other masses are fitted.
+    """
+    if not isinstance(spec.form, KinematicTree) or spec.form.tolerance is None:
+        return False
+    moved = [i for i in range(len(spec.coordinates)) if np.any(forces.driven[j, :, i])]
+    found = [forces.friction_factor(i) for i in moved]
+    return all(seen > PART_SEEN and abs(log(level)) < abs(log(level * factor)) for level, seen in found)
+
+
+def _of_links(name: str, factor: float, found: Finding) -> Finding:
+    """The finding on an input's scale as a warning that the links have other masses."""
+    words = (
+        f"With the declared links the motion takes {factor:.3g} times the force of {name}, but the declared friction "
+        f"fits {name}. That is no wrong scale, rather other masses of the links, as with an unknown load."
+    )
+    return Finding("warning", found.topic, words, found.figures)
 
 
 def not_judged(name: str, doubted: str) -> Finding:
