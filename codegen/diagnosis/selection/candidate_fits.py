@@ -39,9 +39,9 @@ NEAR, SHORTEST = 30.0, 0.2
 """Ratio of the refit's error to the noise above which candidates are first fitted on shorter segments, and the least
 share of their length. The error of a free-run simulation grows with the square of time."""
 LEAST_EXCESS = 0.05
-"""Share of the worst joint's loss above the noise below which no effect on another joint is tried by the force of all
-joints, in no round, to save time; these effects count as hypotheses, since the log makes the choice. A round of free
-runs has one joint; it tries nothing where that leaves no loss above the noise."""
+"""Share of the worst joint's loss above the noise below which no effect on another joint is tried in a round of the
+force residual, to save time; these effects count as hypotheses, since the log makes the choice. A round of free runs
+has one joint; it tries nothing where that leaves no loss above the noise."""
 FIRST_ROUNDS = 4
 PROMISING, BY_FORCE = 8, 4
 """Numbers of scalable effects that are fitted on few segments: those with the largest gain by one linear step of the

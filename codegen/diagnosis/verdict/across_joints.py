@@ -75,16 +75,16 @@ def _credited_by_runs(search: Search, base: Fit, final: Fit) -> bool:
 def found_across_joints(search: Search, base: Fit, material: float) -> Ranked | None:
     """The effect that the forces of all joints credit, clearly better than every rival on any joint; None if none.
 
-    Only effects with one parameter are tried, since a curve on one joint can imitate a wrong mass at the others, and on
-    joints with at least ``LEAST_EXCESS`` of the worst joint's misfit. The p-value counts all candidates on all joints
-    (Bonferroni).
+    Only effects with one parameter are tried, since a curve on one joint can imitate a wrong mass at the others. They
+    are tried on all joints, also those with little misfit: there the refit may hide the effect best. The p-value counts
+    all candidates on all joints (Bonferroni).
 
     Args:
         base: the refit of the declared structure by free runs, of an arm that is simulated joint by joint.
         material: share of the RMS of the drive force from which on a force matters.
     """
     fits = ForceFits(search, base)
-    alone = [part for part in fits.candidates.parts if len(part.names) == 1]
+    alone = [part for part in fits.parts if len(part.names) == 1]
     ranked = judged_in_addition(fits, fits.plain, alone, hypotheses(fits.parts), everywhere=True)
     ranked.sort(key=lambda r: (bool(r.why_not), r.found.cost))
     if not ranked or ranked[0].why_not:
