@@ -411,8 +411,11 @@ class Diagnosis(Shown):
         return written_values(self.verdict, self.refitted)
 
     def is_credited(self, candidate: Candidate) -> bool:
-        """Whether the verdict names this effect at this place, in one form or another."""
-        return self.verdict == "effect" and (candidate.kind, candidate.on) in [(e.kind, e.on) for e in self.effects]
+        """Whether the verdict names this effect at this place; not for a refused form if another form of it passes."""
+        place = (candidate.kind, candidate.on)
+        other_form = any(c.accepted and (c.kind, c.on) == place for c in self.candidates)
+        named = self.verdict == "effect" and place in [(e.kind, e.on) for e in self.effects]
+        return named and (candidate.accepted or not other_form)
 
     def not_named(self, candidate: Candidate) -> str:
         """Why a candidate of the first round that passes every test is not in the verdict; empty for another one."""

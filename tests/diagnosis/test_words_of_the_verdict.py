@@ -232,6 +232,8 @@ def test_a_candidate_that_is_refused_alone_and_named_in_the_end_is_no_plain_refu
     found = replace(found, effects=tuple(replace(SPRING, kind=c.kind, on=c.on) for c in (found.candidates[0], peak)))
     assert [found.is_credited(c) for c in (peak, other)] == [True, False]
     assert not replace(found, verdict="unknown").is_credited(peak)
+    form = replace(candidate("cogging", 0.95, "may be chance"), parameters={"sin_1": 1.0})  # another one passes
+    assert not replace(found, candidates=(*found.candidates, form)).is_credited(form)
     shown = Diagnosed(found, Path(), ()).text(paths=False)
     rows = {line.split()[0]: line for line in shown.splitlines() if line.endswith("may be chance")}
     assert rows["stribeck"].endswith("named in the end; alone: may be chance")
