@@ -463,13 +463,19 @@ class _Search:
         if by_file:
             taken = f"which is no unit of {own}: its numbers are used unchanged"
             advice = f"Say `scale: {{{symbol}: FACTOR}}` in meta.yaml beside the log, 1 if they are in {own}."
-            others = [s for s in self.terms if s not in (symbol, "t") and is_convertible(unit, self._own(s))]
-            if others:
-                advice = f"It is a unit of {' and '.join(others)}: are the columns exchanged? {advice}"
+            if others := self._others_in(unit, symbol):
+                advice = f"It is a unit of {others}: are the columns exchanged? {advice}"
             if is_in_counts(f"x {by_file}"):
                 advice = f"Say their size in meta.yaml beside the log, such as {scale_of_counts(symbol, self.spec)}."
             self._doubt(symbol, f"the file has {symbol} in `{shown(unit)}`, {taken}", advice)
+        elif others := self._others_in(unit, symbol):
+            words = f"column `{shown(name)}` of {symbol} states `{shown(unit)}` in its name, a unit of {others}"
+            self._doubt(symbol, words, f"Are the columns exchanged? {symbol} is in {own}.")
         return 1.0
+
+    def _others_in(self, unit: str, symbol: str) -> str:
+        """The other variables of the log, without time, that may be in a unit; "" for none."""
+        return " and ".join(s for s in self.terms if s not in (symbol, "t") and is_convertible(unit, self._own(s)))
 
     def _doubt_units_of(self, symbol: str, term: Term) -> None:
         """A warning on an expression whose columns state units, which are not applied."""

@@ -149,8 +149,8 @@ def test_a_sign_of_gravity_is_told_from_a_sign_of_the_input(tmp_path):
     assert words.startswith("The modelled gravity and springs run against the force that input u gives, while inertia")
     assert "and not the sign of u" in words and "flipped" not in words
     about.write_text(BAM_META + "signed16: load\nscale: {u: -1}\n")
-    words = told(read_log(path, SERVO, description=about), SERVO)["sign and scale of u"].words
-    assert words.startswith("The sign of input u seems flipped, or that of the coordinate it drives: the force")
+    found = told(read_log(path, SERVO, description=about), SERVO)["sign and scale of u"]
+    assert found.severity == "problem" and "`force`" in found.words and "`scale: {u: 1}`" in found.words
 
 
 PENDULUM = parse_spec(

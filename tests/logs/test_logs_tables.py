@@ -78,6 +78,11 @@ def test_units_of_each_other_ask_whether_columns_are_exchanged(tmp_path, spec):
     (tmp_path / "a.csv").write_text("t,x,w\ns,N,mm\n" + table())
     words = {f.topic: f.words for f in read_log(tmp_path / "a.csv", spec).intake.findings}
     assert "unit of w" in words["unit of x"] and "unit of x" in words["unit of w"]
+    (tmp_path / "c.csv").write_text("t,pos_kN,force_mm\n" + table())
+    (tmp_path / "meta.yaml").write_text("columns: {x: pos_kN, w: force_mm}\n")
+    words = {f.topic: f.words for f in read_log(tmp_path / "c.csv", spec).intake.findings}
+    assert "unit of w" in words["unit of x"] and "unit of x" in words["unit of w"]
+    (tmp_path / "meta.yaml").unlink()
     (tmp_path / "b.csv").write_text("t,x,w\ns,m,V\n" + table())
     (other,) = read_log(tmp_path / "b.csv", spec).intake.findings
     assert "exchanged" not in other.words

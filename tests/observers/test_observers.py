@@ -98,7 +98,7 @@ REFUSED = {
     "missing gain": (observed("{K_F: 1}"), "gain `K_v` is missing", None),
     "unknown gain": (observed("{K_F: 1, K_v: 1, K_w: 1}"), "unknown gain `K_w`", "K_v"),
     "wrong length": (observed("{K_F: [1, 2, 3], K_v: 1}", text=TWO_MASS), "K_F of length 3", None),
-    "wrong rows": (observed("{K_F: [[1, 2]], K_v: 1}", text=TWO_MASS), "K_F of 1 rows of 2", None),
+    "wrong rows": (observed("{K_F: [[1, 2]], K_v: 1}", text=TWO_MASS), "K_F of 1 row of 2", None),
     "ragged rows": (
         observed("{K_F: [[1, 2], [3]], K_v: 1}", text=TWO_MASS),
         "row 2 has 1 entry",
