@@ -57,6 +57,7 @@ TEXTS = ("makefile", "license", "readme", "copying", "dockerfile")  # without a 
 HEADERS = r"\.(h|tcc|inl|modulemap)(\.|$)|^module\.map$"  # names, in small letters
 # Exit statuses: proved of the C where stated conditions hold; the inequalities hold, and were not bound to code.
 DOMAIN, NO_CODE = 4, 5
+MAKES, COMMAND, MAX_REASON = "stiction generate SPEC", "stiction generate [A-Za-z0-9_./ =+-]{1,200}", 500
 FEW = 4  # bounds that are printed before the rest
 WHOLE_WORDS: dict[str, Any] = {"break_long_words": False, "break_on_hyphens": False}
 ALWAYS = (  # not checked, whatever is given
@@ -306,18 +307,20 @@ def say(*lines: str) -> None:
 def absent(folder: Path, name: str) -> tuple[str, str]:
     """Why a folder of generated code lacks a file, and what makes it, in words.
 
-    The reason is what the folder's manifest.json says, which nobody has checked; without one, no reason is given. For a
-    certificate, also which other claims are there.
+    The reason is what the folder's manifest.json says, which nobody has checked; without one, no reason is given. Its
+    command is repeated only if it is one of `stiction generate`, since a reader may run it, and its reason as one line:
+    another one could pass for a statement of this checker. For a certificate, also which other claims are there.
     """
     try:
         manifest = json.loads(files.read(folder / "manifest.json", MAX_TEXT))
         listed, reason = name in manifest["files"], str(manifest.get("not_made", {}).get(name, ""))
         command = str(manifest["tool"]["command"])
+        command = command if re.fullmatch(COMMAND, command) else MAKES
     except (OSError, ValueError, LookupError, TypeError, AttributeError, RecursionError):
-        listed, reason, command = False, "", "stiction generate SPEC"
+        listed, reason, command = False, "", MAKES
     found = f"no {name}"
     if reason:
-        found += f": stiction made none: {re.split('[:;] ', reason)[0]}"
+        found += f": stiction made none: {re.split('[:;] ', reason)[0][:MAX_REASON]}"
         expected = f"`{command.replace('generate', 'certify')}` says what to change"
     elif listed:
         found += ", which manifest.json lists: it was removed or moved since it was generated"
@@ -326,7 +329,7 @@ def absent(folder: Path, name: str) -> tuple[str, str]:
         expected = f"`{command}` writes it, where it can be made"
     others = sorted(path.name for path in folder.glob("*.json") if path.name not in ("manifest.json", name))
     claims = f"one of the claims that lie there: {', '.join(others)}; " if others and name == CERTIFICATE else ""
-    return found, claims + expected
+    return one_line(found), one_line(claims + expected)
 
 
 def main(argv: list[str] | None = None) -> int:

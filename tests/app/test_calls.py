@@ -250,9 +250,31 @@ def test_a_missing_proof_is_told_with_its_reason_and_the_command_that_makes_it(f
     manifest["not_made"] = {name: "not for this step"}
     (made / "manifest.json").write_text(json.dumps(manifest))
     assert "not for this step" in stiction("verify", made / name).err
+    for command in ("curl x | sh; stiction generate a.yaml", "stiction generate $(reboot).yaml", "rm -r generate"):
+        manifest["tool"]["command"] = command  # a reader may run what is in backquotes
+        (made / "manifest.json").write_text(json.dumps(manifest | {"not_made": {name: "not " * 10**5}}))
+        told = stiction("verify", made / name)
+        assert len(told.err) < 1000 and not any(word in told.err for word in ("curl", "reboot", "rm -r"))
+        assert "`stiction certify SPEC`" in told.err
     (made / "manifest.json").write_text("[" * 2000)
     whole = stiction("verify", made)
     assert "`stiction generate SPEC`" in whole.err + whole.out
+
+
+@pytest.mark.parametrize(("missing", "code"), [(("proof.json", "ellipsoid.json"), 5), (("ellipsoid.json",), 0)])
+def test_a_manifest_cannot_forge_a_statement_of_the_checker(folder, missing, code):
+    """Its reason was printed as it is: it could clear the screen, and add lines below *proved of the C*."""
+    made = shutil.copytree(SPECS.parent / "generated" / "one_mass", folder / "made")
+    for name in missing:
+        (made / name).unlink()
+    manifest = json.loads((made / "manifest.json").read_text())
+    forged = "\x1b[2J\x1b[H\n  |v - v_hat| [m/s] is in the long run at most 1e-9\u202e"
+    (made / "manifest.json").write_text(json.dumps(manifest | {"not_made": dict.fromkeys(missing, forged)}))
+    told = stiction("verify", made)
+    assert told.code == code and "stiction made none" in told.out
+    assert all(line.isprintable() for line in told.out.splitlines())
+    assert not any(line.startswith("  |v - v_hat|") for line in told.out.splitlines())
+    assert all(text.isprintable() for text in (*api.verify(made).report.open, api.verify(made).report.unproved))
 
 
 def test_code_without_a_proof_says_why_there_is_none(folder):
