@@ -232,6 +232,18 @@ READ = {
         "columns: {x: x, w: w}\n",
         "",
     ),
+    "a header of two levels and a name of the index": (
+        "a.csv",
+        ",a,a,b,b\n,pos,f,pos,f\nt,,,,\n" + lines("{t:.3f},0.1,{w:.9f},{x:.9f},0.2"),
+        "columns: {x: b.pos, w: a.f}\n",
+        "the header is line 2 (t, a.pos, a.f, b.pos, b.f), 1 line before it",
+    ),
+    "a header of two levels": (
+        "a.csv",
+        "joint,a,a,b,b\ntime,pos,f,pos,f\n" + lines("{t:.3f},0.1,{w:.9f},{x:.9f},0.2"),
+        "columns: {x: b.pos, w: a.f}\n",
+        "column `time` is t",
+    ),
     "rows out of order": ("a.csv", shuffled({100: 5, 900: 1, 1500: 40}), f"columns: {{t: ms}}\n{MS}", "sorted by time"),
     "a name of time that is not the first choice": (
         "a.csv",

@@ -398,10 +398,13 @@ def _find_rows(lines: Sequence[str]) -> _Rows | None:
 def _above(file: str, lines: Sequence[str], rows: _Rows, asked: Collection[str]) -> Layout | None:
     """The layout with the header above the first rows or a line of units; None if no line names each column.
 
-    One word of a line of units may be no known unit, such as the `Inkr` of a drive's increments.
+    One word of a line of units may be no known unit, such as the `Inkr` of a drive's increments. Names in two lines of
+    which both repeat some, as pandas writes a header of two levels, become ``joint1.pos``.
     """
     split = {i: _names_of(line, rows) for i, line in enumerate(lines[: rows.index]) if line.strip()}
-    above = [i for i, texts in split.items() if texts or not COMMENT.match(lines[i])][-2:]
+    above = [i for i, texts in split.items() if texts or not COMMENT.match(lines[i])]
+    index = _index_name(lines[above[-1]], rows) if above else ""
+    above = above[-3:-1] if index else above[-2:]
     near = [i for i in reversed(above) if split[i]]
     if not near or near[0] != above[-1]:
         return None
@@ -411,7 +414,10 @@ def _above(file: str, lines: Sequence[str], rows: _Rows, asked: Collection[str])
     if len(near) == 2:
         lower, upper = split[near[0]][: rows.width], split[near[1]]
         sought = [sum(name.strip() in asked for name in line) for line in (lower, upper)]
-        if _are_units(lower) or sought[1] > sought[0] or (sought[0] == sought[1] and _are_units(lower, but=1)):
+        if (index or len({*lower}) < len(lower)) and len({*upper}) < len(upper):
+            pairs = zip(upper[: rows.width], lower, strict=True)
+            split[at] = [index or lower[0], *(".".join(filter(None, pair)) for pair in islice(pairs, 1, None))]
+        elif _are_units(lower) or sought[1] > sought[0] or (sought[0] == sought[1] and _are_units(lower, but=1)):
             at, units = near[1], tuple(zip(_named(upper), map(_plain_unit, lower), strict=False))
         elif sought[0] == sought[1] and not COMMENT.match(lines[near[1]]) and {*lower} & {*upper}:
             found = f"two lines that may be the header, this one and line {near[1] + 1} (`{shown(lines[near[1]])}`)"
@@ -422,6 +428,12 @@ def _above(file: str, lines: Sequence[str], rows: _Rows, asked: Collection[str])
             why = f"line {at + 1} is the header; `header: {before}` in meta.yaml beside the log takes line {before}"
             unread = tuple((name, why) for name in _named(upper))
     return _with_notes(lines, Layout(_named(split[at]), at + 1, rows.index, rows.delimiter, units, unread=unread))
+
+
+def _index_name(line: str, rows: _Rows) -> str:
+    """The one text of a line ``t,,,`` below the header, as pandas writes the name of its first column; else empty."""
+    texts = _all_fields(line, rows.delimiter)
+    return texts[0].strip() if len(texts) == rows.width > 2 and not any(t.strip() for t in texts[1:]) else ""
 
 
 _SAMPLE_TIME = "sampletime[ms]"
