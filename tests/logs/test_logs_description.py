@@ -117,7 +117,7 @@ def test_precedence(tmp_path):
     assert first(spec=named, description=about, columns={"x": "o"}) == (300, 9)
     about.rename(tmp_path / "meta.yaml")
     assert first(spec=named) == (200, 9)
-    with refused("LOG013 option: `y`"):
+    with refused("LOG013 --column: `y`"):
         first(spec=named, columns={"y": "o"})
 
 
