@@ -6,6 +6,7 @@ its reason and, if one is known, a counterexample.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import replace
@@ -213,15 +214,17 @@ def _no_words(analysis: Analysis, error: Exception) -> Refusal:
 
 def _unstable(analysis: Analysis, proof: Mapping[str, Any] | None, regions: Regions | None) -> Refusal:
     """The refusal of an unstable observer, with the refutation that the checker accepts, if there is one."""
-    failing = tuple(
-        dict.fromkeys(  # a condition on both Psi and the step is listed once
-            f"{c.expression} > 0" if c.readable else f"{c.label} > 0"
-            for c in (*analysis.routh, *analysis.jury)
-            if not c.holds
-        )
+    fails = [c for c in (*analysis.routh, *analysis.jury) if not c.holds]
+    failing = tuple(  # a condition on both Psi and the step is listed once
+        dict.fromkeys(f"{c.expression} > 0" if c.readable else f"{c.label} > 0" for c in fails)
     )
+    declared = {s.name for s in analysis.dynamics.observer.system.values}
+    names = {s.name for c in fails if c.readable for s in c.expression.free_symbols} - declared
+    coefficients = sorted(name for name in names if re.fullmatch(r"c\d+", name))
+    short = bool(coefficients) or not all(c.readable for c in fails)
+    view = {"analysis": analysis, "failing": failing, "regions": regions, "coefficients": coefficients, "short": short}
     return Refusal(
-        reason=render("text/refused_unstable.j2", analysis=analysis, failing=failing, regions=regions).strip(),
+        reason=render("text/refused_unstable.j2", **view).strip(),
         counterexample=None if proof is None else {name: ends[0] for name, ends in proof["variables"].items()},
         spectral_radius=analysis.spectral_radius,
         failing=failing,

@@ -231,6 +231,17 @@ def test_reasons_of_refusal(observer: str, envelope: str, words: str) -> None:
     assert "\n" not in found.reason
 
 
+def test_a_condition_over_coefficients_says_where_they_are_printed() -> None:
+    """ "fails: -2*c0*h**3 + 3*c1*h**2 - 4*c2*h + 4*c3 > 0" was all that a user saw of c0 to c3."""
+    long = outcome("two_mass", TWO_GCFO.replace("[10, 10]", "[900, 3900]"), "{}")
+    assert isinstance(long, Refusal) and any("c0" in f or "J:" in f for f in long.failing)
+    assert "`stiction derive`" in long.reason
+    short = outcome(
+        "one_mass", ONE.format(kind="cfo", velocity="estimated", gains="{K_F: 10, K_v: 100}", h="0.1"), "{}"
+    )
+    assert isinstance(short, Refusal) and short.failing and "derive" not in short.reason
+
+
 def test_a_sample_time_just_below_and_just_above_the_largest() -> None:
     section = "{{kind: cfo, velocity: estimated, gains: {{K_F: 10, K_v: 100}}, sample_time: {}}}"
     _, analysis = analysis_of("one_mass", section.format("0.001"))
