@@ -297,9 +297,9 @@ def in_short(report: Report) -> list[str]:
 
 
 def say(*lines: str) -> None:
-    """Print them; on a screen what is beyond its width goes on below, indented."""
+    """Print each as one line, so that none can forge another; on a screen a longer one goes on below, indented."""
     width = shutil.get_terminal_size().columns if sys.stdout.isatty() else sys.maxsize
-    for line in lines:
+    for line in map(one_line, lines):
         indented = " " * (len(line) - len(line.lstrip()) + 2)
         print(line if len(line) <= width else textwrap.fill(line, width, subsequent_indent=indented, **WHOLE_WORDS))
 
@@ -347,7 +347,7 @@ def main(argv: list[str] | None = None) -> int:
             return 2
         report = check(files.read(path, MAX_TEXT).decode(), path.parent, given.spec)
     except Refused as e:
-        say(one_line(f"refused: {path}: {e}"))
+        say(f"refused: {path}: {e}")
         return 3
     except (OSError, ValueError) as e:
         where, what = getattr(e, "filename", None) or path, getattr(e, "strerror", f"not a certificate: {e}")
