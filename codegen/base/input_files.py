@@ -23,6 +23,8 @@ LARGEST_GENERATED = 50_000_000
 """Largest size in bytes of a file that this tool wrote earlier."""
 MOST_NAMES = 1000
 """Most files of a folder among which the one that was meant is sought."""
+SAME_KIND = ((".yaml", ".yml"), (".csv", ".tsv", ".txt"))
+"""Endings of files of one kind."""
 DAMAGED_ZIP = (zipfile.BadZipFile, zlib.error, OSError, EOFError, ValueError, RuntimeError, LookupError, struct.error)
 """Exceptions of ``zipfile`` on a damaged archive. A method of compression that it does not know is a RuntimeError."""
 _FLAGS = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_NOCTTY", 0)
@@ -123,19 +125,16 @@ def is_there(path: Path) -> bool:
 
 
 def alike(path: Path) -> str | None:
-    """The file in the folder of an absent one that may be meant; None if none is alike.
-
-    That is the one with the same ending and the name most like it, else the only one of that name with another ending.
-    """
+    """The file beside an absent one with an ending of its kind and the name most like it; None if none is alike."""
+    endings = next((kind for kind in SAME_KIND if path.suffix in kind), (path.suffix,))
     try:
-        names = [x.name for x in islice(path.parent.iterdir(), MOST_NAMES)]
+        files = [Path(x.name) for x in islice(path.parent.iterdir(), MOST_NAMES) if x.suffix in endings]
     except (OSError, ValueError):
         return None
-    nearest = nearest_name(path.stem, sorted(Path(name).stem for name in names if Path(name).suffix == path.suffix))
-    if nearest:
-        return str(path.with_name(nearest + path.suffix))
-    same = [name for name in names if Path(name).stem == path.stem and Path(name).suffix]
-    return str(path.with_name(same[0])) if len(same) == 1 else None
+    files.sort(key=lambda file: (file.suffix != path.suffix, file))
+    nearest = nearest_name(path.stem, dict.fromkeys(file.stem for file in files))
+    meant = next((file.name for file in files if file.stem == nearest), None)
+    return meant and str(path.with_name(meant))
 
 
 def identity(path: str | Path) -> str:

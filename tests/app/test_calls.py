@@ -282,12 +282,13 @@ def test_code_without_a_proof_says_why_there_is_none(folder):
     assert shown.code == 5 and "explicit steps only" in shown.out and "stiction certify" in shown.out
 
 
-def test_a_file_of_the_same_name_with_another_ending_is_proposed(folder):
+def test_a_file_with_another_ending_of_its_kind_is_proposed(folder):
     (folder / "axis.yaml").write_text(ONE.read_text())
     told = stiction("check", "axis.yml")
     assert is_one_message(told) and "did you mean 'axis.yaml'?" in told.err
-    (folder / "axis.yam").touch()
-    assert "did you mean" not in stiction("check", "axis.json").err  # either may be meant
+    (folder / "axis.csv").touch()
+    assert "did you mean" not in stiction("check", "axis.json").err
+    assert "did you mean 'axis.csv'?" in stiction("replay", "axis.yaml", "axis.txt").err
 
 
 def test_a_spec_that_verify_cannot_read_has_its_code(folder):
