@@ -15,6 +15,8 @@ from test_logs_of_rigs import STEP, T, W, X, lines
 
 from codegen.base.errors import BadInput
 from codegen.logs import read_log
+from codegen.logs.description import LogDescription
+from codegen.logs.readers import open_stream
 from tests.told import tells
 
 ROWS = lines("{ms},{x:.9f},{w:.9f}").splitlines()
@@ -342,6 +344,14 @@ def test_refused_by_what_it_is(tmp_path, spec, name):
     with pytest.raises(BadInput) as told:
         read_log(tmp_path / name, spec)
     assert tells(told.value, words), told.value
+
+
+def test_a_damaged_row_is_missing_in_blocks_too(tmp_path, monkeypatch):
+    monkeypatch.setattr("codegen.logs.formats.csv_file.BLOCK_BYTES", 5000)
+    (tmp_path / "a.csv").write_text("t,x,w\n" + "\n".join([*ROWS[:1500], "1,2", *ROWS[1501:]]))
+    source = open_stream(tmp_path / "a.csv", LogDescription(missing="fill"))
+    values = np.concatenate([block.values[:, 0] for block in source.blocks(["x"])])
+    assert np.flatnonzero(np.isnan(values)).tolist() == [1500]
 
 
 def test_many_damaged_rows_are_refused(tmp_path, spec):

@@ -422,7 +422,7 @@ class CsvStream(BlockFile):
         for lines in self._lines():
             first, plain = max(0, head.first - before), head.layout.plain(lines)
             if any(map(is_row, plain[first:])):
-                yield CsvSource(head.file, head.layout, plain, first, before).load(wanted)
+                yield CsvSource(head.file, head.layout, plain, first, before, description=self.description).load(wanted)
             before += len(lines)
 
     def _lines(self) -> Iterator[list[str]]:
