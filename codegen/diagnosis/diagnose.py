@@ -230,10 +230,12 @@ def _by_free_runs(
     answer, outcome = runs.examined(last, outcome)
     far = is_far(outcome.final if answer.verdict in ("effect", "ambiguous") else base)
     if answer.verdict != "none" and far and not case.faults:
+        # Free runs may choose values of the right effect that held-out data refuse; those by the force are then tried.
+        lasting = runs.checked(answer, outcome.final) if answer.verdict == "effect" else answer
         answer, outcome = credited_by_force(
             search,
             outcome,
-            answer,
+            lasting,
             runs.held_out,
             case.steady,
             lambda found: runs.examined(last, found),

@@ -200,6 +200,10 @@ class Effect(ABC):
         """Whether the effect is possible at this place of this system; see ``needs``."""
         return True
 
+    def is_tried(self, system: System, place: int) -> bool:
+        """Whether a diagnosis tries this form at a place where the effect applies."""
+        return True
+
     def admissible(self, system: System, place: int, values: Mapping[str, float]) -> bool:
         """Whether these parameter values are physical: inside their bounds, and as ``demands`` says."""
         bounds = [(values[p.name], p.low, p.high) for p in self.parameters]

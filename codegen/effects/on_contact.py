@@ -7,8 +7,9 @@ from dataclasses import replace
 
 import sympy
 
+from codegen.effects.coordinate import Between
 from codegen.effects.effect import WIDEST_STIFFNESS, Confusion, Effect, EffectParameter, Symbols
-from codegen.effects.places import drive_force, lone_coordinate, pair_contacts, pairs
+from codegen.effects.places import damping, drive_force, lone_coordinate, pair_contacts, pairs
 from codegen.effects.start import Covered, bristles, slow_times, speeds
 from codegen.friction.law import DynamicLaw, LawParameter, LawState, Ranges, States, Values
 from codegen.friction.zero_memory import Coulomb
@@ -200,20 +201,50 @@ class _LoadDependent(Effect):
         return bool(drive_force(system, place) != 0)
 
 
+SHARE_OF_LOAD = EffectParameter(
+    "mu_load", "1", "share of the load", low=0.0, high=0.9, neutral=0.0, moved_in=Between(-0.9, 0.9)
+)
+"""From 1 on a gear locks itself: no load drives it back, and the law has no solution in braking."""
+
+
 class LoadDependentFriction(_LoadDependent):
-    """Load-dependent friction: level += mu |L|, with L the force of the inputs in the direction of the contact."""
+    """Load-dependent friction: level += mu |L|, with L the force of the inputs in the direction of the contact.
+
+    With ``mu_load`` in place of mu the friction grows with the force R that is left for the load, as in a gear whose
+    teeth carry the load alone: λ = (a + mu_load |R|) sgn(u) with R = D − λ, where D is the force of the inputs and of
+    linear damping, both on the motor's side, and a the level without this effect. Solved for λ, with L = D − a sgn(u),
+    the added level is mu_load/(1 + mu_load) |L| in driving (L u > 0), and mu_load/(1 − mu_load) |L| in braking: the
+    efficiency of the gear is 1/(1 + mu_load) in driving and 1 − mu_load in braking. A diagnosis tries it where the spec
+    has a force of position on the contact, such as a weight: without one the load is M a alone.
+    """
 
     kind = "load_dependent_friction"
-    equation = "level += mu·|L|"
+    equation = "level += mu·|L|, or mu_load·|R| with R the force that friction leaves for the load"
     signature = "a step at reversal whose height is proportional to the drive force"
     parameters = (EffectParameter("mu", "1", "share of the drive force", low=0.0, neutral=0.0),)
+    more_forms = ((SHARE_OF_LOAD,),)
     confused_with = (
         Confusion("input_gain", SEVERAL_LOADS),
         Confusion("drive_backdrive_friction", SEVERAL_LOADS),
     )
 
     def add(self, system: System, place: int, p: Symbols) -> System:
-        return system.with_level(place, p["mu"] * Magnitude(drive_force(system, place)))
+        if SHARE_OF_LOAD.name not in p:
+            return system.with_level(place, p["mu"] * Magnitude(drive_force(system, place)))
+        contact, share = system.contacts[place], p[SHARE_OF_LOAD.name]
+        level = contact.law_level + contact.extra_level
+        motor = drive_force(system, place) + damping(system, place) * contact.slip - contact.extra_force
+        # sgn(u) |motor − level sgn(u)| is sgn(u) (up + down)/2 + (down − up)/2, without a case distinction.
+        up, down = Magnitude(motor + level), Magnitude(motor - level)
+        mean, half = share / (1 - share**2), -(share**2) / (1 - share**2)
+        changed = system.with_level(place, mean * (up + down) / 2 - half * level)
+        return changed.with_contact_force(place, mean * (down - up) / 2 + half * motor)
+
+    def is_tried(self, system: System, place: int) -> bool:
+        if SHARE_OF_LOAD not in self.parameters:
+            return True
+        at_rest = system.force.subs(dict.fromkeys((*system.inputs, *system.velocities), 0))
+        return bool(system.distribution[:, place].dot(at_rest).has(*system.positions))
 
 
 class DriveBackdriveFriction(_LoadDependent):

@@ -35,6 +35,13 @@ def drive_force(system: System, contact: int) -> sympy.Expr:
     return sympy.expand(column.dot(driven) / column.dot(column))
 
 
+def damping(system: System, contact: int) -> sympy.Expr:
+    """Slope at u = 0 of the force in the direction of a contact by its slip velocity: d' ∂g/∂v d/(d'd)², 0 or below."""
+    column = system.distribution[:, contact]
+    slopes = system.force.jacobian(system.v).subs(dict.fromkeys((*system.velocities, *system.inputs), 0))
+    return sympy.expand(column.dot(slopes * column) / column.dot(column) ** 2)
+
+
 def pair_contacts(system: System, first: int, second: int) -> list[int]:
     """Every contact between these two coordinates, that is, with slip velocity ±(v₁ − v₂)."""
     unit = sympy.zeros(system.degrees_of_freedom, 1)

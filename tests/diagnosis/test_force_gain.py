@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -11,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.ndimage import minimum_filter1d
 from scipy.signal import lfilter
 from scipy.stats import binom
 
@@ -24,10 +26,11 @@ from codegen.diagnosis.fit.residual import (
     drive_shares,
     inverse_dynamics_residual,
     residual_at_drive,
+    residual_over_friction,
     used_samples,
 )
 from codegen.diagnosis.fit.search import Search, search_on
-from codegen.diagnosis.fit.signals import smooth_motion
+from codegen.diagnosis.fit.signals import Motion, smooth_motion
 from codegen.diagnosis.fit.trial import part_of, with_values
 from codegen.diagnosis.selection.ranking import credible
 from codegen.diagnosis.selection.refusals import absorbed_by_refit, contradicted_by_force, only_reduces_drive
@@ -573,6 +576,26 @@ def test_friction_that_does_follow_the_drive_still_explains_it(tmp_path: Path) -
     before, after = (residual_at_drive(s, motion)[used, 0] for s in (declared, true))
     assert 0.6 < drive_left(true, motion)[0] <= 1.0
     assert np.mean(after**2) < 0.05 * np.mean(before**2)
+
+
+@pytest.mark.parametrize("measure", [residual_at_drive, residual_over_friction])
+def test_an_error_of_the_drive_counts_alike_in_driving_and_in_braking(
+    measure: Callable[[System, Motion], NDArray[np.float64]], tmp_path: Path
+) -> None:
+    """Friction in proportion to the load takes 30 % of an error in driving, and adds as much in braking."""
+    effect, error = "[{kind: load_dependent_friction, on: rail, parameters: {mu: 0.3}}]", 0.1
+    motion = smooth_motion(log_of(stage(effect), tmp_path, "load.csv"), cutoff_hz=20.0)
+    true, pull = by_load(0.3), np.full_like(motion.inputs, 5.0)  # which drives one way and brakes the other way
+    motion = replace(motion, inputs=pull, commands=pull)
+    wrong = replace(motion, inputs=motion.inputs + error, commands=motion.commands + error)
+    more = (measure(true, wrong) - measure(true, motion))[:, 0]
+    raw = (inverse_dynamics_residual(true, wrong) - inverse_dynamics_residual(true, motion))[:, 0]
+    v = motion.velocities[:, 0]
+    for way, share in ((v > 0.05, 0.7), (v < -0.05, 1.3)):
+        inside = minimum_filter1d(way & motion.usable, 101)  # the low-pass mixes both ways about a reversal
+        assert inside.sum() > 100
+        assert np.median(raw[inside]) == pytest.approx(share * error, rel=0.02)
+        assert np.median(more[inside]) == pytest.approx(error, rel=0.02)
 
 
 @pytest.mark.parametrize(("share", "passes"), [(0.92, True), (0.17, True), (0.15, False), (-0.1, False)])

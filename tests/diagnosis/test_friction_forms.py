@@ -123,6 +123,22 @@ def test_a_peak_that_differs_by_direction_is_one_effect(tmp_path: Path) -> None:
     assert diagnosis.effects[0].parameters == pytest.approx(truth, rel=0.1)
 
 
+@pytest.mark.parametrize("name", in_part(["mu", "mu_load"], ["mu_load"]))
+def test_the_load_of_a_gear_is_the_force_on_either_side_of_its_friction(name: str, tmp_path: Path) -> None:
+    """The drive force, or what friction leaves of it; the two differ where the load drives the motor back."""
+    effects = f"[{{kind: load_dependent_friction, on: rail, parameters: {{{name}: 0.3}}}}]"
+    plain = STAGE.format(effects=effects, level=2.0, reference=TRAIN, duration=14.0, noise=1e-6)
+    plain = plain.replace("w - b*v", "w - b*v - k*x").replace("mass_matrix", "  k: {value: 60, unit: N/m}\nmass_matrix")
+    train, test = (
+        log_of(parse_spec(text, Path("stage.yaml")), tmp_path, f"{log}.csv")
+        for log, text in (("train", plain), ("test", plain.replace(TRAIN, TEST)))
+    )
+    spec = parse_spec(plain.replace(effects, "[]"), Path("stage.yaml"))
+    diagnosis, _ = diagnose_log(spec, system_of(spec), train, test)
+    assert [e.kind for e in diagnosis.effects] == ["load_dependent_friction"], diagnosis.sentence
+    assert diagnosis.effects[0].parameters == pytest.approx({name: 0.3}, rel=0.05)
+
+
 @pytest.mark.parametrize(
     ("kind", "form", "v_s", "hidden"),
     [

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 import sympy
+from scipy.optimize import brentq
 
 from codegen.base.errors import BadInput
 from codegen.effects import CATALOGUE, Effect, EffectParameter
@@ -114,6 +115,22 @@ def numbers(expression: Any, values: dict[Any, float]) -> Any:
     return np.array(sympy.lambdify(used, expression, NUMPY)(*[values[s] for s in used]), dtype=float).ravel()
 
 
+def load_on_gear(
+    system: System, place: int, share: float, drive: float, column: np.ndarray, at: dict[Any, float]
+) -> float:
+    """What the friction of a loaded gear adds: the root λ of λ = sgn(u)·(a + share·|D − λ|), less a·sgn(u)."""
+    rest = at | dict.fromkeys(system.inputs, 0.0)
+    ways = (rest | dict(zip(system.velocities, way * column / (column @ column), strict=True)) for way in (1, -1))
+    there, back = (column @ numbers(sympy.Matrix(system.force), one) for one in ways)  # centrifugal forces cancel
+    slip = float(column @ np.array([at[v] for v in system.velocities]))
+    motor = drive + float(there - back) / 2 / float(column @ column) * slip
+    contact, sign = system.contacts[place], np.sign(slip)
+    level = float(numbers(sympy.Matrix([contact.law_level]), at | {contact.slip: slip})[0])
+    reach = (abs(motor) + level) / (1 - share)
+    root = brentq(lambda friction: friction - sign * (level + share * abs(motor - friction)), -reach, reach, xtol=1e-14)
+    return float(root) - sign * level
+
+
 def by_hand(kind: str, system: System, place: int, p: dict[str, float], at: dict[Any, float]) -> Any:
     u = np.array(sympy.Matrix(system.distribution).subs(at).evalf(), dtype=float)
     result = np.zeros(system.degrees_of_freedom)
@@ -121,6 +138,8 @@ def by_hand(kind: str, system: System, place: int, p: dict[str, float], at: dict
         x, v, w = (np.array([at[s] for s in of]) for of in (system.positions, system.velocities, system.inputs))
         column = u[:, place]
         load = column @ DRIVE[system.name](*w) / (column @ column)
+        if "mu_load" in p:
+            return -column * load_on_gear(system, place, p["mu_load"], load, column, at)
         return -column * CONTACT[kind](column @ v, column @ x, load, at[TIME], **p)
     if kind == "coupling":
         (v1, v2) = (at[s] for s in system.velocities)

@@ -232,8 +232,24 @@ def inverse_dynamics_residual(system: System, motion: Motion) -> Array:
 
 @recent(OF_MODELS)
 def residual_at_drive(system: System, motion: Motion) -> Array:
-    """The low-passed residual over ``drive_left``, (N, n): comparable between models that scale the drive force."""
-    return np.asarray(inverse_dynamics_residual(system, motion) / drive_left(system, motion))
+    """The residual over ``drive_left`` at each sample, low-passed, (N, n): comparable between models that scale the
+    drive force.
+    """
+    left = DriveLeft(Trial(system, (), ()), motion)
+    relative = left.relative(np.zeros(0))
+    if relative is None:
+        return np.asarray(inverse_dynamics_residual(system, motion) / left.at(np.zeros(0)))
+    return np.asarray(motion.low_pass(unfiltered_residual(system, motion) / relative) / left.at(np.zeros(0)))
+
+
+@recent(OF_MODELS)
+def residual_over_friction(system: System, motion: Motion) -> Array:
+    """The residual over the fraction of the drive force that friction leaves, at each sample, low-passed, (N, n)."""
+    left = DriveLeft(Trial(replace(system, actuators={}), (), ()), motion)
+    relative = left.relative(np.zeros(0))
+    if relative is None:
+        return inverse_dynamics_residual(system, motion)
+    return motion.low_pass(unfiltered_residual(system, motion) / (relative * left.at(np.zeros(0))))
 
 
 def residual_without_levels(problem: Problem, system: System) -> Array:
@@ -324,20 +340,37 @@ class DriveLeft:
 
     def at(self, theta: Array) -> Array:
         """(n,) at a vector of the trial, which changes no sensor error."""
+        shares, passed = self._along(theta)
+        left = [np.median(one[some]) if some.any() else 1.0 for one, some in zip(shares.T, passed.T, strict=True)]
+        return np.clip(left, LEAST_LEFT, 1 / LEAST_LEFT)
+
+    def relative(self, theta: Array) -> Array | None:
+        """(N, n) fraction at each sample over the median of ``at``; None if friction does not follow the inputs.
+
+        None, too, of several coordinates: the slopes of an arm's residual by its links are computed once for all fits,
+        without these factors.
+
+        Friction in proportion to the load takes from the drive force while it drives, and adds to it while it brakes.
+        Over the median alone, an error of the drive counts (1 + mu)/(1 - mu) times as much in braking as in driving.
+        """
+        if not rubs_by_load(self._trial.changed) or self._trial.changed.degrees_of_freedom > 1:
+            return None
+        (shares, passed), left = self._along(theta), self.at(theta)
+        return np.where(passed, np.clip(shares, LEAST_LEFT, 1 / LEAST_LEFT), left) / left
+
+    def _along(self, theta: Array) -> tuple[Array, NDArray[np.bool_]]:
+        """(N, n) fraction at each sample, and where it is known."""
         motion, system = self._motion, self._trial.changed
-        left = np.ones(system.degrees_of_freedom)
+        shape = len(motion.time), system.degrees_of_freedom
         if self._function is None:
-            return left
+            return np.ones(shape), np.zeros(shape, dtype=bool)
         numbers = self._trial.numbers(theta)
         at = points(system, motion, _inputs_at(self._trial, motion, numbers))
         both = over_rows(self._function, np.hstack([at, np.tile(numbers[self._arguments], (len(at), 1))]))
         drive, net = np.split(both, 2, axis=1)
         used = motion.usable if motion.counted is None else motion.usable & motion.counted
-        for i in range(len(left)):
-            passed = used & (drive[:, i] != 0) & (net[:, i] != 0)
-            if passed.any():
-                left[i] = np.median(np.abs(net[passed, i] / drive[passed, i]))
-        return np.clip(left, LEAST_LEFT, 1 / LEAST_LEFT)
+        passed = used[:, None] & (drive != 0) & (net != 0)
+        return np.abs(np.divide(net, drive, out=np.ones(shape), where=passed)), passed
 
 
 def _arguments(trial: Trial, columns: Sequence[Matrix]) -> list[int]:
@@ -408,7 +441,12 @@ def _ratio_of_rms(values: Array, others: Array) -> Array:
 
 def _changes_drive(system: System) -> bool:
     """Whether actuators or friction change the drive force."""
-    return bool(system.actuators) or any(c.force.has(w) for c in system.contacts for w in system.inputs)
+    return bool(system.actuators) or rubs_by_load(system)
+
+
+def rubs_by_load(system: System) -> bool:
+    """Whether friction depends on the inputs."""
+    return any(c.force.has(w) for c in system.contacts for w in system.inputs)
 
 
 @recent(OF_MODELS)

@@ -86,7 +86,8 @@ class Screened:
 def every_part(search: Search, taken: Sequence[Part]) -> list[Part]:
     """Effects at all places that the log can show, without those already taken and refined forms of a kind."""
     known, changed = {(p.kind, p.on) for p in taken}, replace(search.declared_trial, parts=tuple(taken)).changed
-    forms = [(form, place) for effect, place in candidates(changed) if not effect.refines for form in effect.forms]
+    possible = [(form, place) for effect, place in candidates(changed) if not effect.refines for form in effect.forms]
+    forms = [(form, place) for form, place in possible if form.is_tried(changed, place)]
     parts = [part_of(form, place, search.system) for form, place in forms]
     return [p for p in parts if (p.kind, p.on) not in known and (not p.effect.both_ways or search.reverses[p.place])]
 

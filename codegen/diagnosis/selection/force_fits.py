@@ -24,6 +24,7 @@ from codegen.diagnosis.fit.residual import (
     drive_symbols,
     inverse_dynamics_residual,
     moves_sensors,
+    rubs_by_load,
 )
 from codegen.diagnosis.fit.search import ROUNDS, Search, joint_of_difference
 from codegen.diagnosis.fit.shooting import hidden_states
@@ -118,7 +119,9 @@ class ForceFits:
             forces = inverse_dynamics_residual(model_of(trial, at), motion)
         else:
             along = self._along.get(trial) or self._along.setdefault(trial, ResidualAlong(trial, motion))
-            forces = motion.low_pass(along.at(at))
+            # The slopes by an arm's links are of the residual without these factors.
+            relative = None if places else self._left_of(trial).relative(theta)
+            forces = motion.low_pass(along.at(at) if relative is None else along.at(at) / relative)
         scaled = self._scaled(forces)
         if places:
             scaled = scaled + np.tensordot((theta - at)[places], self._scaled_by_links, axes=1)
@@ -127,11 +130,12 @@ class ForceFits:
     def _gain(self, trial: Trial, theta: Array) -> Array:
         """(n,) share of the drive force that is left with these values, times the drive gain."""
         motion = self.search.motion
-        if moves_sensors(trial):
-            left = drive_left(model_of(trial, theta), motion)
-        else:
-            left = (self._left.get(trial) or self._left.setdefault(trial, DriveLeft(trial, motion))).at(theta)
+        moved = moves_sensors(trial)
+        left = drive_left(model_of(trial, theta), motion) if moved else self._left_of(trial).at(theta)
         return left * drive_gain(model_of(trial, theta), self.search.system, motion) if self._moves_drive else left
+
+    def _left_of(self, trial: Trial) -> DriveLeft:
+        return self._left.get(trial) or self._left.setdefault(trial, DriveLeft(trial, self.search.motion))
 
     @cached_property
     def _moves_drive(self) -> bool:
@@ -255,7 +259,8 @@ class ForceFits:
         Forces are linear in the refitted levels and parameters, so their derivatives are taken from ``before``, which
         is over the present ``_gain``, unless that depends on them.
         """
-        slopes = [] if before is None or self._moves_drive else list(before[: len(trial.moved)])
+        fixed = before is not None and not self._moves_drive and not rubs_by_load(trial.changed)
+        slopes = list(before[: len(trial.moved)]) if before is not None and fixed else []
         known = {} if slopes else self._known(trial)
         by_gain = self._by_coordinate(1 / self._gain(trial, theta)) if known else np.ones(1)
         for k in range(len(slopes), len(theta)):

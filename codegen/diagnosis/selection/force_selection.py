@@ -143,6 +143,7 @@ def force_round(
     taken = {(p.kind, p.on) for p in plain.trial.parts}
     parts = [p for p in fits.candidates.parts if (p.kind, p.on) not in taken and joint_of(fits.search, p) == joint]
     ranked = judged_in_addition(fits, plain, parts, hypotheses(parts), report_progress)
+    ranked = [shown_by_runs(fits, plain, r, hypotheses(parts)) if r.unsure else r for r in ranked]
     return sorted(in_simplest_admitted_forms(ranked), key=lambda r: (bool(r.why_not), not r.unsure, r.found.cost))
 
 
@@ -171,6 +172,23 @@ def judged_in_addition(
         report_progress(len(found) / len(chosen))
         found.append(fit_in_addition(fits, plain, trial, theta))
     return [judged(fits, plain, f, candidates, everywhere) for f in found if is_possible(fits.search, f)]
+
+
+def shown_by_runs(fits: ForceFits, plain: Fit, one: Ranked, candidates: int) -> Ranked:
+    """The candidate, credited if free runs with these values of it are better by more than chance over all candidates.
+
+    The force residual must then confirm it (p ≤ ``credit.TIE_LEVEL``): elsewhere the force residual selects and free
+    runs confirm, here the reverse. The values are those of the force residual, since free runs of a model that lacks
+    other forces too may choose values with which that residual does not fall.
+    """
+    if random_signs(one.evidence.t) > credit.TIE_LEVEL:
+        return one
+    joint = joint_of_difference(fits.search, plain, one.found)
+    shown = evidence_of_blocks(fits.run(plain, joint), fits.run(one.found, joint))
+    p = min(1.0, candidates * random_signs(shown.t))
+    if shown.share < credit.LEAST_SHARE or p > credit.ALPHA:
+        return one
+    return replace(one, why_not="", unsure=False, p=p)
 
 
 def drive_kept(fits: ForceFits, plain: Fit, trial: Trial, theta: Array) -> float:

@@ -2,10 +2,11 @@
 
     force:  r > (1 + REFIT_WORSE) s r₀,   s = min(1, d/d₀)         free runs:  e > (1 + REFIT_WORSE) e₀
 
-with r the RMS force residual on a coordinate, d that of its drive force behind the actuators, e the free-run error, and
-r₀, d₀, e₀ those of the declared model. The factor s is there because a model with a smaller drive force has smaller
-residuals too, without being better: a saturation far below the logged inputs, with friction reduced to zero, left a
-third of the residual of a screw drive, but 7.9 % of its drive force in place of 5.0 %.
+with r the RMS force residual on a coordinate, at each sample over the fraction of the drive force that friction leaves,
+d the RMS of its drive force behind the actuators, e the free-run error, and r₀, d₀, e₀ those of the declared model. The
+factor s is there because a model with a smaller drive force has smaller residuals too, without being better: a
+saturation far below the logged inputs, with friction reduced to zero, left a third of the residual of a screw drive,
+but 7.9 % of its drive force in place of 5.0 %.
 
 A difference counts only if noise is no explanation: the excess of force √(r² − (s r₀)²) must be a material share of the
 drive force, and the difference of squares must be significant by sign flips of blocks of the data; free-run errors must
@@ -26,7 +27,7 @@ from codegen.base.significant import in_percent
 from codegen.diagnosis.fit.credit import SIGN_BLOCKS, TIE_LEVEL, p_of_sign_flips
 from codegen.diagnosis.fit.linear import rms
 from codegen.diagnosis.fit.measure import drive_force
-from codegen.diagnosis.fit.residual import inverse_dynamics_residual
+from codegen.diagnosis.fit.residual import residual_over_friction
 from codegen.diagnosis.results import ErrorFigures, Fact
 from codegen.diagnosis.verdict.admission import REFIT_WORSE, RUN, is_shown_worse, worsened
 from codegen.diagnosis.verdict.answer import Answer
@@ -77,7 +78,7 @@ class FinalCheck:
         """By what the force residual of a model is larger on the first coordinate where it is; empty if on none."""
         problem = self.held_out.problem
         system, motion = problem.system, problem.motion
-        own, its = (inverse_dynamics_residual(s, motion) for s in (model, system))
+        own, its = (residual_over_friction(s, motion) for s in (model, system))
         drive, its_drive = (motion.low_pass(drive_force(s, motion)) for s in (model, system))
         for i, used in enumerate(problem.used.T):
             if not used.any():
