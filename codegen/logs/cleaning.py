@@ -164,7 +164,8 @@ def _refuse_many(raw: Columns, column: int, bad: Flags, fill: bool) -> None:
     found = f"{count} of {len(bad)} values are not finite (NaN, inf or empty)"
     which = ", the first here"
     if run > RUN_NOT_FINITE:
-        at, which, expected = start, f", {run} of them in a row", f"gaps of at most {RUN_NOT_FINITE} rows"
+        at, which = start, f", {run} of them in a row"
+        expected = f"at most {RUN_NOT_FINITE} in a row; delete these rows, and the gap in time is left out"
     elif not fill:
         expected = "numbers; `missing: fill` in meta.yaml beside the log fills single ones in"
     elif count > SHARE_NOT_FINITE * len(bad):
