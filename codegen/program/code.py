@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import ClassVar
+from typing import ClassVar, NamedTuple
 
 from codegen.program.graph import Node, reachable
 
@@ -14,24 +14,19 @@ LIMITS = ("exp", "tanh", "sign", "pow")
 
 @dataclass(frozen=True)
 class Assignment:
-    """An assignment NAME = value; ``unit`` is empty for an intermediate result."""
+    """An assignment NAME = value; ``unit`` is empty for an intermediate result.
+
+    ``title`` and ``source``, the equation's number, are of the comment above it in a step.
+    """
 
     name: str
     value: Node
     unit: str = ""
+    title: str = ""
+    source: str = ""
 
 
-@dataclass(frozen=True)
-class Group:
-    """Assignments under one comment, which has the title and the source: the equation's number."""
-
-    title: str
-    source: str
-    assignments: tuple[Assignment, ...]
-
-
-@dataclass(frozen=True)
-class Operations:
+class Operations(NamedTuple):
     """Operation counts of a step; ``additions`` include subtractions, ``selections`` are signs and magnitudes."""
 
     additions: int
@@ -39,11 +34,6 @@ class Operations:
     divisions: int
     calls: int
     selections: int
-
-    @property
-    def total(self) -> int:
-        """The sum of all counts."""
-        return self.additions + self.products + self.divisions + self.calls + self.selections
 
 
 @dataclass(frozen=True)
@@ -165,7 +155,7 @@ class Code:
 
     derived: tuple[Assignment, ...]
     derived_values: tuple[float, ...]
-    step: tuple[Group, ...]
+    step: tuple[Assignment, ...]
     next_state: tuple[Assignment, ...]
     outputs: tuple[Assignment, ...]
     initial: Setting
@@ -191,7 +181,7 @@ class Code:
     @property
     def step_nodes(self) -> list[Node]:
         """All expressions of a normal step."""
-        return [a.value for a in (*self._assigned, *self.next_state, *self.outputs)]
+        return [a.value for a in (*self.step, *self.next_state, *self.outputs)]
 
     @property
     def nodes(self) -> list[Node]:
@@ -209,13 +199,9 @@ class Code:
         """Whether there is a division by a variable."""
         return any(node.kind == "quotient" and not node.constant for node in self.nodes)
 
-    @property
-    def _assigned(self) -> list[Assignment]:
-        return [a for group in self.step for a in group.assignments]
-
     def operations(self) -> Operations:
         """Operation counts as printed: a named node counts once."""
-        nodes = [n for n in reachable(a.value for a in (*self._assigned, *self.next_state)) if not n.constant]
+        nodes = [n for n in reachable(a.value for a in (*self.step, *self.next_state)) if not n.constant]
         calls = [n.name for n in nodes if n.kind == "call"]
         return Operations(
             additions=sum(len(n.arguments) - 1 for n in nodes if n.kind == "sum"),

@@ -16,7 +16,7 @@ import casadi
 import numpy as np
 
 from codegen.base.errors import BadInput
-from codegen.program.code import Assignment, Code, Group, Setting
+from codegen.program.code import Assignment, Code, Setting
 from codegen.program.graph import Graph, Node, out_of_range, reachable, to_graph
 from codegen.program.model import HELD, Program
 from codegen.program.naming import RESERVED, Names, constant_name, partial_name
@@ -34,7 +34,7 @@ def lower(program: Program) -> Code:
     # With arrays, sums are not factored: a factored sum differs from the others that could be in one loop with it.
     lowerings = [_Lowering(program, factoring) for factoring in ((False,) if program.arrays else (False, True))]
     forms = [(lowering.code(), lowering.names) for lowering in lowerings]
-    code, names = min(forms, key=lambda form: form[0].operations().total)
+    code, names = min(forms, key=lambda form: sum(form[0].operations()))
     return replace(code, rolled=roll(program, code, names))
 
 
@@ -68,7 +68,7 @@ class _Lowering:
         return Code(
             derived=derived,
             derived_values=constant_values([a.value for a in derived], parameters, self.program.precision == "single"),
-            step=self._groups(value, final),
+            step=self._step(value, final),
             next_state=tuple(Assignment(f.name, n, f.unit) for f, n in zip(states, final, strict=True)),
             outputs=tuple(Assignment(name, value[name], unit) for name, unit, _ in self.program.outputs),
             initial=self._setting(self.program.initial_state, "initial"),
@@ -96,8 +96,8 @@ class _Lowering:
             result.append(Assignment(names.take(wish) if wish else names.numbered("constant"), node))
         return tuple(result)
 
-    def _groups(self, value: dict[str, Node], final: list[Node]) -> tuple[Group, ...]:
-        """Assignments by block: intermediate results where they are first used, then the elements."""
+    def _step(self, value: dict[str, Node], final: list[Node]) -> tuple[Assignment, ...]:
+        """Assignments block by block: intermediate results where they are first used, then the elements."""
         blocks = self.program.blocks
         wishes = {node: element for element, node in reversed(value.items())}  # the first element of a node
         roots = [*final, *(value[name] for name, _, _ in self.program.outputs)]
@@ -109,39 +109,35 @@ class _Lowering:
                 uses[node.arguments[0]] += uses[node] - 1
         whole = {value[e] for b in blocks if not b.inner for e in b.elements}
         known: dict[Node, str] = {}
-        groups: list[Group] = []
+        step: list[Assignment] = []
 
-        def assign(roots: list[Node], stem: str, lines: list[Assignment]) -> None:
+        def assign(node: Node, name: str, unit: str, *comment: str) -> None:
+            known[node] = name
+            step.append(Assignment(name, node, unit, *comment))
+
+        def assign_below(roots: list[Node], stem: str, *comment: str) -> None:
             """Assign the nodes below the roots that are used more than once."""
             for node in reachable(roots):
                 shared = uses[node] > 1 and node.kind != "negative"
                 if node.constant or node.leaf or node in known or not (shared or node in whole) or node in roots:
                     continue
-                known[node] = wishes.get(node) or self._partial(partial_name(node, known), stem)
-                lines.append(Assignment(known[node], node))
+                assign(node, wishes.get(node) or self._partial(partial_name(node, known), stem), "", *comment)
 
         for block in (b for b in blocks if not b.inner):
-            lines: list[Assignment] = []
+            comment = block.name.replace("_", " "), block.source
             for element, unit in zip(block.elements, block.units, strict=True):
                 node = value[element]
                 if node in known or node.leaf or node.constant or node not in live:
                     continue
-                assign([node], block.name, lines)
-                known[node] = element
-                lines.append(Assignment(element, node, unit))
-            if lines:
-                groups.append(Group(block.name.replace("_", " "), block.source, tuple(lines)))
-        rest: list[Assignment] = []
+                assign_below([node], block.name, *comment)
+                assign(node, element, unit, *comment)
         shared = [n for n in final if uses[n] > 1]
-        assign([n for n in final if n not in shared], "step", rest)
+        assign_below([n for n in final if n not in shared], "step", "shared by the states")
         for node in shared:
             if node not in known and not node.leaf and not node.constant:
-                assign([node], "step", rest)
-                known[node] = self._partial(partial_name(node, known), "step")
-                rest.append(Assignment(known[node], node))
-        if rest:
-            groups.append(Group("shared by the states", "", tuple(rest)))
-        return tuple(groups)
+                assign_below([node], "step", "shared by the states")
+                assign(node, self._partial(partial_name(node, known), "step"), "", "shared by the states")
+        return tuple(step)
 
     def _partial(self, wish: str | None, stem: str) -> str:
         return self.names.take(wish) if wish and wish.isidentifier() and len(wish) <= 40 else self.names.numbered(stem)

@@ -57,9 +57,8 @@ class _Rolling:
         constants = self._constants(code)
         prepare = self._stretches(constants)
         step = [
-            Value(a.value, a.name, self.places.get(a.name), title=g.title, source=g.source, unit=a.unit)
-            for g in code.step
-            for a in g.assignments
+            Value(a.value, a.name, self.places.get(a.name), title=a.title, source=a.source, unit=a.unit)
+            for a in code.step
         ]
         self._place(step)
         outputs = [self._field(a.name, a.value, "outputs") for a in code.outputs]

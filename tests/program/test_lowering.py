@@ -91,8 +91,7 @@ def test_inputs_that_a_state_does_not_show():
 
 def test_every_local_is_assigned_before_it_is_used():
     for path in sorted(SPECS.glob("*.yaml")):
-        code = lower(program_of_spec(path))
-        assignments = [s for group in code.step for s in group.assignments]
+        assignments = lower(program_of_spec(path)).step
         named = {a.value for a in assignments}
         known: set[Node] = set()
         for assignment in assignments:
