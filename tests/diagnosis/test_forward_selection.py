@@ -256,7 +256,7 @@ def test_rivals_of_a_later_effect_put_it_first(monkeypatch: pytest.MonkeyPatch) 
     monkeypatch.setattr(forward_selection, "tolerances_prefer", lambda *_: False)
     monkeypatch.setattr(forward_selection, "most_left", lambda _: 1.0)
     monkeypatch.setattr(forward_selection, "force_prefers", lambda *_: False)
-    monkeypatch.setattr(forward_selection, "_ranked", lambda search, found, without: found)
+    monkeypatch.setattr(forward_selection, "as_replacement", lambda search, found, without: found)
     monkeypatch.setattr(forward_selection, "_put_first", put_first)
     search: Any = SimpleNamespace(rigid=None, without=lambda current, k: current)
     current = fit(part_named("viscous_asymmetry"), part_named("inertia_error"))
@@ -288,7 +288,7 @@ def test_far_from_the_noise_a_replacement_that_is_nearly_alike_ties(
     shares = {"viscous": 0.6, "quadratic_drag": 0.59}
     monkeypatch.setattr(
         forward_selection,
-        "_ranked",
+        "as_replacement",
         lambda search, found, _: SimpleNamespace(
             found=found, evidence=SimpleNamespace(share=shares[found.runner.trial.parts[0].kind])
         ),
@@ -317,7 +317,7 @@ def test_a_replacement_of_a_special_form_must_be_clearly_better_to_be_a_rival(
     monkeypatch.setattr(forward_selection, "tolerances_prefer", lambda *_: False)
     monkeypatch.setattr(forward_selection, "most_left", lambda _: 1.0)
     monkeypatch.setattr(forward_selection, "force_prefers", lambda *_: False)
-    monkeypatch.setattr(forward_selection, "_ranked", lambda search, found, without: found)
+    monkeypatch.setattr(forward_selection, "as_replacement", lambda search, found, without: found)
     search: Any = SimpleNamespace(rigid=None, without=lambda current, k: current)
     current = fit(part_named("input_delay"), part_named("viscous_asymmetry"))
     current.cost, lags.cost = 100.0, cost
@@ -375,7 +375,7 @@ def test_a_replacement_whose_period_the_log_cannot_show_is_none(monkeypatch: pyt
     search: Any = SimpleNamespace(
         rigid=None, without=lambda current, k: current, fitted_again=lambda fit: fit, **shared
     )
-    monkeypatch.setattr(forward_selection, "_ranked", lambda search, found, without: found)
+    monkeypatch.setattr(forward_selection, "as_replacement", lambda search, found, without: found)
     monkeypatch.setattr(forward_selection, "most_left", lambda _: 1.0)
     current = fit(part_named("spring"), part_named("viscous_asymmetry"))
     current.cost = 100.0

@@ -222,7 +222,7 @@ def test_bad_rows_are_one_message(text: str, tmp_path: Path) -> None:
 
 
 def test_a_row_that_cannot_be_read_keeps_the_report_and_the_alarm(logs: dict[str, str], tmp_path: Path) -> None:
-    (tmp_path / "log.csv").write_text(logs["force"] + "garbage,1\n")
+    (tmp_path / "log.csv").write_text(logs["force"] + "4.000,1\n")
     done = stiction("watch", BELT, "--log", tmp_path / "log.csv")
     assert done.code == 3 and "a row could not be read" in done.out and "alarm from t = " in done.out
     (tmp_path / "log.csv").write_text(logs[""] + "3.999,0,0\n")
