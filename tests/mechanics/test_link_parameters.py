@@ -89,7 +89,7 @@ def test_deviations_are_those_of_files_drawn_at_random(tmp_path: Path) -> None:
     names = list(base_values(spec, spec.form))
     together = 16 * np.cov(np.array(drawn).T)[np.ix_(*2 * [[names.index(p.name) for p in free]])]
     size = np.array([max(p.deviation, 1e-9) for p in free])
-    covariance = np.array([[a.changes @ b.changes for b in free] for a in free])
+    covariance = np.array([[np.sum(a.changes * b.changes) for b in free] for a in free])
     np.testing.assert_allclose(covariance / np.outer(size, size), together / np.outer(size, size), atol=0.2)
 
 
