@@ -20,13 +20,12 @@ from codegen.base.user_text import one_line
 from codegen.logs.motion import measured_motion
 from codegen.logs.readers import log_description, log_names, read_log
 from codegen.spec import parse_spec
-from codegen.spec.mjcf import MjcfJoint, read_mjcf
+from codegen.spec.mjcf import STANDARD_GRAVITY, MjcfJoint, RobotModel, read_mjcf
 from codegen.spec.model import Spec
 from codegen.spec.motion import MovingBody
 from codegen.spec.urdf import LARGEST, read_kinematic_tree
 
 ENDINGS = (".urdf", ".xml")
-STANDARD = (0.0, 0.0, -9.81)
 DEFAULT_GAIN = 100.0
 """K_v in 1/s of a new spec."""
 MOST_TRAVEL = 1000.0
@@ -35,22 +34,6 @@ MARGIN = 1.2
 """Range of a joint's velocity in a new spec over its highest speed in the log."""
 GAIN_STEPS = 0.2
 """Largest K_v of a new spec times its sample time."""
-
-
-@dataclass(frozen=True)
-class _Robot:
-    """A robot file, and further content of its spec.
-
-    Attributes:
-        converted: whether the file was made from a MuJoCo model.
-    """
-
-    file: str
-    text: str
-    converted: bool = False
-    gravity: tuple[float, float, float] = STANDARD
-    joints: tuple[MjcfJoint, ...] = ()
-    remarks: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -83,27 +66,29 @@ def robot_files(name: str, path: Path, log: Path | None) -> dict[str, str]:
     Raises:
         BadInput: for a robot file or a log that cannot be used.
     """
-    robot = _robot(name, path)
-    if not robot.converted:
-        return {f"{name}.yaml": _spec_text(name, robot, path, path.parent, log), robot.file: robot.text}
+    text = read_text(path, "a robot description (URDF) or a MuJoCo model (MJCF)", LARGEST)
+    if "<mujoco" not in text:
+        return {f"{name}.yaml": _spec_text(name, RobotModel(text), path, path, log), path.name: text}
+    robot = read_mjcf(path)
     with private_folder() as folder:
-        (folder / robot.file).write_text(robot.text, encoding="utf-8")
+        file = folder / f"{name}.urdf"
+        file.write_text(robot.urdf, encoding="utf-8")
         try:
-            written = _spec_text(name, robot, path, folder, log)
+            written = _spec_text(name, robot, path, file, log)
         except BadInput as error:
             if Path(error.place.file).parent != folder:
                 raise
             raise error.at(Place(str(path), None, error.place.key)) from None
-    return {f"{name}.yaml": written, robot.file: robot.text}
+    return {f"{name}.yaml": written, file.name: robot.urdf}
 
 
-def _spec_text(name: str, robot: _Robot, path: Path, folder: Path, log: Path | None) -> str:
-    """The spec for the robot file in a folder, which is parsed as a check; its errors are reported for ``path``."""
-    bodies = read_kinematic_tree(folder / robot.file, Place(str(folder / robot.file))).bodies
-    guess, target = _guess(log, bodies), folder / f"{name}.yaml"
+def _spec_text(name: str, robot: RobotModel, path: Path, file: Path, log: Path | None) -> str:
+    """The spec for a robot file beside it, which is parsed as a check; its errors are reported for ``path``."""
+    bodies = read_kinematic_tree(file, Place(str(file))).bodies
+    guess, target = _guess(log, bodies), file.with_name(f"{name}.yaml")
 
     def rendered(seen: _Observed, tracker_gains: Sequence[str], euler_below: float | None = None) -> str:
-        content = _content(robot, bodies, guess, log, seen)
+        content = {"file": json.dumps(file.name), **_content(robot, bodies, guess, log, seen)}
         below = None if euler_below is None else _time(_rounded_down(euler_below))
         return render("text/new_robot_spec.j2", name=name, tracker_gains=tracker_gains, euler_below=below, **content)
 
@@ -144,14 +129,6 @@ def _tracker_gains(spec: Spec) -> list[str]:
     return [f"{-velocity_gain / 4 / largest * inertia:.2g}" for inertia in inertias.tolist()]
 
 
-def _robot(name: str, path: Path) -> _Robot:
-    text = read_text(path, "a robot description (URDF) or a MuJoCo model (MJCF)", LARGEST)
-    if "<mujoco" not in text:
-        return _Robot(path.name, text)
-    found = read_mjcf(path)
-    return _Robot(f"{name}.urdf", found.urdf, True, found.gravity, found.joints, found.remarks)
-
-
 def _guess(log: Path | None, bodies: Sequence[MovingBody]) -> Guess:
     if log is None:
         return Guess({}, ())
@@ -159,7 +136,7 @@ def _guess(log: Path | None, bodies: Sequence[MovingBody]) -> Guess:
 
 
 def _content(
-    robot: _Robot, bodies: Sequence[MovingBody], guess: Guess, log: Path | None, seen: _Observed
+    robot: RobotModel, bodies: Sequence[MovingBody], guess: Guess, log: Path | None, seen: _Observed
 ) -> Mapping[str, Any]:
     beyond = {joint.joint: joint for joint in robot.joints}
     ranges, assumed = {}, []
@@ -184,8 +161,7 @@ def _content(
     }
     gain = DEFAULT_GAIN if seen.period is None else min(DEFAULT_GAIN, GAIN_STEPS / seen.period)
     return {
-        "file": json.dumps(robot.file),
-        "gravity": list(robot.gravity) if robot.gravity != STANDARD else None,
+        "gravity": list(robot.gravity) if robot.gravity != STANDARD_GRAVITY else None,
         "joints": bodies,
         "ranges": ranges,
         "assumed": assumed,

@@ -27,6 +27,7 @@ from codegen.base.user_text import one_line
 from codegen.spec.urdf import LARGEST, identifier
 
 EXPECTED = "a MuJoCo model (MJCF) of an arm of hinge and slide joints"
+STANDARD_GRAVITY = (0.0, 0.0, -9.81)
 
 
 @dataclass(frozen=True)
@@ -49,8 +50,8 @@ class MjcfJoint:
 
 
 @dataclass(frozen=True)
-class MjcfRobot:
-    """A converted model.
+class RobotModel:
+    """A robot description, with what it cannot state of the MuJoCo model that it is converted from, if it is.
 
     Attributes:
         urdf: text of the robot description.
@@ -60,12 +61,12 @@ class MjcfRobot:
     """
 
     urdf: str
-    joints: tuple[MjcfJoint, ...]
-    gravity: tuple[float, float, float]
-    remarks: tuple[str, ...]
+    joints: tuple[MjcfJoint, ...] = ()
+    gravity: tuple[float, float, float] = STANDARD_GRAVITY
+    remarks: tuple[str, ...] = ()
 
 
-def read_mjcf(path: Path) -> MjcfRobot:
+def read_mjcf(path: Path) -> RobotModel:
     """A MuJoCo model, converted.
 
     Raises:
@@ -75,7 +76,7 @@ def read_mjcf(path: Path) -> MjcfRobot:
     mujoco, model = compiled(path)
     conversion = _Conversion(path, mujoco, model)
     with np.errstate(all="ignore"):  # numbers that are too large are refused by the reader of the robot description
-        return MjcfRobot(conversion.urdf(), conversion.joints(), _three(model.opt.gravity), conversion.remarks())
+        return RobotModel(conversion.urdf(), conversion.joints(), _three(model.opt.gravity), conversion.remarks())
 
 
 def compiled(path: Path) -> tuple[Any, Any]:
