@@ -99,14 +99,14 @@ def export(
         _refuse_foreign(path)
     model = None if into is None else Path(into)
     choices = Choices(_header(spec, to), on, Choices.counts if counts is None else counts, gear, model)
-    made = target.write(machine, choices)
+    files, remarks = target.write(machine, choices)
     if not target.endings:
-        refuse_hand_written(path, made.files)
-        refuse_edited(path, made.files)
-        write_all(path, made.files, ("manifest.json",))
-        return Exported(path, to, tuple(made.files), made.remarks)
-    write_atomically(path, made.files[""])
-    return Exported(path, to, (), made.remarks)
+        refuse_hand_written(path, files)
+        refuse_edited(path, files)
+        write_all(path, files, ("manifest.json",))
+        return Exported(path, to, tuple(files), remarks)
+    write_atomically(path, files[""])
+    return Exported(path, to, (), remarks)
 
 
 def _refuse_options_of_other_formats(

@@ -55,20 +55,9 @@ class Choices:
     into: Path | None = None
 
 
-@dataclass(frozen=True)
-class Exported:
-    """Result of an export.
-
-    Attributes:
-        files: name → text; the name of a single file is "".
-        remarks: on how the machine is represented.
-    """
-
-    files: Mapping[str, str]
-    remarks: tuple[Remark, ...]
-
-
-Write = Callable[[Exportable, Choices], Exported]
+Written = tuple[Mapping[str, str], tuple[Remark, ...]]
+"""Files, name → text, where the name of a single file is ""; and remarks on how they represent the machine."""
+Write = Callable[[Exportable, Choices], Written]
 
 
 @dataclass(frozen=True)
@@ -76,24 +65,22 @@ class Target:
     """A target of the export.
 
     Attributes:
-        write: function (machine, choices) → result.
+        write: function (machine, choices) → files and remarks.
         endings: of its file; () for a folder.
-        what: in a few words, for the help.
         is_map: whether it is a table over one turn, for which a gear can be given.
     """
 
     write: Write
     endings: tuple[str, ...]
-    what: str
     is_map: bool = False
 
 
 def _of_mechanism(text_of: Callable[[Spec, Mechanism, Choices], tuple[str, tuple[Remark, ...]]]) -> Write:
     """A writer of a file with the machine's bodies, lines and elements."""
 
-    def write(machine: Exportable, choices: Choices) -> Exported:
+    def write(machine: Exportable, choices: Choices) -> Written:
         text, remarks = text_of(machine.spec, mechanism_of(machine.spec, machine.system), choices)
-        return Exported({"": text}, remarks)
+        return {"": text}, remarks
 
     return write
 
@@ -106,9 +93,9 @@ def _headed(text_of: Callable[[Spec, Mechanism, list[str]], tuple[str, tuple[Rem
 def _of_code(files_of: Callable[[GeneratedObserver, list[str]], Mapping[str, str]], precision: str) -> Write:
     """A writer of the generated observer for another platform or language."""
 
-    def write(machine: Exportable, choices: Choices) -> Exported:
+    def write(machine: Exportable, choices: Choices) -> Written:
         observer = machine.generated_observer(precision)
-        return Exported(files_of(observer, choices.header), (_certified(observer),))
+        return files_of(observer, choices.header), (_certified(observer),)
 
     return write
 
@@ -129,11 +116,11 @@ def _odrive(spec: Spec, mechanism: Mechanism, choices: Choices) -> tuple[str, tu
     return odrive_map(force_map(spec, mechanism, choices.on, choices.gear, turning=True), choices.header)
 
 
-def _ros2_control(machine: Exportable, choices: Choices) -> Exported:
+def _ros2_control(machine: Exportable, choices: Choices) -> Written:
     observer = machine.generated_observer("double", cancelling=True)
     tree = machine.spec.form
     labels = {body.joint: body.label for body in tree.bodies} if isinstance(tree, KinematicTree) else {}
-    return Exported(ros2_package(observer, machine.system, choices.header, labels), (_certified(observer),))
+    return ros2_package(observer, machine.system, choices.header, labels), (_certified(observer),)
 
 
 def _certified(observer: GeneratedObserver) -> Remark:
@@ -142,26 +129,16 @@ def _certified(observer: GeneratedObserver) -> Remark:
 
 
 TARGETS: dict[str, Target] = {
-    "mjcf": Target(_of_mechanism(_mjcf), (".xml", ".mjcf"), "a model of MuJoCo"),
-    "urdf": Target(
-        _headed(urdf_text),
-        (".urdf", ".xml"),
-        "a robot file; that of the spec with other friction, where it names one",
-    ),
-    "sdf": Target(_headed(sdf_text), (".sdf", ".xml"), "a model of Gazebo"),
-    "usd": Target(_headed(usd_text), (".usda",), "a scene of Isaac Sim, Isaac Lab and Newton"),
-    "csv-map": Target(
-        _of_mechanism(_csv_map), (".csv",), "forces that repeat with the position, a row a count of a turn", True
-    ),
-    "odrive": Target(_of_mechanism(_odrive), (".h",), "the cogging map of ODrive's firmware", True),
-    "arduino": Target(
-        _of_code(arduino_library, "single"), (), "the observer in single precision, a library of Arduino and PlatformIO"
-    ),
-    "ros2_control": Target(_ros2_control, (), "a package with a chainable controller that compensates friction"),
-    "structured-text": Target(
-        _of_code(structured_text, "double"), (".st", ".scl"), "the observer as a function block of a PLC"
-    ),
-    "simulink": Target(_of_code(simulink_block, "double"), (), "the observer as a C MEX S-function"),
+    "mjcf": Target(_of_mechanism(_mjcf), (".xml", ".mjcf")),
+    "urdf": Target(_headed(urdf_text), (".urdf", ".xml")),
+    "sdf": Target(_headed(sdf_text), (".sdf", ".xml")),
+    "usd": Target(_headed(usd_text), (".usda",)),
+    "csv-map": Target(_of_mechanism(_csv_map), (".csv",), is_map=True),
+    "odrive": Target(_of_mechanism(_odrive), (".h",), is_map=True),
+    "arduino": Target(_of_code(arduino_library, "single"), ()),
+    "ros2_control": Target(_ros2_control, ()),
+    "structured-text": Target(_of_code(structured_text, "double"), (".st", ".scl")),
+    "simulink": Target(_of_code(simulink_block, "double"), ()),
 }
 
 
