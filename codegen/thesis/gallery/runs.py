@@ -39,24 +39,18 @@ TUNING_SEED = 1001
 
 
 @dataclass
-class Servo:
-    """The control law of the thesis, u = −g₁(x − x_r) − g₂ v̂, (2.2) and (8.15)."""
+class Servo(Feedback):
+    """The control law of the thesis, u = −g₁(x − x_r) − g₂ v̂, (2.2) and (8.15).
 
-    period: float
-    reference: Array
-    position_gain: float
-    velocity_gain: float
-    velocity: int | None
+    Attributes:
+        velocity: number of the observer's output v̂; the measured velocity is used without one, and until v̂ is known.
+    """
 
-    def start(self) -> None:
-        """Do nothing; the law has no state."""
+    velocity: int | None = None
 
     def command(self, now: Sample) -> Array:
-        """u, (1,); v̂ is the observer's output number ``velocity``, or the measured velocity."""
-        known = self.velocity is not None and bool(np.isfinite(now.estimates[self.velocity]))
-        v = now.estimates[self.velocity] if known else now.velocities[0]
-        x_r = self.reference[round(now.time / self.period)]
-        return np.array([-self.position_gain * (now.positions[0] - x_r) - self.velocity_gain * v])
+        estimate = now.velocities if self.velocity is None else now.estimates[[self.velocity]]
+        return super().command(now._replace(velocities=estimate) if np.isfinite(estimate).all() else now)
 
 
 def servo_run(
@@ -78,15 +72,14 @@ def servo_run(
         substeps: of the plant in a sample; by default the simulator's choice.
     """
     spec = setting.applied(spec)
-    simulation = spec.required_simulation
-    period, samples = simulation.sample_time, sample_count(spec)
+    declared = declared_controller(spec, spec.required_simulation, sample_count(spec))
     observer = None
     if cancel is not None:
         observer = observer_of(setting.applied(observed) if observed is not None else from_zero(spec))
     outputs = observer.outputs if observer is not None else ()
     estimate = next((k for k, name in enumerate(outputs) if name == f"{spec.velocities[0]}_hat"), None)
-    gains = [next(iter(g.values())) for g in (simulation.position_gain, simulation.velocity_gain)]
-    servo = Servo(period, reference_of(spec, samples), gains[0], gains[1], estimate)
+    position_gain, velocity_gain = declared.position_gain, declared.velocity_gain
+    servo = Servo(1, 1, None, declared.reference, None, position_gain, velocity_gain, velocity=estimate)
     cancellation = None if cancel is None else Cancellation(np.eye(1), cancel, delay)
     loop = SampledLoop(servo, observer, cancellation, *noise_of(spec, setting))
     return closed_loop(spec, loop, plant, substeps)
