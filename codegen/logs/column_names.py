@@ -17,6 +17,8 @@ from codegen.base.user_text import shown
 from codegen.spec.model import Spec
 from codegen.spec.units import base_units, is_unit, same_dimension, si_factor
 
+LONGEST_NAME = 1000
+"""Most letters of a column's name in which a unit is sought, since the search takes their square."""
 _IN_SQUARE = re.compile(r"(.*\S)\s*\[([^\[\]]*)\]\s*")
 _IN_ROUND = re.compile(r"(.*\S)\s*\(([^()]*)\)\s*")
 _BELOW_LINE = re.compile(r"(.+?)\s+/\s+(\S.*?)\s*|([^/\s]+)/(\S+)\s*")
@@ -68,6 +70,8 @@ def stated_unit(name: str) -> tuple[str, str]:
 
     Text in square brackets is always taken as a unit; text after the other signs only if it is a known unit.
     """
+    if len(name) > LONGEST_NAME:
+        return name, ""
     square = _IN_SQUARE.fullmatch(name)
     if square is not None:
         return square[1], square[2].strip()

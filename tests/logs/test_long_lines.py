@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
+import time
 import tracemalloc
 from pathlib import Path
 
 import pytest
 
+from codegen.base.errors import BadInput
 from codegen.logs import read_log
 from codegen.logs.description import EMPTY_DESCRIPTION
 from codegen.logs.formats import row_forms, text_lines
@@ -73,3 +76,24 @@ def test_a_file_whose_reading_fails_is_refused(spec):
     """The first bytes of a log were read without a look at the errors of reading: an internal error."""
     with refused("FILE001 /proc/self/mem: unreadable"):
         read_log("/proc/self/mem", spec)
+
+
+@pytest.mark.parametrize(
+    ("head", "row"),
+    [
+        ("t,x,w", " " * 300_000 + "x"),
+        ("t,x,w", "array(1" + ", dtype=1" * 50_000),
+        ("t x w", "0 " + " " * 200_000 + "1,x"),
+        ("t x w" + " (a" * 100_000, "0 1 2"),
+        ("t,x,w" + " " * 300_000 + "/", "0,1,2"),
+    ],
+    ids=["blanks", "call", "decimal", "units", "name"],
+)
+def test_the_time_for_a_long_line_grows_with_its_length(tmp_path, spec, head, row):
+    """Patterns that try again from each blank took an hour for a line of 1 MB."""
+    path = tmp_path / "a.csv"
+    path.write_text(f"{head}\n" + f"{row}\n" * 3 + "0 1 2\n0 1 2\n")
+    start = time.process_time()
+    with contextlib.suppress(BadInput):
+        read_log(path, spec)
+    assert time.process_time() - start < 10

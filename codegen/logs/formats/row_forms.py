@@ -46,10 +46,12 @@ _ARROW = re.compile(
 """Beginning of a line of a serial monitor or terminal: a time, with an arrow or before a row with separators."""
 _CALL = re.compile(
     r"\b(?:np\.|numpy\.|torch\.)?(?:float\d*|u?int\d*|array|tensor|Decimal)\((?:'\w', *)?"
-    r"([^()]*?)(?:, *(?:dtype|device|requires_grad|grad_fn)=[^(),]*)*\)",
+    r"([^()]*)\)",
     re.ASCII,
 )
 """A number or list as Python prints it: ``np.float64(0.1)``, ``array('d', [0.1, 0.2])``, ``tensor(0.1)``."""
+_KEYWORD = re.compile(r", *(?:dtype|device|requires_grad|grad_fn)=")
+"""Beginning of what Python prints behind the number or list."""
 STAMP = "stamp"
 """The column of the times with which lines begin."""
 _LIST = re.compile(r'"?[\[(]([^][()"]*)[\])]"?')
@@ -93,7 +95,7 @@ def find_form(
 
 def _called(line: str) -> str:
     """A line with its numbers and lists as they are without the calls that Python prints."""
-    return _CALL.sub(lambda found: found[1].strip("'\""), line)
+    return _CALL.sub(lambda found: _KEYWORD.split(found[1], maxsplit=1)[0].strip("'\""), line)
 
 
 def _named_rows(lines: Sequence[str]) -> Form | None:

@@ -26,7 +26,7 @@ ROWS_ALIKE = 3
 SEPARATORS = (",", ";", "\t", "|")
 LONGEST_UNIT = 24
 COMMENT = re.compile(
-    r"\s*(#(?!(n/a|nan|nv|value!|wert!|div/0!))|%|//|(?=[^|+]*[|+])(?=.*---)[\s|+:=-]++$)", re.IGNORECASE
+    r"\s*+(#(?!(n/a|nan|nv|value!|wert!|div/0!))|%|//|(?=[^|+]*[|+])(?=.*---)[\s|+:=-]++$)", re.IGNORECASE
 )
 """Beginning of a comment, but not of a row whose first value is missing; or a rule such as ``|---|---|``."""
 END = "EOF"
@@ -232,7 +232,9 @@ def _decimal(lines: Sequence[str], delimiter: str) -> str:
     It is a comma if some comma cannot separate thousands. In a comma-separated file only quoted numbers count.
     """
     edge = re.escape(delimiter) if delimiter else r"\s"
-    before, behind = rf'(?:^|[{edge}"])\s*[+-]?', rf'\s*(?=$|[{edge}"])'
+    before, behind = rf'(?:^|[{edge}"])\s*+[+-]?', rf'\s*+(?=$|[{edge}"])'
+    if not delimiter:  # each blank is an edge
+        before, behind = r'(?:^|[\s"])[+-]?', r'(?=$|[\s"])'
     point = re.compile(rf"{before}\d*\.\d+{behind}", re.ASCII)
     sign = ","
     if delimiter == ",":
@@ -501,7 +503,7 @@ def _names_of(line: str, rows: _Rows) -> list[str]:
     """
     text = line.strip(" " if rows.delimiter == "\t" else None).lstrip("#%/")  # a first name may be empty
     ways = [_split(text, rows.delimiter)]
-    spaced = [_split(text, ""), re.findall(r"\S+(?:\s+[\[(][^\])]*[\])])?", text)]
+    spaced = [_split(text, ""), re.findall(rf"\S+(?:\s+[\[(][^\])]{{0,{LONGEST_UNIT}}}[\])])?", text)]
     if COMMENT.match(line):
         others = [_split(text.strip(), other) for other in SEPARATORS if other != rows.delimiter]
         ways = [*(ways if rows.delimiter else []), *others, *spaced]
