@@ -18,11 +18,9 @@ from codegen.friction import LAWS
 from codegen.logs import binding
 from codegen.logs.formats import csv_file, mat_file, numpy_file, source, text_lines
 from codegen.observers import OBSERVERS
-from codegen.report.effect_examples import effect_picture
-from codegen.report.effects import effects_page
+from codegen.report.effects import effect_picture, effects_page
 from codegen.report.examples import EXAMPLES
-from codegen.report.law_examples import law_picture
-from codegen.report.laws import laws_page
+from codegen.report.laws import law_picture, laws_page
 from codegen.spec import parse_spec, yaml_limits
 from codegen.spec.urdf import LARGEST as LARGEST_URDF
 
