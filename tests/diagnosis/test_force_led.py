@@ -12,10 +12,11 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.optimize import least_squares
+from scipy.stats import multivariate_normal
 
 from benchmarks.real.sets import DATA
 from codegen.diagnosis.evidence.estimate import estimate
-from codegen.diagnosis.fit.credit import evidence, random_signs
+from codegen.diagnosis.fit.credit import ALPHA, Evidence, evidence, random_signs
 from codegen.diagnosis.fit.measure import measure
 from codegen.diagnosis.fit.output_error import Fit, segment_losses
 from codegen.diagnosis.fit.record import position_noise, record_of
@@ -401,6 +402,43 @@ def test_a_second_choice_of_free_runs_ties_with_the_leader_that_the_force_residu
     assert not any(f.words == "spring on x is refused" for f in answer.remarks)
     for other in (None, final.trial.parts[0]):
         assert led_by(other) == (plain, outcome)
+
+
+@pytest.mark.parametrize("correlation", [0.0, 0.5, 0.8, 0.95])
+def test_a_round_credits_by_either_criterion_at_the_level_of_one(
+    correlation: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Force residual and free runs each had α: with normal scores that are alike, 1.5 α credited something."""
+    trial, part = SimpleNamespace(parts=[]), SimpleNamespace(effect=SimpleNamespace(seen_over=""))
+    plain: Any = SimpleNamespace(trial=trial, model=None)
+    found: Any = SimpleNamespace(trial=trial, model=None, part=part, cost=0.0)
+    search = SimpleNamespace(problem=SimpleNamespace(motion=None, used=None))
+    fits: Any = SimpleNamespace(candidates=trial, search=search, run=lambda fit, joint: fit)
+
+    def shown(t: float) -> Evidence:
+        return Evidence(1.0, 0.5, t, 8, 8)
+
+    for name, value in {"joint_of": None, "joint_of_difference": None, "corrects_a_form": "", "hypotheses": 1}.items():
+        monkeypatch.setattr(force_selection, name, lambda *_, value=value: value)
+    for name in ("drive_left", "drive_shares", "matters", "relative_size"):
+        monkeypatch.setattr(force_selection, name, lambda *_: 1.0)
+    monkeypatch.setattr(force_selection, "ForceCriterion", lambda *_: None)
+    monkeypatch.setattr(force_selection, "in_simplest_admitted_forms", lambda ranked: ranked)
+    monkeypatch.setattr(
+        force_selection,
+        "judged_in_addition",
+        lambda fits, plain, parts, tests, report: [judged(fits, plain, found, tests)],
+    )
+    scores, width = np.linspace(-4.5, 6.5, 111, retstep=True)
+    normal = multivariate_normal([0, 0], [[1, correlation], [correlation, 1]])
+    chance = 0.0
+    for by_force in scores:
+        monkeypatch.setattr(force_selection, "shown_on_blocks", lambda *_, t=by_force: (shown(float(t)), 0.5))
+        for by_runs in scores:
+            monkeypatch.setattr(force_selection, "evidence_of_blocks", lambda *_, t=by_runs: shown(float(t)))
+            (one,) = force_selection.force_round(fits, plain, None, lambda share: None)
+            chance += 0.0 if one.why_not else float(normal.pdf([by_force, by_runs])) * width**2
+    assert 0.02 * ALPHA < chance <= ALPHA
 
 
 def test_a_form_that_the_log_does_not_determine_gives_way_to_a_simpler_one(

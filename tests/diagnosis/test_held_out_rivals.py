@@ -211,23 +211,29 @@ def test_an_effect_is_fitted_again_in_the_form_that_its_intervals_contain(monkey
 
 
 @pytest.mark.parametrize(
-    ("force", "run", "harmful"),
+    ("force", "run", "drive", "harmful"),
     [
         (
             {"": 30.4, "gain": 79.6, "drift": 18.0},
             {"": 2.8, "gain": 18.1, "drift": 2.0},
+            1.0,
             "drift",
         ),  # a motor that heats up
-        ({"": 30.4, "gain": 79.6, "drift": 33.0}, {"": 2.8, "gain": 18.1, "drift": 2.0}, "drift"),
-        ({"": 30.4, "gain": 79.6, "drift": 33.0}, {"": 2.8, "gain": 18.1, "drift": 3.0}, ""),
-        ({"": 30.4, "gain": 79.6, "drift": 30.0}, {"": 2.8, "gain": 18.1, "drift": 2.8}, ""),  # it does not act there
-        ({"": 2.1, "gain": 2.7, "drift": 5.5}, {"": 5.4, "gain": 8.7, "drift": 5.0}, ""),  # the force falls by more
+        ({"": 30.4, "gain": 79.6, "drift": 33.0}, {"": 2.8, "gain": 18.1, "drift": 2.0}, 1.0, "drift"),
+        ({"": 30.4, "gain": 79.6, "drift": 33.0}, {"": 2.8, "gain": 18.1, "drift": 3.0}, 1.0, ""),
+        ({"": 30.4, "gain": 79.6, "drift": 30.0}, {"": 2.8, "gain": 18.1, "drift": 2.8}, 1.0, ""),  # no action there
+        ({"": 2.1, "gain": 2.7, "drift": 5.5}, {"": 5.4, "gain": 8.7, "drift": 5.0}, 1.0, ""),  # the force falls more
+        ({"": 2.1, "gain": 2.7, "drift": 5.5}, {"": 5.4, "gain": 8.7, "drift": 5.0}, 0.4, "drift"),  # with the drive
+        ({"": 2.1, "gain": 2.7, "drift": 5.5}, {"": 5.4, "gain": 8.7, "drift": 5.0}, 2.5, ""),
     ],
 )
 def test_each_of_several_effects_is_judged_on_held_out_data(
-    force: dict[str, float], run: dict[str, float], harmful: str
+    force: dict[str, float], run: dict[str, float], drive: float, harmful: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Together two effects left a third of the refit's error; one of them made both errors half larger."""
+    """Together two effects left a third of the refit's error; one of them made both errors half larger.
+
+    A force error that falls with the drive force alone outweighs nothing.
+    """
     kinds = ["gain", "drift"]
 
     def fit(name: str, *parts: str) -> Any:
@@ -238,7 +244,9 @@ def test_each_of_several_effects_is_judged_on_held_out_data(
     def measured(name: Any) -> ErrorFigures:
         return ErrorFigures(force[name], (force[name],), 0.1, run[name], (run[name],))
 
-    search: Any = SimpleNamespace(without=lambda final, k: fit(kinds[k]))
+    monkeypatch.setattr(examination, "drive_shares", lambda *_: np.array([drive]))
+    problem = SimpleNamespace(motion=None, used=None)
+    search: Any = SimpleNamespace(without=lambda final, k: fit(kinds[k]), problem=problem)
     found = examination._harmful(search, fit("", *kinds), measured)
     assert (found[0] if found else None) == (kinds.index(harmful) if harmful else None)
     if found is not None:

@@ -36,6 +36,10 @@ FITTED = 8
 """Number of candidates that are fitted: those with the least residual after linear least squares from their start, over
 the square of the drive force that they leave. Candidates that start with much less drive force are fitted in addition,
 since such a start makes every force small."""
+CRITERIA = 2
+"""The force residual and free runs: in a round, either may credit a candidate. Each has half of α (Bonferroni), since
+their p-values depend on each other in an unknown way: with α for each, normal scores with a correlation of 0.8 credit
+one of 20 candidates without an effect with a probability of 1.7 α."""
 ELSEWHERE = 0.2
 """Least share of the remaining squared residual that a further effect must remove, if it depends on another variable
 than those found. If it depends on the same variable it may only correct a misfit of their form, and must remove
@@ -142,8 +146,9 @@ def force_round(
     """
     taken = {(p.kind, p.on) for p in plain.trial.parts}
     parts = [p for p in fits.candidates.parts if (p.kind, p.on) not in taken and joint_of(fits.search, p) == joint]
-    ranked = judged_in_addition(fits, plain, parts, hypotheses(parts), report_progress)
-    ranked = [shown_by_runs(fits, plain, r, hypotheses(parts)) if r.unsure else r for r in ranked]
+    tests = CRITERIA * hypotheses(parts)
+    ranked = judged_in_addition(fits, plain, parts, tests, report_progress)
+    ranked = [shown_by_runs(fits, plain, r, tests) if r.unsure else r for r in ranked]
     return sorted(in_simplest_admitted_forms(ranked), key=lambda r: (bool(r.why_not), not r.unsure, r.found.cost))
 
 
@@ -157,7 +162,7 @@ def judged_in_addition(
 ) -> list[Ranked]:
     """Those of the parts with the best starts (see ``FITTED``) that are possible, each added to a fit and judged.
 
-    ``candidates``, ``everywhere``: as of ``judged``.
+    ``candidates``, the number of tests that may credit one of them, and ``everywhere``: as of ``judged``.
     """
     start = ForceStart(fits.search.problem, plain, True, known=fits.by_links)
     trials = [plain.trial.with_part(p) for p in parts]
@@ -174,8 +179,8 @@ def judged_in_addition(
     return [judged(fits, plain, f, candidates, everywhere) for f in found if is_possible(fits.search, f)]
 
 
-def shown_by_runs(fits: ForceFits, plain: Fit, one: Ranked, candidates: int) -> Ranked:
-    """The candidate, credited if free runs with these values of it are better by more than chance over all candidates.
+def shown_by_runs(fits: ForceFits, plain: Fit, one: Ranked, tests: int) -> Ranked:
+    """The candidate, credited if free runs with these values of it are better by more than chance over all tests.
 
     The force residual must then confirm it (p ≤ ``credit.TIE_LEVEL``): elsewhere the force residual selects and free
     runs confirm, here the reverse. The values are those of the force residual, since free runs of a model that lacks
@@ -185,7 +190,7 @@ def shown_by_runs(fits: ForceFits, plain: Fit, one: Ranked, candidates: int) -> 
         return one
     joint = joint_of_difference(fits.search, plain, one.found)
     shown = evidence_of_blocks(fits.run(plain, joint), fits.run(one.found, joint))
-    p = min(1.0, candidates * random_signs(shown.t))
+    p = min(1.0, tests * random_signs(shown.t))
     if shown.share < credit.LEAST_SHARE or p > credit.ALPHA:
         return one
     return replace(one, why_not="", unsure=False, p=p)

@@ -221,9 +221,14 @@ def may_be_chance(worse: Mapping[str, float], figures: ErrorFigures, other: Erro
     return set(worse) == {RUN} and falls and not is_shown_worse(figures, other)
 
 
-def outweighed(worse: Mapping[str, float], figures: ErrorFigures, other: ErrorFigures) -> bool:
-    """Whether only the free-run error is larger than another model's, and the force error falls by a larger factor."""
-    ratios = _ratios(figures, other)
+def outweighed(worse: Mapping[str, float], figures: ErrorFigures, other: ErrorFigures, drive: Iterable[float]) -> bool:
+    """Whether only the free-run error is larger than another model's, and the force error falls by a larger factor.
+
+    ``drive``: for each coordinate the drive force over the other model's. The force error falls with it, which predicts
+    nothing better; so the other model's is multiplied by it where it is below 1.
+    """
+    rows = tuple(rms * min(float(share), 1.0) for rms, share in zip(other.force_rms_rows, drive, strict=True))
+    ratios = _ratios(figures, replace(other, force_rms_rows=rows))
     return set(worse) == {RUN} and ratios[FORCE] * ratios[RUN] < 1
 
 

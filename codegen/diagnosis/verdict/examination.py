@@ -16,7 +16,7 @@ from codegen.diagnosis.experiments.separation import without_leader
 from codegen.diagnosis.fit import credit
 from codegen.diagnosis.fit.credit import is_far
 from codegen.diagnosis.fit.output_error import Fit, at_limit
-from codegen.diagnosis.fit.residual import Problem
+from codegen.diagnosis.fit.residual import Problem, drive_shares
 from codegen.diagnosis.fit.search import Search, joint_of, tolerances_away
 from codegen.diagnosis.fit.trial import Part, in_unit, part_of, with_effects, with_values
 from codegen.diagnosis.results import ErrorFigures, Fact, FoundEffect, Remainder, Verdict
@@ -176,16 +176,20 @@ def _harmful(search: Search, final: Fit, measured: Measured) -> tuple[int, Fact]
     Two effects may together imitate one that the catalogue lacks, on the motion of the training log. Both errors of all
     effects together can then be far below those without any, although one of the two is wrong. So each is compared
     with the fit of the others, as a single effect is with the refit. An increase of the free-run error alone is
-    outweighed by a larger decrease of the force error: what all effects leave is systematic, and may add to one of them
-    in a free run.
+    outweighed by a larger decrease of the force error in proportion to the drive force (``drive_shares``): what all
+    effects leave is systematic, and may add to one of them in a free run.
     """
     if len(final.trial.parts) < 2:
         return None
     figures, found = measured(final.model), list[tuple[float, int, dict[str, float]]]()
     for k in range(len(final.trial.parts)):
-        others = measured(search.without(final, k).model)
+        model = search.without(final, k).model
+        others = measured(model)
         worse = worsened(figures, others, REFIT_WORSE)
-        if worse and not may_be_chance(worse, figures, others) and not outweighed(worse, figures, others):
+        if not worse or may_be_chance(worse, figures, others):
+            continue
+        problem = search.problem
+        if not outweighed(worse, figures, others, drive_shares(final.model, model, problem.motion, problem.used)):
             found.append((max(worse.values()), k, worse))
     if not found:
         return None
