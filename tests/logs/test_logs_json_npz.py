@@ -103,12 +103,57 @@ REFUSED = {
 }
 
 
+REFUSED |= {
+    '[{"t": 0, "x": 0, "w": 1, "x": 5}, {"t": 1, "x": 0, "w": 1}]': "LOG004 the key `x` twice",
+    '{"t": [0, 1], "x": [0, 1], "w": [1, 1], "x": [5, 6]}': "LOG004 the key `x` twice",
+    '[{"t": 0, "w": 1, "x": 5}, {"t": 1, "x": 0, "w": 1, "w": 1}': "LOG004 the key `w` twice",
+    '[{"t": "00:00:01.0", "w": 1, "x": 5}, {"t": 0.1, "x": 0, "w": 1}]': "LOG005 [1].t",
+    '[{"t": 0, "w": 1, "x": "00:00:01.0"}, {"t": 0.1, "x": 0, "w": 1}]': "LOG005 [1].x",
+    '[["t", 1, 0], ["0, 0, 0], [1, 0, 0], [2, 0, 0], [3, 0, 0]]': "LOG001 no JSON",
+}
+
+
 @pytest.mark.parametrize("text", REFUSED, ids=lambda t: t[:30])
 def test_json_refusals(tmp_path, spec, text):
     (tmp_path / "a.json").write_text(text)
     with pytest.raises(BadInput) as told:
         read_log(tmp_path / "a.json", spec)
     assert tells(told.value, REFUSED[text]) and "\n" not in str(told.value) and len(str(told.value)) < 500
+
+
+def test_a_column_of_two_paths_is_refused(tmp_path, spec):
+    """The last one was read without a word."""
+    records = [{**r, "a.b": 1, "a": {"b": 2}} for r in RECORDS]
+    (tmp_path / "a.json").write_text(json.dumps(records))
+    assert read_log(tmp_path / "a.json", spec).positions.any()
+    with refused("LOG004 a.json: a.b: a path of keys and also a key"):
+        read_log(tmp_path / "a.json", spec, columns={"w": "a.b"})
+
+
+@pytest.mark.parametrize("by_rows", [False, True])
+def test_numbers_of_rows_sorted_as_texts_are_sorted_as_numbers(tmp_path, spec, by_rows):
+    """``sort_keys`` writes "10" before "2": without a column of time the rows were read in this order."""
+    columns = {n: {str(k): float(v) for k, v in enumerate(MADE[n])} for n in ("x", "w")}
+    rows = {str(k): {n: float(MADE[n][k]) for n in ("x", "w")} for k in range(len(MADE["x"]))}
+    (tmp_path / "a.json").write_text(json.dumps(rows if by_rows else columns, sort_keys=True))
+    (tmp_path / "meta.yaml").write_text("sample_time: 2 ms\n")
+    log = read_log(tmp_path / "a.json", spec)
+    assert np.array_equal(log.positions[:, 0], MADE["x"])
+    assert any("sorted by the numbers" in note for note in log.notes)
+
+
+@pytest.mark.parametrize("way", ["an object", "a list"])
+def test_units_beside_the_columns(tmp_path, spec, way):
+    """They were ignored, and as a list they were taken for the names of the columns."""
+    values = {"t": MADE["t"], "x": 1e3 * MADE["x"], "w": MADE["w"]}
+    columns = {name: v.tolist() for name, v in values.items()}
+    content = {**columns, "units": {"x": "mm", "w": "N"}}
+    if way == "a list":
+        content = {"data": np.column_stack(list(values.values())).tolist(), "units": ["s", "mm", "N"]}
+        (tmp_path / "meta.yaml").write_text("columns: {t: 1, x: 2, w: 3}\n")
+    (tmp_path / "a.json").write_text(json.dumps(content))
+    log = read_log(tmp_path / "a.json", spec)
+    assert np.allclose(log.positions[:, 0], MADE["x"], atol=1e-12)
 
 
 def test_json_is_counted_before_it_is_parsed(tmp_path, spec, monkeypatch):

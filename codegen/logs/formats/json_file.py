@@ -27,6 +27,8 @@ COPIES, COPIES_WIDE = 3, 9
 MOST_COLUMNS = 4096
 _BETWEEN = re.compile(r"[\s,]*")
 """Between the values of a list, or of lines."""
+_ENDED = re.compile(r"[\]}]\s*,")
+"""The end of a record and the comma before the next one, which a text that is cut off does not have."""
 DEEPEST = 8
 """Most keys and indices of a path."""
 
@@ -54,15 +56,20 @@ class JsonFile(LogFile):
             raise self.fault(f"byte {error.start} is not UTF-8") from None
         except (ValueError, RecursionError) as error:
             raise self.fault(f"no JSON that can be read ({shown(str(error), 60)})") from None
-        self._under, self._content = self._table(_turned(content))
+        turned, in_order = _turned(content)
+        if not in_order:
+            self.own_notes.append("the rows are sorted by the numbers that are their keys, not by these as texts")
+        self._under, self._content = self._table(turned)
         self._headings = _headings(content, self._content)
+        self._twice: set[str] = set()
         self._paths = self._found()
         self.names = tuple(self._paths)
+        self.units = self._stated_units(content)
 
     def _parsed(self, text: str) -> Any:
         """The value of a text, or the list of the values in it: one after the other, or in a list that is cut off."""
         try:
-            return json.loads(text)
+            return json.loads(text, object_pairs_hook=self._object)
         except json.JSONDecodeError as error:
             listed = error.msg != "Extra data"
             begun = text.find("[") + 1 if listed else 0
@@ -73,20 +80,42 @@ class JsonFile(LogFile):
                 raise
             return values
 
+    def _object(self, pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+        """An object of these keys and values; of a key that comes twice JSON does not say which value counts."""
+        made = dict(pairs)
+        if len(made) < len(pairs):
+            keys = [key for key, _ in pairs]
+            twice = next(key for key in made if keys.count(key) > 1)
+            raise self.fault(f"the key `{shown(twice)}` twice in an object", "each key once", code="LOG004")
+        return made
+
+    def _stated_units(self, content: Any) -> dict[str, str]:
+        """Column → unit under the key ``units``: an object, or a list with a text for each column."""
+        given = content.get("units") if isinstance(content, dict) else None
+        if isinstance(given, list) and len(given) == len(self.names):
+            given = dict(zip(self.names, given, strict=True))
+        units = given.items() if isinstance(given, dict) else ()
+        found = {name: unit for name, unit in units if name in self._paths and isinstance(unit, str) and unit}
+        if found:
+            self.own_notes.append(f"the units of the key `units` ({listing(list(found.values()))})")
+        return found
+
     def _one_by_one(self, text: str, at: int, listed: bool) -> list[Any]:
         """The values from a position on, with commas between them or not; the last one may be cut off.
 
         Raises:
             JSONDecodeError: for another one that cannot be parsed, or text behind the end of the list.
         """
-        decoder, values, end = json.JSONDecoder(), list[Any](), len(text.rstrip())
+        decoder, values, end = json.JSONDecoder(object_pairs_hook=self._object), list[Any](), len(text.rstrip())
         while (at := _BETWEEN.match(text, at).end()) < end:  # type: ignore[union-attr]
             if listed and text[at] == "]" and at == end - 1:
                 break
             try:
                 value, at = decoder.raw_decode(text, at)
             except json.JSONDecodeError as error:
-                at_end = error.pos >= end - len("false") or error.msg.startswith("Unterminated")
+                at_end = error.pos >= end - len("false") or (
+                    error.msg.startswith("Unterminated") and not _ENDED.search(text, error.pos, end)
+                )
                 last_line = text[:at].rstrip(" ").endswith("\n") and "\n" not in text[at:end]
                 if not (at_end if listed else last_line or (at_end and "\n" in text[at:end])):
                     raise
@@ -105,6 +134,10 @@ class JsonFile(LogFile):
 
         Records without any of them, such as events, are left out.
         """
+        for name in wanted:
+            if name in self._twice:
+                words = "a path of keys and also a key: two columns of one name"
+                raise self.fault(words, "one column of this name", name, "LOG004")
         columns = {name: self._values(name) for name in wanted}
         self.require_equal({name: len(values) for name, values in columns.items()})
         values = np.empty((len(next(iter(columns.values()))), len(wanted)))
@@ -127,7 +160,10 @@ class JsonFile(LogFile):
         return [_at(row, inside) for row in rows] if inside else list(rows)
 
     def _number(self, row: int, name: str, value: Any, begun: datetime | None) -> float:
-        """The number of a value, also of one in a text; of a date or time of day the seconds since ``begun``."""
+        """The number of a value, also of one in a text; of a date or time of day the seconds since ``begun``.
+
+        A column of dates or times of day has no numbers.
+        """
         if value is None:
             return np.nan
         if isinstance(value, str):
@@ -135,7 +171,15 @@ class JsonFile(LogFile):
             passed = seconds_since(begun, text)
             if passed is not None:
                 return passed
-            value = float(text) if NUMBER.match(text) else np.nan if text.lower() in MISSING else value
+            if text.lower() in MISSING:
+                return np.nan
+            value = float(text) if NUMBER.match(text) else value
+        if begun is not None:
+            key, expected = (
+                f"{shown(self._under)}[{row}].{shown(name)}",
+                "a date or time of day, as others of the column",
+            )
+            raise self.fault(f"`{shown(json.dumps(value)[:200])}`", expected, key, "LOG005")
         if not isinstance(value, (int, float)):
             key = f"{shown(self._under)}[{row}].{shown(name)}"
             raise self.fault(f"`{shown(json.dumps(value)[:200])}`", "a number", key, "LOG005")
@@ -187,27 +231,36 @@ class JsonFile(LogFile):
             return {f"{name}.{part}" if part else name: ((), (k, *path)) for name, k, part, path in inner}
         names: dict[str, tuple[tuple[str, ...], Inner]] = {}
         for record in table:
-            names |= {name: ((), path) for name, path in _inside(record)}
+            for name, path in _inside(record):
+                if names.setdefault(name, ((), path))[1] != path:
+                    self._twice.add(name)
             if len(names) > MOST_COLUMNS:
                 words = f"more than {MOST_COLUMNS} names in its records"
                 raise BadInput(self.place, words, self.expected, code="LOG010")
         return names
 
 
-def _turned(content: Any) -> Any:
+def _turned(content: Any) -> tuple[Any, bool]:
     """An object of objects with the same keys, as pandas writes a table, as an object of lists or a list of records.
 
-    The more numerous keys are those of the rows; they become the column ``index``.
+    The more numerous keys are those of the rows; they become the column ``index``. Keys that are numbers, sorted as
+    texts (``"10"`` before ``"2"``), as ``json.dumps`` with ``sort_keys`` writes them, are sorted as numbers.
+
+    Returns:
+        The content, and whether its rows were in this order before.
     """
     parts = list(content.values()) if isinstance(content, dict) and len(content) > 1 else []
     keys = parts[0].keys() if parts and isinstance(parts[0], dict) else ()
     if len(keys) < 2 or not all(isinstance(part, dict) and part.keys() == keys for part in parts):
-        return content
+        return content, True
     if any(isinstance(value, (dict, list)) for part in parts for value in part.values()):
-        return content
+        return content, True
+    rows = list(content if len(parts) > len(keys) else keys)
+    ordered = sorted(rows, key=float) if rows == sorted(rows) and all(map(NUMBER.match, rows)) else rows
     if len(parts) > len(keys):
-        return [{"index": key, **record} for key, record in content.items()]
-    return {"index": list(keys), **{name: [part[key] for key in keys] for name, part in content.items()}}
+        return [{"index": key, **content[key]} for key in ordered], ordered == rows
+    columns = {name: [part[key] for key in ordered] for name, part in content.items()}
+    return {"index": ordered, **columns}, ordered == rows
 
 
 def _tables(entries: Mapping[str, Any], name: str = "") -> dict[str, Any]:
@@ -225,7 +278,7 @@ def _tables(entries: Mapping[str, Any], name: str = "") -> dict[str, Any]:
 def _headings(content: Any, table: Any) -> list[str]:
     """Names of the columns if rows are lists: the one list of as many distinct texts, else numbers from 1."""
     count = len(table[0]) if isinstance(table, list) else 0
-    beside = content.values() if isinstance(content, dict) else []
+    beside = [v for key, v in content.items() if key != "units"] if isinstance(content, dict) else []
     texts = [v for v in beside if isinstance(v, list) and len(v) == count and all(isinstance(n, str) for n in v)]
     one = len(texts) == 1 and len(set(texts[0])) == count
     return texts[0] if one else [str(k + 1) for k in range(count)]

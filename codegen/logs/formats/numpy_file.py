@@ -159,7 +159,9 @@ class NpzFile(LogFile):
         self._members: dict[str, Member] = {}
         self._others: dict[str, str] = {}
         with self.reading(), zipfile.ZipFile(io.BytesIO(self._data)) as archive:
-            members = {info.filename: info for info in archive.infolist()}  # by its name the last one is opened
+            members = {info.filename: info for info in archive.infolist()}
+            if len(members) < len(archive.infolist()):
+                raise self.fault("two members of one name", f"{self.expected}; each of them once", code="LOG004")
             if len(members) > MOST_MEMBERS:
                 expected = f"{self.expected}; at most {MOST_MEMBERS}"
                 raise self.fault(f"an archive of {len(members)} files", expected, code="LOG010")
