@@ -212,10 +212,12 @@ class LoadDependentFriction(_LoadDependent):
 
     With ``mu_load`` in place of mu the friction grows with the force R that is left for the load, as in a gear whose
     teeth carry the load alone: λ = (a + mu_load |R|) sgn(u) with R = D − λ, where D is the force of the inputs and of
-    linear damping, both on the motor's side, and a the level without this effect. Solved for λ, with L = D − a sgn(u),
+    linear damping, both on the motor's side, and a the level without this effect. Effects on the same contact that are
+    listed before it count in a and D, those listed after it are added to λ alone. Solved for λ, with L = D − a sgn(u),
     the added level is mu_load/(1 + mu_load) |L| in driving (L u > 0), and mu_load/(1 − mu_load) |L| in braking: the
     efficiency of the gear is 1/(1 + mu_load) in driving and 1 − mu_load in braking. A diagnosis tries it where the spec
-    has a force of position on the contact, such as a weight: without one the load is M a alone.
+    has a force on the contact that depends on position, such as the weight of a pendulum: most loads without one are
+    M a alone. A constant weight, as of a vertical axis, can be declared and is not tried.
     """
 
     kind = "load_dependent_friction"

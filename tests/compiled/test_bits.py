@@ -36,6 +36,17 @@ def test_every_observer_and_effect(tmp_path, case):
     compare(Built(tmp_path, spec_text(*case)), 1500)
 
 
+def test_friction_that_follows_the_load(tmp_path):
+    """The form mu_load of load_dependent_friction emits other C than the form mu, which two_mass declares."""
+    text = spec_text("two_mass", "gcfo", "estimated", True)
+    assert "{mu: 0.06}" in text
+    folders = tmp_path / "drive", tmp_path / "load"
+    for folder in folders:
+        folder.mkdir()
+    by_drive = compare(Built(folders[0], text), 3000)
+    assert not same_bits(by_drive, compare(Built(folders[1], text.replace("{mu: 0.06}", "{mu_load: 0.37}")), 3000))
+
+
 @pytest.mark.parametrize("machine", ["two_mass", "emps"])
 def test_a_hundred_thousand_steps(tmp_path, machine):
     compare(Built(tmp_path, spec_text(machine)), 100_000)

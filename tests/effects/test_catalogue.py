@@ -189,6 +189,29 @@ def test_change_is_the_equation(kind: str, name: str, place: int) -> None:
             assert effect.admissible(system, place, p) or effect.demands
 
 
+@pytest.mark.parametrize("before", [True, False])
+@pytest.mark.parametrize(("slip", "drive"), [(0.05, 9.0), (0.05, -9.0), (-0.05, 9.0), (-0.05, -9.0)])
+def test_the_load_of_a_gear_is_what_the_effects_listed_before_it_leave(slip: float, drive: float, before: bool) -> None:
+    """Stribeck friction before it is on the motor's side; after it, it takes nothing from the load."""
+    share, delta, speed, system = 0.4, 3.0, 0.1, bare_machine("one_mass")
+    contact = system.contacts[0].name
+    peak, load = CATALOGUE["stribeck"], CATALOGUE["load_dependent_friction"].with_parameters(["mu_load"])
+    of_peak, of_load = (effect_symbols(effect, contact, system) for effect in (peak, load))
+    values = {of_peak["delta"]: delta, of_peak["v_s"]: speed, of_load["mu_load"]: share}
+    changed = system
+    for effect, symbols in ((peak, of_peak), (load, of_load))[:: 1 if before else -1]:
+        changed = effect.add(changed, 0, symbols)
+    at = {s: float(v) for s, v in system.values.items()} | dict.fromkeys((*system.positions, TIME), 0.0)
+    at |= {system.velocities[0]: slip, system.inputs[0]: drive, system.accelerations[0]: 0.0} | values
+    level, damping = (next(float(v) for s, v in system.values.items() if s.name == name) for name in ("rail_a", "b"))
+    motor = drive - damping * slip
+    friction = motor - float(numbers(sympy.Matrix(changed.equation_error), at)[0])
+    hump, sign = delta * np.exp(-((slip / speed) ** 2)), np.sign(slip)
+    inside, added = (level + hump, 0.0) if before else (level, sign * hump)
+    root = brentq(lambda f: f - sign * (inside + share * abs(motor - f)), -500, 500, xtol=1e-13)
+    assert friction == pytest.approx(root + added, rel=1e-10)
+
+
 @pytest.mark.parametrize("kind", [k for k in CATALOGUE if k not in NOT_LINEAR])
 def test_neutral_values_do_nothing(kind: str) -> None:
     effect, system = CATALOGUE[kind], bare_machine("arm")
