@@ -24,8 +24,10 @@ from codegen.certify.remedies.proposals import propose
 from codegen.certify.remedies.sample_times import largest_sample_times
 from codegen.program.implicit_step import solved_by_one_step
 
-OF_BOUND = "name unit steady slip_speed of_code"
+OF_BOUND = "name unit steady of_code"
 """Attributes of an ``ErrorBound`` that are printed."""
+OF_SPEED = "contact unit computed of_code"
+"""Attributes of a ``SlipSpeed`` that are printed."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -125,10 +127,12 @@ def certified_json(found: Certified) -> dict[str, Any]:
 
 
 def _certificate(certificate: Certificate, found: Certified) -> dict[str, Any]:
+    speeds = [] if isinstance(found.bounds, str) else found.bounds[0].slip_speeds
     return {
         **named(certificate, "decay_rate spectral_rate refuted_rate turning_rate facts"),
         "sticking": None if certificate.sticking is None else asdict(certificate.sticking),
         "error_bounds": found.bounds if isinstance(found.bounds, str) else [named(b, OF_BOUND) for b in found.bounds],
+        "slip_speeds": [named(speed, OF_SPEED) for speed in speeds],
         "certificate": certificate.content,
     }
 

@@ -112,10 +112,10 @@ def watch(
         raise BadInput(spec.place("friction"), found, "a friction law of zero memory", code="SPEC020")
     slow = too_slow(spec, system, bounds)
     if slow is not None:
-        name, most, least = slow
-        unit = next(c.slip_unit for c in system.contacts if c.name == name)
+        most, least = slow
         found = (
-            f"{name} slides at most at {most:.3g} {unit} in the envelope, and the bound holds above {least:.3g} {unit}"
+            f"{least.contact} slides at most at {most:.3g} {least.unit} in the envelope, and the bound holds above "
+            f"{least.stated:.3g} {least.unit}"
         )
         expected = "a wider envelope of velocities, or less noise and drift: nothing could be judged"
         raise BadInput(spec.place("envelope"), found, expected, code="SPEC037")

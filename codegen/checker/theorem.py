@@ -305,10 +305,18 @@ def reached(proof: dict[str, Any], shown: dict[str, Any], text: bytes) -> list[s
 
     within = [f"|{plain(x)}| <= {least(number(d))}" for x, d in claim.get(ellipsoid.FRICTION, {}).items()]
     whatever = f", for any friction, through stick and reversals, whose mean over each sample has {', '.join(within)}"
+    of_machine = {re.escape(e["estimate"]) + r"(?![\w\[])": e["truth"] for e in proof["errors"]}
+
+    def true(slip: str) -> str:
+        return plain(reduce(lambda text, of: re.sub(of, of_machine[of], text), of_machine, slip))
+
+    slips = slip_rows(proof, shown)
     for ball, bounds in zip(claim["sets"], found, strict=True):
         known, any_ = iter(bounds), whatever * (ellipsoid.FRICTION in ball)
         for *c, _ in ball["rows"]:
-            lines.append(f"  {combined(c, errors, shown)} {LONG_RUN} {most(next(known))}{any_}")
+            lines.append(f"  {combined(c, errors, shown)} {LONG_RUN} {(bound := most(next(known)))}{any_}")
+            for slip in slips.get(tuple(map(number, c)), []):
+                lines.append(f"  so {plain(slip)} has the sign of {true(slip)} where |{true(slip)}| is above {bound}")
         for after in ball.get("after", []):
             later = ", ".join(f"{most(next(known))} from sample {n} on" for n, _ in after["bounds"])
             error = combined(after["row"], errors, shown)
@@ -317,17 +325,32 @@ def reached(proof: dict[str, Any], shown: dict[str, Any], text: bytes) -> list[s
         s, change = turn["sign"], least(number(turn["change"]))
         truth = next(e["truth"] for e in proof["errors"] if e["sign"] == s)
         slip, times = proof["signs"][s], "once" if turn["turns"] == "1" else f"{turn['turns']} times"
-        of_machine = {re.escape(e["estimate"]) + r"(?![\w\[])": e["truth"] for e in proof["errors"]}
-        true = plain(reduce(lambda text, of: re.sub(of, of_machine[of], text), of_machine, slip))
         size = least(number(claim[ellipsoid.FRICTION][truth]))
         lines.append(
             f"  a reversal of {plain(s)} leaves at most {each(turn['after'], most)}, {turn['samples']} samples after a"
             f" sample with {each(turn['before'])}, where {plain(s)}, the sign of {plain(slip)} in the code alone then,"
-            f" changes at most {times} in between, while {true} has any sign and moves by at most {change} in a sample,"
-            f" and by its share of that in a part of it, and friction is {plain(truth)}, 0 <= {plain(truth)} <= {size},"
-            f" with the sign of {true} at any moment, or less where that is 0"
+            f" changes at most {times} in between, while {true(slip)} has any sign and moves by at most {change} in a"
+            f" sample, and by its share of that in a part of it, and friction is {plain(truth)},"
+            f" 0 <= {plain(truth)} <= {size}, with the sign of {true(slip)} at any moment, or less where that is 0"
         )
     return lines
+
+
+def slip_rows(proof: dict[str, Any], shown: dict[str, Any]) -> dict[tuple[Fraction, ...], list[str]]:
+    """Row c of the errors -> the slips of the signs that are c times the estimates, none of which has a sign itself.
+
+    |c'(truth - estimate)| is then the error of such a slip. If it is at most E, and the true slip faster than E, then
+    both have the same sign.
+    """
+    own = {e["estimate"]: kernel.term(1, e["estimate"]) for e in proof["errors"]}
+    text, found = kernel.Text(shown["names"] | own, {}), dict[tuple[Fraction, ...], list[str]]()
+    for slip in dict.fromkeys(proof["signs"].values()):
+        p = text.value(slip)
+        row = tuple(Fraction(p.get((e["estimate"],), 0)) for e in proof["errors"])
+        of = [e["estimate"] for e in proof["errors"] if not e["sign"]]
+        if p and all(len(m) == 1 and m[0] in of for m in p):
+            found.setdefault(row, []).append(slip)
+    return found
 
 
 def combined(row: list[str], errors: list[str], shown: dict[str, Any]) -> str:

@@ -1,8 +1,8 @@
 """Condition monitoring: the observer's friction estimate compared with the declared friction law, on a running machine.
 
 ``certify`` gives a bound on |estimate − law|, in newtons. It holds while the machine is as declared and every contact
-slides in one direction, faster than ``slip_speed``. If the difference exceeds the bound for the dwell time, the
-friction has changed, or a force acts that the model does not have: an alarm is raised.
+slides in one direction, faster than its own threshold (``slip_speeds``). If the difference exceeds the bound for the
+dwell time, the friction has changed, or a force acts that the model does not have: an alarm is raised.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from codegen.spec.functions import Magnitude, Sgn
 from codegen.spec.model import Spec
 
 if TYPE_CHECKING:
-    from codegen.certify.bound.bounds import ErrorBound
+    from codegen.certify.bound.bounds import ErrorBound, SlipSpeed
 
 QUIET = 100
 """Number of dwell times within the bound after which an alarm is cleared and another one can be raised."""
@@ -110,7 +110,7 @@ class Tally:
         samples, judged: number of all samples, and of those judged.
         outside: number of samples with an estimated velocity outside the envelope.
         faults: number of invalid samples, at which the observer held its estimates.
-        slow: of the others, number of those with a contact no faster than the bound's ``slip_speed``.
+        slow: of the others, number of those with a contact no faster than its entry of the bound's ``slip_speeds``.
         early: of the rest, number of those less than ``settle`` samples after a reversal or a sample not judged.
         first, last: times of the first and the last sample, s.
         period: sample time, s.
@@ -164,7 +164,9 @@ class Watch:
         self._velocities = [names.index(f"{v}_hat") for v in spec.velocities]
         inputs = [f.name for f in program.inputs]
         self._positions = [inputs.index(x) for x in spec.positions]
-        self._slow = max(b.slip_speed for b in bounds)
+        self._speeds = bounds[0].slip_speeds
+        self._least = np.array([speed.stated for speed in self._speeds])
+        self._too_slow = np.zeros(len(self._speeds), dtype=int)  # samples, of each contact
         self._ranges = np.array([[float(e) for e in spec.envelope.get(v, (-np.inf, np.inf))] for v in spec.velocities])
         self._limited = [v for v in spec.velocities if v in spec.envelope]
         self._declared = _declared(system, [b.name for b in bounds])
@@ -184,7 +186,7 @@ class Watch:
         left = np.asarray(((v < self._ranges[:, 0]) | (v > self._ranges[:, 1])).any(axis=1))
         begun: list[Alarm] = []
         for k in range(len(block.time)):
-            signs = np.sign(slip[k]) * (np.abs(slip[k]) > self._slow)
+            signs = np.sign(slip[k]) * (np.abs(slip[k]) > self._least)
             steady = not held[k] and not left[k] and bool(signs.all()) and bool((signs == self._signs).all())
             self._since, self._signs = self._since + 1 if steady else 0, signs
             if steady and self._since > self.settle:
@@ -195,6 +197,7 @@ class Watch:
                 self._restart_counts()
             if not held[k] and not left[k]:
                 self.tally.slow += not signs.all()
+                self._too_slow += signs == 0
                 self.tally.early += bool(signs.all())
         tally = self.tally
         tally.first = tally.first if tally.samples else float(block.time[0])
@@ -209,6 +212,11 @@ class Watch:
             return None if tally.judged else "nothing was compared: no sample was read"
         of = f"of {tally.samples} samples"
         after = f"{self.settle * tally.period:.4g} s after a reversal, a stop, or a sample that cannot be compared"
+        slow = [
+            f"{speed.contact} no faster than {speed.stated:.3g} {speed.unit} in {count}"
+            for speed, count in zip(self._speeds, self._too_slow, strict=True)
+            if count
+        ]
         reasons = [
             (
                 tally.outside,
@@ -218,7 +226,7 @@ class Watch:
             (tally.faults, f"{tally.faults} {of} were invalid"),
             (
                 tally.slow,
-                f"in {tally.slow} {of} a contact was no faster than {self._slow:.3g}, above which the bound holds",
+                f"in {tally.slow} {of} a contact was too slow for the bound: {', '.join(slow)}",
             ),
             (tally.early, f"{tally.early} {of} were less than {after}"),
         ]
@@ -290,22 +298,21 @@ def _declared(system: System, errors: list[str]) -> Any:
     return function_of(sympy.Matrix([*wanted, *slip]), (*system.positions, *system.velocities), system.values)
 
 
-def too_slow(spec: Spec, system: System, bounds: Sequence[ErrorBound]) -> tuple[str, float, float] | None:
-    """A contact that is too slow for its bound in the whole envelope, so that no sample could be judged.
+def too_slow(spec: Spec, system: System, bounds: Sequence[ErrorBound]) -> tuple[float, SlipSpeed] | None:
+    """A contact that is too slow for the bounds in the whole envelope, so that no sample could be judged.
 
     Returns:
-        (contact, its greatest slip speed in the envelope, the speed above which the bound holds), or None if there is
-        no such contact. A contact whose distribution depends on the position is not examined.
+        (greatest slip speed of the contact in the envelope, the speed that it must exceed), or None if there is no such
+        contact. A contact whose distribution depends on the position is not examined.
     """
-    least = max(b.slip_speed for b in bounds)
     fastest = [max(map(abs, map(float, spec.envelope.get(v, (np.inf,))))) for v in spec.velocities]
-    for k, contact in enumerate(system.contacts):
+    for k, speed in enumerate(bounds[0].slip_speeds):
         column = system.distribution[:, k].subs(system.values)
         if column.free_symbols:
             continue
         most = sum(abs(float(u)) * v for u, v in zip(column, fastest, strict=True) if u != 0)
-        if most <= least:
-            return contact.name, most, least
+        if most <= speed.stated:
+            return most, speed
     return None
 
 

@@ -184,6 +184,44 @@ class Attack:
         assert found.success
         return found.x[: 2 * n], float(found.x[-1])
 
+    def true_slips(self, begun: Any, disturbed: Any, sides: Any) -> Any:
+        """The slips of a run (samples, contacts), while no true slip reverses; as attack.c moves the machine."""
+        n, f, h = len(self.places), len(self.frictions), self.layout.h
+        x, v, force = np.split(begun[: 2 * n + f].copy(), [n, 2 * n])
+        found = np.zeros((len(disturbed), f))
+        for k, of in enumerate(disturbed):
+            _, move, push, change, alone = np.split(of, [n, 2 * n, 3 * n, 3 * n + f])
+            found[k] = self.slip @ v
+            later = v + h * self.acceleration @ np.concatenate([x, v, sides * (force + alone), [1.0]]) + push
+            x, v, force = x + h * (later if self.layout.semi_implicit else v) + move, later, force + change
+        return found
+
+    def slowing_to(self, least: Any, contact: int, forced: Any) -> Any:
+        """Positions and velocities from which each slip, towards its side, is never below ``least``, and the contact's
+        is as slow as it can be at the last sample.
+
+        Args:
+            forced: slips (samples, contacts) by the disturbances alone.
+        """
+        n, samples = len(self.places), len(forced)
+        unit = np.eye(2 * n, 2 * n + len(self.frictions))
+        still = np.zeros((samples, len(self.limits)))
+        constant = self.acceleration[:, -1].copy()
+        self.acceleration[:, -1] = 0.0
+        moved = np.stack([self.true_slips(begun, still, np.zeros(len(least))) for begun in unit], axis=2)
+        self.acceleration[:, -1] = constant
+        sides = self.sides[n:]
+        over = sides[None, :, None] * moved
+        room = sides * forced - least
+        found = linprog(
+            over[-1, contact],
+            A_ub=-over.reshape(-1, 2 * n),
+            b_ub=room.reshape(-1),
+            bounds=[(-300, 300)] * (2 * n),
+        )
+        assert found.success
+        return found.x
+
     def begun(self, start: Any) -> Any:
         """Where a run begins, with these errors sign (truth − estimate) and every sign 1."""
         n = len(self.places)
@@ -194,12 +232,17 @@ class Attack:
         return np.concatenate([self.motion, truth[n:], state])
 
     def follow(self, start: Any, disturbed: Any, samples: int) -> Any:
+        errors, lost = self.followed(start, disturbed, samples)
+        assert lost == 0
+        return errors
+
+    def followed(self, start: Any, disturbed: Any, samples: int) -> tuple[Any, int]:
+        """The errors, and the number of samples with a fault or with a slip whose estimate has another sign."""
         errors = np.zeros((samples, self.layout.errors))
         begun = self.begun(start)
         lost = self.library.follow(ctypes.byref(self.layout), pointer(begun), ctypes.c_long(samples),
                                    pointer(disturbed), pointer(errors))  # fmt: skip
-        assert lost == 0
-        return errors
+        return errors, lost
 
     def responses(self) -> Any:
         """Errors (disturbances, samples, errors) after a pulse of each disturbance, of its largest size."""
@@ -259,6 +302,37 @@ def attacked(name: str, folder: Path, runs: int) -> None:
         reached = attack.attack(line, attack.worst(responses, line), -(-runs // len(lines)), seed)
         least = 0.5 if len(line.start) else REACHED.get(name, 0.985)
         assert least < reached <= 1, (name, line, reached)
+
+
+SIGNED = [name for name in BOUNDED if content(name, "proof.json")["signs"] and name != "one_mass_domain"]
+"""Specs whose code has signs of slips. In a domain a slip near its bound is outside it, where nothing is claimed."""
+
+
+@pytest.mark.parametrize("name", in_part(SIGNED, ["one_mass", "two_mass"]))
+def test_the_sign_of_a_slip_is_right_above_its_threshold_and_can_be_wrong_below(name: str, tmp_path: Path) -> None:
+    """Under the worst noise and drift for a slip's estimate, that slip as slow as 1.0001 or 0.97 of its threshold.
+
+    Earlier it is at least as fast. The worst drift of emps drives the slip itself, so that it is faster at the end.
+    """
+    attack = Attack(name, tmp_path)
+    responses, n = attack.responses(), len(attack.places)
+    bounds_ = Derived(read_spec(spec_path(name))).outcome.bounds
+    thresholds = np.array([slip.stated for slip in bounds_[0].slip_speeds])
+    for contact, side in enumerate(attack.sides[n:]):
+        row = np.concatenate([attack.slip[contact], np.zeros(len(attack.frictions))])
+        (line,) = (x for x in attack.lines if not len(x.start) and not x.any_friction and (x.row == row).all())
+        _, disturbed, samples = attack.worst(responses, line)
+        disturbed *= side  # towards a slip whose estimate is too small
+        rest = np.concatenate([np.zeros(2 * n), attack.begun([])[2 * n :]])
+        forced = attack.true_slips(rest, disturbed, attack.sides[n:])
+        for share, wrong in ((1.0001, False), (0.97, True)):
+            least = thresholds * np.where(np.arange(len(thresholds)) == contact, share, 1.0001)
+            attack.motion = attack.slowing_to(least, contact, forced)
+            slips = attack.sides[n:] * attack.true_slips(attack.begun([]), disturbed, attack.sides[n:])
+            assert (slips > (1 - 1e-6) * least).all()
+            slow = slips[-1, contact] < (1 + 1e-6) * least[contact]
+            assert slow == (name != "emps")
+            assert (attack.followed([], disturbed, samples)[1] > 0) == (wrong and slow), (name, contact, share)
 
 
 @pytest.mark.parametrize("name", in_part([*BOUNDED, "chain"], BOUNDED))

@@ -20,7 +20,7 @@ from codegen.app.watch import Watched, alarm_text, watch
 from codegen.base.errors import BadInput
 from codegen.logs.formats.bag_file import DEFINITIONS
 from codegen.replay.samples import Block
-from codegen.replay.watch import Watch
+from codegen.replay.watch import Watch, too_slow
 from tests.app.command import SPECS, is_one_message, stiction
 from tests.in_part import in_part
 from tests.told import refused
@@ -278,7 +278,8 @@ def test_a_machine_at_rest_is_not_called_sound(tmp_path: Path) -> None:
     rows = "t,x,u\n" + "".join(f"{k * PERIOD:.4f},0,0\n" for k in range(300))
     (tmp_path / "log.csv").write_text(rows)
     done = stiction("watch", BELT, "--log", tmp_path / "log.csv")
-    assert "nothing was compared: in 300 of 300 samples a contact was no faster than " in done.out
+    slow = "a contact was too slow for the bound: guide no faster than 0.00656 m/s in 300"
+    assert f"nothing was compared: in 300 of 300 samples {slow}" in done.out
     assert done.code == 2 and "log.csv: no sample that can be compared" in done.err and "[LOG015]" in done.err
 
 
@@ -372,8 +373,77 @@ def test_a_bound_that_holds_nowhere_in_the_envelope_is_refused(tmp_path: Path) -
     text = BELT.read_text(encoding="utf-8")
     spec = tmp_path / "belt.yaml"
     spec.write_text(text.replace("  v: [-1, 1]\n", "  v: [-1e-6, 1e-6]\n"), encoding="utf-8")
-    with refused("SPEC037 envelope: guide 1e-06"):
+    with refused("SPEC037 envelope: guide 1e-06 m/s"):
         watch(spec, "-", given=iter([b"t,x,u\n0,0,0\n"]))
+
+
+GANTRY = """\
+name: gantry
+coordinates: {x: {velocity: v, unit: m}, q: {velocity: r, unit: rad}}
+inputs: {u: {unit: N}, w: {unit: N*m}}
+parameters: {m: {value: 12, unit: kg}, J: {value: 0.02, unit: kg*m^2}}
+mass_matrix: [[m, 0], [0, J]]
+force: [u, w]
+friction:
+  distribution: [[1, 0], [0, 1]]
+  contacts:
+    - {name: rail, law: coulomb, a: 15, unit: N}
+    - {name: table, law: coulomb, a: 0.4, unit: N*m}
+observer: {kind: gcfo, velocity: estimated, gains: {K_F: [200, 0.5], K_v: [90, 90]}, sample_time: 0.001}
+envelope: {v: [-1, 1], r: [-60, 60], v_dot: [-5, 5], r_dot: [-90, 90], x_noise: [-5e-6, 5e-6], q_noise: [-0.02, 0.02]}
+"""
+"""A slide with a rotary table on it, whose encoder is coarse."""
+
+
+class Steady:
+    """In place of an engine: two constant velocities, and the declared levels."""
+
+    def __init__(self, outputs: list[str], v: float, r: float) -> None:
+        chosen = {"v_hat": v, "r_hat": r, "a_hat_rail": 15.0, "a_hat_table": 0.4}
+        self.estimates = np.array([chosen.get(name, 0.0) for name in outputs])
+
+    def take(self, block: Block) -> tuple[np.ndarray, np.ndarray]:
+        return np.tile(self.estimates, (len(block.time), 1)), np.zeros(len(block.time), dtype=np.intc)
+
+
+def test_each_contact_has_its_own_threshold_in_its_own_unit(tmp_path: Path) -> None:
+    """The table's, in rad/s, is above every speed of the rail in m/s, and does not count for the rail."""
+    (tmp_path / "gantry.yaml").write_text(GANTRY, encoding="utf-8")
+    made = derived_from(tmp_path / "gantry.yaml")
+    bounds = made.outcome.bounds
+    rail, table = bounds[0].slip_speeds
+    assert (rail.contact, rail.unit, table.contact, table.unit) == ("rail", "m/s", "table", "rad/s")
+    assert rail.stated < 0.2 < 1 < table.stated < 30
+    assert too_slow(made.spec, made.system, bounds) is None
+
+    def seen(v: float, r: float) -> Watch:
+        engine = Steady([name for name, _, _ in made.program.outputs], v, r)
+        done = Watch(made.spec, made.system, made.program, bounds, engine, PERIOD, 10)
+        rows = np.zeros((2 * done.settle, len(made.program.inputs)))
+        done.take(Block(np.arange(len(rows)) * PERIOD, rows, True))
+        return done
+
+    above = 1.001
+    fast = seen(above * rail.stated, -above * table.stated)
+    assert fast.tally.judged == fast.settle - 1 and not fast.tally.slow and fast.uncompared() is None
+    for v, r, slow in ((0.999, above, rail), (above, 0.999, table)):
+        done = seen(v * rail.stated, r * table.stated)
+        assert done.tally.judged == 0 and done.tally.slow == done.tally.samples
+        told = f"too slow for the bound: {slow.contact} no faster than {slow.stated:.3g} {slow.unit} in "
+        assert (done.uncompared() or "").endswith(f"{told}{done.tally.samples}")
+
+
+def test_certify_names_each_contact_with_its_unit(tmp_path: Path) -> None:
+    (tmp_path / "gantry.yaml").write_text(GANTRY, encoding="utf-8")
+    said = stiction("certify", tmp_path / "gantry.yaml").out
+    (found,) = re.findall(r"same\s+sign:\s+rail\s+(\S+)\s+m/s,\s+table\s+(\S+)\s+rad/s", said)
+    rail, table = map(float, found)
+    assert rail < 0.2 < 1 < table
+    content = json.loads(stiction("certify", tmp_path / "gantry.yaml", "--json").out)["slip_speeds"]
+    assert [(s["contact"], s["unit"]) for s in content] == [("rail", "m/s"), ("table", "rad/s")]
+    for slip, shown in zip(content, (rail, table), strict=True):
+        assert slip["of_code"] <= shown <= 1.01 * slip["of_code"]
+        assert slip["of_code"] == pytest.approx(slip["computed"], rel=0.02)
 
 
 class Prescribed:

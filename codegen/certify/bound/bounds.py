@@ -42,6 +42,45 @@ class Reversal:
 
 
 @dataclass(frozen=True)
+class SlipSpeed:
+    """The slip speed of a contact above which the bounds on friction errors hold, in the contact's own unit.
+
+    They need of every contact that its slip u and the estimate û have the same sign. If |u − û| ≤ E, then |u| > E or
+    |û| > E gives sgn û = sgn u. E is a bound in the long run, and holds while no slip has reversed. A law with a state
+    must slide besides: |u| has to be above ``sliding`` then.
+
+    Attributes:
+        contact, unit: name of the contact, and unit of the speeds: that of its slip per second.
+        error: E.
+        more: added to E: the ``slip_speed`` of a domain, below which the observer does not update its level, or 0.
+        sliding: the speed from which on a law with a state slides; 0 for other laws.
+        error_of_code: E as proved of the C (checker/ellipsoid.py); None if it is not proved.
+    """
+
+    contact: str
+    unit: str
+    error: float
+    more: float
+    sliding: float
+    error_of_code: float | None = None
+
+    @property
+    def computed(self) -> float:
+        """The threshold by ``error``."""
+        return max(self.error + self.more, self.sliding)
+
+    @property
+    def of_code(self) -> float | None:
+        """The threshold as proved of the C; None if it is not proved."""
+        return None if self.error_of_code is None else max(self.error_of_code + self.more, self.sliding)
+
+    @property
+    def stated(self) -> float:
+        """``of_code`` if it is proved, else ``computed``."""
+        return self.computed if self.of_code is None else self.of_code
+
+
+@dataclass(frozen=True)
 class ErrorBound:
     """The bound on one friction error as a function of time since the last reversal.
 
@@ -56,8 +95,7 @@ class ErrorBound:
             first of these times the bound may be above ``start``, since the error may oscillate.
         worst: largest error of the first-order system that disturbances within their bounds attain in the samples that
             were summed; below ``steady``, which also bounds the remainder of the sum.
-        slip_speed, slip_unit: least slip speed at which true and estimated slip have the same sign, and at which an
-            observer with a domain updates its level.
+        slip_speeds: of every contact, in the order of the system, the speed that its slip must exceed.
         domain: bounds through reversals if the spec has a ``domain``, or the reason why there are none.
         percent: kind of model error (mass, input gain, sample time) → increase of ``steady`` by one percent of it.
         largest_model_error: kind of model error → the largest relative error, up to 1, for which ``domain`` has a
@@ -82,8 +120,7 @@ class ErrorBound:
     starts: tuple[float, ...]
     after: tuple[tuple[float, float], ...]
     worst: float
-    slip_speed: float
-    slip_unit: str
+    slip_speeds: tuple[SlipSpeed, ...]
     domain: DomainBound | str | None = None
     percent: Mapping[str, float] = field(default_factory=dict)
     largest_model_error: Mapping[str, float] = field(default_factory=dict)

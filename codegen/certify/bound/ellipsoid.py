@@ -114,13 +114,18 @@ def with_ellipsoid(
         for set_, each in zip(claim["sets"], found, strict=True)
         for (row, samples, begun, _), x in zip(ellipsoid.claimed_rows(set_), each, strict=True)
     ]
+    speeds = []
+    for c, speed in enumerate(certificate.bounds[0].slip_speeds):
+        slip = [*map(fraction, observer.distribution.col(c)), *[0] * len(units)]
+        of_slip = [x for row, (_, begun, x, any_) in proved if row == slip and not begun and not any_]
+        speeds.append(replace(speed, error_of_code=min(of_slip, default=None)))
     for b, unit in zip(certificate.bounds, units, strict=True):
         own = [bound for row, bound in proved if row == unit]
         after = tuple((time, x) for time, begun, x, _ in own if begun)
         steady, always = (min((x for _, begun, x, any_ in own if not begun and any_ == of), default=None)
                           for of in (False, True))  # fmt: skip
         of_code = replace(b, of_code=steady, after_of_code=after, reversal=turns.get(unit.index(1.0)))
-        bounds.append(replace(of_code, always=always))
+        bounds.append(replace(of_code, always=always, slip_speeds=tuple(speeds)))
     said = with_reversals(certificate.content, [entry["sign"].removeprefix("sign.") for entry in reversals])
     return replace(certificate, content=said, bounds=tuple(bounds), ellipsoid=text)
 

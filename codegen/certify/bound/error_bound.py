@@ -22,7 +22,7 @@ import numpy as np
 
 from codegen.analysis.analysis import Analysis
 from codegen.base.errors import BadInput
-from codegen.certify.bound.bounds import DomainBound, ErrorBound
+from codegen.certify.bound.bounds import DomainBound, ErrorBound, SlipSpeed
 from codegen.certify.bound.disturbances import ModelError, Sizes, disturbances, dot, with_rounding
 from codegen.certify.bound.domain_bound import domain_bound
 from codegen.certify.bound.error_response import Response, error_response
@@ -207,7 +207,7 @@ def error_bounds(
     counts = [math.ceil(share / best_rate / h) for share in SHARES]
     jumps = {j: _jump(observer, error, slides) for j, error in list(enumerate(observer.errors))[n:]}
     together = [j for j in jumps if observer.errors[j].contact is None]  # a contact may act on several coordinates
-    slip_speed = _least_slip_speed(observer, steady, slides)
+    speeds = _slip_speeds(observer, steady, slides)
     result = []
     for i, error in list(enumerate(observer.errors))[n:]:
         start = [s + (jumps[j] if j in (i, *together) else 0.0) for j, s in enumerate(steady)]
@@ -223,8 +223,7 @@ def error_bounds(
                 starts=tuple(start),
                 after=((0.0, start[i]), *later),
                 worst=bounds[i].worst,
-                slip_speed=slip_speed,
-                slip_unit=" or ".join(sorted({f"{u}/s" for u in system.position_units})),
+                slip_speeds=speeds,
                 domain=domain,
                 percent={cause: b[i].bound - steady[i] for cause, b in other_bounds.items()},
                 largest_model_error=tolerated,
@@ -236,16 +235,27 @@ def error_bounds(
     return tuple(result)
 
 
-def _least_slip_speed(observer: Observer, steady: Sequence[float], slides: Sequence[Sliding | None]) -> float:
-    """The slip speed above which the true and the estimated slip of every contact have the same sign and it slides.
+def _slip_speeds(
+    observer: Observer, steady: Sequence[float], slides: Sequence[Sliding | None]
+) -> tuple[SlipSpeed, ...]:
+    """For each contact the slip speed above which the sign of its estimate is right; |u − û| ≤ Σ_i |U_ic| |v_i − v̂_i|.
 
-    It is the bound on the estimated slip's error (with a domain, plus the speed below which the level is held), and at
-    least the speed from which on the laws with a state slide.
+    Args:
+        steady: bound on each error component in the long run.
+        slides: of each contact; not None where there is a bound.
     """
     slips = observer.distribution
-    speed = max(sum(abs(float(slips[r, c])) * steady[r] for r in range(slips.rows)) for c in range(slips.cols))
-    speed += 0.0 if observer.domain is None else float(observer.domain.slip_speed)
-    return max(speed, *(float(s.speed) for s in slides if s is not None))
+    more = 0.0 if observer.domain is None else float(observer.domain.slip_speed)
+    return tuple(
+        SlipSpeed(
+            contact=contact.name,
+            unit=f"{contact.slip_unit}/s",
+            error=sum(abs(float(slips[r, c])) * steady[r] for r in range(slips.rows)),
+            more=more,
+            sliding=0.0 if slide is None else float(slide.speed),
+        )
+        for c, (contact, slide) in enumerate(zip(observer.system.contacts, slides, strict=True))
+    )
 
 
 @numerical("the bound on the error")
