@@ -77,7 +77,7 @@ class CsvSource(LogFile):
         super().__init__(Path(file), None, description)
         self.file, self.layout, self.lines, self.first, self.before = file, layout, lines, first, before
         self.names, self.units, self.own_notes = layout.names, dict(layout.units), [*encoding, *layout.notes]
-        self.unread = dict(layout.unread)
+        self.unread, self._started = dict(layout.unread), dict(layout.started)
 
     @property
     def place(self) -> Place:
@@ -151,6 +151,8 @@ class CsvSource(LogFile):
     def _by_numpy(self, body: list[str], indices: list[int]) -> NDArray[np.float64] | None:
         """The (N, c) numbers by NumPy, or None if a line is not regular."""
         delimiter, width = self.layout.delimiter, len(self.names)
+        if self._started.keys() & indices:
+            return None
         if not delimiter:
             if any(len(line.split()) != width for line in body):
                 return None
@@ -238,15 +240,20 @@ class CsvSource(LogFile):
         text = text.strip().replace(MINUS, "-")
         separator = self.layout.decimal
         plain = text.replace(",", ".") if separator == "," and "." not in text else text
-        if NUMBER.match(plain) and not (separator == "," and "." in text):
+        begun = self._started.get(index)
+        if begun is None and NUMBER.match(plain) and not (separator == "," and "." in text):
             return float(plain)
         if text.lower() in MISSING:
             return float("nan")
-        if text.lower() in WORDS or HEX.match(text):
-            return WORDS[text.lower()] if text.lower() in WORDS else float(int(text, 16))
-        passed = seconds_since(dict(self.layout.started).get(index), text)
+        passed = seconds_since(begun, text)
         if passed is not None:
             return passed
+        if begun is not None:
+            place = Place(self.file, line, shown(self.names[index]))
+            expected = "a date or time of day, as in the first row"
+            raise BadInput(place, f"`{shown(text)}`", expected, code="LOG005")
+        if text.lower() in WORDS or HEX.match(text):
+            return WORDS[text.lower()] if text.lower() in WORDS else float(int(text, 16))
         place = Place(self.file, line, shown(self.names[index]))
         raise BadInput(place, f"`{shown(text)}`", *self._expected_number(text), code="LOG005")
 

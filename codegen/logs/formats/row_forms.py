@@ -57,6 +57,8 @@ STAMP = "stamp"
 _LIST = re.compile(r'"?[\[(]([^][()"]*)[\])]"?')
 """``[0.1, 0.2]``, ``(0.1, 0.2)`` or ``[0.1 0.2]``, in quotes or not."""
 _SEPARATED = re.compile(r"\s*[,;\s]\s*")
+_LEFT_OUT = ("...", "…")
+"""What NumPy prints in a long array in place of elements: the number of those behind it is not known."""
 _ELEMENT = re.compile(r"[+-]?(\d|\.\d|nan|inf)", re.IGNORECASE)
 
 
@@ -119,7 +121,7 @@ def _numbers_of(names: tuple[str, ...], line: str) -> tuple[str, str]:
     pairs = _pairs(line)
     if names != tuple(name for name, _ in pairs):
         return "", line
-    return "\t".join(number.replace(",", ".") for _, number in pairs), ""
+    return "\t".join(number for _, number in pairs), ""
 
 
 def _in_first_column(lines: Sequence[str]) -> Form | None:
@@ -203,19 +205,24 @@ def _list_rows(lines: Sequence[str], delimiter_of: Callable[[str], str]) -> Form
         run = [*run, i] if any(n > 1 for n in held) else []
         if len(run) == ROWS:
             break
-    if len(run) < ROWS:
+    if len(run) < ROWS or any(mark in lines[run[0]] for mark in _LEFT_OUT):
         return None
     row, above = lines[run[0]], [i for i in places if i < run[0]]
     masked = _LIST.sub("_", row)
     delimiter = delimiter_of(masked)
 
+    lengths = [len(_elements(found[1])) for found in _LIST.finditer(row)]
+
     def split(line: str) -> tuple[str, str]:
-        return _LIST.sub(lambda found: (delimiter or " ").join(_elements(found[1])), line), ""
+        lists = [_elements(found[1]) for found in _LIST.finditer(line)]
+        if list(map(len, lists)) != lengths:
+            return line, ""  # its numbers would be in other columns than those of the first row
+        of = iter(lists)
+        return _LIST.sub(lambda _: (delimiter or " ").join(next(of)), line), ""
 
     if not above:
         return Form(split)
     names = _fields(lines[above[-1]].strip().lstrip("#%/"), delimiter)
-    lengths = [len(_elements(found[1])) for found in _LIST.finditer(row)]
     fields = _fields(masked, delimiter)
     if len(names) != len(fields):
         return Form(split)
@@ -258,4 +265,6 @@ def _fields(line: str, delimiter: str) -> list[str]:
 
 
 def _elements(text: str) -> list[str]:
-    return [part.strip("'") for part in _SEPARATED.split(text.strip()) if part]
+    """The elements of a list, of which one may be empty, but not behind a comma at the end."""
+    parts = [part.strip("'") for part in _SEPARATED.split(text.strip())]
+    return parts if parts[-1] else parts[:-1]

@@ -157,7 +157,7 @@ def find_layout(
     form = find_form(lines, delimiter_of, header, named)
     made = lines if form is None else form.plain_lines(lines)
     if form is not None and form.names:
-        found = Layout(form.names, form.index + 1, form.index, "\t", decimal_stated=True)
+        found = Layout(form.names, form.index + 1, form.index, "\t")
     else:
         found = _with_units_above(_table(file, made, header, named, asked), made)
     sign = "." if found.decimal_stated else decimal or _decimal(made[found.first :], found.delimiter)
