@@ -125,6 +125,8 @@ def test_refusals(tmp_path: Path, spec: Any, monkeypatch: Any) -> None:
     written_is_refused(pa.table({"t": ["a"], "x": [b"\x80\x04."]}), "LOG001 t, x")
     written_is_refused(pa.table({name: pa.array([], pa.float64()) for name in "txw"}), "LOG009 a.parquet:")
     written_is_refused(pa.table({"t": [1.0], "x": ["a"], "w": [1.0]}), "LOG003 `x` string")
+    four = [pa.array([0.0, 1.0]) for _ in range(4)]  # of w the second x was read
+    written_is_refused(pa.Table.from_arrays(four, names=["t", "x", "w", "x"]), "LOG004 two columns called `x`")
     ragged = {"t": [0.0, 1.0], "x": [1.0, 2.0], "q": [[1.0, 2.0], [1.0]]}
     pq.write_table(pa.table(ragged), tmp_path / "b.parquet")
     with refused("LOG005 q[1](2): 1"):

@@ -90,3 +90,25 @@ def test_a_number_among_times_of_day_is_refused(tmp_path, spec):
 
     with refused("LOG005 a.csv:52: t: `0.1`; expected a date or time of day"):
         written(tmp_path, spec, "t,x,w\n", row)
+
+
+@pytest.mark.parametrize("between", [" ", "; "])
+def test_a_list_with_decimal_commas_has_no_numbered_elements(tmp_path, spec, between):
+    """``[0,1 0,2]`` was read as 0, 1, 0 and 2."""
+
+    def row(k: int, t: float, x: float, w: float) -> str:
+        return f"{t}|[" + f"{x:.4f}{between}{w:.4f}]".replace(".", ",")
+
+    with refused("LOG003 a.csv:1: no column `q[0]`"):
+        written(tmp_path, spec, "t|q\n", row, {"x": "q[0]", "w": "q[1]"})
+
+
+@pytest.mark.parametrize("head", ["t,w,x", "t,x [mm],w"])
+def test_another_header_among_the_rows_is_refused(tmp_path, spec, head):
+    """It was left out as a line of text, and the rows below it were read by the first header."""
+
+    def row(k: int, t: float, x: float, w: float) -> str:
+        return (f"{head}\n" if k == 100 else "") + f"{t},{x},{w}"
+
+    with refused(f"LOG007 a.csv:102: another header (`{head}`)"):
+        written(tmp_path, spec, "t,x,w\n", row)

@@ -186,6 +186,12 @@ class CsvSource(LogFile):
             return kept
         width = len(self.names)
         remarks = {i for i in kept if not _NUMBER_START.match(body[i]) and is_remark(split(body[i]), width)}
+        for i in sorted(remarks):
+            texts = [text.strip() for text in split(body[i])]
+            if len(texts) == width > 1 and 2 * sum(text in self.names for text in texts) >= width:
+                found = f"another header (`{shown(body[i], 80)}`)"
+                expected = "one header; a file for each record"
+                raise BadInput(Place(self.file, self.before + self.first + i + 1), found, expected, code="LOG007")
         if remarks:
             first, more = min(remarks), f", and {len(remarks) - 1} more such lines" if len(remarks) > 1 else ""
             words = (

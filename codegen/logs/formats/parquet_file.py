@@ -34,6 +34,10 @@ class ParquetFile(BlockFile):
         self._columns: dict[str, tuple[str, int | None]] = {}
         with self.opened() as stream, self.reading():
             file = _parquet(stream)
+            names = file.schema_arrow.names
+            if len(set(names)) < len(names):  # a block would have more columns than asked for
+                twice = next(name for name in names if names.count(name) > 1)
+                raise self.fault(f"two columns called `{shown(twice)}`", "each name once", code="LOG004")
             for column in file.schema_arrow:
                 length = _length(file, column)
                 if _is_number(column.type):

@@ -57,6 +57,8 @@ STAMP = "stamp"
 _LIST = re.compile(r'"?[\[(]([^][()"]*)[\])]"?')
 """``[0.1, 0.2]``, ``(0.1, 0.2)`` or ``[0.1 0.2]``, in quotes or not."""
 _SEPARATED = re.compile(r"\s*[,;\s]\s*")
+_DECIMAL_COMMA = re.compile(r"\d,\d+\s*;|\d,\d+\s+[+-]?\d+,\d")
+"""A comma in a list whose elements are separated by something else."""
 _LEFT_OUT = ("...", "…")
 """What NumPy prints in a long array in place of elements: the number of those behind it is not known."""
 _ELEMENT = re.compile(r"[+-]?(\d|\.\d|nan|inf)", re.IGNORECASE)
@@ -206,6 +208,8 @@ def _list_rows(lines: Sequence[str], delimiter_of: Callable[[str], str]) -> Form
         if len(run) == ROWS:
             break
     if len(run) < ROWS or any(mark in lines[run[0]] for mark in _LEFT_OUT):
+        return None
+    if any(_DECIMAL_COMMA.search(found[1]) for found in _LIST.finditer(lines[run[0]])):
         return None
     row, above = lines[run[0]], [i for i in places if i < run[0]]
     masked = _LIST.sub("_", row)
