@@ -10,6 +10,7 @@ from typing import Any, cast
 
 import numpy as np
 import pytest
+import sympy
 from scipy.optimize import lsq_linear
 
 from codegen.diagnosis.fit.output_error import Prior, shooting_fit
@@ -17,7 +18,7 @@ from codegen.diagnosis.fit.record import record_of
 from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.search import Search, search_on
 from codegen.diagnosis.fit.signals import smooth_motion
-from codegen.diagnosis.fit.starting_values import ForceStart, starting_point, stepped_in_parameters
+from codegen.diagnosis.fit.starting_values import ForceStart, distributed, starting_point, stepped_in_parameters
 from codegen.diagnosis.fit.trial import part_of
 from codegen.diagnosis.selection.candidate_fits import CandidateFits
 from codegen.effects import CATALOGUE
@@ -52,6 +53,22 @@ def test_the_effect_and_the_levels_are_those_of_the_plant(tmp_path: Path, kind: 
     near = 0.1 if kind != "stribeck" else 0.5  # its speed is taken from a coarse grid
     assert parameters == pytest.approx(lacking, rel=near)
     assert moved[0] == pytest.approx(5.5, rel=0.05)
+
+
+def test_a_force_with_a_curve_of_speed_is_finite_far_above_its_speed(tmp_path: Path) -> None:
+    """exp(−(v/v_s)²) at v = 27 v_s is below the range of a double, and in a denominator it is above it.
+
+    A log of two links with a Stribeck curve of 0.09 rad/s, moved at 2.5 rad/s, was refused as out of range.
+    """
+    with_curve = "[{kind: stribeck, on: rail, parameters: {delta: 1.0, v_s: 0.01}}]"
+    system = system_of(stage(with_curve))
+    changed = CATALOGUE["load_dependent_friction"].forms[-1].add(system, 0, {"mu_load": sympy.Symbol("s", real=True)})
+    (force,) = changed.equation_error - system.equation_error
+    values = dict.fromkeys(force.free_symbols, 2.0) | dict(system.values) | {sympy.Symbol("s", real=True): 1e-3}
+    values[system.velocities[0]] = 0.271
+    functions = {"Magnitude": np.abs, "Sgn": np.sign, "exp": np.exp}
+    found = sympy.lambdify(list(values), distributed(force), [functions, "numpy"])(*map(float, values.values()))
+    assert found == pytest.approx(float(force.subs(values)))
 
 
 def test_what_was_refitted_in_its_place_follows(tmp_path: Path) -> None:

@@ -240,7 +240,7 @@ class ForceStart:
         """What a system adds to g − M a − U λ of the base, as a function of a point of the motion and these symbols."""
         trial = self.base.trial
         own = dict(zip(trial.symbols, trial.numbers(self.base.theta), strict=True))
-        added = (system.equation_error - trial.changed.equation_error).applyfunc(sympy.expand_mul)
+        added = (system.equation_error - trial.changed.equation_error).applyfunc(distributed)
         return force_function(system, [Matrix(added)], symbols, own)
 
     def _left(self, trial: Trial, inner: float) -> tuple[float, Array]:
@@ -457,3 +457,12 @@ def _resonant_filter(frequency: float, damping_ratio: float, sample_time: float)
     middle = 2 * stiffness - 2 * square
     denominator = np.array([stiffness + damping + square, middle, stiffness - damping + square])
     return numerator / denominator[0], denominator / denominator[0]
+
+
+def distributed(expression: sympy.Expr) -> sympy.Expr:
+    """An expression with its products of sums multiplied out, so that equal terms cancel, and its exponentials kept.
+
+    SymPy multiplies denominators out too, and there exp(−x) is exp(x), which overflows where exp(−x) is zero.
+    """
+    kept = {term: sympy.Dummy(real=True) for term in expression.atoms(sympy.exp)}
+    return sympy.expand_mul(expression.xreplace(kept)).xreplace({name: term for term, name in kept.items()})
