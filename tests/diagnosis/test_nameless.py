@@ -39,6 +39,7 @@ def test_a_ripple_in_proportion_to_the_drive_force_is_not_named_as_friction(tmp_
     assert diagnosis.verdict == "unknown" and not diagnosis.effects
     (reason,) = diagnosis.statement.of("not credited")
     assert "in proportion to the drive force and periodic in position (amplitude 20" in reason
+    assert f"period {PERIOD:.3g} m)" in reason
     assert "better than position_dependent_friction on rail" in reason
     assert any("under another load" in words for words in diagnosis.statement.of("next"))
 

@@ -23,6 +23,7 @@ from codegen.diagnosis.selection.forward_selection import as_replacement
 from codegen.diagnosis.selection.ranking import preferred_by_force, runs_prefer, tied_by_free_runs
 from codegen.diagnosis.selection.refusals import is_possible
 from codegen.diagnosis.verdict.answer import Answer
+from codegen.effects.declare import unit_words
 from codegen.effects.nameless import NAMELESS
 
 EXPERIMENT = (
@@ -79,9 +80,9 @@ def _rivals(search: Search, part: Part) -> list[Part]:
 def without_name(answer: Answer, found: Nameless) -> Answer:
     """The verdict ``unknown`` with the reason, and the experiment that tells the force and the effect apart."""
     part, values = found.rival.part, found.rival.parameters
-    force = (
-        f"{part.effect.signature} (amplitude {in_percent(values['amplitude'])} of that, period {values['period']:.3g})"
-    )
+    unit = unit_words(part.effect, part.place, answer.refit)["period"]
+    share, period = in_percent(values["amplitude"]), f"{values['period']:.3g} {unit}"
+    force = f"{part.effect.signature} (amplitude {share} of that, period {period})"
     compared = "better than" if found.better else "as well as"
     named = f"{found.part.kind} on {found.part.on}"
     level = in_percent(TIE_LEVEL)
