@@ -190,7 +190,10 @@ def write_all(folder: Path, files: Mapping[str, str | bytes] | Mapping[str, str]
 
 
 def _refuse_special(path: Path) -> None:
-    """Raise BadInput if the path is a folder, a device or a pipe."""
+    """Raise BadInput if the path is a folder, a device, a pipe, or a link to nothing, which would be lost."""
+    if path.is_symlink() and not path.exists():  # as to a disk that is not mounted
+        found = "cannot be written (a link of that name exists, to a file that does not)"
+        raise BadInput(str(path), found, "a file, or a free name", code="FILE003")
     if path.is_dir() or (path.exists() and not path.is_file()):
         found = f"cannot be written ({'a folder' if path.is_dir() else 'a device or a pipe'} of that name exists)"
         raise BadInput(str(path), found, "a file, or a free name", code="FILE003")

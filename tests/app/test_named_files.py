@@ -132,6 +132,32 @@ def test_a_name_that_is_too_long(folder, call):
     assert is_one_message(result) and len(result.err) < 1000
 
 
+INTO = {
+    "simulate": ("a.csv", "simulate", "s.yaml", "-o", "a.csv"),
+    "certify": ("a.json", "certify", "s.yaml", "-o", "a.json"),
+    "export": ("a.xml", "export", "s.yaml", "--to", "mjcf", "-o", "a.xml"),
+    "generate": ("made/README.md", "generate", "s.yaml", "-o", "made"),
+    "replay": ("a.csv", "replay", "s.yaml", "log.csv", "-o", "a.csv"),
+    "units": ("a.npy.json", "replay", "s.yaml", "log.csv", "-o", "a.npy"),
+    "init": ("mine.yaml", "init", "mine"),
+    "errors": ("made/errors.md", "errors", "-o", "made"),
+}
+
+
+@pytest.mark.parametrize("link", ["absent/mine", "itself"])
+@pytest.mark.parametrize("call", INTO)
+def test_a_link_to_nothing_is_kept(folder, call, link):
+    """As to a file on a disk that is not mounted: it counted as a free name, and the link was replaced."""
+    name, *words = INTO[call]
+    path = Path(name)
+    path.parent.mkdir(exist_ok=True)
+    path.symlink_to(path.name if link == "itself" else link)
+    before = sorted(folder.rglob("*"))
+    result = stiction(*words)
+    assert is_one_message(result) and f"{name}: cannot be written (a link" in result.err and "[FILE003]" in result.err
+    assert path.is_symlink() and sorted(folder.rglob("*")) == before
+
+
 @pytest.mark.parametrize("call", ["check", "log", "out", "effects", "usage"])
 def test_a_name_that_is_not_utf8(folder, call):
     name = os.fsdecode(b"\xff.yaml")
