@@ -59,7 +59,8 @@ def certificate_in(path: str | Path) -> Path:
     path = given / checker.CERTIFICATE if is_there(given) and given.is_dir() else given
     of_generated = path != given or (path.name in NAMES and is_there(path.parent / "manifest.json"))
     if of_generated and not is_there(path):
-        raise BadInput(str(path.parent), *checker.absent(path.parent, path.name), code="FILE001")
+        found, expected = checker.absent(path.parent, path.name)
+        raise BadInput(str(path.parent), found, f"one: {expected}", code="FILE001")
     return path
 
 

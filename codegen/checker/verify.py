@@ -328,8 +328,9 @@ def absent(folder: Path, name: str) -> tuple[str, str]:
     else:
         expected = f"`{command}` writes it, where it can be made"
     others = sorted(path.name for path in folder.glob("*.json") if path.name not in ("manifest.json", name))
-    claims = f"one of the claims that lie there: {', '.join(others)}; " if others and name == CERTIFICATE else ""
-    return one_line(found), one_line(claims + expected)
+    if others and name == CERTIFICATE:
+        expected = f"{expected}; or one of the claims in this folder: {', '.join(others)}"
+    return one_line(found), one_line(expected)
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -343,7 +344,7 @@ def main(argv: list[str] | None = None) -> int:
         whose = path.parent / "manifest.json" if path.name in (CERTIFICATE, PROOF, SETS) else path
         if not path.exists() and (given.certificate.is_dir() or whose.exists()):
             found, expected = absent(path.parent, path.name)
-            print(one_line(f"error: {path.parent}: {found}; expected {expected}"), file=sys.stderr)
+            print(one_line(f"error: {path.parent}: {found}; expected one: {expected}"), file=sys.stderr)
             return 2
         report = check(files.read(path, MAX_TEXT).decode(), path.parent, given.spec)
     except Refused as e:

@@ -261,6 +261,16 @@ def test_a_missing_proof_is_told_with_its_reason_and_the_command_that_makes_it(f
     assert "`stiction generate SPEC`" in whole.err + whole.out
 
 
+def test_a_folder_without_a_certificate_is_told_what_was_expected_and_what_writes_it(folder):
+    """It said *expected `stiction generate SPEC` writes it*, which is no sentence."""
+    (made := folder / "made").mkdir()
+    told = stiction("verify", made)
+    assert told.code == 2
+    assert "no certificate.json; expected one: `stiction generate SPEC` writes it, where it can be made" in told.err
+    (made / "proof.json").write_text("{}")
+    assert "; or one of the claims in this folder: proof.json" in stiction("verify", made).err
+
+
 @pytest.mark.parametrize(("missing", "code"), [(("proof.json", "ellipsoid.json"), 5), (("ellipsoid.json",), 0)])
 def test_a_manifest_cannot_forge_a_statement_of_the_checker(folder, missing, code):
     """Its reason was printed as it is: it could clear the screen, and add lines below *proved of the C*."""
