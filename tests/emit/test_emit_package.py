@@ -46,13 +46,12 @@ def test_the_head_of_every_file_says_where_it_is_from(program):
 
 def test_every_line_carries_its_unit_and_every_block_its_equation(program):
     files = emit_sources(program, HEADER)
-    for group in lower(program).step:
-        if group.source:
-            assert f"/* {group.title}, {group.source} */" in files[f"{program.name}.c"]
-            assert f"# {group.title}, {group.source}\n" in files["__init__.py"]
-        for line in group.assignments:
-            assert f"    const double {line.name} = " in files[f"{program.name}.c"]
-            assert not line.unit or f"; /* {line.unit} */" in files[f"{program.name}.c"]
+    for line in lower(program).step:
+        if line.source:
+            assert f"/* {line.title}, {line.source} */" in files[f"{program.name}.c"]
+            assert f"# {line.title}, {line.source}\n" in files["__init__.py"]
+        assert f"    const double {line.name} = " in files[f"{program.name}.c"]
+        assert not line.unit or f"; /* {line.unit} */" in files[f"{program.name}.c"]
     for name, unit, meaning in program.outputs:
         assert f"double {name}; /* {unit}: {meaning} */" in files[f"{program.name}.h"]
 
