@@ -20,6 +20,7 @@ from codegen.logs.description import LogDescription
 from codegen.logs.formats.row_forms import transposed_rows, whole_lines
 from codegen.logs.formats.series import Signal, grouped_by_time, joined
 from codegen.logs.formats.source import Allowance, BlockFile, Columns, File, LogFile, NotStreamed, listing
+from codegen.logs.formats.stamps import seconds_since
 from codegen.logs.formats.table import (
     END,
     HEX,
@@ -32,7 +33,6 @@ from codegen.logs.formats.table import (
     find_layout,
     is_remark,
     is_row,
-    seconds_since,
     starts_as_row,
 )
 from codegen.logs.formats.text_lines import EXPECTED, lines_of, text_of

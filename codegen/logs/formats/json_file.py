@@ -18,14 +18,15 @@ import numpy as np
 from codegen.base.errors import BadInput, Place, nearest_name
 from codegen.base.user_text import shown
 from codegen.logs.formats.source import Columns, LogFile, listing
-from codegen.logs.formats.table import MISSING, NUMBER, seconds_since, stamp
+from codegen.logs.formats.stamps import seconds_since, stamp
+from codegen.logs.formats.table import MISSING, NUMBER
 
 COST = {b",": 100, b"[": 100, b"{": 300, b'"': 25}
 """Bytes of memory that each of these characters may need when parsed, in addition to the text."""
 COPIES, COPIES_WIDE = 3, 9
 """Memory of the text over its size: read, decoded and in strings; of wide characters, up to four bytes each."""
 MOST_COLUMNS = 4096
-_BETWEEN = re.compile(r"[\s,]*")
+_VALUE = re.compile(r"[^\s,]")
 """Between the values of a list, or of lines."""
 _ENDED = re.compile(r"[\]}]\s*,")
 """The end of a record and the comma before the next one, which a text that is cut off does not have."""
@@ -107,7 +108,8 @@ class JsonFile(LogFile):
             JSONDecodeError: for another one that cannot be parsed, or text behind the end of the list.
         """
         decoder, values, end = json.JSONDecoder(object_pairs_hook=self._object), list[Any](), len(text.rstrip())
-        while (at := _BETWEEN.match(text, at).end()) < end:  # type: ignore[union-attr]
+        while (begins := _VALUE.search(text, at, end)) is not None:
+            at = begins.start()
             if listed and text[at] == "]" and at == end - 1:
                 break
             try:
