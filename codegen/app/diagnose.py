@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from codegen.app.derived import Derived, Source, derived_from
 from codegen.app.diagnosis_folder import (
     DIAGNOSIS_FILES,
+    EXCITATION,
     FILES_SHA256,
     RESULT,
     hashes_of,
@@ -17,11 +18,11 @@ from codegen.app.diagnosis_folder import (
     refuse_another_log,
     refuse_edited_file,
     refuse_not_ours,
-    refuse_other_robot,
+    stale_excitation,
 )
 from codegen.base.border import verb
 from codegen.base.errors import BadInput, Place
-from codegen.base.files import refuse_target, write_all
+from codegen.base.files import refuse_target, remove, write_all
 from codegen.base.input_files import identity, read_text
 from codegen.base.progress import begin
 from codegen.base.shown import Result, json_text
@@ -107,7 +108,8 @@ def diagnose(
         propose: whether PySINDy proposes terms for an unknown residual.
         material: share of the RMS drive force from which on a residual matters, 0.02 or "2 %"; 2 % by default.
         tell: called with the findings of the preflight on each log, before the fits.
-        force: whether the folder's results are replaced even if they are of another log, or a file was edited.
+        force: whether the folder's results are replaced even if they are of another log, or a file or the generated
+            code was edited.
 
     Raises:
         BadInput: for a bad spec, log or share, or a folder with files that stiction did not write or, without
@@ -123,12 +125,10 @@ def diagnose(
     read = {"the spec itself": Path(source)} | {f"the log {file}": Path(file) for file in (*logs, *tests)}
     for name in DIAGNOSIS_FILES:
         refuse_target(folder / name, read)
-    refuse_not_ours(folder)
     machine = derived_from(source)
     spec = machine.spec
     robot = _robot_files(spec)
-    for name, text in robot.items():
-        refuse_other_robot(folder, name, text)
+    refuse_not_ours(folder, robot)
     if spec.observer is not None:
         from codegen.app.check import (
             refuse_ungenerable,  # imported here: a third of a second, which a spec without observer does not need
@@ -137,14 +137,15 @@ def diagnose(
 
         refuse_ungenerable(machine.nominal)
         target = folder / "generated" / spec.name
-        refuse_edited(target, dict.fromkeys(listed_files(target)))
+        if not force:
+            refuse_edited(target, dict.fromkeys(listed_files(target)), "--force, which discards the edits")
     begin("reading the logs")
     allowance = Allowance()
     train = read_logs(logs, spec, description=description, columns=columns, allowance=allowance)
     sha256 = log_sha256(logs)
     if not force:
         refuse_another_log(folder, sha256)
-        refuse_edited_file(folder, (*DIAGNOSIS_FILES, *robot))
+        refuse_edited_file(folder)
     held_out = None
     if tests:
         held_out = read_logs(tests, spec, description=description, columns=columns, allowance=allowance)
@@ -161,11 +162,12 @@ def diagnose(
     from codegen.report.page import render_report
 
     files: dict[str, str] = {**robot, "spec.yaml": models.spec_text}
+    stale: list[Path] = []
     free = free_gains_in_words(spec)
     if free:
         diagnosis = replace(diagnosis, certificate=CertificateChange(*2 * (f"no code was generated: {free}",)))
     elif spec.observer is not None:
-        from codegen.app.generate import refuse_hand_written
+        from codegen.app.generate import refuse_hand_written, stale_proofs
 
         if progress is not None:
             progress("certificates and code", 0.96)
@@ -174,14 +176,21 @@ def diagnose(
         before = after if augmented.spec.sha256 == spec.sha256 else _outcome(machine)
         generated = {} if isinstance(after, str) else augmented.files
         change = certificate_change(before, after)
-        refuse_hand_written(folder / "generated" / augmented.spec.name, generated)
+        code = folder / "generated" / augmented.spec.name
+        refuse_hand_written(code, generated)
+        stale += stale_proofs(code, generated) if generated else []
         diagnosis = replace(diagnosis, certificate=change)
         files |= {f"generated/{augmented.spec.name}/{name}": text for name, text in generated.items()}
     if models.excitation is not None:
-        files["excitation.csv"] = models.excitation
-    files[RESULT] = json_text({**diagnosis.as_json(), "log_sha256": sha256, FILES_SHA256: hashes_of(files)})
-    files["report.html"] = render_report(spec, diagnosis, models, {name: name for name in files})
+        files[EXCITATION] = models.excitation
+    report = render_report(spec, diagnosis, models, {name: name for name in (*files, RESULT)})
+    hashes = hashes_of({**files, "report.html": report})
+    files[RESULT] = json_text({**diagnosis.as_json(), "log_sha256": sha256, FILES_SHA256: hashes})
+    files["report.html"] = report
+    stale += stale_excitation(folder, files)
     write_all(folder, files, (RESULT, "manifest.json"))
+    for old in stale:
+        remove(old)
     notes = {"train": train.notes} | ({} if held_out is None else {"test": held_out.notes})
     return Diagnosed(diagnosis, folder, tuple(files), notes, tuple(sha256))
 

@@ -6,15 +6,16 @@ import hashlib
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
+from codegen.app.own_files import edited_files, refuse_unlisted
 from codegen.base.errors import BadInput
-from codegen.base.files import json_of, refuse_foreign, refuse_foreign_json, sha256
-from codegen.base.input_files import read_or_none
+from codegen.base.files import json_of, refuse_foreign_json, sha256
 
 RESULT = "diagnosis.json"
-DIAGNOSIS_FILES = (RESULT, "spec.yaml", "report.html", "excitation.csv")
+EXCITATION = "excitation.csv"
+DIAGNOSIS_FILES = (RESULT, "spec.yaml", "report.html", EXCITATION)
 FORMAT = "stiction-diagnosis/"
 FILES_SHA256 = "files_sha256"
-"""Field of RESULT: file → SHA-256 of its text as written, of the files that a user may go on to edit."""
+"""Field of RESULT: file → SHA-256 of its text as written; a file that it does not name is the user's."""
 
 
 def log_sha256(logs: Sequence[str | Path]) -> list[str]:
@@ -38,40 +39,42 @@ def _sha256(log: Path) -> str:
         raise BadInput(str(log), f"unreadable ({error.strerror})", "the log that was read", code="FILE001") from None
 
 
-def refuse_not_ours(folder: Path) -> None:
-    """Raise BadInput if the folder has a file with a name of ``DIAGNOSIS_FILES`` that stiction did not write."""
-    for name in DIAGNOSIS_FILES:
-        refuse_foreign(folder, name, (RESULT,))
+def refuse_not_ours(folder: Path, robot: Mapping[str, str]) -> None:
+    """Raise BadInput if the folder has a file that a diagnosis would replace, but stiction did not write.
+
+    Args:
+        robot: name of the robot file → its text, with which it is not refused.
+    """
     refuse_foreign_json(folder / RESULT, FORMAT)
+    written = dict.fromkeys(name for name in DIAGNOSIS_FILES if name != RESULT)
+    refuse_unlisted(folder, {**written, **robot}, _listed(folder), RESULT)
 
 
-def refuse_other_robot(folder: Path, name: str, text: str) -> None:
-    """Raise BadInput if the folder has another file with the name of the robot file."""
-    if read_or_none(folder / name) != text:
-        refuse_foreign(folder, name, (RESULT,))
+def _listed(folder: Path) -> Mapping[str, object]:
+    """File → SHA-256 of its text as written, by the diagnosis in a folder; {} without one."""
+    listed = (json_of(folder / RESULT, FORMAT) or {}).get(FILES_SHA256)
+    return listed if isinstance(listed, dict) else {}
 
 
 def hashes_of(files: Mapping[str, str]) -> dict[str, str]:
-    """File → SHA-256 of its text, of those that hold inputs of further work; generated code has its own manifest."""
-    apart = "report.html", "generated/"  # the pictures of the report differ between versions of the library for plots
-    return {name: _text_sha256(text) for name, text in files.items() if not name.startswith(apart)}
+    """File → SHA-256 of its text, with line ends \\n; generated code has its own manifest."""
+    own = {name: text for name, text in files.items() if not name.startswith("generated/")}
+    return {name: sha256(text.replace("\r\n", "\n")) for name, text in own.items()}
 
 
-def _text_sha256(text: str) -> str:
-    """With line ends \\n, which a version control system may replace by \\r\\n."""
-    return sha256(text.replace("\r\n", "\n"))
-
-
-def refuse_edited_file(folder: Path, names: Iterable[str]) -> None:
-    """Raise BadInput if the folder has a file of these names that was edited after the diagnosis wrote it."""
-    listed = (json_of(folder / RESULT, FORMAT) or {}).get(FILES_SHA256)
-    kept = listed if isinstance(listed, dict) else {}
-    texts = {name: read_or_none(folder / name) for name in names if name in kept}
-    edited = [name for name, text in texts.items() if text is not None and _text_sha256(text) != kept[name]]
+def refuse_edited_file(folder: Path) -> None:
+    """Raise BadInput if the folder has a file that was edited after the diagnosis wrote it."""
+    listed = _listed(folder)
+    edited = edited_files(folder, dict.fromkeys(listed), listed)
     if edited:
         found = f"{', '.join(edited)}, edited after stiction wrote it ({RESULT} has another SHA-256)"
         expected = "another folder by -o DIR, or --force to discard the edits (nothing was replaced)"
         raise BadInput(str(folder), found, expected, code="FILE008")
+
+
+def stale_excitation(folder: Path, files: Iterable[str]) -> list[Path]:
+    """The excitation of an earlier diagnosis in the folder, where these files do not replace it."""
+    return [folder / EXCITATION] if EXCITATION in _listed(folder) and EXCITATION not in files else []
 
 
 def refuse_another_log(folder: Path, hashes: Sequence[str]) -> None:

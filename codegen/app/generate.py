@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from codegen.app.derived import Overrides, Source, derived_from
+from codegen.app.own_files import differs, edited_files, refuse_unlisted, text_of
 from codegen.base.border import verb
 from codegen.base.errors import BadInput
 from codegen.base.files import refuse_target, remove, sha256, write_all, write_atomically
@@ -157,13 +158,11 @@ def generate(
         refuse_hand_written(target, files, spec.name, force)
         if not force:
             refuse_edited(target, {**dict.fromkeys(OPTIONAL), **files}, "--force, which discards the edits")
-        earlier = listed_files(target)
+        stale = stale_proofs(target, files, spec.name if force else "")
         write_all(target, files, (MANIFEST,))
         _make_importable(target, out)
-        for old in OPTIONAL:
-            ours = old in earlier or (force and _says_ours(target / old, spec.name))
-            if ours and old not in files:  # a proof about other code
-                remove(target / old)
+        for old in stale:
+            remove(old)
     return Generated(target, files, outcome)
 
 
@@ -233,21 +232,25 @@ def refuse_hand_written(target: Path, files: Mapping[str, str], name: str = "", 
         name: of the machine, where the user may replace by force the files that say that stiction made them; else "".
         force: whether he does.
     """
+    refuse_unlisted(
+        target, files, listed_files(target), MANIFEST, lambda path: bool(name) and _says_ours(path, name), force
+    )
+
+
+def stale_proofs(target: Path, files: Mapping[str, str], name: str = "") -> list[Path]:
+    """Proofs in the folder that an earlier run wrote about other code, and that these files do not replace.
+
+    Args:
+        name: of the machine, to count also files that no manifest lists if they say that stiction made them; else "".
+    """
     listed = listed_files(target)
-    unlisted = [file for file, text in files.items() if file not in listed and _differs(target / file, text)]
-    ours = [file for file in unlisted if name and _says_ours(target / file, name)]
-    refused = [file for file in unlisted if not (force and file in ours)]
-    if refused:
-        found = f"{', '.join(refused)}, which no manifest.json lists"
-        by_force = ", or --force, which replaces them" if refused == ours else ""
-        ways = f"move them away or choose another -o{by_force}"
-        expected = f"an empty folder, or one that stiction wrote: {ways} (nothing was replaced)"
-        raise BadInput(str(target), found, expected, code="FILE004")
+    absent = [target / file for file in OPTIONAL if file not in files]
+    return [path for path in absent if path.name in listed or (name and _says_ours(path, name))]
 
 
 def _says_ours(path: Path, name: str) -> bool:
     """Whether a file says at its beginning that stiction made it, or is a proof about the machine of this name."""
-    head = (_text(path) or "")[:HEAD]
+    head = (text_of(path) or "")[:HEAD]
     return any(mark in head for mark in (*MARKS, f'"name": "{name}"'))
 
 
@@ -262,24 +265,13 @@ def refuse_edited(target: Path, files: Mapping[str, str | None] | Mapping[str, s
         otherwise: another way for the user, in words; "" for none.
     """
     listed = listed_files(target)
-    other = [file for file, text in files.items() if _differs(target / file, text)]
-    edited = [f for f in other if listed.get(f) and sha256(_text(target / f) or "") != listed[f]]
-    edited += [f for f in other if f == MANIFEST and f in listed and is_edited(_text(target / f) or "")]
+    edited = edited_files(target, files, listed)
+    changed = MANIFEST in files and MANIFEST in listed and differs(target / MANIFEST, files[MANIFEST])
+    edited += [MANIFEST] if changed and is_edited(text_of(target / MANIFEST) or "") else []
     if edited:
         found = f"{', '.join(edited)}, edited after stiction wrote it (manifest.json has another SHA-256)"
         ways = " or ".join(("the file as it was written, another folder", *([otherwise] if otherwise else ())))
         raise BadInput(str(target), found, ways, code="FILE008")
-
-
-def _text(path: Path) -> str | None:
-    """A file's text with line ends \\n, which a version control system may have replaced by \\r\\n."""
-    text = read_or_none(path)
-    return None if text is None else text.replace("\r\n", "\n")
-
-
-def _differs(path: Path, text: str | None) -> bool:
-    """Whether a file exists with another text."""
-    return is_there(path) and _text(path) != text
 
 
 def listed_files(folder: Path) -> dict[str, object]:

@@ -80,7 +80,7 @@ def mine(folder):
         (("cancel", "cancellation.json", "-o", "."), "cancellation.json: the spec itself"),
         (("replay", "one.yaml", "log.csv", "-o", "log.csv"), "the log itself"),
         (("diagnose", "spec.yaml", "log.csv", "-o", "."), "spec.yaml: the spec itself"),
-        (("diagnose", "one.yaml", "log.csv", "-o", "."), "spec.yaml: a file that stiction did not write"),
+        (("diagnose", "one.yaml", "log.csv", "-o", "."), "spec.yaml, which no diagnosis.json lists"),
         (("generate", "one.yaml", "-o", ""), "-o: an empty name"),
         (("simulate", "one.yaml", "-o", ""), "-o: an empty name"),
         (

@@ -122,8 +122,42 @@ def test_what_stiction_did_not_write_is_not_replaced(folder: Path, name: str) ->
     Path("run.csv").rename("mine.csv")
     for ways in ((), ("--force",), ("-o", "mine_diagnosis")):
         result = stiction("diagnose", "s.yaml", "mine.csv", *ways)
-        assert is_one_message(result) and f"{name}: a file that stiction did not write" in result.err
+        assert is_one_message(result) and "[FILE004]" in result.err and name in result.err
         assert contents(Path("mine_diagnosis")) == {name: b"[1]\n"}
+
+
+def test_a_user_s_file_beside_an_earlier_diagnosis_is_not_replaced(folder: Path) -> None:
+    """After the first run, every file with a name of ours counted as ours: the motion that a user had planned was gone.
+
+    This log gives no excitation.csv, so the one that lies there is the user's.
+    """
+    Path("run_diagnosis/excitation.csv").write_text("t,x\n0,1\n")
+    before = contents(folder)
+    for ways in ((), ("--force",), ("-o", "run_diagnosis", "--force")):
+        result = stiction("diagnose", "s.yaml", "run.csv", *ways)
+        assert is_refused(result) and "excitation.csv, which no diagnosis.json lists" in result.err
+        assert contents(folder) == before
+
+
+def test_a_user_s_own_report_is_not_replaced_unasked(folder: Path) -> None:
+    Path("run_diagnosis/report.html").write_text("<p>my own report</p>\n")
+    before = contents(folder)
+    result = stiction("diagnose", "s.yaml", "run.csv")
+    assert is_one_message(result) and all(word in result.err for word in ("[FILE008]", "report.html, edited", "--force"))
+    assert contents(folder) == before
+    assert stiction("diagnose", "s.yaml", "run.csv", "--force").code == 3
+    assert "my own report" not in Path("run_diagnosis/report.html").read_text("utf-8")
+
+
+def test_an_excitation_of_an_earlier_diagnosis_does_not_stay_beside_the_next(folder: Path) -> None:
+    """Its candidates are no longer those of the diagnosis beside it."""
+    excitation, result = Path("run_diagnosis/excitation.csv"), Path("run_diagnosis/diagnosis.json")
+    excitation.write_text("t,x_reference\n0,1\n")
+    content = json.loads(result.read_text("utf-8"))
+    content["files_sha256"]["excitation.csv"] = hashlib.sha256(excitation.read_bytes()).hexdigest()
+    result.write_text(json.dumps(content), "utf-8")
+    assert stiction("diagnose", "s.yaml", "run.csv").code == 3
+    assert not excitation.exists()
 
 
 def test_another_robot_file_by_the_name_of_the_spec_s_is_not_replaced(folder: Path) -> None:
@@ -133,7 +167,7 @@ def test_another_robot_file_by_the_name_of_the_spec_s_is_not_replaced(folder: Pa
     Path("mine").mkdir()
     Path("mine/seven_joint_arm.urdf").write_text("<!-- mine -->\n")
     result = stiction("diagnose", "seven_joint_arm.yaml", "run.csv", "-o", "mine")
-    assert is_one_message(result) and "seven_joint_arm.urdf: a file that stiction did not write" in result.err
+    assert is_one_message(result) and "seven_joint_arm.urdf, which no diagnosis.json lists" in result.err
     assert contents(Path("mine")) == {"seven_joint_arm.urdf": b"<!-- mine -->\n"}
 
 

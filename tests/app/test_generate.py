@@ -384,7 +384,7 @@ def test_force_replaces_no_file_of_another_hand(file, generated):
     (generated / file).write_text("mine")
     for force in ((), ("--force",)):
         result = stiction("generate", "one_mass.yaml", *force)
-        assert result.code == 2 and "[FILE004]" in result.err and "move them away or choose another -o" in result.err
+        assert result.code == 2 and "[FILE004]" in result.err and "move others away, or choose another folder" in result.err
         assert file in result.err and "--force" not in result.err
     assert (generated / file).read_text() == "mine"
 
@@ -476,4 +476,4 @@ def test_diagnose_refuses_an_edited_file_before_any_work(generated, folder):
     source = generated / "one_mass.c"
     source.write_text(source.read_text() + "/* mine */")
     result = stiction("diagnose", "one_mass.yaml", "log.csv", "-o", ".")
-    assert is_one_message(result) and "[FILE008]" in result.err and "--force" not in result.err
+    assert is_one_message(result) and "[FILE008]" in result.err and "--force" in result.err

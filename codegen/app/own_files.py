@@ -1,0 +1,62 @@
+"""Which files of a folder stiction wrote, by its list there, and the refusal to replace any other or edited one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+from codegen.base.errors import BadInput
+from codegen.base.files import sha256
+from codegen.base.input_files import is_there, read_or_none
+
+
+def text_of(path: Path) -> str | None:
+    """A file's text with line ends \\n, which a version control system may have replaced by \\r\\n."""
+    text = read_or_none(path)
+    return None if text is None else text.replace("\r\n", "\n")
+
+
+def differs(path: Path, text: str | None) -> bool:
+    """Whether a file exists with another text."""
+    return is_there(path) and text_of(path) != text
+
+
+def refuse_unlisted(
+    folder: Path,
+    files: Mapping[str, str | None] | Mapping[str, str],
+    listed: Mapping[str, object],
+    by: str,
+    says_ours: Callable[[Path], bool] = lambda path: False,
+    force: bool = False,
+) -> None:
+    """Raise BadInput for files of these names with another text that stiction's list does not name.
+
+    Args:
+        files: name → its new text, with which a file is not refused; None if the text is not known yet.
+        listed: the files that the list names.
+        by: name of the list in the folder.
+        says_ours: whether a file says that stiction made it; the user may replace those by ``force``.
+        force: whether he does.
+    """
+    unlisted = [file for file, text in files.items() if file not in listed and differs(folder / file, text)]
+    ours = [file for file in unlisted if says_ours(folder / file)]
+    refused = [file for file in unlisted if not (force and file in ours)]
+    if refused:
+        found = f"{', '.join(refused)}, which no {by} lists"
+        by_force = ", or --force, which replaces them" if refused == ours else ""
+        ways = f"move others away, or choose another folder by -o DIR{by_force}"
+        expected = f"only files of these names that stiction wrote: {ways} (nothing was replaced)"
+        raise BadInput(str(folder), found, expected, code="FILE004")
+
+
+def edited_files(
+    folder: Path, files: Mapping[str, str | None] | Mapping[str, str], listed: Mapping[str, object]
+) -> list[str]:
+    """The files that have neither their new text nor the one as stiction wrote it.
+
+    Args:
+        files: as of ``refuse_unlisted``.
+        listed: file → SHA-256 of its text as written.
+    """
+    other = [file for file, text in files.items() if listed.get(file) and differs(folder / file, text)]
+    return [file for file in other if sha256(text_of(folder / file) or "") != listed[file]]
