@@ -143,7 +143,9 @@ def test_a_user_s_own_report_is_not_replaced_unasked(folder: Path) -> None:
     Path("run_diagnosis/report.html").write_text("<p>my own report</p>\n")
     before = contents(folder)
     result = stiction("diagnose", "s.yaml", "run.csv")
-    assert is_one_message(result) and all(word in result.err for word in ("[FILE008]", "report.html, edited", "--force"))
+    assert is_one_message(result) and all(
+        word in result.err for word in ("[FILE008]", "report.html, edited", "--force")
+    )
     assert contents(folder) == before
     assert stiction("diagnose", "s.yaml", "run.csv", "--force").code == 3
     assert "my own report" not in Path("run_diagnosis/report.html").read_text("utf-8")
