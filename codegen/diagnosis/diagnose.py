@@ -9,54 +9,38 @@ not refuse.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from codegen.base.errors import BadInput
 from codegen.base.parallel import in_another_process
 from codegen.base.progress import steps_to
 from codegen.diagnosis import steady_runs
 from codegen.diagnosis.case import HELD_OUT_SHARE, Case, Findings, case_of
-from codegen.diagnosis.evidence.residual_regression import acting_force, half_of_squares, remainders
-from codegen.diagnosis.experiments.separation import separate, tied_fits
-from codegen.diagnosis.fit.credit import ALPHA, is_far, near_noise, noise_ratio, share_far
-from codegen.diagnosis.fit.linear import rms
-from codegen.diagnosis.fit.measure import RESTART_S, force_errors, measure, restart_within_reach
-from codegen.diagnosis.fit.output_error import BLOCKS, Fit, levels_at_zero
+from codegen.diagnosis.fit.credit import ALPHA, is_far, noise_ratio, share_far
+from codegen.diagnosis.fit.measure import RESTART_S, force_errors, measure
+from codegen.diagnosis.fit.output_error import BLOCKS, levels_at_zero
 from codegen.diagnosis.fit.record import is_shortened, position_noise, record_of
-from codegen.diagnosis.fit.residual import Problem, residual_at_drive
+from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.search import Search, search_on
-from codegen.diagnosis.fit.trial import Part
+from codegen.diagnosis.free_runs import Judge, select
 from codegen.diagnosis.reliability import reliability_of
-from codegen.diagnosis.results import MATERIAL, Diagnosis, ErrorFigures, Fact, FoundEffect, Remainder
+from codegen.diagnosis.results import MATERIAL, Diagnosis, ErrorFigures, FoundEffect
 from codegen.diagnosis.selection.candidate_fits import start_compiling
-from codegen.diagnosis.selection.forward_selection import Outcome, common_effects, find_effects, within_reach
+from codegen.diagnosis.selection.forward_selection import Outcome
 from codegen.diagnosis.selection.refusals import admissible
-from codegen.diagnosis.verdict import wrong_values
-from codegen.diagnosis.verdict.across_joints import credited_across_joints
-from codegen.diagnosis.verdict.answer import Answer, by_remainder, is_small, verdict_of
+from codegen.diagnosis.verdict.answer import Answer
 from codegen.diagnosis.verdict.augment import augmented_text
-from codegen.diagnosis.verdict.examination import examine, refused_at_limit, settled
-from codegen.diagnosis.verdict.final_check import FinalCheck
-from codegen.diagnosis.verdict.force_led import credited_by_force
-from codegen.diagnosis.verdict.harmonics import with_harmonics
-from codegen.diagnosis.verdict.held_out import HeldOut, within
-from codegen.diagnosis.verdict.hidden_effects import hidden_effects
-from codegen.diagnosis.verdict.late_inputs import corrected_for_leads
-from codegen.diagnosis.verdict.nameless import nameless_rival, without_name
 from codegen.diagnosis.verdict.proposal import propose_terms, refuse_without_pysindy
 from codegen.diagnosis.verdict.replay import compare_residuals
-from codegen.diagnosis.verdict.statement import interval_in_words, statement
+from codegen.diagnosis.verdict.statement import statement
 from codegen.diagnosis.verdict.table import candidates, in_no_round, rivals_of, rounds
-from codegen.diagnosis.verdict.uncovered import better_than_a_sum, better_than_refused, not_determined
 from codegen.logs import Log
 from codegen.mechanics.system import System
 from codegen.spec.model import Spec
-from codegen.spec.numerics import is_numerical, numerical
+from codegen.spec.numerics import numerical
 
 HELD_OUT_EVERY = 3
 """Every third record at steady speed is held out, since records are ordered by speed and not by time."""
@@ -126,178 +110,37 @@ def diagnose_log(
     return diagnosis, models
 
 
-@dataclass(frozen=True, eq=False)
-class _FreeRuns:
-    """Stages of a diagnosis by free-run simulation of short segments; ``base``: the refit."""
-
-    case: Case
-    search: Search
-    base: Fit
-
-    @cached_property
-    def restart_s(self) -> float:
-        case = self.case
-        longest = (case.test_log or case.log).description.evaluation.restart_s or RESTART_S
-        return restart_within_reach(case.problem.system, case.test.motion, case.window, longest)
-
-    def measured(self, model: System) -> ErrorFigures:
-        """Errors of a model on held-out data."""
-        case = self.case
-        return measure(model, case.test.motion, case.test.used, case.window, self.restart_s)
-
-    @cached_property
-    def held_out(self) -> HeldOut:
-        problem = Problem(self.case.problem.system, within(self.case.test.motion, self.case.window), {})
-        return HeldOut(problem, self.measured)
-
-    def checked(self, answer: Answer, final: Fit) -> Answer:
-        """The answer without what held-out data refuse at last; ``final``: the fit with its effects."""
-        return FinalCheck(self.held_out, near_noise(final), self.case.material).passed(answer)
-
-    def examined(self, last: Search, found: Outcome) -> tuple[Answer, Outcome]:
-        """The answer from an outcome, and the outcome that it belongs to; ``last``: the search of its last fit."""
-        verdict = verdict_of(found, self.case.faults)
-        search = replace(self.search, within=last.within)
-        return examine(search, last, found, verdict, self.held_out)
-
-    def left_by(self, answer: Answer) -> tuple[Remainder, ...]:
-        """The remainder of the model that is written."""
-        problem = self.case.problem
-        return remainders(answer.adopted or answer.refit, problem.motion, problem.used)
-
-    def without_tied(self, last: Search, outcome: Outcome, far: bool) -> tuple[Answer, Outcome] | None:
-        """The answer with the effects that all tied models have in common; None if they leave too much."""
-        common = common_effects(last, outcome)
-        if common is None:
-            return None
-        answer, found = self.examined(*common)
-        # Near the noise, only an immaterial remainder may be left.
-        if answer.verdict != "effect" or not (far or is_small(self.left_by(answer), self.case.material)):
-            return None
-        return answer.noted(_left_out(outcome, answer)), found
-
-    def remarks(self, outcome: Outcome, answer: Answer, in_place: Sequence[Part]) -> Iterator[Fact]:
-        """Further facts on an answer; ``in_place``: effects that were replaced by wrong parameter values."""
-        case, problem = self.case, self.case.problem
-        lacks = answer.verdict == "effect"
-        yield from answer.remarks
-        if answer.verdict == "unknown":
-            yield from wrong_values.explaining_values(case.spec, answer.refit, problem)
-        for name in levels_at_zero(problem.system, (answer.refit, answer.augmented), problem.levels):
-            yield Fact("declared value", f"The fit reduces the friction level {name} to zero, its lowest value")
-        if answer.verdict == "none" and not answer.errors:
-            yield from hidden_effects(self.search, answer.refit, case.material)
-        yield from wrong_values.wrong_links_in_words(self.search, answer)
-        yield from _in_place(in_place, answer)
-        yield from wrong_values.turned_terms(answer, problem)
-        if lacks and not answer.errors:
-            yield from wrong_values.equal_parameters(self.search, self.base, outcome)
-        yield from wrong_values.moved_values(answer, outcome.final if lacks else self.base, problem, case.material)
-        yield from _once_on_held_out(answer, case)
-
-
 def _by_free_runs(
     case: Case, search: Search, report: Progress, propose: bool, tell: Callable[[Findings], None]
 ) -> tuple[Diagnosis, Models]:
     """The diagnosis by free-run simulation and force residual."""
-    system = case.problem.system
-
-    def effects(turn: int, share: float) -> None:
-        report(f"effect {turn + 1}", 0.1 + 0.25 * min(turn + share, 2.7))
-
-    report("refit", 0.05)
     # Asked of the log's own segments: a later search may be on shorter ones.
     uncounted = not case.log.joints and is_shortened(search.record, case.problem.motion)
-    search, base = _refit(case.spec, search, case)
-    search, outcome, in_place = _sought(search, base, effects, case)
-    corrected = corrected_for_leads(case, search, outcome.final)
-    if corrected is not None:
-        known = case.findings_in_words["train"]
-        tell({"train": tuple(words for words in corrected.findings_in_words["train"] if words not in known)})
-        case, compiled = corrected, search.compiled
-        search = search_on(case.problem, lambda share: record_of(case.problem.motion, case.log, share))
-        search = replace(search, compiled=compiled)
-        search, base = _refit(case.spec, search, case)
-        search, outcome, in_place = _sought(search, base, effects, case)
-    problem = case.problem
-    tried = outcome
-    outcome, last = with_harmonics(search, outcome) if not case.faults else (outcome, search)
-
-    agreement = in_another_process(compare_residuals, case.spec, system, problem.motion)
+    selection = select(case, search, report, tell)
+    case, problem = selection.case, selection.case.problem
+    agreement = in_another_process(compare_residuals, case.spec, problem.system, problem.motion)
     report("values and held-out error", 0.78)
-    runs = _FreeRuns(case, search, base)
-    leader = outcome.parts[0] if outcome.rivals else None
-    answer, outcome = runs.examined(last, outcome)
-    far = is_far(outcome.final if answer.verdict in ("effect", "ambiguous") else base)
-    if answer.verdict != "none" and far and not case.faults:
-        # Free runs may choose values of the right effect that held-out data refuse; those by the force are then tried.
-        lasting = runs.checked(answer, outcome.final) if answer.verdict == "effect" else answer
-        answer, outcome = credited_by_force(
-            search,
-            outcome,
-            lasting,
-            runs.held_out,
-            case.steady,
-            lambda found: runs.examined(last, found),
-            runs.checked,
-            lambda done: report("effects by the force residual", 0.8 + 0.05 * done),
-            leader,
-        )
-    if answer.verdict in ("none", "unknown") and not case.faults:
-        answer, outcome = credited_across_joints(
-            search, outcome, answer, lambda found: runs.examined(last, found), case.material
-        )
-    tied: list[Fit] = []
-    experiment, excitation = None, None
-    open_, named = None, ""
-    if answer.verdict in ("effect", "ambiguous"):
-        open_ = better_than_a_sum(search, tried, outcome)
-    if open_ is not None:
-        named = " and ".join(f"{e.kind} on {e.on}" for e in answer.effects)
-        answer, outcome = runs.examined(search, replace(tried, final=tried.base, rivals=(), explained=0.0))
-    if answer.verdict == "ambiguous":
-        report("experiment that separates", 0.85)
-        tied = tied_fits(search, outcome)
-
-        def separation_report(what: str, share: float) -> None:
-            report(f"experiment that separates: {what}", 0.85 + 0.08 * share)
-
-        experiment, excitation = separate(search, outcome, tied, case.log, case.spec.envelope, separation_report)
-        answer, outcome = runs.without_tied(last, outcome, far) or (answer, outcome)
-    nameless = None
-    if answer.verdict == "effect":
-        own = last if len(outcome.final.offsets) == len(last.record.at_rest) else search
-        nameless = nameless_rival(own, outcome.final)
-    answer = answer if nameless is None else without_name(answer, nameless)
-    answer = wrong_values.refused_for_a_value(case.spec, answer, problem, runs.measured)
-    answer = refused_at_limit(answer, runs.left_by, case.material)
-    answer = settled(replace(search, within=last.within), outcome, answer, runs.measured)
-    answer = runs.checked(answer, outcome.final)
-    left = runs.left_by(answer)
-    if nameless is None:  # that force is there, however much of it a curve over the motion predicts
-        answer = replace(answer, verdict=by_remainder(answer.verdict, left, case.material))
-    if open_ is None and nameless is None and answer.verdict in ("none", "unknown"):
-        open_ = better_than_refused(search, tried, outcome, case.material)
-    answer = not_determined(answer, open_, problem, named) if open_ is not None else answer
-    answer = replace(answer, remarks=tuple(runs.remarks(outcome, answer, in_place)))
+    judge = Judge(selection)
+    found = judge.conclude(report)
+    answer, outcome = found.answer, found.outcome
 
     report("tracking observer", 0.93)
     unknown = propose and answer.verdict == "unknown"
-    models = _models(case, problem, answer, case.window, runs.restart_s, excitation)
+    models = _models(case, problem, answer, case.window, judge.restart_s, found.excitation)
     diagnosis = _diagnosis(
         case,
         answer,
         models,
-        rivals_of(outcome, tied, answer.refit),
+        rivals_of(outcome, found.tied, answer.refit),
         lambda model: force_errors(model, problem.motion, problem.used)[2],
         outcome,
-        remainder=left,
-        data=_data(case, problem, runs.restart_s) | _search_data(search, outcome),
-        separation=experiment,
-        candidates=candidates(outcome, system, answer.verdict),
+        remainder=found.left,
+        data=_data(case, problem, judge.restart_s) | _search_data(selection.search, outcome),
+        separation=found.separation,
+        candidates=candidates(outcome, problem.system, answer.verdict),
         agreement=agreement(),
         later_rounds=rounds(outcome),
-        in_no_round=in_no_round(last, outcome),
+        in_no_round=in_no_round(selection.last, outcome),
         reliability=None if uncounted else reliability_of(answer.verdict, not is_far(outcome.final)),
         proposal=propose_terms(answer.refit, problem, case.test, case.window) if unknown else None,
     )
@@ -413,88 +256,6 @@ def _with_possible_twins(
     tried = () if outcome is None else outcome.first
     impossible = {(r.found.part.kind, r.found.part.on) for r in tried if not admissible(system, r.found)}
     return tuple(replace(e, also=tuple(place for place in e.also if place not in impossible)) for e in effects)
-
-
-def _left_out(outcome: Outcome, answer: Answer) -> Fact:
-    """The fact on the tied effects, if the answer names those that all tied models have in common."""
-    parts = (outcome.parts[0], *(r.found.part for r in outcome.rivals))
-    tied = " or ".join(dict.fromkeys(f"{p.kind} on {p.on}" for p in parts))
-    if answer.errors:
-        return Fact("declared value", f"{_kept(answer)}, {tied} would be named in addition")
-    return Fact("unexplained", f"{tied} explains part of what is left; this log cannot tell which")
-
-
-def _in_place(parts: Sequence[Part], answer: Answer) -> list[Fact]:
-    """The fact on effects that would be named if wrong parameter values were kept as declared."""
-    found = {(e.kind, e.on) for e in answer.effects}
-    named = " and ".join(f"{p.kind} on {p.on}" for p in parts if (p.kind, p.on) not in found)
-    if not named or not answer.errors:
-        return []
-    return [Fact("declared value", f"{_kept(answer)}, {named} would be named in place of a wrong value")]
-
-
-def _kept(answer: Answer) -> str:
-    return f"With {', '.join(e.name for e in answer.errors)} kept within three tolerances"
-
-
-def _sought(
-    search: Search, base: Fit, progress: Callable[[int, float], None], case: Case
-) -> tuple[Search, Outcome, tuple[Part, ...]]:
-    """Search, outcome of forward selection, and the effects that were replaced by wrong values of parameters.
-
-    At constant speed parameters keep their limits, since inertia acts only on noise and ripple there.
-    """
-    outcome = find_effects(search, base, progress, case.faults)
-    free = None if case.faults or case.steady else wrong_values.released(search, base, outcome)
-    if free is not None:
-        without_limits = find_effects(*free, progress, case.faults)
-        if wrong_values.is_better(free[0], without_limits.final, search, outcome.final):
-            return free[0], without_limits, outcome.parts
-    return search, outcome, ()
-
-
-@numerical("the fit of the model to the log")
-def _refit(spec: Spec, search: Search, case: Case) -> tuple[Search, Fit]:
-    """``within_reach``; raises BadInput with the preflight's problem if the refit cannot be computed."""
-    try:
-        return within_reach(search)
-    except (ArithmeticError, RuntimeError, ValueError) as error:
-        problems = [f.words for f in case.findings["train"] if f.severity == "problem"]
-        if not problems or not is_numerical(error):
-            raise
-        raise BadInput(case.log.where, problems[0], "a log that fits the spec", code="LOG012") from error
-
-
-def _once_on_held_out(answer: Answer, case: Case) -> tuple[Fact, ...]:
-    """Facts on single events, such as a push, with half of the squared residual force on held-out data.
-
-    Events at a reversal are left out, since friction whose sign changes one sample early leaves the same residual.
-    """
-    if answer.adopted is None:
-        return ()
-    motion = case.test.motion
-    within = np.zeros(len(motion.time), dtype=bool)
-    within[case.window] = True
-    residual, acting = residual_at_drive(answer.adopted, motion), acting_force(answer.adopted, motion)
-    log, facts = case.log if case.test_log is None else case.test_log, list[Fact]()
-    for i, x in enumerate(answer.adopted.positions):
-        rows = case.test.used[:, i] & within
-        found = half_of_squares(residual[:, i], rows)
-        if found is None or rms(residual[rows, i]) < case.material * rms(acting[rows, i]):
-            continue
-        start, stop = (float(motion.time[k]) for k in found)
-        about = np.abs(motion.time - 0.5 * (start + stop)) <= 0.5 * (stop - start) + 1 / motion.cutoff_hz
-        if np.ptp(np.sign(motion.velocities[about, i])) > 0:
-            continue
-        where, when = f" on {x.name}" if residual.shape[1] > 1 else "", interval_in_words(start, stop, log)
-        facts.append(
-            Fact(
-                "log",
-                f"Half of the squared residual force on held-out data{where} lies within {stop - start:.2g} s, {when}. "
-                "A push, or another event outside the inputs, may decide what these data refuse",
-            )
-        )
-    return tuple(facts)
 
 
 def _data(case: Case, problem: Problem, restart_s: float) -> dict[str, Any]:

@@ -14,7 +14,7 @@ import pytest
 import sympy
 from scipy.signal import butter, sosfiltfilt
 
-from codegen.diagnosis import diagnose
+from codegen.diagnosis import diagnose, free_runs
 from codegen.diagnosis.diagnose import Models, diagnose_log
 from codegen.diagnosis.evidence.adoption import (
     BLOCKS,
@@ -82,7 +82,7 @@ def shaken(log: Log, seed: int, size: float) -> Log:
 def refitted(monkeypatch: pytest.MonkeyPatch, spec: Spec, train: Log, test: Log | None) -> tuple[Diagnosis, Models]:
     """A diagnosis that looks for no effect."""
     monkeypatch.setattr(
-        diagnose, "find_effects", lambda search, base, tell, faults: find_effects(search, base, tell, True)
+        free_runs, "find_effects", lambda search, base, tell, faults: find_effects(search, base, tell, True)
     )
     return diagnose_log(spec, system_of(spec), train, test)
 
@@ -279,7 +279,7 @@ def test_held_out_data_refuse_the_best_of_several_that_tie_too(tmp_path: Path, m
     spring = "[{kind: spring, on: x, parameters: {k: 18}}]"
     train = log_of(stage(spring), tmp_path, "train.csv")
     test = log_of(stage("[]", 4.0, TEST, 10.0), tmp_path, "test.csv")
-    monkeypatch.setattr(diagnose, "verdict_of", lambda outcome, faults: "ambiguous")
+    monkeypatch.setattr(free_runs, "verdict_of", lambda outcome, faults: "ambiguous")
     diagnosis, _ = diagnose_log(stage(), system_of(stage()), train, test)
     assert diagnosis.verdict == "unknown" and "on held-out data" in diagnosis.statement.of("not credited")[0]
 

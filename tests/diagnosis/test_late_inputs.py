@@ -9,7 +9,7 @@ from unittest.mock import patch
 import numpy as np
 import pytest
 
-from codegen.diagnosis import diagnose
+from codegen.diagnosis import diagnose, free_runs
 from codegen.diagnosis.case import Case, Findings, case_of
 from codegen.diagnosis.fit.output_error import Fit
 from codegen.diagnosis.fit.record import record_of
@@ -92,7 +92,7 @@ def test_the_effects_are_sought_again_with_the_input_taken_earlier(tmp_path: Pat
         return outcomes[-1]
 
     log = logged(DRIFT, tmp_path, LAG)
-    with among(*KINDS), patch.object(diagnose, "find_effects", sought):
+    with among(*KINDS), patch.object(free_runs, "find_effects", sought):
         diagnosis, _ = diagnose.diagnose_log(spec, system_of(spec), log, tell=told.append)
     assert diagnosis.verdict == "effect" and [e.kind for e in diagnosis.effects] == ["friction_drift"]
     first, second = told

@@ -7,7 +7,7 @@ from unittest.mock import patch
 
 import pytest
 
-from codegen.diagnosis import diagnose
+from codegen.diagnosis import free_runs
 from codegen.diagnosis.verdict import uncovered
 from tests.diagnosis.stage import diagnosed
 
@@ -38,7 +38,7 @@ def test_no_sum_of_other_effects_is_named_in_place_of_a_long_wave(
 def test_a_long_wave_is_not_nothing(tmp_path: Path) -> None:
     """Of 2.1 % of the drive force the refitted level took so much that 1.9 % were left: "nothing to correct"."""
     of_friction = wave(0.553, kind="position_dependent_friction", on="rail")
-    with patch.object(diagnose, "is_small", return_value=True):
+    with patch.object(free_runs, "is_small", return_value=True):
         diagnosis, _ = diagnosed(of_friction, tmp_path, kinds=("position_dependent_friction", "offset"))
     assert diagnosis.verdict == "unknown"
     assert "perhaps position_dependent_friction on rail" in diagnosis.statement.headline

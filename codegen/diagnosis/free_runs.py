@@ -1,0 +1,353 @@
+"""Diagnosis by free-run simulation and force residual: the stages from the search to the answer.
+
+    case → selection → credit → ties → refusals → conclusion
+
+Forward selection finds effects that explain the training log. Held-out data and the force residual then credit them,
+effects that explain it as well are compared, and further checks can only refuse. The last ones look at what is left.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from codegen.base.errors import BadInput
+from codegen.diagnosis.case import Case, Findings
+from codegen.diagnosis.evidence.residual_regression import acting_force, half_of_squares, remainders
+from codegen.diagnosis.experiments.separation import separate, tied_fits
+from codegen.diagnosis.fit.credit import is_far, near_noise
+from codegen.diagnosis.fit.linear import rms
+from codegen.diagnosis.fit.measure import RESTART_S, measure, restart_within_reach
+from codegen.diagnosis.fit.output_error import Fit, levels_at_zero
+from codegen.diagnosis.fit.record import record_of
+from codegen.diagnosis.fit.residual import Problem, residual_at_drive
+from codegen.diagnosis.fit.search import Search, search_on
+from codegen.diagnosis.fit.trial import Part
+from codegen.diagnosis.results import ErrorFigures, Fact, Remainder, Separation
+from codegen.diagnosis.selection.forward_selection import Outcome, common_effects, find_effects, within_reach
+from codegen.diagnosis.verdict import wrong_values
+from codegen.diagnosis.verdict.across_joints import credited_across_joints
+from codegen.diagnosis.verdict.answer import Answer, by_remainder, is_small, verdict_of
+from codegen.diagnosis.verdict.examination import examine, refused_at_limit, settled
+from codegen.diagnosis.verdict.final_check import FinalCheck
+from codegen.diagnosis.verdict.force_led import credited_by_force
+from codegen.diagnosis.verdict.harmonics import with_harmonics
+from codegen.diagnosis.verdict.held_out import HeldOut, within
+from codegen.diagnosis.verdict.hidden_effects import hidden_effects
+from codegen.diagnosis.verdict.late_inputs import corrected_for_leads
+from codegen.diagnosis.verdict.nameless import Nameless, nameless_rival, without_name
+from codegen.diagnosis.verdict.statement import interval_in_words
+from codegen.diagnosis.verdict.uncovered import better_than_a_sum, better_than_refused, not_determined
+from codegen.mechanics.system import System
+from codegen.spec.model import Spec
+from codegen.spec.numerics import is_numerical, numerical
+
+Report = Callable[[str, float], None]
+"""Called with (station, share done)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Selection:
+    """Effects that explain the training log, before held-out data are asked.
+
+    Attributes:
+        case: with the inputs as early as they act. search: on its record. base: the refit without effects.
+        tried: the outcome of forward selection.
+        outcome: the same, with a sum of harmonics in place of a single sine where that is better.
+        last: the search of the last fit of ``outcome``.
+        in_place: effects that were replaced by wrong values of parameters.
+    """
+
+    case: Case
+    search: Search
+    base: Fit
+    tried: Outcome
+    outcome: Outcome
+    last: Search
+    in_place: tuple[Part, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Conclusion:
+    """The answer of a diagnosis by free runs.
+
+    Attributes:
+        outcome: the one that the answer belongs to.
+        left: the remainder of the model that is written.
+        tied: fits that the log does not tell apart. separation: the experiment that does.
+        excitation: text of the file with its motion.
+    """
+
+    answer: Answer
+    outcome: Outcome
+    left: tuple[Remainder, ...]
+    tied: Sequence[Fit] = ()
+    separation: Separation | None = None
+    excitation: str | None = None
+
+
+def select(case: Case, search: Search, report: Report, tell: Callable[[Findings], None]) -> Selection:
+    """Refit and forward selection; once more if the effects found turn out to be inputs that were logged late."""
+
+    def effects(turn: int, share: float) -> None:
+        report(f"effect {turn + 1}", 0.1 + 0.25 * min(turn + share, 2.7))
+
+    report("refit", 0.05)
+    search, base = _refit(case.spec, search, case)
+    search, outcome, in_place = _sought(search, base, effects, case)
+    corrected = corrected_for_leads(case, search, outcome.final)
+    if corrected is not None:
+        known = case.findings_in_words["train"]
+        tell({"train": tuple(words for words in corrected.findings_in_words["train"] if words not in known)})
+        case, compiled = corrected, search.compiled
+        search = search_on(case.problem, lambda share: record_of(case.problem.motion, case.log, share))
+        search, base = _refit(case.spec, replace(search, compiled=compiled), case)
+        search, outcome, in_place = _sought(search, base, effects, case)
+    with_sums, last = with_harmonics(search, outcome) if not case.faults else (outcome, search)
+    return Selection(case, search, base, outcome, with_sums, last, in_place)
+
+
+@dataclass(frozen=True, eq=False)
+class Judge:
+    """What held-out data and the force residual say of a selection."""
+
+    selection: Selection
+
+    @property
+    def case(self) -> Case:
+        return self.selection.case
+
+    @cached_property
+    def restart_s(self) -> float:
+        """Seconds between restarts of free runs on held-out data."""
+        case = self.case
+        longest = (case.test_log or case.log).description.evaluation.restart_s or RESTART_S
+        return restart_within_reach(case.problem.system, case.test.motion, case.window, longest)
+
+    def measured(self, model: System) -> ErrorFigures:
+        """Errors of a model on held-out data."""
+        case = self.case
+        return measure(model, case.test.motion, case.test.used, case.window, self.restart_s)
+
+    @cached_property
+    def held_out(self) -> HeldOut:
+        problem = Problem(self.case.problem.system, within(self.case.test.motion, self.case.window), {})
+        return HeldOut(problem, self.measured)
+
+    def conclude(self, report: Report) -> Conclusion:
+        """The answer after all checks.
+
+        An outcome is credited. A wave whose period the log does not cover takes the place of several effects that
+        explain less. Effects that tie are compared, and what they have in common is named. Then checks refuse, and
+        what is left decides between ``unknown`` and ``none``.
+        """
+        chosen, case = self.selection, self.case
+        answer, outcome = self._credited(report)
+        wave, less = None, ""
+        if answer.verdict in ("effect", "ambiguous"):
+            wave = better_than_a_sum(chosen.search, chosen.tried, outcome)
+        if wave is not None:
+            less = " and ".join(f"{e.kind} on {e.on}" for e in answer.effects)
+            tried = chosen.tried
+            answer, outcome = self._examined(chosen.search, replace(tried, final=tried.base, rivals=(), explained=0.0))
+        tied: Sequence[Fit] = ()
+        separation, excitation = None, None
+        if answer.verdict == "ambiguous":
+            tied, separation, excitation = self._compared(outcome, report)
+            answer, outcome = self._in_common(outcome) or (answer, outcome)
+        nameless = self._nameless(outcome) if answer.verdict == "effect" else None
+        answer = self._refused(answer if nameless is None else without_name(answer, nameless), outcome)
+        left = self._left_by(answer)
+        if nameless is None:  # that force is there, however much of it a curve over the motion predicts
+            answer = replace(answer, verdict=by_remainder(answer.verdict, left, case.material))
+        if wave is None and nameless is None and answer.verdict in ("none", "unknown"):
+            wave = better_than_refused(chosen.search, chosen.tried, outcome, case.material)
+        if wave is not None:
+            answer = not_determined(answer, wave, case.problem, less)
+        answer = replace(answer, remarks=tuple(self._remarks(outcome, answer)))
+        return Conclusion(answer, outcome, left, tied, separation, excitation)
+
+    def _credited(self, report: Report) -> tuple[Answer, Outcome]:
+        """The answer by free runs, else by the force residual if these end far from the data, or across joints."""
+        chosen, case, search = self.selection, self.case, self.selection.search
+        leader = chosen.outcome.parts[0] if chosen.outcome.rivals else None
+        answer, outcome = self._examined(chosen.last, chosen.outcome)
+        far = is_far(outcome.final if answer.verdict in ("effect", "ambiguous") else chosen.base)
+
+        def examined(found: Outcome) -> tuple[Answer, Outcome]:
+            return self._examined(chosen.last, found)
+
+        if answer.verdict != "none" and far and not case.faults:
+            # Free runs may choose values of the right effect that held-out data refuse; those by force are then tried.
+            lasting = self._checked(answer, outcome.final) if answer.verdict == "effect" else answer
+            answer, outcome = credited_by_force(
+                search,
+                outcome,
+                lasting,
+                self.held_out,
+                case.steady,
+                examined,
+                self._checked,
+                lambda done: report("effects by the force residual", 0.8 + 0.05 * done),
+                leader,
+            )
+        if answer.verdict in ("none", "unknown") and not case.faults:
+            answer, outcome = credited_across_joints(search, outcome, answer, examined, case.material)
+        return answer, outcome
+
+    def _examined(self, last: Search, found: Outcome) -> tuple[Answer, Outcome]:
+        """The answer from an outcome, and the outcome that it belongs to; ``last``: the search of its last fit."""
+        verdict = verdict_of(found, self.case.faults)
+        search = replace(self.selection.search, within=last.within)
+        return examine(search, last, found, verdict, self.held_out)
+
+    def _compared(self, outcome: Outcome, report: Report) -> tuple[Sequence[Fit], Separation, str | None]:
+        """The fits of tied effects, the experiment that tells them apart, and the text of the file with its motion."""
+        report("experiment that separates", 0.85)
+        tied = tied_fits(self.selection.search, outcome)
+
+        def progress(what: str, share: float) -> None:
+            report(f"experiment that separates: {what}", 0.85 + 0.08 * share)
+
+        case = self.case
+        return tied, *separate(self.selection.search, outcome, tied, case.log, case.spec.envelope, progress)
+
+    def _in_common(self, outcome: Outcome) -> tuple[Answer, Outcome] | None:
+        """The answer with the effects that all tied models have in common; None if they leave too much."""
+        common = common_effects(self.selection.last, outcome)
+        if common is None:
+            return None
+        answer, found = self._examined(*common)
+        if answer.verdict != "effect":
+            return None
+        # Near the noise, only an immaterial remainder may be left.
+        if not (is_far(outcome.final) or is_small(self._left_by(answer), self.case.material)):
+            return None
+        return answer.noted(_left_out(outcome, answer)), found
+
+    def _nameless(self, outcome: Outcome) -> Nameless | None:
+        """A force without a name that explains the log as well as an effect of the outcome, or None."""
+        final, last = outcome.final, self.selection.last
+        own = last if len(final.offsets) == len(last.record.at_rest) else self.selection.search
+        return nameless_rival(own, final)
+
+    def _refused(self, answer: Answer, outcome: Outcome) -> Answer:
+        """The answer after the checks that can only refuse effects and values."""
+        case, search = self.case, replace(self.selection.search, within=self.selection.last.within)
+        answer = wrong_values.refused_for_a_value(case.spec, answer, case.problem, self.measured)
+        answer = refused_at_limit(answer, self._left_by, case.material)
+        answer = settled(search, outcome, answer, self.measured)
+        return self._checked(answer, outcome.final)
+
+    def _checked(self, answer: Answer, final: Fit) -> Answer:
+        """The answer without what held-out data refuse at last; ``final``: the fit with its effects."""
+        return FinalCheck(self.held_out, near_noise(final), self.case.material).passed(answer)
+
+    def _left_by(self, answer: Answer) -> tuple[Remainder, ...]:
+        """The remainder of the model that is written."""
+        problem = self.case.problem
+        return remainders(answer.adopted or answer.refit, problem.motion, problem.used)
+
+    def _remarks(self, outcome: Outcome, answer: Answer) -> Iterator[Fact]:
+        """Further facts on an answer."""
+        chosen, case, problem = self.selection, self.case, self.case.problem
+        lacks = answer.verdict == "effect"
+        yield from answer.remarks
+        if answer.verdict == "unknown":
+            yield from wrong_values.explaining_values(case.spec, answer.refit, problem)
+        for name in levels_at_zero(problem.system, (answer.refit, answer.augmented), problem.levels):
+            yield Fact("declared value", f"The fit reduces the friction level {name} to zero, its lowest value")
+        if answer.verdict == "none" and not answer.errors:
+            yield from hidden_effects(chosen.search, answer.refit, case.material)
+        yield from wrong_values.wrong_links_in_words(chosen.search, answer)
+        yield from _in_place(chosen.in_place, answer)
+        yield from wrong_values.turned_terms(answer, problem)
+        if lacks and not answer.errors:
+            yield from wrong_values.equal_parameters(chosen.search, chosen.base, outcome)
+        yield from wrong_values.moved_values(answer, outcome.final if lacks else chosen.base, problem, case.material)
+        yield from _once_on_held_out(answer, case)
+
+
+@numerical("the fit of the model to the log")
+def _refit(spec: Spec, search: Search, case: Case) -> tuple[Search, Fit]:
+    """``within_reach``; raises BadInput with the preflight's problem if the refit cannot be computed."""
+    try:
+        return within_reach(search)
+    except (ArithmeticError, RuntimeError, ValueError) as error:
+        problems = [f.words for f in case.findings["train"] if f.severity == "problem"]
+        if not problems or not is_numerical(error):
+            raise
+        raise BadInput(case.log.where, problems[0], "a log that fits the spec", code="LOG012") from error
+
+
+def _sought(
+    search: Search, base: Fit, progress: Callable[[int, float], None], case: Case
+) -> tuple[Search, Outcome, tuple[Part, ...]]:
+    """Search, outcome of forward selection, and the effects that were replaced by wrong values of parameters.
+
+    At constant speed parameters keep their limits, since inertia acts only on noise and ripple there.
+    """
+    outcome = find_effects(search, base, progress, case.faults)
+    free = None if case.faults or case.steady else wrong_values.released(search, base, outcome)
+    if free is not None:
+        without_limits = find_effects(*free, progress, case.faults)
+        if wrong_values.is_better(free[0], without_limits.final, search, outcome.final):
+            return free[0], without_limits, outcome.parts
+    return search, outcome, ()
+
+
+def _once_on_held_out(answer: Answer, case: Case) -> tuple[Fact, ...]:
+    """Facts on single events, such as a push, with half of the squared residual force on held-out data.
+
+    Events at a reversal are left out, since friction whose sign changes one sample early leaves the same residual.
+    """
+    if answer.adopted is None:
+        return ()
+    motion = case.test.motion
+    within = np.zeros(len(motion.time), dtype=bool)
+    within[case.window] = True
+    residual, acting = residual_at_drive(answer.adopted, motion), acting_force(answer.adopted, motion)
+    log, facts = case.log if case.test_log is None else case.test_log, list[Fact]()
+    for i, x in enumerate(answer.adopted.positions):
+        rows = case.test.used[:, i] & within
+        found = half_of_squares(residual[:, i], rows)
+        if found is None or rms(residual[rows, i]) < case.material * rms(acting[rows, i]):
+            continue
+        start, stop = (float(motion.time[k]) for k in found)
+        about = np.abs(motion.time - 0.5 * (start + stop)) <= 0.5 * (stop - start) + 1 / motion.cutoff_hz
+        if np.ptp(np.sign(motion.velocities[about, i])) > 0:
+            continue
+        where, when = f" on {x.name}" if residual.shape[1] > 1 else "", interval_in_words(start, stop, log)
+        facts.append(
+            Fact(
+                "log",
+                f"Half of the squared residual force on held-out data{where} lies within {stop - start:.2g} s, {when}. "
+                "A push, or another event outside the inputs, may decide what these data refuse",
+            )
+        )
+    return tuple(facts)
+
+
+def _left_out(outcome: Outcome, answer: Answer) -> Fact:
+    """The fact on the tied effects, if the answer names those that all tied models have in common."""
+    parts = (outcome.parts[0], *(r.found.part for r in outcome.rivals))
+    tied = " or ".join(dict.fromkeys(f"{p.kind} on {p.on}" for p in parts))
+    if answer.errors:
+        return Fact("declared value", f"{_kept(answer)}, {tied} would be named in addition")
+    return Fact("unexplained", f"{tied} explains part of what is left; this log cannot tell which")
+
+
+def _in_place(parts: Sequence[Part], answer: Answer) -> list[Fact]:
+    """The fact on effects that would be named if wrong parameter values were kept as declared."""
+    found = {(e.kind, e.on) for e in answer.effects}
+    named = " and ".join(f"{p.kind} on {p.on}" for p in parts if (p.kind, p.on) not in found)
+    if not named or not answer.errors:
+        return []
+    return [Fact("declared value", f"{_kept(answer)}, {named} would be named in place of a wrong value")]
+
+
+def _kept(answer: Answer) -> str:
+    return f"With {', '.join(e.name for e in answer.errors)} kept within three tolerances"
