@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from codegen.app.derived import Overrides, Source, derived_from
-from codegen.app.own_files import differs, edited_files, refuse_unlisted, text_of
+from codegen.base.own_files import differs, edited_files, refuse_unlisted, text_of
 from codegen.base.border import verb
 from codegen.base.errors import BadInput
 from codegen.base.files import refuse_target, remove, sha256, write_all, write_atomically

@@ -62,7 +62,7 @@ def errors(
 ) -> None:
     """List the codes of error messages, or show one, with what each says and what to do; or write their page."""
     from codegen.base.error_codes import CODES
-    from codegen.base.files import write_all
+    from codegen.base.own_files import write_page
     from codegen.base.text import render
 
     codes = CODES
@@ -70,7 +70,7 @@ def errors(
         asked = _known(code.upper(), CODES, "CODE", out)
         codes = {asked: CODES[asked]}
     if out is not None:
-        write_all(out, {"errors.md": render("text/errors.md.j2", codes=CODES)})
+        write_page(out / "errors.md", render("text/errors.md.j2", codes=CODES))
     rows = [{"code": code, "meaning": meaning, "advice": advice} for code, (meaning, advice) in codes.items()]
     written = None if out is None else out / "errors.md"
     _print("error-codes", {"codes": rows}, "errors", {"codes": codes}, as_json, written)

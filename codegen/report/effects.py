@@ -15,7 +15,7 @@ import numpy as np
 import sympy
 
 from codegen.base.arrays import Array
-from codegen.base.files import write_all
+from codegen.base.own_files import write_page
 from codegen.base.shown import named
 from codegen.base.text import render
 from codegen.effects import CATALOGUE, Effect, EffectParameter
@@ -112,10 +112,11 @@ def write_effects(folder: Path) -> Path:
     """Write effects.md and the pictures of shipped effects into effects/ below it; return the page's path.
 
     Raises:
-        BadInput: if the folder cannot be written.
+        BadInput: if the folder cannot be written, or has files of these names that stiction did not write.
     """
     drawn = [e for e in CATALOGUE.values() if e.kind in EXAMPLES.effects]
-    write_all(folder, {f"effects/{e.kind}.svg": effect_picture(e) for e in drawn} | {"effects.md": effects_page()})
+    pictures = {f"effects/{e.kind}.svg": effect_picture(e) for e in drawn}
+    write_page(folder / "effects.md", effects_page(), pictures)
     return folder / "effects.md"
 
 

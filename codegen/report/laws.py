@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import sympy
 
-from codegen.base.files import write_all
+from codegen.base.own_files import write_page
 from codegen.base.shown import named
 from codegen.base.text import render
 from codegen.friction import LAWS, FrictionLaw, LawParameter
@@ -82,10 +82,11 @@ def write_laws(folder: Path) -> Path:
     """Write laws.md and the pictures of laws with an example into laws/ below it; return the page's path.
 
     Raises:
-        BadInput: if the folder cannot be written.
+        BadInput: if the folder cannot be written, or has files of these names that stiction did not write.
     """
     drawn = [law for law in LAWS.values() if law.name in EXAMPLES.laws]
-    write_all(folder, {f"laws/{law.name}.svg": law_picture(law) for law in drawn} | {"laws.md": laws_page()})
+    pictures = {f"laws/{law.name}.svg": law_picture(law) for law in drawn}
+    write_page(folder / "laws.md", laws_page(), pictures)
     return folder / "laws.md"
 
 

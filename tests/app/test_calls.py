@@ -125,6 +125,36 @@ def test_a_result_that_the_command_does_not_name_replaces_nothing_of_mine(folder
     assert contents(folder) == {name: log.encode()}
 
 
+@pytest.mark.parametrize(
+    ("arguments", "name"),
+    [
+        (("errors", "-o", "."), "errors.md"),
+        (("laws", "-o", "."), "laws.md"),
+        (("laws", "-o", "."), "laws/coulomb.svg"),
+        (("effects", "-o", "."), "effects.md"),
+        (("audit", "-o", "audit.md"), "audit.md"),
+    ],
+)
+def test_a_page_replaces_nothing_of_mine(folder, arguments, name):
+    (folder / name).parent.mkdir(exist_ok=True)
+    (folder / name).write_text("# My notes\n")
+    with patch("codegen.thesis.audit.judge.run_audit", return_value=[]):
+        result = stiction(*arguments)
+    assert is_one_message(result) and "[FILE004]" in result.err and name in result.err, result
+    assert contents(folder) == {name: b"# My notes\n"}
+
+
+@pytest.mark.parametrize("page", ["errors", "laws"])
+def test_a_page_of_an_earlier_version_is_replaced(folder, page):
+    written = stiction(page, "-o", ".")
+    assert written.code == 0
+    made = contents(folder)
+    for name in made:
+        (folder / name).write_text((folder / name).read_text() + "older\n")
+    assert stiction(page, "-o", ".").code == 0
+    assert contents(folder) == made
+
+
 @pytest.mark.skipif(os.geteuid() == 0, reason="root writes everywhere")
 def test_folder_without_permission(folder):
     (folder / "shut").mkdir(mode=0o555)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from codegen.base.files import write_atomically
+from codegen.base.own_files import write_page
 from codegen.base.shown import named
 from codegen.base.text import render
 from codegen.thesis.audit.claim import Finding, Verdict
@@ -17,8 +17,8 @@ VERDICTS: tuple[Verdict, ...] = ("holds", "wrong", "insufficient", "unnecessary"
 
 
 def write_audit(findings: Sequence[Finding], document: Path) -> Path:
-    """Write docs/audit.md; its path."""
-    write_atomically(document, audit_document(findings))
+    """Write docs/audit.md; its path. Raises BadInput for a file there that stiction did not write."""
+    write_page(document, audit_document(findings))
     return document
 
 

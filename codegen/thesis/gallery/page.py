@@ -13,6 +13,7 @@ from typing import Any
 
 from codegen.base.errors import BadInput
 from codegen.base.files import write_all
+from codegen.base.own_files import page_says_ours, refuse_unlisted
 from codegen.base.text import render
 from codegen.report.wording import number, unit_text, with_unit
 from codegen.thesis.gallery.build import FOLDER, GalleryResult, Verdict
@@ -84,15 +85,20 @@ def write_gallery(results: Sequence[GalleryResult], folder: Path) -> tuple[Path,
     Other figures keep the readings of their last run.
 
     Raises:
-        BadInput: if the folder cannot be written, or its readings cannot be read.
+        BadInput: if the folder cannot be written or has files of these names that stiction did not write, or its
+            readings cannot be read.
     """
     figures = read_figures()
-    kept = read_kept(folder) | {r.figure.figure: kept_of(r) for r in results}
+    earlier = read_kept(folder)
+    kept = earlier | {r.figure.figure: kept_of(r) for r in results}
     files: dict[str, str | bytes] = {picture_name(r.figure.figure): r.picture for r in results}
     in_order = {n: kept[n] for n in figures if n in kept}
     files[KEPT] = json.dumps(in_order, indent=1, ensure_ascii=False) + "\n"
     if all(n in kept and is_of(kept[n], figure) for n, figure in figures.items()):
         files[PAGE] = gallery_page(kept)
+    listed = [KEPT, *map(picture_name, earlier)] if earlier else []
+    listed += [PAGE] if page_says_ours(folder / PAGE) else []
+    refuse_unlisted(folder, dict.fromkeys(files), dict.fromkeys(listed), KEPT)
     write_all(folder, files)
     return tuple(folder / name for name in files)
 

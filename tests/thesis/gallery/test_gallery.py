@@ -189,6 +189,10 @@ def test_a_figure_is_the_same_bytes_twice_and_alone_leaves_the_table(tmp_path: P
     assert list(read_kept(tmp_path)) == ["1.1"]
     shutil.copy(ROOT / "docs" / "gallery" / KEPT, tmp_path / KEPT)
     assert tmp_path / "README.md" in write_gallery([first], tmp_path)
+    (tmp_path / "README.md").write_text("# My project\n")
+    with refused("FILE004"):
+        write_gallery([first], tmp_path)
+    assert (tmp_path / "README.md").read_text() == "# My project\n"
     (tmp_path / KEPT).write_text("{", encoding="utf-8")
     with refused(f"FILE004 {KEPT}"):
         write_gallery([first], tmp_path)

@@ -1,4 +1,4 @@
-"""Which files of a folder stiction wrote, by its list there, and the refusal to replace any other or edited one."""
+"""Which files of a folder stiction wrote, by its list there, and the refusal to replace other or edited ones."""
 
 from __future__ import annotations
 
@@ -6,8 +6,16 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from codegen.base.errors import BadInput
-from codegen.base.files import sha256
+from codegen.base.files import sha256, write_all
 from codegen.base.input_files import is_there, read_or_none
+
+
+Texts = Mapping[str, str | None] | Mapping[str, str]
+"""Name of a file → its new text; None if that is not known yet."""
+PAGE_MARK = "Written by `stiction "
+"""Words at the beginning of a page that a command writes."""
+HEAD = 1000
+"""Characters at the beginning of a page in which they stand."""
 
 
 def text_of(path: Path) -> str | None:
@@ -23,7 +31,7 @@ def differs(path: Path, text: str | None) -> bool:
 
 def refuse_unlisted(
     folder: Path,
-    files: Mapping[str, str | None] | Mapping[str, str],
+    files: Texts,
     listed: Mapping[str, object],
     by: str,
     says_ours: Callable[[Path], bool] = lambda path: False,
@@ -44,14 +52,12 @@ def refuse_unlisted(
     if refused:
         found = f"{', '.join(refused)}, which no {by} lists"
         by_force = ", or --force, which replaces them" if refused == ours else ""
-        ways = f"move others away, or choose another folder by -o DIR{by_force}"
+        ways = f"move others away, or choose another -o{by_force}"
         expected = f"only files of these names that stiction wrote: {ways} (nothing was replaced)"
         raise BadInput(str(folder), found, expected, code="FILE004")
 
 
-def edited_files(
-    folder: Path, files: Mapping[str, str | None] | Mapping[str, str], listed: Mapping[str, object]
-) -> list[str]:
+def edited_files(folder: Path, files: Texts, listed: Mapping[str, object]) -> list[str]:
     """The files that have neither their new text nor the one as stiction wrote it.
 
     Args:
@@ -60,3 +66,26 @@ def edited_files(
     """
     other = [file for file, text in files.items() if listed.get(file) and differs(folder / file, text)]
     return [file for file in other if sha256(text_of(folder / file) or "") != listed[file]]
+
+
+def page_says_ours(path: Path) -> bool:
+    """Whether a page says at its beginning that stiction wrote it."""
+    return PAGE_MARK in (text_of(path) or "")[:HEAD]
+
+
+def write_page(page: Path, text: str, pictures: Mapping[str, str] | None = None) -> None:
+    """Write a page and its pictures.
+
+    An earlier page counts as its list: it says at its beginning that stiction wrote it, and names its pictures.
+
+    Args:
+        pictures: path below the page's folder → text of the SVG.
+
+    Raises:
+        BadInput: if a file there is not of an earlier run, or the folder cannot be written.
+    """
+    files = {**(pictures or {}), page.name: text}
+    earlier = (text_of(page) or "") if page_says_ours(page) else ""
+    listed = [file for file in files if earlier and (file == page.name or file in earlier)]
+    refuse_unlisted(page.parent, files, dict.fromkeys(listed), page.name)
+    write_all(page.parent, files)
