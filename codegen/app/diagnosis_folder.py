@@ -6,9 +6,9 @@ import hashlib
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
-from codegen.base.own_files import edited_files, refuse_unlisted
 from codegen.base.errors import BadInput
 from codegen.base.files import json_of, refuse_foreign_json, sha256
+from codegen.base.own_files import edited_files, refuse_unlisted
 
 RESULT = "diagnosis.json"
 EXCITATION = "excitation.csv"

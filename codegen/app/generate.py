@@ -10,11 +10,11 @@ from pathlib import Path
 from typing import Any
 
 from codegen.app.derived import Overrides, Source, derived_from
-from codegen.base.own_files import differs, edited_files, refuse_unlisted, text_of
 from codegen.base.border import verb
 from codegen.base.errors import BadInput
 from codegen.base.files import refuse_target, remove, sha256, write_all, write_atomically
 from codegen.base.input_files import LARGEST_GENERATED, is_there, read_bytes, read_or_none, read_text
+from codegen.base.own_files import differs, edited_files, refuse_unlisted, text_of
 from codegen.base.shown import Result, json_text
 from codegen.base.text import render
 from codegen.certify import REGION_PROOFS

@@ -9,7 +9,6 @@ from codegen.base.errors import BadInput
 from codegen.base.files import sha256, write_all
 from codegen.base.input_files import is_there, read_or_none
 
-
 Texts = Mapping[str, str | None] | Mapping[str, str]
 """Name of a file → its new text; None if that is not known yet."""
 PAGE_MARK = "Written by `stiction "
