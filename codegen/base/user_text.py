@@ -3,7 +3,8 @@
 For code and Markdown a function keeps only the characters of an allow-list: letters and digits of any script, some
 ASCII signs and some typographic ones. No character that could end a comment or a string (backslash, quote, control
 character, line break) is on the list. Quotes become typographic ones, line breaks and tabs become spaces, and the rest
-becomes U+FFFD, which every editor shows. XML, HTML and the terminal keep all characters that can be displayed.
+becomes U+FFFD, which every editor shows. XML, HTML and the terminal keep all characters that can be displayed, and
+show where there was an invisible one.
 
 Templates get such text as ``UserText``, which cannot become a string by accident: the environment of the template's
 language (``codegen.base.text``) prints it by that language's function, and any other conversion raises.
@@ -28,8 +29,8 @@ QUOTES = {"'": "’", '"': "”", "`": "’"}
 """ASCII quotation mark → its typographic form."""
 _BREAKS = {"\r\n": " ", "\n": " ", "\r": " ", "\t": " "}
 """Line break or tab → blank."""
-_INVISIBLE = "\u115f\u1160\u3164\uffa0"
-"""Hangul fillers: letters by their Unicode category, but invisible."""
+_INVISIBLE = "\u115f\u1160\u3164\uffa0\u034f\u17b4\u17b5\u180b\u180c\u180d\u180f\u2800"
+"""Letters, marks and signs by their Unicode category, but invisible: fillers, joiners and an empty Braille cell."""
 _COMMENT_MARKS = re.compile(r"(?<=\*)(?=/)|(?<=/)(?=\*)|(?<=\?)(?=\?)")
 """Positions inside ``/*``, ``*/`` and ``??`` (trigraphs), where a blank is inserted."""
 _NOT_ASCII = re.compile(r"[^ -~]")
@@ -37,8 +38,8 @@ _NOT_ASCII = re.compile(r"[^ -~]")
 hundred thousand such characters."""
 _BLANKS = "\n\t\N{NO-BREAK SPACE}\N{NARROW NO-BREAK SPACE}"
 """Characters that a terminal shows, though ``str.isprintable`` says no."""
-_REORDERING = "\u061c\u200e\u200f\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069"
-"""Bidirectional controls: they make an editor show characters in another order than the file has."""
+_SELECTORS = re.compile("[\ufe00-\ufe0f\U000e0100-\U000e01ef]")
+"""Variation selectors: invisible, they choose between forms of the character before them."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -107,10 +108,15 @@ def comment_text(text: str) -> str:
 
 
 def _is_shown(character: str) -> bool:
-    """Whether XML allows the character and editors display it; controls and marks that reorder text are excluded."""
+    """Whether XML allows the character and editors display it.
+
+    Excluded are controls, line separators (Zl, Zp), and format characters (Cf): those of no width, with which two names
+    look alike, and those that show text in another order than the file has.
+    """
     if character in "\n\t":
         return True
-    return unicodedata.category(character) not in ("Cc", "Cs", "Cn") and character not in _REORDERING
+    hidden = unicodedata.category(character) in ("Cc", "Cf", "Cn", "Cs", "Zl", "Zp")
+    return not (hidden or character in _INVISIBLE or _SELECTORS.match(character))
 
 
 def terminal_text(text: str) -> str:

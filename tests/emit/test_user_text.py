@@ -280,6 +280,31 @@ def test_tokens_of_the_report_do_not_depend_on_it(text: str) -> None:
     assert html(page) == html(report("a"))
 
 
+@pytest.mark.parametrize(
+    "sign",
+    [
+        "\u200b",
+        "\u200d",
+        "\u2060",
+        "\ufeff",
+        "\xad",
+        "\u202e",
+        "\u2066",
+        "\u2028",
+        "\u3164",
+        "\ufe0f",
+        "\u2800",
+        "\U000e0041",
+    ],
+    ids=lambda sign: f"U+{ord(sign):04X}",
+)
+def test_the_report_shows_where_a_name_has_an_invisible_character(sign: str) -> None:
+    """Two names that look alike, or a name in another order than it is read, would mislead."""
+    page = report(f"a{sign}b")
+    assert sign not in page and "a\N{REPLACEMENT CHARACTER}b" in page
+    assert "naïve λ 漢 א é" in report("naïve λ 漢 א é")
+
+
 @settings(max_examples=examples(60), deadline=None)
 @given(TEXTS)
 def test_tokens_of_smt_lib_do_not_depend_on_it(text: str) -> None:
