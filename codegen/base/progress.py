@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Protocol
 if TYPE_CHECKING:
     from rich.progress import Progress, TaskID
 
-LINE_S = 10.0
+LINE_S = 5.0
 """Least time between two lines about the same step, s."""
 LOADING = "loading the libraries"
 """The first step of a verb, before its spec is read."""

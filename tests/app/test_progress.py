@@ -25,7 +25,7 @@ def clock(monkeypatch) -> list[float]:
     return now
 
 
-def test_a_line_for_each_station_and_every_ten_seconds(clock, capsys) -> None:
+def test_a_line_for_each_station_and_every_five_seconds(clock, capsys) -> None:
     with progress(lines=True) as tell:
         for seconds, station, share in (
             (0, "preflight", 0.0),
@@ -33,11 +33,11 @@ def test_a_line_for_each_station_and_every_ten_seconds(clock, capsys) -> None:
             (1, "refit", 0.05),
             (3, "refit", 0.06),
             (4, "effect 1", 0.1),
-            (13, "effect 1", 0.2),
-            (14, "effect 1", 0.21),
-            (23, "effect 1", 0.3),
-            (24, "effect 1", 0.34),
-            (25, "done", 1.0),
+            (8, "effect 1", 0.2),
+            (9, "effect 1", 0.21),
+            (13, "effect 1", 0.3),
+            (14, "effect 1", 0.34),
+            (15, "done", 1.0),
         ):
             clock[0] = 100.0 + seconds
             tell(station, share)

@@ -79,14 +79,20 @@ def test_segments_are_halved_while_free_runs_are_far_off(
     assert near.shorter(0.5) == 0.5 * share
 
 
+def unreported(share: float) -> None:
+    """Progress that nobody watches."""
+
+
 def ranked(kind: str, share: float, names: tuple[str, ...] = ()) -> Any:
-    return SimpleNamespace(found=fit(part_named(kind, names)), evidence=SimpleNamespace(share=share), why_not="")
+    found = fit(part_named(kind, names))
+    found.trial.system = system_of(stage())
+    return SimpleNamespace(found=found, evidence=SimpleNamespace(share=share), why_not="")
 
 
 def part_named(kind: str, names: tuple[str, ...] = ()) -> Any:
     """A part; with the names of its kind's usual form, or these."""
     usual = tuple(p.name for p in CATALOGUE[kind].parameters) if kind in CATALOGUE else ()
-    return SimpleNamespace(kind=kind, on="x", names=names or usual)
+    return SimpleNamespace(kind=kind, on="x", place=0, names=names or usual)
 
 
 @pytest.mark.parametrize(("share", "whole"), [(0.85, True), (0.7, False)])
@@ -105,7 +111,7 @@ def test_an_effect_like_the_best_that_leaves_nearly_as_little_gets_a_round_of_al
     monkeypatch.setattr(forward_selection, "every_part", lambda search, taken: everything)
     search: Any = SimpleNamespace(rigid=None, fitted_again=lambda fit: fit)
     best = [ranked("hardening_spring", 0.875), ranked("spring", share), ranked("offset", 0.3)]
-    assert forward_selection._pair(search, best) == (None, False)
+    assert forward_selection._pair(search, best, unreported) == (None, False)
     assert ("hardening_spring", ["offset"]) in asked
     second = ["viscous_asymmetry", "cogging", "stribeck"] if whole else ["offset"]
     assert ("spring", second) in asked
@@ -125,7 +131,7 @@ def test_an_effect_of_another_signature_that_leaves_nearly_as_little_gets_a_roun
     monkeypatch.setattr(forward_selection, "every_part", lambda search, taken: [part_named("viscous")])
     search: Any = SimpleNamespace(rigid=None, fitted_again=lambda fit: fit)
     best = [ranked("dead_zone", 0.74), ranked("spring", 0.72), ranked("offset", 0.3)]
-    forward_selection._pair(search, best)
+    forward_selection._pair(search, best, unreported)
     assert ("spring", ["viscous"]) in asked
 
 
@@ -142,8 +148,34 @@ def test_another_form_of_an_effect_gets_no_second_round_of_its_own(monkeypatch: 
     search: Any = SimpleNamespace(rigid=None, fitted_again=lambda fit: fit)
     forms = ("delta", "v_s"), ("delta", "v_s", "exponent")
     best = [ranked("stribeck", 0.99, names) for names in forms] + [ranked("offset", 0.3)]
-    forward_selection._pair(search, best)
+    forward_selection._pair(search, best, unreported)
     assert asked == [forms[0]]
+
+
+def test_an_effect_with_the_motion_of_a_better_one_gets_no_second_round_of_its_own(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A constant force is an asymmetric friction with another level: on an arm, a round beside each took twice as long.
+
+    The two are no pair either. The progress is reported meanwhile; it stood still for 25 s.
+    """
+    asked: list[tuple[str, list[str]]] = []
+    shares: list[float] = []
+
+    def run_round(search: Any, base: Any, parts: Any, progress: Any, leading: bool) -> list[Any]:
+        asked.append((base.trial.parts[0].kind, [p.kind for p in parts]))
+        progress(0.5)
+        return []
+
+    monkeypatch.setattr(forward_selection, "run_round", run_round)
+    monkeypatch.setattr(forward_selection, "every_part", lambda search, taken: [part_named("viscous")])
+    search: Any = SimpleNamespace(rigid=None, fitted_again=lambda fit: fit)
+    best = [ranked(kind, share) for kind, share in (("coulomb_asymmetry", 0.9), ("offset", 0.9), ("spring", 0.89))]
+    system = best[0].found.trial.system
+    best[0].found.part.on, best[1].found.part.on = system.contacts[0].name, system.positions[0].name
+    forward_selection._pair(search, best, shares.append)
+    assert asked == [("coulomb_asymmetry", ["spring"]), ("spring", ["viscous"])]
+    assert shares == [0.5, 0.5]
 
 
 @pytest.mark.parametrize("at_noise", [True, False])
@@ -162,7 +194,7 @@ def test_no_pair_is_sought_beyond_one_that_leaves_only_noise(at_noise: bool, mon
     monkeypatch.setattr(forward_selection, "at_noise", lambda found: at_noise and found.cost == 8.0)
     search: Any = SimpleNamespace(rigid=None, fitted_again=lambda fit: fit)
     kinds = ("offset", "spring", "cogging", "stribeck")
-    pair, among_all = forward_selection._pair(search, [ranked(kind, 0.9) for kind in kinds])
+    pair, among_all = forward_selection._pair(search, [ranked(kind, 0.9) for kind in kinds], unreported)
     assert asked == list(kinds[: 2 if at_noise else 3])
     assert pair is not None and [p.kind for p in pair.trial.parts] == [asked[-1], "viscous"] and among_all
 
@@ -519,7 +551,7 @@ def test_effects_are_tried_in_pairs_where_the_best_alone_is_far_off_in_some_segm
     best = SimpleNamespace(found=alone, why_not="", unsure=False, contradicted=False, for_table=None)
     asked: list[Any] = []
 
-    def in_pairs(search: Any, some: Any) -> Any:
+    def in_pairs(search: Any, some: Any, progress: Any) -> Any:
         asked.append(some)
         return pair, True
 
@@ -661,7 +693,7 @@ def test_each_joint_of_an_arm_has_rounds_of_its_own(monkeypatch: pytest.MonkeyPa
         "credible": lambda search, before, after, count: True,
         "nothing_left": lambda own: own.cost < 0.5,
         "explained_share": lambda search, before, after: 1.0,
-        "_pair": lambda search, some: None,
+        "_pair": lambda search, some, progress: None,
         "_split": lambda search, found: None,
         "_in_simplest_forms": lambda search, found, rivals: (found, rivals),
         "_reconsidered": lambda search, found, rivals, among_all: (found, []),

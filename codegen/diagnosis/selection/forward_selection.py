@@ -35,6 +35,7 @@ from codegen.diagnosis.selection.ranking import (
     refused_when_fitted_again,
     run_round,
     runs_prefer,
+    same_motion,
     same_signature,
     tied_by_free_runs,
     ties,
@@ -142,7 +143,8 @@ def find_effects(search: Search, base: Fit, report_progress: Progress, refit_onl
     while True:
         places = _unexplained(search, current, rounds, bool(turn))
         if leaders and (search.rigid or begun > 1 or not places):  # the best one's second round comes before pairs
-            pair, chosen = (None, False) if at_noise(confirmed) else _pair(search, leaders)
+            pairs_progress = partial(report_progress, turn)
+            pair, chosen = (None, False) if at_noise(confirmed) else _pair(search, leaders, pairs_progress)
             if pair is not None and _is_better_pair(pair, confirmed) and worth_it(search, led, pair, count):
                 current = confirmed = _in_simplest_forms(search, pair, [])[0]
                 rivals, paired, among_all, waiting = [], True, chosen, []
@@ -243,14 +245,16 @@ def _is_better_pair(pair: Fit, confirmed: Fit) -> bool:
     return pair.cost < confirmed.cost - (BETTER if len(confirmed.trial.parts) >= len(pair.trial.parts) else 0.0)
 
 
-def _pair(search: Search, ranked: Sequence[Ranked]) -> tuple[Fit | None, bool]:
+def _pair(
+    search: Search, ranked: Sequence[Ranked], report_progress: Callable[[float], None]
+) -> tuple[Fit | None, bool]:
     """The best fit with two effects, at least one of them among the best of the first round (a beam search).
 
     It ends with a pair that leaves only noise, which no other pair explains better.
 
     Two missing effects bias each other's fit. Effects with nearly as small a residual as the best get a second round of
     all candidates; other pairs are of the best candidates with different signatures. Forms of one effect leave the same
-    for a second effect, so only the best one is tried in pairs.
+    for a second effect, as effects with the same motion do (``twins``), so only the best one is tried in pairs.
 
     Returns:
         The fit, None if there is none, and whether its last effect was chosen among all with the first kept.
@@ -258,16 +262,17 @@ def _pair(search: Search, ranked: Sequence[Ranked]) -> tuple[Fit | None, bool]:
     best: Fit | None = None
     among_all = False
     for k, one in enumerate(ranked):
-        if any(_same(one.found.part, r.found.part) for r in ranked[:k]):
+        if any((one.found.part.kind, one.found.part.on) in same_motion(r.found) for r in ranked[:k]):
             continue
         every = 0 < k < BEAM and leaves_as_little(one, ranked[0])
         if every:
             others = every_part(search, [one.found.part])
         else:
             others = [r.found.part for r in ranked[k + 1 :] if not same_signature(one.found.part, r.found.part)]
-        others = [p for p in others if joint_of(search, p) == joint_of(search, one.found.part)]
+        own, same = joint_of(search, one.found.part), same_motion(one.found)
+        others = [p for p in others if joint_of(search, p) == own and (p.kind, p.on) not in same]
         if others:
-            both = run_round(search, search.fitted_again(one.found), others, lambda share: None, leading=True)
+            both = run_round(search, search.fitted_again(one.found), others, report_progress, leading=True)
             for found in [search.fitted_again(r.found) for r in both if not r.why_not][:1]:
                 if best is None or found.cost < best.cost:
                     best, among_all = found, every

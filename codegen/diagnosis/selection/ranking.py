@@ -141,7 +141,7 @@ def in_simplest_admitted_forms(ranked: Sequence[Ranked]) -> list[Ranked]:
 def refused_when_fitted_again(ranked: Sequence[Ranked], chosen: Ranked) -> list[Ranked]:
     """A round whose chosen candidate, with its twins, fails if fitted with the noise of the log."""
     words = "may be chance: it passes with the noise that the refit leaves, but not with the noise of the log"
-    same = _same_motion(chosen.found)
+    same = same_motion(chosen.found)
     return [
         replace(r, why_not=words, unsure=True) if not r.why_not and (r is chosen or _is_one_of(r.found, same)) else r
         for r in ranked
@@ -168,7 +168,7 @@ def _tied(search: Search, best: Ranked, ranked: Sequence[Ranked]) -> list[Ranked
 
     Far from the noise every difference is significant; there, candidates that are nearly alike tie as well.
     """
-    same, tied = _same_motion(best.found), []
+    same, tied = same_motion(best.found), []
     for other in ranked:
         if other is best or not (_may_pass(other) or _is_other_load(other, best)) or _is_one_of(other.found, same):
             continue
@@ -178,7 +178,7 @@ def _tied(search: Search, best: Ranked, ranked: Sequence[Ranked]) -> list[Ranked
             continue
         if tied_by_free_runs(search, best, other):
             tied.append(other)
-            same |= _same_motion(other.found)
+            same |= same_motion(other.found)
     return tied
 
 
@@ -388,7 +388,8 @@ def twins(part: Part, found: Fit) -> list[tuple[str, str]]:
     return effect.twins(found.trial.system, part.place)
 
 
-def _same_motion(found: Fit) -> set[tuple[str, str]]:
+def same_motion(found: Fit) -> set[tuple[str, str]]:
+    """(kind, on) of a fit's last effect and of its twins."""
     return {(found.part.kind, found.part.on), *twins(found.part, found)}
 
 
