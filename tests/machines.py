@@ -13,7 +13,7 @@ from codegen.effects.declare import system_of
 from codegen.mechanics import System
 from codegen.spec import Spec, parse_spec
 
-# Written out; ``tests.observers.hands`` has each in NumPy too.
+# Written out; ``tests.observers.by_hand`` has each in NumPy too.
 
 ONE_MASS = """
 name: one_mass

@@ -15,8 +15,8 @@ from codegen.analysis.operating_points import operating_points
 from codegen.app.derived import Derived
 from codegen.base.errors import BadInput
 from codegen.spec import parse_spec
+from tests.expected_errors import refused
 from tests.spec.faults import GOOD
-from tests.told import refused
 
 from .gain_specs import MASS, assessed, estimated_cfo, radius, spec_of
 

@@ -28,9 +28,9 @@ from codegen.mechanics.sparse import jacobian
 from codegen.observers import build_observer
 from codegen.spec import parse_spec, read_spec
 from codegen.spec.functions import Magnitude
-from tests.in_part import drawn, in_part
+from tests.expected_errors import refused
 from tests.machines import ONE_MASS, machine
-from tests.told import refused
+from tests.slow_cases import drawn, slow_except
 
 H = sympy.Symbol("h", positive=True)
 # A root this close to the boundary (relative to the largest) is decided by rounding of the roots, which NumPy finds to
@@ -56,7 +56,7 @@ def random_roots(order: int, generator: np.random.Generator) -> Any:
     return np.array(roots)
 
 
-@pytest.mark.parametrize("order", in_part(range(1, 7), range(1, 6)))
+@pytest.mark.parametrize("order", slow_except(range(1, 7), range(1, 6)))
 def test_routh_and_jury_agree_with_the_roots(order: int) -> None:
     """400 random polynomials each, 2400 in all, with no disagreement outside rounding."""
     routh, step = compiled(order)
@@ -135,7 +135,7 @@ STEPPED = [
 ]
 
 
-@pytest.mark.parametrize(("name", "kind", "integration"), in_part(STEPPED, STEPPED[:3], several=True))
+@pytest.mark.parametrize(("name", "kind", "integration"), slow_except(STEPPED, STEPPED[:3], several=True))
 def test_jury_s_lines_alone_say_whether_a_machine_s_step_is_stable(name: str, kind: str, integration: str) -> None:
     """Gains K_2 of either sign: where only the sign of a gain is wrong, one of Jury's own lines fails."""
     generator = np.random.default_rng(list(f"{name}{kind}{integration}".encode()))
@@ -233,7 +233,7 @@ GAINS = {
 
 
 @pytest.mark.parametrize(
-    ("name", "kind"), in_part(list(GAINS), [g for g in GAINS if g != ("two_mass", "gcfo")], several=True)
+    ("name", "kind"), slow_except(list(GAINS), [g for g in GAINS if g != ("two_mass", "gcfo")], several=True)
 )
 def test_conditions_and_largest_sample_time_against_eigenvalues(name: str, kind: str) -> None:
     """Random gains through the whole analysis: conditions hold just where eigenvalues say so; the largest sample time

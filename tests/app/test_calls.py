@@ -13,7 +13,7 @@ import pytest
 
 import stiction as api
 from codegen.checker import verify as checker
-from tests.in_part import in_part
+from tests.slow_cases import slow_except
 
 from .command import COMMAND, SPECS, contents, is_one_message, process, stiction
 
@@ -391,7 +391,7 @@ WRITTEN_TO = [(one, "stdout") for one in (SAID[0], SAID[1], SAID[3])] + [(SAID[1
 """Verbs that write to what is closed, and one that does not."""
 
 
-@pytest.mark.parametrize(("arguments", "closed"), in_part(CLOSED, WRITTEN_TO, several=True))
+@pytest.mark.parametrize(("arguments", "closed"), slow_except(CLOSED, WRITTEN_TO, several=True))
 def test_reader_that_goes_away(arguments, closed, folder):
     """As of `stiction ... | head -0`: nothing is said of it, whatever the verb had to say."""
     command = subprocess.Popen(

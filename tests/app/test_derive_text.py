@@ -6,7 +6,7 @@ import json
 
 import pytest
 
-from tests.in_part import in_part
+from tests.slow_cases import slow_except
 
 from .command import SPECS, stiction
 
@@ -65,7 +65,7 @@ def test_a_long_coefficient_is_printed_in_full_and_once() -> None:
     assert [line.split()[:3] for line in lines[end:] if line.startswith("  c2 ")] == [["c2", ">", "0"]]
 
 
-@pytest.mark.parametrize("velocity", in_part(["estimated", "measured"], ["measured"]))
+@pytest.mark.parametrize("velocity", slow_except(["estimated", "measured"], ["measured"]))
 def test_long_entries_are_counted_and_short_ones_written(tmp_path, velocity):
     """With a measured velocity one condition is a polynomial of degree 35, which SymPy had not factored after 169 s."""
     text = CRANK

@@ -15,7 +15,7 @@ import pytest
 from codegen.app import derived
 from codegen.checker import verify as checker
 from codegen.emit.header import manifest_text
-from tests.in_part import in_part
+from tests.slow_cases import slow_except
 
 from .command import SPECS, contents, is_one_message, process, stiction
 
@@ -116,7 +116,7 @@ EACH = [EDITS[k % 4 * len(NAMES) + k] for k in range(len(NAMES))]
 """Each file with one of the edits."""
 
 
-@pytest.mark.parametrize(("edit", "name"), in_part(EDITS, EACH, several=True))
+@pytest.mark.parametrize(("edit", "name"), slow_except(EDITS, EACH, several=True))
 def test_check_sees_every_edit(generated, name, edit):
     path = generated / name
     if edit == "append":

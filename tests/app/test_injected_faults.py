@@ -38,8 +38,8 @@ import codegen.spec.yaml_text
 from codegen.base.errors import InternalError
 from codegen.base.files import write_all
 from stiction import derive
-from tests.in_part import in_part
-from tests.told import refused
+from tests.expected_errors import refused
+from tests.slow_cases import slow_except
 
 from .command import COMMAND, SPECS, is_one_message, stiction
 
@@ -307,7 +307,7 @@ WRITTEN = [
 ]
 
 
-@pytest.mark.parametrize(("verb", "unbuffered"), in_part(WRITTEN, WRITTEN[::3], several=True))
+@pytest.mark.parametrize(("verb", "unbuffered"), slow_except(WRITTEN, WRITTEN[::3], several=True))
 def test_standard_output_that_cannot_be_written(made, verb, unbuffered):
     with Path("/dev/full").open("w") as full:
         done = subprocess.run(

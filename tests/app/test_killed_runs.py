@@ -15,7 +15,7 @@ import pytest
 from codegen.base import files as files_of
 from codegen.base.files import write_all
 from codegen.base.temporary import private_folder, sweep, temporary_file
-from tests.told import refused
+from tests.expected_errors import refused
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="no locks that end with their process")
 

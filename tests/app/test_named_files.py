@@ -12,7 +12,7 @@ import pytest
 
 from codegen.base.input_files import LARGEST_TEXT, opened, read_bytes
 from codegen.checker import files as checker_files
-from tests.told import refused
+from tests.expected_errors import refused
 
 from .command import SPECS, is_one_message, process, stiction
 

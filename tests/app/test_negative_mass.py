@@ -8,7 +8,7 @@ import pytest
 
 from codegen.effects.declare import system_of
 from codegen.spec import parse_spec
-from tests.told import refused
+from tests.expected_errors import refused
 
 from .command import SPECS, stiction
 

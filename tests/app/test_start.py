@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from codegen.base.version import VERSION
-from tests.in_part import in_part
+from tests.slow_cases import slow_except
 
 from .command import SPECS, stiction
 
@@ -88,7 +88,7 @@ def test_simulate_by_steps_loads_no_solver_and_no_pictures(tmp_path: Path) -> No
     assert not found & {"matplotlib", "clarabel", "cvxpy", "pint"}
 
 
-@pytest.mark.parametrize("verb", in_part(["laws", "effects"], ["effects"]))
+@pytest.mark.parametrize("verb", slow_except(["laws", "effects"], ["effects"]))
 def test_the_list_of_a_kind_loads_nothing_that_solves_or_draws(verb: str) -> None:
     assert loaded(verb) == {"sympy", "casadi", "numpy", "ruamel", "jinja2"}
 

@@ -26,7 +26,7 @@ from benchmarks.rows import chain, python_twin, seven_joint_arm, two_link_arm, t
 from benchmarks.text import render
 from codegen.base.resources import resource_folder
 from tests.compiled.toolchain import need
-from tests.in_part import in_part
+from tests.slow_cases import slow_except
 
 
 @contextmanager
@@ -73,7 +73,7 @@ def test_the_two_link_arm(tmp_path, title):
     assert difference(ours, theirs) < TOLERANCE
 
 
-@pytest.mark.parametrize("n", in_part([4, 20], [4]))
+@pytest.mark.parametrize("n", slow_except([4, 20], [4]))
 def test_the_chain(tmp_path, n):
     ours = chain.our_chain(n, tmp_path)
     makers = dict(chain.candidates(n, ours))

@@ -22,7 +22,7 @@ from codegen.diagnosis.results import ProposedTerms
 from codegen.diagnosis.verdict.proposal import propose_terms
 from codegen.spec import parse_spec
 from tests.diagnosis.stage import TEST, TRAIN, log_of, stage, system_of
-from tests.in_part import in_part
+from tests.slow_cases import slow_except
 
 needs_pysindy = pytest.mark.skipif(importlib.util.find_spec("pysindy") is None, reason="the extra sindy is not here")
 
@@ -156,7 +156,7 @@ HELD = [
 
 
 @needs_pysindy
-@pytest.mark.parametrize(("kind", "on", "name", "value", "kinds"), in_part(HELD, [HELD[0], HELD[4]], several=True))
+@pytest.mark.parametrize(("kind", "on", "name", "value", "kinds"), slow_except(HELD, [HELD[0], HELD[4]], several=True))
 def test_pysindy_names_what_its_library_holds(
     tmp_path: Path, kind: str, on: str, name: str, value: float, kinds: tuple[str, ...]
 ) -> None:

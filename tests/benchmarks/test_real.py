@@ -15,7 +15,7 @@ from benchmarks.real.steady import mean_errors
 from codegen.base.errors import BadInput
 from codegen.logs import read_description, read_logs
 from codegen.spec import read_spec
-from tests.in_part import in_part
+from tests.slow_cases import slow_except
 
 RUNS = [(name, run) for name, runs in SETS.items() for run in runs]
 IDS = [f"{name}/{run.name}" for name, run in RUNS]
@@ -123,7 +123,7 @@ def test_the_spec_and_the_description_are_sound(name: str, run: Diagnosed) -> No
 
 
 @pytest.mark.skipif(not DATA.is_dir(), reason="../shared/data is not here")
-@pytest.mark.parametrize(("name", "run"), in_part(RUNS, FIRSTS, several=True), ids=IDS)
+@pytest.mark.parametrize(("name", "run"), slow_except(RUNS, FIRSTS, several=True), ids=IDS)
 def test_the_files_are_read_as_published(name: str, run: Diagnosed) -> None:
     spec = read_spec(spec_of(name, run))
     for files in filter(None, (run.train, run.test)):

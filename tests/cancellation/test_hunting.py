@@ -12,8 +12,8 @@ from codegen.base.text import render
 from codegen.effects.declare import add_declared_effects
 from codegen.mechanics.build import build_system
 from codegen.simulate.hunting import RegulatorLoop, Trial, at_rest, hunting, limit_cycle
+from tests.expected_errors import refused
 from tests.machines import read
-from tests.told import refused
 
 from .describing import Mass, threshold
 

@@ -7,9 +7,9 @@ import pytest
 
 from codegen.cancellation import reach
 from codegen.mechanics.build import build_system
-from tests.in_part import in_part
+from tests.expected_errors import refused
 from tests.machines import machine_text, read
-from tests.told import refused
+from tests.slow_cases import slow_except
 
 from .equations import random_mass, random_matrix
 
@@ -19,7 +19,7 @@ def found(M, B, U, weight="mass_inverse", envelope="", kind="gto"):
     return reach(spec, build_system(spec), weight)
 
 
-@pytest.mark.parametrize("seed", in_part(range(24), range(8)))
+@pytest.mark.parametrize("seed", slow_except(range(24), range(8)))
 def test_verdicts_are_those_of_ranks_and_projections(seed):
     generator = np.random.default_rng(seed)
     n, r, p = generator.integers(2, 5), generator.integers(1, 5), generator.integers(1, 5)

@@ -9,8 +9,8 @@ from codegen.cancellation import RankFalls, plan, with_cancellation
 from codegen.cancellation.plan import keeps_rank
 from codegen.mechanics.build import build_system
 from codegen.observers import build_observer
+from tests.expected_errors import matches, refused
 from tests.machines import machine_text, read
-from tests.told import refused, tells
 
 DIAGONAL = [[1, 0], [0, 1]]
 
@@ -93,13 +93,13 @@ def test_what_has_no_enclosure_is_not_called_proven():
 def test_the_section(section, key, said):
     with pytest.raises(BadInput) as told:
         build(machine_text(DIAGONAL, [[1], [1]], DIAGONAL, section))
-    assert told.value.place.key == f"cancellation.{key}" and tells(told.value, said)
+    assert told.value.place.key == f"cancellation.{key}" and matches(told.value, said)
 
 
 def test_contacts_need_an_observer_of_each():
     with pytest.raises(BadInput) as told:
         build(machine_text(DIAGONAL, [[1], [1]], DIAGONAL, "{contacts: [c1]}", "gto"))
-    assert tells(told.value, "SPEC027 gto") and told.value.nearest == "mgto"
+    assert matches(told.value, "SPEC027 gto") and told.value.nearest == "mgto"
 
 
 def test_nothing_is_cancellable():

@@ -24,9 +24,9 @@ from codegen.checker import verify
 from codegen.mechanics import build_system
 from codegen.observers import build_observer
 from codegen.spec import parse_spec
+from tests.expected_errors import refused
 from tests.machines import ONE_MASS, TEXTS
-from tests.observers.hands import HANDS
-from tests.told import refused
+from tests.observers.by_hand import BY_HAND
 
 from .certified import COMMAND, analysis_of, fall, lyapunov, outcome, step_matrix, worst_fall
 
@@ -87,7 +87,7 @@ def test_the_arm_s_certificate_holds_for_the_observer_itself(kind: str) -> None:
     content = certified("arm", gains, FULL_TURN).content
     _, reference = write_observer("arm", kind, "measured", seeded("arm"), h=0.0005)
     matrix = np.diag([0.5, 0.05])
-    reference = type(reference)(HANDS["arm"], kind, False, matrix * (1 if kind == "gcfo" else 0), -matrix, np.eye(2))
+    reference = type(reference)(BY_HAND["arm"], kind, False, matrix * (1 if kind == "gcfo" else 0), -matrix, np.eye(2))
     root = np.linalg.cholesky(lyapunov(content)).T
     generator = np.random.default_rng(2)
     for th2 in np.linspace(-3.15, 3.15, 300):

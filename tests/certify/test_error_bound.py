@@ -31,7 +31,7 @@ from codegen.observers import build_observer
 from codegen.program import build_program
 from codegen.replay.engine import engine_for
 from codegen.spec import Spec, parse_spec
-from tests.in_part import in_part
+from tests.slow_cases import slow_except
 
 MASS, LEVEL, TOP, NOISE, H = 2.5, 30.0, 80.0, 4e-6, 0.001
 TEXT = """
@@ -369,7 +369,7 @@ def test_after_a_start_that_is_wrong() -> None:
 
 
 @pytest.mark.parametrize(("kind", "step"), CASES)
-@pytest.mark.parametrize("sign", in_part([-1, 1], [1]))
+@pytest.mark.parametrize("sign", slow_except([-1, 1], [1]))
 def test_a_model_that_is_off_by_a_percent(kind: str, step: str, sign: int) -> None:
     """The observer's mass, input gain and clock are right; the machine's are off by a percent."""
     bench, share, generator = Bench(kind, step), 0.01 * sign, np.random.default_rng(5)

@@ -12,7 +12,7 @@ import pytest
 import stiction
 from codegen.certify.certify import Certificate
 from codegen.checker import verify
-from tests.in_part import in_part
+from tests.slow_cases import slow_except
 
 TEXT = """
 name: slider
@@ -64,7 +64,7 @@ def test_the_sign_of_a_slip_is_named_as_an_expression(tmp_path: Path) -> None:
     assert f"contains {sign}," in outcome.not_by_kernel and "bounded1" not in outcome.not_by_kernel
 
 
-@pytest.mark.parametrize("velocity", in_part(["measured", "estimated"], ["measured"]))
+@pytest.mark.parametrize("velocity", slow_except(["measured", "estimated"], ["measured"]))
 def test_a_right_level_stays_right_while_the_contact_turns(velocity: str, tmp_path: Path) -> None:
     """The generated twin on a plant that moves with the declared level: â stays at it to the order of the step.
 

@@ -18,7 +18,7 @@ from codegen.certify.certify import Certificate, Proposal, Proposals, Refusal
 from codegen.certify.remedies import proposals
 from stiction import certify, load
 from tests.app.command import SPECS, stiction
-from tests.in_part import in_part
+from tests.slow_cases import slow_except
 
 ONE, TWO = "gains: {K_F: 10, K_v: 100}", "gains: {K_F: [500, 700], K_v: [10, 10]}"
 RIG, DFO = "gains: {K_1: 0, K_2: -10, K_v: 50}", "gains: {K_a: -10, K_f1: -0.01, K_f2: 0, K_v: 100}"
@@ -65,7 +65,7 @@ def cfo_radius(k_f: float, k_v: float, h: float) -> float:
 LOOPS = [(20000, 100, 0.001), (10, 3000, 0.001), (900, 2500, 0.002)]
 
 
-@pytest.mark.parametrize(("k_f", "k_v", "h"), in_part(LOOPS, LOOPS[1:2], several=True))
+@pytest.mark.parametrize(("k_f", "k_v", "h"), slow_except(LOOPS, LOOPS[1:2], several=True))
 def test_one_mass_cfo(tmp_path: Path, k_f: float, k_v: float, h: float) -> None:
     old = f"{ONE}\n  sample_time: 0.001"
     found = proposed(write(tmp_path, "one_mass", old, f"gains: {{K_F: {k_f}, K_v: {k_v}}}\n  sample_time: {h}"))

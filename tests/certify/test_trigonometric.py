@@ -17,7 +17,7 @@ from codegen.certify.prefix import to_prefix
 from codegen.certify.trigonometric import over_angles
 from codegen.checker import decay, kernel, verify
 from tests.checker.test_verify import certificate
-from tests.in_part import drawn, in_part
+from tests.slow_cases import drawn, slow_except
 
 from .certified import fall, step_matrix
 from .test_refute import spectral
@@ -76,7 +76,7 @@ def test_a_frame_that_turns_is_proposed_up_to_where_no_common_p_is() -> None:
     assert over_angles(rotating(sympy.Rational(5, 2)), sympy.Rational(1, 100)) is None
 
 
-@pytest.mark.parametrize("seed", in_part(range(12), range(4)))
+@pytest.mark.parametrize("seed", slow_except(range(12), range(4)))
 def test_a_random_quotient_is_accepted_just_when_samples_show_it(seed: int) -> None:
     """Two angles' and a variable's quotient: a little below the best rate of its P, and never above."""
     dice = np.random.default_rng(seed)

@@ -13,7 +13,7 @@ import pytest
 
 from codegen.checker import ellipsoid, errors, frame, verify
 from tests.checker.forged import POINT
-from tests.in_part import in_part
+from tests.slow_cases import slow_except
 
 HERE = Path(__file__).parents[2] / "generated" / "one_mass"
 RATE = "parameters->one_over_m * (inputs->w - F_hat_rail)"
@@ -120,7 +120,7 @@ def test_a_set_that_does_not_shrink_bounds_nothing() -> None:
         ellipsoid.bounded(proof, still, errors.prove(proof, files))
 
 
-@pytest.mark.parametrize("alike", in_part([True, False], [True]))
+@pytest.mark.parametrize("alike", slow_except([True, False], [True]))
 def test_many_rows_of_many_samples_are_more_work_than_the_limit(alike: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(frame, "SECONDS", 1)
     proof, files = shipped()

@@ -16,7 +16,7 @@ from codegen.checker import errors, verify
 from codegen.checker.verify import Refused
 from codegen.replay.engine import load_twin
 from tests.checker.forged import GENERATED, POINT, certificate, changed, check, replace_once, sources
-from tests.in_part import in_part
+from tests.slow_cases import slow_except
 
 MISSED = "    state->z_v = state->z_v - parameters->sample_time * parameters->K_v * outputs->v_hat;\n"
 RESUMED = (
@@ -177,7 +177,7 @@ PROOFS = sorted(GENERATED.glob("*/proof.json"))
 
 
 @pytest.mark.parametrize(
-    "path", in_part(PROOFS, [p for p in PROOFS if p.parent.name != "chain"]), ids=lambda p: p.parent.name
+    "path", slow_except(PROOFS, [p for p in PROOFS if p.parent.name != "chain"]), ids=lambda p: p.parent.name
 )
 def test_what_is_shipped_begins_and_goes_on_so(path: Path) -> None:
     """But for one with a domain, outside of which it begins: there nothing is said."""
@@ -227,7 +227,7 @@ def runs_on(module: Any, seed: int) -> list[Callable[[], bool]]:
     return [begins, lambda: goes_on(1), lambda: goes_on(100)]
 
 
-@pytest.mark.parametrize("count", in_part([50, 150], [50]))
+@pytest.mark.parametrize("count", slow_except([50, 150], [50]))
 def test_mutants_are_accepted_just_where_they_run_on(count: int) -> None:
     """One operator or name in what init, predict and resume give the states is another, in the C and in Python."""
     twin, dice = sources("one_mass")["__init__.py"].decode(), random.Random(5)

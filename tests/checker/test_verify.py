@@ -39,7 +39,7 @@ from hypothesis import strategies as st
 
 from codegen.checker import enclosure, frame, kernel, verify
 from codegen.checker.verify import Refused, check
-from tests.in_part import drawn, examples
+from tests.slow_cases import drawn, examples
 
 Cert = dict[str, Any]
 SOURCE = Path(verify.__file__)

@@ -26,7 +26,7 @@ from codegen.spec import read_spec
 from tests.checker.test_ellipsoid import BOUNDED, bounds, content, ellipsoid
 from tests.checker.test_kernel import GENERATED, numbers, seen, spec_path
 from tests.compiled.toolchain import compiled
-from tests.in_part import in_part
+from tests.slow_cases import slow_except
 
 DOUBLES = ctypes.POINTER(ctypes.c_double)
 LONGS = ctypes.POINTER(ctypes.c_long)
@@ -308,7 +308,7 @@ SIGNED = [name for name in BOUNDED if content(name, "proof.json")["signs"] and n
 """Specs whose code has signs of slips. In a domain a slip near its bound is outside it, where nothing is claimed."""
 
 
-@pytest.mark.parametrize("name", in_part(SIGNED, ["one_mass", "two_mass"]))
+@pytest.mark.parametrize("name", slow_except(SIGNED, ["one_mass", "two_mass"]))
 def test_the_sign_of_a_slip_is_right_above_its_threshold_and_can_be_wrong_below(name: str, tmp_path: Path) -> None:
     """Under the worst noise and drift for a slip's estimate, that slip as slow as 1.0001 or 0.97 of its threshold.
 
@@ -335,7 +335,7 @@ def test_the_sign_of_a_slip_is_right_above_its_threshold_and_can_be_wrong_below(
             assert (attack.followed([], disturbed, samples)[1] > 0) == (wrong and slow), (name, contact, share)
 
 
-@pytest.mark.parametrize("name", in_part([*BOUNDED, "chain"], BOUNDED))
+@pytest.mark.parametrize("name", slow_except([*BOUNDED, "chain"], BOUNDED))
 def test_no_run_about_the_worst_is_above_its_bound(name: str, tmp_path: Path) -> None:
     attacked(name, tmp_path, 500)
 

@@ -14,7 +14,7 @@ from codegen.certify.prefix import rational_text
 from codegen.emit.package import emit_sources, make_header
 from codegen.program import Program, build_program
 from codegen.spec.schema import CodeChoice
-from tests.in_part import in_part
+from tests.slow_cases import slow_except
 
 from .interface import Interface, read_interface
 from .signals import Channel, Excitation
@@ -33,7 +33,7 @@ KINDS = (
     ),
 )
 """Each observer, law and way to step, and code with loops and with sines: for what costs seconds a spec."""
-IN_PART = in_part(SHIPPED, KINDS)
+REPRESENTATIVE = slow_except(SHIPPED, KINDS)
 PRECISIONS = ("double", "single")
 REST = {"theta1": -np.pi / 2}
 """The two-link arm hangs down, where the gravity that its input does not carry is small."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.in_part import in_part
+from tests.slow_cases import slow_except
 
 from .build import Built, motion, same_bits
 from .specs import GAINS, spec_text
@@ -30,7 +30,7 @@ def compare(built: Built, samples: int, *flags: str) -> np.ndarray:
 
 
 @pytest.mark.parametrize(
-    "case", in_part(CASES, [c for c in CASES if c[3] or c[0] == "two_mass"]), ids=lambda c: "-".join(map(str, c))
+    "case", slow_except(CASES, [c for c in CASES if c[3] or c[0] == "two_mass"]), ids=lambda c: "-".join(map(str, c))
 )
 def test_every_observer_and_effect(tmp_path, case):
     compare(Built(tmp_path, spec_text(*case)), 1500)

@@ -18,8 +18,8 @@ from codegen.emit.c import FUNCTIONS
 from codegen.emit.expression import Expressions, Language
 from codegen.program.graph import Graph, Node, to_graph
 from codegen.program.normal import normalise
-from tests.in_part import examples
-from tests.told import refused
+from tests.expected_errors import refused
+from tests.slow_cases import examples
 
 from .build import compile_shared
 

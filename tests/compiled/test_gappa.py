@@ -17,7 +17,7 @@ from codegen.app.derived import derived_from
 from codegen.app.rounding_bound import JUST_ABOVE, Rounding, rounding_bounds
 from codegen.certify.bound.bounds import DomainBound
 from codegen.certify.certify import Certificate
-from tests.in_part import in_part
+from tests.slow_cases import slow_except
 
 from .shipped import SPECS, sources
 from .toolchain import need
@@ -99,7 +99,7 @@ def test_gappa_proves_what_rounding_adds_to_a_step(precision: str, way: int) -> 
 
 @pytest.mark.parametrize(
     ("precision", "way", "name"),
-    in_part([(*case, name) for case in CASES for name in ERRORS], [("single", -1, "z_v_next")], several=True),
+    slow_except([(*case, name) for case in CASES for name in ERRORS], [("single", -1, "z_v_next")], several=True),
 )
 def test_gappa_does_not_prove_a_hundredth_of_it(precision: str, way: int, name: str) -> None:
     """Of each error alone: it searches for a second or more before it gives up."""

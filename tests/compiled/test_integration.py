@@ -13,7 +13,7 @@ from codegen.certify.certify import Certificate, certify
 from codegen.mechanics import build_system
 from codegen.observers import build_observer
 from codegen.spec.reader import parse_spec
-from tests.in_part import in_part
+from tests.slow_cases import slow_except
 
 from .build import Built, motion, same_bits
 from .specs import SPECS, spec_text
@@ -49,7 +49,7 @@ def text_of(name: str, kind: str, step: str, h: float = 0.001) -> str:
 QUICK = [c for c in CASES if c[0] == "one_mass" or c[2] == "implicit" or c[1:] == ("mgto", "exponential")]
 
 
-@pytest.mark.parametrize(("name", "kind", "step"), in_part(CASES, QUICK, several=True))
+@pytest.mark.parametrize(("name", "kind", "step"), slow_except(CASES, QUICK, several=True))
 def test_the_error_moves_as_the_sampled_matrix_says(tmp_path: Path, name: str, kind: str, step: str) -> None:
     """Two observers see the same motion from states that differ: what is between them obeys Φ, for g is linear in v.
 
@@ -108,7 +108,7 @@ NONLINEAR = {
 
 
 @pytest.mark.parametrize("precision", ["double", "single"])
-@pytest.mark.parametrize("case", in_part(list(NONLINEAR), ["dfo", "gdfo"]))
+@pytest.mark.parametrize("case", slow_except(list(NONLINEAR), ["dfo", "gdfo"]))
 def test_two_newton_steps_have_the_same_bits_in_c_and_python(tmp_path: Path, case: str, precision: str) -> None:
     built = Built(tmp_path, NONLINEAR[case], precision)
     assert "second Newton step" in built.files[f"{built.program.name}.c"]

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.in_part import in_part
+from tests.slow_cases import slow_except
 
 from .build import Built, motion, same_bits
 from .specs import spec_text
@@ -80,7 +80,7 @@ LOST = {2500: 1, 2900: 3, 3300: 4, 3700: 60}
 
 @pytest.mark.parametrize(
     "case",
-    in_part(CASES, [*CASES[:1], *CASES[4:10:2], *CASES[9:]]),
+    slow_except(CASES, [*CASES[:1], *CASES[4:10:2], *CASES[9:]]),
     ids=lambda case: "-".join(case[:3]) + ("-full" if case[3] == FULL else ""),
 )
 def test_a_machine_that_goes_on_is_estimated_as_if_nothing_was_lost(tmp_path: Path, case: tuple) -> None:

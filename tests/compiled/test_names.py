@@ -11,7 +11,7 @@ import pytest
 
 from codegen.spec import parse_spec
 from codegen.spec.reserved import reserved
-from tests.told import refused
+from tests.expected_errors import refused
 
 from .build import Built, motion, same_bits
 from .specs import spec_text

@@ -15,7 +15,7 @@ import pytest
 
 from .driver import Loaded, load
 from .lane_driver import load_lanes
-from .shipped import IN_PART, PRECISIONS, SHIPPED, excitation, interface, program, sources
+from .shipped import PRECISIONS, REPRESENTATIVE, SHIPPED, excitation, interface, program, sources
 from .signals import broken, broken_at_first, episodes, huge, ordinary
 from .toolchain import CLANG, GCC, Workshop
 from .twin_run import Twin
@@ -69,7 +69,7 @@ def steps(spec: str, samples: int, precision: str = "double") -> list[np.ndarray
 
 
 @pytest.mark.parametrize("precision", PRECISIONS)
-@pytest.mark.parametrize("spec", IN_PART)
+@pytest.mark.parametrize("spec", REPRESENTATIVE)
 def test_twin_and_compilers_agree(workshop, spec, precision):
     face = interface(spec, precision)
     assert face.real == {"double": "double", "single": "float"}[precision]

@@ -11,7 +11,7 @@ import pytest
 from .driver import HARNESS, driver_files, load
 from .interface import Interface, read_interface
 from .lane_driver import lane_files
-from .shipped import IN_PART, PRECISIONS, SHIPPED, excitation, interface, sources
+from .shipped import PRECISIONS, REPRESENTATIVE, SHIPPED, excitation, interface, sources
 from .signals import broken, broken_at_first, hostile, huge, ordinary
 from .toolchain import GCC, NO_CONTRACTION, STRICT, Workshop
 
@@ -49,7 +49,7 @@ def rows_of(spec: str, precision: str) -> np.ndarray:
 
 
 @pytest.mark.parametrize("precision", PRECISIONS)
-@pytest.mark.parametrize("spec", IN_PART)
+@pytest.mark.parametrize("spec", REPRESENTATIVE)
 def test_no_sanitizer_complains(workshop, spec, precision):
     rows, face, files = rows_of(spec, precision), interface(spec, precision), sources(spec, precision)
     done = sanitized(workshop, files, spec, precision, rows)

@@ -7,7 +7,7 @@ import shutil
 
 import pytest
 
-from tests.in_part import in_part
+from tests.slow_cases import slow_except
 
 from .driver import HOST_FLAGS
 from .shipped import KINDS, PRECISIONS, SHIPPED, interface, program, sources
@@ -38,7 +38,7 @@ def flags_of(compiler: Compiler) -> tuple[str, ...]:
 
 
 @pytest.mark.parametrize("precision", PRECISIONS)
-@pytest.mark.parametrize(("spec", "compiler"), in_part(PAIRS, QUICK, several=True))
+@pytest.mark.parametrize(("spec", "compiler"), slow_except(PAIRS, QUICK, several=True))
 def test_no_warning(workshop, spec, precision, compiler):
     files = sources(spec, precision)
     for name in files:
@@ -57,7 +57,7 @@ def test_no_warning_without_a_fault_policy(workshop, spec, precision):
 
 
 @pytest.mark.parametrize("precision", PRECISIONS)
-@pytest.mark.parametrize(("spec", "compiler"), in_part(PAIRS, QUICK, several=True))
+@pytest.mark.parametrize(("spec", "compiler"), slow_except(PAIRS, QUICK, several=True))
 def test_mathematics_and_nothing_else_is_linked(workshop, spec, precision, compiler):
     files, face = sources(spec, precision), interface(spec, precision)
     found = symbols(workshop.object(files, f"{face.name}.c", compiler, *flags_of(compiler)), nm_of(compiler))

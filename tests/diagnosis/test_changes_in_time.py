@@ -15,7 +15,7 @@ from codegen.diagnosis.fit.signals import low_pass
 from codegen.spec import parse_spec
 from tests.diagnosis.own_stage import simulated
 from tests.diagnosis.stage import STAGE, among, log_of, stage, system_of
-from tests.in_part import drawn, in_part
+from tests.slow_cases import drawn, slow_except
 
 H, COUNT, CUTOFF = 0.002, 15000, 20.0
 TIME = H * np.arange(COUNT)
@@ -117,7 +117,7 @@ CHANGES = [
 ]
 
 
-@pytest.mark.parametrize(("change", "words", "kinds"), in_part(CHANGES, CHANGES[:1], several=True))
+@pytest.mark.parametrize(("change", "words", "kinds"), slow_except(CHANGES, CHANGES[:1], several=True))
 def test_what_happens_once_is_unknown_and_told_over_time(
     change: dict, words: str, kinds: tuple[str, ...], tmp_path: Path
 ) -> None:

@@ -16,8 +16,8 @@ from codegen.effects import CATALOGUE
 from codegen.effects.register import load_effects
 from codegen.spec import Spec, parse_spec
 from tests.diagnosis.stage import STAGE, TEST, TRAIN, among, diagnosed, log_of, stage, system_of
-from tests.in_part import in_part
-from tests.told import refused
+from tests.expected_errors import refused
+from tests.slow_cases import slow_except
 
 TRUTHS = {
     "viscous": ("rail", {"b": 5.0}),
@@ -60,7 +60,7 @@ CONSTANT = (*TWINS, "viscous")
 
 @pytest.mark.parametrize(
     ("kind", "kinds"),
-    in_part(
+    slow_except(
         [*((kind, ALL) for kind in TWINS), ("coulomb_asymmetry", CONSTANT)],
         [("coulomb_asymmetry", CONSTANT)],
         several=True,
@@ -92,7 +92,7 @@ def test_only_a_wrong_level_is_no_effect(tmp_path: Path) -> None:
 OF_TIME = ("friction_drift", "offset", "spring", "cogging", "input_gain", "viscous")
 
 
-@pytest.mark.parametrize("kinds", in_part([ALL, OF_TIME], [OF_TIME]))
+@pytest.mark.parametrize("kinds", slow_except([ALL, OF_TIME], [OF_TIME]))
 def test_a_force_that_is_no_effect_of_the_catalogue_is_unknown_and_not_nothing(
     kinds: tuple[str, ...], tmp_path: Path
 ) -> None:

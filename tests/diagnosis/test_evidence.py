@@ -15,7 +15,7 @@ from scipy.stats import binom, norm, ttest_1samp
 
 from codegen.diagnosis.fit.credit import evidence, p_of_sign_flips
 from codegen.diagnosis.selection import significance
-from tests.in_part import drawn
+from tests.slow_cases import drawn
 
 KEPT, SEGMENTS = 40, 48
 FLOOR = 0.5 * KEPT * np.log(2.0)

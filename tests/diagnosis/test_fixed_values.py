@@ -23,7 +23,7 @@ from codegen.logs import Log
 from codegen.mechanics import System
 from codegen.spec import Spec, parse_spec
 from tests.diagnosis.stage import log_of
-from tests.in_part import in_part
+from tests.slow_cases import slow_except
 
 ARM = (resource_folder("specs") / "two_link_arm.yaml").read_text(encoding="utf-8")
 SHORT = "duration: 20", "duration: 8"
@@ -144,7 +144,7 @@ TRUE = [
 ]
 
 
-@pytest.mark.parametrize(("kind", "on", "parameters"), in_part(TRUE, [TRUE[1]], several=True))
+@pytest.mark.parametrize(("kind", "on", "parameters"), slow_except(TRUE, [TRUE[1]], several=True))
 def test_a_true_effect_is_not_refused_for_a_value(
     kind: str, on: str, parameters: dict[str, float], tmp_path: Path
 ) -> None:

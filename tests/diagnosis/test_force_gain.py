@@ -41,7 +41,7 @@ from codegen.mechanics import System
 from codegen.simulate.drive import MeanInput
 from codegen.spec import Spec, parse_spec
 from tests.diagnosis.stage import log_of, stage, system_of
-from tests.in_part import drawn
+from tests.slow_cases import drawn
 
 ONE_WAY = "0.25*t + 0.02*sin(2*pi*0.7*t)"
 

@@ -44,7 +44,7 @@ from codegen.diagnosis.verdict.held_out import HeldOut
 from codegen.effects import CATALOGUE
 from codegen.logs import Log, read_log
 from tests.diagnosis.stage import among, log_of, stage, system_of
-from tests.in_part import in_part
+from tests.slow_cases import slow_except
 
 SPRING = "[{kind: spring, on: x, parameters: {k: 30}}]"
 JITTER_S = 0.3e-3
@@ -307,7 +307,7 @@ OPEN = [
 ]
 
 
-@pytest.mark.parametrize(("truth", "leader", "rival", "left"), in_part(OPEN, OPEN[:2], several=True))
+@pytest.mark.parametrize(("truth", "leader", "rival", "left"), slow_except(OPEN, OPEN[:2], several=True))
 def test_held_out_data_tell_what_the_force_residual_leaves_open(
     truth: str, leader: str, rival: str, left: list[str], tmp_path: Path
 ) -> None:

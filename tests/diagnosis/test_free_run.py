@@ -19,9 +19,9 @@ from codegen.mechanics.build import build_system
 from codegen.mechanics.system import System
 from codegen.spec.model import DeclaredEffect
 from codegen.spec.reader import read_spec
-from tests.in_part import in_part
 from tests.machines import SPRING_MASS, one_mass, read_machine
 from tests.simulate.open_loop import simulate_open_loop
+from tests.slow_cases import slow_except
 
 PRACTICE = Path(__file__).parents[3] / "shared" / "practice"
 STEP = 0.002
@@ -116,7 +116,7 @@ def true_system(folder: Path, truth: dict) -> System:
 @pytest.mark.skipif(not PRACTICE.is_dir(), reason="the practice logs are not here")
 @pytest.mark.parametrize(
     "folder",
-    in_part(practice_cases(), practice_cases()[::10]) if PRACTICE.is_dir() else [],
+    slow_except(practice_cases(), practice_cases()[::10]) if PRACTICE.is_dir() else [],
     ids=lambda folder: f"{folder.parent.name}-{folder.name}",
 )
 def test_true_model_predicts_a_practice_log_as_well_as_its_own_simulator(folder: Path):

@@ -17,7 +17,7 @@ from codegen.diagnosis.results import Diagnosis
 from codegen.effects import CATALOGUE
 from codegen.spec import parse_spec
 from tests.diagnosis.stage import STAGE, TEST, TRAIN, among, log_of, stage, system_of
-from tests.in_part import in_part
+from tests.slow_cases import slow_except
 
 SPEED: NDArray[np.float64] = np.linspace(0.04, 0.6, 200)
 LAWS = {
@@ -42,7 +42,9 @@ OF_SPEED = ("viscous", "stribeck", "quadratic_drag")
 
 @pytest.mark.parametrize(
     ("name", "kinds"),
-    in_part([*((name, ALL) for name in LAWS), ("proportional", OF_SPEED)], [("proportional", OF_SPEED)], several=True),
+    slow_except(
+        [*((name, ALL) for name in LAWS), ("proportional", OF_SPEED)], [("proportional", OF_SPEED)], several=True
+    ),
 )
 def test_friction_that_grows_with_speed_is_viscous(name: str, kinds: tuple[str, ...], tmp_path: Path) -> None:
     """The plant's contact has a law that the spec does not know; no second effect corrects the form of the first."""
@@ -123,7 +125,7 @@ def test_a_peak_that_differs_by_direction_is_one_effect(tmp_path: Path) -> None:
     assert diagnosis.effects[0].parameters == pytest.approx(truth, rel=0.1)
 
 
-@pytest.mark.parametrize("name", in_part(["mu", "mu_load"], ["mu_load"]))
+@pytest.mark.parametrize("name", slow_except(["mu", "mu_load"], ["mu_load"]))
 def test_the_load_of_a_gear_is_the_force_on_either_side_of_its_friction(name: str, tmp_path: Path) -> None:
     """The drive force, or what friction leaves of it; the two differ where the load drives the motor back."""
     effects = f"[{{kind: load_dependent_friction, on: rail, parameters: {{{name}: 0.3}}}}]"

@@ -25,7 +25,7 @@ from codegen.diagnosis.verdict.answer import Answer
 from codegen.effects import CATALOGUE
 from codegen.spec import Spec, parse_spec
 from tests.diagnosis.stage import STAGE, TRAIN, among, log_of, stage, system_of
-from tests.in_part import in_part
+from tests.slow_cases import slow_except
 
 QUICK = "0.1*sin(2*pi*0.9*t) + 0.05*sin(2*pi*2.3*t)"
 TRUTHS = {
@@ -59,7 +59,7 @@ def told(truth: str, held_out: str, folder: Path) -> Diagnosis:
 PAIRS = [("dead_zone", "offset on x"), ("offset", "dead_zone on w")]
 
 
-@pytest.mark.parametrize(("truth", "other"), in_part(PAIRS, PAIRS[:1], several=True))
+@pytest.mark.parametrize(("truth", "other"), slow_except(PAIRS, PAIRS[:1], several=True))
 def test_held_out_data_refuse_what_is_another_motion_there(truth: str, other: str, tmp_path: Path) -> None:
     found = told(truth, QUICK, tmp_path)
     assert found.verdict == "effect", found.sentence

@@ -29,7 +29,7 @@ from codegen.effects import CATALOGUE
 from codegen.spec import Spec, parse_spec
 from tests.diagnosis.stage import log_of, stage, system_of
 from tests.diagnosis.test_adoption import search_of
-from tests.in_part import drawn
+from tests.slow_cases import drawn
 
 Array = NDArray[np.float64]
 

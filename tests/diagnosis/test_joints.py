@@ -51,7 +51,7 @@ from codegen.mechanics.casadi_form import over_rows
 from codegen.mechanics.system import Matrix
 from codegen.spec import Spec, parse_spec
 from tests.diagnosis.stage import log_of, stage, system_of
-from tests.in_part import in_part
+from tests.slow_cases import slow_except
 
 ARM = """name: arm
 urdf: {file: arm.urdf%s}
@@ -401,7 +401,7 @@ NAMED = [
 ]
 
 
-@pytest.mark.parametrize(("missing", "beside", "objection", "named"), in_part(NAMED, NAMED[:3], several=True))
+@pytest.mark.parametrize(("missing", "beside", "objection", "named"), slow_except(NAMED, NAMED[:3], several=True))
 def test_joints_have_the_effects_of_free_runs_or_of_the_force_each_for_itself(
     missing: str,
     beside: str | None,

@@ -18,7 +18,7 @@ from codegen.diagnosis.fit.search import search_on
 from codegen.diagnosis.fit.signals import derivative_noise, quiet_cutoff, smooth_motion, white_noise
 from codegen.logs import Log, read_log
 from tests.diagnosis.stage import among, log_of, stage, system_of
-from tests.in_part import in_part
+from tests.slow_cases import slow_except
 
 SIGMA = 5e-3
 """Noise of the speed, m/s: a hundredth of its RMS."""
@@ -90,7 +90,7 @@ def test_noise_of_the_speed_is_told_over_nothing(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("effects", "verdict"), in_part([("[]", "none"), (VISCOUS, "effect")], [(VISCOUS, "effect")], several=True)
+    ("effects", "verdict"), slow_except([("[]", "none"), (VISCOUS, "effect")], [(VISCOUS, "effect")], several=True)
 )
 def test_what_is_lacking_is_found_by_speed_alone(effects: str, verdict: str, tmp_path: Path) -> None:
     log = speed_only(log_of(stage(effects), tmp_path, "train.csv"), tmp_path)

@@ -17,7 +17,7 @@ from codegen.diagnosis.verdict import proposal
 from codegen.diagnosis.verdict.proposal import propose_terms
 from codegen.spec import Spec, parse_spec
 from tests.diagnosis.stage import STAGE, TEST, TRAIN, log_of, stage, system_of
-from tests.told import refused
+from tests.expected_errors import refused
 
 needs_pysindy = pytest.mark.skipif(importlib.util.find_spec("pysindy") is None, reason="the extra sindy is not here")
 

@@ -29,7 +29,7 @@ from tests.diagnosis.stage import TEST as TEST_STAGE
 from tests.diagnosis.stage import TRAIN as TRAIN_STAGE
 from tests.diagnosis.stage import among, log_of, stage, system_of
 from tests.diagnosis.test_adoption import loose
-from tests.in_part import in_part
+from tests.slow_cases import slow_except
 
 CRANK = """\
 name: crank
@@ -113,7 +113,7 @@ def test_values_that_explain_the_log_better_than_an_effect(
     assert found.startswith(better) and bool(found) is bool(better)
 
 
-@pytest.mark.parametrize("kinds", in_part([ALL, OF_ANGLE], [OF_ANGLE]))
+@pytest.mark.parametrize("kinds", slow_except([ALL, OF_ANGLE], [OF_ANGLE]))
 def test_an_effect_beside_a_parameter_error_is_named(tmp_path: Path, kinds: tuple[str, ...]) -> None:
     spec, drag = crank(0.5), "effects: [{kind: viscous, on: shaft, parameters: {b: 0.4}}]"
     with among(*kinds):
@@ -126,7 +126,7 @@ def test_an_effect_beside_a_parameter_error_is_named(tmp_path: Path, kinds: tupl
     assert "viscous" not in imitating[0]  # it is named in any case
 
 
-@pytest.mark.parametrize("kinds", in_part([ALL, FEW], [FEW]))
+@pytest.mark.parametrize("kinds", slow_except([ALL, FEW], [FEW]))
 def test_a_parameter_that_explains_as_much_as_the_effect_is_told(tmp_path: Path, kinds: tuple[str, ...]) -> None:
     """2.6 kg where 2 kg ± 3 % is declared: an inertia error of 0.6 kg, or the mass itself."""
     train, test = (
@@ -142,7 +142,7 @@ def test_a_parameter_that_explains_as_much_as_the_effect_is_told(tmp_path: Path,
     assert told.startswith("m = 2.6 kg in place of the declared 2 kg (10 tolerances away) explains the training log")
 
 
-@pytest.mark.parametrize("kinds", in_part([ALL, FEW], [FEW]))
+@pytest.mark.parametrize("kinds", slow_except([ALL, FEW], [FEW]))
 def test_no_parameter_is_told_beside_an_effect_that_it_does_not_explain(tmp_path: Path, kinds: tuple[str, ...]) -> None:
     cogging = "[{kind: cogging, on: x, parameters: {amplitude: 2, period: 0.05, phase: 0.3}}]"
     train, test = (

@@ -30,7 +30,7 @@ from codegen.effects.register import load_effects
 from codegen.mechanics import System, build_system
 from codegen.spec import Spec, parse_spec
 from tests.diagnosis.stage import log_of, stage, system_of
-from tests.told import refused
+from tests.expected_errors import refused
 
 SHIPPED = tuple(CATALOGUE)
 HEIR = "own_"

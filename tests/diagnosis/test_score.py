@@ -23,7 +23,7 @@ from codegen.diagnosis.evidence.score_test import (
 from codegen.diagnosis.fit.credit import Evidence, evidence_of
 from codegen.diagnosis.fit.output_error import Fit, Prior, Starts, segment_weights
 from codegen.effects import CATALOGUE
-from tests.in_part import drawn
+from tests.slow_cases import drawn
 
 Array = NDArray[np.float64]
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.signal import butter, filtfilt, lfilter
 
 from codegen.diagnosis.evidence.force_gain import by_shifts
-from tests.in_part import drawn
+from tests.slow_cases import drawn
 
 Array = NDArray[np.float64]
 SAMPLES, SLOW = 4800, 0.9975

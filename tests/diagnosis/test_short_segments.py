@@ -15,7 +15,7 @@ from codegen.diagnosis.fit.signals import smooth_motion
 from codegen.diagnosis.fit.starting_values import ForceStart
 from codegen.logs import Log
 from tests.diagnosis.stage import among, log_of, stage, system_of
-from tests.told import refused
+from tests.expected_errors import refused
 
 CUTOFF_HZ = 2.5
 """As of a drive sampled at 25 Hz, whose cutoff is a tenth of that."""

@@ -13,7 +13,7 @@ from codegen.diagnosis.fit.measure import free_run_errors
 from codegen.diagnosis.fit.signals import SHORTEST_TEST_S, low_pass, quiet_cutoff, smooth_motion
 from codegen.logs.description import LogDescription
 from tests.diagnosis.stage import log_of, stage, system_of
-from tests.told import refused
+from tests.expected_errors import refused
 
 H = 0.002
 

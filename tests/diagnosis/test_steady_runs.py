@@ -17,7 +17,7 @@ from codegen.diagnosis.steady_runs import is_seen, is_static, means_of
 from codegen.effects import CATALOGUE
 from codegen.logs import read_logs
 from tests.diagnosis.stage import system_of
-from tests.in_part import in_part
+from tests.slow_cases import slow_except
 
 SPEC = """
 name: screw
@@ -74,7 +74,7 @@ def without_report(folder: Path, rise: float, both_ways: bool = True) -> dict[st
     return diagnose_log(spec, system_of(spec), train, test)[0].as_json()
 
 
-@pytest.mark.parametrize("tested", in_part([True, False], [True]))
+@pytest.mark.parametrize("tested", slow_except([True, False], [True]))
 def test_a_stribeck_peak_is_found_below_the_ripple(tmp_path: Path, tested: bool) -> None:
     found = diagnosed(tmp_path, RISE, tested)
     assert found["verdict"] == "effect"

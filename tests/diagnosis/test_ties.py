@@ -27,7 +27,7 @@ from codegen.effects import CATALOGUE
 from codegen.spec import parse_spec
 from tests.diagnosis.stage import STAGE, TRAIN, among, log_of, stage, system_of
 from tests.diagnosis.test_adoption import search_of
-from tests.in_part import in_part
+from tests.slow_cases import slow_except
 
 
 def ranked(kind: str, left: float, on: str = "q") -> Any:
@@ -276,7 +276,7 @@ WAVES = {
 }
 
 
-@pytest.mark.parametrize("kind", in_part(list(WAVES), ["gravity_imbalance"]))
+@pytest.mark.parametrize("kind", slow_except(list(WAVES), ["gravity_imbalance"]))
 def test_a_wave_of_one_turn_is_an_unbalance(kind: str, tmp_path: Path) -> None:
     """Over more than a turn the period was found as 6.284 rad, and the verdict was `ambiguous`: they are one force."""
     plant, spec = (parse_spec(TURNS.format(effects=f"[{some}]"), Path("table.yaml")) for some in (WAVES[kind], ""))

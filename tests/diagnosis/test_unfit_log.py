@@ -10,7 +10,7 @@ from codegen.diagnosis.diagnose import diagnose_log
 from codegen.effects.declare import system_of
 from codegen.spec import parse_spec
 from tests.diagnosis.stage import log_of
-from tests.told import refused
+from tests.expected_errors import refused
 
 
 def test_a_time_in_milliseconds_is_told_for_an_arm(tmp_path: Path) -> None:

@@ -19,10 +19,10 @@ from codegen.simulate.drive import Chains, HeldInput
 from codegen.spec import parse_spec
 from tests.diagnosis.stage import diagnosed, log_of, stage, system_of
 from tests.effects.test_in_code import W, X, estimates
-from tests.in_part import in_part
+from tests.expected_errors import refused
 from tests.machines import SPRING_MASS
 from tests.simulate.open_loop import drive_columns
-from tests.told import refused
+from tests.slow_cases import slow_except
 
 H, TAU = 1e-3, 2.5e-3
 
@@ -132,7 +132,7 @@ FORMS = [
 ]
 
 
-@pytest.mark.parametrize(("kind", "name", "value", "unit", "kinds"), in_part(FORMS, FORMS[:1], several=True))
+@pytest.mark.parametrize(("kind", "name", "value", "unit", "kinds"), slow_except(FORMS, FORMS[:1], several=True))
 def test_a_diagnosis_finds_each_form(
     kind: str, name: str, value: float, unit: str, kinds: tuple[str, ...], tmp_path: Path
 ) -> None:

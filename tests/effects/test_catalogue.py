@@ -22,8 +22,8 @@ from codegen.effects.start import Covered
 from codegen.mechanics import System, build_system
 from codegen.mechanics.system import TIME
 from codegen.spec import parse_spec
-from tests.in_part import in_part
 from tests.machines import TEXTS, bare_machine
+from tests.slow_cases import slow_except
 
 NOT_LINEAR = {
     "dead_zone",
@@ -172,7 +172,7 @@ ENDS = [[case for case in cases() if case[0] == kind] for kind in CATALOGUE]
 
 
 @pytest.mark.parametrize(
-    ("kind", "name", "place"), in_part(cases(), [case for of in ENDS for case in (of[:1] + of[-1:])], several=True)
+    ("kind", "name", "place"), slow_except(cases(), [case for of in ENDS for case in (of[:1] + of[-1:])], several=True)
 )
 def test_change_is_the_equation(kind: str, name: str, place: int) -> None:
     """Of every form of the effect."""

@@ -17,8 +17,8 @@ from codegen.mechanics import build_system
 from codegen.observers import build_observer
 from codegen.spec import parse_spec
 from tests.certify.certified import outcome
-from tests.in_part import in_part
 from tests.machines import TEXTS, bare_machine
+from tests.slow_cases import slow_except
 
 PARAMETERS = {"T": 0.02, "tau": 0.004, "gain": 1.1, "period": 0.7, "load_fraction": 0.4, "amplitude": 0.02, "v_s": 0.3}
 OBSERVERS = {
@@ -47,7 +47,7 @@ PLACED = [(k, m, o) for k in CATALOGUE for m, o in OBSERVERS if declared(k, m)]
 ON = [(k, "two_mass" if declared(k, "two_mass") else "arm") for k in CATALOGUE]
 QUICK = [(k, m, ("gcfo", "gto")[i % 2]) for i, (k, m) in enumerate(ON)]
 """Each kind once, on the two masses where it has a place there, with the observers by turns."""
-CASES = in_part(PLACED, QUICK, several=True)
+CASES = slow_except(PLACED, QUICK, several=True)
 
 
 def test_each_kind_has_a_place() -> None:

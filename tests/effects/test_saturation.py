@@ -20,7 +20,7 @@ from codegen.simulate.drive import Chains, MeanInput
 from codegen.spec import parse_spec
 from tests.diagnosis.stage import TRAIN, log_of, stage, system_of
 from tests.effects.test_in_code import W, X, estimates
-from tests.told import refused
+from tests.expected_errors import refused
 
 TEXT = """\
 name: axis

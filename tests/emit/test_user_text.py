@@ -32,7 +32,7 @@ from codegen.program.lower import lower
 from codegen.report.page import Page, rendered
 from codegen.spec import parse_spec
 from codegen.spec.units import parse_unit
-from tests.in_part import examples
+from tests.slow_cases import examples
 
 from .lexers import LEXERS, c, cmake, html, make, smt, xml
 

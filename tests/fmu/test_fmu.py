@@ -23,7 +23,7 @@ from codegen.spec import read_spec
 from codegen.spec.schema import CodeChoice
 from fmu import unit as driven
 from tests.app.command import SPECS, is_one_message, stiction
-from tests.told import refused
+from tests.expected_errors import refused
 
 ROWS = 400
 

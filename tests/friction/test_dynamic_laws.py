@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 
 from codegen.friction import LAWS, DynamicLaw
 from tests.friction.samples import DYNAMIC, draw, dynamics, level, numbers, state_range
-from tests.in_part import in_part
+from tests.slow_cases import slow_except
 
 
 def phi_inverse(f, p):
@@ -96,7 +96,7 @@ def test_the_level_is_where_long_sliding_ends(name: str, u: float) -> None:
     assert force(u, end) == pytest.approx(np.sign(u) * float(level(name, p)(np.array([abs(u)]))[0]), rel=1e-6)
 
 
-@pytest.mark.parametrize("seed", in_part(range(4), [0]))
+@pytest.mark.parametrize("seed", slow_except(range(4), [0]))
 @pytest.mark.parametrize("name", DYNAMIC)
 def test_no_history_of_slip_leads_out_of_the_range(name: str, seed: int) -> None:
     random = np.random.default_rng([seed, 5])

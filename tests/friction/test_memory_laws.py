@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from codegen.friction import LAWS, MemoryLaw
+from tests.expected_errors import refused
 from tests.friction.samples import draw, level
-from tests.told import refused
 
 MEMORY = {name: law for name, law in LAWS.items() if isinstance(law, MemoryLaw)}
 

@@ -10,8 +10,8 @@ from codegen.base.errors import BadInput
 from codegen.friction import LAWS
 from codegen.mechanics import build_system
 from codegen.spec import parse_spec
+from tests.expected_errors import refused
 from tests.friction.samples import draw
-from tests.told import refused
 
 SPEC = """\
 name: slider

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.in_part import in_part
+from tests.slow_cases import slow_except
 
 from . import proof_cases
 from .broken_cases import CALLS
@@ -18,7 +18,7 @@ TIMES = [(0, 1), (1, 4)]
 """First case and number of cases, in multiples of the count; the second in `make check-all`."""
 
 
-@pytest.mark.parametrize(("first", "times"), in_part(TIMES, TIMES[:1], several=True))
+@pytest.mark.parametrize(("first", "times"), slow_except(TIMES, TIMES[:1], several=True))
 @pytest.mark.parametrize("family", COUNTS)
 def test_damaged_files_give_a_result_or_one_clear_error(family: str, first: int, times: int) -> None:
     _skip_without_libraries(family)

@@ -1,6 +1,6 @@
 """DFO and GDFO a fourth time: (7.10)–(7.12) with dU/dt and the laws written by hand in NumPy, by complex steps.
 
-Nothing here comes from the project but the machine's numbers (tests.observers.hands.HANDS) and the Ψ that is tested.
+Nothing here comes from the project but the machine's numbers (tests.observers.by_hand) and the Ψ that is tested.
 Complex steps differentiate to rounding: a relative 1e-9 of the largest entry.
 """
 
@@ -21,16 +21,16 @@ from codegen.mechanics import build_system
 from codegen.observers import Observer, build_observer
 from codegen.spec import Spec, parse_spec
 from tests.machines import ONE_MASS, TWO_MASS
-from tests.observers.hands import HANDS, Hand, magnitude
+from tests.observers.by_hand import BY_HAND, ByHand, magnitude
 
 from .derived import Derived
 from .true_plant import Point, TruePlant
 from .variants import ROD, H
 
 STEP = 1e-30
-ROD_HAND = Hand(
-    mass=HANDS["cart"].mass,
-    force=HANDS["cart"].force,
+ROD_BY_HAND = ByHand(
+    mass=BY_HAND["cart"].mass,
+    force=BY_HAND["cart"].force,
     distribution=lambda x: np.array([[1, 0.4 * np.cos(x[0])], [0, 1]]),
     known=lambda u: 0 * u,
     drag=lambda v: 0 * v,
@@ -42,9 +42,9 @@ TURNING: dict[str, Callable[[Any, Any], Any]] = {
 }
 CONTACTS = {"one_mass": ["rail"], "two_mass": ["between", "ground"], "rod": ["pivot", "rod"]}
 MACHINES = {
-    "one_mass": (ONE_MASS, HANDS["one_mass"]),
-    "two_mass": (TWO_MASS, HANDS["two_mass"]),
-    "rod": (ROD, ROD_HAND),
+    "one_mass": (ONE_MASS, BY_HAND["one_mass"]),
+    "two_mass": (TWO_MASS, BY_HAND["two_mass"]),
+    "rod": (ROD, ROD_BY_HAND),
 }
 
 
@@ -182,5 +182,5 @@ def test_psi_of_a_gdfo_is_that_of_the_equations_by_hand(machine: str, law: str, 
 def test_the_distribution_turns_as_written() -> None:
     """The hand-written dU/dt is the derivative of the hand-written U."""
     x, v = np.array([0.4, -0.2]), np.array([1.3, 0.7])
-    turned = np.imag(ROD_HAND.distribution(x + 1j * STEP * v)) / STEP
+    turned = np.imag(ROD_BY_HAND.distribution(x + 1j * STEP * v)) / STEP
     np.testing.assert_allclose(TURNING["rod"](x, v), turned, rtol=1e-12)

@@ -16,8 +16,8 @@ from codegen.analysis.analysis import Analysis, analyse
 from codegen.mechanics import build_system
 from codegen.observers import build_observer, observer_of
 from codegen.spec import parse_spec
-from tests.in_part import in_part
-from tests.told import refused
+from tests.expected_errors import refused
+from tests.slow_cases import slow_except
 
 SPECS = Path(__file__).parents[2] / "specs"
 EDGE = 1e-9
@@ -154,7 +154,7 @@ NONE = {
 }
 
 
-@pytest.mark.parametrize("case", in_part(list(NONE), [c for c in NONE if c not in (SLOWEST, "U turns with x")]))
+@pytest.mark.parametrize("case", slow_except(list(NONE), [c for c in NONE if c not in (SLOWEST, "U turns with x")]))
 def test_no_modes_where_the_theorem_says_nothing(case: str) -> None:
     kind, changes = NONE[case]
     assert analysed(chain(2, kind, "estimated", np.random.default_rng(3), **changes)).modes is None

@@ -24,8 +24,8 @@ from codegen.base.errors import BadInput
 from codegen.logs import read_log, read_logs
 from codegen.logs.formats import source as log_source
 from codegen.logs.formats.numpy_file import LONGEST_HEADER, read_member
-from tests.in_part import examples
-from tests.told import refused
+from tests.expected_errors import refused
+from tests.slow_cases import examples
 
 FIELDS = "[('t', '<f8'), ('x', '<f8'), ('w', '<f8')]"
 

@@ -9,7 +9,7 @@ from slider_log import write_csv
 from codegen.diagnosis.fit.record import record_of
 from codegen.diagnosis.fit.signals import smooth_motion
 from codegen.logs import excerpt, joined, preflight, read_log, read_logs
-from tests.told import refused
+from tests.expected_errors import refused
 
 
 def record(path, step, seconds, offset=0.0):

@@ -10,8 +10,8 @@ from slider_log import rows, write_csv
 
 from codegen.base.errors import BadInput
 from codegen.logs import read_log
-from tests.in_part import examples
-from tests.told import refused, tells
+from tests.expected_errors import matches, refused
+from tests.slow_cases import examples
 
 
 @pytest.mark.parametrize("delimiter", [",", ";", "\t"])
@@ -85,7 +85,7 @@ def test_refusals(tmp_path, spec, case):
     (tmp_path / "a.csv").write_text(text)
     with pytest.raises(BadInput) as caught:
         read_log(tmp_path / "a.csv", spec)
-    assert tells(caught.value, words)
+    assert matches(caught.value, words)
     assert "\n" not in str(caught.value)
 
 

@@ -13,7 +13,7 @@ from codegen.base.errors import BadInput
 from codegen.logs import read_description, read_log
 from codegen.logs.description import LogDescription
 from codegen.spec.reader import parse_spec
-from tests.told import refused, tells
+from tests.expected_errors import matches, refused
 
 
 def described(tmp_path: Path, text: str) -> Path:
@@ -90,7 +90,7 @@ def test_refusals(tmp_path, spec, text):
     log = write_csv(tmp_path / "a.csv", rows(1))
     with pytest.raises(BadInput) as caught:
         read_log(log, spec, description=described(tmp_path, text))
-    assert tells(caught.value, REFUSED[text])
+    assert matches(caught.value, REFUSED[text])
 
 
 def test_a_name_half_of_which_is_another_is_not_suggested(tmp_path, spec):

@@ -15,7 +15,7 @@ from codegen.logs import read_log
 from codegen.logs.formats import hdf5_file
 from codegen.logs.formats import library as extras
 from codegen.logs.formats import source as log_source
-from tests.told import refused
+from tests.expected_errors import refused
 
 h5py = pytest.importorskip("h5py", reason="needs the extra hdf5")
 

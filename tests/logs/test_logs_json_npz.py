@@ -18,8 +18,8 @@ from slider_log import rows
 from codegen.base.errors import BadInput
 from codegen.logs import FORMATS, read_log
 from codegen.logs.formats import source as log_source
-from tests.in_part import examples
-from tests.told import refused, tells
+from tests.expected_errors import matches, refused
+from tests.slow_cases import examples
 
 MADE = {name: values[:200] for name, values in rows().items()}
 RECORDS = [dict(zip(MADE, map(float, row), strict=True)) for row in zip(*MADE.values(), strict=True)]
@@ -118,7 +118,7 @@ def test_json_refusals(tmp_path, spec, text):
     (tmp_path / "a.json").write_text(text)
     with pytest.raises(BadInput) as told:
         read_log(tmp_path / "a.json", spec)
-    assert tells(told.value, REFUSED[text]) and "\n" not in str(told.value) and len(str(told.value)) < 500
+    assert matches(told.value, REFUSED[text]) and "\n" not in str(told.value) and len(str(told.value)) < 500
 
 
 def test_a_column_of_two_paths_is_refused(tmp_path, spec):

@@ -15,8 +15,8 @@ from codegen.base.errors import BadInput
 from codegen.logs import read_log
 from codegen.logs.formats import mat_file
 from codegen.logs.formats.mat_file import variables
-from tests.in_part import examples
-from tests.told import refused, tells
+from tests.expected_errors import matches, refused
+from tests.slow_cases import examples
 
 
 @pytest.mark.parametrize("form", [{"format": "4"}, {"format": "5"}, {"format": "5", "do_compression": True}])
@@ -62,7 +62,7 @@ def test_refusals(tmp_path, spec, case):
     savemat(tmp_path / "a.mat", {"t": np.arange(9.0), "w": np.ones(9), **change})
     with pytest.raises(BadInput) as caught:
         read_log(tmp_path / "a.mat", spec)
-    assert tells(caught.value, words)
+    assert matches(caught.value, words)
 
 
 def test_format_7_3_and_garbage(tmp_path, spec):

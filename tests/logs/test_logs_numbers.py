@@ -11,7 +11,7 @@ from slider_log import LEVEL, TEXT, rows, write_csv
 from codegen.base.errors import BadInput
 from codegen.logs import preflight, read_log
 from codegen.spec.reader import parse_spec
-from tests.told import refused
+from tests.expected_errors import refused
 
 
 def about(path, text):

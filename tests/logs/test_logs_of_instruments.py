@@ -16,7 +16,7 @@ from codegen.logs import preflight, read_log
 from codegen.spec.reader import parse_spec
 from tests.app.command import stiction
 from tests.diagnosis.stage import among
-from tests.told import tells
+from tests.expected_errors import matches
 
 MADE = rows()
 STEP = 0.002
@@ -272,7 +272,7 @@ def test_refused_by_a_message_that_helps(tmp_path, spec, case):
         (tmp_path / "meta.yaml").write_text(meta)
     with pytest.raises(BadInput) as told:
         read_log(tmp_path / "a.csv", spec)
-    assert tells(told.value, words), told.value
+    assert matches(told.value, words), told.value
 
 
 def test_decimal_commas_may_be_said(tmp_path, spec):

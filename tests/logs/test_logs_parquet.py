@@ -16,7 +16,7 @@ from codegen.logs.description import LogDescription
 from codegen.logs.formats import parquet_file
 from codegen.logs.formats import source as log_source
 from codegen.logs.readers import open_stream
-from tests.told import refused
+from tests.expected_errors import refused
 
 pa = pytest.importorskip("pyarrow", reason="needs the extra parquet")
 pq = pytest.importorskip("pyarrow.parquet")

@@ -23,7 +23,7 @@ from codegen.logs.term import identifier
 pytest.importorskip("mcap_ros2", reason="needs the extra mcap")
 from mcap.writer import CompressionType, Writer
 
-from tests.told import refused
+from tests.expected_errors import refused
 
 MADE = {name: values[:2500] for name, values in rows().items()}
 SENT = joint_states(MADE)

@@ -11,7 +11,7 @@ from scipy.io import loadmat
 
 from codegen.logs import preflight, read_log
 from codegen.spec.reader import parse_spec, read_spec
-from tests.in_part import in_part
+from tests.slow_cases import slow_except
 
 SHARED = Path(__file__).resolve().parents[3] / "shared"
 CASES = sorted((SHARED / "practice").glob("*/case_*"))
@@ -21,7 +21,7 @@ few = CASES[::9]
 
 @needs_shared
 @pytest.mark.parametrize("tier", ["standard", "hard"])
-@pytest.mark.parametrize("every", in_part([6, 1], [6]))
+@pytest.mark.parametrize("every", slow_except([6, 1], [6]))
 def test_practice_logs(tier, every):
     for case in [c for c in CASES if c.parent.name == tier][::every]:
         spec = read_spec(case / "spec.yaml")
@@ -44,7 +44,7 @@ def test_practice_logs(tier, every):
 
 
 @needs_shared
-@pytest.mark.parametrize("case", in_part(few, few[::3]) if few else [], ids=lambda c: f"{c.parent.name}-{c.name}")
+@pytest.mark.parametrize("case", slow_except(few, few[::3]) if few else [], ids=lambda c: f"{c.parent.name}-{c.name}")
 def test_practice_preflight(case, tmp_path):
     spec = read_spec(case / "spec.yaml")
     assert not [f for f in preflight(read_log(case / "train.csv", spec), spec) if f.severity == "problem"]
@@ -132,7 +132,7 @@ PENDULUM_RUNS = [f"trajectory_{k:02d}" for k in range(6)]
 
 
 @needs_shared
-@pytest.mark.parametrize("name", in_part(PENDULUM_RUNS, PENDULUM_RUNS[:2]))
+@pytest.mark.parametrize("name", slow_except(PENDULUM_RUNS, PENDULUM_RUNS[:2]))
 def test_double_pendulum(name):
     spec = parse_spec(PENDULUM, Path("pendulum.yaml"))
     columns = {"t": "time", "q1": "pos_meas1", "q2": "pos_meas2", "w1": "vel_meas1", "w2": "vel_meas2"}

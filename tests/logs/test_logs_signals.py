@@ -19,7 +19,7 @@ from codegen.base.errors import BadInput
 from codegen.logs import read_log
 from codegen.logs.formats import source as extras
 from codegen.logs.formats import source as log_source
-from tests.told import refused
+from tests.expected_errors import refused
 
 MADE = {name: values[:2500] for name, values in rows().items()}
 SLOW = {name: values[::10] for name, values in MADE.items()}

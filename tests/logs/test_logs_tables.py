@@ -7,7 +7,7 @@ import pytest
 
 from codegen.base.errors import BadInput
 from codegen.logs import read_log
-from tests.told import refused
+from tests.expected_errors import refused
 
 ROWS = [(0.01 * k, 0.5 * k, -3.0 + k) for k in range(6)]
 

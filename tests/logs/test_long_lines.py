@@ -15,7 +15,7 @@ from codegen.logs.description import EMPTY_DESCRIPTION
 from codegen.logs.formats import row_forms, text_lines
 from codegen.logs.formats.csv_file import open_csv
 from codegen.logs.formats.source import Allowance
-from tests.told import refused
+from tests.expected_errors import refused
 
 SIZE = 20_000_000
 

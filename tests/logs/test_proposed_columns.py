@@ -16,7 +16,7 @@ from codegen.diagnosis.fit.signals import smooth_motion
 from codegen.logs import read_log
 from codegen.logs.audit.preflight import preflight
 from codegen.spec.reader import parse_spec
-from tests.told import refused, tells
+from tests.expected_errors import matches, refused
 
 MOTOR = """name: motor
 coordinates: {phi: {velocity: om, unit: rad}}
@@ -103,7 +103,7 @@ def test_row_numbers_are_no_time(tmp_path, motor):
     path = write(tmp_path, "Sample,pos_deg,current_A")
     with refused("LOG003") as caught:
         read_log(path, motor)
-    assert tells(caught.value, "LOG003 `t` `sample_time: SECONDS` pos_deg current_A")
+    assert matches(caught.value, "LOG003 `t` `sample_time: SECONDS` pos_deg current_A")
     assert "t: " not in caught.value.expected.partition("it has")[0]
 
 
@@ -111,7 +111,7 @@ def test_row_numbers_are_no_time(tmp_path, motor):
 def test_nothing_is_proposed_where_nothing_tells(tmp_path, motor, header):
     with pytest.raises(BadInput) as caught:
         read_log(write(tmp_path, header), motor)
-    assert tells(caught.value, "LOG003 `i`") and "i: ..." in caught.value.expected and caught.value.nearest is None
+    assert matches(caught.value, "LOG003 `i`") and "i: ..." in caught.value.expected and caught.value.nearest is None
 
 
 def test_a_unit_that_nothing_reads_from_the_name_is_proposed_with_the_column(tmp_path, spec):

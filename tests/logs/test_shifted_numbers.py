@@ -12,7 +12,7 @@ from slider_log import rows
 from codegen.logs import read_log
 from codegen.logs.log import Log
 from codegen.spec.model import Spec
-from tests.told import refused
+from tests.expected_errors import refused
 
 MADE = {name: values[:200] for name, values in rows().items()}
 

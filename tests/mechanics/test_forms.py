@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from codegen.mechanics import System
-from tests.in_part import examples
+from tests.slow_cases import examples
 
 from .forms import ARM_CONSTRAINTS, CART_CONSTRAINTS, SPECS, TWO_MASS_TOPOLOGY, read, swapped
 

@@ -14,7 +14,7 @@ from codegen.mechanics.base_parameters import base_values, link_parameters
 from codegen.spec import Spec, parse_spec
 from codegen.spec.model import symbol
 from mechanics.robots import SEVEN, TREE, TWO_LINKS, numbers, robot_system
-from tests.told import refused
+from tests.expected_errors import refused
 
 SEVEN_TEXT = SEVEN.read_text(encoding="utf-8")
 

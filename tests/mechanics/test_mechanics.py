@@ -19,10 +19,10 @@ from codegen.mechanics.solve import factorised
 from codegen.spec import parse_spec
 from codegen.spec.expression import parse_expression
 from codegen.spec.model import symbol
-from tests.in_part import examples
+from tests.expected_errors import matches
 from tests.machines import bare_machine
-from tests.observers.hands import HANDS, magnitude
-from tests.told import tells
+from tests.observers.by_hand import BY_HAND, magnitude
+from tests.slow_cases import examples
 
 
 def evaluate(expression: Any, values: dict[Any, float]) -> Any:
@@ -31,10 +31,10 @@ def evaluate(expression: Any, values: dict[Any, float]) -> Any:
 
 
 @pytest.mark.parametrize("effects", [False, True])
-@pytest.mark.parametrize("name", HANDS)
+@pytest.mark.parametrize("name", BY_HAND)
 def test_the_equation_of_motion_is_the_one_written_by_hand(name: str, effects: bool) -> None:
     """g − M a − U λ at random motions; rounding of some dozens of operations on numbers up to 1e3."""
-    system, hand = bare_machine(name, effects), HANDS[name]
+    system, hand = bare_machine(name, effects), BY_HAND[name]
     generator, n = np.random.default_rng(3), system.degrees_of_freedom
     levels = [system.values[c.law_parameters["a"]] for c in system.contacts]
     for _ in range(20):
@@ -136,7 +136,7 @@ def test_a_mass_matrix_that_fails_in_the_envelope(change: dict[str, str], words:
     filled = {"off": "0", "mirror": "0", "last": "J", "high": "1"} | change
     with pytest.raises(BadInput) as told:
         build_system(parse_spec(PENDULUM.format(**filled), Path("p.yaml")))
-    assert tells(told.value, words)
+    assert matches(told.value, words)
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ import sympy
 from codegen.analysis.error_dynamics import ErrorDynamics, derive_error_dynamics
 from codegen.observers import Observer, build_observer
 from tests.machines import machine
-from tests.observers.hands import HANDS
+from tests.observers.by_hand import BY_HAND
 
 from .reference import Point, Reference
 
@@ -94,7 +94,7 @@ def write_observer(
     h: float = 0.001,
 ) -> tuple[str, Reference]:
     """The observer section of a spec with random gains, diagonal or with ``full`` every entry filled; and by hand."""
-    hand = HANDS[name]
+    hand = BY_HAND[name]
     n, contacts = hand.distribution(np.zeros(20)).shape
     rows = n if kind in ("to", "gto") else contacts
     columns = contacts if kind in ("cfo", "gcfo") else n

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from tests.observers.hands import Hand, magnitude
+from tests.observers.by_hand import ByHand, magnitude
 
 STEP = 1e-30
 DIFFERENCE = 1e-3
@@ -31,7 +31,7 @@ class Point:
 class Reference:
     """An observer with numeric gains: ``first`` is K_F or K_1, ``second`` is K_2."""
 
-    hand: Hand
+    hand: ByHand
     kind: str
     estimated: bool
     first: Any

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.observers.hands import magnitude
+from tests.observers.by_hand import magnitude
 
 from .cases import KINDS, Case, make_case, seeded
 from .reference import STEP, Point

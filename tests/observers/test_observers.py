@@ -14,10 +14,10 @@ from codegen.base.errors import BadInput
 from codegen.mechanics import build_system
 from codegen.observers import Observer, build_observer, observer_of
 from codegen.spec import parse_spec
-from tests.in_part import in_part
+from tests.expected_errors import refused
 from tests.machines import ONE_MASS, TWO_MASS, machine
-from tests.observers.hands import HANDS
-from tests.told import refused
+from tests.observers.by_hand import BY_HAND
+from tests.slow_cases import slow_except
 
 from .cases import KINDS, seeded, write_observer
 
@@ -42,7 +42,7 @@ def run(observer: Observer, values: dict[Any, float], mass: Any) -> dict[str, An
     return found
 
 
-@pytest.mark.parametrize("everything", in_part([False, True], [True]))
+@pytest.mark.parametrize("everything", slow_except([False, True], [True]))
 @pytest.mark.parametrize(("name", "kind", "velocity"), ALL)
 def test_equations_are_the_thesis_observers(name: str, kind: str, velocity: str, everything: bool) -> None:
     generator = seeded("equations", name, kind, velocity, str(everything))
@@ -50,7 +50,7 @@ def test_equations_are_the_thesis_observers(name: str, kind: str, velocity: str,
     section, reference = write_observer(name, kind, velocity, generator, **options)
     spec, system = machine(name, section, effects=everything)
     observer = build_observer(spec, system)
-    hand, n = HANDS[name], system.degrees_of_freedom
+    hand, n = BY_HAND[name], system.degrees_of_freedom
     for _ in range(5):
         x, v, w = generator.normal(size=n), generator.normal(size=n), generator.normal(size=hand.inputs)
         state = generator.normal(size=len(observer.states))

@@ -12,7 +12,7 @@ from codegen.mechanics.build import build_system
 from codegen.observers import build_observer
 from codegen.program import Program, build_program
 from codegen.spec.reader import parse_spec
-from tests.told import refused
+from tests.expected_errors import refused
 
 SPECS = Path(__file__).parents[2] / "specs"
 ONE, TWO = ((SPECS / f"{name}.yaml").read_text(encoding="utf-8") for name in ("one_mass", "two_mass"))

@@ -22,7 +22,7 @@ from codegen.base.temporary import refuse_replaceable
 from codegen.base.text import Environment
 from stiction import replay
 from tests.app.command import is_one_message, stiction
-from tests.told import refused
+from tests.expected_errors import refused
 
 SPEC = Path(__file__).parents[2] / "specs" / "two_mass.yaml"
 pytestmark = pytest.mark.skipif(

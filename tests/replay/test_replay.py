@@ -24,7 +24,7 @@ from codegen.spec import read_spec
 from codegen.spec.schema import CodeChoice
 from stiction import replay
 from tests.app.command import SPECS, is_one_message, stiction
-from tests.in_part import in_part
+from tests.slow_cases import slow_except
 
 SPEC = SPECS / "two_mass.yaml"
 PERIOD = 0.001
@@ -79,7 +79,7 @@ ENGINES = [
 ]
 
 
-@pytest.mark.parametrize(("spec", "precision"), in_part(ENGINES, ENGINES[:6], several=True))
+@pytest.mark.parametrize(("spec", "precision"), slow_except(ENGINES, ENGINES[:6], several=True))
 def test_the_compiled_engine_gives_the_bits_of_the_twin(spec: str, precision: str) -> None:
     made = read_spec(SPECS / f"{spec}.yaml")
     program = build_program(observer_of(made), CodeChoice(precision=precision, fault="hold"))

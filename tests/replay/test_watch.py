@@ -22,8 +22,8 @@ from codegen.logs.formats.bag_file import DEFINITIONS
 from codegen.replay.samples import Block
 from codegen.replay.watch import Watch, too_slow
 from tests.app.command import SPECS, is_one_message, stiction
-from tests.in_part import in_part
-from tests.told import refused
+from tests.expected_errors import refused
+from tests.slow_cases import slow_except
 
 BELT = SPECS / "belt_axis.yaml"
 PERIOD = 0.001
@@ -341,7 +341,7 @@ def test_a_time_in_milliseconds_is_refused(logs):
 CODED = [(coding, size) for size in (1, 501, 10**7) for coding in ("utf-16-le", "utf-16-be")]
 
 
-@pytest.mark.parametrize(("coding", "size"), in_part(CODED, [CODED[0], *CODED[3:5]], several=True))
+@pytest.mark.parametrize(("coding", "size"), slow_except(CODED, [CODED[0], *CODED[3:5]], several=True))
 def test_utf_16_is_read_as_diagnose_does(logs: dict[str, str], coding: str, size: int) -> None:
     """As Excel writes text; pieces are cut within a letter and within the mark."""
     text = "\r\n".join(logs["force"].splitlines()[:2500]) + "\r\n"

@@ -12,9 +12,9 @@ from codegen.base.errors import BadInput
 from codegen.simulate.closed_loop import simulate
 from codegen.simulate.loop_run import write_log
 from codegen.simulate.sensors import VELOCITY_FILTER_SAMPLES
+from tests.expected_errors import refused
 from tests.machines import arm, one_mass, read_machine, two_mass
 from tests.simulate.open_loop import simulate_open_loop
-from tests.told import refused
 
 EARLIER = 20
 """Samples without a command before a recorded log."""

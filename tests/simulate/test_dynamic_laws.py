@@ -11,9 +11,9 @@ from codegen.diagnosis.fit.restarted_run import free_run
 from codegen.friction import LAWS, MemoryLaw
 from codegen.simulate.closed_loop import simulate
 from codegen.simulate.plant import Plant
-from tests.in_part import in_part
 from tests.machines import SPRING_MASS, TWO_SPRINGS, read_machine, two_mass
 from tests.simulate.open_loop import free_run_from_rest, simulate_open_loop
+from tests.slow_cases import slow_except
 
 from . import stiff_integrator as exact
 
@@ -58,7 +58,7 @@ def run(system, time, w, substeps: int, **start):
     return simulate_open_loop(system, time, np.reshape(w, (-1, 1)), STILL, STILL, substeps, **start)
 
 
-@pytest.mark.parametrize("law", in_part(list(SMOOTH), list(SMOOTH)[::2]))
+@pytest.mark.parametrize("law", slow_except(list(SMOOTH), list(SMOOTH)[::2]))
 def test_law_follows_radau(law: str):
     path = exact.integrate(SMOOTH[law], 2, 20, TIME, COMMAND, np.zeros(3))
     assert np.max(np.abs(path[:, 1])) > 0.2
@@ -106,7 +106,7 @@ def test_walrath_switches_and_is_first_order():
 SECOND_ORDER = ["law: dahl, a: 3, c: 200", "law: reset_integrator, a: 3, c: 100", list(SMOOTH)[6]]
 
 
-@pytest.mark.parametrize("law", in_part(SECOND_ORDER, SECOND_ORDER[:1]), ids=lambda s: s[5:10])
+@pytest.mark.parametrize("law", slow_except(SECOND_ORDER, SECOND_ORDER[:1]), ids=lambda s: s[5:10])
 def test_error_falls_with_the_square_of_the_substep(law: str):
     path = exact.integrate(SMOOTH[law], 2, 20, TIME, COMMAND, np.zeros(3))
     _, system = sliding(law)
@@ -137,7 +137,7 @@ def test_presliding_gives_back_what_it_stored():
     assert np.max(np.abs(x[:, 0] - small / omega * np.sin(omega * time))) < 1e-3 * small / omega
 
 
-@pytest.mark.parametrize("law", in_part(list(SMOOTH)[:7], list(SMOOTH)[2:7:2]), ids=lambda s: s[5:])
+@pytest.mark.parametrize("law", slow_except(list(SMOOTH)[:7], list(SMOOTH)[2:7:2]), ids=lambda s: s[5:])
 def test_no_law_creates_energy_over_a_closed_loop_of_slip(law: str):
     spec, system = sliding(law, more="simulation: {duration: 3, sample_time: 1e-4, inputs: {w: 8*sin(4*t)}}")
     log = simulate(spec, system)
@@ -228,7 +228,7 @@ ADDED = {
 }
 
 
-@pytest.mark.parametrize("share", in_part([0.7, 1], [0.7]))
+@pytest.mark.parametrize("share", slow_except([0.7, 1], [0.7]))
 @pytest.mark.parametrize("effect", ADDED, ids=lambda words: words.split(",")[0][6:])
 def test_declared_effects_on_a_law_with_states(effect: str, share: float):
     # Viscous friction adds b u; a Stribeck effect adds its set-valued level beside the law's own force.

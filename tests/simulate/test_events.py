@@ -13,9 +13,9 @@ from scipy.optimize import lsq_linear
 from codegen.mechanics.loads import with_loads
 from codegen.simulate.controller import Feedback
 from codegen.simulate.observed_loop import SampledLoop, run_loop
-from tests.in_part import examples, in_part
 from tests.machines import SPRING_MASS, arm, effect, one_mass, read_machine, two_mass
 from tests.simulate.open_loop import free_run_from_rest, simulate_open_loop
+from tests.slow_cases import examples, slow_except
 
 from .event_integrator import Mass, integrate
 from .event_plant import EventPlant
@@ -209,7 +209,7 @@ MACHINES = {
 }
 
 
-@pytest.mark.parametrize("name", in_part(list(MACHINES), ["two masses", "stiction"]))
+@pytest.mark.parametrize("name", slow_except(list(MACHINES), ["two masses", "stiction"]))
 def test_both_time_steppers_converge_to_the_events(name: str):
     """Those of the simulator and of the diagnosis: they share laws and terms, but not the solver of the contacts."""
     make, command = MACHINES[name]
@@ -290,7 +290,7 @@ def test_a_sliding_stack_comes_to_an_exact_rest():
     assert np.all(v[-100:] == 0) and np.all(x[-100] == x[-1])
 
 
-@pytest.mark.parametrize("method", in_part(["steps", "events"], ["steps"]))
+@pytest.mark.parametrize("method", slow_except(["steps", "events"], ["steps"]))
 def test_no_contact_creates_energy_and_the_balance_closes(method: str):
     # ½v'Mv + ½k x² gains the input's work and loses what the contacts take, at every sample; none gives any back.
     _, system = two_mass()

@@ -19,8 +19,8 @@ from codegen.simulate.loop_run import write_log
 from codegen.simulate.observed_loop import SampledLoop, run_loop
 from codegen.simulate.observer_in_loop import Cancellation, generated_observer
 from codegen.simulate.sensors import Sensors
+from tests.expected_errors import refused
 from tests.machines import arm, axis, one_mass, two_mass
-from tests.told import refused
 
 from .event_integrator import Mass, integrate
 

@@ -9,7 +9,7 @@ import pytest
 from codegen.base.errors import BadInput
 from codegen.mechanics import build_system
 from codegen.spec import parse_spec
-from tests.told import tells
+from tests.expected_errors import matches
 
 SPEC = """\
 name: table
@@ -35,7 +35,7 @@ friction:
 def test_a_parameter_without_its_unit_is_named() -> None:
     with pytest.raises(BadInput) as told:
         build_system(parse_spec(SPEC, Path("table.yaml")))
-    assert tells(told.value, "SPEC014 table.yaml:10 `b` force[0] `unit: N*m*s`")
+    assert matches(told.value, "SPEC014 table.yaml:10 `b` force[0] `unit: N*m*s`")
     assert not told.value.others
 
 
@@ -67,7 +67,7 @@ def test_no_parameter_is_blamed_where_the_units_do_not_tell_which(replaced: str,
 def test_a_unit_that_is_written_as_one_is_meant() -> None:
     with pytest.raises(BadInput) as told:
         build_system(parse_spec(SPEC.replace("b: {value: 3}", 'b: {value: 3, unit: "1"}'), Path("table.yaml")))
-    assert tells(told.value, "SPEC014 force[0]") and all(f"{x} without unit" in told.value.expected for x in "nb")
+    assert matches(told.value, "SPEC014 force[0]") and all(f"{x} without unit" in told.value.expected for x in "nb")
 
 
 def test_nothing_is_named_where_every_factor_has_a_unit() -> None:

@@ -11,7 +11,7 @@ import sympy
 from codegen.base.errors import BadInput
 from codegen.mechanics import build_system
 from codegen.spec import parse_spec, read_spec
-from tests.told import tells
+from tests.expected_errors import matches
 
 from .faults import FAULTS, GOOD, UNITS
 
@@ -44,7 +44,7 @@ def test_fault(fault: str) -> None:
     old, new, words, nearest = FAULTS[fault]
     assert old in GOOD
     told = refused(text := GOOD.replace(old, new, 1))
-    assert tells(told, words)
+    assert matches(told, words)
     assert told.nearest == nearest or nearest is None
     if fault in ("missing name", "missing mass_matrix"):
         assert told.place.line is None  # what is absent at the top has no line
@@ -57,7 +57,7 @@ def test_units_that_do_not_fit(fault: str) -> None:
     old, new, words = UNITS[fault]
     assert old in GOOD
     told = refused(GOOD.replace(old, new, 1))
-    assert tells(told, words)
+    assert matches(told, words)
     assert told.place.line is not None
 
 

@@ -10,7 +10,7 @@ from codegen.base.errors import BadInput
 from codegen.mechanics import build_system
 from codegen.observers import observer_of
 from codegen.spec import parse_spec
-from tests.told import refused, tells
+from tests.expected_errors import matches, refused
 
 from .form_faults import CONSTRAINTS, FAULTS, LAGRANGIAN, OBSERVER, TOPOLOGY
 
@@ -27,7 +27,7 @@ def test_fault(fault: str) -> None:
     text = good.replace(old, new, 1)
     with pytest.raises(BadInput) as told:
         build_system(parse_spec(text, Path("m.yaml")))
-    assert tells(told.value, words)
+    assert matches(told.value, words)
     assert nearest is None or told.value.nearest == nearest
     if fault in ("none", "no force"):
         assert told.value.place.line is None  # what is absent at the top has no line

@@ -15,7 +15,7 @@ from codegen.base.input_files import LARGEST_TEXT
 from codegen.spec import parse_spec
 from codegen.spec.yaml_limits import DEEPEST, MOST_NODES
 from codegen.spec.yaml_text import load_mapping
-from tests.told import refused, tells
+from tests.expected_errors import matches, refused
 
 
 def repeated(letters: str) -> str:
@@ -55,7 +55,7 @@ def test_is_refused_in_few_words(monster):
     text, line, words = MONSTERS[monster]
     with pytest.raises(BadInput) as told:
         load_mapping(text, "s.yaml")
-    assert told.value.place == Place("s.yaml", line) and tells(told.value, words) and len(str(told.value)) < 300
+    assert told.value.place == Place("s.yaml", line) and matches(told.value, words) and len(str(told.value)) < 300
 
 
 def test_what_is_no_monster():

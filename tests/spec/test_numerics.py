@@ -7,8 +7,8 @@ import sympy
 from sympy.polys.polyerrors import PolynomialDivisionFailed, PolynomialError
 
 from codegen.spec.numerics import numerical
+from tests.expected_errors import refused
 from tests.machines import one_mass
-from tests.told import refused
 
 
 def no_polynomial():

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from codegen.spec.reader import parse_spec
-from tests.told import refused
+from tests.expected_errors import refused
 
 CHAIN = (Path(__file__).parents[2] / "specs" / "chain.yaml").read_text(encoding="utf-8")
 

@@ -10,7 +10,7 @@ import stiction
 from codegen.base.errors import BadInput
 from codegen.spec import parse_spec, read_spec
 from codegen.spec.yaml_text import load_mapping
-from tests.told import refused
+from tests.expected_errors import refused
 
 from .faults import GOOD
 

@@ -16,8 +16,8 @@ from codegen.base.errors import BadInput, Place
 from codegen.certify.certify import Certificate
 from codegen.spec import parse_spec
 from codegen.spec.units import coherent_name, si_factor, unit_name
-from tests.in_part import in_part
-from tests.told import tells
+from tests.expected_errors import matches
+from tests.slow_cases import slow_except
 
 LB, INCH, G = Fraction("0.45359237"), Fraction("0.0254"), Fraction("9.80665")  # kg, m, m/s^2: by definition
 OZ, FOOT = LB / 16, 12 * INCH
@@ -160,7 +160,7 @@ envelope: {{v: [-5, 5]}}
 """
 
 
-@pytest.mark.parametrize("unit", in_part(list(UNITS), list(UNITS)[::5]))
+@pytest.mark.parametrize("unit", slow_except(list(UNITS), list(UNITS)[::5]))
 def test_a_spec_with_this_unit_is_certified(unit: str) -> None:
     """The mass is scaled by a parameter in the unit over one in SI, so that the error's matrix has the value in it."""
     size = f"{33.5 / rounded_once(unit, Fraction(1)):.4g}"
@@ -240,7 +240,7 @@ def test_a_unit_is_written_in_one_way(written: str, name: str) -> None:
 def test_a_torque_in_kilograms_is_refused_with_the_unit_that_is_one(written: str, clear: str) -> None:
     with pytest.raises(BadInput) as told:
         si_factor(written, Place("a.yaml"))
-    assert tells(told.value, f"SPEC013 `{written}` torque mass length")
+    assert matches(told.value, f"SPEC013 `{written}` torque mass length")
     assert told.value.nearest == clear and coherent_name(clear, Place("a.yaml")) == "N*m"
 
 

@@ -10,7 +10,7 @@ from codegen.base.errors import BadInput
 from codegen.base.input_files import LARGEST_TEXT
 from codegen.spec import parse_spec, read_spec
 from codegen.spec.yaml_text import changed_text, dump, load_mapping
-from tests.told import tells
+from tests.expected_errors import matches
 
 from .faults import GOOD
 
@@ -59,7 +59,7 @@ def told(text: str) -> BadInput:
 )
 def test_malformed(text: str, line: int | None, words: str) -> None:
     error = told(text)
-    assert tells(error, words)
+    assert matches(error, words)
     assert line is None or error.place.line == line
 
 

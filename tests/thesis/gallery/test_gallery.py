@@ -24,7 +24,7 @@ from codegen.thesis.gallery.rig import CHAPTER_3, NAMES
 from codegen.thesis.gallery.runs import Runs, ideal_run, reference_of, servo_run
 from codegen.thesis.gallery.setting import AS_DRAWN, Setting, with_observer, without_friction
 from codegen.thesis.gallery.statement import read_figures
-from tests.told import refused
+from tests.expected_errors import refused
 
 ROOT = Path(__file__).parents[3]
 CHAPTERS = {1: "12", 2: "345", 3: "234", 4: "3457", 5: "1", 6: "1", 7: "12", 8: "3456"}

@@ -1,4 +1,4 @@
-"""Cases of which `make test` runs a part, one of each kind, and `make check-all` all."""
+"""Marking of test cases as slow: `make test` runs one of each kind, `make check-all` all."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 
-def in_part(cases: Sequence[Any], quick: Collection[Any], several: bool = False) -> list[Any]:
+def slow_except(cases: Sequence[Any], quick: Collection[Any], several: bool = False) -> list[Any]:
     """Parameters for ``pytest.mark.parametrize``: all but the quick ones are marked slow.
 
     Args:
@@ -32,7 +32,7 @@ def drawn(few: int, many: int) -> pytest.MarkDecorator:
 
     A bound on a rate is then to be computed from ``draws``, as by ``scipy.stats.binom``.
     """
-    return pytest.mark.parametrize("draws", in_part([few, many], [few]))
+    return pytest.mark.parametrize("draws", slow_except([few, many], [few]))
 
 
 def examples(count: int) -> int:

@@ -1,4 +1,4 @@
-"""What a test asks of a message for bad input: its code, and the names and numbers that it must show."""
+"""Assertions on the message for bad input: its code, and the names and numbers that it must show."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import pytest
 from codegen.base.errors import BadInput
 
 
-def tells(fault: BadInput, expected: str) -> bool:
+def matches(fault: BadInput, expected: str) -> bool:
     """Whether a fault has the code that ``expected`` begins with, and shows each word that follows it there.
 
     ``expected`` is such as "SPEC008 `etta3` force[1]"; empty where any fault will do.
@@ -21,7 +21,7 @@ def tells(fault: BadInput, expected: str) -> bool:
 
 @contextmanager
 def refused(expected: str) -> Iterator[pytest.ExceptionInfo[BadInput]]:
-    """A block that raises a fault, and one that ``tells`` what is expected."""
+    """A block that raises a fault, and one that ``matches`` what is expected."""
     with pytest.raises(BadInput) as told:
         yield told
-    assert tells(told.value, expected), told.value
+    assert matches(told.value, expected), told.value

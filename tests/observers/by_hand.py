@@ -15,7 +15,7 @@ def magnitude(z: Any) -> Any:
 
 
 @dataclass(frozen=True)
-class Hand:
+class ByHand:
     """A machine in NumPy. ``known`` are the contact forces of its declared effects, ``drag`` their coordinate forces.
 
     Every function takes complex numbers.
@@ -59,8 +59,8 @@ def _two_mass_force(x: Any, v: Any, w: Any) -> Any:
     return np.array([-70 * x[0] + 20 * x[1] - slide, 20 * x[0] - 120 * x[1] + slide + w[0]])
 
 
-HANDS = {
-    "one_mass": Hand(
+BY_HAND = {
+    "one_mass": ByHand(
         mass=lambda x: np.array([[1.7]]),
         force=lambda x, v, w: w - 0.4 * v - 30 * x,
         distribution=lambda x: np.array([[1.0]]),
@@ -68,7 +68,7 @@ HANDS = {
         drag=lambda v: -1.3 * v * magnitude(v),
         inputs=1,
     ),
-    "two_mass": Hand(
+    "two_mass": ByHand(
         mass=lambda x: np.diag([10.0, 50.0]),
         force=_two_mass_force,
         distribution=lambda x: np.array([[1.0, 0], [-1, 1]]),
@@ -76,7 +76,7 @@ HANDS = {
         drag=lambda v: np.array([0 * v[0], -4 * v[1] * magnitude(v[1])]),
         inputs=1,
     ),
-    "arm": Hand(
+    "arm": ByHand(
         mass=_arm_mass,
         force=_arm_force,
         distribution=lambda x: np.eye(2),
@@ -84,7 +84,7 @@ HANDS = {
         drag=lambda v: np.array([-0.01 * v[0] * magnitude(v[0]), 0 * v[1]]),
         inputs=2,
     ),
-    "cart": Hand(
+    "cart": ByHand(
         mass=lambda x: np.array([[0.08, 0.2 * np.cos(x[0])], [0.2 * np.cos(x[0]), 2.5]]),
         force=lambda x, v, w: np.array([-1.96 * np.sin(x[0]), w[0] + 0.2 * v[0] ** 2 * np.sin(x[0])]),
         distribution=lambda x: np.array([[1, 0, 0.4 * np.cos(x[0])], [0, 1, 1]]),
