@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import combinations
 
@@ -124,84 +124,10 @@ def find_effects(search: Search, base: Fit, report_progress: Progress, refit_onl
 
     If an arm is simulated joint by joint, each joint has its own rounds, the worst joint first.
     """
-    current = confirmed = base
-    first: list[Ranked] = []
-    rivals: list[Ranked] = []
-    paired, among_all = False, True
-    later: list[LaterRound] = []
-    joints: Sequence[int | None] = range(search.system.degrees_of_freedom) if search.rigid else [None]
-    rounds = dict.fromkeys(joints, 0 if refit_only else MOST_EFFECTS)
-    turn = begun = 0
-    joint: int | None = None
-    # The best of the first round, for pairs; the fit with the first of them, and the number of candidates.
-    leaders: list[Ranked] = []
-    led, count = base, 0
-    # Candidates that pass every test, in a round whose leader does not, and predict held-out segments as well; and the
-    # others of that round that may tie with them, the leader among them.
-    waiting: list[Ranked] = []
-    beside: list[Ranked] = []
-    while True:
-        places = _unexplained(search, current, rounds, bool(turn))
-        if leaders and (search.rigid or begun > 1 or not places):  # the best one's second round comes before pairs
-            pairs_progress = partial(report_progress, turn)
-            pair, chosen = (None, False) if at_noise(confirmed) else _pair(search, leaders, pairs_progress)
-            if pair is not None and _is_better_pair(pair, confirmed) and worth_it(search, led, pair, count):
-                current = confirmed = _in_simplest_forms(search, pair, [])[0]
-                rivals, paired, among_all, waiting = [], True, chosen, []
-                rounds[joint] = MOST_EFFECTS - len(pair.trial.parts)
-            leaders = []
-            continue
-        if not places and not waiting:
-            break
-        begun += 1
-        possible: list[Ranked] = []
-        contradicted: list[Ranked] = []
-        doubtful = current.trial.parts[len(confirmed.trial.parts) :]
-        if places:
-            # An effect that is not credited alone may be with a second one, at the same joint.
-            joint = [*(joint_of(search, p) for p in doubtful), *places][0]
-            parts = [p for p in every_part(search, current.trial.parts) if joint_of(search, p) == joint]
-            ranked = run_round(search, current, parts, partial(report_progress, turn))
-            if first:
-                later.append(LaterRound(current.trial.parts, tuple(r.for_table for r in ranked)))
-            first = first or ranked
-            possible = [r for r in ranked if not r.why_not or r.unsure]
-            contradicted = [r for r in ranked if r.contradicted]
-        falls_back = not possible and bool(waiting)
-        if falls_back:
-            current, possible, waiting = confirmed, waiting, []
-            joint, doubtful = joint_of(search, possible[0].found.part), ()
-            rivals = rivals if confirmed.trial.parts else []  # else those of the doubtful leader
-        if not possible:
-            current, rounds[joint] = confirmed, 0
-            continue
-        possible = leader_first(search, possible)
-        tied = ties(search, [*possible, *contradicted, *(beside if falls_back else ())])
-        current = search.fitted_again(possible[0].found)
-        rivals = rivals if turn else tied
-        current, rivals = _in_simplest_forms(search, current, rivals)
-        turn, is_first = turn + 1, not turn
-        rounds[joint] = MOST_EFFECTS - len(current.trial.parts) if falls_back else rounds[joint] - 1
-        if not credible(search, confirmed, current, hypotheses(parts)):
-            first = refused_when_fitted_again(first, possible[0]) if is_first else first
-            if falls_back or doubtful:  # a doubtful effect gets one more round: with a third, chance has more sets
-                rounds[joint] = 0
-            else:
-                least = possible[0].evidence.share - credit.LEAST_SHARE
-                waiting = [r for r in possible[1:] if not r.why_not and r.evidence.share > least]
-                beside = [r for r in possible if all(r is not one for one in waiting)]
-            current = current if rounds[joint] else confirmed
-            continue
-        has_one = any(joint_of(search, p) == joint for p in confirmed.trial.parts)
-        if has_one and explained_share(search, confirmed, current) < credit.FURTHER:
-            current, rounds[joint] = confirmed, 0
-            continue
-        waiting = []
-        rivals = tied or rivals
-        confirmed, among_all = current, True
-        alone = current if joint is None else current.of_joint(joint)  # what other joints lack is theirs
-        if is_first and not credit.near_noise(alone) and not credit.is_negligible(alone):
-            leaders, led, count = possible[:PAIRED], current, hypotheses(parts)
+    rounds = _Rounds.before_the_first(search, base, 0 if refit_only else MOST_EFFECTS, report_progress)
+    while not rounds.are_over():
+        rounds.next()
+    confirmed, rivals, paired, among_all = rounds.confirmed, rounds.rivals, rounds.paired, rounds.among_all
     pair = _split(search, confirmed)
     if pair is not None:
         confirmed, rivals, paired, among_all = pair, [], True, False
@@ -209,7 +135,160 @@ def find_effects(search: Search, base: Fit, report_progress: Progress, refit_onl
     lost = current is base and not refit_only and not credit.near_noise(base)
     unexplained = lost and credit.misfit(base) > credit.LEAST_SIZE
     explained, segments = explained_share(search, base, current), len(search.record.start)
-    return Outcome(base, current, tuple(first), tuple(rivals), explained, segments, unexplained, tuple(later))
+    first, later = tuple(rounds.first), tuple(rounds.later)
+    return Outcome(base, current, first, tuple(rivals), explained, segments, unexplained, later)
+
+
+@dataclass(eq=False)
+class _Rounds:
+    """The rounds of a forward selection, and what they have found so far.
+
+    An effect that is not credited alone may be with a second one at the same joint, so it stays for one more round.
+    Then the other candidates of its round are tried in its place.
+
+    Attributes:
+        left: joint → rounds that it may still have; one joint, None, for a machine that is simulated as a whole.
+        confirmed: the fit with all credited effects.
+        current: the fit that the next round extends: ``confirmed``, or that with an effect that is not credited alone.
+        rivals: of the first effect.
+        first, later: the candidates of the first round, and the other rounds.
+        joint: of the last round. hypotheses: number that it tested.
+        begun: number of rounds. taken: number of those that had a possible candidate.
+        waiting: candidates of a round that pass every test where its leader does not, and predict held-out segments as
+            well. beside: the others of that round that may tie with them, the leader among them.
+        leaders: the best of the first round, until pairs of them are tried. led: the fit with the first of them.
+        alone: number of hypotheses of that round.
+        paired: whether the effects were found as a pair. among_all: as of ``_reconsidered``.
+    """
+
+    search: Search
+    report: Progress
+    left: dict[int | None, int]
+    confirmed: Fit
+    current: Fit
+    led: Fit
+    rivals: list[Ranked] = field(default_factory=list)
+    first: list[Ranked] = field(default_factory=list)
+    later: list[LaterRound] = field(default_factory=list)
+    joint: int | None = None
+    hypotheses: int = 0
+    begun: int = 0
+    taken: int = 0
+    waiting: list[Ranked] = field(default_factory=list)
+    beside: list[Ranked] = field(default_factory=list)
+    leaders: list[Ranked] = field(default_factory=list)
+    alone: int = 0
+    paired: bool = False
+    among_all: bool = True
+
+    @classmethod
+    def before_the_first(cls, search: Search, base: Fit, most: int, report: Progress) -> _Rounds:
+        """No effect found; ``most``: of rounds at each joint."""
+        joints: Sequence[int | None] = range(search.system.degrees_of_freedom) if search.rigid else [None]
+        return cls(search, report, dict.fromkeys(joints, most), confirmed=base, current=base, led=base)
+
+    def are_over(self) -> bool:
+        return not (self.leaders or self.waiting or self._joints())
+
+    def next(self) -> None:
+        """Pairs of the first round's best once the best one had its second round; else a round of all candidates."""
+        joints = self._joints()
+        if self.leaders and (self.search.rigid or self.begun > 1 or not joints):
+            self._try_pairs()
+            return
+        self.begun += 1
+        ranked = self._ranked(joints) if joints else []
+        possible = [r for r in ranked if not r.why_not or r.unsure]
+        contradicted = [r for r in ranked if r.contradicted]
+        if possible:
+            self._take(possible, contradicted)
+        elif self.waiting:
+            self._fall_back(contradicted)
+        else:
+            self._end()
+
+    def _joints(self) -> list[int | None]:
+        return _unexplained(self.search, self.current, self.left, bool(self.taken))
+
+    def _doubtful(self) -> Sequence[Part]:
+        """The effects that are not credited alone."""
+        return self.current.trial.parts[len(self.confirmed.trial.parts) :]
+
+    def _end(self) -> None:
+        """No further round at this joint; an effect that is not credited alone is left out."""
+        self.current, self.left[self.joint] = self.confirmed, 0
+
+    def _ranked(self, joints: Sequence[int | None]) -> list[Ranked]:
+        """The candidates at the joint of an effect in doubt, else at the worst joint, best first."""
+        search, parts = self.search, self.current.trial.parts
+        self.joint = [*(joint_of(search, p) for p in self._doubtful()), *joints][0]
+        candidates = [p for p in every_part(search, parts) if joint_of(search, p) == self.joint]
+        ranked = run_round(search, self.current, candidates, partial(self.report, self.taken))
+        self.hypotheses = hypotheses(candidates)
+        if self.first:
+            self.later.append(LaterRound(parts, tuple(r.for_table for r in ranked)))
+        self.first = self.first or ranked
+        return ranked
+
+    def _fall_back(self, contradicted: list[Ranked]) -> None:
+        """The candidates that wait in place of a leader that is in doubt; none of them may be in doubt itself."""
+        waiting, self.waiting = self.waiting, []
+        self.current = self.confirmed
+        self.joint = joint_of(self.search, waiting[0].found.part)
+        self.rivals = self.rivals if self.confirmed.trial.parts else []  # else those of the leader in doubt
+        self._take(waiting, [*contradicted, *self.beside], falls_back=True)
+
+    def _take(self, possible: Sequence[Ranked], alike: Sequence[Ranked], falls_back: bool = False) -> None:
+        """The first of these candidates, credited or in doubt; ``alike``: others that may tie with it."""
+        search, is_first = self.search, not self.taken
+        last_chance = falls_back or bool(self._doubtful())
+        possible = leader_first(search, possible)
+        tied = ties(search, [*possible, *alike])
+        current = search.fitted_again(possible[0].found)
+        self.current, self.rivals = _in_simplest_forms(search, current, tied if is_first else self.rivals)
+        self.taken += 1
+        count = len(self.current.trial.parts)
+        self.left[self.joint] = MOST_EFFECTS - count if falls_back else self.left[self.joint] - 1
+        if not credible(search, self.confirmed, self.current, self.hypotheses):
+            if is_first:
+                self.first = refused_when_fitted_again(self.first, possible[0])
+            self._keep_in_doubt(possible, last_chance)
+            return
+        has_one = any(joint_of(search, p) == self.joint for p in self.confirmed.trial.parts)
+        if has_one and explained_share(search, self.confirmed, self.current) < credit.FURTHER:
+            self._end()
+            return
+        self.waiting = []
+        self.rivals = tied or self.rivals
+        self.confirmed, self.among_all = self.current, True
+        # What other joints lack is theirs.
+        alone = self.current if self.joint is None else self.current.of_joint(self.joint)
+        if is_first and not credit.near_noise(alone) and not credit.is_negligible(alone):
+            self.leaders, self.led, self.alone = list(possible[:PAIRED]), self.current, self.hypotheses
+
+    def _keep_in_doubt(self, possible: Sequence[Ranked], last_chance: bool) -> None:
+        """One more round beside an effect that is not credited alone: with a third, chance has more sets."""
+        if last_chance:
+            self.left[self.joint] = 0
+        else:
+            least = possible[0].evidence.share - credit.LEAST_SHARE
+            self.waiting = [r for r in possible[1:] if not r.why_not and r.evidence.share > least]
+            self.beside = [r for r in possible if all(r is not one for one in self.waiting)]
+        if not self.left[self.joint]:
+            self.current = self.confirmed
+
+    def _try_pairs(self) -> None:
+        """A pair of the first round's best takes the place of the effects found, if it is better."""
+        search = self.search
+        progress = partial(self.report, self.taken)
+        pair, among_all = (None, False) if at_noise(self.confirmed) else _pair(search, self.leaders, progress)
+        self.leaders = []
+        if pair is None or not _is_better_pair(pair, self.confirmed):
+            return
+        if worth_it(search, self.led, pair, self.alone):
+            self.current = self.confirmed = _in_simplest_forms(search, pair, [])[0]
+            self.rivals, self.paired, self.among_all, self.waiting = [], True, among_all, []
+            self.left[self.joint] = MOST_EFFECTS - len(pair.trial.parts)
 
 
 def _revised(
