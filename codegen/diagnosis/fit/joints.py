@@ -286,9 +286,26 @@ class JointShooter:
         driven = [len(j.inputs) for j in joints]
         self._shooter = Shooter([j.system for j in joints], called, loads, driven, jumps=jumps, at_once=at_once)
 
-    def at(self, model: int, p: Array, structure: Structure, record: Record, drive: Array, substeps: int) -> FreeRun:
-        """Positions (S, L, n) of every segment, as by ``Shooter.at``; as measured for joints that are not compared."""
-        n, along = len(self._models[model]), self.terms.along(record.positions, record.velocities, record.sample_time)
+    def at(
+        self,
+        model: int,
+        p: Array,
+        structure: Structure,
+        record: Record,
+        drive: Array,
+        substeps: int,
+        measured: Record | None = None,
+    ) -> FreeRun:
+        """Positions (S, L, n) of every segment, as by ``Shooter.at``; as measured for joints that are not compared.
+
+        Args:
+            record: its motion is followed by states that are not logged.
+            measured: the record with the motion as measured, which is imposed on the other joints and about which the
+                rigid-body force is linearised; ``record`` by default. If sensor errors are fitted, the motion of
+                ``record`` depends on their parameters, and the terms along it would be computed for each value.
+        """
+        n, imposed = len(self._models[model]), record if measured is None else measured
+        along = self.terms.along(imposed.positions, imposed.velocities, imposed.sample_time)
         p = np.asarray(p, dtype=float)
         off = p[self._rigid[model]] - self.terms.declared
 
@@ -303,7 +320,8 @@ class JointShooter:
                 own, felt = p[one.arguments], off[along.felt[i]]
                 arrays = own, felt, here.coupling, here.limits, here.rest, record.start, there
                 where = (along, record.length, substeps, here.sigma, here.split, self._driven(drive, one.joint)[1])
-                key = (one.key, *where, *(array.tobytes() for array in arrays))
+                followed = () if record is imposed else _content_of(record, i)
+                key = (one.key, *where, *followed, *(array.tobytes() for array in arrays))
                 found = self.memory.get(key)
                 if found is None:
                     alone = _record_of(record, i)
@@ -359,6 +377,12 @@ class JointShooter:
             put_between(signals, substeps, found[:, start + LOADS : start + LOADS + signals.shape[1]])
             self.memory.put(key, found)
         return found
+
+
+@recent(KEPT)
+def _content_of(record: Record, i: int) -> tuple[int, ...]:
+    """Numbers for the motion of one coordinate in a record."""
+    return tuple(hash(values[:, i].tobytes()) for values in (record.positions, record.velocities))
 
 
 @recent(KEPT)

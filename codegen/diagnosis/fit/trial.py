@@ -201,8 +201,9 @@ class Runner:
         structure = trial.structures.at(numbers)
         followed = self._along_true_motion(numbers)
         arguments = self.model, numbers[self._arguments], structure, followed, drive, self.substeps
-        if self.observes and not smoothed:
-            assert isinstance(self.shooter, Shooter)
+        if isinstance(self.shooter, JointShooter):
+            free_run = self.shooter.at(*arguments, measured=record)
+        elif self.observes and not smoothed:
             free_run = self.shooter.at(*arguments, observed=True)
         else:
             free_run = self.shooter.at(*arguments)
