@@ -26,6 +26,37 @@ def test_exchanged_columns_are_named_with_the_right_ones(tmp_path, spec, given):
     assert said == {symbol: symbol for symbol, column in zip("xvw", given, strict=True) if symbol != column}
 
 
+CRUDE = TEXT.replace(f"value: {MASS}", "value: 0.6").replace(f"a: {LEVEL}", "a: 0.9")
+
+
+def two_tones() -> dict[str, np.ndarray]:
+    """A motion with two frequencies: with one alone, the slope of a velocity is a multiple of the position."""
+    one, other = rows(20, 250), rows(20, 250, frequency=1.3, amplitude=0.03)
+    made = {name: one[name] + other[name] for name in "xv"}
+    inertia = sum(r["w"] - LEVEL * np.sign(r["v"]) for r in (one, other))
+    return {"t": one["t"], **made, "w": inertia + LEVEL * np.sign(made["v"])}
+
+
+@pytest.mark.parametrize("given", [p for p in permutations("xvw") if p != tuple("xvw")])
+def test_exchanged_columns_are_named_by_the_velocity_with_crude_values(tmp_path, given):
+    """With declared values far from the machine's no columns balance the forces, and nothing was told."""
+    path, spec = write_csv(tmp_path / "a.csv", two_tones()), parse_spec(CRUDE, Path("slider.yaml"))
+    found = preflight(read_log(path, spec, columns=dict(zip("xvw", given, strict=True))), spec)
+    (one,) = [f for f in found if f.topic == "columns"]
+    assert one.severity == "problem" and "speeds differ from the slopes" in one.words
+    (line,) = re.findall(r"`columns: \{(.*?)\}`", one.words)
+    assert dict(re.findall(r"(\w+): (\w+)", line)) == {
+        a: a for a, column in zip("xvw", given, strict=True) if a != column
+    }
+
+
+@pytest.mark.parametrize("wrong", [{}, {"v": -1.0}, {"v": 9.55}, {"x": -1.0}, {"x": 57.3}, {"w": -1.0}], ids=str)
+def test_a_velocity_of_another_unit_or_sign_is_no_exchange(tmp_path, wrong):
+    made = {name: wrong.get(name, 1.0) * column for name, column in two_tones().items()}
+    path, spec = write_csv(tmp_path / "a.csv", made), parse_spec(CRUDE, Path("slider.yaml"))
+    assert "columns" not in {f.topic for f in preflight(read_log(path, spec), spec)}
+
+
 def test_a_scale_stays_with_its_variable(tmp_path, spec):
     """x is logged in mm, and the description says so of x, whatever column it takes."""
     made = rows(20, 250)

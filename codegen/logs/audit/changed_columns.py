@@ -7,6 +7,10 @@ than as read. With the position q = −x and the right force u, for example, M a
 
 If g is odd, as without gravity or with a spring about zero, this is the machine with the input reversed, and a log
 cannot distinguish a flipped position from a flipped input. With a weight, or a spring about another position, it can.
+
+Declared values that are far off leave the forces unbalanced with the right columns too. That a velocity is the slope of
+its position needs no values of the spec: an exchange with which this holds, and without which it does not, is reported
+whatever the forces are.
 """
 
 from __future__ import annotations
@@ -39,6 +43,8 @@ FAR_BETTER = 0.1
 IN_ANY_ORDER, MOST_TRIED, IN_PAIRS = 3, 70, 6
 """Most variables of which all orders are tried (of more, pairs and axes); most orders that are tried; most coordinates
 and inputs of which two are reversed together."""
+SLOPES = 0.02
+"""Largest misfit of the velocities with an exchange that is accepted for their sake alone."""
 UNSURE, ALL_FIT, MOST_ALIKE = 2.0, 0.01, 4
 """Changes are alternatives if their misfit is within a factor of the least or below a value; most that are reported."""
 FORCE = "sign of the force"
@@ -49,13 +55,18 @@ Values = dict[str, Array]
 
 @dataclass(frozen=True)
 class Case:
-    """A log, its spec, and the forces along the measured motion."""
+    """A log, its spec, and the forces along the measured motion.
+
+    Attributes:
+        of_speeds: whether changes are judged by the misfit of the velocities alone.
+    """
 
     log: Log
     spec: Spec
     balance: Balance
     motion: Motion
     forces: Forces
+    of_speeds: bool = False
 
     @property
     def values(self) -> Values:
@@ -66,7 +77,7 @@ class Case:
         return values | dict(zip((i.name for i in spec.inputs), log.inputs.T, strict=True))
 
     def misfit(self, values: Values) -> float:
-        """The larger misfit, of the forces or of the velocities, of a log with other values."""
+        """The larger misfit of a log with other values: of the velocities, or of the forces unless ``of_speeds``."""
         log, spec = self.log, self.spec
         logged = log.velocities is not None
         other = replace(
@@ -80,18 +91,36 @@ class Case:
         motion = measured_motion(other)
         if not motion.usable.any() or (slopes := velocity_mismatch(other, motion)) > FITS:
             return 1.0
-        return max(self.balance.along(other, motion).moving_misfit, slopes)
+        return slopes if self.of_speeds else max(self.balance.along(other, motion).moving_misfit, slopes)
 
 
 def velocity_mismatch(log: Log, motion: Motion) -> float:
     """Σ(v − ẋ)² / (Σv² + Σẋ²), low-passed, the largest of the coordinates; 0 if no velocity was logged."""
     if log.velocities is None:
         return 0.0
-    smooth, _ = low_pass(log, log.velocities, motion.cutoff_hz)
-    logged, slope = smooth[motion.usable], motion.velocities[motion.usable]
+    logged, slope = _speeds(log, log.velocities, motion)
     whole = np.sum(logged**2 + slope**2, axis=0)
     apart = np.sum((logged - slope) ** 2, axis=0)
     return float(np.max(apart[whole > 0] / whole[whole > 0])) if np.any(whole > 0) else 0.0
+
+
+def velocities_unlike(log: Log, motion: Motion) -> float:
+    """The share of Σv² that no multiple of ẋ explains, low-passed, the largest of the coordinates; 0 if not logged.
+
+    A velocity in another unit, or with the other sign, is a multiple of the slope.
+    """
+    if log.velocities is None:
+        return 0.0
+    logged, slope = _speeds(log, log.velocities, motion)
+    whole = np.sum(logged**2, axis=0) * np.sum(slope**2, axis=0)
+    shared = np.sum(logged * slope, axis=0) ** 2
+    return float(np.max(1 - shared[whole > 0] / whole[whole > 0])) if np.any(whole > 0) else 0.0
+
+
+def _speeds(log: Log, velocities: Array, motion: Motion) -> tuple[Array, Array]:
+    """Logged velocities and slopes of the positions of the usable samples, low-passed alike, (K, n) each."""
+    smooth, _ = low_pass(log, velocities, motion.cutoff_hz)
+    return smooth[motion.usable], motion.velocities[motion.usable]
 
 
 @dataclass(frozen=True)
@@ -219,6 +248,12 @@ def changed_columns(case: Case) -> Finding | None:
         return None
     tried = [(change.misfit(), change) for change in _changes(case, now)]
     fitting = [(left, change) for left, change in tried if left <= change.enough(now)]
+    apart = f"squared forces{'' if case.log.velocities is None else ' or speeds'} stay unbalanced"
+    if not fitting and velocities_unlike(case.log, case.motion) > FITS:
+        speeds, apart = replace(case, of_speeds=True), "squared speeds differ from the slopes of the positions"
+        now = velocity_mismatch(case.log, case.motion)
+        tried = [(change.misfit(), change) for change in _all_exchanged(speeds, axes_alone=False)]
+        fitting = [(left, change) for left, change in tried if left <= SLOPES]
     best = min((left for left, _ in fitting), default=1.0)
     alike = [change for left, change in fitting if left <= max(UNSURE * best, ALL_FIT)]
     named = [change for change in alike if change.mistakes == min(other.mistakes for other in alike)]
@@ -230,9 +265,8 @@ def changed_columns(case: Case) -> Finding | None:
         return None  # where a force of the spec may be wrong, the audit of the inputs reports which forces show
     what = ", or ".join([named[0].what, *(change.other for change in named[1:])])
     rest = min((left for left, change in tried if change not in alike), default=1.0)
-    sides = "forces" if case.log.velocities is None else "forces or speeds"
     words = (
-        f"{what[0].upper()}{what[1:]}: as read, {_share(now)} of the squared {sides} stay unbalanced; changed so, "
+        f"{what[0].upper()}{what[1:]}: as read, {_share(now)} of the {apart}; changed so, "
         f"{in_percent(best)}; with any other change, {_share(rest)}. "
     )
     if len(named) > 1:
@@ -278,8 +312,7 @@ def _changes(case: Case, now: float) -> Iterator[Change]:
     if np.any(forces.rest + forces.friction) and np.any(forces.driven):  # else it is one of the two alone
         yield _negated(case)
     yield from _flips(case, velocities, pairs=now > FITS)
-    orders = islice(_exchanges(spec, velocities, axes_alone=now <= FITS), MOST_TRIED)
-    yield from (_exchanged(case, sources) for sources in orders)
+    yield from _all_exchanged(case, axes_alone=now <= FITS)
     if now > FITS and not velocities:
         some = dict.fromkeys([*((name,) for name in spec.positions), tuple(spec.positions)])
         yield from (_integrated(case, coordinates) for coordinates in some)
@@ -307,6 +340,12 @@ def _flips(case: Case, velocities: bool, pairs: bool) -> Iterator[Change]:
         for a, b in combinations([*inputs, *whole], 2):
             both = Signs(a.variables + b.variables, f"{a.words} and {b.words}", a.inputs + b.inputs)
             yield _flipped(case, both, mistakes=2)
+
+
+def _all_exchanged(case: Case, axes_alone: bool) -> Iterator[Change]:
+    """Exchanged columns, in at most ``MOST_TRIED`` orders."""
+    orders = islice(_exchanges(case.spec, case.log.velocities is not None, axes_alone), MOST_TRIED)
+    yield from (_exchanged(case, sources) for sources in orders)
 
 
 def _exchanges(spec: Spec, velocities: bool, axes_alone: bool) -> Iterator[dict[str, str]]:
