@@ -60,7 +60,6 @@ class CancelReport(Result):
 
     @property
     def view(self) -> dict[str, Any]:
-        """The variables of the text template."""
         found, plan, left, system = self.reach, self.plan, self.left, self.reach.system
         names = [c.name for c in system.contacts]
         inputs = [w.name for w in system.inputs]

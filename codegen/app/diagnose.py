@@ -75,7 +75,6 @@ class Diagnosed(Result):
 
     @property
     def content(self) -> dict[str, Any]:
-        """The JSON object that the command prints."""
         written = {**self.diagnosis.as_json(), "log_sha256": list(self.log_sha256)}
         return {**written, "folder": str(self.folder), "files": list(self.files)}
 
@@ -130,15 +129,7 @@ def diagnose(
     robot = _robot_files(spec)
     refuse_not_ours(folder, robot)
     if spec.observer is not None:
-        from codegen.app.check import (
-            refuse_ungenerable,  # imported here: a third of a second, which a spec without observer does not need
-        )
-        from codegen.app.generate import listed_files, refuse_edited
-
-        refuse_ungenerable(machine.nominal)
-        target = folder / "generated" / spec.name
-        if not force:
-            refuse_edited(target, dict.fromkeys(listed_files(target)), "--force, which discards the edits")
+        _refuse_code(machine, folder, force)
     begin("reading the logs")
     allowance = Allowance()
     train = read_logs(logs, spec, description=description, columns=columns, allowance=allowance)
@@ -163,24 +154,14 @@ def diagnose(
 
     files: dict[str, str] = {**robot, "spec.yaml": models.spec_text}
     stale: list[Path] = []
-    free = free_gains_in_words(spec)
-    if free:
+    if free := free_gains_in_words(spec):
         diagnosis = replace(diagnosis, certificate=CertificateChange(*2 * (f"no code was generated: {free}",)))
     elif spec.observer is not None:
-        from codegen.app.generate import refuse_hand_written, stale_proofs
-
         if progress is not None:
             progress("certificates and code", 0.96)
-        augmented = Derived(parse_spec(models.spec_text, spec.path.parent / "spec.yaml"))
-        after = _outcome(augmented)
-        before = after if augmented.spec.sha256 == spec.sha256 else _outcome(machine)
-        generated = {} if isinstance(after, str) else augmented.files
-        change = certificate_change(before, after)
-        code = folder / "generated" / augmented.spec.name
-        refuse_hand_written(code, generated)
-        stale += stale_proofs(code, generated) if generated else []
+        change, code, stale = _code(machine, models.spec_text, folder)
         diagnosis = replace(diagnosis, certificate=change)
-        files |= {f"generated/{augmented.spec.name}/{name}": text for name, text in generated.items()}
+        files |= code
     if models.excitation is not None:
         files[EXCITATION] = models.excitation
     report = render_report(spec, diagnosis, models, {name: name for name in (*files, RESULT)})
@@ -193,6 +174,32 @@ def diagnose(
         remove(old)
     notes = {"train": train.notes} | ({} if held_out is None else {"test": held_out.notes})
     return Diagnosed(diagnosis, folder, tuple(files), notes, tuple(sha256))
+
+
+def _refuse_code(machine: Derived, folder: Path, force: bool) -> None:
+    """Raise BadInput for an observer without code, or, without ``force``, for code in the folder that was edited."""
+    # imported here: a third of a second, which a spec without observer does not need
+    from codegen.app.check import refuse_ungenerable
+    from codegen.app.generate import listed_files, refuse_edited
+
+    refuse_ungenerable(machine.nominal)
+    target = folder / "generated" / machine.spec.name
+    if not force:
+        refuse_edited(target, dict.fromkeys(listed_files(target)), "--force, which discards the edits")
+
+
+def _code(machine: Derived, augmented: str, folder: Path) -> tuple[CertificateChange, dict[str, str], list[Path]]:
+    """The change of the certificate by an augmented spec, its code (path in the folder → text), and stale proofs."""
+    from codegen.app.generate import refuse_hand_written, stale_proofs
+
+    made = Derived(parse_spec(augmented, machine.spec.path.parent / "spec.yaml"))
+    after = _outcome(made)
+    before = after if made.spec.sha256 == machine.spec.sha256 else _outcome(machine)
+    generated = {} if isinstance(after, str) else made.files
+    place = f"generated/{made.spec.name}"
+    refuse_hand_written(folder / place, generated)
+    stale = stale_proofs(folder / place, generated) if generated else []
+    return certificate_change(before, after), {f"{place}/{name}": text for name, text in generated.items()}, stale
 
 
 def _robot_files(spec: Spec) -> dict[str, str]:

@@ -45,7 +45,6 @@ class Exported(Result):
 
     @property
     def content(self) -> dict[str, Any]:
-        """The JSON object that the command prints."""
         return {
             "format": "stiction-export/1",
             "target": self.target,

@@ -59,7 +59,6 @@ class GainReport(Result):
 
     @property
     def view(self) -> dict[str, Any]:
-        """The variables of the text template."""
         report = self.feasibility
         return {
             "files": self.files,

@@ -80,7 +80,6 @@ class Generated(Certifiable):
 
     @property
     def content(self) -> dict[str, Any]:
-        """The JSON object that the command prints."""
         return {
             "folder": str(self.folder),
             "files": list(self.files),
@@ -112,7 +111,6 @@ class GeneratedFmu(Certifiable):
 
     @property
     def content(self) -> dict[str, Any]:
-        """The JSON object that the command prints."""
         return {
             "file": str(self.path),
             "fmi": self.version,

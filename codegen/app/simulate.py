@@ -43,7 +43,6 @@ class Simulated(Result):
 
     @property
     def content(self) -> dict[str, Any]:
-        """The JSON object that the command prints."""
         excursions = [asdict(e) for e in self.excursions]
         return {
             "format": "stiction-simulation/1",

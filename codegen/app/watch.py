@@ -8,12 +8,13 @@ from math import isfinite
 from pathlib import Path
 from typing import Any
 
-from codegen.app.derived import Source, derived_from
+from codegen.app.derived import Derived, Source, derived_from
 from codegen.base.border import verb
 from codegen.base.errors import BadInput, Place
 from codegen.base.interrupt import handled
 from codegen.base.shown import Result, named
 from codegen.base.text import render
+from codegen.certify.bound.bounds import ErrorBound
 from codegen.certify.outcome import Certificate, Refusal
 from codegen.replay.engine import engine_for
 from codegen.replay.live import Stop, called, is_recorded, live_blocks, pieces
@@ -59,7 +60,6 @@ class Watched(Result):
 
     @property
     def content(self) -> dict[str, Any]:
-        """The JSON object that the command prints."""
         tally = self.tally
         worst = zip(self.limits, tally.worst, strict=True)
         return {
@@ -102,23 +102,7 @@ def watch(
     """
     machine = derived_from(source)
     spec, system, program = machine.spec, machine.system, machine.program
-    outcome = machine.outcome
-    bounds = outcome.bounds if isinstance(outcome, Certificate) else ""
-    if isinstance(bounds, str):
-        found, reason = ("no certificate", outcome.reason) if isinstance(outcome, Refusal) else (NO_BOUND, bounds)
-        raise BadInput(spec.place("observer"), found, BOUNDED.format(reason), code="SPEC037")
-    if not is_watchable(system, bounds):
-        found = "a law with states"
-        raise BadInput(spec.place("friction"), found, "a friction law of zero memory", code="SPEC020")
-    slow = too_slow(spec, system, bounds)
-    if slow is not None:
-        most, least = slow
-        found = (
-            f"{least.contact} slides at most at {most:.3g} {least.unit} in the envelope, and the bound holds above "
-            f"{least.stated:.3g} {least.unit}"
-        )
-        expected = "a wider envelope of velocities, or less noise and drift: nothing could be judged"
-        raise BadInput(spec.place("envelope"), found, expected, code="SPEC037")
+    bounds = _usable_bounds(machine)
     period = float(machine.observer.sample_time)
     patience = DWELL if dwell is None else max(round(_seconds(dwell) / period), 1)
     engine = engine_for(program, machine.sources)
@@ -165,6 +149,28 @@ def watch(
         useless,
         tuple(notes),
     )
+
+
+def _usable_bounds(machine: Derived) -> tuple[ErrorBound, ...]:
+    """The certified bounds in newtons; BadInput if there are none, or if no sample could be compared with them."""
+    spec, system, outcome = machine.spec, machine.system, machine.outcome
+    bounds = outcome.bounds if isinstance(outcome, Certificate) else ""
+    if isinstance(bounds, str):
+        found, reason = ("no certificate", outcome.reason) if isinstance(outcome, Refusal) else (NO_BOUND, bounds)
+        raise BadInput(spec.place("observer"), found, BOUNDED.format(reason), code="SPEC037")
+    if not is_watchable(system, bounds):
+        found = "a law with states"
+        raise BadInput(spec.place("friction"), found, "a friction law of zero memory", code="SPEC020")
+    slow = too_slow(spec, system, bounds)
+    if slow is not None:
+        most, least = slow
+        found = (
+            f"{least.contact} slides at most at {most:.3g} {least.unit} in the envelope, and the bound holds above "
+            f"{least.stated:.3g} {least.unit}"
+        )
+        expected = "a wider envelope of velocities, or less noise and drift: nothing could be judged"
+        raise BadInput(spec.place("envelope"), found, expected, code="SPEC037")
+    return bounds
 
 
 def _seconds(dwell: float | str) -> float:

@@ -27,17 +27,13 @@ Exact = NDArray[np.object_]
 """An array of Fractions; NumPy multiplies such arrays by Python's own arithmetic, without BLAS."""
 
 
-def decimal_number(value: float) -> Fraction:
-    """The decimal that a double was read from: 0.1 is 1/10."""
-    return Fraction(repr(float(value)))
-
-
 def exact_array(values: Any) -> Exact:
     """Doubles, integers or Fractions as an array of Fractions, doubles as the decimals that they were read from."""
     plain = np.array(values, dtype=object)
     made = np.empty(plain.shape, dtype=object)
     for at, value in np.ndenumerate(plain):
-        made[at] = decimal_number(value) if isinstance(value, float) else Fraction(value)
+        # repr gives the decimal that a double was read from: 0.1 is 1/10
+        made[at] = Fraction(repr(float(value))) if isinstance(value, float) else Fraction(value)
     return made
 
 

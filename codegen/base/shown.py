@@ -42,7 +42,7 @@ class Result(Shown):
     @property
     @abstractmethod
     def content(self) -> Mapping[str, Any]:
-        """The JSON object."""
+        """The JSON object that the command prints with ``--json``."""
 
     @property
     def view(self) -> Mapping[str, Any]:

@@ -115,17 +115,13 @@ def _solved(steps: Steps, found: Reach, plan: Plan, weight: str, force: list[Any
     if C.is_Identity and not plan.damping:
         y = force
     elif n == rank and not plan.damping:
-        y = _square(steps, C, force)
+        # C⁻¹ force as C'(C C')⁻¹ force: C C' is positive definite, so no pivot is zero
+        y = list(C.T * sympy.Matrix(steps.solve("weights", C * C.T, force)))
     else:
         y = _normal(steps, plan, weight, C, force)
     if R.is_Identity:
         return list(_with_unused_inputs(found, plan, sympy.Matrix(y)))
     return list(R.T * sympy.Matrix(steps.solve("multipliers", R * R.T, y)))
-
-
-def _square(steps: Steps, C: Any, force: list[Any]) -> list[Any]:
-    """C⁻¹ force as C'(C C')⁻¹ force: C C' is positive definite, so no pivot is zero."""
-    return list(C.T * sympy.Matrix(steps.solve("weights", C * C.T, force)))
 
 
 def _normal(steps: Steps, plan: Plan, weight: str, C: Any, force: list[Any]) -> list[Any]:

@@ -91,7 +91,6 @@ class Replayed(Result):
 
     @property
     def content(self) -> dict[str, Any]:
-        """The JSON object that the command prints."""
         return {"format": "stiction-replay/1", **asdict(self), "path": None if self.path is None else str(self.path)}
 
 
