@@ -38,9 +38,10 @@ from codegen.diagnosis.verdict.harmonics import with_harmonics
 from codegen.diagnosis.verdict.held_out import HeldOut, within
 from codegen.diagnosis.verdict.hidden_effects import hidden_effects
 from codegen.diagnosis.verdict.late_inputs import corrected_for_leads
-from codegen.diagnosis.verdict.nameless import Nameless, nameless_rival, without_name
+from codegen.diagnosis.verdict.nameless import nameless_rival, without_name
 from codegen.diagnosis.verdict.statement import interval_in_words
 from codegen.diagnosis.verdict.uncovered import better_than_a_sum, better_than_refused, not_determined
+from codegen.diagnosis.verdict.varying_parameters import varying
 from codegen.mechanics.system import System
 from codegen.spec.model import Spec
 from codegen.spec.numerics import is_numerical, numerical
@@ -158,12 +159,12 @@ class Judge:
         if answer.verdict == "ambiguous":
             tied, separation, excitation = self._compared(outcome, report)
             answer, outcome = self._in_common(outcome) or (answer, outcome)
-        nameless = self._nameless(outcome) if answer.verdict == "effect" else None
-        answer = self._refused(answer if nameless is None else without_name(answer, nameless), outcome)
+        another = self._another_law(answer, outcome) if answer.verdict == "effect" else None
+        answer = self._refused(answer if another is None else another, outcome)
         left = self._left_by(answer)
-        if nameless is None:  # that force is there, however much of it a curve over the motion predicts
+        if another is None:  # that force is there, however much of it a curve over the motion predicts
             answer = replace(answer, verdict=by_remainder(answer.verdict, left, case.material))
-        if wave is None and nameless is None and answer.verdict in ("none", "unknown"):
+        if wave is None and another is None and answer.verdict in ("none", "unknown"):
             wave = better_than_refused(chosen.search, chosen.tried, outcome, case.material)
         if wave is not None:
             answer = not_determined(answer, wave, case.problem, less)
@@ -228,11 +229,15 @@ class Judge:
             return None
         return answer.noted(_left_out(outcome, answer)), found
 
-    def _nameless(self, outcome: Outcome) -> Nameless | None:
-        """A force without a name that explains the log as well as an effect of the outcome, or None."""
+    def _another_law(self, answer: Answer, outcome: Outcome) -> Answer | None:
+        """The answer without effects that look like a law which the catalogue lacks; None if there is none."""
+        varies = varying(self.case.problem, answer.augmented, answer.effects, self.case.material)
+        if varies is not None:
+            return answer.refused(varies.words)
         final, last = outcome.final, self.selection.last
         own = last if len(final.offsets) == len(last.record.at_rest) else self.selection.search
-        return nameless_rival(own, final)
+        nameless = nameless_rival(own, final)
+        return None if nameless is None else without_name(answer, nameless)
 
     def _refused(self, answer: Answer, outcome: Outcome) -> Answer:
         """The answer after the checks that can only refuse effects and values."""

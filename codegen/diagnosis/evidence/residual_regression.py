@@ -200,7 +200,20 @@ def explained_over(residual: Array, rows: NDArray[np.bool_], columns: Sequence[A
 
 def repeated_share(residual: Array, rows: NDArray[np.bool_], columns: Sequence[Array]) -> float:
     """The explained share if it is significantly positive over the held-out parts; else 0."""
-    gains = _gains(residual, rows, columns)
+    return _repeated(_gains(residual, rows, columns))
+
+
+def added_share(residual: Array, rows: NDArray[np.bool_], columns: Sequence[Array], further: Sequence[Array]) -> float:
+    """Share of what ``columns`` leave of a squared residual that ``further`` ones explain, on held-out parts.
+
+    0 if it is not significantly positive over these.
+    """
+    plain, richer = (_gains(residual, rows, some) for some in (columns, [*columns, *further]))
+    return _repeated((richer - plain) / max(1 - float(plain.sum()), 1e-300))
+
+
+def _repeated(gains: Array) -> float:
+    """The sum of gains of held-out parts, if it is positive and ``REPEATED`` standard deviations from zero; else 0."""
     share, spread = float(gains.sum()), float(np.sqrt((gains**2).sum()))
     return share if share > 0 and share >= REPEATED * spread else 0.0
 

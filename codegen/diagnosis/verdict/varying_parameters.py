@@ -1,0 +1,138 @@
+"""The objection to effects whose parameters vary over the log, by a varying-coefficient model of the force residual.
+
+A law that the catalogue lacks may look like an effect that depends on one of its variables alone: friction in
+proportion to the speed and periodic in position looks like friction over position, and friction that grows with the
+speed and the load looks like viscous friction. Such an effect explains most of the force, and no curve over a single
+variable explains what is left. But its parameters are then not the same at all speeds or loads. With r the residual
+force that the model with the effect leaves, and θ the effect's parameters,
+
+    r = Σ_j h_j(z) ∂r/∂θ_j,    z: speed, position, load, acceleration, time, distance since the last reversal
+
+with smooth h_j is compared with the same for constant h_j, on held-out parts of the log (varying-coefficient model,
+Hastie and Tibshirani 1993). The h_j of the effect's own variable are not asked for: they are an error of its curve.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import sqrt
+
+import numpy as np
+import sympy
+from numpy.typing import NDArray
+
+from codegen.base.arrays import Array
+from codegen.base.significant import in_percent
+from codegen.diagnosis.evidence.residual_regression import (
+    STATE,
+    acting_force,
+    added_share,
+    sliding,
+    splines,
+    variables_of,
+)
+from codegen.diagnosis.fit.linear import rms
+from codegen.diagnosis.fit.residual import Problem, level_columns, residual_at_drive
+from codegen.diagnosis.fit.trial import with_effects
+from codegen.diagnosis.results import FoundEffect
+from codegen.diagnosis.verdict.against_regression import VARIABLES, acts_on
+from codegen.effects.declare import effect_symbols
+from codegen.effects.nameless import effect_called
+from codegen.mechanics.system import System
+
+OVER = (*STATE, "time")
+"""Variables with which a parameter may vary."""
+KNOTS = 8
+"""Knots of a parameter's spline."""
+MOST_OF_IT = 0.5
+"""Least share of the squared residual force that varying parameters explain beyond constant ones, for an objection."""
+MUCH_LESS = 0.5
+"""Most that varying parameters leave of the squared residual force that a curve beside the effect leaves."""
+STEP = 1e-3
+"""Relative step of a parameter for its slope."""
+
+
+@dataclass(frozen=True)
+class Varying:
+    """An effect whose parameters vary with a variable.
+
+    Attributes:
+        share: of the squared residual force that varying parameters explain beyond constant ones, on held-out parts.
+    """
+
+    effect: FoundEffect
+    over: str
+    share: float
+
+    @property
+    def words(self) -> str:
+        name = f"{self.effect.kind} on {self.effect.on}"
+        return (
+            f"the parameters of {name} vary with the {self.over}: where they may, they explain "
+            f"{in_percent(self.share)} of the squared residual force that it leaves, more than a curve beside it does. "
+            "The catalogue has no such law"
+        )
+
+
+def varying(problem: Problem, augmented: System, named: Sequence[FoundEffect], material: float) -> Varying | None:
+    """The effect of a model whose parameters vary most, if they do so by a material force; else None.
+
+    Varying parameters must explain ``MOST_OF_IT`` and a force of the share ``material`` of the drive force, and leave
+    less than ``MUCH_LESS`` of the square that a smooth curve over the same variable leaves beside constant parameters,
+    in each direction of motion: where such a curve explains it as well, another effect is missing beside this one.
+    """
+    found = list[Varying]()
+    motion, known = problem.motion, _symbols(problem.system, named)
+    residual, acting = residual_at_drive(augmented, motion), acting_force(augmented, motion)
+    for i in sorted({acts_on(effect, problem.system) for effect in named}):
+        rows = sliding(augmented, motion, problem.used, i)
+        r, drive = residual[:, i], rms(acting[rows, i])
+        if not rms(r[rows]) >= material * drive:
+            continue
+        slopes = {
+            k: [_unit(_slope(problem, augmented, residual, s)[:, i], rows) for s in symbols]
+            for k, symbols in enumerate(known)
+        }
+        slopes = {k: [c for c in columns if c.any()] for k, columns in slopes.items()}
+        levels = [_unit(c, rows) for c in level_columns(augmented, motion, i).T]
+        constant = [c[:, None] for c in (*levels, *(c for columns in slopes.values() for c in columns))]
+        over = variables_of(augmented, motion, residual, i)
+        sign = np.sign(over["speed"])[:, None]
+        for k, columns in slopes.items():
+            if not columns:
+                continue
+            for name in (v for v in OVER if v != VARIABLES[effect_called(named[k].kind).seen_over]):
+                curve = splines(over[name], KNOTS)
+                share = added_share(r, rows, constant, [c[:, None] * curve for c in columns])
+                if share < MOST_OF_IT or sqrt(share) * rms(r[rows]) < material * drive:
+                    continue
+                beside = added_share(r, rows, constant, [curve, curve * sign])
+                if 1 - share < MUCH_LESS * (1 - beside):
+                    found.append(Varying(named[k], name, share))
+    return max(found, key=lambda one: one.share, default=None)
+
+
+def _symbols(system: System, named: Sequence[FoundEffect]) -> list[list[sympy.Symbol]]:
+    """The symbols of each effect's parameters, in a system to which the effects are added in this order."""
+    found = list[list[sympy.Symbol]]()
+    for one in named:
+        effect = effect_called(one.kind).with_parameters(list(one.parameters))
+        symbols = effect_symbols(effect, one.on, system)
+        found.append([symbols[name] for name in one.parameters])
+        system = with_effects(system, (one,))
+    return found
+
+
+def _slope(problem: Problem, model: System, residual: Array, symbol: sympy.Symbol) -> Array:
+    """(N, n) slope of a model's residual force by a parameter, by a finite difference."""
+    value = float(model.values[symbol])
+    step = STEP * (abs(value) or 1.0)
+    other = model.with_parameters({symbol: sympy.Float(value + step)}, {})
+    return np.asarray((residual_at_drive(other, problem.motion) - residual) / step)
+
+
+def _unit(column: Array, rows: NDArray[np.bool_]) -> Array:
+    """A column over its RMS at the samples ``rows``; the ridge is that of columns near 1, in any unit."""
+    size = rms(column[rows])
+    return np.asarray(column / size) if size > 0 and np.isfinite(size) else np.zeros(len(column))

@@ -1,0 +1,87 @@
+"""Laws that the catalogue lacks, which look like an effect whose parameters vary over the log."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from codegen.diagnosis.diagnose import diagnose_log
+from codegen.diagnosis.fit.residual import Problem
+from codegen.diagnosis.fit.signals import smooth_motion
+from codegen.diagnosis.fit.trial import with_effects
+from codegen.diagnosis.results import MATERIAL, FoundEffect
+from codegen.diagnosis.verdict.varying_parameters import Varying, varying
+from codegen.logs import Log
+from codegen.spec import Spec, parse_spec
+from tests.diagnosis.stage import TEST, TRAIN, among, log_of, stage, system_of
+
+MOTION = "0.12*sin(2*pi*0.23*t) + 0.08*sin(2*pi*0.371*t + 1) + 0.05*sin(2*pi*0.617*t + 2) + 0.03*sin(2*pi*1.13*t)"
+PERIOD = 0.06
+SPEED_WAVE = " - d*v*sin(2*pi*x/p)"
+"""Friction in proportion to the speed, and periodic in position."""
+DAMPING_OVER_PLACE = " - d*v*(1 + 0.25*x/p)"
+
+
+def machine(force: str = "", effects: str = "", reference: str = MOTION, duration: float = 20.0) -> Spec:
+    """The stage with a further force, an expression over position, speed and input."""
+    text = stage(f"[{effects}]", reference=reference, duration=duration).text
+    further = f"  p: {{value: {PERIOD}, unit: m}}\n  d: {{value: 8, unit: N*s/m}}\n  f: {{value: 3, unit: N}}\n"
+    text = text.replace("  b: {", f"{further}  b: {{").replace("[w - b*v]", f"[w - b*v{force}]")
+    return parse_spec(text, Path("stage.yaml"))
+
+
+def found(kind: str, on: str = "rail", **values: float) -> FoundEffect:
+    return FoundEffect(kind, on, values, {})
+
+
+def judged(log: Log, *effects: FoundEffect) -> Varying | None:
+    """The objection to effects of the stage."""
+    system = system_of(stage())
+    problem = Problem(system, smooth_motion(log), {})
+    return varying(problem, with_effects(system, effects), effects, MATERIAL)
+
+
+def test_friction_in_proportion_to_the_speed_and_periodic_in_position_is_not_named(tmp_path: Path) -> None:
+    train = log_of(machine(SPEED_WAVE, reference=TRAIN, duration=14.0), tmp_path, "train.csv")
+    test = log_of(machine(SPEED_WAVE, reference=TEST, duration=10.0), tmp_path, "test.csv")
+    spec = stage()
+    with among("position_dependent_friction", "cogging", "viscous"):
+        diagnosis = diagnose_log(spec, system_of(spec), train, test)[0]
+    assert diagnosis.verdict == "unknown" and not diagnosis.effects
+    assert any("vary with the speed" in words for words in diagnosis.statement.of("not credited"))
+
+
+def test_the_variable_of_a_force_without_a_name_is_found(tmp_path: Path) -> None:
+    wave = judged(
+        log_of(machine(SPEED_WAVE), tmp_path, "wave.csv"),
+        found("position_dependent_friction", amplitude=2.0, period=PERIOD, phase=0.0),
+    )
+    assert wave is not None and (wave.over, wave.effect.kind) == ("speed", "position_dependent_friction")
+    damping = judged(log_of(machine(DAMPING_OVER_PLACE), tmp_path, "damping.csv"), found("viscous", b=8.0))
+    assert damping is not None and damping.over == "position"
+
+
+@pytest.mark.parametrize(
+    ("kind", "on", "values", "missing"),
+    [
+        ("position_dependent_friction", "rail", {"amplitude": 1.5, "period": PERIOD, "phase": 0.4}, ""),
+        ("position_dependent_friction", "rail", {"amplitude": 1.5, "period": PERIOD, "phase": 0.4}, " - d*v"),
+        ("viscous", "rail", {"b": 8.0}, " - f*sin(0.6*x/p)"),
+        ("cogging", "x", {"amplitude": 1.5, "period": PERIOD, "phase": 0.4}, " - d*v"),
+        ("stribeck", "rail", {"delta": 2.0, "v_s": 0.06}, ""),
+        ("spring", "x", {"k": 15.0}, " - d*v"),
+    ],
+)
+def test_a_true_effect_is_not_refused_for_what_else_is_missing(
+    kind: str, on: str, values: dict[str, float], missing: str, tmp_path: Path
+) -> None:
+    """Beside a vibration in time, and beside a second missing effect."""
+    written = ", ".join(f"{name}: {value}" for name, value in values.items())
+    log = log_of(machine(missing, f"{{kind: {kind}, on: {on}, parameters: {{{written}}}}}"), tmp_path, "log.csv")
+    shaken = log.inputs - 0.8 * np.sin(2 * np.pi * 2.7 * log.sample_time * np.arange(log.size))[:, None]
+    near = {name: 1.03 * value for name, value in values.items()}
+    for one in (log, replace(log, inputs=shaken)):
+        assert judged(one, found(kind, on, **near)) is None
