@@ -14,6 +14,7 @@ from codegen.diagnosis.diagnose import diagnose_log
 from codegen.diagnosis.evidence.force_gain import ForceGain
 from codegen.diagnosis.fit import credit
 from codegen.diagnosis.fit.credit import NEAR_NOISE
+from codegen.diagnosis.fit.output_error import Fit
 from codegen.diagnosis.fit.trial import part_of
 from codegen.diagnosis.results import Fact
 from codegen.diagnosis.selection import ranking
@@ -230,23 +231,43 @@ def test_at_the_noise_nats_of_free_runs_count_against_those_of_the_force(
     assert ranking.preferred_by_force(delay, lag) is preferred
 
 
+def coupled(base: Fit, values: dict[str, float]) -> Any:
+    """The refit with a load behind a spring of these values, not fitted again."""
+    part = part_of(CATALOGUE["compliance"], 0, base.trial.system)
+    trial, (moved, _) = base.trial.with_part(part), base.values
+    return SimpleNamespace(
+        part=part, trial=trial, parameters=values, values=(moved, [values]), model=trial.model(moved, [values]),
+        theta=base.theta, prior=base.prior,
+    )  # fmt: skip
+
+
 @pytest.mark.parametrize(("k", "c", "other"), [(1e-3, 0.05, "inertia_error"), (2500.0, 4.0, ""), (10.0, 0.1, "")])
 def test_a_load_that_no_spring_moves_is_an_inertia_error(k: float, c: float, other: str, tmp_path: Path) -> None:
     """An inertia a fifth too large was `ambiguous` with a load behind a spring of 0.001 N/m."""
     search = search_of(stage(), log_of(stage(), tmp_path, "train.csv"))
     base, part = search.refit(), part_of(CATALOGUE["compliance"], 0, search.system)
-    trial = base.trial.with_part(part)
     values = {"k": k, "c": c, "load_fraction": 0.2}
-    found: Any = SimpleNamespace(
-        part=part, trial=trial, parameters=values, values=(base.values[0], [values]),
-        model=trial.model(base.values[0], [values]),
-    )  # fmt: skip
+    found = coupled(base, values)
     words = acts_as_its_limit(search, found)
     assert f"acts as {other}:" in words if other else words == ""
     mass = float(search.system.mass_matrix[0, 0].subs(search.system.values))
     assert part.effect.limit(search.system, 0, values) == ("inertia_error", {"delta": pytest.approx(-0.2 * mass)})
     spring = part_of(CATALOGUE["spring"], 0, search.system)
     assert spring.effect.limit(search.system, 0, {"k": k}) is None
+
+
+@pytest.mark.parametrize(("k", "other"), [(1e-3, "inertia_error"), (2500.0, "")])
+def test_a_spring_that_holds_its_first_deflection_is_an_inertia_error(k: float, other: str, tmp_path: Path) -> None:
+    """A gain of a real drive was named a load behind a spring of 0.02 N/m that held a force of 2 % of the drive's.
+
+    The load starts with the acceleration of the motor. On a log that begins in motion a soft spring then holds that
+    force, whatever its stiffness.
+    """
+    log = log_of(stage(), tmp_path, "train.csv")
+    log = replace(log, time=log.time[600:], positions=log.positions[600:], inputs=log.inputs[600:])
+    search = search_of(stage(), log)
+    words = acts_as_its_limit(search, coupled(search.refit(), {"k": k, "c": 0.0, "load_fraction": 0.5}))
+    assert f"acts as {other}:" in words if other else words == ""
 
 
 TURNS = """\

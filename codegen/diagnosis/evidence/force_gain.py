@@ -22,6 +22,7 @@ from codegen.diagnosis.fit.output_error import Fit
 from codegen.diagnosis.fit.recent import OF_MODELS, recent
 from codegen.diagnosis.fit.residual import (
     Problem,
+    forces_without_values,
     inverse_dynamics_residual,
     residual_without_levels,
     residual_without_values,
@@ -195,11 +196,20 @@ class ForceCriterion:
 
     def without_values(self, slopes: Array, joint: int | None) -> Array:
         """(N, n) residual after regression on levels and toleranced values within their limits."""
+        return residual_without_values(self.search.problem, self.fit.model, slopes, self._limits, joint)
+
+    def beyond_values(self, forces: Array) -> Array:
+        """(N, n) forces over ``drive_left``, less what levels, toleranced values and a constant force explain."""
+        problem, model = self.search.problem, self.fit.model
+        return forces_without_values(problem, model, forces, self.slopes, self._limits, constant=True)
+
+    @property
+    def _limits(self) -> tuple[Array, Array]:
+        """(p,) least and largest change of the toleranced values from those of the fit."""
         prior, first, count = self.fit.prior, len(self.search.problem.levels), len(self.search.moved)
         there = self.fit.theta[first:count] - prior.centre[first:count]
         bound = prior.bound[first:count]
-        limits = -bound - there, bound - there
-        return residual_without_values(self.search.problem, self.fit.model, slopes, limits, joint)
+        return -bound - there, bound - there
 
 
 ROUNDING = 1e-9

@@ -89,8 +89,8 @@ def residual_slopes(system: System, motion: Motion, symbols: Sequence[sympy.Symb
     at = points(system, motion, effective_inputs(system, motion))
     own = np.tile([float(system.values[s]) for s in symbols], (len(at), 1))
     function = force_function(system, [Matrix(system.equation_error)], symbols, slopes=True)
-    flat = over_rows(function, np.hstack([at, own]))
-    return motion.low_pass(np.ascontiguousarray(flat.reshape(len(at), len(symbols), -1).transpose(0, 2, 1)))
+    flat = over_rows(function, np.hstack([at, own])).reshape(len(at), len(symbols), system.degrees_of_freedom)
+    return motion.low_pass(np.ascontiguousarray(flat.transpose(0, 2, 1)))
 
 
 def information(rows: Sequence[ForceRows], sizes: Array, prior: Array) -> Array:

@@ -264,17 +264,35 @@ def residual_without_values(
 ) -> Array:
     """(N, n) residual of a system after regression on friction levels and on changes of values within limits.
 
+    Arguments as of ``forces_without_values``.
+    """
+    return forces_without_values(problem, system, residual_at_drive(system, problem.motion), slopes, limits, joint)
+
+
+def forces_without_values(
+    problem: Problem,
+    system: System,
+    forces: Array,
+    slopes: Array,
+    limits: tuple[Array, Array],
+    joint: int | None = None,
+    constant: bool = False,
+) -> Array:
+    """(N, n) forces over ``drive_left``, after regression on friction levels and on changes of values within limits.
+
     Each coordinate has its own fit, so that values that act on several may differ between them.
 
     Args:
-        slopes: (N, n, p) by the values.
+        slopes: (N, n, p) of the residual by the values.
         limits: (p,) least and largest change.
         joint: the only coordinate that is fitted; all if not given.
+        constant: whether a constant force is regressed on too.
     """
-    motion, found = problem.motion, residual_at_drive(system, problem.motion).copy()
+    motion, found = problem.motion, forces.copy()
     for i in range(found.shape[1]) if joint is None else [joint]:
         used = problem.used[:, i]
         levels = level_columns(system, motion, i)
+        levels = np.hstack([levels, np.ones((len(levels), 1))]) if constant else levels
         columns = np.hstack([levels, -slopes[:, i] / drive_left(system, motion)[i]])
         free = np.full(levels.shape[1], np.inf)
         bounds = np.append(-free, limits[0]), np.append(free, limits[1])

@@ -18,7 +18,7 @@ from codegen.diagnosis.evidence.residual_regression import inertia_noise
 from codegen.diagnosis.fit import credit
 from codegen.diagnosis.fit.credit import Evidence, is_far, size_of
 from codegen.diagnosis.fit.output_error import Fit
-from codegen.diagnosis.fit.residual import drive_left, drive_shares, inverse_dynamics_residual
+from codegen.diagnosis.fit.residual import drive_left, drive_shares, inverse_dynamics_residual, residual_at_drive
 from codegen.diagnosis.fit.search import Search
 from codegen.diagnosis.fit.trial import Part, with_effects, with_values
 from codegen.diagnosis.results import FoundEffect
@@ -146,7 +146,9 @@ def hides_an_effect(search: Search, found: Fit) -> str:
 def acts_as_its_limit(search: Search, found: Fit) -> str:
     """Objection if the last effect's force is that of a simpler one to within ``credit.LEAST_SIZE``; else empty.
 
-    Example: a load behind a spring that is too soft to move it is an inertia error with two needless parameters.
+    What refitted values and a constant force explain of the difference does not count. Example: a load behind a spring
+    that is too soft to move it is an inertia error with two needless parameters. What the spring adds is nearly
+    constant: its deflection at the start of the log, which is not logged.
     """
     part, refitted = found.part, _refitted(search.system, found)
     limit = part.effect.limit(refitted, part.place, found.parameters)
@@ -155,13 +157,11 @@ def acts_as_its_limit(search: Search, found: Fit) -> str:
     kind, values = limit
     *others, _ = [FoundEffect(p.kind, p.on, v, {}) for p, v in zip(found.trial.parts, found.values[1], strict=True)]
     simpler = with_effects(refitted, [*others, FoundEffect(kind, part.on, values, {})])
-    motion = search.motion
-    own = search.drive.share(
-        inverse_dynamics_residual(found.model, motion) - inverse_dynamics_residual(simpler, motion)
-    )
+    difference = residual_at_drive(found.model, search.motion) - residual_at_drive(simpler, search.motion)
+    own = search.drive.share(ForceCriterion(search, found).beyond_values(difference))
     if own >= credit.LEAST_SIZE:
         return ""
-    return f"acts as {kind}: what it adds to that is {in_percent(own)} of the drive force"
+    return f"acts as {kind}: what it adds to that and to a constant force is {in_percent(own)} of the drive force"
 
 
 def absorbed_by_refit(before: ForceCriterion, after: ForceCriterion) -> str:
