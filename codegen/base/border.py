@@ -19,8 +19,6 @@ from pathlib import Path
 from traceback import extract_tb
 from typing import Any, ParamSpec, TypeVar, Union, get_args, get_origin, get_type_hints
 
-from threadpoolctl import threadpool_limits
-
 from codegen.base.errors import BadInput, InternalError, Place
 
 _NAMES: dict[Any, tuple[type | tuple[type, ...], str]] = {
@@ -147,6 +145,8 @@ def verb_that_raises(
     def border(work: Callable[Given, Result]) -> Callable[Given, Result]:
         @wraps(work)
         def bordered(*given: Given.args, **named: Given.kwargs) -> Result:
+            from threadpoolctl import threadpool_limits
+
             refuse_wrong_arguments(work, given, named)
             try:
                 with threadpool_limits(limits=1, user_api="blas"):

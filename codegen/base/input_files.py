@@ -4,9 +4,6 @@ from __future__ import annotations
 
 import os
 import stat
-import struct
-import zipfile
-import zlib
 from itertools import islice
 from pathlib import Path
 from typing import IO
@@ -25,8 +22,6 @@ MOST_NAMES = 1000
 """Most files of a folder among which the one that was meant is sought."""
 SAME_KIND = ((".yaml", ".yml"), (".csv", ".tsv", ".txt"))
 """Endings of files of one kind."""
-DAMAGED_ZIP = (zipfile.BadZipFile, zlib.error, OSError, EOFError, ValueError, RuntimeError, LookupError, struct.error)
-"""Exceptions of ``zipfile`` on a damaged archive. A method of compression that it does not know is a RuntimeError."""
 _FLAGS = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_NOCTTY", 0)
 _FLAGS |= getattr(os, "O_BINARY", 0)
 

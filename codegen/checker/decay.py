@@ -76,9 +76,9 @@ def step(top: dict[str, Any], names: Mapping[str, Any], operate: Any) -> list[li
 
 def moved(top: dict[str, Any], A: list[list[Any]], at: Mapping[str, Any], operate: Any) -> list[list[Any]]:
     """I + hA at these values of its parameters."""
-    h = kernel.term(top["sample_time"])
-    return [[kernel.term(int(i == j)) + h * value(at, operate) for j, (_, value) in enumerate(row)]
-            for i, row in enumerate(A)]  # fmt: skip
+    h, same = kernel.term(top["sample_time"]), [kernel.term(0), kernel.term(1)]
+    rates = [[value(at, operate) for _, value in row] for row in A]
+    return [[same[i == j] + h * p if p else same[i == j] for j, p in enumerate(row)] for i, row in enumerate(rates)]
 
 
 def shown(top: dict[str, Any], axes: dict[str, list[Interval]], fall: Fraction) -> str:

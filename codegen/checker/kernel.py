@@ -254,7 +254,7 @@ def function(name: str, p: Poly, known: Known) -> Poly:
 # LEMMA 9. Names, numbers, calls of functions of doubles and + - * / ( ) mean the same in Python and in C, but for whole
 # numbers, which C divides otherwise (frame.py lets none pass), and for what EXPRESSION does not let pass. Assignments
 # are run in their order; a local or an output that is not set yet has no value.
-NUMBER = re.compile(f"-?{frame.WHOLE}(/{frame.WHOLE})?")  # most of a matrix; as an expression it is the same
+NUMBER, fraction = re.compile(f"-?{frame.WHOLE}(/{frame.WHOLE})?"), lru_cache(1000)(Fraction)  # many are repeated
 EXPRESSION = r"(?!.*(--|\+\+|\*\*|//|\b[0-9][0-9.]*+(?:e[+-]?[0-9]++)?+[A-Za-z_]))[A-Za-z0-9_. ()\[\]+*/-]{1,20000}"
 TREES = {False: lru_cache(500)(ast.parse), True: lru_cache(8)(ast.parse)}  # many of long texts would fill the memory
 
@@ -265,7 +265,7 @@ class Text:  # evaluates expressions over names, and runs assignments; known: (f
 
     def value(self, text: str) -> Poly:
         if NUMBER.fullmatch(text := text.strip(" ")):
-            return term(Fraction(text))
+            return term(fraction(text))
         demand(re.fullmatch(EXPRESSION, text), f"{text[:80]!r} is no expression")
         return self.of(TREES[len(text) > 200](text, mode="eval").body, text)
 

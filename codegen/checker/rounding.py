@@ -58,12 +58,14 @@ def require(proof: dict[str, Any], shown: dict[str, Any]) -> None:
     estimates = [e["estimate"] for e in proof["errors"]]
     sums = (*stored, *estimates, *["check"] * bool(c.sums))
 
+    small, carried = at_most_one(code.known), passed_on(code.known)
+
     def accepted(x: str) -> Any:
         """The bound of x; ValueError if it is too large."""
-        bound = unsigned(put(code.bounds[x][0], stored), code.known)
+        bound = unsigned(put(code.bounds[x][0], stored), small)
         code.apart(code.names[x], f"{x}: {LOST}")
-        least = put(put(magnitudes(code.names[x]), passed_on(code.known)), stored) + stored.get(x, kernel.Poly())
-        least = unsigned(least, code.known)
+        least = put(put(magnitudes(code.names[x]), carried), stored) + stored.get(x, kernel.Poly())
+        least = unsigned(least, small)
         code.compare(least, bound, f"{x}: {LOST}")
         return bound
 
@@ -167,6 +169,8 @@ def at_most(p: Any, error: str, box: dict[str, Any]) -> Fraction:
 
 def put(p: Any, values: dict[str, Any]) -> Any:
     """A polynomial in which variables are replaced by polynomials: name -> the one that is put in its place."""
+    if values.keys().isdisjoint(p.names()):
+        return p
     parts: dict[tuple[str, ...], Any] = {}  # names that are replaced -> what they are multiplied by
     for m, c in p.items():
         replaced, kept = tuple(x for x in m if x in values), tuple(x for x in m if x not in values)
@@ -184,15 +188,17 @@ def passed_on(known: Any) -> dict[str, Any]:
     return found
 
 
-def unsigned(p: Any, known: Any) -> Any:
-    """A polynomial of magnitudes with 1 for each variable that is at most 1 in magnitude.
-
-    These are signs, values of exp, and what stands for functions of an angle (the t of lemma 7 in kernel.py).
-    """
+def at_most_one(known: Any) -> set[str]:
+    """Variables for signs, values of exp, and what stands for functions of an angle (the t of lemma 7 in kernel.py)."""
     small: set[str] = set()
     for (function, argument), value in known.items():
         if function in ("sgn", "exp") or {x[-2:] for x in argument.names()} == {" t"}:
             small |= value.names()
+    return small
+
+
+def unsigned(p: Any, small: set[str]) -> Any:
+    """A polynomial of magnitudes with 1 for each sign, each t of lemma 7, and each of the variables ``small``."""
     one = kernel.term(1)
     return put(p, {x: one for x in p.names() if x in small or x[:5] == "sign." or x[-2:] == " t"})
 
@@ -350,8 +356,9 @@ class Bounded(kernel.Text):
             (x,) = r.names() if function == "1/" else ("",)
             if n := max((m.count(x) for m in joined), default=0):
                 joined = kernel.replaced(joined, x, kernel.term(1), q) * kernel.term(ones[x].constant() ** n)
-        terms = unsigned(put(magnitudes(p), ones), self.known)
-        self.compare(unsigned(magnitudes(joined), self.known), terms, why, more)
+        small = at_most_one(self.known)
+        terms = unsigned(put(magnitudes(p), ones), small)
+        self.compare(unsigned(magnitudes(joined), small), terms, why, more)
 
     def compare(self, p: Any, bound: Any, why: str, more: int = 1) -> Fraction:
         """The ratio of a bound to the magnitudes of p, all variables 1; ValueError if a term is mostly rounding error.

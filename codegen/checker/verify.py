@@ -13,10 +13,8 @@ import json
 import os
 import re
 import runpy
-import shutil
 import signal
 import sys
-import textwrap
 from collections import namedtuple
 from fractions import Fraction
 from itertools import pairwise
@@ -280,7 +278,7 @@ def of_proof(proof: dict[str, Any], folder: Path | None, sources: dict[str, byte
 
 def one_line(text: str) -> str:
     """The text with unprintable characters escaped: a file name may contain terminal control sequences."""
-    return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)
+    return text if text.isprintable() else "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)
 
 
 def status(report: Report) -> int:
@@ -298,10 +296,16 @@ def in_short(report: Report) -> list[str]:
 
 def say(*lines: str) -> None:
     """Print each as one line, so that none can forge another; on a screen a longer one goes on below, indented."""
-    width = shutil.get_terminal_size().columns if sys.stdout.isatty() else sys.maxsize
+    if not sys.stdout.isatty():
+        print(*map(one_line, lines), sep="\n")
+        return
+    from shutil import get_terminal_size  # these two take a hundredth of the time of a check
+    from textwrap import fill
+
+    width = get_terminal_size().columns
     for line in map(one_line, lines):
         indented = " " * (len(line) - len(line.lstrip()) + 2)
-        print(line if len(line) <= width else textwrap.fill(line, width, subsequent_indent=indented, **WHOLE_WORDS))
+        print(line if len(line) <= width else fill(line, width, subsequent_indent=indented, **WHOLE_WORDS))
 
 
 def absent(folder: Path, name: str) -> tuple[str, str]:

@@ -8,7 +8,9 @@ from __future__ import annotations
 
 import io
 import platform
+import struct
 import zipfile
+import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -16,7 +18,6 @@ from typing import Any
 from codegen.base.compiler import compile_shared
 from codegen.base.errors import BadInput, Place
 from codegen.base.files import sha256
-from codegen.base.input_files import DAMAGED_ZIP
 from codegen.base.resources import resource_folder
 from codegen.base.text import render
 from codegen.base.version import VERSION
@@ -28,6 +29,8 @@ LONGEST_HEAD = 4096
 """Bytes at the beginning of a model description in which its generator is named."""
 EPOCH = (1980, 1, 1, 0, 0, 0)
 """Time stamp of every file in the zip: the earliest that the format has."""
+DAMAGED_ZIP = (zipfile.BadZipFile, zlib.error, OSError, EOFError, ValueError, RuntimeError, LookupError, struct.error)
+"""Exceptions of ``zipfile`` on a damaged archive. A method of compression that it does not know is a RuntimeError."""
 _HEADERS = {
     "2.0": ("fmi2Functions.h", "fmi2FunctionTypes.h", "fmi2TypesPlatform.h"),
     "3.0": ("fmi3Functions.h", "fmi3FunctionTypes.h", "fmi3PlatformTypes.h"),

@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 import typer
 
-from codegen.app.cli import app
+from codegen.app.verbs import app
 from codegen.base.error_codes import CODES
 from codegen.base.shown import plain
 from codegen.effects import CATALOGUE

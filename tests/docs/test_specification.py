@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from codegen.app import cli
+from codegen.app import cli, verbs
 from codegen.base.errors import LONGEST_PART
 from codegen.base.input_files import LARGEST_GENERATED, LARGEST_TEXT
 from codegen.checker import files, verify
@@ -127,5 +127,5 @@ def test_the_stated_sizes_are_those_of_the_code() -> None:
     assert f"at most {yaml_limits.DEEPEST} deep" in section and f"{yaml_limits.LONGEST_NUMBER} digits" in section
     assert f"at most {yaml_limits.LONGEST_KEY} characters" in " ".join(section.split())
     assert f"at most {LONGEST_PART} characters" in section
-    for code in (cli.REFUSED, cli.STALE, cli.INTERNAL, cli.INTERRUPTED):
+    for code in (verbs.REFUSED, verbs.STALE, cli.INTERNAL, cli.INTERRUPTED):
         assert f"\n| {code} | " in section

@@ -12,7 +12,7 @@ from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 
-from codegen.app import cli
+from codegen.app import verbs
 from codegen.effects import CATALOGUE
 from codegen.friction import LAWS
 
@@ -179,7 +179,7 @@ def verb_stage(verb: tuple[str, ...]) -> Stage:
 def check_stage(whole: bool = False, file: str = FILE) -> Stage:
     """``check`` as a function, as ``whole`` through the command's frame, which takes 30 ms more."""
     border = through_main("check", file)
-    return Stage("check", border if whole else lambda: cli.check(Path(file)), border)
+    return Stage("check", border if whole else lambda: verbs.check(Path(file)), border)
 
 
 # ---- edits of the tree: each gives the tree back, or another -------------------------------------------------------

@@ -1,0 +1,481 @@
+"""The verbs of the command line ``stiction``, and their options.
+
+A verb imports its modules when it runs, since help, version and errors of usage need none of the libraries. A long verb
+imports them while its progress is shown.
+"""
+
+from __future__ import annotations
+
+import gc
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from codegen.app.as_json import AsJson, print_json, written
+from codegen.app.pages import pages
+from codegen.base.errors import BadInput
+from codegen.base.files import named_path
+from codegen.base.input_files import identity
+from codegen.base.shown import Result
+from codegen.base.terminal import PlainConsole, errors, output
+from codegen.base.version import VERSION
+
+if TYPE_CHECKING:
+    from codegen.app.generate import Generated, GeneratedFmu
+    from codegen.diagnosis.case import Findings
+
+REFUSED, STALE = 3, 4
+
+app = typer.Typer(
+    help="Friction observers from a specification: derived, certified, generated, and checked against measured data.",
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,  # plain help takes a tenth of a second less
+    context_settings={"max_content_width": 120},
+)
+app.add_typer(pages)
+
+SpecPath = Annotated[Path, typer.Argument(metavar="SPEC", help="the spec file (YAML)", readable=False)]
+Description = Annotated[
+    Path | None,
+    typer.Option("--description", "-d", help="read this file in place of meta.yaml beside the log", readable=False),
+]
+Columns = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--column",
+        "-c",
+        metavar="NAME=COLUMN",
+        help="the column of a variable in all logs; for one log, meta.yaml in its folder",
+    ),
+]
+
+
+def _print_version(asked: bool) -> None:
+    if asked:
+        output.print(VERSION)
+        raise typer.Exit
+
+
+@app.callback()
+def common(
+    effects: Annotated[
+        list[Path] | None,
+        typer.Option(
+            "--effects", metavar="FILE", help="a Python file with effects of your own; it is run", readable=False
+        ),
+    ] = None,
+    version: Annotated[
+        bool, typer.Option("--version", help="print the version", is_eager=True, callback=_print_version)
+    ] = False,
+) -> None:
+    """Friction observers from a specification: derived, certified, generated, and checked against measured data."""
+    if effects:
+        from codegen.effects.register import load_effects
+
+        for path in effects:
+            load_effects(path)
+
+
+@app.command(short_help="Write a commented spec to start from.")
+def init(
+    name: Annotated[str, typer.Argument(metavar="NAME", help="of the machine, or a robot file; NAME.yaml is written")],
+    source: Annotated[
+        str | None,
+        typer.Option("--from", metavar="FILE", help="a spec, a shipped one (two_mass), a robot.urdf, or MJCF"),
+    ] = None,
+    log: Annotated[
+        Path | None,
+        typer.Option("--log", metavar="LOG", help="of the robot: its columns are matched by name", readable=False),
+    ] = None,
+) -> None:
+    """Write NAME.yaml, a commented spec to start from."""
+    from codegen.app.init import init
+
+    for path in init(name, source, log=log):
+        output.print(str(path))
+
+
+@app.command(short_help="Print the JSON Schema of a spec, for an editor.")
+def schema(
+    out: Annotated[Path | None, written("FILE", "write it here, as .json")] = None,
+) -> None:
+    """Print the JSON Schema of a spec, by which an editor completes and checks its keys."""
+    from codegen.app.schema import schema_text, write_schema
+
+    output.print(schema_text() if out is None else f"{write_schema(out)}\n", end="")
+
+
+@app.command()
+def check(spec: SpecPath, as_json: AsJson = False) -> None:
+    """Read and validate a spec; print the system in readable form."""
+    from codegen.app.check import check, check_json, check_text
+
+    machine = check(spec)
+    _print(as_json, lambda: check_json(machine), lambda: check_text(machine))
+
+
+@app.command()
+def derive(
+    spec: SpecPath,
+    latex: Annotated[bool, typer.Option("--latex", help="print LaTeX")] = False,
+    as_json: AsJson = False,
+) -> None:
+    """Derive Ψ, its characteristic polynomial and the gain conditions."""
+    from codegen.app.derive import analysis_json, derive, derive_text
+
+    analysis = derive(spec)
+    _print(as_json, lambda: analysis_json(analysis), lambda: derive_text(analysis, latex))
+
+
+@app.command(short_help="Certify the sampled observer, or state why not.")
+def certify(
+    spec: SpecPath,
+    out: Annotated[Path | None, written("FILE", "write certificate.json alone here")] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Certify the sampled observer over the envelope, or state why not, with a counterexample and a remedy."""
+    from codegen.base.progress import progress
+
+    with progress():
+        from codegen.app.certify import certified_json, certified_text, certify
+
+        found = certify(spec, out)
+    target = None if found.certificate is None else out
+    on = errors if found.certificate is None else output
+    _print(as_json, lambda: certified_json(found), lambda: on.fitted(certified_text(found, target)), on)
+    raise typer.Exit(REFUSED if found.certificate is None else 0)
+
+
+@app.command(short_help="Check a certificate or a proof, and the C that it is about.")
+def verify(
+    certificate: Annotated[Path, typer.Argument(metavar="CERT", readable=False)],
+    spec: Annotated[
+        Path | None, typer.Option("--spec", help="check that the certificate is of this spec", readable=False)
+    ] = None,
+    smt: Annotated[
+        Path | None, typer.Option("--smt", parser=named_path, metavar="FILE", help="write it for z3 or cvc5 too")
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Check a certificate, that of a generated folder, or proof.json by the independent checker (codegen/checker/).
+
+    Exit status: 0 verified, and proved of the C in the same folder; 4 the same where the printed conditions hold; 5
+    the algebra holds, and it was not bound to code; 3 refused.
+    """
+    from codegen.app.verify import certificate_in, print_verification, verification_json
+
+    certificate = certificate_in(certificate)
+    if as_json:
+        content, status = verification_json(certificate, spec)
+        print_json(content)
+    else:
+        status = print_verification(certificate, spec)
+    if status not in (2, REFUSED) and smt is not None:
+        from codegen.app.smt_lib import write_smt
+
+        written = write_smt(certificate, smt)
+        if not as_json:
+            output.print(str(written))
+    raise typer.Exit(status)
+
+
+@app.command(short_help="Write C, Python, certificate and README of an observer.")
+def generate(
+    specs: Annotated[list[Path], typer.Argument(metavar="SPEC...", help="spec files", readable=False)],
+    out: Annotated[Path | None, written("DIR", "folder; generated/NAME by default")] = None,
+    check_only: Annotated[
+        bool, typer.Option("--check", help="write nothing; fail if the files are not current")
+    ] = False,
+    uncertified: Annotated[
+        bool, typer.Option("--uncertified", help="write the code even without a certificate")
+    ] = False,
+    force: Annotated[bool, typer.Option("--force", help="replace generated files that were edited, too")] = False,
+    target: Annotated[
+        list[str] | None,
+        typer.Option("--target", metavar="TARGET", help="c, python (these two by default), simd, all; or fmu alone"),
+    ] = None,
+    precision: Annotated[
+        str | None, typer.Option("--precision", metavar="WORD", help="double or single; as in the spec by default")
+    ] = None,
+    fault: Annotated[
+        str | None, typer.Option("--fault", metavar="WORD", help="hold or none, where a sample is not finite")
+    ] = None,
+    fmi: Annotated[str, typer.Option("--fmi", metavar="VERSION", help="of the FMU: 3.0 or 2.0")] = "3.0",
+    as_json: AsJson = False,
+) -> None:
+    """Write C, Python, certificate and README into generated/NAME/, or NAME.fmu."""
+    from codegen.base.progress import progress
+
+    fmu = target == ["fmu"]
+    if out is not None and len(specs) > 1:
+        found = f"one folder for {len(specs)} specs"
+        raise BadInput("-o", found, "one spec with -o, or several without", code="CALL002")
+    again = next((spec for k, spec in enumerate(specs) if identity(spec) in map(identity, specs[:k])), None)
+    if again is not None:
+        raise BadInput(str(again), "the same spec again", "each spec once", code="CALL002")
+    code, results = 0, []
+    for spec in specs:
+        made: Generated | GeneratedFmu
+        with progress():
+            from codegen.app.derived import Overrides
+            from codegen.app.generate import generate, generate_fmu
+
+            overrides = Overrides(precision, fault, () if fmu else tuple(target or ()))
+            if fmu:
+                made = generate_fmu(spec, out, fmi, check_only, uncertified, overrides, force)
+            else:
+                made = generate(spec, out, check_only, uncertified, overrides, force)
+        results.append(made.content)
+        if not as_json:
+            output.print(made.text(check_only=check_only, uncertified=uncertified, spec=spec), end="")
+        if check_only and made.stale:
+            code = STALE
+        elif made.refused and not uncertified:
+            code = code or REFUSED
+    if as_json:
+        print_json({"format": "stiction-generation/1", "machines": results})
+    raise typer.Exit(code)
+
+
+@app.command(short_help="Show which gains are stable, and suggest some.")
+def gains(
+    spec: SpecPath,
+    out: Annotated[Path | None, written("DIR", "folder for gains.json, gains.png, spec.yaml")] = None,
+    over: Annotated[
+        tuple[str, str] | None,
+        typer.Option("--over", metavar="NAME NAME", help="axes of the map; h is the sample time"),
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Show which gains are stable, with what margin, and suggest some; for free gains or around chosen ones."""
+    from codegen.base.progress import progress
+
+    with progress():
+        from codegen.app.gains import gains
+
+        report = gains(spec, out, over or ())
+    _show(report, as_json)
+    raise typer.Exit(REFUSED if report.feasibility.infeasible is not None else 0)
+
+
+@app.command(short_help="Say which friction the inputs can cancel.")
+def cancel(
+    spec: SpecPath,
+    out: Annotated[Path | None, written("DIR", "folder for the results")] = None,
+    hunt: Annotated[bool, typer.Option("--hunt", help="look for limit cycles of the closed loop")] = False,
+    as_json: AsJson = False,
+) -> None:
+    """Say which friction the inputs can cancel, why, and by which input."""
+    from codegen.base.progress import progress
+
+    with progress() as tell:
+        from codegen.app.cancel import cancel
+
+        report = cancel(spec, out, hunt, lambda share: tell("simulate", share))
+    _show(report, as_json)
+    raise typer.Exit(REFUSED if report.refusal is not None else 0)
+
+
+@app.command(short_help="Write a log from the plant of a spec.")
+def simulate(
+    spec: SpecPath,
+    out: Annotated[Path, written("LOG", "the CSV file to write")],
+    plant: Annotated[str, typer.Option("--plant", help="own, or mujoco: the exported model in MuJoCo")] = "own",
+    as_json: AsJson = False,
+) -> None:
+    """Write a log from the plant of the spec, with its declared effects."""
+    from codegen.base.progress import progress
+
+    with progress() as tell:
+        from codegen.app.simulate import simulate
+
+        result = simulate(spec, out, lambda share: tell("simulate", share), plant)
+    if as_json:
+        print_json(result.content)
+        return
+    errors.print(result.text(), end="")
+    output.print(str(result.path))
+
+
+@app.command(short_help="Write the machine for a simulator, firmware or controller.")
+def export(
+    spec: SpecPath,
+    to: Annotated[
+        str,
+        typer.Option("--to", metavar="FORMAT", help="such as mjcf, urdf, csv-map, odrive, arduino or ros2_control"),
+    ],
+    out: Annotated[Path, written("FILE", "file, or folder of a library")],
+    on: Annotated[str | None, typer.Option("--on", metavar="NAME", help="the coordinate of a map")] = None,
+    counts: Annotated[int | None, typer.Option("--counts", help="rows of a turn in csv-map; 3600 by default")] = None,
+    gear: Annotated[
+        float | None, typer.Option("--gear", metavar="N", help="turns of the motor a turn of the joint, in a map")
+    ] = None,
+    into: Annotated[
+        Path | None,
+        typer.Option("--into", metavar="MODEL", help="your MuJoCo model: only its friction is changed", readable=False),
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Write the machine as a simulator's model or a firmware's map, or its observer as a library; list what is lost."""
+    from codegen.app.export import export
+
+    result = export(spec, to, out, on, counts, gear, into)
+    _show(result, as_json)
+
+
+@app.command(short_help="Find the effect that the model lacks in a measured log.")
+def diagnose(
+    spec: SpecPath,
+    log: Annotated[
+        list[Path],
+        typer.Argument(
+            metavar="LOG...", help="measured log, CSV or .mat; or several of one experiment", readable=False
+        ),
+    ],
+    test: Annotated[
+        list[Path] | None,
+        typer.Option("--test", metavar="LOG2", help="log to measure the error on; may be repeated", readable=False),
+    ] = None,
+    out: Annotated[Path | None, written("DIR", "folder for the results; by default run_diagnosis for run.csv")] = None,
+    description: Description = None,
+    column: Columns = None,
+    propose: Annotated[bool, typer.Option("--propose", help="where nothing known fits, a term by PySINDy")] = False,
+    material: Annotated[
+        str | None,
+        typer.Option("--material", metavar="SHARE", help="of the drive force: less is immaterial; 2% by default"),
+    ] = None,
+    force: Annotated[
+        bool, typer.Option("--force", help="replace the diagnosis of another log, and files that you edited, too")
+    ] = False,
+    as_json: AsJson = False,
+) -> None:
+    """Find the effect that the model lacks; write diagnosis.json, spec.yaml (augmented) and report.html."""
+    from codegen.base.progress import progress
+
+    with progress(lines=True) as tell:
+        gc.disable()
+        from codegen.app.diagnose import diagnose, findings_text
+        from codegen.base.parallel import allow_processes
+
+        gc.freeze()  # the objects of the libraries stay to the end; the collector need not search them again
+        gc.enable()
+        allow_processes()
+
+        def print_findings(found: Findings) -> None:
+            if as_json:
+                return
+            tell.above(lambda: output.print(findings_text(found), end=""))
+            sys.stdout.flush()  # for a pipe
+
+        given = description, _columns(column or []), tell, propose, material
+        result = diagnose(spec, log, test, out, *given, print_findings, force)
+    _show(result, as_json, paths=True, preflight_shown=True)
+    raise typer.Exit(REFUSED if result.diagnosis.verdict == "unfit" else 0)
+
+
+@app.command(short_help="Run the generated observer over a log.")
+def replay(
+    spec: SpecPath,
+    log: Annotated[Path, typer.Argument(metavar="LOG", help="measured log, CSV, .npy or .mat", readable=False)],
+    out: Annotated[Path | None, written("OUT", "CSV or .npy to write")] = None,
+    description: Description = None,
+    column: Columns = None,
+    only: Annotated[list[str] | None, typer.Option("--only", metavar="OUTPUT", help="write this output")] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Run the generated observer over a log at compiled speed; write its estimates."""
+    from codegen.app.replay import replay
+
+    result = replay(spec, log, out, description, _columns(column or []), only or ())
+    _show(result, as_json)
+
+
+@app.command(short_help="Run the observer on rows as they arrive from a machine.")
+def watch(
+    spec: SpecPath,
+    log: Annotated[
+        str,
+        typer.Option(
+            "--log",
+            metavar="LOG",
+            help="a CSV file or - for standard input, as rows arrive; or a log of another format",
+        ),
+    ],
+    column: Columns = None,
+    dwell: Annotated[
+        str | None,
+        typer.Option(
+            "--dwell",
+            metavar="S",
+            help="time outside of the bound before it is reported, in s or such as 10ms; 10 samples",
+        ),
+    ] = None,
+    follow: Annotated[bool, typer.Option("--follow", help="wait at the end of the file for more rows")] = False,
+    as_json: AsJson = False,
+) -> None:
+    """Run the observer on rows as they arrive from a machine; report when friction leaves its certified bound.
+
+    Ends with the rows, or by Ctrl-C, with a short report. Exit status 3 where the bound was left, 2 where no sample
+    could be compared with it.
+    """
+    from codegen.app.watch import alarm_text, watch
+
+    tell = None if as_json else lambda alarm: output.print(alarm_text(alarm), end="")
+    result = watch(spec, log, _columns(column or []), dwell, follow, tell)
+    _show(result, as_json)
+    fault = result.fault or result.useless
+    if fault is not None and not result.alarms and not as_json:
+        raise fault
+    raise typer.Exit(REFUSED if result.alarms else 2 if fault is not None else 0)
+
+
+@app.command(short_help="Run all steps of the main job on a shipped example.")
+def demo(
+    out: Annotated[Path, written("DIR", "its folder")] = Path("demo"),
+) -> None:
+    """Diagnose a belt-driven axis with an effect that its spec lacks; certify and generate, before and after."""
+    from codegen.base.progress import progress
+
+    with progress() as tell:
+        from codegen.app.demo import run_demo
+
+        run_demo(out, output.print, tell)
+
+
+@app.command()
+def version() -> None:
+    """Print the version."""
+    output.print(VERSION)
+
+
+def _show(result: Result, as_json: bool, **options: object) -> None:
+    _print(as_json, lambda: result.content, lambda: result.text(**options))
+
+
+def _print(as_json: bool, content: Callable[[], object], text: Callable[[], str], on: PlainConsole = output) -> None:
+    """Print a result as JSON, or as text on a console."""
+    if as_json:
+        print_json(content())
+    else:
+        on.print(text(), end="")
+
+
+def _columns(pairs: list[str]) -> dict[str, str]:
+    split = {pair: pair.partition("=") for pair in pairs}
+    for pair, (name, _, column) in split.items():
+        if not name or not column:
+            raise BadInput("--column", f"`{pair}`", "NAME=COLUMN, such as x=qm", code="CALL001")
+    columns: dict[str, str] = {}
+    for name, _, column in split.values():
+        first = columns.setdefault(name.strip(), column.strip())
+        if first != column.strip():
+            found = f"`{name.strip()}` with two columns, `{first}` and `{column.strip()}`"
+            raise BadInput("--column", found, "one column for each name", code="CALL001")
+    return columns
+
+
+__all__ = ["app"]
