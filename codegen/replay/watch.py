@@ -134,7 +134,9 @@ class Watch:
 
     Attributes:
         limits: one for each bound.
-        settle: number of samples after a reversal from which on all bounds hold.
+        settle: number of samples after a reversal from which on all bounds hold. The bound's own time counts from the
+            end of a reversal, the samples here from the first one above every threshold, which may be within it; so
+            the samples that the longest proved reversal takes are added.
         alarms: those raised so far, in the order of time.
         tally: counts so far.
     """
@@ -158,6 +160,7 @@ class Watch:
         """
         self._engine, self._dwell = engine, max(dwell, 1)
         self.settle = max((round(time / period) for b in bounds for time, _ in b.after[-1:]), default=0)
+        self.settle += max((b.reversal.samples for b in bounds if b.reversal), default=0)
         self.limits = tuple(_limit(b, system) for b in bounds)
         names = [name for name, _, _ in program.outputs]
         self._outputs = [names.index(limit.output) for limit in self.limits]
