@@ -35,11 +35,11 @@ def demand(condition: bool, fault: str) -> None:
 
 
 def parsed(text: str | bytes) -> Any:
-    """JSON, with numbers as the bytes that are written. Raises ValueError.
+    """JSON in UTF-8 without a byte order mark, with numbers as the bytes that are written. Raises ValueError.
 
     Refused is an object in which a key appears twice, since readers could take different values of it.
     """
-    bare = str.encode
+    bare, text = str.encode, text if isinstance(text, str) else text.decode()
 
     def once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
         demand(len(dict(pairs)) == len(pairs), f"a key appears twice in an object: {brief([key for key, _ in pairs])}")

@@ -190,6 +190,7 @@ class C(NamedTuple):
     reset: Program  # this and the next are empty where none counts as invalid
     predict: Program
     resume: Program
+    most: int  # invalid samples in a row that lead to HOLDING; 0 where none counts as invalid
 
 
 class Clock:
@@ -324,7 +325,7 @@ def read(name: str, files: dict[str, str]) -> C:
         sums, bodies = (given, begun, step), [init, reset, predict, resume, step]
     else:
         prepare, init, step = between(form, name, source)
-        sums, commit, bodies = None, "", [init, step]
+        sums, commit, bodies, most = None, "", [init, step], "0"
     for text in (prepare, commit, *bodies, *(sums or ())):
         plain_loops = re.fullmatch(r"[^{}]*+(?:{[^{}]*+}[^{}]*+)*+", text) and f"{name.upper()}_" not in text
         demand(plain_loops, f"{name}.c: {text[:80]!r} holds more than statements")
@@ -348,7 +349,7 @@ def read(name: str, files: dict[str, str]) -> C:
     first = len(before) if guarded else next((k for k, (x, _) in enumerate(whole) if "." in x.split("[")[0]), 0)
     fields_of = (stated, states, inputs, outputs)
     faults = faults or [[], [], []]
-    return C(name, PRECISIONS[real], sums, *fields_of, made, start, whole[:first], whole[first:], *faults)
+    return C(name, PRECISIONS[real], sums, *fields_of, made, start, whole[:first], whole[first:], *faults, int(most))
 
 
 def detects(c: C) -> None:

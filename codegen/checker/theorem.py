@@ -508,8 +508,20 @@ def words(proof: dict[str, Any], shown: dict[str, Any], sized: bool = False, fal
         *(falling(proof, shown, plain) if fall else ()),
         f"with the values of {proof['name']}.h: {values}",
         *(() if proof["domain"] else (HELD if guarded else BARE,)),
+        *((of_faults(shown["c"]),) if guarded else ()),
         f"in exact arithmetic; not covered: {', '.join(gaps)}",
     ]
+
+
+def of_faults(c: Any) -> str:
+    """Which samples the code does not use, as frame.py reads and proves it."""
+    limit, magnitudes = f"{float(c.precision.limit):g}", "' magnitudes" * ("fabs(" in c.sums[0])
+    return (
+        f"a sample is invalid if the sum of its inputs{magnitudes} is no number or above {limit}; a valid one is not"
+        f" used, but sets the states, with fault 1, after {c.most} or more invalid ones in a row, before the first"
+        f" valid one of all, and if the sum of the next states is no number or above {limit}; next states beyond this"
+        " that cancel in the sum are used"
+    )
 
 
 def as_sum(p: Any) -> str:

@@ -257,3 +257,49 @@ def test_mutants_are_accepted_just_where_they_run_on(count: int) -> None:
             assert sound, wrong
             kept += 1
     assert refused > count / 2 and kept > 0
+
+
+def of_faults(name: str, *changes: tuple[str, str]) -> str:
+    """The line of the report that says which samples are not used."""
+    (line,) = (x for x in check(*changed(name, *changes)).proved if x.startswith("a sample is invalid"))
+    return line
+
+
+@pytest.mark.parametrize("most", [1, 2, 4, 8])
+def test_how_many_invalid_samples_lead_to_holding_is_printed(most: int) -> None:
+    """And the twin, of the same count, does not use the next valid sample just after as many."""
+    assert f" after {most} or more invalid ones in a row" in of_faults("one_mass", (">= 8u", f">= {most}u"))
+    twin = sources("one_mass")["__init__.py"].decode()
+    assert twin.count("invalid_samples >= 8") == 1
+    module = load_twin(twin.replace("invalid_samples >= 8", f"invalid_samples >= {most}"), "counts")
+    parameters = module.Parameters()
+    for lost in range(1, 11):
+        state, out = module.init(parameters, module.Inputs(0.0, 0.0)), module.Outputs()
+        for x in [0.0, *[math.nan] * lost, 0.0]:
+            module.step(state, parameters, module.Inputs(x, 0.0), out)
+        assert (out.fault == 1) == (lost >= most)
+
+
+def test_next_states_that_cancel_in_the_sum_are_said_to_be_used() -> None:
+    """The twin uses the sample in which both next states are beyond the limit, and their sum is not."""
+    assert "no number or above 1e+150; next states beyond this that cancel in the sum are used" in of_faults("one_mass")
+    module = load_twin(sources("one_mass")["__init__.py"].decode(), "cancels")
+
+    def after(level: float) -> tuple[Any, Any]:
+        state, out = module.State(z_v=1e152, z_rail=level), module.Outputs()
+        module.step(state, module.Parameters(), module.Inputs(0.0, 0.0), out)
+        return state, out
+
+    low, high = -1e155, 1e155  # where the sum of the next states is below 0, and above: bisection
+    p = module.Parameters()
+
+    def total(level: float) -> float:
+        v_dot = -p.one_over_m * (level - p.K_F * 1e152)
+        return 1e152 + p.sample_time * (v_dot - p.K_v * 1e152) + level + p.h_K_F * v_dot
+
+    for _ in range(400):
+        middle = (low + high) / 2
+        low, high = (middle, high) if total(middle) < 0 else (low, middle)
+    state, out = after(low)
+    assert out.fault == 0 and min(abs(state.z_v), abs(state.z_rail)) > 1e150
+    assert after(low / 2)[1].fault == 1
