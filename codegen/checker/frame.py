@@ -179,6 +179,7 @@ class C(NamedTuple):
     name: str
     precision: Precision
     sums: tuple[str, str, str] | None  # `given`, and `check` of init and of step behind what precedes it
+    most: int  # invalid samples in a row that lead to HOLDING; 0 where none counts as invalid
     values: dict[str, Fraction]
     states: list[str]
     inputs: list[str]
@@ -190,7 +191,6 @@ class C(NamedTuple):
     reset: Program  # this and the next are empty where none counts as invalid
     predict: Program
     resume: Program
-    most: int  # invalid samples in a row that lead to HOLDING; 0 where none counts as invalid
 
 
 class Clock:
@@ -349,7 +349,7 @@ def read(name: str, files: dict[str, str]) -> C:
     first = len(before) if guarded else next((k for k, (x, _) in enumerate(whole) if "." in x.split("[")[0]), 0)
     fields_of = (stated, states, inputs, outputs)
     faults = faults or [[], [], []]
-    return C(name, PRECISIONS[real], sums, *fields_of, made, start, whole[:first], whole[first:], *faults, int(most))
+    return C(name, PRECISIONS[real], sums, int(most), *fields_of, made, start, whole[:first], whole[first:], *faults)
 
 
 def detects(c: C) -> None:
