@@ -39,7 +39,8 @@ from codegen.diagnosis.verdict.answer import Answer
 from codegen.diagnosis.verdict.table import TABLE_SIZE
 from codegen.effects.register import candidates, is_own
 from codegen.logs import Log
-from codegen.logs.motion import measured_motion, steady_speeds
+from codegen.logs.formats.source import listing
+from codegen.logs.motion import MOSTLY, measured_motion, steady_segments
 from codegen.mechanics.casadi_form import in_place, to_casadi
 from codegen.mechanics.system import TIME, Matrix, System
 
@@ -60,33 +61,53 @@ TIE_NATS = float(-np.log(credit.TIE_LEVEL))
 
 @dataclass(frozen=True, eq=False)
 class Means:
-    """Means of R steady records: speeds (R, n) and inputs (R, m), SI."""
+    """Means of R steady records: speeds (R, n) and inputs (R, m), SI; ``left_out``: names of the other records."""
 
     speeds: Array
     inputs: Array
+    left_out: tuple[str, ...] = ()
 
     def __len__(self) -> int:
         return len(self.speeds)
 
     def of(self, chosen: NDArray[np.bool_]) -> Means:
-        return Means(self.speeds[chosen], self.inputs[chosen])
+        return replace(self, speeds=self.speeds[chosen], inputs=self.inputs[chosen])
 
 
 def means_of(log: Log) -> Means | None:
-    """The means of an experiment of steady records; None if a record is not steady on every coordinate."""
+    """The means of the steady records of an experiment; None if they are few, or hold less than ``MOSTLY`` of its rows.
+
+    A start, a stop or a reversal among many steady records is left out: free runs and force residual of all samples
+    show ripple over a turn and not its mean.
+    """
     if len(log.records) < LEAST_RUNS:
         return None
-    motion = measured_motion(log)
-    steady = steady_speeds(log, motion.velocities, motion.usable)
-    if len(steady) < log.positions.shape[1] or any(s.records < len(log.records) for s in steady):
+    steady = _steady_records(log)
+    kept = [one for one, is_steady in zip(log.records, steady, strict=True) if is_steady]
+    if len(kept) < LEAST_RUNS or sum(one.size for one in kept) < MOSTLY * sum(one.size for one in log.records):
         return None
     speeds, inputs = [], []
-    for one in log.records:
+    for one in kept:
         first = round(SETTLING * one.size)
         way = one.positions[-1] - one.positions[first]
         speeds.append(way / (one.time[-1] - one.time[first]))
         inputs.append(one.inputs[first:].mean(axis=0))
-    return Means(np.array(speeds), np.array(inputs))
+    left_out = (one.path.name for one, is_steady in zip(log.records, steady, strict=True) if not is_steady)
+    return Means(np.array(speeds), np.array(inputs), tuple(left_out))
+
+
+def _steady_records(log: Log) -> NDArray[np.bool_]:
+    """(records,) whether every coordinate runs at one speed, in all segments of a record."""
+    motion = measured_motion(log)
+    segments = steady_segments(log, motion.velocities, motion.usable)
+    steady = np.ones(len(log.records), dtype=bool)
+    np.logical_and.at(steady, _record_of(log), segments)
+    return steady
+
+
+def _record_of(log: Log) -> NDArray[np.intp]:
+    """(segments,) index of the record to which each belongs."""
+    return np.searchsorted([stop for _, stop in log.joints], [start for start, _ in log.segments], side="right")
 
 
 def with_mean_inputs(motion: Motion, log: Log) -> Motion:
@@ -94,11 +115,13 @@ def with_mean_inputs(motion: Motion, log: Log) -> Motion:
 
     The input of a record balances ripple over a turn, a force that the model lacks. Between two restarts a free run
     integrates it: a light rotor stops and starts, by an amount that says nothing of the friction at the mean speed. By
-    the mean input the run settles at the speed at which the model's friction is the mean force.
+    the mean input the run settles at the speed at which the model's friction is the mean force. Records that are not
+    steady keep their inputs.
     """
-    commands = motion.commands.copy()
-    for start, stop in log.segments:
-        commands[start:stop] = commands[start + round(SETTLING * (stop - start)) : stop].mean(axis=0)
+    commands, steady = motion.commands.copy(), _steady_records(log)
+    for (start, stop), record in zip(log.segments, _record_of(log), strict=True):
+        if steady[record]:
+            commands[start:stop] = commands[start + round(SETTLING * (stop - start)) : stop].mean(axis=0)
     return replace(motion, commands=commands)
 
 
@@ -443,6 +466,9 @@ def answer_of(search: SteadySearch, measured: Measured) -> tuple[Answer, SteadyO
     chosen = admitted(options, measured, Reference(declared))
     refit = system if chosen.option is None else chosen.option[1]
     judged_by = f"Each of the {len(search.means)} records runs at one speed, so it is judged by its mean"
+    if others := search.means.left_out:
+        one = len(others) == 1
+        judged_by += f"; {listing(others)} {'does not, and takes' if one else 'do not, and take'} no part in the fit"
     remarks = (Fact("note", judged_by), *chosen.remarks)
     figures = (measured(system), measured(refit), measured(refit))
     answer = Answer("none", (), refit, refit, figures, remarks=remarks)

@@ -162,9 +162,25 @@ def steady_speeds(log: Log, velocities: Array, usable: Flags) -> list[Steady]:
             if not len(speed):
                 continue
             count += 1
-            mean, spread = float(speed.mean()), float(speed.std())
-            if spread < ONE_WAY * abs(mean) and spread <= max(SPREAD * abs(mean), OF_TOP * top):
-                means.append(mean)
+            if _is_constant(speed, top):
+                means.append(float(speed.mean()))
         if means and len(means) >= MOSTLY * count:
             found.append(Steady(j, len(means), count, min(means), max(means)))
     return found
+
+
+def steady_segments(log: Log, velocities: Array, usable: Flags) -> Flags:
+    """(segments,) whether every coordinate runs at constant speed, of segments with usable samples; else True.
+
+    Args:
+        velocities, usable: as of ``steady_speeds``.
+    """
+    tops = np.abs(velocities[usable]).max(axis=0, initial=0.0)
+    runs = (velocities[start:stop][usable[start:stop]] for start, stop in log.segments)
+    return np.array([not len(v) or all(map(_is_constant, v.T, tops)) for v in runs])
+
+
+def _is_constant(speed: Array, top: float) -> bool:
+    """Whether a speed (K,) of a coordinate with this top speed is constant."""
+    mean, spread = float(speed.mean()), float(speed.std())
+    return spread < ONE_WAY * abs(mean) and spread <= max(SPREAD * abs(mean), OF_TOP * top)

@@ -160,16 +160,40 @@ def test_what_a_steady_speed_can_show_is_a_force_of_speed_alone(tmp_path: Path) 
     assert not seen & {"inertia_error", "friction_drift", "input_delay", "presliding", "position_dependent_friction"}
 
 
+def turning_back(file: Path, rows: int = 500) -> Path:
+    """A drive that starts, stops and turns back at 10 rad/s, without a Stribeck peak: its speed is not constant."""
+    t = 0.01 * np.arange(rows)
+    v = np.clip(30 * np.sin(2 * t), -10, 10)
+    u = LEVEL * np.sign(v) + SLOPE * v
+    np.savetxt(file, np.column_stack([t, v, u]), delimiter=",", header="t,v,u", comments="", fmt="%.9g")
+    return file
+
+
 def test_a_record_that_turns_back_is_no_steady_one(tmp_path: Path) -> None:
     (tmp_path / "spec.yaml").write_text(SPEC)
     spec = stiction.check(tmp_path / "spec.yaml").spec
     files = ladder(tmp_path, TRAINED, RISE, 1)
     means = means_of(read_logs(files, spec))
-    assert means is not None
+    assert means is not None and means.left_out == ()
     expected = [w * s for s in TRAINED for w in (1, -1)]
     assert means.speeds[:, 0] == pytest.approx(expected, rel=0.02, abs=0.01)
     assert means_of(read_logs(files[:6], spec)) is None
-    t = 0.01 * np.arange(500)
-    both = np.column_stack([t, 10 * np.sign(np.sin(2 * t)), np.zeros(len(t))])
-    np.savetxt(tmp_path / "both.csv", both, delimiter=",", header="t,v,u", comments="")
-    assert means_of(read_logs([*files, tmp_path / "both.csv"], spec)) is None
+    among = means_of(read_logs([*files[:5], turning_back(tmp_path / "both.csv"), *files[5:]], spec))
+    assert among is not None and among.left_out == ("both.csv",)
+    assert np.array_equal(among.speeds, means.speeds) and np.array_equal(among.inputs, means.inputs)
+    assert means_of(read_logs([*files, turning_back(tmp_path / "long.csv", 3000)], spec)) is None
+
+
+def test_a_start_and_stop_among_steady_records_changes_no_verdict(tmp_path: Path) -> None:
+    """With it all samples were judged, of which most of the residual is ripple, and the peak was not named."""
+    (tmp_path / "spec.yaml").write_text(SPEC)
+    spec = stiction.check(tmp_path / "spec.yaml").spec
+    train, test = ladder(tmp_path, TRAINED, RISE, 1), ladder(tmp_path, HELD, RISE, 2)
+    both = turning_back(tmp_path / "both.csv")
+    logs = [read_logs(files, spec) for files in ([*train, both], test, [*test, both])]
+    for tested in logs[1:]:
+        found = diagnose_log(spec, system_of(spec), logs[0], tested)[0].as_json()
+        assert [e["kind"] for e in found["effects"]] == ["stribeck"]
+        (note,) = [f["words"] for f in found["facts"] if f["topic"] == "note"]
+        assert "Each of the 16 records" in note and "both.csv does not" in note
+        assert found["error"]["augmented"]["relative_force_error"] < 0.03
