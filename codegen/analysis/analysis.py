@@ -14,7 +14,7 @@ from codegen.analysis.error_dynamics import ErrorDynamics
 from codegen.analysis.modes import Modes, find_modes
 from codegen.analysis.operating_points import EvaluatedDynamics, OperatingPoints, dynamics_over_envelope
 from codegen.base.exact_numbers import eigenvalues, first_largest
-from codegen.base.shown import Shown
+from codegen.base.result import Shown
 from codegen.observers.equations import Observer
 from codegen.spec.model import Spec
 from codegen.spec.numerics import numerical

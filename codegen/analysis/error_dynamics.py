@@ -86,7 +86,7 @@ class ErrorDynamics:
         """W = M⁻¹ in the symbols of Ψ, n by n."""
         return inverse_mass_symbols(self.observer.system)[0]
 
-    def tidied(self, matrix: Matrix) -> Matrix:
+    def normal_form(self, matrix: Matrix) -> Matrix:
         """A matrix over the system's symbols, in the normal form of Ψ: slip signs as symbols, products expanded."""
         slips = _slip_signs(self.observer, {})
         return each(matrix, lambda e: _tidy(e, slips, self.observer.signs))

@@ -85,7 +85,7 @@ def find_modes(dynamics: ErrorDynamics, continuous: Array, h: float) -> Modes | 
         expected = Matrix.vstack(upper, lower)
     else:
         expected = -force_by_velocity * acceleration_by_force
-    if any(e != 0 for e in each(psi - dynamics.tidied(expected), expand_products)):
+    if any(e != 0 for e in each(psi - dynamics.normal_form(expected), expand_products)):
         return None
     if not _symmetric(form.gain, observer.gains) or not (form.weight.is_Identity or form.gain.is_diagonal()):
         return None

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 import typer
 
 from codegen.base.files import named_path
-from codegen.base.shown import json_text, plain
+from codegen.base.result import json_text, plain
 from codegen.base.terminal import output
 
 AsJson = Annotated[bool, typer.Option("--json", help="print JSON")]

@@ -11,7 +11,7 @@ from typing import Any
 from codegen.app.derived import Source, derived_from
 from codegen.base.border import verb
 from codegen.base.files import refuse_foreign_json, refuse_target, write_all
-from codegen.base.shown import Result, json_text, named
+from codegen.base.result import Result, json_text, named
 from codegen.cancellation import Plan, RankFalls, Reach, Verdict, make_plan, reach
 from codegen.cancellation.plan import RemainingFriction, remaining_friction
 from codegen.mechanics.sampling import POINTS

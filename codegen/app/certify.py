@@ -15,7 +15,7 @@ from codegen.app.rounding_bound import Rounding, rounding_bounds
 from codegen.base.border import verb
 from codegen.base.files import refuse_target, write_atomically
 from codegen.base.progress import begin
-from codegen.base.shown import Shown, named
+from codegen.base.result import Shown, named
 from codegen.base.text import render
 from codegen.certify.bound.bounds import ErrorBound
 from codegen.certify.outcome import Certificate, Refusal

@@ -24,7 +24,7 @@ from codegen.spec.free_gains import free_entries
 from codegen.spec.model import Spec
 from codegen.spec.motion import Form, KinematicTree
 from codegen.spec.numerics import numerical
-from codegen.spec.places import placed
+from codegen.spec.places import with_place
 
 
 @verb
@@ -189,7 +189,7 @@ def refuse_ungenerable(machine: Derived) -> None:
 @numerical("the generated step")
 def _refuse_unprintable(spec: Spec, program: Program) -> None:
     """Raise BadInput for a number of the generated step that cannot be written as a literal, such as infinity."""
-    with placed(spec):
+    with with_place(spec):
         code = lower(program)
         literal = c_language(program).literal  # every language refuses the same numbers
         for value in (*(f.value or 0.0 for f in program.parameters), *code.derived_values):

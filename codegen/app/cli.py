@@ -15,7 +15,7 @@ from functools import cache
 from typing import Any, NoReturn
 
 from codegen.base.errors import TRACEBACK, BadInput, InternalError
-from codegen.base.interrupt import interrupted, noted
+from codegen.base.interrupt import interrupted, interrupts_noted
 
 INTERNAL, INTERRUPTED = 70, 130
 MOST_FAULTS = 20
@@ -33,7 +33,7 @@ def main() -> None:
         )  # a file name may be no text, a screen lack a sign
     traced = bool(os.environ.get(TRACEBACK))
     try:
-        with noted():
+        with interrupts_noted():
             try:
                 if (status := _verified(sys.argv[1:])) is not None:
                     sys.exit(status)

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 from codegen.base.errors import Faults, refuse_unknown
 from codegen.base.files import sha256
 from codegen.base.progress import begin
-from codegen.base.shown import Shown
+from codegen.base.result import Shown
 from codegen.effects.declare import system_of
 from codegen.mechanics.system import System
 from codegen.observers import Observer, observer_of, refuse_unknown_words
@@ -25,7 +25,7 @@ from codegen.spec import Spec, read_spec
 from codegen.spec.free_gains import at_middle
 from codegen.spec.model import CancellationChoice
 from codegen.spec.numerics import numerical
-from codegen.spec.places import placed
+from codegen.spec.places import with_place
 
 if TYPE_CHECKING:
     from codegen.analysis.analysis import Analysis
@@ -289,7 +289,7 @@ def derived_from(given: Source) -> Derived:
 def _program(spec: Spec, observer: Observer) -> Program:
     from codegen.program import build_program
 
-    with placed(spec):
+    with with_place(spec):
         if spec.cancellation is not None:
             from codegen.cancellation import with_cancellation  # with scipy.optimize, which few specs need
 
@@ -302,7 +302,7 @@ def _sources(spec: Spec, machine: Derived) -> Mapping[str, str]:
     from codegen.emit.package import emit_sources
 
     program, printers = machine.program, machine.overrides.printers
-    with placed(spec):
+    with with_place(spec):
         return emit_sources(program, machine.header, printers)
 
 

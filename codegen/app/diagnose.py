@@ -25,7 +25,7 @@ from codegen.base.errors import BadInput, Place
 from codegen.base.files import refuse_target, remove, write_all
 from codegen.base.input_files import identity, read_text
 from codegen.base.progress import begin
-from codegen.base.shown import Result, json_text
+from codegen.base.result import Result, json_text
 from codegen.base.text import render
 from codegen.diagnosis.case import Findings
 from codegen.diagnosis.diagnose import diagnose_log

@@ -13,7 +13,7 @@ from codegen.base.border import verb
 from codegen.base.errors import BadInput, refuse_unknown
 from codegen.base.files import refuse_target, write_all, write_atomically
 from codegen.base.input_files import LARGEST_GENERATED, is_there, read_text
-from codegen.base.shown import Result
+from codegen.base.result import Result
 from codegen.base.user_text import file_text
 from codegen.base.version import VERSION
 from codegen.export.remarks import Remark

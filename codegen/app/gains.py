@@ -21,7 +21,7 @@ from codegen.app.derived import Source, derived_from
 from codegen.app.gains_bound import USEFUL, GainBound, bounds_at, why_no_bound
 from codegen.base.border import verb
 from codegen.base.files import refuse_foreign, refuse_foreign_json, refuse_target, write_all
-from codegen.base.shown import Result, json_text, named
+from codegen.base.result import Result, json_text, named
 from codegen.spec.numerics import require_finite
 
 MAP, NUMBERS, SPEC = "gains.png", "gains.json", "spec.yaml"

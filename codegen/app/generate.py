@@ -15,7 +15,7 @@ from codegen.base.errors import BadInput
 from codegen.base.files import refuse_target, remove, sha256, write_all, write_atomically
 from codegen.base.input_files import LARGEST_GENERATED, is_there, read_bytes, read_or_none, read_text
 from codegen.base.own_files import differs, edited_files, refuse_unlisted, text_of
-from codegen.base.shown import Result, json_text
+from codegen.base.result import Result, json_text
 from codegen.base.text import render
 from codegen.certify import REGION_PROOFS
 from codegen.certify.kernel_form import proof_json, with_solution

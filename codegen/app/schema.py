@@ -6,7 +6,7 @@ from pathlib import Path
 
 from codegen.base.border import verb
 from codegen.base.files import refuse_target, write_atomically
-from codegen.base.shown import json_text
+from codegen.base.result import json_text
 from codegen.spec.schema import json_schema
 
 

@@ -11,7 +11,7 @@ from codegen.app.derived import Source, derived_from
 from codegen.base.border import verb
 from codegen.base.errors import refuse_unknown
 from codegen.base.files import refuse_target
-from codegen.base.shown import Result
+from codegen.base.result import Result
 from codegen.simulate.closed_loop import simulate as simulate_plant
 from codegen.simulate.loop_run import Excursion, excursions, write_log
 

@@ -19,7 +19,7 @@ from codegen.app.pages import pages
 from codegen.base.errors import BadInput
 from codegen.base.files import named_path
 from codegen.base.input_files import identity
-from codegen.base.shown import Result
+from codegen.base.result import Result
 from codegen.base.terminal import PlainConsole, errors, output
 from codegen.base.version import VERSION
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from codegen.base.border import verb, verb_that_raises
 from codegen.base.errors import BadInput, Place
 from codegen.base.input_files import is_there, read_text
-from codegen.base.shown import Shown
+from codegen.base.result import Shown
 from codegen.checker import verify as checker
 
 if TYPE_CHECKING:

@@ -11,8 +11,8 @@ from typing import Any
 from codegen.app.derived import Derived, Source, derived_from
 from codegen.base.border import verb
 from codegen.base.errors import BadInput, Place
-from codegen.base.interrupt import handled
-from codegen.base.shown import Result, named
+from codegen.base.interrupt import on_interrupt
+from codegen.base.result import Result, named
 from codegen.base.text import render
 from codegen.certify.bound.bounds import ErrorBound
 from codegen.certify.outcome import Certificate, Refusal
@@ -119,7 +119,7 @@ def watch(
     else:
         rows = stop.until_requested(given if given is not None else pieces(str(log), follow))
         blocks = live_blocks(spec, program, period, str(log), rows, columns, notes)
-    with handled(stop.request):
+    with on_interrupt(stop.request):
         try:
             for block in blocks:
                 for alarm in watched.take(block):

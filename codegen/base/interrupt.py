@@ -20,7 +20,7 @@ def interrupted() -> bool:
 
 
 @contextmanager
-def handled(handler: Callable[..., object]) -> Iterator[None]:
+def on_interrupt(handler: Callable[..., object]) -> Iterator[None]:
     """A context within which Ctrl-C calls ``handler``; outside the main thread it changes nothing."""
     try:
         before = signal(SIGINT, handler)
@@ -34,14 +34,14 @@ def handled(handler: Callable[..., object]) -> Iterator[None]:
 
 
 @contextmanager
-def noted() -> Iterator[None]:
+def interrupts_noted() -> Iterator[None]:
     """A context within which Ctrl-C raises KeyboardInterrupt as usual and is recorded for ``interrupted``.
 
     It changes nothing where another handler of Ctrl-C is installed.
     """
     global _asked
     _asked = False
-    with handled(_note) if getsignal(SIGINT) is default_int_handler else nullcontext():
+    with on_interrupt(_note) if getsignal(SIGINT) is default_int_handler else nullcontext():
         yield
 
 

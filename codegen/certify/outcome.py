@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any
 
-from codegen.base.shown import Shown, json_text
+from codegen.base.result import Shown, json_text
 from codegen.certify import REGION_PROOFS
 from codegen.certify.bound.bounds import ErrorBound
 from codegen.certify.bound.error_response import Response

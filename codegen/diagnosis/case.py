@@ -253,7 +253,7 @@ def values_of_zero(spec: Spec) -> tuple[Finding, ...]:
 
 def unknown_starts(system: System, log: Log) -> tuple[Finding, ...]:
     """Warnings for positions that are integrated from a speed, from zero, if a force depends on them."""
-    integrated = log.intake.integrated or (False,) * len(system.positions)
+    integrated = log.raw_data.integrated or (False,) * len(system.positions)
     begins = "each of its records begins" if log.records else "the log begins"
     return tuple(
         Finding(

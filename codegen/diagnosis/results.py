@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass, field, replace
 from math import sqrt
 from typing import Any, Literal, get_args
 
-from codegen.base.shown import Shown, named, plain
+from codegen.base.result import Shown, named, plain
 from codegen.diagnosis.reliability import Reliability
 from codegen.effects.declare import written_place
 

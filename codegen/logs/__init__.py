@@ -4,16 +4,16 @@ from codegen.logs.audit.preflight import preflight
 from codegen.logs.description import LogDescription, read_description
 from codegen.logs.excerpt import excerpt
 from codegen.logs.formats.source import Allowance
-from codegen.logs.log import Finding, Intake, Log
+from codegen.logs.log import Finding, Log, RawData
 from codegen.logs.readers import FORMATS, read_log, read_logs
 
 __all__ = [
     "FORMATS",
     "Allowance",
     "Finding",
-    "Intake",
     "Log",
     "LogDescription",
+    "RawData",
     "excerpt",
     "preflight",
     "read_description",

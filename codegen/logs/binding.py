@@ -52,7 +52,7 @@ class Binding:
         scale: symbol → factor to SI; 1 by default.
         integrated: positions without a column, which are computed as the integral of their measured velocity.
         findings: units that could not be used.
-        inferred_units, applied_units: as of ``Intake``.
+        inferred_units, applied_units: as of ``RawData``.
     """
 
     terms: Mapping[str, Term]

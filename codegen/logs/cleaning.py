@@ -29,7 +29,7 @@ _UNITS = {1e3: ("milliseconds", "0.001"), 1e6: ("microseconds", "1e-6"), 1e9: ("
 
 
 @dataclass(frozen=True)
-class Clean:
+class CleanedRows:
     """The usable rows of a log.
 
     Attributes:
@@ -48,7 +48,7 @@ class Clean:
 
 def clean(
     raw: Columns, symbols: Sequence[str], held: Sequence[bool], scale: Mapping[str, float], description: LogDescription
-) -> Clean:
+) -> CleanedRows:
     """Check the rows of a log, and repair those that can be.
 
     Args:
@@ -75,7 +75,7 @@ def clean(
     values = values * factors
     _plausible(values, timed, symbols)
     _check_seconds(timed, values[:, 0], scale["t"], description, notes)
-    return Clean(values[:, 0].copy(), values[:, 1:], timed, repaired, rows - len(values), tuple(notes))
+    return CleanedRows(values[:, 0].copy(), values[:, 1:], timed, repaired, rows - len(values), tuple(notes))
 
 
 def _bad(values: Array) -> Flags:
@@ -259,7 +259,9 @@ def _count(count: int, what: str) -> str:
     return f"1 {what}" if count == 1 else f"{count} {what}s"
 
 
-def in_time(cleaned: Clean, symbols: Sequence[str], held: Sequence[bool], description: LogDescription) -> Clean:
+def in_time(
+    cleaned: CleanedRows, symbols: Sequence[str], held: Sequence[bool], description: LogDescription
+) -> CleanedRows:
     """The rows with the columns of ``late`` moved by their times; rows without such a value at the ends are left out.
 
     A sampled column is interpolated linearly, a held one given by its mean over each row.

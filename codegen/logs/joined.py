@@ -11,7 +11,7 @@ from scipy.interpolate import CubicHermiteSpline
 from codegen.base.arrays import Array, Flags
 from codegen.base.errors import BadInput
 from codegen.logs.excerpt import MOST_SAMPLES
-from codegen.logs.log import Finding, Intake, Log
+from codegen.logs.log import Finding, Log, RawData
 
 PAUSE_S = 2.0
 SAME_STEP = 1e-6
@@ -71,7 +71,7 @@ def _resampled(log: Log, other: Log) -> Log:
         places = np.round((log.time - other.time[0]) / other.sample_time).astype(int)
         counted[:] = False
         counted[np.clip(places, 0, other.size - 1)] = True
-    return replace(other, intake=log.intake, notes=log.notes, counted=counted)
+    return replace(other, raw_data=log.raw_data, notes=log.notes, counted=counted)
 
 
 def _refuse_other(one: Log, other: Log) -> None:
@@ -107,7 +107,7 @@ def _appended(one: Log, other: Log) -> Log:
         notes=(*one.notes, *notes),
         gaps=(*one.gaps, (size, shift), *moved),
         joints=(*one.joints, (size, shift)),
-        intake=_merged(one.intake, other.intake),
+        raw_data=_merged(one.raw_data, other.raw_data),
         counted=counted,
     )
 
@@ -134,11 +134,11 @@ def _bridge(one: Log, other: Log, pause: int) -> Array:
     return np.asarray(ends(h * np.arange(1, pause + 1)))
 
 
-def _merged(one: Intake, other: Intake) -> Intake:
+def _merged(one: RawData, other: RawData) -> RawData:
     repaired = {k: one.repaired.get(k, 0) + other.repaired.get(k, 0) for k in {**one.repaired, **other.repaired}}
     steps = tuple(max(a, b) for a, b in zip(one.smallest_step, other.smallest_step, strict=True))
     whole = one.rows + other.rows
-    return Intake(
+    return RawData(
         repeated=(one.repeated * one.rows + other.repeated * other.rows) / whole,
         stale=(one.stale * one.rows + other.stale * other.rows) / whole,
         findings=_named_once(one.findings, other.findings),

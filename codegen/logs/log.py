@@ -32,7 +32,7 @@ class Finding:
 
 
 @dataclass(frozen=True)
-class Intake:
+class RawData:
     """Properties of the raw file, before the data were put on a uniform grid.
 
     Attributes:
@@ -104,7 +104,7 @@ class Log:
     gaps: tuple[tuple[int, int], ...] = ()
     joints: tuple[tuple[int, int], ...] = ()
     records: tuple[Log, ...] = ()
-    intake: Intake = field(default_factory=Intake)
+    raw_data: RawData = field(default_factory=RawData)
     description: LogDescription = EMPTY_DESCRIPTION
     counted: Flags | None = None
 
@@ -136,7 +136,7 @@ class Log:
     @property
     def units(self) -> dict[str, str]:
         """Symbol → the unit from which it was converted to SI, by the description or else by the file."""
-        return {**self.intake.applied_units, **self.description.units}
+        return {**self.raw_data.applied_units, **self.description.units}
 
     def scale_lines(self, factors: Mapping[str, float], spec: Spec) -> str:
         """The lines of meta.yaml that multiply the values of symbols, as read, by factors; for a message.

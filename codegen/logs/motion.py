@@ -115,7 +115,7 @@ def _threshold(log: Log, smooth: Array, velocities: Array, usable: Flags, cutoff
     noise = np.median(np.abs(log.positions - smooth)[usable], axis=0) / 0.6745
     through = 2 * np.pi * np.sqrt(2 * cutoff**3 / (3 * rate))  # white position noise → RMS velocity below the cut-off
     declared = log.encoder_step or (0.0,) * n
-    seen = log.intake.smallest_step or (0.0,) * n
+    seen = log.raw_data.smallest_step or (0.0,) * n
     step = np.array([a or b for a, b in zip(declared, seen, strict=True)])
     top: Array = np.percentile(np.abs(velocities[usable]), 99.5, axis=0)
     floor: Array = np.max([NOISE_FACTOR * through * noise, 2 * cutoff * step, SHARE_OF_TOP_SPEED * top], axis=0)

@@ -16,7 +16,7 @@ from codegen.base.errors import BadInput, Place, nearest_name
 from codegen.base.input_files import alike, identity, is_there, opened
 from codegen.base.user_text import shown
 from codegen.logs.binding import Binding, bind, column_of, time_of
-from codegen.logs.cleaning import Clean, clean, in_time
+from codegen.logs.cleaning import CleanedRows, clean, in_time
 from codegen.logs.counters import corrected, counter_findings, repeats, require_columns, smallest_step
 from codegen.logs.description import EMPTY_DESCRIPTION, ZERO_ORDER, Lengths, LogDescription, read_description
 from codegen.logs.formats.bag_file import BagFolder, Db3Storage, is_bag
@@ -35,7 +35,7 @@ from codegen.logs.formats.source import LARGEST_STREAM, Allowance, BlockFile, Co
 from codegen.logs.formats.tdms_file import TdmsFile
 from codegen.logs.formats.ulog_file import UlogFile
 from codegen.logs.joined import join_logs
-from codegen.logs.log import Finding, Intake, Log
+from codegen.logs.log import Finding, Log, RawData
 from codegen.logs.term import columns_of, compute
 from codegen.logs.uniform import Uniform, uniform
 from codegen.spec.model import Spec
@@ -285,7 +285,7 @@ def log_description(path: Path, description: str | Path | None) -> LogDescriptio
     return read_description(beside) if is_there(beside) else EMPTY_DESCRIPTION
 
 
-def _cleaned(raw: Columns, place: Place, binding: Binding, spec: Spec, description: LogDescription) -> Clean:
+def _cleaned(raw: Columns, place: Place, binding: Binding, spec: Spec, description: LogDescription) -> CleanedRows:
     """The cleaned columns with time first, which is made from the description's sample rate if no column has it."""
     inputs = {i.name for i in spec.inputs}
     symbols = list(binding.terms)
@@ -304,7 +304,7 @@ def _cleaned(raw: Columns, place: Place, binding: Binding, spec: Spec, descripti
     return _with_integrals(cleaned, symbols[1:], binding, spec)
 
 
-def _with_integrals(cleaned: Clean, symbols: Sequence[str], binding: Binding, spec: Spec) -> Clean:
+def _with_integrals(cleaned: CleanedRows, symbols: Sequence[str], binding: Binding, spec: Spec) -> CleanedRows:
     """Positions, velocities if all were logged, and inputs; positions without a column are integrals of velocities."""
     given = dict(zip(symbols, cleaned.data.T, strict=True))
     for c in spec.coordinates:
@@ -320,7 +320,7 @@ def _log(
     description: LogDescription,
     notes: Sequence[str],
     binding: Binding,
-    cleaned: Clean,
+    cleaned: CleanedRows,
     found: Sequence[tuple[tuple[str, ...], Finding]],
     step: float | None,
 ) -> Log:
@@ -338,7 +338,7 @@ def _log(
         for j, name in enumerate(spec.positions)  # an integral does not show the steps of a sensor
     )
     repeated, stale = repeats(cleaned.data[:, :split], steps)
-    intake = Intake(
+    raw_data = RawData(
         rows=len(cleaned.time),
         jitter=grid.jitter,
         longest_step=grid.longest_step,
@@ -368,7 +368,7 @@ def _log(
         encoder_step=encoder,
         notes=(*notes, *binding.notes, *_notes_of(spec, description), *cleaned.notes, *grid.notes),
         gaps=grid.gaps,
-        intake=intake,
+        raw_data=raw_data,
         description=description,
     )
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from codegen.base.arrays import Array
 from codegen.base.errors import BadInput, refuse_unknown
-from codegen.base.shown import Result
+from codegen.base.result import Result
 from codegen.logs.formats.source import NotStreamed
 from codegen.program import Program
 from codegen.replay.engine import Engine, Faults

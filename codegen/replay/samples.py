@@ -123,7 +123,7 @@ class Samples:
             raise BadInput(why.place, why.found, expected, code="LOG008")
         log = read_log(self._path, self._spec, description=self._given, columns=self._columns)
         if not abs(log.sample_time / self.period - 1) <= JITTER:
-            taken = log.intake.time_unit
+            taken = log.raw_data.time_unit
             found = f"a sample every {log.sample_time:.6g} s{taken}, where the observer takes {self.period:.6g} s"
             scale = log.description.stated_scale("t", self._spec)
             hint = time_unit_hint(log.sample_time, self.period, scale, bool(taken) or "t" in log.description.units)
@@ -131,7 +131,7 @@ class Samples:
             expected = f"a log at the observer's sample time, or {'if its time is right, ' if hint else ''}{otherwise}"
             found += f": {hint}" if hint else ""
             raise BadInput(Place(str(self._path)), found, expected, code="LOG013")
-        self.notes = [*log.notes, *(finding.words for finding in log.intake.findings)]
+        self.notes = [*log.notes, *(finding.words for finding in log.raw_data.findings)]
         values = self._of_log(log)
         for start, stop in log.segments:
             for first in range(start, stop, ROWS):

@@ -16,7 +16,7 @@ import sympy
 
 from codegen.base.arrays import Array
 from codegen.base.own_files import write_page
-from codegen.base.shown import named
+from codegen.base.result import named
 from codegen.base.text import render
 from codegen.effects import CATALOGUE, Effect, EffectParameter
 from codegen.effects.declare import effect_symbols, places_of

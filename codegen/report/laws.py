@@ -15,7 +15,7 @@ import numpy as np
 import sympy
 
 from codegen.base.own_files import write_page
-from codegen.base.shown import named
+from codegen.base.result import named
 from codegen.base.text import render
 from codegen.friction import LAWS, FrictionLaw, LawParameter
 from codegen.mechanics.contacts import admissible

@@ -24,7 +24,7 @@ def place_of(spec: Spec, name: str) -> Place:
 
 
 @contextmanager
-def placed(spec: Spec) -> Iterator[None]:
+def with_place(spec: Spec) -> Iterator[None]:
     """Context that adds a place to a BadInput raised without the spec: that of the name it is about, or of the spec."""
     try:
         yield

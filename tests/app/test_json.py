@@ -15,7 +15,7 @@ import typer
 
 from codegen.app.verbs import app
 from codegen.base.error_codes import CODES
-from codegen.base.shown import plain
+from codegen.base.result import plain
 from codegen.effects import CATALOGUE
 from codegen.friction import LAWS
 

@@ -13,7 +13,7 @@ from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.signals import smooth_motion
 from codegen.logs import Log
 from codegen.logs.description import LogDescription
-from codegen.logs.log import Intake
+from codegen.logs.log import RawData
 from tests.diagnosis.stage import log_of, stage, system_of
 
 STEP = 1e-4
@@ -34,7 +34,7 @@ def of_speed(log: Log, rows: int, ahead: int = 0, noise: float = 0.0, **descript
     positions = np.concatenate([[0.0], np.cumsum((speed[1:] + speed[:-1]) / 2 * h)])[:, None]
     about = LogDescription().model_copy(update=description)
     return replace(
-        log, positions=positions, velocities=speed[:, None], description=about, intake=Intake(integrated=(True,))
+        log, positions=positions, velocities=speed[:, None], description=about, raw_data=RawData(integrated=(True,))
     )
 
 

@@ -39,7 +39,7 @@ def test_the_noise_is_that_of_the_speed(tmp_path: Path) -> None:
     """And what it makes of the acceleration is what differs from the acceleration of the same motion without noise."""
     clean = log_of(stage(), tmp_path, "train.csv")
     log = speed_only(clean, tmp_path)
-    assert log.intake.integrated == (True,) and clean.intake.integrated == (False,)
+    assert log.raw_data.integrated == (True,) and clean.raw_data.integrated == (False,)
     motion, quiet = (smooth_motion(one, 10.0) for one in (log, clean))
     assert motion.noise[0] == pytest.approx(SIGMA, rel=0.1)
     off = motion.low_pass(motion.accelerations - quiet.accelerations)[motion.usable, 0]

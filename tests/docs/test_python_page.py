@@ -10,7 +10,7 @@ import pytest
 
 import stiction
 from codegen.analysis.analysis import Analysis
-from codegen.base.shown import Result
+from codegen.base.result import Result
 from codegen.replay.over_log import Replayed
 
 from .commands import ROOT

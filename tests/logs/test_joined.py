@@ -32,7 +32,7 @@ def test_records_of_one_rate_are_kept_as_they_are(tmp_path, spec):
     start, stop = log.gaps[0]
     speed = np.abs(np.diff(log.positions[start - 2 : stop + 2, 0])) / 0.002
     assert speed.max() < 2.0 and np.abs(np.diff(speed)).max() < 0.02
-    assert log.intake.rows == sum(one.intake.rows for one in alone)
+    assert log.raw_data.rows == sum(one.raw_data.rows for one in alone)
 
 
 def test_records_of_different_rates_share_the_finest_one(tmp_path, spec):
@@ -46,8 +46,8 @@ def test_records_of_different_rates_share_the_finest_one(tmp_path, spec):
         assert np.abs(log.positions[a:b, 0] - 0.1 * np.sin(3 * t)).max() < 1e-6
         assert np.abs(np.diff(log.positions[a:b, 0], 2) / 0.0013**2 + 0.9 * np.sin(3 * t[1:-1])).max() < 0.02
     assert [one.sample_time for one in log.records] == list(steps)
-    assert log.files == "0.csv, 1.csv, 2.csv" and log.intake.rows == 2500 + 3846 + 385
-    assert not log.intake.resampled and log.intake.jitter < 1e-6
+    assert log.files == "0.csv, 1.csv, 2.csv" and log.raw_data.rows == 2500 + 3846 + 385
+    assert not log.raw_data.resampled and log.raw_data.jitter < 1e-6
     found = {f.topic: f for f in preflight(log, spec)}
     assert found["sample rate"].figures["records"] == 3 and "76.92 to 769.2 Hz" in found["sample rate"].words
     assert "in 1 of them a reversal" in found["sample rate"].words

@@ -83,7 +83,7 @@ def test_text_with_comma_and_blank(tmp_path, name):
     read = read_log(LAAS / f"{name}.txt", LAAS_SPEC, description=tmp_path / "meta.yaml")
     table = np.genfromtxt(LAAS / f"{name}.txt", delimiter=",", names=True)
     assert np.allclose(read.positions[:, 0], np.interp(read.time, table["Time"], table["Position"]), atol=1e-9)
-    assert read.sample_time == pytest.approx(0.001, rel=1e-3) or read.intake.resampled
+    assert read.sample_time == pytest.approx(0.001, rel=1e-3) or read.raw_data.resampled
     assert told(read, LAAS_SPEC)["motion of q"]
 
 
@@ -112,7 +112,7 @@ def test_json_records_beside_scalars(tmp_path):
     read = read_log(path, SERVO, description=tmp_path / "meta.yaml")
     entries = json.loads(path.read_text())["entries"]
     at = np.array([e["timestamp"] for e in entries])
-    assert read.intake.rows == len(at)
+    assert read.raw_data.rows == len(at)
     assert np.allclose(read.positions[:, 0], np.interp(read.time, at, [e["position"] for e in entries]), atol=1e-9)
     volts = np.array([e["load"] / 885 * e["input_volts"] * e["torque_enable"] for e in entries])
     assert read.inputs.max() <= volts.max() + 1e-9 and read.inputs.mean() == pytest.approx(volts.mean(), rel=0.02)
@@ -225,7 +225,7 @@ def test_two_files_side_by_side_without_time(tmp_path):
     assert np.allclose(read.inputs, torque @ reduction, atol=1e-12)
     rms = np.sqrt(np.mean(read.inputs**2, axis=0))
     assert rms == pytest.approx([31.4, 32.8, 12.2, 5.8, 8.3, 5.0], rel=0.02)
-    assert 0.08 < read.intake.repeated < 0.10
+    assert 0.08 < read.raw_data.repeated < 0.10
 
 
 TRAIN = {

@@ -132,7 +132,7 @@ def test_isolated_missing_values(tmp_path, spec):
     log = read_log(path, spec)
     assert abs(log.positions[7, 0] - kept[7]) < 1e-5
     assert log.inputs[40, 0] == pytest.approx(made["w"][39], abs=1e-8)
-    assert log.intake.repaired == {"x": 2, "w": 1} and log.intake.dropped == 1
+    assert log.raw_data.repaired == {"x": 2, "w": 1} and log.raw_data.dropped == 1
     assert log.size == 5000 and len(log.notes) == 4
     assert "a.csv:9: x" in log.notes[1] and "a.csv:52" in log.notes[0]
 
@@ -143,7 +143,7 @@ def test_repeated_rows(tmp_path, spec):
     made = {k: v[order].copy() for k, v in made.items()}
     made["x"][21 + 1] += 1.0  # the repetition of row 20 with other data
     log = read_log(write_csv(tmp_path / "a.csv", made), spec)
-    assert log.size == 500 and log.intake.dropped == 2
+    assert log.size == 500 and log.raw_data.dropped == 2
     assert any("that repeat another" in n for n in log.notes) and any(
         "other data at the same time" in n for n in log.notes
     )

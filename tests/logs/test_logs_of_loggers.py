@@ -277,7 +277,7 @@ def test_words_for_a_missing_value(tmp_path, spec, word):
     (tmp_path / "meta.yaml").write_text(f"missing: fill\n{MS}")
     log = read_log(tmp_path / "a.csv", spec)
     assert log.size == len(T) and np.allclose(log.positions[:, 0], X, atol=1e-5)
-    assert log.intake.repaired == {"x": 1}
+    assert log.raw_data.repaired == {"x": 1}
 
 
 @pytest.mark.parametrize("torn", ["1000,0.0021002,0.01,3.0", "1000,0.00", "1000,0.0.2,3", "10\ufffd0,0.0,3"])

@@ -57,9 +57,9 @@ def test_a_joint_in_brackets_is_no_unit(tmp_path: Path, spec: Any, joint: str) -
     columns = {symbol: name.replace("rail", joint) for symbol, name in COLUMNS.items()}
     log = read_log(path, spec, columns=columns)
     check(log)
-    assert not log.intake.findings and not any("unit" in note for note in log.notes)
+    assert not log.raw_data.findings and not any("unit" in note for note in log.notes)
     half = read_log(path, spec, columns=columns | {"w": f"{identifier(columns['w'])}/2"})
-    assert np.array_equal(half.inputs[:, 0], MADE["w"] / 2) and not half.intake.findings
+    assert np.array_equal(half.inputs[:, 0], MADE["w"] / 2) and not half.raw_data.findings
 
 
 @pytest.mark.parametrize("storage", ["MCAP", "SQLITE3"])

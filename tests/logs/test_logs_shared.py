@@ -33,14 +33,14 @@ def test_practice_logs(tier, every):
         assert np.array_equal(log.inputs, table[:, [header.index(i.name) for i in spec.inputs]])
         assert (log.velocities is not None) == (spec.velocities[0] in header)
         assert not log.notes
-        assert not log.gaps and not log.intake.resampled
+        assert not log.gaps and not log.raw_data.resampled
         evaluation = log.description.evaluation
         assert log.cutoff_hz and (evaluation.trim_s, evaluation.restart_s) == (1.0, 0.5)
         assert log.tolerance == (0.01 if tier == "hard" else None)
         truth = json.loads((case / "truth.json").read_text())
         steps = truth["noise"]["encoder_step"]
         assert log.encoder_step == pytest.approx(steps)
-        assert log.intake.smallest_step == pytest.approx(steps, rel=1e-2)
+        assert log.raw_data.smallest_step == pytest.approx(steps, rel=1e-2)
 
 
 @needs_shared
@@ -108,7 +108,7 @@ def test_motor():
     for path in sorted((SHARED / "data" / "odrive_cogging").glob("*.csv")):
         log = read_log(path, spec)
         table = np.loadtxt(path, delimiter=",", skiprows=1)
-        assert log.intake.resampled and log.size * log.sample_time == pytest.approx(table[-1, 0], abs=0.01)
+        assert log.raw_data.resampled and log.size * log.sample_time == pytest.approx(table[-1, 0], abs=0.01)
         at = np.interp(log.time, table[:, 0], table[:, 1] * 2 * np.pi / 8192)
         assert np.allclose(log.positions[:, 0], at, atol=1e-9)
         assert {f.topic for f in preflight(log, spec)} >= {"jitter", "motion of th", "sign and scale of i"}
@@ -143,5 +143,5 @@ def test_double_pendulum(name):
     assert log.sample_time == pytest.approx(0.002, rel=1e-6) and log.velocities is not None
     for j in range(2):
         assert np.allclose(log.positions[:, j], np.interp(log.time, table[:, 0], table[:, 1 + j]), atol=1e-9)
-    assert log.intake.smallest_step == pytest.approx((3.8148e-4, 3.8148e-4), rel=1e-3)
+    assert log.raw_data.smallest_step == pytest.approx((3.8148e-4, 3.8148e-4), rel=1e-3)
     assert preflight(log, spec)

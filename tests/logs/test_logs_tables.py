@@ -69,22 +69,22 @@ def test_it_is_said_where_the_header_was_found(tmp_path, spec):
     assert notes[0] == "the header is line 3 (t, x, w), 2 lines before it"
     assert notes[1] == "a line of units under the header (s, m, %)"
     doubt = "w in `%`, which is no unit of N: its numbers are used unchanged"
-    assert len([f for f in log.intake.findings if doubt in f.words]) == 1 and not any(doubt in n for n in notes)
+    assert len([f for f in log.raw_data.findings if doubt in f.words]) == 1 and not any(doubt in n for n in notes)
     (tmp_path / "b.csv").write_text(READ["a spreadsheet around it"].replace(",,\n", ",,was -8\n"))
     assert any("`was -8` of line 5 is not read" in n for n in read_log(tmp_path / "b.csv", spec).notes)
 
 
 def test_units_of_each_other_ask_whether_columns_are_exchanged(tmp_path, spec):
     (tmp_path / "a.csv").write_text("t,x,w\ns,N,mm\n" + table())
-    words = {f.topic: f.words for f in read_log(tmp_path / "a.csv", spec).intake.findings}
+    words = {f.topic: f.words for f in read_log(tmp_path / "a.csv", spec).raw_data.findings}
     assert "unit of w" in words["unit of x"] and "unit of x" in words["unit of w"]
     (tmp_path / "c.csv").write_text("t,pos_kN,force_mm\n" + table())
     (tmp_path / "meta.yaml").write_text("columns: {x: pos_kN, w: force_mm}\n")
-    words = {f.topic: f.words for f in read_log(tmp_path / "c.csv", spec).intake.findings}
+    words = {f.topic: f.words for f in read_log(tmp_path / "c.csv", spec).raw_data.findings}
     assert "unit of w" in words["unit of x"] and "unit of x" in words["unit of w"]
     (tmp_path / "meta.yaml").unlink()
     (tmp_path / "b.csv").write_text("t,x,w\ns,m,V\n" + table())
-    (other,) = read_log(tmp_path / "b.csv", spec).intake.findings
+    (other,) = read_log(tmp_path / "b.csv", spec).raw_data.findings
     assert "exchanged" not in other.words
 
 

@@ -14,8 +14,8 @@ def test_jitter(tmp_path, spec):
     t = np.cumsum(0.002 * (1 + 0.2 * generator.uniform(-1, 1, 4000)))
     made = {"t": t, "x": np.sin(3 * t), "w": np.cos(2 * t)}
     log = read_log(write_csv(tmp_path / "a.csv", made), spec)
-    assert log.intake.resampled and "irregular time stamps" in log.notes[0]
-    assert log.intake.jitter == pytest.approx(0.2 / np.sqrt(3), rel=0.05)
+    assert log.raw_data.resampled and "irregular time stamps" in log.notes[0]
+    assert log.raw_data.jitter == pytest.approx(0.2 / np.sqrt(3), rel=0.05)
     assert np.allclose(np.diff(log.time), log.sample_time)
     assert np.abs(log.positions[:, 0] - np.sin(3 * log.time)).max() < 1e-5  # linear interpolation: 9 h²/8
     # The held input lags half a step in the file as on the grid.
@@ -37,7 +37,7 @@ def test_one_late_row_leaves_the_rest_as_it_was(tmp_path, spec):
     made = rows(4)
     made["t"][1:] += 0.0013
     log = read_log(write_csv(tmp_path / "a.csv", made, fmt="%.15g"), spec)
-    assert log.intake.resampled and log.size == len(made["t"])
+    assert log.raw_data.resampled and log.size == len(made["t"])
     assert np.abs(log.positions[2:, 0] - made["x"][2:]).max() < 1e-9
     assert np.abs(log.inputs[2:, 0] - made["w"][2:]).max() < 1e-6
 
@@ -61,4 +61,4 @@ def test_rounded_stamps_are_taken_as_regular(tmp_path, spec):
     made = rows(10, 300)
     made["t"] = np.round(made["t"], 5)  # 0.3 % of a step
     log = read_log(write_csv(tmp_path / "a.csv", made), spec)
-    assert not log.intake.resampled and log.sample_time == pytest.approx(1 / 300, rel=1e-5)
+    assert not log.raw_data.resampled and log.sample_time == pytest.approx(1 / 300, rel=1e-5)

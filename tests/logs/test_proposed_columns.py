@@ -141,7 +141,7 @@ def test_a_unit_of_a_name_is_told_where_it_makes_the_log_too_short(tmp_path, mot
         smooth_motion(log)
     (tmp_path / "meta.yaml").write_text("units: {t: s}\n")
     log = read_log(tmp_path / "a.csv", motor)
-    assert log.sample_time == pytest.approx(2e-3) and not log.intake.inferred_units
+    assert log.sample_time == pytest.approx(2e-3) and not log.raw_data.inferred_units
 
 
 TWO = """name: pair

@@ -17,9 +17,9 @@ from codegen.diagnosis.evidence.residual_regression import LEAST_ROWS
 from codegen.diagnosis.evidence.score_test import along_best, t_of_scores
 from codegen.diagnosis.fit.credit import SIGN_BLOCKS, are_large, p_of_log_ratios, p_of_sign_flips
 from codegen.diagnosis.fit.force_rows import residual_slopes
+from codegen.diagnosis.fit.identity_cache import OF_MODELS, identity_cache
 from codegen.diagnosis.fit.linear import correlation, independent
 from codegen.diagnosis.fit.output_error import Fit
-from codegen.diagnosis.fit.recent import OF_MODELS, recent
 from codegen.diagnosis.fit.residual import (
     Problem,
     forces_without_values,
@@ -189,7 +189,7 @@ class ForceCriterion:
         toleranced = search.moved[len(search.problem.levels) :]
         return residual_slopes(with_values(search.system, values), search.motion, toleranced)
 
-    @recent(OF_MODELS)
+    @identity_cache(OF_MODELS)
     def without_own_values(self, joint: int | None) -> Array:
         """``without_values`` with the fit's own slopes."""
         return self.without_values(self.slopes, joint)

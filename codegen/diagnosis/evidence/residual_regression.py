@@ -18,9 +18,9 @@ from scipy.interpolate import BSpline
 from codegen.base.arrays import Array
 from codegen.base.parallel import in_processes
 from codegen.diagnosis.evidence.changes_in_time import ChangesInTime, changes_in_time
+from codegen.diagnosis.fit.identity_cache import OF_MODELS, identity_cache
 from codegen.diagnosis.fit.linear import rms
 from codegen.diagnosis.fit.measure import drive_force
-from codegen.diagnosis.fit.recent import OF_MODELS, recent
 from codegen.diagnosis.fit.residual import contacts_on, evaluate_forces, residual_at_drive, slip_velocities
 from codegen.diagnosis.fit.signals import Motion, central_difference
 from codegen.diagnosis.fit.starting_values import resonances, resonant
@@ -147,7 +147,7 @@ def _changed(
     return ChangesInTime(left.changes, share * left.share, share * left.whole)
 
 
-@recent(OF_MODELS)
+@identity_cache(OF_MODELS)
 def acting_force(system: System, motion: Motion) -> Array:
     """(N, n) low-passed force of the inputs on each coordinate; the row of M a if no input acts."""
     drive = motion.low_pass(drive_force(system, motion))

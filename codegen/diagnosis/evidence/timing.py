@@ -338,8 +338,8 @@ def rows_of_difference(speed: Array, h: float) -> int:
 def late_speeds(problem: Problem, log: Log) -> tuple[float, tuple[Finding, ...]]:
     """Delay of the logged motion in rows, and the finding; 0 unless noise and inputs agree on it."""
     velocities = [v.name for v in problem.system.velocities]
-    integrated = log.intake.integrated
-    unknown = log.intake.resampled or log.velocities is None or not integrated or not all(integrated)
+    integrated = log.raw_data.integrated
+    unknown = log.raw_data.resampled or log.velocities is None or not integrated or not all(integrated)
     if unknown or log.velocities is None or problem.system.actuators or set(velocities) & set(log.description.late):
         return 0.0, ()
     found = {rows_of_difference(column, log.sample_time) for column in log.velocities.T}

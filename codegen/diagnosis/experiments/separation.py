@@ -240,13 +240,13 @@ def _energy(run: LoopRun, h: float) -> float:
 def _measured(search: Search, log: Log, positions: Array, seed: int) -> Array:
     """Positions with the resolution and noise of this log's sensors."""
     n = positions.shape[1]
-    step = np.array(log.encoder_step or log.intake.smallest_step or (0.0,) * n)
+    step = np.array(log.encoder_step or log.raw_data.smallest_step or (0.0,) * n)
     stated = np.array(log.description.position_noise_rms or (0.0,) * n)
     noise = np.where((step > 0) | (stated > 0), stated, search.record.noise)
     sensors = Sensors(np.broadcast_to(noise, n), np.broadcast_to(step, n))
     noises = sensors.noise(len(positions), n, seed)[0]
-    if any(log.intake.integrated):
-        noises = np.where(log.intake.integrated, np.cumsum(noises, axis=0), noises)
+    if any(log.raw_data.integrated):
+        noises = np.where(log.raw_data.integrated, np.cumsum(noises, axis=0), noises)
     return sensors.encoded(positions, noises)
 
 

@@ -22,7 +22,7 @@ import sympy
 from numpy.typing import NDArray
 
 from codegen.base.arrays import Array
-from codegen.diagnosis.fit.recent import recent
+from codegen.diagnosis.fit.identity_cache import identity_cache
 from codegen.diagnosis.fit.record import Record
 from codegen.diagnosis.fit.shooting import FreeRun, Shooter, Structure, has_bristles, owners, terms_of
 from codegen.diagnosis.fit.signals import central_difference
@@ -149,7 +149,7 @@ class RigidTerms:
     def declared(self) -> Array:
         return np.array([float(self.system.values[s]) for s in self.parameters])
 
-    @recent(KEPT)
+    @identity_cache(KEPT)
     def along(self, positions: Array, velocities: Array, sample_time: float) -> MotionTerms:
         """The terms along a smoothed motion, positions and velocities (N, n)."""
         system, n = self.system, self.system.degrees_of_freedom
@@ -358,7 +358,7 @@ class JointShooter:
             self.memory.put(key, found)
         return found
 
-    @recent(DRIVES)
+    @identity_cache(DRIVES)
     def _driven(self, drive: Array, joint: Joint) -> tuple[Array, int]:
         """(N substeps, inputs of the joint) its effective inputs, and a number for their content."""
         inputs = drive[:, [self.terms.system.inputs.index(w) for w in joint.inputs]]
@@ -379,13 +379,13 @@ class JointShooter:
         return found
 
 
-@recent(KEPT)
+@identity_cache(KEPT)
 def _content_of(record: Record, i: int) -> tuple[int, ...]:
     """Numbers for the motion of one coordinate in a record."""
     return tuple(hash(values[:, i].tobytes()) for values in (record.positions, record.velocities))
 
 
-@recent(KEPT)
+@identity_cache(KEPT)
 def _record_of(record: Record, i: int) -> Record:
     """The record of one coordinate."""
     return replace(

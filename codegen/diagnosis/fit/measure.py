@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from codegen.base.arrays import Array
 from codegen.diagnosis.fit.credit import SIGN_BLOCKS
+from codegen.diagnosis.fit.identity_cache import OF_MODELS, identity_cache
 from codegen.diagnosis.fit.linear import rms
-from codegen.diagnosis.fit.recent import OF_MODELS, recent
 from codegen.diagnosis.fit.residual import (
     effective_inputs,
     evaluate_forces,
@@ -106,7 +106,7 @@ def free_run_errors(
     return [float(e) for e in np.where(still, np.nan, np.sqrt(np.mean(squares, axis=0)))], parts
 
 
-@recent(OF_MODELS)
+@identity_cache(OF_MODELS)
 def free_run_series(system: System, motion: Motion, restart_s: float = RESTART_S) -> Array:
     """Predicted less raw position in free-run simulation, (N, n); inf where the run diverges."""
     h = motion.sample_time
@@ -120,7 +120,7 @@ def free_run_series(system: System, motion: Motion, restart_s: float = RESTART_S
     return np.asarray(predicted - motion.measured)
 
 
-@recent(OF_MODELS)
+@identity_cache(OF_MODELS)
 def drive_force(system: System, motion: Motion) -> Array:
     """(N, n) the part of g due to the inputs: g(x, v, w) − g(x, v, 0)."""
     still = system.force.subs(dict.fromkeys(system.inputs, 0))
@@ -128,7 +128,7 @@ def drive_force(system: System, motion: Motion) -> Array:
     return np.asarray(forces[0])
 
 
-@recent(OF_MODELS)
+@identity_cache(OF_MODELS)
 def inverse_mass(system: System, motion: Motion) -> Array:
     """(N, n, n) M(x)⁻¹ along a motion."""
     columns = [Matrix(system.mass_matrix[:, j]) for j in range(system.degrees_of_freedom)]

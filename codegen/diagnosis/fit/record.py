@@ -232,7 +232,7 @@ def position_noise(motion: Motion, log: Log) -> Array:
     """
     walks = np.array(motion.integrated or (False,) * motion.measured.shape[1])
     seen = motion.noise * np.where(walks, motion.sample_time, 1.0)
-    step = np.array(log.encoder_step or log.intake.smallest_step or (0.0,) * len(seen)) / np.sqrt(12)
+    step = np.array(log.encoder_step or log.raw_data.smallest_step or (0.0,) * len(seen)) / np.sqrt(12)
     stated = np.hypot(step, np.array(log.description.position_noise_rms or (0.0,) * len(seen)))
     fastest = _fastest_noise(motion.measured)
     stated = np.where(fastest > JITTERS * stated, fastest, stated) * ((stated > 0) & ~walks)

@@ -15,7 +15,7 @@ from scipy.ndimage import binary_closing, binary_opening, maximum_filter1d
 from scipy.optimize import lsq_linear
 
 from codegen.base.arrays import Array
-from codegen.diagnosis.fit.recent import OF_MODELS, recent
+from codegen.diagnosis.fit.identity_cache import OF_MODELS, identity_cache
 from codegen.diagnosis.fit.record import STEPS_PER_PERIOD, Record
 from codegen.diagnosis.fit.shooting import all_law_terms, owners
 from codegen.diagnosis.fit.signals import Motion, central_difference, derivative_noise, white_noise
@@ -60,7 +60,7 @@ def force_function(
     return casadi.Function("forces", [casadi.vertcat(point, more)], [found])
 
 
-@recent(OF_MODELS)
+@identity_cache(OF_MODELS)
 def true_motion(system: System, motion: Motion) -> tuple[Array, Array, Array]:
     """Positions, velocities and accelerations corrected for the declared sensor errors."""
     if not system.sensor_errors:
@@ -82,7 +82,7 @@ def level_parameters(system: System) -> list[sympy.Symbol]:
     return found
 
 
-@recent(OF_MODELS)
+@identity_cache(OF_MODELS)
 def slip_velocities(system: System, motion: Motion) -> Array:
     """Slip velocity of each contact, (N, contacts)."""
     rest = [0] * (system.degrees_of_freedom - 1)
@@ -181,7 +181,7 @@ BODIES = 4
 """Forces of an arm's bodies that are kept for all models: fits run one after another."""
 
 
-@recent(OF_MODELS)
+@identity_cache(OF_MODELS)
 def effective_inputs(system: System, motion: Motion) -> Array:
     """Outputs of the declared actuators for the motion's inputs, (N, m), the inputs of ``System.equation_error``."""
     inputs = motion.inputs.copy()
@@ -224,13 +224,13 @@ def used_samples(system: System, motion: Motion, noise_speed: Array | float = 0.
     return rows
 
 
-@recent(OF_MODELS)
+@identity_cache(OF_MODELS)
 def inverse_dynamics_residual(system: System, motion: Motion) -> Array:
     """Low-passed force residual g − M a − U λ at every sample, (N, n), with the system's friction levels."""
     return motion.low_pass(unfiltered_residual(system, motion))
 
 
-@recent(OF_MODELS)
+@identity_cache(OF_MODELS)
 def residual_at_drive(system: System, motion: Motion) -> Array:
     """The residual over ``drive_left`` at each sample, low-passed, (N, n): comparable between models that scale the
     drive force.
@@ -242,7 +242,7 @@ def residual_at_drive(system: System, motion: Motion) -> Array:
     return np.asarray(motion.low_pass(unfiltered_residual(system, motion) / relative) / left.at(np.zeros(0)))
 
 
-@recent(OF_MODELS)
+@identity_cache(OF_MODELS)
 def residual_over_friction(system: System, motion: Motion) -> Array:
     """The residual over the fraction of the drive force that friction leaves, at each sample, low-passed, (N, n)."""
     left = DriveLeft(Trial(replace(system, actuators={}), (), ()), motion)
@@ -467,7 +467,7 @@ def rubs_by_load(system: System) -> bool:
     return any(c.force.has(w) for c in system.contacts for w in system.inputs)
 
 
-@recent(OF_MODELS)
+@identity_cache(OF_MODELS)
 def _drive(system: System, motion: Motion) -> Array:
     """(N, n) change of g − U λ by the inputs, unfiltered."""
     inputs, (_, others) = effective_inputs(system, motion), _by_bodies(system)
@@ -490,7 +490,7 @@ def _bodies_function(terms: tuple[sympy.Expr, ...], symbols: tuple[sympy.Symbol,
     return function_of(Matrix(terms), symbols)
 
 
-@recent(BODIES)
+@identity_cache(BODIES)
 def _bodies_along(function: casadi.Function, motion: Motion, every: int, *numbers: float) -> Array:
     """(M, n) terms of the bodies at every so many samples of a motion, with these values of their parameters."""
     at = np.hstack([motion.positions, motion.velocities, motion.accelerations])[::every]

@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 from codegen.base.arrays import Array
 from codegen.diagnosis.fit.credit import independent_share, noise_ratio
 from codegen.diagnosis.fit.force_rows import residual_slopes
+from codegen.diagnosis.fit.identity_cache import identity_cache
 from codegen.diagnosis.fit.joints import JointShooter, Memory, RigidTerms, is_separable, rigid_terms
 from codegen.diagnosis.fit.measure import Drive, drive_force
 from codegen.diagnosis.fit.output_error import FINE_STEP, WITHIN, Fit, Prior, gauss_newton, polish, shooting_fit
-from codegen.diagnosis.fit.recent import recent
 from codegen.diagnosis.fit.record import STEPS_PER_PERIOD, STILL, Record
 from codegen.diagnosis.fit.residual import Problem, evaluate_forces, slip_velocities
 from codegen.diagnosis.fit.shooting import Shooter, has_bristles, level_jumps, terms_of
@@ -161,7 +161,7 @@ class Search:
             search, fit = search.with_noise_floor(fit, 1.0)
         return fit
 
-    @recent(FITS)
+    @identity_cache(FITS)
     def with_noise_floor(self, base: Fit, largest_ratio: float = LARGEST_RATIO) -> tuple[Search, Fit]:
         """The search with noise no smaller than the base's error over ``largest_ratio``, and the base fitted in it.
 
@@ -176,14 +176,14 @@ class Search:
         search = replace(self, record=louder, shorter=lambda share: replace(self.shorter(share), noise=noise))
         return search, search.fitted_again(base)
 
-    @recent(FITS)
+    @identity_cache(FITS)
     def fitted_again(self, fit: Fit) -> Fit:
         """The fit repeated on this record, with its prior precision divided by the share of independent residuals."""
         runner = replace(fit.runner, record=self.record)
         prior = self.prior(runner.trial, fit.theta, independent_share(fit))
         return polish(shooting_fit(runner, fit.theta, fit.offsets, prior, ROUNDS), ROUNDS)
 
-    @recent(FITS)
+    @identity_cache(FITS)
     def without(self, fit: Fit, index: int) -> Fit:
         """The fit with one of its effects removed."""
         trial, theta = fit.trial.without(fit.theta, index)
@@ -251,7 +251,7 @@ class Search:
             scales[k] = np.min(self._forces[acting] / here[acting], initial=np.inf)
         return np.where(np.isfinite(scales), scales, 1.0)  # a value without any influence
 
-    @recent(PARTS)
+    @identity_cache(PARTS)
     def scales_of(self, part: Part) -> Array:
         """Scales of the parameters of an effect, by their units (``size_by_unit``); of a curved coordinate unused."""
         motion, i = self.motion, part.effect.coordinate(self.system, part.place)

@@ -124,12 +124,12 @@ def smooth_motion(log: Log, cutoff_hz: float | None = None, shortest_s: float = 
     """
     h = log.sample_time
     if log.used * h < shortest_s or log.used < 200:
-        found = f"{log.used} samples over {log.used * h:.3g} s{log.intake.time_unit}"
+        found = f"{log.used} samples over {log.used * h:.3g} s{log.raw_data.time_unit}"
         expected = f"at least {shortest_s:g} s and 200 samples for a diagnosis"
         if h < IMPLAUSIBLE_STEP:
             expected += f"; a sample every {h:.3g} s is faster than drives are logged: is t in another unit?"
         raise BadInput(log.where, found, expected, code="LOG009")
-    integrated = log.intake.integrated
+    integrated = log.raw_data.integrated
     coarse = cutoff_hz or log.cutoff_hz or quiet_cutoff(log.positions, h, integrated)
     fine = min(FINE_TO_COARSE * coarse, 0.4 / h)
     positions = low_pass(log.positions, fine, h)

@@ -86,7 +86,7 @@ class Case:
             velocities=np.column_stack([values[name] for name in spec.velocities]) if logged else None,
             inputs=np.column_stack([values[i.name] for i in spec.inputs]) if spec.inputs else log.inputs,
             encoder_step=None,
-            intake=replace(log.intake, smallest_step=()),
+            raw_data=replace(log.raw_data, smallest_step=()),
         )
         motion = measured_motion(other)
         if not motion.usable.any() or (slopes := velocity_mismatch(other, motion)) > FITS:
@@ -164,7 +164,7 @@ def _exchanged(case: Case, sources: Mapping[str, str]) -> Change:
         moved = {name: values[source] / factor[source] * factor[name] for name, source in sources.items()}
         return case.misfit(values | moved)
 
-    entries = (f"{name}: {case.log.intake.columns.get(source, '...')}" for name, source in sources.items())
+    entries = (f"{name}: {case.log.raw_data.columns.get(source, '...')}" for name, source in sources.items())
     lines = f"`columns: {{{', '.join(entries)}}}`"
     return Change(f"the columns of {words} seem exchanged", f"those of {words}", misfit, lines)
 
@@ -186,7 +186,7 @@ def _integrated(case: Case, coordinates: Sequence[str]) -> Change:
             values[name] = way
         return case.misfit(values)
 
-    columns = case.log.intake.columns
+    columns = case.log.raw_data.columns
     some = [c for c in case.spec.coordinates if c.name in coordinates]
     entries = (f"{c.name}: none, {c.velocity}: {shown(str(columns.get(c.name, '...')))}" for c in some)
     lines = f"`columns: {{{', '.join(entries)}}}`, with the column of the position in place of `none` if there is one,"
@@ -244,7 +244,7 @@ def _negated(case: Case) -> Change:
 def changed_columns(case: Case) -> Finding | None:
     """The finding on the change of columns with which the forces balance; None if they do as read, or with no one."""
     now = max(case.forces.moving_misfit, velocity_mismatch(case.log, case.motion))
-    if now <= NEARLY or case.log.intake.doubted:
+    if now <= NEARLY or case.log.raw_data.doubted:
         return None
     tried = [(change.misfit(), change) for change in _changes(case, now)]
     fitting = [(left, change) for left, change in tried if left <= change.enough(now)]

@@ -62,13 +62,13 @@ def audit_force(log: Log, spec: Spec, motion: Motion, steady: frozenset[int] = f
         words = "Too few samples in motion to compare the input's force with the acceleration."
         yield Finding("info", "sign and scale", words, {"samples": float(len(forces.inertia))})
         return
-    doubted = log.intake.doubted & {*spec.positions, *spec.velocities}
+    doubted = log.raw_data.doubted & {*spec.positions, *spec.velocities}
     if doubted:
         for i in spec.inputs:
             yield not_judged(i.name, " and ".join(sorted(doubted)))
         return
     outside = _furthest_outside(log, spec, motion)
-    if not log.intake.doubted:
+    if not log.raw_data.doubted:
         off = list(_computed_from_position(forces, spec, steady)) or wrong_scales(case, steady, outside)
         yield from off
         if any(f.severity == "problem" for f in off):  # with a position in a wrong unit an input cannot be judged

@@ -75,7 +75,7 @@ def audit_inputs(forces: Forces, spec: Spec, outside: Outside | None, log: Log) 
     parts = {what: stacked(force) for what, force in modelled.items()}
     for factor, j in zip(factors, acting, strict=True):
         name = spec.inputs[j].name
-        if name in log.intake.doubted:
+        if name in log.raw_data.doubted:
             yield not_judged(name, name)
             continue
         own = whole + factor * columns[j]

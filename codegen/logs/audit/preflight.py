@@ -81,7 +81,7 @@ def column_problems(log: Log, spec: Spec) -> tuple[Finding, ...]:
         BadInput: if the spec's mechanics cannot be built.
     """
     kept = _kept(log)
-    stored = [*log.intake.findings, *(f for j in range(len(spec.coordinates)) for f in _wraps(log, spec, kept, j))]
+    stored = [*log.raw_data.findings, *(f for j in range(len(spec.coordinates)) for f in _wraps(log, spec, kept, j))]
     if found := tuple(f for f in stored if f.severity == "problem"):
         return found
     motion = measured_motion(log)
@@ -105,8 +105,8 @@ def _on_record(log: Log, reverses: bool) -> Iterator[Finding]:
     yield _length(log)
     yield from _gaps(log)
     yield from _repairs(log)
-    yield from _stale_rows(log.intake.repeated, log.intake.stale)
-    yield from log.intake.findings
+    yield from _stale_rows(log.raw_data.repeated, log.raw_data.stale)
+    yield from log.raw_data.findings
     for note in log.notes:
         yield Finding("info", "reading", f"Reading: {note}.")
 
@@ -128,8 +128,8 @@ def _rate(log: Log, reverses: bool) -> Finding:
     if least > LONG_STEP and reverses:
         unit, factor = next(words for step, words in _UNITS_OF_TIME if least > step)
         hint = f" That is slow for friction: is time in {unit}? (`scale: {{t: {factor}}}` in meta.yaml beside the log)"
-    elif most < SHORTEST_STEP and "t" in log.intake.inferred_units:
-        hint = f" No drive is sampled as fast{log.intake.time_unit}. (`units: {{t: s}}` in meta.yaml beside the log)"
+    elif most < SHORTEST_STEP and "t" in log.raw_data.inferred_units:
+        hint = f" No drive is sampled as fast{log.raw_data.time_unit}. (`units: {{t: s}}` in meta.yaml beside the log)"
     elif most < SHORTEST_STEP:
         hint = " No drive is sampled as fast: is time in days? (`scale: {t: 86400}` in meta.yaml beside the log)"
     elif rate < SLOW_HZ and reverses:
@@ -142,9 +142,9 @@ def _rate(log: Log, reverses: bool) -> Finding:
 
 
 def _jitter(log: Log) -> Finding:
-    jitter = log.intake.jitter
-    figures = {"jitter": jitter, "longest_step": log.intake.longest_step}
-    if not log.intake.resampled:
+    jitter = log.raw_data.jitter
+    figures = {"jitter": jitter, "longest_step": log.raw_data.longest_step}
+    if not log.raw_data.resampled:
         return Finding("info", "jitter", "The time stamps are regular; no value was touched.", figures)
     words = f"The time stamps are irregular (RMS jitter {jitter:.1%} of a step): the data were put on a uniform grid."
     if jitter > MUCH_JITTER:
@@ -174,16 +174,16 @@ def _gaps(log: Log) -> Iterator[Finding]:
 
 
 def _repairs(log: Log) -> Iterator[Finding]:
-    for symbol, count in log.intake.repaired.items():
-        share = count / max(log.intake.rows, 1)
+    for symbol, count in log.raw_data.repaired.items():
+        share = count / max(log.raw_data.rows, 1)
         words = f"{symbol}: {count} missing values ({share:.2%}) were filled in."
         yield Finding(
             _warning_if(share > MANY_REPAIRED), "missing values", words, {"count": float(count), "share": share}
         )
-    if log.intake.dropped:
-        share = log.intake.dropped / (log.intake.rows + log.intake.dropped)
-        words = f"{log.intake.dropped} rows ({share:.2%}) repeat a time stamp or have none, and were left out."
-        figures = {"count": float(log.intake.dropped), "share": share}
+    if log.raw_data.dropped:
+        share = log.raw_data.dropped / (log.raw_data.rows + log.raw_data.dropped)
+        words = f"{log.raw_data.dropped} rows ({share:.2%}) repeat a time stamp or have none, and were left out."
+        figures = {"count": float(log.raw_data.dropped), "share": share}
         yield Finding(_warning_if(share > MANY_REPAIRED), "repeated rows", words, figures)
 
 
@@ -218,7 +218,7 @@ def _on_motion(log: Log, spec: Spec, motion: Motion, kept: Kept) -> Iterator[Fin
 def _encoder(log: Log, spec: Spec, motion: Motion, j: int) -> Finding:
     """The quantisation step of a position, visible and declared."""
     c = spec.coordinates[j]
-    seen = log.intake.smallest_step[j] if log.intake.smallest_step else 0.0
+    seen = log.raw_data.smallest_step[j] if log.raw_data.smallest_step else 0.0
     declared = log.encoder_step[j] if log.encoder_step else 0.0
     noise = float(np.std((log.positions - motion.positions)[motion.usable, j]))
     figures = {"seen": seen, "declared": declared, "noise_rms": noise}
@@ -226,7 +226,7 @@ def _encoder(log: Log, spec: Spec, motion: Motion, j: int) -> Finding:
     if declared and seen and abs(seen / declared - 1) > ENCODER_OFF:
         words = f"{c.name} moves in steps of {seen:.4g} {c.unit}, while the description says {declared:.4g}."
         return Finding("warning", topic, words, figures)
-    finer = 0.0 if seen or not declared or log.intake.resampled else _finer(log, j, declared)
+    finer = 0.0 if seen or not declared or log.raw_data.resampled else _finer(log, j, declared)
     if finer > MANY_FINER:
         figures |= {"finer": finer}
         words = (
@@ -304,7 +304,7 @@ def _wraps(log: Log, spec: Spec, kept: Kept, j: int) -> Iterator[Finding]:
 def _unwrapping(log: Log, spec: Spec, j: int, size: float) -> str:
     """The line of meta.yaml that unwraps a position: by one turn, if it jumps by about that in a known unit."""
     c, where = spec.coordinates[j], "in meta.yaml beside the log"
-    column, unit = log.intake.columns.get(c.name), log.units.get(c.name, c.unit)
+    column, unit = log.raw_data.columns.get(c.name), log.units.get(c.name, c.unit)
     turn = {"rad": "2*pi", "deg": "360"}.get(unit) if c.unit == "rad" else None
     if column is None or turn is None or abs(size / (2 * np.pi) - 1) > ONE_TURN:
         return f"`unwrap: {{COLUMN: {size:.4g}}}` {where}, in the column's own unit and exact period"

@@ -185,7 +185,7 @@ def _other_units(unit: str) -> list[tuple[str, float]]:
 
 def _steps_apart(log: Log) -> bool:
     """Whether a position's quantisation step is a power of ten times the described one."""
-    for seen, stated in zip(log.intake.smallest_step or (), log.encoder_step or (), strict=False):
+    for seen, stated in zip(log.raw_data.smallest_step or (), log.encoder_step or (), strict=False):
         power = float(np.log10(seen / stated)) if seen > 0 and stated > 0 else 0.0
         if round(power) != 0 and abs(power - round(power)) < np.log10(1 + NEAR):
             return True
@@ -315,7 +315,7 @@ def _wrong_time(case: Case) -> Finding | None:
         return None
     c, rate = time.factor, 1 / log.sample_time
     likely = _rounded(rate * c)
-    stamped = "t" in log.intake.columns
+    stamped = "t" in log.raw_data.columns
     line = log.scale_lines({"t": rate / likely}, spec) if stamped else f"`sample_rate_hz: {likely:g}`"
     off = f"{c:.3g} times too long" if c > 1 else f"{1 / c:.3g} times too short"
     words = (

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from codegen.base.own_files import write_page
-from codegen.base.shown import named
+from codegen.base.result import named
 from codegen.base.text import render
 from codegen.thesis.audit.claim import Finding, Verdict
 from codegen.thesis.audit.formula import as_text

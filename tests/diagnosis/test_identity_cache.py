@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from codegen.diagnosis.fit.recent import recent
+from codegen.diagnosis.fit.identity_cache import identity_cache
 
 
 def test_the_same_objects_are_asked_once_and_equal_ones_again() -> None:
     calls: list[float] = []
 
-    @recent(4)
+    @identity_cache(4)
     def doubled(values: np.ndarray, factor: float = 2.0) -> np.ndarray:
         calls.append(factor)
         return factor * values
@@ -28,7 +28,7 @@ def test_the_same_objects_are_asked_once_and_equal_ones_again() -> None:
 def test_the_oldest_result_goes_and_an_object_keeps_its_place_while_its_result_is_kept() -> None:
     calls: list[int] = []
 
-    @recent(2)
+    @identity_cache(2)
     def size(values: list[int]) -> int:
         calls.append(len(values))
         return len(values)
@@ -41,7 +41,7 @@ def test_the_oldest_result_goes_and_an_object_keeps_its_place_while_its_result_i
 
 
 def test_a_kept_array_cannot_be_written_to() -> None:
-    kept = recent(1)(lambda n: np.zeros(n))(3)
+    kept = identity_cache(1)(lambda n: np.zeros(n))(3)
     with pytest.raises(ValueError, match="read-only"):
         kept[0] = 1.0
 
@@ -49,7 +49,7 @@ def test_a_kept_array_cannot_be_written_to() -> None:
 def test_what_fails_is_not_kept() -> None:
     answers = iter([ValueError("first"), None])
 
-    @recent(2)
+    @identity_cache(2)
     def once(key: int) -> int:
         if (error := next(answers)) is not None:
             raise error

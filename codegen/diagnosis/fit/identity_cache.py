@@ -17,7 +17,7 @@ Arguments = ParamSpec("Arguments")
 Result = TypeVar("Result")
 
 
-def recent(most: int) -> Callable[[Callable[Arguments, Result]], Callable[Arguments, Result]]:
+def identity_cache(most: int) -> Callable[[Callable[Arguments, Result]], Callable[Arguments, Result]]:
     """A decorator that keeps a function's last results, at most so many.
 
     Arguments are compared by identity, numbers by value, since models, motions and fits are never changed and comparing
