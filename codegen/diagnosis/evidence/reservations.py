@@ -28,7 +28,10 @@ covers."""
 
 
 def objections(found: FoundEffect, part: Part, problem: Problem) -> list[str]:
-    """Why an effect is not credited: intervals that include its absence or any value, or an incomplete period."""
+    """Why an effect is not credited: intervals that include its absence or any value, or values that no log shows.
+
+    A candidate has passed the tests of its values in its round; effects that are found later change them.
+    """
     words = []
     absent = may_be_absent(part.effect, found.intervals)
     if absent:
@@ -49,6 +52,8 @@ def objections(found: FoundEffect, part: Part, problem: Problem) -> list[str]:
                 f"the 95 % interval of {p.name} ({low:.3g} to {high:.3g}) of {found.kind} reaches below {least:.3g} "
                 f"{found.units[p.name]}: with so small a value the curve is a level on this log"
             )
+    if is_level_or_line(problem.system, problem.motion, part, found.parameters):
+        words.append(f"{found.kind} varies only outside the speeds of the log, within which it is a level or a line")
     if never_passed(problem.system, problem.motion, part, found.parameters):
         stroke, period = _stroke(problem.system, problem.motion, part), found.parameters["period"]
         unit = found.units["period"]
