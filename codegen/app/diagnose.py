@@ -11,7 +11,6 @@ from codegen.app.derived import Derived, Source, derived_from
 from codegen.app.diagnosis_folder import (
     DIAGNOSIS_FILES,
     EXCITATION,
-    FILES_SHA256,
     RESULT,
     hashes_of,
     log_sha256,
@@ -24,6 +23,7 @@ from codegen.base.border import verb
 from codegen.base.errors import BadInput, Place
 from codegen.base.files import refuse_target, remove, write_all
 from codegen.base.input_files import identity, read_text
+from codegen.base.own_files import FILES_SHA256
 from codegen.base.progress import begin
 from codegen.base.result import Result, json_text
 from codegen.base.text import render

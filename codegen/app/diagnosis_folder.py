@@ -7,15 +7,13 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 from codegen.base.errors import BadInput
-from codegen.base.files import json_of, refuse_foreign_json, sha256
-from codegen.base.own_files import edited_files, refuse_unlisted
+from codegen.base.files import json_of, refuse_foreign_json
+from codegen.base.own_files import edited_files, listed_in, refuse_edited_files, refuse_unlisted, text_sha256
 
 RESULT = "diagnosis.json"
 EXCITATION = "excitation.csv"
 DIAGNOSIS_FILES = (RESULT, "spec.yaml", "report.html", EXCITATION)
 FORMAT = "stiction-diagnosis/"
-FILES_SHA256 = "files_sha256"
-"""Field of RESULT: file → SHA-256 of its text as written; a file that it does not name is the user's."""
 
 
 def log_sha256(logs: Sequence[str | Path]) -> list[str]:
@@ -47,34 +45,25 @@ def refuse_not_ours(folder: Path, robot: Mapping[str, str]) -> None:
     """
     refuse_foreign_json(folder / RESULT, FORMAT)
     written = dict.fromkeys(name for name in DIAGNOSIS_FILES if name != RESULT)
-    refuse_unlisted(folder, {**written, **robot}, _listed(folder), RESULT)
-
-
-def _listed(folder: Path) -> Mapping[str, object]:
-    """File → SHA-256 of its text as written, by the diagnosis in a folder; {} without one."""
-    listed = (json_of(folder / RESULT, FORMAT) or {}).get(FILES_SHA256)
-    return listed if isinstance(listed, dict) else {}
+    refuse_unlisted(folder, {**written, **robot}, listed_in(folder / RESULT, FORMAT), RESULT)
 
 
 def hashes_of(files: Mapping[str, str]) -> dict[str, str]:
-    """File → SHA-256 of its text, with line ends \\n; generated code has its own manifest."""
-    own = {name: text for name, text in files.items() if not name.startswith("generated/")}
-    return {name: sha256(text.replace("\r\n", "\n")) for name, text in own.items()}
+    """File → SHA-256 of its text; generated code has its own manifest."""
+    return {name: text_sha256(text) for name, text in files.items() if not name.startswith("generated/")}
 
 
 def refuse_edited_file(folder: Path) -> None:
     """Raise BadInput if the folder has a file that was edited after the diagnosis wrote it."""
-    listed = _listed(folder)
+    listed = listed_in(folder / RESULT, FORMAT)
     edited = edited_files(folder, dict.fromkeys(listed), listed)
-    if edited:
-        found = f"{', '.join(edited)}, edited after stiction wrote it ({RESULT} has another SHA-256)"
-        expected = "another folder by -o DIR, or --force to discard the edits (nothing was replaced)"
-        raise BadInput(str(folder), found, expected, code="FILE008")
+    refuse_edited_files(folder, edited, RESULT, "another folder by -o DIR, or --force to discard the edits")
 
 
 def stale_excitation(folder: Path, files: Iterable[str]) -> list[Path]:
     """The excitation of an earlier diagnosis in the folder, where these files do not replace it."""
-    return [folder / EXCITATION] if EXCITATION in _listed(folder) and EXCITATION not in files else []
+    written = EXCITATION in listed_in(folder / RESULT, FORMAT)
+    return [folder / EXCITATION] if written and EXCITATION not in files else []
 
 
 def refuse_another_log(folder: Path, hashes: Sequence[str]) -> None:

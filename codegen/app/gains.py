@@ -5,7 +5,7 @@ from __future__ import annotations
 import cmath
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -16,11 +16,26 @@ from codegen.analysis.feasibility.failure import Failure
 from codegen.analysis.feasibility.gains import Feasibility, GainSet, assess
 from codegen.analysis.feasibility.noise import DEFAULT_STEP
 from codegen.analysis.feasibility.region import SEARCHED, Margin
-from codegen.analysis.feasibility.suggest import AS_FAST, GAIN_FACTOR, NOISE_SHARE, Suggestion, suggested_text
+from codegen.analysis.feasibility.suggest import (
+    AS_FAST,
+    GAIN_FACTOR,
+    NOISE_SHARE,
+    USEFUL,
+    Suggestion,
+    suggested_text,
+)
 from codegen.app.derived import Source, derived_from
-from codegen.app.gains_bound import USEFUL, GainBound, bounds_at, why_no_bound
+from codegen.app.gains_bound import OWN, GainBound, bound_at, bounds_at, why_no_bound
 from codegen.base.border import verb
-from codegen.base.files import refuse_foreign, refuse_foreign_json, refuse_target, write_all
+from codegen.base.files import refuse_foreign_json, refuse_target, remove, write_all
+from codegen.base.own_files import (
+    FILES_SHA256,
+    edited_files,
+    listed_in,
+    refuse_edited_files,
+    refuse_unlisted,
+    text_sha256,
+)
 from codegen.base.result import Result, json_text, named
 from codegen.spec.numerics import require_finite
 
@@ -103,9 +118,7 @@ def gains(source: Source, out: str | Path | None = None, over: Sequence[str] = (
     if out is not None:
         for name in (NUMBERS, MAP, SPEC):
             refuse_target(Path(out) / name, {"the spec itself": spec.path})
-        for name in (MAP, SPEC):
-            refuse_foreign(Path(out), name, (NUMBERS,))
-        refuse_foreign_json(Path(out) / NUMBERS, FORMAT.partition("/")[0])
+        _refuse_not_ours(Path(out))
     bounds: tuple[GainBound, ...] = ()
 
     def divisor(axes: Sequence[GainAxis], suggestion: Suggestion) -> int:
@@ -113,21 +126,50 @@ def gains(source: Source, out: str | Path | None = None, over: Sequence[str] = (
         bounds = bounds_at(machine, axes, suggestion)
         return bounds[-1].divisor if bounds else 1
 
-    report = assess(spec, machine.nominal.observer, over, divisor)
-    bounds = tuple(one for one in bounds if report.suggestion and one.divisor in (1, report.suggestion.divisor))
+    def bound_share(axes: Sequence[GainAxis], numbers: Mapping[str, float]) -> float | None:
+        """The certified bound over the friction at the suggestion so far, or at the spec's own gains."""
+        nonlocal bounds
+        there = next((one for one in bounds if one.gains == numbers), None)
+        if there is None and bounds and (there := bound_at(machine, axes, numbers, OWN)) is not None:
+            bounds = (*bounds, there)
+        return None if there is None else there.share
+
+    report = assess(spec, machine.nominal.observer, over, divisor, bound_share)
+    bounds = _bounds_of(report.suggestion, bounds)
     require_finite(spec, gains_json(report), "what the gains do")
     if out is None:
         return GainReport(report, (), bounds)
     from codegen.report.gain_map import gain_map_png  # imported here: matplotlib takes a second
 
-    files: dict[str, str | bytes] = {
-        NUMBERS: json_text(gains_json(report, bounds)),
-        MAP: gain_map_png(report),
-    }
+    hashes: dict[str, str | None] = {MAP: None}
+    files: dict[str, str | bytes] = {NUMBERS: "", MAP: gain_map_png(report)}
     if report.suggestion is not None:
-        files[SPEC] = suggested_text(spec, report.axes, report.suggestion)
+        text = suggested_text(spec, report.axes, report.suggestion)
+        files[SPEC], hashes[SPEC] = text, text_sha256(text)
+    files[NUMBERS] = json_text({**gains_json(report, bounds), FILES_SHA256: hashes})
+    stale = SPEC in listed_in(Path(out) / NUMBERS, FORMAT) and SPEC not in files
     write_all(Path(out), files, (NUMBERS,))
+    if stale:  # gains that an earlier run suggested for another spec
+        remove(Path(out) / SPEC)
     return GainReport(report, tuple(Path(out) / name for name in files), bounds)
+
+
+def _refuse_not_ours(folder: Path) -> None:
+    """Raise BadInput if the folder has a file that would be replaced, but stiction did not write or the user edited."""
+    refuse_foreign_json(folder / NUMBERS, FORMAT)
+    listed, written = listed_in(folder / NUMBERS, FORMAT), dict.fromkeys((MAP, SPEC))
+    refuse_unlisted(folder, written, listed, NUMBERS)
+    edited = edited_files(folder, written, listed)
+    refuse_edited_files(folder, edited, NUMBERS, "another folder by -o DIR, or the edited file moved away")
+
+
+def _bounds_of(suggestion: Suggestion | None, bounds: Sequence[GainBound]) -> tuple[GainBound, ...]:
+    """The bounds at the suggested gains and, if these were divided, before; of gains that are kept, theirs alone."""
+    if suggestion is None:
+        return ()
+    if suggestion.kept:
+        return tuple(replace(one, divisor=1) for one in bounds if one.gains == suggestion.numbers)[:1]
+    return tuple(one for one in bounds if one.divisor in (1, suggestion.divisor))
 
 
 def gains_json(report: Feasibility, bounds: Sequence[GainBound] = ()) -> dict[str, Any]:
@@ -146,6 +188,7 @@ def gains_json(report: Feasibility, bounds: Sequence[GainBound] = ()) -> dict[st
         "notes": list(unit_notes(report.axes, observer)),
         "chosen": _set_json(report.chosen),
         "suggested": _set_json(report.suggested),
+        "kept": report.suggestion.kept if report.suggestion else None,
         "suggested_divided_by": report.suggestion.divisor if report.suggestion else None,
         "error_bounds": [one.content for one in bounds],
         "no_error_bound": why_no_bound(report, bounds) or None,

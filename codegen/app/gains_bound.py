@@ -13,7 +13,7 @@ from typing import Any
 from codegen.analysis.analysis import analyse
 from codegen.analysis.feasibility.axes import GainAxis
 from codegen.analysis.feasibility.gains import Feasibility
-from codegen.analysis.feasibility.suggest import Suggestion
+from codegen.analysis.feasibility.suggest import USEFUL, Suggestion
 from codegen.app.derived import Derived
 from codegen.certify.bound.bounds import ErrorBound
 from codegen.certify.bound.error_bound import error_bounds
@@ -23,8 +23,8 @@ from codegen.certify.outcome import Certificate
 from codegen.spec.free_gains import with_gains
 
 DIVISORS = (1, 2, 4, 8, 16, 32)
-USEFUL = 0.2
-"""Ratio of the bound to the friction up to which no slower gains are suggested."""
+OWN = 0
+"""In the place of a divisor: the spec's own gains."""
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class GainBound:
     """The certified bound at one set of gains.
 
     Attributes:
-        divisor: by which the gains that the rule chose are divided.
+        divisor: by which the gains that the rule chose are divided; or ``OWN``.
         gains: axis → value.
         decay_rate: certified, 1/s.
         bound: on the friction error long after a reversal, of the contact for which it is the largest share.
@@ -82,7 +82,7 @@ def why_no_bound(report: Feasibility, bounds: Sequence[GainBound]) -> str:
 def _until_useful(machine: Derived, axes: Sequence[GainAxis], suggestion: Suggestion) -> Iterator[GainBound]:
     """The bounds at gains divided by each divisor, up to the first useful one."""
     for divisor in DIVISORS:
-        one = _bound(machine, axes, suggestion, divisor)
+        one = bound_at(machine, axes, suggestion.over(divisor), divisor)
         if one is None:
             return
         yield one
@@ -90,8 +90,10 @@ def _until_useful(machine: Derived, axes: Sequence[GainAxis], suggestion: Sugges
             return
 
 
-def _bound(machine: Derived, axes: Sequence[GainAxis], suggestion: Suggestion, divisor: int) -> GainBound | None:
-    numbers = suggestion.over(divisor)
+def bound_at(
+    machine: Derived, axes: Sequence[GainAxis], numbers: Mapping[str, float], divisor: int
+) -> GainBound | None:
+    """The bound at these numbers of the axes; None outside the range of a free gain, or if no bound is certified."""
     if any(axis.chosen is None and not axis.low <= numbers[axis.name] <= axis.high for axis in axes):
         return None
     entries = {at: weight * numbers[axis.name] for axis in axes for at, weight in axis.entries.items()}

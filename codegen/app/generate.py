@@ -14,7 +14,7 @@ from codegen.base.border import verb
 from codegen.base.errors import BadInput
 from codegen.base.files import refuse_target, remove, sha256, write_all, write_atomically
 from codegen.base.input_files import LARGEST_GENERATED, is_there, read_bytes, read_or_none, read_text
-from codegen.base.own_files import differs, edited_files, refuse_unlisted, text_of
+from codegen.base.own_files import differs, edited_files, refuse_edited_files, refuse_unlisted, text_of
 from codegen.base.result import Result, json_text
 from codegen.base.text import render
 from codegen.certify import REGION_PROOFS
@@ -266,10 +266,8 @@ def refuse_edited(target: Path, files: Mapping[str, str | None] | Mapping[str, s
     edited = edited_files(target, files, listed)
     changed = MANIFEST in files and MANIFEST in listed and differs(target / MANIFEST, files[MANIFEST])
     edited += [MANIFEST] if changed and is_edited(text_of(target / MANIFEST) or "") else []
-    if edited:
-        found = f"{', '.join(edited)}, edited after stiction wrote it (manifest.json has another SHA-256)"
-        ways = " or ".join(("the file as it was written, another folder", *([otherwise] if otherwise else ())))
-        raise BadInput(str(target), found, ways, code="FILE008")
+    ways = " or ".join(("the file as it was written, another folder", *([otherwise] if otherwise else ())))
+    refuse_edited_files(target, edited, MANIFEST, ways)
 
 
 def listed_files(folder: Path) -> dict[str, object]:

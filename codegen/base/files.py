@@ -72,16 +72,6 @@ def writing(path: Path, what: str = "written", expected: str = "a folder that ca
         raise BadInput(str(path), f"cannot be {what} ({error.strerror})", expected, code="FILE003") from None
 
 
-def refuse_foreign(folder: Path, name: str, marks: Sequence[str]) -> None:
-    """Raise BadInput where a folder has a file ``name`` that stiction did not write.
-
-    Stiction writes one of the files ``marks`` beside it; without any of these the file is another program's.
-    """
-    if is_there(folder / name) and not any(is_there(folder / mark) for mark in marks):
-        found = "a file that stiction did not write"
-        raise BadInput(str(folder / name), found, "another folder for the results", code="FILE004")
-
-
 def refuse_foreign_json(path: Path, form: str) -> None:
     """Raise BadInput where the file exists, but is no JSON object with a field ``format`` that begins with ``form``."""
     if is_there(path) and json_of(path, form) is None:

@@ -2,19 +2,36 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from codegen.base.errors import BadInput
-from codegen.base.files import sha256, write_all
+from codegen.base.files import json_of, sha256, write_all
 from codegen.base.input_files import is_there, read_or_none
 
 Texts = Mapping[str, str | None] | Mapping[str, str]
 """Name of a file → its new text; None if that is not known yet."""
+FILES_SHA256 = "files_sha256"
+"""Field of a JSON result: file beside it → SHA-256 of its text as written, or null; other files are the user's."""
 PAGE_MARK = "Written by `stiction "
 """Words at the beginning of a page that a command writes."""
 HEAD = 1000
 """Characters at the beginning of a page in which they stand."""
+
+
+def listed_in(result: Path, form: str) -> Mapping[str, object]:
+    """The files beside a JSON result → their hashes, by its field ``FILES_SHA256``; {} if it is not stiction's.
+
+    Args:
+        form: beginning of its field ``format``.
+    """
+    listed = (json_of(result, form) or {}).get(FILES_SHA256)
+    return listed if isinstance(listed, dict) else {}
+
+
+def text_sha256(text: str) -> str:
+    """The SHA-256 of a text with line ends \\n."""
+    return sha256(text.replace("\r\n", "\n"))
 
 
 def text_of(path: Path) -> str | None:
@@ -61,10 +78,22 @@ def edited_files(folder: Path, files: Texts, listed: Mapping[str, object]) -> li
 
     Args:
         files: as of ``refuse_unlisted``.
-        listed: file → SHA-256 of its text as written.
+        listed: file → SHA-256 of its text as written; without one, a file does not count as edited.
     """
     other = [file for file, text in files.items() if listed.get(file) and differs(folder / file, text)]
     return [file for file in other if sha256(text_of(folder / file) or "") != listed[file]]
+
+
+def refuse_edited_files(folder: Path, edited: Sequence[str], by: str, ways: str) -> None:
+    """Raise BadInput if there are edited files.
+
+    Args:
+        by: name of the list.
+        ways: what the user can do.
+    """
+    if edited:
+        found = f"{', '.join(edited)}, edited after stiction wrote it ({by} has another SHA-256)"
+        raise BadInput(str(folder), found, f"{ways} (nothing was replaced)", code="FILE008")
 
 
 def page_says_ours(path: Path) -> bool:

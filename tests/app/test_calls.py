@@ -67,7 +67,7 @@ def mine(folder):
     ("arguments", "words"),
     [
         (("gains", "spec.yaml", "-o", "."), "spec.yaml: the spec itself; expected another file"),
-        (("gains", "one.yaml", "-o", "."), "spec.yaml: a file that stiction did not write"),
+        (("gains", "one.yaml", "-o", "."), "spec.yaml, which no gains.json lists"),
         (("simulate", "one.yaml", "-o", "one.yaml"), "one.yaml: the spec itself"),
         (("simulate", "one.yaml", "-o", "./spec.yaml"), "the ending `.yaml`; expected a file ending in .csv"),
         (("simulate", "one.yaml", "-o", "x.npy"), "the ending `.npy`; expected a file ending in .csv"),
@@ -111,7 +111,6 @@ def test_what_is_not_ours_is_not_replaced(mine, arguments, words):
     ("arguments", "name"),
     [
         (("gains", ONE, "-o", "."), "gains.json"),
-        (("gains", ONE, "-o", "."), "gains.png"),
         (("cancel", ONE, "-o", "."), "cancellation.json"),
         (("replay", ONE, "a.npy.json", "-o", "a.npy"), "a.npy.json"),
     ],
@@ -128,6 +127,7 @@ def test_a_result_that_the_command_does_not_name_replaces_nothing_of_mine(folder
 @pytest.mark.parametrize(
     ("arguments", "name"),
     [
+        (("gains", ONE, "-o", "."), "gains.png"),
         (("errors", "-o", "."), "errors.md"),
         (("laws", "-o", "."), "laws.md"),
         (("laws", "-o", "."), "laws/coulomb.svg"),

@@ -112,6 +112,45 @@ def test_gains_of_two_contacts_are_suggested_in_the_place_of_the_written_ones(tw
     assert "K_F suggested by stiction gains, was 500, 700" in (two_mass[1] / "spec.yaml").read_text()
 
 
+def is_kept(folder: Path) -> None:
+    """Gains that were suggested are suggested again, by the same rule, and the text of the spec is unchanged."""
+    before = json.loads((folder / "gains.json").read_text("utf-8"))
+    again = stiction("gains", folder / "spec.yaml", "-o", folder / "again")
+    assert again.code == 0 and "these are the spec's own gains" in again.out
+    assert (folder / "again" / "spec.yaml").read_bytes() == (folder / "spec.yaml").read_bytes()
+    after = json.loads((folder / "again" / "gains.json").read_text("utf-8"))
+    assert after["kept"] and not before["kept"] and after["suggested_divided_by"] == 1
+    assert after["suggested"]["gains"] == pytest.approx(before["suggested"]["gains"], rel=1e-5)  # written in 6 digits
+    bounds = [report["error_bounds"][-1]["bound"]["steady"] for report in (before, after)]
+    assert bounds[1] == pytest.approx(bounds[0], rel=1e-4)
+
+
+def test_what_was_suggested_for_two_masses_is_kept(two_mass: tuple[Result, Path]) -> None:
+    """The ranges are those around the spec's gains: other ones each time, and so were the gains, with a worse bound."""
+    is_kept(two_mass[1])
+
+
+@pytest.mark.parametrize("name", ["rig", "emps"])
+def test_what_was_suggested_is_kept(name: str, tmp_path: Path) -> None:
+    assert stiction("gains", SPECS / f"{name}.yaml", "-o", tmp_path).code == 0
+    is_kept(tmp_path)
+
+
+def test_a_suggested_spec_that_the_user_edited_or_wrote_is_not_replaced(free: Path, tmp_path: Path) -> None:
+    folder = tmp_path / "gains"
+    assert stiction("gains", free, "-o", folder).code == 0
+    (folder / "spec.yaml").write_text((folder / "spec.yaml").read_text() + "# tried on the machine\n")
+    before = contents(folder)
+    told = stiction("gains", free, "-o", folder)
+    assert is_one_message(told) and "[FILE008]" in told.err and "spec.yaml, edited" in told.err
+    numbers = json.loads((folder / "gains.json").read_text())
+    del numbers["files_sha256"]["spec.yaml"]  # as of a run that suggested none
+    (folder / "gains.json").write_text(json.dumps(numbers))
+    told = stiction("gains", free, "-o", folder)
+    assert is_one_message(told) and "[FILE004]" in told.err and "spec.yaml, which no gains.json lists" in told.err
+    assert {**contents(folder), "gains.json": b""} == {**before, "gains.json": b""}
+
+
 def test_json_holds_grid_values_and_boundary(free: Path) -> None:
     report = json.loads(stiction("gains", free, "--json", "--over", "h", "K_v").out)
     assert report["format"] == "stiction-gains/1"
@@ -129,7 +168,7 @@ def test_json_holds_grid_values_and_boundary(free: Path) -> None:
             "gain_factor",
         ),
         *("gain_sets_tried", "infeasible", "outside", "map", "error_bounds", "no_error_bound"),
-        "suggested_divided_by",
+        *("kept", "suggested_divided_by"),
     }
     assert report["chosen"] is None
     assert report["infeasible"] is None

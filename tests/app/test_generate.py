@@ -384,11 +384,7 @@ def test_force_replaces_no_file_of_another_hand(file, generated):
     (generated / file).write_text("mine")
     for force in ((), ("--force",)):
         result = stiction("generate", "one_mass.yaml", *force)
-        assert (
-            result.code == 2
-            and "[FILE004]" in result.err
-            and "move others away, or choose another folder" in result.err
-        )
+        assert result.code == 2 and "[FILE004]" in result.err and "move others away, or choose another -o" in result.err
         assert file in result.err and "--force" not in result.err
     assert (generated / file).read_text() == "mine"
 

@@ -17,7 +17,7 @@ from codegen.analysis.feasibility.failure import Failure, explain_failure, large
 from codegen.analysis.feasibility.gain_dynamics import GainDynamics, Settings
 from codegen.analysis.feasibility.noise import NoiseModel, PositionNoise, position_noise
 from codegen.analysis.feasibility.region import GainMap, Margin, intervals, map_region, margin
-from codegen.analysis.feasibility.suggest import NothingStable, Suggestion, divided, suggest
+from codegen.analysis.feasibility.suggest import NothingStable, Suggestion, divided, own_or_found, suggest
 from codegen.analysis.operating_points import operating_points
 from codegen.base.arrays import Array
 from codegen.base.errors import BadInput
@@ -87,7 +87,8 @@ class Feasibility:
         units: friction output → unit.
         chosen: assessment of the spec's gains; None if some are free.
         suggestion, suggested: the suggested set and its assessment; None if nothing in the range is stable.
-        before_division: the suggestion before all its numbers were divided by the ``divisor``.
+        before_division: the suggestion before all its numbers were divided by the ``divisor``; the suggestion itself if
+            the spec's own gains are kept.
         infeasible: if nothing in the range is stable, the failure of the set whose error grows least.
         outside: axis name → value of a stable set outside the ranges, if nothing within them is stable; else empty.
         tried: number of gain sets evaluated.
@@ -123,6 +124,7 @@ def assess(
     observer: Observer,
     over: Sequence[str] = (),
     divisor: Callable[[Sequence[GainAxis], Suggestion], int] = lambda axes, suggestion: 1,
+    bound_share: Callable[[Sequence[GainAxis], Mapping[str, float]], float | None] = lambda axes, numbers: None,
 ) -> Feasibility:
     """The feasibility report of a spec's observer.
 
@@ -131,6 +133,7 @@ def assess(
         over: names of the two axes of the map; by default the first two gains, or the gain and the sample time.
         divisor: function (axes, suggestion) → number by which all suggested gains are divided, for a tighter certified
             bound on the error.
+        bound_share: function (axes, axis name → value) → this bound over the friction; None if it is unknown.
 
     Raises:
         BadInput: if the observer cannot be built in the range, an axis is unknown, or the error dynamics are not finite
@@ -161,6 +164,8 @@ def assess(
     first = suggestion = searched if isinstance(searched, Suggestion) else None
     if first is not None and (by := divisor(axes, first)) != 1:
         suggestion = divided(dynamics, axes, first, by)
+    if suggestion is not None and not free:
+        suggestion = own_or_found(dynamics, noise, axes, nominal, suggestion, partial(bound_share, axes))
     base = searched.settings if suggestion is None else suggestion.settings
     failed = explain_failure(dynamics, base) if isinstance(searched, NothingStable) else None
     region = map_region(dynamics, base, *pair)
@@ -175,7 +180,7 @@ def assess(
         units=dict(zip(noise.outputs, noise.units, strict=True)),
         chosen=None if free else judge(dynamics, noise, nominal, axes),
         suggestion=suggestion,
-        before_division=first,
+        before_division=suggestion if suggestion is not None and suggestion.kept else first,
         suggested=judge(dynamics, noise, base, axes) if suggestion else None,
         infeasible=failed,
         outside=_outside(dynamics, noise, nominal, axes) if failed else {},

@@ -7,7 +7,7 @@ axes' ranges, (sets, axes): the axes have different units, and some are logarith
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -42,6 +42,8 @@ CHUNK = 100
 """Number of sets whose gain margin is checked at a time, the fastest first; mostly one of the first passes."""
 LEAST_RADIUS = 1e-12
 """Lower limit of a radius, so that a deadbeat set (all z = 0) has a finite decay rate."""
+USEFUL = 0.2
+"""Ratio of the certified error bound to the friction up to which no slower gains are suggested."""
 DIGITS = 3
 """Significant digits of the suggested numbers."""
 WRITTEN_DIGITS = 6
@@ -58,6 +60,7 @@ class Suggestion:
             range satisfies both, so the least product of noise and decay time.
         tried: number of gain sets evaluated.
         divisor: by which all numbers were divided after the search.
+        kept: whether these are the spec's own gains, since the search found nothing better by the same rule.
     """
 
     numbers: Mapping[str, float]
@@ -65,6 +68,7 @@ class Suggestion:
     rule: str
     tried: int
     divisor: int = 1
+    kept: bool = False
 
     def over(self, divisor: int) -> dict[str, float]:
         """Axis name → value divided by ``divisor``, to three digits."""
@@ -137,6 +141,46 @@ def divided(dynamics: GainDynamics, axes: Sequence[GainAxis], suggestion: Sugges
     if not stable(dynamics, "sampled", _claimed(settings, axes, suggestion.rule), every=True).all():
         return suggestion
     return replace(suggestion, numbers=numbers, settings=settings, divisor=divisor)
+
+
+def own_or_found(
+    dynamics: GainDynamics,
+    noise: NoiseModel,
+    axes: Sequence[GainAxis],
+    own: Settings,
+    found: Suggestion,
+    bound_share: Callable[[Mapping[str, float]], float | None],
+) -> Suggestion:
+    """The spec's own gains where the set found is not better by more than 2 % (``AS_FAST``); else that set.
+
+    So a suggestion that is written into the spec is suggested again, though the search around it has other ranges.
+    The order is the one of the search: within the bounds on noise and gain margin before outside, a useful certified
+    bound before another one, then the decay rate, the smaller bound, or the product of noise and decay time.
+
+    Args:
+        own: all axes at the spec's values.
+        bound_share: numbers → certified error bound over the friction; None if it is unknown.
+    """
+    both = joined([own, found.settings])
+    radius = dynamics.worst("sampled", both, True)
+    if radius[0] >= 1:
+        return found
+    numbers = {axis.name: float(own.numbers(axis)[0]) for axis in axes}
+    (own_noise, found_noise), (own_rate, found_rate) = noise.share(both, radius < 1), -np.log(radius)
+    quiet = own_noise <= NOISE_SHARE and stable(dynamics, "sampled", _claimed(own, axes, "fastest"), every=True).all()
+    kept = Suggestion(numbers, own, "fastest" if quiet else "product", found.tried, kept=True)
+    if kept.rule != found.rule:
+        return kept if quiet else found
+    found_bound = bound_share(found.numbers)
+    if found_bound is not None:
+        own_bound = bound_share(numbers)
+        if own_bound is None or (own_bound <= USEFUL) != (found_bound <= USEFUL):
+            return found if own_bound is None or own_bound > USEFUL else kept
+        if own_bound > USEFUL:
+            return kept if AS_FAST * own_bound <= found_bound else found
+    if quiet or not np.isfinite([own_noise, found_noise]).all():
+        return kept if own_rate >= AS_FAST * found_rate else found
+    return kept if AS_FAST * own_noise / own_rate <= found_noise / found_rate else found
 
 
 def wide_margin(dynamics: GainDynamics, base: Settings, axes: Sequence[GainAxis]) -> NDArray[np.bool_]:
@@ -221,6 +265,8 @@ def _best(
 
 def suggested_text(spec: Spec, axes: Sequence[GainAxis], suggestion: Suggestion) -> str:
     """The spec's text with the suggested gains, and a comment with the old values; other text is unchanged."""
+    if suggestion.kept:
+        return spec.text
     document, _ = load_mapping(spec.text, str(spec.path))
     section = document["observer"]
     gains = section["gains"]
