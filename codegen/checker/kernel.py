@@ -219,9 +219,9 @@ def contracts(F: Any, P: Any, f: Fraction, box: Box, tree: Any, known: Known) ->
     demand([*zip(*weights, strict=True)] == [*weights] and positive(weights, True), "P: not symmetric or not definite")
     demand({len(P)} == {len(F), *map(len, F)}, "P: not of the size of the matrix")
     for *n, (d,) in coefficients([*F, [term(1)]], box, tree, known):
-        columns = [*zip(*n, strict=True)]
+        columns, scale = [*zip(*n, strict=True)], a * d * d
         pushed = [[sum(map(mul, row, x)) for row in weights] for x in columns]  # P times each
-        gap = [[a * d * d * weights[i][j] - b * sum(map(mul, x, pushed[j])) if j >= i else 0 for j in range(len(P))]
+        gap = [[scale * weights[i][j] - b * sum(map(mul, x, pushed[j])) if j >= i else 0 for j in range(len(P))]
                for i, x in enumerate(columns)]  # fmt: skip  # the upper half is all that is read
         demand(d > 0 and positive(gap), "V may not fall")
 

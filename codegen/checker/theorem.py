@@ -305,10 +305,10 @@ def reached(proof: dict[str, Any], shown: dict[str, Any], text: bytes) -> list[s
 
     within = [f"|{plain(x)}| <= {least(number(d))}" for x, d in claim.get(ellipsoid.FRICTION, {}).items()]
     whatever = f", for any friction, through stick and reversals, whose mean over each sample has {', '.join(within)}"
-    of_machine = {re.escape(e["estimate"]) + r"(?![\w\[])": e["truth"] for e in proof["errors"]}
+    of_machine = {e["estimate"]: e["truth"] for e in proof["errors"]}
 
     def true(slip: str) -> str:
-        return plain(reduce(lambda text, of: re.sub(of, of_machine[of], text), of_machine, slip))
+        return plain(re.sub(rounding.NAME, lambda name: of_machine.get(name[0], name[0]), slip))
 
     slips = slip_rows(proof, shown)
     for ball, bounds in zip(claim["sets"], found, strict=True):
