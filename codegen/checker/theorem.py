@@ -49,7 +49,7 @@ SI = (
 FACTOR = rf"\(*{SI}(?:\^-?[0-9.]{{1,8}})?\)*"
 UNIT = rf"(?=.{{1,40}}\Z)(?:1|(?:1/)?{FACTOR}(?:[*/]{FACTOR})*)"  # coherent: no number and no prefix makes it another
 START = "initialisation sets the velocity estimates to 0, and all others to constants, whatever is measured; "
-HELD = START + "after invalid samples the held estimates continue"
+HELD = START + "after invalid samples the held estimates continue, if each call gets the same outputs"
 BARE = START + "an invalid sample is used like any other"
 LONGEST_SUM = 20  # terms of an output that is printed as a sum
 ASSUMED = "error bounds, assuming that "
@@ -518,9 +518,9 @@ def of_faults(c: Any) -> str:
     limit, magnitudes = f"{float(c.precision.limit):g}", "' magnitudes" * ("fabs(" in c.sums[0])
     return (
         f"a sample is invalid if the sum of its inputs{magnitudes} is no number or above {limit}; a valid one is not"
-        f" used, but sets the states, with fault 1, after {c.most} or more invalid ones in a row, before the first"
-        f" valid one of all, and if the sum of the next states is no number or above {limit}; next states beyond this"
-        " that cancel in the sum are used"
+        f" used, but sets the states, with fault 1, after {c.most} or more invalid ones in a row, if no earlier one was"
+        f" valid (that of init included), and if the sum of the next states is no number or above {limit}; next states"
+        " beyond this that cancel in the sum are used"
     )
 
 
