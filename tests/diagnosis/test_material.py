@@ -35,14 +35,14 @@ def test_variables_are_named_only_where_what_follows_them_is_material() -> None:
     assert "predicts 1.7 % of the drive force" in words(NOISE)  # 10 % · √0.03
     assert all("log, reversals left out: " in words(left) for left in (SMALL, NOISE, SHAPED))  # as the table has them
     assert not any(name in words(left) for left in (SMALL, NOISE) for name in ("load", "speed"))
-    shares = "Of its mean square, 81 % follows from load, 30 % follows from position (overlapping)."
+    shares = "Of its mean square, 81 % depends on the load, 30 % depends on the position (these shares overlap)."
     assert shares in words(SHAPED)
     assert "speed" not in words(SHAPED)
     pushed = Remainder(2.0, 0.2, 0.9, {"constant": 0.7, "speed": 0.2})
-    assert "Of its mean square, 70 % is constant, 20 % follows from speed (overlapping)." in words(pushed)
+    assert "Of its mean square, 70 % is constant, 20 % depends on the speed (these shares overlap)." in words(pushed)
     forceful = Remainder(1.0, 0.3, 0.06, {"input rate": 0.06, "speed": 0.0})  # 0.3·√0.06 is 7 % of the drive force
-    assert "Of its mean square, 6 % follows from input rate." in words(forceful)
-    assert "Of its mean square, 2 % follows from all variables together." in words(SPREAD)
+    assert "Of its mean square, 6 % depends on the rate of change of the input." in words(forceful)
+    assert "Of its mean square, 2 % depends on all variables together." in words(SPREAD)
     assert "Residual force on q1 in the training log, reversals left out:" in words(SHAPED, left_on="q1")
     assert "smooth curve" not in words(SHAPED)
 
@@ -77,7 +77,7 @@ def test_an_ambiguous_verdict_says_what_would_tell() -> None:
 
 def test_another_limit_makes_another_nature() -> None:
     assert [SHAPED.nature(limit) for limit in (0.02, 0.049, 0.06)] == ["structured", "noise", "immaterial"]
-    assert "follows from load" in words(SMALL, material=0.005)
+    assert "depends on the load" in words(SMALL, material=0.005)
 
 
 def test_the_sentence_is_of_the_coordinate_with_most_structure() -> None:
