@@ -91,14 +91,18 @@ class Conclusion:
 
 
 def select(case: Case, search: Search, report: Report, tell: Callable[[Findings], None]) -> Selection:
-    """Refit and forward selection; once more if the effects found turn out to be inputs that were logged late."""
+    """Refit and forward selection; once more if the effects found turn out to be inputs that were logged late.
+
+    The joints of an arm are judged independently, so there this is asked once an effect is credited: rounds of the
+    other joints are not run twice.
+    """
 
     def effects(turn: int, share: float) -> None:
         report(f"effect {turn + 1}", 0.1 + 0.25 * min(turn + share, 2.7))
 
     report("refit", 0.05)
     search, base = _refit(case.spec, search, case)
-    search, outcome, in_place = _sought(search, base, effects, case)
+    search, outcome, in_place = _sought(search, base, effects, case, may_be_late=search.rigid is not None)
     corrected = corrected_for_leads(case, search, outcome.final)
     if corrected is not None:
         known = case.findings_in_words["train"]
@@ -289,13 +293,22 @@ def _refit(spec: Spec, search: Search, case: Case) -> tuple[Search, Fit]:
 
 
 def _sought(
-    search: Search, base: Fit, progress: Callable[[int, float], None], case: Case
+    search: Search, base: Fit, progress: Callable[[int, float], None], case: Case, may_be_late: bool = False
 ) -> tuple[Search, Outcome, tuple[Part, ...]]:
     """Search, outcome of forward selection, and the effects that were replaced by wrong values of parameters.
 
     At constant speed parameters keep their limits, since inertia acts only on noise and ripple there.
+
+    Args:
+        may_be_late: whether the selection ends with effects in whose place inputs are taken earlier.
     """
-    outcome = find_effects(search, base, progress, case.faults)
+
+    def are_late_inputs(found: Fit) -> bool:
+        return may_be_late and corrected_for_leads(case, search, found) is not None
+
+    outcome = find_effects(search, base, progress, case.faults, are_late_inputs)
+    if are_late_inputs(outcome.final):
+        return search, outcome, ()
     free = None if case.faults or case.steady else wrong_values.released(search, base, outcome)
     if free is not None:
         without_limits = find_effects(*free, progress, case.faults)

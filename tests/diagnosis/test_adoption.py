@@ -82,7 +82,7 @@ def shaken(log: Log, seed: int, size: float) -> Log:
 def refitted(monkeypatch: pytest.MonkeyPatch, spec: Spec, train: Log, test: Log | None) -> tuple[Diagnosis, Models]:
     """A diagnosis that looks for no effect."""
     monkeypatch.setattr(
-        free_runs, "find_effects", lambda search, base, tell, faults: find_effects(search, base, tell, True)
+        free_runs, "find_effects", lambda search, base, tell, *_: find_effects(search, base, tell, True)
     )
     return diagnose_log(spec, system_of(spec), train, test)
 

@@ -716,6 +716,9 @@ def test_each_joint_of_an_arm_has_rounds_of_its_own(monkeypatch: pytest.MonkeyPa
     assert [p.place for p in found.final.trial.parts] == [3, 0]
     assert compared == [{3}, {0}]
     assert len(found.later) == len(asked) - 1
+    asked.clear()
+    found = forward_selection.find_effects(search, base, lambda turn, share: None, False, lambda fit: True)
+    assert asked == [2, 3] and [p.place for p in found.final.trial.parts] == [3]
 
 
 @pytest.mark.parametrize(("share", "named"), [(0.946, ("offset",)), (0.5, ())])

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 from unittest.mock import patch
 
 import numpy as np
@@ -83,7 +85,7 @@ def test_the_effects_are_sought_again_with_the_input_taken_earlier(tmp_path: Pat
     """The first search is given the compliance that logs of a filtered current led to; the second one is as it is."""
     spec, told, outcomes = stage(), list[Findings](), list[Outcome]()
 
-    def sought(search: Search, base: Fit, progress: Progress, faults: bool) -> Outcome:
+    def sought(search: Search, base: Fit, progress: Progress, faults: bool, *_: object) -> Outcome:
         outcomes.append(find_effects(search, base, progress, faults))
         if len(outcomes) == 1:
             parts = [next(p for p in every_part(search, []) if p.kind == kind) for kind in KINDS]
@@ -99,3 +101,34 @@ def test_the_effects_are_sought_again_with_the_input_taken_earlier(tmp_path: Pat
     assert not any("w acts" in words for words in first["train"])
     assert len(second["train"]) == 1 and "With it compliance on x is not needed" in second["train"][0]
     assert second["train"][0] in diagnosis.findings["train"]
+
+
+@pytest.mark.parametrize("rigid", [True, False])
+def test_joints_of_an_arm_are_not_searched_twice_where_an_input_is_late(
+    rigid: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Presliding on the second of six joints was a late input, and four more joints were searched before it was asked.
+
+    The effects of a machine that is simulated as a whole are judged together: there it is asked of all of them.
+    """
+    credited, asked = ["first", "late", "third"], list[Any]()
+
+    def find(search: Any, base: Any, progress: Any, faults: bool, is_superseded: Any) -> Any:
+        found = next((one for one in credited if is_superseded(one)), credited[-1])
+        return SimpleNamespace(final=found, parts=())
+
+    def corrected(case: Any, search: Any, found: Any) -> Any:
+        asked.append(found)
+        return case if found == "late" else None
+
+    def no_release(*_: object) -> None:
+        assert not rigid, "the effects are sought again in any case"
+
+    monkeypatch.setattr(free_runs, "find_effects", find)
+    monkeypatch.setattr(free_runs, "corrected_for_leads", corrected)
+    monkeypatch.setattr(free_runs.wrong_values, "released", no_release)
+    case: Any = SimpleNamespace(faults=False, steady=False)
+    none: Any = None
+    _, outcome, _ = free_runs._sought(none, none, lambda turn, share: None, case, may_be_late=rigid)
+    assert outcome.final == ("late" if rigid else "third")
+    assert asked == (["first", "late", "late"] if rigid else [])

@@ -119,14 +119,27 @@ def within_reach(search: Search) -> tuple[Search, Fit]:
     return near, base
 
 
-def find_effects(search: Search, base: Fit, report_progress: Progress, refit_only: bool = False) -> Outcome:
+def find_effects(
+    search: Search,
+    base: Fit,
+    report_progress: Progress,
+    refit_only: bool = False,
+    is_superseded: Callable[[Fit], bool] = lambda found: False,
+) -> Outcome:
     """Forward selection until no candidate is credited; no round with ``refit_only``.
 
     If an arm is simulated joint by joint, each joint has its own rounds, the worst joint first.
+
+    Args:
+        is_superseded: asked of each fit with a further credited effect, whether the effects are sought again anyway.
+            The outcome then has the effects so far.
     """
     rounds = _Rounds.before_the_first(search, base, 0 if refit_only else MOST_EFFECTS, report_progress)
     while not rounds.are_over():
+        before = rounds.confirmed
         rounds.next()
+        if rounds.confirmed is not before and is_superseded(rounds.confirmed):
+            return rounds.outcome(base)
     confirmed, rivals, paired, among_all = rounds.confirmed, rounds.rivals, rounds.paired, rounds.among_all
     pair = _split(search, confirmed)
     if pair is not None:
@@ -186,6 +199,11 @@ class _Rounds:
         """No effect found; ``most``: of rounds at each joint."""
         joints: Sequence[int | None] = range(search.system.degrees_of_freedom) if search.rigid else [None]
         return cls(search, report, dict.fromkeys(joints, most), confirmed=base, current=base, led=base)
+
+    def outcome(self, base: Fit) -> Outcome:
+        """What they have found so far, each effect as its round found it."""
+        explained, segments = explained_share(self.search, base, self.confirmed), len(self.search.record.start)
+        return Outcome(base, self.confirmed, tuple(self.first), (), explained, segments, later=tuple(self.later))
 
     def are_over(self) -> bool:
         return not (self.leaders or self.waiting or self._joints())

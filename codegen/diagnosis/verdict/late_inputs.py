@@ -14,6 +14,7 @@ from dataclasses import replace
 from codegen.diagnosis.case import Case
 from codegen.diagnosis.evidence.timing import Lead, further_finding, further_leads
 from codegen.diagnosis.fit.credit import independent_share
+from codegen.diagnosis.fit.identity_cache import identity_cache
 from codegen.diagnosis.fit.output_error import Fit, segment_cost
 from codegen.diagnosis.fit.search import Search
 from codegen.diagnosis.fit.shooting import hidden_states
@@ -22,6 +23,7 @@ from codegen.diagnosis.selection.forward_selection import BETTER
 from codegen.logs.uniform import earlier
 
 
+@identity_cache(1)
 def corrected_for_leads(case: Case, search: Search, final: Fit) -> Case | None:
     """The case with inputs taken earlier in place of the effects of a fit that add states; None if those stay.
 
