@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
-from math import sqrt
+from math import inf, isfinite, sqrt
 from typing import Any, Literal, get_args
 
 from codegen.base.result import Shown, named, plain
@@ -416,6 +416,19 @@ class Diagnosis(Shown):
         other_form = any(c.accepted and (c.kind, c.on) == place for c in self.candidates)
         named = self.verdict == "effect" and place in [(e.kind, e.on) for e in self.effects]
         return named and (candidate.accepted or not other_form)
+
+    def in_order(self, candidates: Sequence[Candidate]) -> list[Candidate]:
+        """A round's candidates as they are shown: named, tied, passed, refused; the last two by what they explain."""
+        first = [(c.kind, c.on) for c in self.candidates[:1]]
+        tied = first + [(e.kind, e.on) for e in self.rivals] if self.verdict == "ambiguous" else []
+
+        def place(c: Candidate) -> tuple[int, float]:
+            explained = c.gain if isfinite(c.gain) else -inf
+            if self.is_credited(c):
+                return 0, 0.0
+            return (1, 0.0) if (c.kind, c.on) in tied else (2, -explained) if c.accepted else (3, -explained)
+
+        return sorted(candidates, key=place)
 
     def not_named(self, candidate: Candidate) -> str:
         """Why a candidate of the first round that passes every test is not in the verdict; empty for another one."""

@@ -211,7 +211,7 @@ def _rounds(diagnosis: Diagnosis, models: Models) -> tuple[RoundView, ...]:
     """The candidates of every round with their evidence, and effects of the verdict that were in no round."""
 
     def rows(candidates: Sequence[Candidate]) -> tuple[CandidateRow, ...]:
-        return tuple(_candidate_row(c, diagnosis, models) for c in candidates)
+        return tuple(_candidate_row(c, diagnosis, models) for c in diagnosis.in_order(candidates))
 
     views = [
         RoundView((), rows(diagnosis.candidates)),

@@ -137,7 +137,7 @@ def test_a_problem_is_the_verdict_unfit_and_exit_code_3(good, tmp_path, monkeypa
     assert result.code == 3 and "verdict: unfit" in result.out and "scale of x" in result.out
     # Nothing was fitted or tried, so there is no table of it.
     assert "No effect was tested" in result.out
-    assert not [word for word in ("candidates, best first", "error on held-out data", "refit ") if word in result.out]
+    assert not [word for word in ("candidates  ", "error on held-out data", "refit ") if word in result.out]
     told = json.loads((tmp_path / "out" / "diagnosis.json").read_text())
     found = [f"preflight, train log: {words}" for words in told["preflight"]["train"] if not words.startswith("info")]
     assert found and result.out.startswith("\n".join(found) + "\nverdict: ")  # each once, and before the verdict

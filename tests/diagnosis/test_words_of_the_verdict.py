@@ -87,6 +87,24 @@ def test_a_better_one_that_is_not_named_and_a_tie():
         assert "see the verdict" in other.not_named(other.candidates[0])
 
 
+def test_candidates_are_shown_named_tied_passed_refused_and_then_by_what_they_explain() -> None:
+    """A refused one that explained 18 % stood above a refused one of 99 %, and no order was said."""
+    refused = [
+        candidate(kind, gain, "fails") for kind, gain in (("lag", 0.18), ("delay", float("nan")), ("hitch", 0.99))
+    ]
+    passed = [candidate("spring", 0.3), candidate("viscous", 0.8)]
+    named = candidate("cogging", 0.5)
+    found = diagnosis("effect", *refused, *passed, named)
+    order = ["cogging", "viscous", "spring", "hitch", "lag", "delay"]
+    assert [c.kind for c in found.in_order(found.candidates)] == order
+    rival = FoundEffect("spring", "x", {}, {}, (), {})
+    tied = diagnosis("ambiguous", named, *refused, *passed, rivals=(rival,))
+    assert [c.kind for c in tied.in_order(tied.candidates)][:3] == ["cogging", "spring", "viscous"]
+    lines = Diagnosed(found, Path(), ()).text(paths=False).splitlines()
+    table = [line.split()[0] for line in lines if " on x  " in line]
+    assert table == order and any(line.startswith("  Order: the named ones") for line in lines)
+
+
 def remainder(structured: float) -> Remainder:
     return Remainder(rms=1.0, share=0.05, structured=structured, over={"position": structured})
 

@@ -94,7 +94,7 @@ def test_ranks_every_candidate_with_its_reason(lacking: Case) -> None:
 
 def test_the_columns_of_candidates_are_called_as_in_the_terminal(lacking: Case) -> None:
     printed = Diagnosed(lacking.diagnosis, Path("out"), ()).text(paths=False)
-    (line,) = [line for line in printed.splitlines() if line.startswith("candidates, best first")]
+    (line,) = [line for line in printed.splitlines() if line.startswith("candidates  ")]
     columns = re.split(r"  +", line)[1:]
     (table,) = re.findall(r'<table class="candidates">\n<thead>(.*?)</thead>', lacking.html)[:1]
     heads = [re.sub(r"<[^>]*>", "", head) for head in re.findall(r"<th.*?</th>", table)]
