@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from itertools import product
 from math import pi, sqrt
+from typing import ClassVar
 
 import numpy as np
 import sympy
@@ -54,11 +55,12 @@ SEEN_GAP = 2.0
 """Least gap, in standard deviations of the position noise, for which backlash is distinguishable from compliance."""
 
 
-class _OnAxis(Effect):
+class OnAxis(Effect):
     """A spring between the motor of an axis and its load."""
 
     sits_on = "axis"
     seen_over = "time"
+    nameless: ClassVar[tuple[str, ...]] = ("slipping_load",)
     needs = "an axis with a constant inertia of its own, not coupled to others, and no compliance or backlash yet"
 
     def applies(self, system: System, place: int) -> bool:
@@ -82,7 +84,7 @@ class _OnAxis(Effect):
         return InertiaError.kind, {"delta": -values["load_fraction"] * inertia}
 
 
-class Compliance(_OnAxis):
+class Compliance(OnAxis):
     """Compliance: inertia (1 − ρ)M at the motor, ρM at the load, and the force k dx + c dv between, dx = x − x_load.
 
     Encoder, input, friction and damping are at the motor, and so are forces of other effects, such as cogging; declared
@@ -122,7 +124,7 @@ class Compliance(_OnAxis):
         return [_held(covered, 2 * pi * frequency * covered.cutoff_hz, *load) for frequency, *load in grid]
 
 
-class Backlash(_OnAxis):
+class Backlash(OnAxis):
     """Backlash: as compliance, but the force acts only beyond half the gap, and the surfaces push and never pull."""
 
     kind = "backlash"

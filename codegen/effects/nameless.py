@@ -1,28 +1,79 @@
-"""Forces over position that the catalogue has no name for, as rivals of the effects that look like them.
+"""Laws that the catalogue has no name for, as rivals of the effects that look like them.
 
 Along a motion in which friction takes most of the drive force, that force is nearly a constant with the sign of the
 speed. A force in proportion to it and periodic in position, such as a torque ripple of a motor that grows with the
 current, is then nearly friction that depends on position; under a constant weight it is nearly cogging. A diagnosis
 fits these forces in place of a named effect, and does not name that effect where they explain the log as well.
+
+A load that only friction drives, such as that of a belt that slips, is nearly one behind a spring and a strong damper.
+It is fitted in place of ``compliance`` and ``backlash``.
 """
 
 from __future__ import annotations
 
+from abc import abstractmethod
+from collections.abc import Mapping
 from dataclasses import replace
+from typing import ClassVar
 
 import sympy
 
+from codegen.base.significant import in_percent
 from codegen.effects import CATALOGUE
-from codegen.effects.effect import Effect
+from codegen.effects.compliance import DAMPING, OnAxis
+from codegen.effects.compliance import SHARE as LOAD_FRACTION
+from codegen.effects.effect import Effect, EffectParameter, Symbols
 from codegen.effects.periodic import AMPLITUDE, PERIOD, PHASE, Cogging, PositionDependentFriction
 from codegen.effects.places import drive_force
+from codegen.effects.start import Covered
 from codegen.mechanics.system import System
+from codegen.mechanics.transmission import Transmission
 from codegen.spec.functions import Magnitude
 
+FRICTION_ALONE = (
+    "To tell them apart, log accelerations several times smaller, at which friction holds: the load then moves with "
+    "the motor, and a spring still rings"
+)
+ANOTHER_LOAD = (
+    "To tell them apart, log the same motion under another load, slow motion against a load, and accelerations several "
+    "times as large at the same speeds: friction and cogging stay as they are, and a force in proportion to the drive "
+    "force grows with it"
+)
+SLIPPING_LOADS, SLIPPING_FORCES, SLIPPING_SPEEDS = (0.3, 0.5, 0.7), (0.3, 0.6, 1.0), (0.02, 0.3)
+"""Starting values of a load that slips: its share of the inertia, the limit over the force that moves it, and the speed
+at which the damper alone would reach the limit over the top speed."""
 SHARE = replace(AMPLITUDE, unit="1", meaning="amplitude over the drive force")
 
 
-class DriveOverPosition(PositionDependentFriction):
+class Nameless(Effect):
+    """Base class of laws without a name.
+
+    Attributes:
+        if_better: whether an effect is not named only where the log prefers this law to it, and not also where the two
+            tie: of a richer law, which can always be like the effect.
+        told_apart: the experiment that discriminates them.
+    """
+
+    nameless: ClassVar[tuple[str, ...]] = ()
+    if_better: ClassVar[bool] = False
+    told_apart: ClassVar[str]
+
+    @abstractmethod
+    def in_words(self, values: Mapping[str, float], units: Mapping[str, str]) -> str:
+        """The law with its values."""
+
+
+class _Wave(Nameless):
+    """Base class of forces in proportion to the drive force and periodic in position."""
+
+    told_apart = ANOTHER_LOAD
+
+    def in_words(self, values: Mapping[str, float], units: Mapping[str, str]) -> str:
+        share, period = in_percent(values["amplitude"]), f"{values['period']:.3g} {units['period']}"
+        return f"{self.signature} (amplitude {share} of that, period {period})"
+
+
+class DriveOverPosition(_Wave, PositionDependentFriction):
     """λ −= L·amplitude sin(2π s/period + phase), with L the force of the inputs in the direction of the contact."""
 
     kind = "drive_force_over_position"
@@ -30,7 +81,6 @@ class DriveOverPosition(PositionDependentFriction):
     signature = "a force in proportion to the drive force and periodic in position"
     parameters = (SHARE, PERIOD, PHASE)
     more_forms = ((*parameters, replace(SHARE, name="amplitude_2"), replace(PHASE, name="phase_2")),)
-    nameless = ()
 
     def applies(self, system: System, place: int) -> bool:
         return bool(drive_force(system, place) != 0)
@@ -39,11 +89,10 @@ class DriveOverPosition(PositionDependentFriction):
         return system.with_contact_force(place, -drive_force(system, place) * wave)
 
 
-class _DriveOnCoordinate(Cogging):
+class _DriveOnCoordinate(_Wave, Cogging):
     """Base class of forces in proportion to the force L of the inputs on a coordinate, or to its magnitude."""
 
     parameters = (SHARE, PERIOD, PHASE)
-    nameless = ()
 
     def applies(self, system: System, place: int) -> bool:
         return bool(_drive_on(system, place) != 0)
@@ -71,13 +120,42 @@ class LoadWave(_DriveOnCoordinate):
         return system.with_force(place, Magnitude(_drive_on(system, place)) * wave)
 
 
+class SlippingLoad(Nameless, OnAxis):
+    """A load that friction drives: (1 − ρ)·M at the motor, ρ·M at the load, c·dv/(1 + |c·dv|/limit) between them."""
+
+    kind = "slipping_load"
+    equation = "(1 − ρ)·M at the motor, ρ·M at the load; between them c·dv/(1 + |c·dv|/limit)"
+    signature = "a load that slips, driven by friction alone"
+    parameters = (DAMPING, EffectParameter("limit", "{F}", "greatest force on the load", low=0.0), LOAD_FRACTION)
+    if_better = True
+    told_apart = FRICTION_ALONE
+
+    def add(self, system: System, place: int, p: Symbols) -> System:
+        slip = Transmission(place, sympy.S.Zero, p["c"], p["load_fraction"], limit=p["limit"])
+        return system.with_transmission(slip)
+
+    def starts(self, covered: Covered) -> list[dict[str, float]]:
+        """Limits about the force that moves the load, approached at small or at large shares of the top speed."""
+        return [
+            {"c": limit / (speed * covered.top_speed), "limit": limit, "load_fraction": load}
+            for load in SLIPPING_LOADS
+            for limit in (share * load * covered.force for share in SLIPPING_FORCES)
+            for speed in SLIPPING_SPEEDS
+        ]
+
+    def in_words(self, values: Mapping[str, float], units: Mapping[str, str]) -> str:
+        share, limit = in_percent(values["load_fraction"]), f"{values['limit']:.3g} {units['limit']}"
+        return f"{self.signature} ({share} of the inertia, at most {limit})"
+
+
 def _drive_on(system: System, coordinate: int) -> sympy.Expr:
     """The force of the inputs on a coordinate: g(w) − g(0)."""
     force = system.force[coordinate]
     return sympy.expand(force - force.subs(dict.fromkeys(system.inputs, 0)))
 
 
-NAMELESS: dict[str, Effect] = {effect.kind: effect for effect in (DriveOverPosition(), DriveWave(), LoadWave())}
+_LAWS: tuple[Nameless, ...] = (DriveOverPosition(), DriveWave(), LoadWave(), SlippingLoad())
+NAMELESS: dict[str, Nameless] = {effect.kind: effect for effect in _LAWS}
 """Kind → effect; no spec declares one, and no verdict names one."""
 
 

@@ -1,4 +1,4 @@
-"""Forces over position that no effect describes: a torque ripple that grows with the current is no friction."""
+"""Laws that no effect describes: a torque ripple that grows with the current is no friction, a slip no spring."""
 
 from __future__ import annotations
 
@@ -7,9 +7,19 @@ from pathlib import Path
 import pytest
 
 from codegen.diagnosis.diagnose import diagnose_log
+from codegen.diagnosis.fit.record import record_of
+from codegen.diagnosis.fit.residual import Problem
+from codegen.diagnosis.fit.search import search_on
+from codegen.diagnosis.fit.signals import smooth_motion
 from codegen.diagnosis.results import Diagnosis
+from codegen.diagnosis.selection.candidate_fits import every_part, fit_candidates
+from codegen.diagnosis.selection.forward_selection import within_reach
+from codegen.diagnosis.verdict.nameless import Rival, nameless_rival
 from codegen.effects import CATALOGUE
 from codegen.effects.nameless import NAMELESS, effect_called
+from codegen.logs import Log, read_log
+from codegen.simulate.closed_loop import simulate
+from codegen.simulate.loop_run import write_log
 from codegen.spec import Spec, parse_spec
 from tests.diagnosis.stage import TEST, TRAIN, among, log_of, stage, system_of
 
@@ -55,3 +65,68 @@ def test_no_spec_can_declare_a_force_without_a_name() -> None:
     assert all(effect_called(kind) is effect for kind, effect in (NAMELESS | CATALOGUE).items())
     named = {kind for effect in CATALOGUE.values() for kind in effect.nameless}
     assert named == NAMELESS.keys() and not any(effect.nameless for effect in NAMELESS.values())
+
+
+SLIPPING = """\
+name: stage
+coordinates:
+  x: {velocity: v, unit: m}
+  z: {velocity: u, unit: m}     # the load, which no log shows
+inputs:
+  w: {unit: N}
+parameters:
+  m: {value: 0.9, unit: kg}
+  m_load: {value: 1.1, unit: kg}
+  b: {value: 6, unit: N*s/m}
+mass_matrix: [[m, 0], [0, m_load]]
+force: [w - b*v, 0]
+friction:
+  distribution: [[1, 1], [0, -1]]
+  contacts:
+    - {name: rail, law: coulomb, a: 4, unit: N}
+    - {name: belt, law: coulomb, a: 1.6, unit: N}
+simulation:
+  duration: 10
+  sample_time: 0.002
+  reference: {x: "0.2*sin(2*pi*0.4*t) + 0.06*sin(2*pi*1.1*t)"}
+  position_gain: {w: 900}
+  velocity_gain: {w: 30}
+  encoder_step: {x: 2e-6, z: 2e-6}
+"""
+"""The stage with more than half of its inertia driven by friction, which holds up to 1.5 m/s^2."""
+
+
+SPRING = "{kind: compliance, on: x, parameters: {k: 400, c: 3, load_fraction: 0.55}}"
+DRAGGED = "{kind: compliance, on: x, parameters: {k: 2, c: 12, load_fraction: 0.55}}"
+"""A load that little but a damper moves."""
+
+
+def rival_of_compliance(log: Log) -> Rival | None:
+    """The law without a name that the log prefers to a compliance, which is fitted to it in any case."""
+    system, motion = system_of(stage()), smooth_motion(log)
+    search, base = within_reach(search_on(Problem(system, motion, {}), lambda share: record_of(motion, log, share)))
+    parts = [part for part in every_part(search, ()) if part.kind == "compliance"]
+    return nameless_rival(search, fit_candidates(search, base, parts, lambda share: None)[0])
+
+
+def test_a_load_that_slips_is_not_one_behind_a_spring(tmp_path: Path) -> None:
+    """The plant's friction is set-valued, and the law without a name is not."""
+    plant = parse_spec(SLIPPING, Path("slipping.yaml"))
+    write_log(tmp_path / "slipping.csv", plant, simulate(plant, system_of(plant)))
+    found = rival_of_compliance(read_log(tmp_path / "slipping.csv", stage()))
+    assert (
+        found is not None
+        and found.better
+        and (found.part.kind, found.rival.part.kind)
+        == (
+            "compliance",
+            "slipping_load",
+        )
+    )
+    assert found.rival.parameters["load_fraction"] == pytest.approx(0.55, rel=0.2)
+    assert found.rival.parameters["limit"] == pytest.approx(1.6, rel=0.2)
+
+
+@pytest.mark.parametrize("effect", [SPRING, DRAGGED])
+def test_a_load_behind_a_spring_or_a_damper_is_not_one_that_slips(effect: str, tmp_path: Path) -> None:
+    assert rival_of_compliance(log_of(stage(f"[{effect}]", duration=10.0), tmp_path, "sprung.csv")) is None

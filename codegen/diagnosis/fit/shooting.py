@@ -91,9 +91,9 @@ class Structures:
         low = [-FAR if low is None else INSIDE * low for low, _ in limits]
         high = [FAR if high is None else INSIDE * high for _, high in limits]
         stiffness = [c.law.bristle_stiffness(c.law_parameters) for c in system.contacts]
-        loads = [(t.load_fraction, t.stiffness, t.damping, t.gap) for t in system.transmissions]
+        loads = [(t.load_fraction, t.stiffness, t.damping, t.gap, t.limit) for t in system.transmissions]
         self._split = tuple(t.coordinate for t in system.transmissions)
-        ends = np.cumsum([0, len(stiffness), len(rest), len(rest), len(rest), 4 * len(loads)])
+        ends = np.cumsum([0, len(stiffness), len(rest), len(rest), len(rest), 5 * len(loads)])
         self._parts = [slice(start, stop) for start, stop in pairwise(ends)]
         expressions = [*stiffness, *rest, *low, *high, *(e for load in loads for e in load)]
         self._numbers = numpy_function(expressions, symbols, system.values)
@@ -101,7 +101,7 @@ class Structures:
     def at(self, numbers: Array) -> Structure:
         values = np.array([float(v) for v in self._numbers(*numbers)])
         sigma, rest, low, high, coupling = (values[part] for part in self._parts)
-        return Structure(tuple(sigma), self._split, coupling.reshape(-1, 4), np.stack([low, high]), rest)
+        return Structure(tuple(sigma), self._split, coupling.reshape(-1, 5), np.stack([low, high]), rest)
 
 
 Indices = NDArray[np.int32]
@@ -127,8 +127,8 @@ class Structure:
 
     Attributes:
         sigma: one a contact; above 0 the stiffness of Dahl's law in place of the set-valued law.
-        split: coordinates that share their inertia with a load. coupling: (loads, 4) its share, stiffness, damping,
-            gap.
+        split: coordinates that share their inertia with a load. coupling: (loads, 5) its share, stiffness, damping,
+            gap, limit.
         limits: (2, states) of the states of other laws. rest: (states,) without load.
     """
 
