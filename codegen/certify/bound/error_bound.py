@@ -189,18 +189,7 @@ def error_bounds(
     domain: DomainBound | str | None = None
     tolerated: dict[str, float] = {}
     if observer.domain is not None:
-        highest = {
-            (i, j, k): _decay_of_start(response, i, unit, [k], reach[i], gamma)[0] * (1 + ROUNDING)
-            for i in (0, 1)
-            for j, unit in enumerate(np.eye(len(steady))[:2])
-            for k in {0, observer.domain.samples}
-        }
-
-        def inside(size: Sizes) -> DomainBound | str:
-            """The bounds of the domain for these bounds on the disturbances."""
-            at = [b.bound for b in steady_bounds(response, sums, size)]
-            return domain_bound(observer, response, size, at, highest)
-
+        inside = _bounds_in_domain(observer, response, sums, reach, gamma, observer.domain.samples)
         domain = inside(sizes)
         tolerated = {cause: _tolerated(spec, observer, response, OFF[cause], inside) for cause in other_sizes}
     best_rate = certificate.best_rate or certificate.decay_rate
@@ -312,6 +301,29 @@ def refuse_empty_domain(spec: Spec, observer: Observer, bounds: tuple[ErrorBound
         found = f"slip_speed {float(guarded.slip_speed):.6g}, for which there is no bound"
         expected = f"at least {domain.least_slip_speed * 1.006:.3g}"
         raise BadInput(spec.place("observer.domain.slip_speed"), found, expected, code="SPEC026")
+
+
+def _bounds_in_domain(
+    observer: Observer, response: Response, sums: Sums, reach: Any, fall: float, settle: int
+) -> Callable[[Sizes], DomainBound | str]:
+    """The function (bounds on the disturbances) → bounds in the observer's domain, or the reason why there are none.
+
+    Args:
+        reach, fall: as of ``_decay_of_start``, ``reach`` for each error component.
+        settle: samples after which the domain's bounds hold.
+    """
+    highest = {
+        (i, j, k): _decay_of_start(response, i, unit, [k], reach[i], fall)[0] * (1 + ROUNDING)
+        for i in (0, 1)
+        for j, unit in enumerate(np.eye(response.step.rows)[:2])
+        for k in {0, settle}
+    }
+
+    def inside(sizes: Sizes) -> DomainBound | str:
+        at = [b.bound for b in steady_bounds(response, sums, sizes)]
+        return domain_bound(observer, response, sizes, at, highest)
+
+    return inside
 
 
 def _tolerated(
