@@ -15,7 +15,7 @@ from codegen.app.rounding_bound import Rounding, rounding_bounds
 from codegen.base.border import verb
 from codegen.base.files import refuse_target, write_atomically
 from codegen.base.progress import begin
-from codegen.base.result import Shown, named
+from codegen.base.result import Result, named
 from codegen.base.text import render
 from codegen.certify.bound.bounds import ErrorBound
 from codegen.certify.outcome import Certificate, Refusal
@@ -31,7 +31,7 @@ OF_SPEED = "contact unit computed of_code"
 
 
 @dataclass(frozen=True, repr=False)
-class Certified(Shown):
+class Certified(Result):
     """The result of ``certify``.
 
     Attributes:
@@ -59,6 +59,31 @@ class Certified(Shown):
         limits = {f"|{b.name}| at most": f"{b.steady:.4g} {b.unit}" for b in bounds}
         times = {f"largest sample time, {step}": f"{h:g} s" for step, h in self.sample_times.items()}
         return {**self.outcome.summary, **limits, **times}
+
+    @property
+    def content(self) -> dict[str, Any]:
+        """As of ``Result``; a sample time without limit is null."""
+        outcome = self.outcome
+        return {
+            "format": "stiction-certification/1",
+            "certified": isinstance(outcome, Certificate),
+            **(_certificate(outcome, self.bounds) if isinstance(outcome, Certificate) else _refusal(outcome)),
+            "kernel_proof": None if outcome.kernel is None else json.loads(outcome.kernel),
+            "not_by_kernel": outcome.not_by_kernel or None,
+            "sample_times": {step: h if math.isfinite(h) else None for step, h in self.sample_times.items()},
+        }
+
+    @property
+    def view(self) -> dict[str, Any]:
+        more = named(self, "bounds sample_times solved")
+        if isinstance(self.outcome, Refusal):
+            return {"refusal": self.outcome, **more}
+        return {"certificate": self.outcome, "rounding": self.rounding, **more}
+
+    def text(self, **options: object) -> str:
+        """The result in words; ``target``: the file to which the certificate was written, or None."""
+        template = "refused" if isinstance(self.outcome, Refusal) else "certified"
+        return render(f"text/{template}.txt.j2", **self.view, **{"target": None, **options})
 
 
 @verb
@@ -105,33 +130,12 @@ def write_certificate(certificate: Certificate, out: str | Path) -> Path:
     return Path(out)
 
 
-def certified_text(found: Certified, target: Path | None) -> str:
-    """The text of ``stiction certify``; ``target``: the file to which the certificate was written."""
-    more = {"bounds": found.bounds, "sample_times": found.sample_times, "solved": found.solved}
-    if isinstance(found.outcome, Refusal):
-        return render("text/refused.txt.j2", refusal=found.outcome, **more)
-    return render("text/certified.txt.j2", certificate=found.outcome, target=target, rounding=found.rounding, **more)
-
-
-def certified_json(found: Certified) -> dict[str, Any]:
-    """The JSON object of ``stiction certify --json``; a sample time without limit is null."""
-    outcome = found.outcome
-    return {
-        "format": "stiction-certification/1",
-        "certified": isinstance(outcome, Certificate),
-        **(_certificate(outcome, found) if isinstance(outcome, Certificate) else _refusal(outcome)),
-        "kernel_proof": None if outcome.kernel is None else json.loads(outcome.kernel),
-        "not_by_kernel": outcome.not_by_kernel or None,
-        "sample_times": {step: h if math.isfinite(h) else None for step, h in found.sample_times.items()},
-    }
-
-
-def _certificate(certificate: Certificate, found: Certified) -> dict[str, Any]:
-    speeds = [] if isinstance(found.bounds, str) else found.bounds[0].slip_speeds
+def _certificate(certificate: Certificate, bounds: tuple[ErrorBound, ...] | str) -> dict[str, Any]:
+    speeds = [] if isinstance(bounds, str) else bounds[0].slip_speeds
     return {
         **named(certificate, "decay_rate spectral_rate refuted_rate turning_rate facts"),
         "sticking": None if certificate.sticking is None else asdict(certificate.sticking),
-        "error_bounds": found.bounds if isinstance(found.bounds, str) else [named(b, OF_BOUND) for b in found.bounds],
+        "error_bounds": bounds if isinstance(bounds, str) else [named(b, OF_BOUND) for b in bounds],
         "slip_speeds": [named(speed, OF_SPEED) for speed in speeds],
         "certificate": certificate.content,
     }

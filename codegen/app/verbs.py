@@ -141,12 +141,12 @@ def certify(
     from codegen.base.progress import progress
 
     with progress():
-        from codegen.app.certify import certified_json, certified_text, certify
+        from codegen.app.certify import certify
 
         found = certify(spec, out)
     target = None if found.certificate is None else out
     on = errors if found.certificate is None else output
-    _print(as_json, lambda: certified_json(found), lambda: on.fitted(certified_text(found, target)), on)
+    _print(as_json, lambda: found.content, lambda: on.fitted(found.text(target=target)), on)
     raise typer.Exit(REFUSED if found.certificate is None else 0)
 
 

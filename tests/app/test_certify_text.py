@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from codegen.app.certify import Certified, certified_text, certify
+from codegen.app.certify import Certified, certify
 from codegen.base.terminal import PlainConsole, output
 
 from .command import SPECS, stiction
@@ -58,7 +58,7 @@ def test_of_many_errors_the_largest_is_in_the_first_line_and_each_has_a_line_of_
     """A chain of 16 contacts printed 64 lines of bounds before what they assume."""
     one = found().bounds[0]
     bounds = [replace(one, name=f"e_a_{k}", steady=1.0 + k % 4, of_code=1.0 + k % 4) for k in range(8)]
-    text = certified_text(replace(found(), bounds=tuple(bounds)), None)
+    text = replace(found(), bounds=tuple(bounds)).text()
     assert text.startswith("certified: 8 error bounds, the largest |e_a_3| <= 4 N long after a reversal; rate ")
     assert all(
         text.count(f"|e_a_{k}| <= {1 + k % 4} N long after a reversal; {1 + k % 4} N proved") == 1 for k in range(8)
@@ -117,7 +117,7 @@ def test_a_bound_whose_proved_value_exceeds_the_friction_is_useless() -> None:
     assert not isinstance(made.bounds, str)
     bound = replace(made.bounds[0], steady=49.0, largest=50.0, of_code=51.0)
     assert bound.useless and not replace(bound, of_code=None).useless
-    first = certified_text(replace(made, bounds=(bound,)), None).splitlines()[0]
+    first = replace(made, bounds=(bound,)).text().splitlines()[0]
     assert "<= 51 N" in first and "of no use" in first
 
 
@@ -127,7 +127,7 @@ def test_facts_are_broken_once_on_a_narrow_screen(monkeypatch: pytest.MonkeyPatc
 
     def printed(width: int) -> list[str]:
         monkeypatch.setattr(PlainConsole, "width", width)
-        return [line[18:].rstrip() for line in output.fitted(certified_text(found(), None)).splitlines()[1:]]
+        return [line[18:].rstrip() for line in output.fitted(found().text()).splitlines()[1:]]
 
     wide, narrow = printed(400), printed(80)
     words = " ".join(narrow).split()

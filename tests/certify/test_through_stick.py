@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 import sympy
 
-from codegen.app.certify import Certified, certified_text
+from codegen.app.certify import Certified
 from codegen.app.derived import Derived
 from codegen.certify.outcome import Certificate
 from codegen.certify.sticking import slowest_while_sticking
@@ -104,9 +104,7 @@ def test_a_contact_that_sticks_keeps_the_error_of_another_alive() -> None:
     said = outcome.sticking
     assert said is not None and said.contacts == ("first",)
     assert said.rate == pytest.approx(-np.linalg.eigvals(on_surface).real.max(), rel=1e-6)
-    assert "an error of the other contacts grows at 19.5 1/s" in " ".join(
-        certified_text(Certified(outcome, "", {}), None).split()
-    )
+    assert "an error of the other contacts grows at 19.5 1/s" in " ".join(Certified(outcome, "", {}).text().split())
 
 
 def test_with_one_velocity_gain_it_stays_small() -> None:

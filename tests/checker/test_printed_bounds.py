@@ -10,7 +10,7 @@ from fractions import Fraction
 
 import pytest
 
-from codegen.app.certify import certified_text, certify
+from codegen.app.certify import certify
 from codegen.base.significant import float_above, rounded_to
 from codegen.checker import enclosure, theorem, verify
 from tests.app.command import SPECS
@@ -104,7 +104,7 @@ def test_what_verify_prints_of_the_matrices(kind: str) -> None:
 
 def test_what_certify_prints() -> None:
     found = certify(SPECS / "one_mass_domain.yaml")
-    text = " ".join(certified_text(found, None).split())
+    text = " ".join(found.text().split())
     (bound,), rounding = found.bounds, found.rounding
     assert not isinstance(rounding, str) and not isinstance(bound, str) and bound.of_code is not None
     steady, of_code = (float(x) for x in re.findall(r"\|e_a_rail\| <= (\S+) N (?:long|in the long)", text)[1:])
