@@ -31,6 +31,27 @@ _CALLED = (
     *("N/A", "N*m/A", "N/V", "N*m/V", "N*s^2/m^2", "N*m*s^2", "N/m^3", "ohm", "H", "K", "Pa", "W"),
 )
 """The usual units: those that messages suggest, and by which they call a dimension."""
+_SYMBOLS = (
+    *("m", "mm", "cm", "um", "km", "inch", "ft", "rad", "mrad", "deg", "rev", "rpm", "s", "ms", "us", "min", "hour"),
+    *("Hz", "kHz", "g", "kg", "N", "mN", "kN", "lbf", "J", "W", "kW", "A", "mA", "V", "mV", "ohm", "H", "mH", "K"),
+    *(
+        "Pa",
+        "kPa",
+        "MPa",
+        "bar",
+        "newton",
+        "meter",
+        "second",
+        "kilogram",
+        "radian",
+        "degree",
+        "amp",
+        "volt",
+        "watt",
+        "hertz",
+    ),
+)
+"""Factors of which units are made, for the proposal where one is misspelt."""
 _DEFINED = (
     *("@alias turn = rev", "@alias revolutions_per_minute = RPM", "@alias pound = lbm", "@alias kilogram_force = kp"),
     *("@alias force_pound = lb_f", "@alias force_ounce = oz_f"),
@@ -151,7 +172,30 @@ def _unit(text: str) -> SiUnit | Any:
     try:
         return si_unit(plain) or _parse(plain)
     except ValueError:
-        raise refused("", "a unit such as N*m, kg*m^2 or 1", nearest_name(text, _CALLED)) from None
+        raise refused(
+            "", "a unit such as N*m, kg*m^2 or 1", _nearest_unit(plain) or nearest_name(text, _CALLED)
+        ) from None
+
+
+def _nearest_unit(plain: str) -> str | None:
+    """The unit with each unknown factor replaced by the symbol most like it: ``N/mm`` for ``N/mmm``; None if none is.
+
+    Args:
+        plain: in the normalised form of ``spelled``.
+    """
+
+    def corrected(factor: re.Match[str]) -> str:
+        return factor[0] if _is_unit(factor[0]) else nearest_name(factor[0], _SYMBOLS) or factor[0]
+
+    meant = re.sub(r"[A-Za-z_]\w*", corrected, plain)
+    return meant if meant != plain and _is_unit(meant) else None
+
+
+def _is_unit(plain: str) -> bool:
+    try:
+        return si_unit(plain) is not None or _parse(plain) is not None
+    except ValueError:
+        return False
 
 
 def inertia_for(torque: str | None) -> str | None:

@@ -289,3 +289,24 @@ def test_a_fraction_in_an_expression_keeps_the_certificate(force: str) -> None:
 def test_a_number_in_a_unit_is_named(unit: str, number: str) -> None:
     with pytest.raises(BadInput, match=re.escape(f"without the number {number}, which belongs into the value")):
         unit_name(unit, Place("a.yaml"))
+
+
+@pytest.mark.parametrize(
+    ("written", "meant"),
+    [
+        ("N/mmm", "N/mm"),
+        ("mmm", "mm"),
+        ("kN/mmm", "kN/mm"),
+        ("radd/s", "rad/s"),
+        ("kg*mmm^2", "kg*mm^2"),
+        ("Newton", "newton"),
+        ("N*mm/foo", None),
+        ("foo", None),
+    ],
+)
+def test_a_misspelt_factor_of_a_unit_is_answered_with_the_nearest(written: str, meant: str | None) -> None:
+    """The list of whole units had N/m as the nearest of N/mmm: a factor of 1000."""
+    with pytest.raises(BadInput) as told:
+        si_factor(written, Place("a.yaml"))
+    assert told.value.nearest == meant and "[SPEC013]" in str(told.value)
+    assert meant is None or si_factor(meant, Place("a.yaml"))
