@@ -89,14 +89,10 @@ def disturbances(spec: Spec, observer: Observer, response: Response, off: ModelE
         return "the force depends on velocity, and then the bound needs a range of every velocity in the envelope"
     speeds = [s or Fraction(0) for s in velocity]
     speeds_by_clock = [scale * s for s in speeds]
-    distribution = observer.distribution
-    contact_rates = []
-    for c, contact in enumerate(system.contacts):
-        slides = sliding(observer, contact)
-        if slides is None:
-            return f"the law {contact.law.name} at {contact.name} can be arbitrarily steep over speed"
-        contact_rates.append(scale * slides.slope * dot(distribution.col(c), acceleration))
-    coordinate_rates = [dot(distribution.row(i), contact_rates) for i in range(n)]
+    rates = _friction_rates(observer, [scale * a for a in acceleration])
+    if isinstance(rates, str):
+        return rates
+    contact_rates, coordinate_rates = rates
     friction_rates = []
     for error in observer.errors[n:]:
         if error.contact is not None:
@@ -126,6 +122,22 @@ def disturbances(spec: Spec, observer: Observer, response: Response, off: ModelE
         "friction": [h * rate for rate in friction_rates],
         "rounding": [Fraction(0)] * len(observer.errors),
     }
+
+
+def _friction_rates(
+    observer: Observer, acceleration: Sequence[Fraction]
+) -> tuple[list[Fraction], list[Fraction]] | str:
+    """Bounds |dF/du| |u'| on the rate of the friction of each contact, and of that on each coordinate.
+
+    Or, in words, the contact whose law has no bound on its slope.
+    """
+    distribution, contacts = observer.distribution, []
+    for c, contact in enumerate(observer.system.contacts):
+        slides = sliding(observer, contact)
+        if slides is None:
+            return f"the law {contact.law.name} at {contact.name} can be arbitrarily steep over speed"
+        contacts.append(slides.slope * dot(distribution.col(c), acceleration))
+    return contacts, [dot(distribution.row(i), contacts) for i in range(len(acceleration))]
 
 
 def largest_slopes(spec: Spec, observer: Observer, part: Any, off: ModelError) -> list[Any] | str:
