@@ -4,6 +4,9 @@ An input that is logged late, as a current behind a filter of the drive, leads t
 force that the model lacks may hide this lead, and a heavily damped compliance then corrects it. So the lead is
 estimated again beside the other effects found. If free runs with the inputs taken earlier explain the log as well as
 the effects that add states do, the lead is corrected, and the effects are sought again.
+
+Where free runs then still leave far more than the noise, another force is missing, of which a lead explains a part, as
+a compliance does. There it must also explain a share of the residual force, as an effect must.
 """
 
 from __future__ import annotations
@@ -13,7 +16,7 @@ from dataclasses import replace
 
 from codegen.diagnosis.case import Case
 from codegen.diagnosis.evidence.timing import Lead, further_finding, further_leads
-from codegen.diagnosis.fit.credit import independent_share
+from codegen.diagnosis.fit.credit import LEAST_SHARE, independent_share, is_far
 from codegen.diagnosis.fit.identity_cache import identity_cache
 from codegen.diagnosis.fit.output_error import Fit, segment_cost
 from codegen.diagnosis.fit.search import Search
@@ -27,9 +30,10 @@ from codegen.logs.uniform import earlier
 def corrected_for_leads(case: Case, search: Search, final: Fit) -> Case | None:
     """The case with inputs taken earlier in place of the effects of a fit that add states; None if those stay.
 
-    They stay if no input has a significant lead without them, or if free runs gain more than ``BETTER`` nats by each of
-    them over the lead, tempered by the share of independent residuals. They are left out together, since a lead may
-    have been named as two of them.
+    They stay if no input has a significant lead without them, if free runs gain more than ``BETTER`` nats by each of
+    them over the lead, tempered by the share of independent residuals, or if these end far from the noise and a lead
+    explains less than ``LEAST_SHARE`` of the squared residual force. They are left out together, since a lead may have
+    been named as two of them.
     """
     with_states = [k for k in range(len(final.trial.parts)) if _adds_states(final, k)]
     if not with_states:
@@ -45,6 +49,8 @@ def corrected_for_leads(case: Case, search: Search, final: Fit) -> Case | None:
         rest = late.without(rest, k)
     lost = independent_share(final) * (segment_cost(rest.residual) - segment_cost(final.residual))
     if lost > BETTER * len(with_states):
+        return None
+    if is_far(rest) and min(lead.explained for lead in leads.values()) < LEAST_SHARE:
         return None
     names = [w.name for w in case.problem.system.inputs]
     replaced = [f"{part.kind} on {part.on}" for part in (final.trial.parts[k] for k in with_states)]
