@@ -51,7 +51,9 @@ UNIT = rf"(?=.{{1,40}}\Z)(?:1|(?:1/)?{FACTOR}(?:[*/]{FACTOR})*)"  # coherent: no
 START = "initialisation sets the velocity estimates to 0, and all others to constants, whatever is measured; "
 HELD = START + "after invalid samples the held estimates continue, if each call gets the same outputs"
 BARE = START + "an invalid sample is used like any other"
-LONGEST_SUM = 20  # terms of an output that is printed as a sum
+LONGEST_SUM, LONGEST_FLAG = 20, 1000  # terms of an output that is printed as a sum, and of one that signs make 0
+# Values of a sign for which an output is 0 -> what holds where it is not.
+WHERE = {(-1, 0): "> 0", (0, 1): "< 0", (1,): "<= 0", (-1,): ">= 0", (-1, 1): "= 0", (0,): "is not 0"}
 ASSUMED = "error bounds, assuming that "
 STEP, LONG_RUN = "the step multiplies V = e'Pe", "is in the long run at most"
 SIZES = "that noise and drift stay within the bounds assumed (generate and certify take them from the envelope)"
@@ -102,6 +104,7 @@ def proved(proof: dict[str, Any], sources: dict[str, bytes], turns: Collection[s
         met(proof, shown)
         recovery(proof, shown)
         shown["outputs"] = of_estimates(proof, shown)
+        shown["other than 0"] = other_than_zero(proof, shown)
         rounding.require(proof, shown)
         held.require(proof, shown)
         steady(proof, shown, sorted({*proof["signs"], *turns}))
@@ -254,6 +257,51 @@ def of_estimates(proof: dict[str, Any], shown: dict[str, Any]) -> dict[str, Any]
         q = rounding.put(p, back)
         if q.names() and q.names() <= free and rounding.put(q, estimates) == p:
             found[x] = q
+    return found
+
+
+def other_than_zero(proof: dict[str, Any], shown: dict[str, Any]) -> dict[str, list[str]]:
+    """Another output of the C, such as in_domain -> conditions that hold in each sample in which it is not 0.
+
+    The step runs from any state. A sign in the C is -1, 0 or 1; where one of these makes the output's polynomial 0,
+    whatever all else in it is, the output is 0. States are written by as many estimates if their formulas in `states`
+    have no sign, and ``step`` shows these estimates: every state is then of that form (lemma 10 of errors.py).
+    """
+    c, estimates, known = shown["c"], {e["estimate"] for e in proof["errors"]}, dict[Any, Any]()
+    if not (others := [y for y in c.outputs if y not in estimates and y not in shown["outputs"]]):
+        return {}
+    free = {x: shown["names"][x] for x in c.values} | {x: kernel.term(1, x) for x in (*c.inputs, *c.states)}
+    own = {y: kernel.term(1, y) for y in estimates}
+    claim, plain = kernel.Text(free | own, {}), [z for z in shown["moving"] if "sign." not in proof["states"][z]]
+    written = {z: p for z in plain if (p := claim.value(proof["states"][z])).names() <= {*free, *own}}
+    used = estimates & set().union(*(p.names() for p in written.values()))
+    for start in [free | written] * (len(used) == len(written)) + [free]:
+        known.clear()
+        after = kernel.Text(start, known).run(c.step + c.commit, c.states + c.outputs)
+        if all(after[y] == own[y] for y in used):
+            break
+    signs = {min(value.names()): of for (function, of), value in known.items() if function == "sgn"}
+
+    def at(p: Any, sign: str, number: int) -> Any:
+        """p for this number of a sign, which other signs may be of."""
+        values = {sign: kernel.term(number)}
+        for x, of in signs.items():
+            if x != sign and not (here := rounding.put(of, values)).names():
+                values[x] = kernel.function("sgn", here, {})
+        return rounding.put(p, values)
+
+    def readable(p: Any) -> str:
+        return re.sub(r"\?\d+", lambda x: f"sign({readable(signs[x[0]])})" if x[0] in signs else x[0], as_sum(p))
+
+    found = {}
+    for y in others:
+        p = after.get(y, kernel.Poly())
+        free_signs = {x: of for x, of in signs.items() if x in p.names() and not of.names() <= signs.keys()}
+        few = free_signs if len(p) <= LONGEST_FLAG else {}
+        zero = {of: tuple(n for n in (-1, 0, 1) if not at(p, x, n)) for x, of in few.items()}
+        lines = [f"{readable(of)} {WHERE[numbers]}" for of, numbers in zero.items() if numbers in WHERE]
+        if lines and not any("?" in line for line in lines):
+            found[y] = lines
     return found
 
 
@@ -505,6 +553,10 @@ def words(proof: dict[str, Any], shown: dict[str, Any], sized: bool = False, fal
         f" inputs and every {free}{stays}",
         *left_over,
         *(f"in each sample {plain(x)} = {plain(as_sum(p))}" for x, p in stated.items()),
+        *(
+            f"in each sample with fault 0 {plain(x)} is 0 except where {' and '.join(map(plain, of))}"
+            for x, of in shown.get("other than 0", {}).items()
+        ),
         *(falling(proof, shown, plain) if fall else ()),
         f"with the values of {proof['name']}.h: {values}",
         *(() if proof["domain"] else (HELD if guarded else BARE,)),

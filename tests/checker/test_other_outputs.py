@@ -90,3 +90,53 @@ def test_the_formulas_are_what_the_twin_computes(name: str) -> None:
             found = sum(float(c * prod(at[y].constant() for y in m)) for m, c in p.items())
             assert found == pytest.approx(float(at[x].constant()), rel=1e-12, abs=1e-12), x
     assert formulas
+
+
+FAST, CALM = "-1 + sign(v_hat)*v_hat", "-0.0003 + sign(x - x_predicted)*x - sign(x - x_predicted)*x_predicted <= 0"
+LATE, MOVES = "-299.5 + samples_slid > 0", "v_hat is not 0"
+FLAGS = {  # what in_domain is set to -> where verify says that it is not 0
+    "in_domain": [MOVES, f"{FAST} > 0", CALM, LATE],
+    "1.0": [],
+    "0.5 + 0.5 * in_domain": [],
+    "in_domain_1": [MOVES, f"{FAST} > 0", CALM],
+    "learning": [MOVES, f"{FAST} > 0"],
+    "1.0 - learning": [],
+    "learning_1": [f"{FAST} is not 0"],
+    "fabs(learning_1)": [f"{FAST} is not 0"],
+    "1.0 - fabs(learning_1)": [f"{FAST} = 0"],
+    "0.5 * fabs(learning_1) - 0.5 * learning_1": [f"{FAST} < 0"],
+    "1.0 - 0.5 * fabs(learning_1) + 0.5 * learning_1": [f"{FAST} >= 0"],
+    "state->x_predicted * (0.5 * fabs(in_domain_2) + 0.5 * in_domain_2)": [LATE],
+}
+
+
+def where(files: dict[str, bytes], content: Any) -> list[str]:
+    """The conditions that verify prints for in_domain."""
+    begin = "in each sample with fault 0 in_domain is 0 except where "
+    lines = [line.removeprefix(begin) for line in check(content, files).proved if line.startswith(begin)]
+    return lines[0].split(" and ") if lines else []
+
+
+@pytest.mark.parametrize("flag", FLAGS)
+def test_where_a_flag_is_not_zero_is_said(flag: str) -> None:
+    """A C that always sets in_domain to 1 was accepted in the same words as the genuine one."""
+    content, files = changed("one_mass_domain", ("outputs->in_domain = in_domain;", f"outputs->in_domain = {flag};"))
+    assert where(files, content) == FLAGS[flag]
+
+
+def test_where_in_domain_is_not_zero_in_the_twin() -> None:
+    twin, dice = importlib.import_module("generated.one_mass_domain"), random.Random(2)
+    p, outputs, seen = twin.Parameters(), twin.Outputs(), {0.0: 0, 1.0: 0}
+    state = twin.init(p, twin.Inputs(0.0, 0.0))
+    for _ in range(20_000):
+        v = dice.choice([dice.uniform(-5, 5), p.slip_speed, -p.slip_speed])
+        moved = dice.choice([0.0, p.largest_innovation, dice.uniform(-1e-3, 1e-3)])
+        state.x_predicted, state.samples_slid = dice.uniform(-1, 1), float(dice.choice([0, 298, 299, 300]))
+        x, state.direction_rail = state.x_predicted + moved, dice.choice([-1.0, 0.0, 1.0])
+        state.z_v, predicted, late = v - p.K_v * x, state.x_predicted, state.samples_slid + p.constant_2 > 0
+        twin.step(state, p, twin.Inputs(x, dice.uniform(-9, 9)), outputs)
+        assert not outputs.fault
+        seen[outputs.in_domain] += 1
+        if outputs.in_domain:
+            assert abs(outputs.v_hat) > p.slip_speed and abs(x - predicted) <= p.largest_innovation and late
+    assert min(seen.values()) > 500
