@@ -13,7 +13,7 @@ from codegen.app.derived import Derived, Source, derived_from
 from codegen.base.border import verb
 from codegen.base.errors import BadInput
 from codegen.base.text import render
-from codegen.certify.size import beyond_checker
+from codegen.certify.size_limit import beyond_checker
 from codegen.effects.declare import declared_symbols
 from codegen.emit.c import c_language
 from codegen.mechanics.system import System

@@ -202,7 +202,7 @@ class Derived(Shown):
 
         Raises BadInput for a file name that generated files cannot print.
         """
-        from codegen.certify.prefix import rational_text
+        from codegen.certify.certificate_text import rational_text
         from codegen.emit.header import make_header
 
         spec, options = self.spec, self.overrides.options

@@ -20,7 +20,7 @@ from codegen.base.files import refuse_target, write_atomically
 from codegen.base.input_files import read_text
 from codegen.base.text import render
 from codegen.base.user_text import UserText
-from codegen.certify.prefix import rational_text
+from codegen.certify.certificate_text import rational_text
 from codegen.checker import verify
 
 LONGEST_DWELL = 30_000

@@ -17,7 +17,7 @@ from codegen.base.arrays import Array
 from codegen.base.errors import BadInput
 from codegen.cancellation.optimum import SINGULAR, best_inputs, whitener
 from codegen.cancellation.reach import Reach
-from codegen.certify.prefix import rational_text, to_prefix
+from codegen.certify.certificate_text import rational_text, to_prefix
 from codegen.checker import verify
 from codegen.mechanics.casadi_form import at_points, function_of
 from codegen.mechanics.compact import compact

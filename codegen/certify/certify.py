@@ -27,7 +27,7 @@ from codegen.certify.lyapunov import common_lyapunov, least_growth_at_reversals,
 from codegen.certify.outcome import Certificate, Proposal, Proposals, Refusal
 from codegen.certify.refute import refute, slowest_point
 from codegen.certify.region_proofs import Regions, find_regions
-from codegen.certify.size import beyond_checker
+from codegen.certify.size_limit import beyond_checker
 from codegen.certify.structure import by_structure
 from codegen.certify.trigonometric import over_angles
 from codegen.checker import verify

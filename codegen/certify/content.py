@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from codegen.analysis.analysis import Analysis
 from codegen.base.text import render
 from codegen.base.version import VERSION
+from codegen.certify.certificate_text import rational_text, rounded, rounded_matrix, texts, to_prefix
 from codegen.certify.family import Family
-from codegen.certify.prefix import rational_text, rounded, rounded_matrix, texts, to_prefix
 from codegen.checker import verify
 from codegen.friction import DynamicLaw
 from codegen.observers.equations import ErrorVariable, Observer

@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 
 from codegen.base.arrays import Array
 from codegen.base.exact_numbers import geometric
+from codegen.certify.certificate_text import fraction, to_prefix
 from codegen.certify.family import PI, Family, NotEnclosable
-from codegen.certify.prefix import fraction, to_prefix
 from codegen.checker import decay, verify
 from codegen.mechanics.casadi_form import at_points, function_of
 

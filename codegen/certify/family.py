@@ -15,7 +15,7 @@ import sympy
 
 from codegen.analysis.error_dynamics import ErrorDynamics
 from codegen.analysis.polynomials import expand_products
-from codegen.certify.prefix import fraction, to_prefix
+from codegen.certify.certificate_text import fraction, to_prefix
 from codegen.checker import verify
 from codegen.mechanics.computed import ComputedEntry
 from codegen.mechanics.system import Matrix

@@ -17,7 +17,7 @@ from codegen.analysis.analysis import Analysis
 from codegen.analysis.operating_points import matrix_function
 from codegen.base.arrays import Array
 from codegen.base.exact_numbers import geometric, powers_of_ten
-from codegen.certify.prefix import rounded
+from codegen.certify.certificate_text import rounded
 from codegen.mechanics.casadi_form import at_points
 
 POINTS = 4000

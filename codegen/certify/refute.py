@@ -20,10 +20,10 @@ from scipy.linalg import matrix_balance
 
 from codegen.analysis.analysis import Analysis
 from codegen.base.arrays import Array
+from codegen.certify.certificate_text import rational_text, rounded, rounded_matrix, texts
 from codegen.certify.content import lines, one_line
 from codegen.certify.family import PI, Family
 from codegen.certify.lyapunov import decay_rate_limit, solution
-from codegen.certify.prefix import rational_text, rounded, rounded_matrix, texts
 from codegen.checker import verify
 from codegen.mechanics.casadi_form import function_of
 

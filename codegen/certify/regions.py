@@ -19,6 +19,7 @@ import sympy
 from codegen.base.arrays import Array
 from codegen.certify.along_friction import AlongFriction, Box, ContactAxes
 from codegen.certify.centre import Group, least_rate
+from codegen.certify.certificate_text import rounded
 from codegen.certify.content import Found
 from codegen.certify.enclosure import Enclosure, cells_of, exact_ranges
 from codegen.certify.family import Family
@@ -28,7 +29,6 @@ from codegen.certify.lyapunov import (
     common_lyapunov_at,
     decay_rate_limit,
 )
-from codegen.certify.prefix import rounded
 
 KEPT, KEPT_BELOW = 0.5, 0.4
 """Least decay rates in the sliding region, as shares of the best one: at the largest |f|, and below it. The first is

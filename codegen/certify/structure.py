@@ -50,12 +50,12 @@ from codegen.analysis.analysis import Analysis
 from codegen.base.arrays import Array
 from codegen.base.exact_numbers import geometric
 from codegen.certify.centre import least_rate
+from codegen.certify.certificate_text import rounded
 from codegen.certify.content import Found, Frame, lines, one_line, proved
 from codegen.certify.enclosure import Enclosure
 from codegen.certify.family import Family
 from codegen.certify.lyapunov import common_lyapunov
 from codegen.certify.machine_extremes import MARGIN, Extremes, extremes
-from codegen.certify.prefix import rounded
 from codegen.checker import verify
 from codegen.mechanics.system import Matrix
 from codegen.spec.model import symbol

@@ -17,11 +17,11 @@ import numpy as np
 import sympy
 
 from codegen.base.arrays import Array
+from codegen.certify.certificate_text import rounded_matrix, texts
 from codegen.certify.content import Found, as_prefix
 from codegen.certify.enclosure import exact_ranges
 from codegen.certify.family import Family
 from codegen.certify.lyapunov import common_lyapunov
-from codegen.certify.prefix import rounded_matrix, texts
 from codegen.checker import decay, kernel
 
 MOST_POINTS, MOST_CORNERS = 16, 64

@@ -19,7 +19,7 @@ from codegen.observers.velocity import INTEGRATIONS, SAMPLE_TIME
 from codegen.program.arrays import Element, elements, gathered
 from codegen.program.domain import Guard
 from codegen.program.implicit_step import implicit_blocks
-from codegen.program.lost_sample import most_lost, predicted_changes, resumed_states
+from codegen.program.invalid_samples import most_lost, predicted_changes, resumed_states
 from codegen.program.mass_solve import MassSolve
 from codegen.program.model import Block, Field, Program, State
 from codegen.program.naming import RESERVED, Names

@@ -24,7 +24,7 @@ import sympy
 
 from codegen.mechanics.casadi_form import to_casadi
 from codegen.observers.equations import Domain, Equation, Observer
-from codegen.program.lost_sample import held
+from codegen.program.invalid_samples import held
 from codegen.program.model import Block, Field, State
 from codegen.spec.functions import Magnitude, Sgn
 from codegen.spec.model import symbol

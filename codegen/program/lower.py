@@ -20,8 +20,8 @@ from codegen.program.code import Assignment, Code, Setting
 from codegen.program.graph import Graph, Node, out_of_range, reachable, to_graph
 from codegen.program.model import HELD, Program
 from codegen.program.naming import RESERVED, Names, constant_name, partial_name
-from codegen.program.normal import normalise
 from codegen.program.roll import roll
+from codegen.program.simplify import normalise
 
 
 @lru_cache(maxsize=8)

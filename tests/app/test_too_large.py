@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from unittest.mock import patch
 
-from codegen.certify import size
+from codegen.certify import size_limit
 
 from .command import SPECS, stiction
 
@@ -30,7 +30,7 @@ def test_check_says_the_limit(tmp_path):
 
 def test_certify_refuses_before_it_searches():
     with (
-        patch.object(size, "LARGEST", 1),
+        patch.object(size_limit, "LARGEST", 1),
         patch("codegen.certify.certify.build_family", side_effect=AssertionError),
         patch("codegen.certify.remedies.sample_times.build_family", side_effect=AssertionError),
     ):

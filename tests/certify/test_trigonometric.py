@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 import sympy
 
+from codegen.certify.certificate_text import to_prefix
 from codegen.certify.family import Family
-from codegen.certify.prefix import to_prefix
 from codegen.certify.trigonometric import over_angles
 from codegen.checker import decay, kernel, verify
 from tests.checker.test_verify import certificate

@@ -10,7 +10,7 @@ import numpy as np
 
 import stiction
 from codegen.cancellation import with_cancellation
-from codegen.certify.prefix import rational_text
+from codegen.certify.certificate_text import rational_text
 from codegen.emit.package import emit_sources, make_header
 from codegen.program import Program, build_program
 from codegen.spec.schema import CodeChoice

@@ -17,7 +17,7 @@ from codegen.base.errors import BadInput
 from codegen.emit.c import FUNCTIONS
 from codegen.emit.expression import Expressions, Language
 from codegen.program.graph import Graph, Node, to_graph
-from codegen.program.normal import normalise
+from codegen.program.simplify import normalise
 from tests.expected_errors import refused
 from tests.slow_cases import examples
 

@@ -11,7 +11,7 @@ from codegen.observers import observer_of
 from codegen.program import Program, build_program, lower
 from codegen.program.graph import Graph, Node, reachable, to_graph
 from codegen.program.naming import Names, constant_name
-from codegen.program.normal import normalise
+from codegen.program.simplify import normalise
 from codegen.spec.reader import parse_spec, read_spec
 
 from .test_program_build import TWO, program_of

@@ -11,7 +11,7 @@ import sympy
 
 from codegen.certify.bound.error_response import Response
 from codegen.certify.bound.friction_bounds import sliding
-from codegen.certify.prefix import fraction, rational_above
+from codegen.certify.certificate_text import fraction, rational_above
 from codegen.friction.law import DynamicLaw
 from codegen.mechanics.system import System
 from codegen.observers.equations import Observer

@@ -29,10 +29,10 @@ from codegen.base.significant import float_above
 from codegen.certify.bound.bounds import ErrorBound, Reversal
 from codegen.certify.bound.disturbances import disturbances, dot
 from codegen.certify.bound.error_response import Response
+from codegen.certify.certificate_text import fraction, rational_text, rounded, rounded_matrix, texts, upwards
 from codegen.certify.content import with_reversals
 from codegen.certify.kernel_form import Writer
 from codegen.certify.outcome import Certificate
-from codegen.certify.prefix import fraction, rational_text, rounded, rounded_matrix, texts, upwards
 from codegen.checker import ellipsoid, kernel, theorem
 from codegen.checker import verify as checker
 from codegen.observers.equations import Observer

@@ -8,7 +8,7 @@ from typing import Any
 
 import sympy
 
-from codegen.certify.prefix import fraction, rational_above
+from codegen.certify.certificate_text import fraction, rational_above
 from codegen.friction.law import DynamicLaw, ZeroMemoryLaw
 from codegen.mechanics.system import ContactFriction
 from codegen.observers.equations import Observer

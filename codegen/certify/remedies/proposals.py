@@ -28,7 +28,7 @@ from codegen.base.text import render
 from codegen.certify.certify import Certificate, Proposal, Proposals, Refusal, certify
 from codegen.certify.enclosure import enclose_family
 from codegen.certify.family import NotEnclosable, build_family
-from codegen.certify.size import beyond_checker
+from codegen.certify.size_limit import beyond_checker
 from codegen.checker import verify
 from codegen.mechanics.system import System
 from codegen.observers import build_observer

@@ -24,7 +24,7 @@ from codegen.certify.enclosure import Cells, Enclosure, enclose_family, exact_ra
 from codegen.certify.family import Family, NotEnclosable, build_family
 from codegen.certify.levels import levels_of
 from codegen.certify.lyapunov import common_lyapunov_at, decay_rate_limit
-from codegen.certify.size import beyond_checker
+from codegen.certify.size_limit import beyond_checker
 from codegen.checker import verify
 from codegen.mechanics.casadi_form import at_points
 from codegen.mechanics.computed import ComputedEntry
