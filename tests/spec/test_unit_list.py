@@ -308,5 +308,5 @@ def test_a_misspelt_factor_of_a_unit_is_answered_with_the_nearest(written: str, 
     """The list of whole units had N/m as the nearest of N/mmm: a factor of 1000."""
     with pytest.raises(BadInput) as told:
         si_factor(written, Place("a.yaml"))
-    assert told.value.nearest == meant and "[SPEC013]" in str(told.value)
+    assert (told.value.nearest, told.value.code) == (meant, "SPEC013")
     assert meant is None or si_factor(meant, Place("a.yaml"))
