@@ -164,8 +164,9 @@ class Derived(Shown):
         faults = Faults()
         with faults.noting():
             assert self.system
-        with faults.noting():
-            refuse_unknown_words(self.spec)
+        if self.spec.observer is not None:
+            with faults.noting():
+                refuse_unknown_words(self.spec.observer, self.spec.place)
         faults.raise_noted()
 
     @cached_property
@@ -282,7 +283,7 @@ def derived_from(given: Source) -> Derived:
     if isinstance(given, Derived):
         return given
     begin("reading the spec")
-    return Derived(read_spec(given))
+    return Derived(read_spec(given, refuse_unknown_words))
 
 
 @numerical("the generated step")

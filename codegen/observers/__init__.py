@@ -6,7 +6,7 @@ import re
 from collections.abc import Callable
 from dataclasses import replace
 
-from codegen.base.errors import BadInput, refuse_unknown
+from codegen.base.errors import BadInput, Place, refuse_unknown
 from codegen.effects.declare import system_of
 from codegen.mechanics.sampling import rank, sampled_values
 from codegen.mechanics.system import System
@@ -20,6 +20,7 @@ from codegen.spec.free_gains import refuse_free_gains
 from codegen.spec.model import ObserverChoice, Spec
 from codegen.spec.numerics import numerical
 from codegen.spec.places import place_of
+from codegen.spec.schema import ObserverSection
 
 OBSERVERS: dict[str, Callable[[Spec, System], Observer]] = {
     "cfo": coulomb_friction_observer,
@@ -61,7 +62,7 @@ def build_observer(spec: Spec, system: System) -> Observer:
     if choice is None:
         expected = "observer: {kind, velocity, gains, sample_time}"
         raise BadInput(spec.place("name"), "no `observer:` section", expected, code="SPEC029")
-    refuse_unknown_words(spec)
+    refuse_unknown_words(choice, spec.place)
     place = spec.place("observer.kind")
     builder = OBSERVERS[choice.kind]
     if choice.kind in SINGLE and (system.degrees_of_freedom > 1 or len(system.contacts) > 1):
@@ -80,13 +81,16 @@ def build_observer(spec: Spec, system: System) -> Observer:
     return observer
 
 
-def refuse_unknown_words(spec: Spec) -> None:
-    """Raise BadInput for an unknown kind of observer, or for gains that its kind does not have; needs no system."""
-    choice = spec.observer
-    if choice is not None:
-        refuse_unknown(choice.kind, OBSERVERS, spec.place("observer.kind"), "unknown observer", code="SPEC008")
-        known = next(gains for end, gains in GAINS.items() if choice.kind.endswith(end))
-        refuse_unknown_gains(spec, choice, known)
+def refuse_unknown_words(choice: ObserverChoice | ObserverSection, place: Callable[[str], Place]) -> None:
+    """Raise BadInput for an unknown kind of observer, or for gains that its kind does not have; needs no system.
+
+    Args:
+        choice: the observer of a spec, or its section as it stands there.
+        place: key → its file and line.
+    """
+    refuse_unknown(choice.kind, OBSERVERS, place("observer.kind"), "unknown observer", code="SPEC008")
+    known = next(gains for end, gains in GAINS.items() if choice.kind.endswith(end))
+    refuse_unknown_gains(choice, place, known)
 
 
 def _refuse_idle_options(spec: Spec, choice: ObserverChoice) -> None:

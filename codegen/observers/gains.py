@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import sympy
 
-from codegen.base.errors import BadInput, Faults, nearest_name
+from codegen.base.errors import BadInput, Faults, Place, nearest_name
 from codegen.mechanics.sparse import diagonal
 from codegen.mechanics.system import Matrix
 from codegen.spec.decimal_comma import QUESTION, maybe_commas
 from codegen.spec.expression import exact_number
 from codegen.spec.model import ObserverChoice, Spec, symbol
 from codegen.spec.row_counts import refuse_other_shape
+from codegen.spec.schema import ObserverSection
 
 
 @dataclass(frozen=True)
@@ -102,11 +103,13 @@ def _full(spec: Spec, name: str, raw: Any, rows: list[str], columns: list[str]) 
     return GainMatrix(Matrix(matrix), values)
 
 
-def refuse_unknown_gains(spec: Spec, choice: ObserverChoice, known: Sequence[str]) -> None:
-    """Raise BadInput for gains that this observer does not have."""
+def refuse_unknown_gains(
+    choice: ObserverChoice | ObserverSection, place_of: Callable[[str], Place], known: Sequence[str]
+) -> None:
+    """Raise BadInput for gains that this observer does not have; ``place_of``: key → its file and line."""
     faults = Faults()
     for name in choice.gains:
-        place = spec.place(f"observer.gains.{name}")
+        place = place_of(f"observer.gains.{name}")
         with faults.noting():
             if name == "K_v" and choice.velocity == "measured":
                 expected = "no K_v with `velocity: measured`, since it is the gain of the velocity observer"

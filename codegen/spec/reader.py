@@ -35,7 +35,7 @@ from codegen.spec.quantity import (
     refuse_other_unit,
 )
 from codegen.spec.reserved import is_device, is_identifier, is_macro, reserved, shadows_header
-from codegen.spec.schema import SpecDocument
+from codegen.spec.schema import ObserverSection, SpecDocument
 from codegen.spec.simulation_section import read_simulation
 from codegen.spec.units import inertia_for, require_coherent, si_factor, unit_name
 from codegen.spec.urdf_section import expand_robot
@@ -46,12 +46,17 @@ from codegen.spec.yaml_text import SPEC_FIRST, load_plain
 TOLERANCE = "tolerance"
 """A key of parameters and effects that contacts do not have."""
 OTHER_UNITS = "logs in other units are converted by `units:` in their meta.yaml"
+ObserverCheck = Callable[[ObserverSection, Callable[[str], Place]], None]
+"""Function (section, key → its file and line) that raises BadInput for what stands in an observer's section."""
 Given = ParamSpec("Given")
 Result = TypeVar("Result")
 
 
-def read_spec(path: str | Path) -> Spec:
+def read_spec(path: str | Path, of_observer: ObserverCheck | None = None) -> Spec:
     """The validated spec of a file.
+
+    Args:
+        of_observer: a further check of the observer's section, whose faults are raised together with all others.
 
     Raises:
         BadInput: for an invalid path, a robot file, or faults in the spec, with file and line; ``others`` has further
@@ -67,7 +72,7 @@ def read_spec(path: str | Path) -> Spec:
             raise
         raise BadInput(error.place, error.found, error.expected + SPEC_FIRST, code=error.code) from None
     _refuse_robot_file(text, path)
-    return parse_spec(text, path)
+    return parse_spec(text, path, of_observer)
 
 
 def _refuse_robot_file(text: str, path: Path) -> None:
@@ -79,9 +84,9 @@ def _refuse_robot_file(text: str, path: Path) -> None:
         raise BadInput(str(path), found, f"a spec file (YAML){made}", code="SPEC001")
 
 
-def parse_spec(text: str, path: Path) -> Spec:
-    """The validated spec of a text; ``path`` is for messages."""
-    return _Reading(text, path).spec()
+def parse_spec(text: str, path: Path, of_observer: ObserverCheck | None = None) -> Spec:
+    """The validated spec of a text; ``path`` is for messages, ``of_observer`` as of ``read_spec``."""
+    return _Reading(text, path).spec(of_observer)
 
 
 class _Reading:
@@ -103,9 +108,11 @@ class _Reading:
     def place(self, key: str) -> Place:
         return nearest_place(key, self.places, str(self.path))
 
-    def spec(self) -> Spec:
+    def spec(self, of_observer: ObserverCheck | None) -> Spec:
         """The spec; raises all faults that were found, those of keys first."""
         spec = self._noted(self._spec)
+        if of_observer is not None and self.document.observer is not None:
+            self._noted(of_observer, self.document.observer, self.place)
         self.faults.raise_noted()
         assert spec is not None
         return spec

@@ -169,6 +169,23 @@ def test_fault(folder, fault):
     assert contents(folder) == before
 
 
+@pytest.mark.parametrize(
+    ("old", "new", "other"),
+    [
+        ("{value: 1, unit: kg}", "{value: 1, unit: kgg}", "unit `kgg`"),
+        ("\n  - w\n", "\n  - kk*w\n", "unknown name `kk`"),
+        ("v: [-5, 5]", "v: [5, -5]", "envelope.v: [5, -5]"),
+        ("name: rail, law: coulomb, a: 50", "name: rail, law: coulomb, a: 50, tolerance: 5 %", "no tolerance"),
+    ],
+)
+def test_a_misspelt_gain_is_told_with_the_other_faults(folder, old, new, other):
+    """It was told in a run of its own, after all else was mended."""
+    (folder / "s.yaml").write_text(changed(changed(ONE, "K_F: 10", "K_f: 10"), old, new))
+    result = stiction("check", "s.yaml")
+    assert result.code == 2 and other in result.err and "unknown gain `K_f`" in result.err, result.err
+    assert "did you mean 'K_F'" in result.err and result.err.count("error: ") == 2
+
+
 @pytest.mark.parametrize("key", ["inputs", "position_gain"])
 def test_without_inputs(folder, key):
     """They were told as names among none: expected one of nothing."""
