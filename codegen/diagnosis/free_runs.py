@@ -235,13 +235,13 @@ class Judge:
 
     def _another_law(self, answer: Answer, outcome: Outcome) -> Answer | None:
         """The answer without effects that look like a law which the catalogue lacks; None if there is none."""
-        varies = varying(self.case.problem, answer.augmented, answer.effects, self.case.material)
-        if varies is not None:
-            return answer.refused(varies.words)
         final, last = outcome.final, self.selection.last
         own = last if len(final.offsets) == len(last.record.at_rest) else self.selection.search
         nameless = nameless_rival(own, final)
-        return None if nameless is None else without_name(answer, nameless)
+        if nameless is not None:
+            return without_name(answer, nameless)
+        varies = varying(self.case.problem, answer.augmented, answer.effects, self.case.material)
+        return None if varies is None else answer.refused(varies.words)
 
     def _refused(self, answer: Answer, outcome: Outcome) -> Answer:
         """The answer after the checks that can only refuse effects and values."""

@@ -56,7 +56,7 @@ def read_spec(path: str | Path, of_observer: ObserverCheck | None = None) -> Spe
     """The validated spec of a file.
 
     Args:
-        of_observer: a further check of the observer's section, whose faults are raised together with all others.
+        of_observer: a further check of the observer's section, made and raised only together with other faults.
 
     Raises:
         BadInput: for an invalid path, a robot file, or faults in the spec, with file and line; ``others`` has further
@@ -111,7 +111,8 @@ class _Reading:
     def spec(self, of_observer: ObserverCheck | None) -> Spec:
         """The spec; raises all faults that were found, those of keys first."""
         spec = self._noted(self._spec)
-        if of_observer is not None and self.document.observer is not None:
+        # Without other faults the system is built, and its faults are raised together with those of the observer.
+        if self.faults.noted and of_observer is not None and self.document.observer is not None:
             self._noted(of_observer, self.document.observer, self.place)
         self.faults.raise_noted()
         assert spec is not None

@@ -89,9 +89,9 @@ def test_each_step_of_a_diagnosis_is_named_before_it_is_done(monkeypatch, tmp_pa
     reading, building = derived.read_spec, derived.system_of
     seen = {}
 
-    def read(path):
+    def read(path, of_observer):
         seen["read"] = steps()
-        return reading(path)
+        return reading(path, of_observer)
 
     def build(spec):
         seen["build"] = steps()

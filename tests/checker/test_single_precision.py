@@ -38,10 +38,9 @@ def test_a_shipped_proof_is_one_of_the_c_in_single_precision_too(name: str) -> N
     assert of_single.whole == of_double.whole
     (covered,) = (line for line in of_single.proved if line.startswith("in exact arithmetic"))
     assert "rounding (of single precision)" in covered
-    same = [line for line in of_double.proved if not line.startswith(("in exact arithmetic", "with the values"))]
-    assert same == [
-        line for line in of_single.proved if not line.startswith(("in exact arithmetic", "with the values"))
-    ]
+    other = ("in exact arithmetic", "with the values")
+    same, others = ([s for s in one.proved if not s.startswith(other)] for one in (of_double, of_single))
+    assert [line.replace("above 1e+150", "above 1e+18") for line in same] == others, "with its own limit of a sample"
 
 
 FORGED = {

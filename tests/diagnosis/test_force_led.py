@@ -444,14 +444,17 @@ def test_a_round_credits_by_either_criterion_at_the_level_of_one(
 def test_a_form_that_the_log_does_not_determine_gives_way_to_a_simpler_one(
     of_two: tuple[Search, ForceSelection],
 ) -> None:
-    """A friction in proportion to speed, fitted with a slope that falls to another one: neither slope is determined."""
+    """A friction in proportion to speed, fitted with a slope that falls to another one: neither slope is determined.
+
+    Without the second one the slope falls beyond the speeds of the log: within them the friction is a line.
+    """
     search, found = of_two
     curve = part_of(CATALOGUE["viscous"].forms[-1], 0, search.system)
     spring = part_of(CATALOGUE["spring"], 0, search.system)
     trial = search.declared_trial.with_part(spring).with_part(curve)
     start = trial.theta(found.fits.adopted, [{"k": 30.0}, {"b": 2.0, "v_s": 2.0, "b_inf": 2.0}])
     fit = in_determined_forms(found.fits, found.fits.fit(trial, start))
-    assert [p.names for p in fit.trial.parts] == [("k",), ("b", "v_s")]
+    assert [p.names for p in fit.trial.parts] == [("k",), ("b",)]
     assert estimate(fit).effects[1]["b"][1][0] > 0
 
 
