@@ -101,8 +101,9 @@ def test_a_log_at_constant_speed_keeps_the_declared_mass(tmp_path: Path) -> None
     assert "m" not in found.refitted and "m: {value: 2.0, unit: kg, tolerance: 10%}" in models.spec_text
     (told,) = (words for words in found.findings["train"] if "The diagnosis keeps m at 2 kg" in words)
     assert told.startswith("warning: The motion of this log hardly shows m")
-    assert [e.kind for e in found.effects] == ["cogging"]
-    assert found.effects[0].parameters["amplitude"] == pytest.approx(0.6, rel=0.1)
+    # At constant speed the drive force is nearly constant, and so are cogging and a ripple in proportion to it alike.
+    (reason,) = found.statement.of("not credited")
+    assert found.verdict == "unknown" and reason.startswith("cogging on x, the best candidate: a force in")
 
 
 def test_an_effect_that_takes_the_level_is_no_candidate(tmp_path: Path) -> None:
