@@ -7,7 +7,7 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING or __package__:
-    from codegen.checker import decay, enclosure, frame, kernel, theorem
+    from codegen.checker import decay, enclosure, frame, kernel, statements, theorem
 
 
 @frame.limited()
@@ -134,8 +134,8 @@ def bound(top: dict[str, Any], sources: dict[str, bytes]) -> tuple[list[str], st
     if why:
         return [], why, False
     if not claims_fall(top, proof, shown):
-        return theorem.words(proof, shown, False, fall=False), "", shown["whole"]
-    return theorem.proved_statements(proof, shown, sources), "", shown["whole"]
+        return statements.words(proof, shown, False, fall=False), "", shown["whole"]
+    return statements.proved_statements(proof, shown, sources), "", shown["whole"]
 
 
 def of_its_proof(top: dict[str, Any], sources: dict[str, bytes]) -> tuple[dict[str, Any], dict[str, Any], str]:

@@ -63,6 +63,16 @@ def exact(x: Fraction) -> str:
     return f"{decimal:g}" if Fraction(decimal) == x else str(x)
 
 
+def as_sum(p: Any) -> str:
+    """A polynomial as a sum of products."""
+    written = ""
+    for m, c in sorted(p.items()):
+        size = exact(abs(Fraction(c)))
+        product = "*".join([*([size] if size != "1" or not m else []), *m])
+        written += (" - " if c < 0 else " + ") + product if written else "-" * (c < 0) + product
+    return written
+
+
 def widen(low: Fraction, high: Fraction, digits: int = DIGITS) -> Interval:
     """The interval rounded outwards, so that its ends are short numbers."""
     ends = []

@@ -1,4 +1,4 @@
-"""Verification of proof.json and ellipsoid.json by the kernel (kernel.py), and the proved statements in words.
+"""Verification of proof.json and ellipsoid.json by the kernel (kernel.py): what is proved of the machine and the C.
 
 Standard library only; part of the checker (verify.py), which passes ``enclosure`` and ``kernel`` in. Every word about
 the machine is made from the proof that the kernel accepted; the certificate's own words are not read.
@@ -7,10 +7,10 @@ the machine is made from the proof that the kernel accepted; the certificate's o
 import json
 import re
 from collections import Counter
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from fractions import Fraction
-from functools import partial, reduce
+from functools import reduce
 from operator import mul
 from typing import TYPE_CHECKING, Any
 
@@ -42,23 +42,14 @@ FORM: dict[str, Any] = {
     "cover": None,
     "witness?": {"": ""},
 }
-KINDS = "(?:parameters|inputs|outputs|state|true)"
 SI = (
     "(?:m|kg|s|A|K|mol|cd|rad|sr|Hz|N|Pa|J|W|C|V|F|ohm|S|Wb|T|H|met(?:er|re)|kilogram|second|ampere|radian|newton|volt)"
 )
 FACTOR = rf"\(*{SI}(?:\^-?[0-9.]{{1,8}})?\)*"
 UNIT = rf"(?=.{{1,40}}\Z)(?:1|(?:1/)?{FACTOR}(?:[*/]{FACTOR})*)"  # coherent: no number and no prefix makes it another
-START = "initialisation sets the velocity estimates to 0, and all others to constants, whatever is measured; "
-HELD = START + "after invalid samples the held estimates continue, if each call gets the same outputs"
-BARE = START + "an invalid sample is used like any other"
 LONGEST_SUM, LONGEST_FLAG = 20, 1000  # terms of an output that is printed as a sum, and of one that signs make 0
 # Values of a sign for which an output is 0 -> what holds where it is not.
 WHERE = {(-1, 0): "> 0", (0, 1): "< 0", (1,): "<= 0", (-1,): ">= 0", (-1, 1): "= 0", (0,): "is not 0"}
-ASSUMED = "error bounds, assuming that "
-STEP, LONG_RUN = "the step multiplies V = e'Pe", "is in the long run at most"
-SIZES = "that noise and drift stay within the bounds assumed (generate and certify take them from the envelope)"
-UNREAD = f"{SETS}: it belongs to a {PROOF} whose V is not that of the certificate, so its bounds are not used"
-WITHIN, SIZED = "noise, change of force or speed within a sample", "noise and drift beyond the bounds assumed below"
 
 
 def read(text: str | bytes) -> dict[str, Any] | None:
@@ -291,7 +282,9 @@ def other_than_zero(proof: dict[str, Any], shown: dict[str, Any]) -> dict[str, l
         return rounding.put(p, values)
 
     def readable(p: Any) -> str:
-        return re.sub(r"\?\d+", lambda x: f"sign({readable(signs[x[0]])})" if x[0] in signs else x[0], as_sum(p))
+        return re.sub(
+            r"\?\d+", lambda x: f"sign({readable(signs[x[0]])})" if x[0] in signs else x[0], enclosure.as_sum(p)
+        )
 
     found = {}
     for y in others:
@@ -331,100 +324,6 @@ def plainly(why: Exception) -> str:
     return (
         words if type(why) in (ValueError, enclosure.Refused) else f"a part is missing or not as it must be ({words})"
     )
-
-
-def proved_statements(proof: dict[str, Any], shown: dict[str, Any], sources: dict[str, bytes]) -> list[str]:
-    """All proved statements, as lines, also those of an ellipsoid.json among the sources; Refused if that fails."""
-    more = reached(proof, shown, sources[SETS]) if SETS in sources else []
-    return [*words(proof, shown, bool(more)), *more]
-
-
-def reached(proof: dict[str, Any], shown: dict[str, Any], text: bytes) -> list[str]:
-    """The error bounds that ellipsoid.json proves, as lines; enclosure.Refused if they are not shown."""
-    claim, found = kept(proof, shown, text)
-    most, least, number = enclosure.most, enclosure.least, ellipsoid.number
-    plain = partial(without_kinds, twice=ambiguous(proof, shown))
-    errors = [lag(e, plain) for e in proof["errors"]]
-    at = " (accelerations at the measured positions)" * bool(claim.get(ellipsoid.FORCES))
-    lines = [f"{ASSUMED}{disturbed(claim, plain, at)}; and that no slip reverses, except where said:"]
-
-    def each(of: list[str], shown: Callable[[Fraction], str] = least) -> str:
-        return ", ".join(f"|{e}| <= {shown(number(x))}" for e, x in zip(errors, of, strict=True))
-
-    within = [f"|{plain(x)}| <= {least(number(d))}" for x, d in claim.get(ellipsoid.FRICTION, {}).items()]
-    whatever = f", for any friction, through stick and reversals, whose mean over each sample has {', '.join(within)}"
-    of_machine = {e["estimate"]: e["truth"] for e in proof["errors"]}
-
-    def true(slip: str) -> str:
-        return plain(re.sub(rounding.NAME, lambda name: of_machine.get(name[0], name[0]), slip))
-
-    slips = slip_rows(proof, shown)
-    for ball, bounds in zip(claim["sets"], found, strict=True):
-        known, any_ = iter(bounds), whatever * (ellipsoid.FRICTION in ball)
-        for *c, _ in ball["rows"]:
-            lines.append(f"  {combined(c, errors, shown)} {LONG_RUN} {(bound := most(next(known)))}{any_}")
-            for slip in slips.get(tuple(map(number, c)), []):
-                lines.append(f"  so {plain(slip)} has the sign of {true(slip)} where |{true(slip)}| is above {bound}")
-        for after in ball.get("after", []):
-            later = ", ".join(f"{most(next(known))} from sample {n} on" for n, _ in after["bounds"])
-            error = combined(after["row"], errors, shown)
-            lines.append(f"  {error} is at most {later}, counted from any sample with {each(after['start'])}")
-    for turn in claim.get(ellipsoid.REVERSALS, []):
-        s, change = turn["sign"], least(number(turn["change"]))
-        truth = next(e["truth"] for e in proof["errors"] if e["sign"] == s)
-        slip, times = proof["signs"][s], "once" if turn["turns"] == "1" else f"{turn['turns']} times"
-        size = least(number(claim[ellipsoid.FRICTION][truth]))
-        lines.append(
-            f"  a reversal of {plain(s)} leaves at most {each(turn['after'], most)}, {turn['samples']} samples after a"
-            f" sample with {each(turn['before'])}, where {plain(s)}, the sign of {plain(slip)} in the code alone then,"
-            f" changes at most {times} in between, while {true(slip)} has any sign and moves by at most {change} in a"
-            f" sample, and by its share of that in a part of it, and friction is {plain(truth)},"
-            f" 0 <= {plain(truth)} <= {size}, with the sign of {true(slip)} at any moment, or less where that is 0"
-        )
-    return lines
-
-
-def slip_rows(proof: dict[str, Any], shown: dict[str, Any]) -> dict[tuple[Fraction, ...], list[str]]:
-    """Row c of the errors -> the slips of the signs that are c times the estimates, none of which has a sign itself.
-
-    |c'(truth - estimate)| is then the error of such a slip. If it is at most E, and the true slip faster than E, then
-    both have the same sign.
-    """
-    own = {e["estimate"]: kernel.term(1, e["estimate"]) for e in proof["errors"]}
-    text, found = kernel.Text(shown["names"] | own, {}), dict[tuple[Fraction, ...], list[str]]()
-    for slip in dict.fromkeys(proof["signs"].values()):
-        p = text.value(slip)
-        row = tuple(Fraction(p.get((e["estimate"],), 0)) for e in proof["errors"])
-        of = [e["estimate"] for e in proof["errors"] if not e["sign"]]
-        if p and all(len(m) == 1 and m[0] in of for m in p):
-            found.setdefault(row, []).append(slip)
-    return found
-
-
-def combined(row: list[str], errors: list[str], shown: dict[str, Any]) -> str:
-    """|A sum of errors|, and its unit."""
-    entries = zip(map(ellipsoid.number, row), errors, shown["units"], strict=True)
-    used = [entry for entry in entries if entry[0]]
-    factors = {Fraction(1): "", Fraction(-1): "-"}
-    terms = [of if x == 1 else f"{factors.get(x, f'{enclosure.exact(x)}*')}({of})" for x, of, _ in used]
-    parts = " + ".join(terms).replace("+ -", "- ")
-    return f"|{parts}|{f' [{used[0][2]}]' if len({unit for *_, unit in used}) == 1 else ''}"
-
-
-def disturbed(claim: dict[str, Any], plain: Callable[[str], str], at: str = "") -> str:
-    """The assumed bounds of noise and drift of an accepted claim of ellipsoid.json."""
-    least, number = enclosure.least, ellipsoid.number
-    noise = [f"{plain(x)} is measured to within {least(number(d))}" for x, d in claim["noise"].items()]
-    drift = [f"{plain(x)} by at most {least(number(d))}" for x, d in claim["drift"].items()]
-    moving = f"in each sample the motion deviates from the machine above{at} in {', '.join(drift)}" if drift else ""
-    exact = f"all else is exact{'' if drift else f' and moves as the machine above{at}'}"
-    return "; ".join([*([", ".join(noise)] if noise else []), *([moving] if drift else []), exact])
-
-
-def uncompared(lines: list[str], sources: dict[str, bytes]) -> list[str]:
-    """What is not checked of ellipsoid.json: the sizes of noise and drift, or all of it if no line uses it."""
-    used = any(line.startswith(ASSUMED) for line in lines)
-    return [SIZES] * used + [UNREAD] * (SETS in sources and not used)
 
 
 def units(proof: dict[str, Any], c: Any, header: str) -> list[str]:
@@ -477,151 +376,3 @@ def numbers(proof: dict[str, Any]) -> dict[str, Any]:
         }
     except (LookupError, TypeError) as why:
         raise enclosure.Refused(f"{PROOF} cannot be read ({type(why).__name__})") from None
-
-
-def words(proof: dict[str, Any], shown: dict[str, Any], sized: bool = False, fall: bool = True) -> list[str]:
-    """The proved statements, as lines.
-
-    Args:
-        sized: whether bounds under noise and drift follow these lines.
-        fall: whether to state the decay of the proof's V; else the error dynamics alone.
-    """
-    exact, c, plain = enclosure.exact, f"{proof['name']}.c", partial(without_kinds, twice=ambiguous(proof, shown))
-    h = exact(shown["c"].values["parameters.sample_time"])
-    turns = ", ".join(plain(s) for s in proof["signs"])
-    pushed = [
-        f"{left(row, proof, plain)} = {plain(f)}" for row, f in zip(proof["mass_matrix"], proof["force"], strict=True)
-    ]
-    pushed += [f"{plain(x)}' = {plain(v)}" for x, v in proof["positions"].items()]
-    errors = [f"{lag(e, plain)} [{unit}]" for e, unit in zip(proof["errors"], shown["units"], strict=True)]
-    free = ", ".join(plain(x) for x in sorted({e["truth"] for e in proof["errors"]} - {*proof["acceleration"]}))
-    along = {t: f"{plain(s)}*" for t, s in shown["along"].items() if s}
-    left_over = [
-        f"in addition, {lag(e, plain)} changes by {plain(r)} in each step, whatever the errors; what this does to V is"
-        " not bounded"
-        for e, r in zip(proof["errors"], proof.get("rest", []), strict=False)
-        if r != "0"
-    ]
-    left_out = ", ".join(plain(z) for z in shown["aside"] if z not in proof.get("shared", {}))
-    besides = f" except {left_out}, for which nothing is claimed" if left_out else ""
-    if proof.get("shared"):
-        besides += f" except {', '.join(map(plain, proof['shared']))}, which the machine has too"
-    first = ", to first order in them" if shown["first order"] else ""
-    stays = f", while {turns} {'does' if len(proof['signs']) == 1 else 'do'} not change" if turns else ""
-    places = [*map(plain, proof["positions"])]
-    at_start = [*map(plain, proof["acceleration"])] + places * (proof["step"] == "euler")
-    slopes = ", ".join(f"{x}'" for x in at_start)
-    values = ", ".join(f"{plain(p)} = {exact(x)}" for p, x in shown["c"].values.items())
-    begun = dict(shown["c"].init)
-    guarded = shown["c"].sums is not None
-    faults = "samples with a fault" if guarded else "inputs that are no numbers"
-    of_floats = " (of single precision)" * (shown["c"].precision != frame.PRECISIONS["double"])
-    stated, estimates = shown.get("outputs", {}), {e["estimate"] for e in proof["errors"]}
-    others = ", ".join(plain(x) for x in shown["c"].outputs if x not in stated and x not in estimates)
-    gaps = [f"rounding{of_floats}", faults, SIZED if sized else WITHIN, *([f"other outputs ({others})"] * bool(others))]
-    return [
-        f"machine: {'; '.join(pushed)}; {free} constant, with any value",
-        f"in a sample the change of {', '.join(at_start)} is {h} s times {slopes} at its start",
-        *(
-            f"in a sample the change of {x} is {h} s times {x}' at its end"
-            for x in places
-            if proof["step"] == "semi_implicit"
-        ),
-        *(
-            f"in a sample {plain(x)} moves by {h} s times ({plain(v)} + ({plain(q)})*{h} s*{plain(v)}')"
-            for x, v in proof["positions"].items()
-            if (q := proof.get("mean", {}).get(x))  # in the order of the positions, whatever that of `mean`
-        ),
-        *(f"{plain(s)} is 1 or -1, the sign of {plain(u)} in machine and code" for s, u in proof["signs"].items()),
-        *(f"only where {plain(x)} > 0" for x in proof["domain"]),
-        *(
-            f"only where the machine's {plain(z)} is that of the code: at its start {plain(begun[z])}, in a sample it"
-            f" becomes {plain(of)}"
-            for z, of in proof.get("shared", {}).items()
-        ),
-        *(
-            f"only where {along.get(x, '')}{plain(x)} is in [{exact(low)}, {exact(high)}]"
-            for x, (low, high) in shown["box"].items()
-        ),
-        *(
-            f"only where the state {z} is {plain(proof['states'][z])}"
-            for z in proof["states"]
-            if z not in shown["moving"]
-        ),
-        f"errors: {', '.join(errors)}; they account for every state of {c}{besides}",
-        f"one step of {c} ({h} s) multiplies the vector of errors by the matrix of {PROOF}{first}: for every state, all"
-        f" inputs and every {free}{stays}",
-        *left_over,
-        *(f"in each sample {plain(x)} = {plain(as_sum(p))}" for x, p in stated.items()),
-        *(
-            f"in each sample with fault 0 {plain(x)} is 0 except where {' and '.join(map(plain, of))}"
-            for x, of in shown.get("other than 0", {}).items()
-        ),
-        *(falling(proof, shown, plain) if fall else ()),
-        f"with the values of {proof['name']}.h: {values}",
-        *(() if proof["domain"] else (HELD if guarded else BARE,)),
-        *((of_faults(shown["c"]),) if guarded else ()),
-        f"in exact arithmetic; not covered: {', '.join(gaps)}",
-    ]
-
-
-def of_faults(c: Any) -> str:
-    """Which samples the code does not use, as frame.py reads and proves it."""
-    limit, magnitudes = f"{float(c.precision.limit):g}", "' magnitudes" * ("fabs(" in c.sums[0])
-    return (
-        f"a sample is invalid if the sum of its inputs{magnitudes} is no number or above {limit}; a valid one is not"
-        f" used, but sets the states, with fault 1, after {c.most} or more invalid ones in a row, if no earlier one was"
-        f" valid (that of init included), and if the sum of the next states is no number or above {limit}; next states"
-        " beyond this that cancel in the sum are used"
-    )
-
-
-def as_sum(p: Any) -> str:
-    """A polynomial as a sum of products."""
-    written = ""
-    for m, c in sorted(p.items()):
-        size = enclosure.exact(abs(Fraction(c)))
-        product = "*".join([*([size] if size != "1" or not m else []), *m])
-        written += (" - " if c < 0 else " + ") + product if written else "-" * (c < 0) + product
-    return written
-
-
-def falling(proof: dict[str, Any], shown: dict[str, Any], plain: Callable[[str], str]) -> list[str]:
-    """The proved decay of V, and its growth at each reversal, as lines."""
-    known, alone = shown["numbers"], ", without that addition," * any(r != "0" for r in proof.get("rest", []))
-    factor = enclosure.most(shown["fall"])
-    first = ", to first order in the errors," * shown["first order"]
-    limits = f"{first}{alone}".replace(",,", ",")
-    rate = f"(decay rate {enclosure.least(known['rate'])} 1/s)"
-    return [f"{STEP}{limits} by at most {factor} {rate}"] + [
-        f"when {plain(sign)} alone changes, V grows by at most the factor {enclosure.most(growth)}; {dwell} samples"
-        f" later, if no sign has changed again, V is{limits} not above its value before; besides, the step in which"
-        f" {plain(proof['signs'][sign])} passes 0 may move the estimates, which this factor does not include"
-        for sign, (growth, dwell) in known["turns"].items()
-    ]
-
-
-def ambiguous(proof: dict[str, Any], shown: dict[str, Any]) -> set[str]:
-    """Names that two quantities share, such as a parameter and a true level; they are printed with their kinds."""
-    begun = [of for z, of in shown["c"].init if z in proof.get("shared", {})]  # printed too
-    full = {*re.findall(rf"\b{KINDS}\.\w+", json.dumps([proof, begun])), *(x.split("[")[0] for x in shown["c"].values)}
-    bare = Counter(x.split(".")[1] for x in full)
-    return {x for x, count in bare.items() if count > 1}
-
-
-def without_kinds(expression: str, twice: set[str]) -> str:
-    """Names without their kinds, where that leaves no doubt; the sign of a contact's slip as sign(contact)."""
-    text = re.sub(r"\bsign\.(\w+)", r"sign(\1)", expression)
-    return re.sub(rf"\b{KINDS}\.(\w+)", lambda found: found[0] if found[1] in twice else found[1], text)
-
-
-def left(row: list[str], proof: dict[str, Any], plain: Callable[[str], str]) -> str:
-    """A row of mass matrix times acceleration, in words."""
-    rates = [f"{plain(v)}'" for v in proof["acceleration"]]
-    return " + ".join(f"({plain(m)}) {v}" for m, v in zip(row, rates, strict=True) if m != "0")
-
-
-def lag(entry: dict[str, str], plain: Callable[[str], str]) -> str:
-    """An error in words: sign*(truth - estimate)."""
-    difference = f"{plain(entry['truth'])} - {plain(entry['estimate'])}"
-    return f"{plain(entry['sign'])}*({difference})" if entry["sign"] else difference

@@ -30,11 +30,11 @@ def beside(name: str, **given: SimpleNamespace) -> SimpleNamespace:
 
 
 if TYPE_CHECKING or __package__:
-    from codegen.checker import agreement, decay, enclosure, files, forms, frame, kernel, theorem
+    from codegen.checker import agreement, decay, enclosure, files, forms, frame, kernel, statements, theorem
 else:
     parts: dict[str, SimpleNamespace] = {}  # each is given those before it
     for part in ("files", "frame", "enclosure", "kernel", "forms", "decay", "rounding", "errors", "held", "reversal",
-                 "ellipsoid", "theorem", "agreement"):  # fmt: skip
+                 "ellipsoid", "theorem", "statements", "agreement"):  # fmt: skip
         parts[part] = beside(part, **parts)
     globals().update(parts)
 Refused, demand, show = enclosure.Refused, enclosure.demand, enclosure.show
@@ -214,7 +214,7 @@ def check(
     except RecursionError:
         raise Refused("nested too deeply") from None
     unbound = tuple(name for name in named if name not in sources)
-    left = (*theorem.uncompared(proved, sources), *unsaid(top, spec), *ALWAYS)
+    left = (*statements.uncompared(proved, sources), *unsaid(top, spec), *ALWAYS)
     if folder and PROOF not in sources:
         unproved = "; ".join(absent(folder, PROOF))
     if folder and SETS not in sources and (folder / "manifest.json").exists():
@@ -271,8 +271,8 @@ def of_proof(proof: dict[str, Any], folder: Path | None, sources: dict[str, byte
         sources = {path.name: files.read(path, MAX_TEXT) for path in here}
         alone(folder, f"{name}.h")
     shown = theorem.proved(proof, sources)
-    lines = theorem.proved_statements(proof, shown, sources)
-    open_ = ("a certificate: this is the kernel's proof alone", *theorem.uncompared(lines, sources), *ALWAYS)
+    lines = statements.proved_statements(proof, shown, sources)
+    open_ = ("a certificate: this is the kernel's proof alone", *statements.uncompared(lines, sources), *ALWAYS)
     return Report(name, "", (), (), open_, (), tuple(lines), "", shown["whole"])
 
 
@@ -288,8 +288,8 @@ def status(report: Report) -> int:
 
 def in_short(report: Report) -> list[str]:
     """The rate and the bounds among what is proved of the C; where the bounds are many, how many."""
-    rates = [line for line in report.proved if line.startswith(theorem.STEP)]
-    bounds = [line.strip() for line in report.proved if theorem.LONG_RUN in line]
+    rates = [line for line in report.proved if line.startswith(statements.STEP)]
+    bounds = [line.strip() for line in report.proved if statements.LONG_RUN in line]
     many = [f"{len(bounds)} error bounds, listed below"] if len(bounds) > FEW else bounds
     return [*rates, *many]
 

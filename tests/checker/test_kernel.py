@@ -171,7 +171,7 @@ def test_a_measured_velocity_that_moves_otherwise_is_another_machine() -> None:
     outcome, files = generated(measured("one_mass", (", K_v: 100", "")))
     content = json.loads(outcome.kernel or "")
     sources = {name: text.encode() for name, text in files.items()}
-    assert verify.theorem.words(content, verify.by_kernel_alone(content, sources))[0] == (
+    assert verify.statements.words(content, verify.by_kernel_alone(content, sources))[0] == (
         "machine: (m) v' = -a_rail*sign(rail) + w; x' = v; a_rail constant, with any value"
     )
     both = content | {"positions": {"inputs.v": "inputs.v"}}
@@ -532,7 +532,7 @@ def test_an_unstable_axis_at_rest_is_a_condition() -> None:
     content, files = forged("one_mass", *AXIS, ("p", f' + {last}"\n', f' + {last}",\n  "state.z_y": "0"\n'))
     shown = prove("one_mass", content, files)
     assert not shown["whole"]
-    assert "only where the state state.z_y is 0" in verify.theorem.words(content, shown)
+    assert "only where the state state.z_y is 0" in verify.statements.words(content, shown)
 
 
 def test_a_memory_of_one_sample_is_no_error() -> None:
@@ -548,7 +548,7 @@ def test_another_law_below_a_speed_is_proved_only_above_it(speed: str) -> None:
     content, files = forged("one_mass", law, domain)
     shown = prove("one_mass", content, files)
     assert not shown["whole"]
-    assert f"only where sign(rail)*v_hat - {speed} > 0" in verify.theorem.words(content, shown)
+    assert f"only where sign(rail)*v_hat - {speed} > 0" in verify.statements.words(content, shown)
 
 
 def test_no_file_is_no_proof() -> None:
@@ -771,7 +771,7 @@ def test_the_words_follow_the_proof_and_not_the_certificate() -> None:
     content, files = forged(
         "one_mass", ("c", law, f"{law} - 9.81"), ("p", "inputs.w", "inputs.w - 9.81*parameters.m"))  # fmt: skip
     assert "machine: (m) v' = -a_rail*sign(rail) + w - 9.81*m; x' = v" in "\n".join(
-        verify.theorem.words(content, prove("one_mass", content, files))
+        verify.statements.words(content, prove("one_mass", content, files))
     )
 
 

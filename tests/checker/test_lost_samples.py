@@ -182,7 +182,7 @@ PROOFS = sorted(GENERATED.glob("*/proof.json"))
 def test_what_is_shipped_begins_and_goes_on_so(path: Path) -> None:
     """But for one with a domain, outside of which it begins: there nothing is said."""
     said = verify.check(path.read_text("utf-8"), path.parent).proved
-    assert (verify.theorem.HELD in said) == (not json.loads(path.read_text("utf-8"))["domain"])
+    assert (verify.statements.HELD in said) == (not json.loads(path.read_text("utf-8"))["domain"])
 
 
 def runs_on(module: Any, seed: int) -> list[Callable[[], bool]]:

@@ -126,7 +126,7 @@ def test_a_state_of_which_nothing_is_said_is_named_and_the_proof_is_not_of_the_w
     shown = errors.prove(proof, texts)
     shown = verify.theorem.proved(proof, {name: text.encode() for name, text in texts.items()})
     assert shown["aside"] == ["state.x_predicted"] and not shown["whole"]
-    said = verify.theorem.words(proof, shown)
+    said = verify.statements.words(proof, shown)
     assert any("except x_predicted, for which nothing is claimed" in line for line in said)
 
 
