@@ -234,7 +234,7 @@ class Judge:
         return answer.noted(_left_out(outcome, answer)), found
 
     def _another_law(self, answer: Answer, outcome: Outcome) -> Answer | None:
-        """The answer without effects that look like a law which the catalogue lacks; None if there is none."""
+        """The answer ``unknown`` if a law that the catalogue lacks explains the log as well as an effect; else None."""
         final, last = outcome.final, self.selection.last
         own = last if len(final.offsets) == len(last.record.at_rest) else self.selection.search
         nameless = nameless_rival(own, final)

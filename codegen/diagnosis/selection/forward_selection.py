@@ -209,7 +209,7 @@ class _Rounds:
         return not (self.leaders or self.waiting or self._joints())
 
     def next(self) -> None:
-        """Pairs of the first round's best once the best one had its second round; else a round of all candidates."""
+        """One step: pairs of the first round's best candidates, once the best had a second round; else a new round."""
         joints = self._joints()
         if self.leaders and (self.search.rigid or self.begun > 1 or not joints):
             self._try_pairs()
@@ -249,7 +249,7 @@ class _Rounds:
         return ranked
 
     def _fall_back(self, contradicted: list[Ranked]) -> None:
-        """The candidates that wait in place of a leader that is in doubt; none of them may be in doubt itself."""
+        """Try the waiting candidates in place of a leader that is not credited; one that fails too ends the rounds."""
         waiting, self.waiting = self.waiting, []
         self.current = self.confirmed
         self.joint = joint_of(self.search, waiting[0].found.part)
@@ -285,7 +285,10 @@ class _Rounds:
             self.leaders, self.led, self.alone = list(possible[:PAIRED]), self.current, self.hypotheses
 
     def _keep_in_doubt(self, possible: Sequence[Ranked], last_chance: bool) -> None:
-        """One more round beside an effect that is not credited alone: with a third, chance has more sets."""
+        """Keep an effect that is not credited alone for one more round, and note the candidates to try in its place.
+
+        There is no second such round: with three effects in doubt there are so many sets that one passes by chance.
+        """
         if last_chance:
             self.left[self.joint] = 0
         else:
