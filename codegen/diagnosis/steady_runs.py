@@ -37,7 +37,7 @@ from codegen.diagnosis.results import Candidate, ErrorFigures, Fact, FoundEffect
 from codegen.diagnosis.verdict.admission import Measured, Reference, admitted, merged
 from codegen.diagnosis.verdict.answer import Answer
 from codegen.diagnosis.verdict.table import TABLE_SIZE
-from codegen.effects.register import candidates, is_own
+from codegen.effects.register import candidates, is_own, twins_of
 from codegen.logs import Log
 from codegen.logs.formats.source import listing
 from codegen.logs.motion import MOSTLY, measured_motion, steady_segments
@@ -299,7 +299,7 @@ class SteadySearch:
             free_run=None,
             accepted=False,
             why_not="",
-            also=tuple(part.effect.twins(self.system, part.place)),
+            also=tuple(twins_of(part.effect, self.system, part.place)),
             force=float(np.sqrt(fit.squares / max(base.squares, 1e-300))),
             size=size,
             own=is_own(part.kind),

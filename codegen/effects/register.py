@@ -109,14 +109,32 @@ def separating_experiment(kind: str, other: str) -> str:
 def candidates(system: System) -> Iterator[tuple[Effect, int]]:
     """Each (effect, index of its place) of the catalogue that applies to the system.
 
-    A shipped effect is left out where a user's own is identical to it: a diagnosis could not discriminate the two.
+    A shipped effect is left out where a user's own is identical to it: a diagnosis could not discriminate the two. The
+    user's own comes in its place, since of equal candidates the first is named.
     """
-    users = [effect for kind, effect in CATALOGUE.items() if is_own(kind)]
+    yielded = set[tuple[str, int]]()
     for effect in CATALOGUE.values():
-        rivals = [] if is_own(effect.kind) else users
         for place in range(len(places_of(effect, system))):
-            if effect.applies(system, place) and not any(is_identical(own, effect, system, place) for own in rivals):
-                yield effect, place
+            if effect.applies(system, place):
+                first = _standing_for(effect, system, place)
+                if (first.kind, place) not in yielded:
+                    yielded.add((first.kind, place))
+                    yield first, place
+
+
+def twins_of(effect: Effect, system: System, place: int) -> list[tuple[str, str]]:
+    """(kind, place) of each candidate with the same motion: ``Effect.twins``, a user's own in the place of its like."""
+    found = list[tuple[str, str]]()
+    for kind, on in effect.twins(system, place):
+        twin = CATALOGUE[kind]
+        found.append((_standing_for(twin, system, places_of(twin, system).index(on)).kind, on))
+    return found
+
+
+def _standing_for(effect: Effect, system: System, place: int) -> Effect:
+    """The user's own effect that is identical to a shipped one at a place; the effect itself where there is none."""
+    users = [] if is_own(effect.kind) else [own for kind, own in CATALOGUE.items() if is_own(kind)]
+    return next((own for own in users if is_identical(own, effect, system, place)), effect)
 
 
 def is_identical(own: Effect, effect: Effect, system: System, place: int) -> bool:

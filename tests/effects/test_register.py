@@ -10,7 +10,9 @@ import pytest
 import stiction
 from codegen.base.errors import BadInput
 from codegen.effects import CATALOGUE
-from codegen.effects.register import load_effects
+from codegen.effects.declare import system_of
+from codegen.effects.register import candidates, load_effects, twins_of
+from codegen.spec import read_spec
 
 SPEC = Path(__file__).parents[2] / "specs/one_mass.yaml"
 MINE = """
@@ -39,6 +41,31 @@ def test_a_file_of_effects_extends_the_catalogue(tmp_path: Path) -> None:
     path = write(tmp_path, MINE.format(kind="my_spring"))
     assert load_effects(path) == ("my_spring",) == load_effects(path)
     assert CATALOGUE["my_spring"].equation == CATALOGUE["spring"].equation
+
+
+TWINS = """
+from codegen.effects.on_contact import CoulombAsymmetry
+from codegen.effects.on_coordinate import Offset
+class OwnAsymmetry(CoulombAsymmetry):
+    kind = "own_asymmetry"
+class OwnOffset(Offset):
+    kind = "own_offset"
+EFFECTS = [OwnAsymmetry(), OwnOffset()]
+"""
+
+
+def test_an_effect_under_another_name_is_tried_and_told_where_its_parent_was(tmp_path: Path) -> None:
+    """Of effects with the same motion the first candidate is named, so the order must not depend on the name."""
+    system = system_of(read_spec(SPEC))
+    before = [(effect.kind, place) for effect, place in candidates(system)]
+    contact, coordinate = system.contacts[0].name, system.positions[0].name
+    assert twins_of(CATALOGUE["offset"], system, 0) == [("coulomb_asymmetry", contact)]
+    own = {"offset": "own_offset", "coulomb_asymmetry": "own_asymmetry"}
+    load_effects(write(tmp_path, TWINS))
+    after = [(effect.kind, place) for effect, place in candidates(system)]
+    assert after == [(own.get(kind, kind), place) for kind, place in before]
+    assert twins_of(CATALOGUE["own_offset"], system, 0) == [("own_asymmetry", contact)]
+    assert twins_of(CATALOGUE["own_asymmetry"], system, 0) == [("own_offset", coordinate)]
 
 
 REFUSED = {

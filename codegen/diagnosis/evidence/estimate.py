@@ -20,6 +20,7 @@ from codegen.diagnosis.fit.output_error import Fit, segment_weights
 from codegen.diagnosis.fit.trial import Part
 from codegen.diagnosis.results import FoundEffect, Interval
 from codegen.effects.declare import unit_words
+from codegen.effects.register import twins_of
 from codegen.mechanics.system import System
 
 CONFIDENCE = 0.95
@@ -198,7 +199,7 @@ def effect_of(
     part: Part, values: Mapping[str, float], system: System, intervals: Mapping[str, Interval] | None = None
 ) -> FoundEffect:
     """An effect with its values; without intervals where its loss is rough, so that slopes do not give them."""
-    units, also = unit_words(part.effect, part.place, system), tuple(part.effect.twins(system, part.place))
+    units, also = unit_words(part.effect, part.place, system), tuple(twins_of(part.effect, system, part.place))
     return FoundEffect(part.kind, part.on, values, units, also, {} if part.effect.rough else intervals or {})
 
 

@@ -31,6 +31,7 @@ from codegen.diagnosis.selection.ranking import Ranked, in_simplest_admitted_for
 from codegen.diagnosis.selection.refusals import corrects_a_form, is_possible, matters, relative_size
 from codegen.diagnosis.selection.significance import chance_in_words, hypotheses
 from codegen.effects import CATALOGUE
+from codegen.effects.register import twins_of
 
 FITTED = 8
 """Number of candidates that are fitted: those with the least residual after linear least squares from their start, over
@@ -253,7 +254,7 @@ def _has_twin_elsewhere(search: Search, part: Part) -> bool:
     Example: an asymmetric friction level is the same as a constant force, so viscous friction found in addition to it
     does not correct a misfit of its form.
     """
-    twins = part.effect.twins(search.system, part.place)
+    twins = twins_of(part.effect, search.system, part.place)
     return any(CATALOGUE[kind].seen_over != part.effect.seen_over for kind, _ in twins)
 
 

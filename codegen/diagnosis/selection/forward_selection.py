@@ -50,7 +50,7 @@ from codegen.diagnosis.selection.refusals import (
 )
 from codegen.diagnosis.selection.significance import hypotheses
 from codegen.effects import CATALOGUE
-from codegen.effects.register import kinds_of, separating_experiment
+from codegen.effects.register import kinds_of, separating_experiment, twins_of
 
 MOST_EFFECTS = 3
 DIVERGING, SHORTEST = 100.0, 0.25
@@ -591,7 +591,7 @@ def as_replacement(search: Search, found: Fit, without: Fit) -> Ranked:
 def _others(search: Search, parts: Sequence[Part], k: int, among_all: bool = True) -> list[Part]:
     """Possible replacements of effect ``k``; of a last one chosen ``among_all``, only those confused with it."""
     rest = [p for j, p in enumerate(parts) if j != k]
-    same = {(parts[k].kind, parts[k].on), *parts[k].effect.twins(search.system, parts[k].place)}
+    same = {(parts[k].kind, parts[k].on), *twins_of(parts[k].effect, search.system, parts[k].place)}
     possible = [p for p in every_part(search, rest) if (p.kind, p.on) not in same]
     possible = [p for p in possible if joint_of(search, p) == joint_of(search, parts[k])]
     if k < len(parts) - 1 or not among_all:

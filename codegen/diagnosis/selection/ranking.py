@@ -33,7 +33,7 @@ from codegen.diagnosis.selection.significance import (
     whiteness,
 )
 from codegen.effects import CATALOGUE
-from codegen.effects.register import is_identical
+from codegen.effects.register import is_identical, twins_of
 
 CLOSE = 1.1
 """Largest ratio of remaining and of removed squared residuals at which two models far from the noise tie."""
@@ -384,8 +384,7 @@ def most_left(found: Fit) -> float:
 
 def twins(part: Part, found: Fit) -> list[tuple[str, str]]:
     """(kind, on) of effects with the same motion."""
-    effect = CATALOGUE[part.kind]
-    return effect.twins(found.trial.system, part.place)
+    return twins_of(CATALOGUE[part.kind], found.trial.system, part.place)
 
 
 def same_motion(found: Fit) -> set[tuple[str, str]]:

@@ -15,7 +15,7 @@ from codegen.diagnosis.selection.ranking import Ranked, twins
 from codegen.diagnosis.selection.significance import chance
 from codegen.effects import CATALOGUE
 from codegen.effects.declare import places_of
-from codegen.effects.register import is_own
+from codegen.effects.register import is_own, twins_of
 from codegen.mechanics.system import System
 
 TABLE_SIZE = 12
@@ -119,6 +119,6 @@ def in_no_round(search: Search, outcome: Outcome) -> tuple[Candidate, ...]:
         whole = soft.fitted_again(final)
         e = nested_evidence_of(without, whole)
         ratio, p = noise_ratio(whole) / noise_ratio(without), chance(search, whole, e, 1)
-        also = tuple(part.effect.twins(search.system, part.place))
+        also = tuple(twins_of(part.effect, search.system, part.place))
         rows.append(_row(Ranked(final, e, ratio, float("nan"), "", p=p), k, also))
     return tuple(rows)
