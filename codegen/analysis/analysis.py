@@ -46,8 +46,9 @@ class Analysis(Shown):
         dynamics: Ψ and the sampled matrix A, symbolic.
         evaluated: Ψ and A at the points, from which ``blocks`` and ``modes`` are derived on first use, which can take
             long; None if no conditions are needed.
-        worst: variable → value at the point of the largest spectral radius.
-        radii: largest |z| of the step at each point, to ten digits.
+        points: the operating points in the envelope.
+        worst: variable → its value, in SI, at the point of the largest spectral radius.
+        radii: (points,) largest |z| of the step at each point, to ten digits.
         deciding: the matrices from which the measures below are computed.
         free: names of gains that the spec leaves free; their numbers are examples.
     """

@@ -23,8 +23,8 @@ from codegen.spec.numerics import numerical
 
 GAIN, DAMPING = "cancellation_gain", "cancellation_damping"
 """Names in the generated code of the factor of K, and of the λ of damped least squares."""
-CLOSED = 3
-"""Rows up to which a constant solution is written in closed form over the parameters."""
+LARGEST_CLOSED = 3
+"""Most coordinates and inputs with which a constant K is written in closed form over the parameters."""
 PREFIX = "cancel"
 """First part of the names of ū and of the intermediate values in the generated code."""
 
@@ -65,7 +65,7 @@ def cancelling_equations(
     source = "Appendix B" if plan.pivots is not None else "least r' W r, r = B u - U F"
     directions, forces = _estimates(observer, plan)
     steps = Steps(source, system.mass_matrix)
-    if found.constant and max(system.degrees_of_freedom, len(system.inputs)) <= CLOSED:
+    if found.constant and max(system.degrees_of_freedom, len(system.inputs)) <= LARGEST_CLOSED:
         gains = _closed_gains(found, plan, choice.weight, directions)
         inputs = list(gains * forces)
     else:

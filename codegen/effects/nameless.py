@@ -40,8 +40,8 @@ ANOTHER_LOAD = (
     "force grows with it"
 )
 SLIPPING_LOADS, SLIPPING_FORCES, SLIPPING_SPEEDS = (0.3, 0.5, 0.7), (0.3, 0.6, 1.0), (0.02, 0.3)
-"""Starting values of a load that slips: its share of the inertia, the limit over the force that moves it, and the speed
-at which the damper alone would reach the limit over the top speed."""
+"""Starting values of a load that slips, as ratios: load to total inertia; limit of the friction to the force that moves
+the load; slip speed at which the damper reaches this limit to the top speed."""
 SHARE = replace(AMPLITUDE, unit="1", meaning="amplitude over the drive force")
 
 
@@ -49,9 +49,9 @@ class Nameless(Effect):
     """Base class of laws without a name.
 
     Attributes:
-        if_better: whether an effect is not named only where the log prefers this law to it, and not also where the two
-            tie: of a richer law, which can always be like the effect.
-        told_apart: the experiment that discriminates them.
+        if_better: whether this law keeps an effect from being named only where it fits the log better, not where both
+            fit alike; so for a law with more freedom than the effect, which fits alike wherever the effect does.
+        told_apart: the experiment that discriminates this law from the effect, in words for the user.
     """
 
     nameless: ClassVar[tuple[str, ...]] = ()

@@ -1,7 +1,7 @@
 """Coordinates on which contacts and inputs act; on them depends where an effect applies and which are equivalent.
 
 Effects are equivalent ("twins") where they give the same equation of motion and differ only in the names of the forces.
-Which ones are depends on how many contacts and inputs act on a coordinate.
+Whether two effects are depends on how many contacts and inputs act on a coordinate.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ def drive_force(system: System, contact: int) -> sympy.Expr:
 
 
 def damping(system: System, contact: int) -> sympy.Expr:
-    """Slope at u = 0 of the force in the direction of a contact by its slip velocity: d' ∂g/∂v d/(d'd)², 0 or below."""
+    """Derivative at rest of the force along a contact by its slip velocity: d' ∂g/∂v d/(d'd)², at most 0."""
     column = system.distribution[:, contact]
     slopes = system.force.jacobian(system.v).subs(dict.fromkeys((*system.velocities, *system.inputs), 0))
     return sympy.expand(column.dot(slopes * column) / column.dot(column) ** 2)

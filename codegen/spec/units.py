@@ -26,32 +26,18 @@ if TYPE_CHECKING:
 
 _WRITTEN = re.compile(r"(?!.*(/\*|\*/|//))[A-Za-z0-9µμΩ\u2126Å\u212bℓΔ⁰¹²³⁴-⁹*/^_ .()-]*")
 """Characters of a unit, which generated files print in comments."""
-_CALLED = (
-    *("m", "kg", "s", "A", "V", "N", "N*m", "N/m", "N*s/m", "N*m*s", "kg*m^2", "m/s", "m/s^2", "1/s", "kg*m"),
-    *("N/A", "N*m/A", "N/V", "N*m/V", "N*s^2/m^2", "N*m*s^2", "N/m^3", "ohm", "H", "K", "Pa", "W"),
+_USUAL = (
+    *("m", "kg", "s", "A", "V", "N", "N*m", "N/m", "N*s/m", "N*m*s", "kg*m^2", "m/s", "m/s^2", "1/s", "kg*m", "N/A"),
+    *("N*m/A", "N/V", "N*m/V", "N*s^2/m^2", "N*m*s^2", "N/m^3", "ohm", "H", "K", "Pa", "W"),
 )
-"""The usual units: those that messages suggest, and by which they call a dimension."""
+"""The usual units: messages suggest them, and call a dimension by the first that has it."""
 _SYMBOLS = (
     *("m", "mm", "cm", "um", "km", "inch", "ft", "rad", "mrad", "deg", "rev", "rpm", "s", "ms", "us", "min", "hour"),
     *("Hz", "kHz", "g", "kg", "N", "mN", "kN", "lbf", "J", "W", "kW", "A", "mA", "V", "mV", "ohm", "H", "mH", "K"),
-    *(
-        "Pa",
-        "kPa",
-        "MPa",
-        "bar",
-        "newton",
-        "meter",
-        "second",
-        "kilogram",
-        "radian",
-        "degree",
-        "amp",
-        "volt",
-        "watt",
-        "hertz",
-    ),
+    *("Pa", "kPa", "MPa", "bar", "newton", "meter", "second", "kilogram", "radian", "degree", "amp", "volt"),
+    *("watt", "hertz"),
 )
-"""Factors of which units are made, for the proposal where one is misspelt."""
+"""Symbols that a misspelt factor of a unit is compared with, for the suggestion in the message."""
 _DEFINED = (
     *("@alias turn = rev", "@alias revolutions_per_minute = RPM", "@alias pound = lbm", "@alias kilogram_force = kp"),
     *("@alias force_pound = lb_f", "@alias force_ounce = oz_f"),
@@ -162,7 +148,7 @@ def _unit(text: str) -> SiUnit | Any:
     try:
         plain = spelled(text)
     except Unreadable as error:
-        raise refused("", error.expected, error.meant or nearest_name(text, _CALLED)) from None
+        raise refused("", error.expected, error.meant or nearest_name(text, _USUAL)) from None
     signs = with_plain_signs(text)
     for pattern, meanings, meant in _TWO_MEANINGS:
         if re.search(pattern, plain) or re.search(pattern, signs):
@@ -173,7 +159,7 @@ def _unit(text: str) -> SiUnit | Any:
         return si_unit(plain) or _parse(plain)
     except ValueError:
         raise refused(
-            "", "a unit such as N*m, kg*m^2 or 1", _nearest_unit(plain) or nearest_name(text, _CALLED)
+            "", "a unit such as N*m, kg*m^2 or 1", _nearest_unit(plain) or nearest_name(text, _USUAL)
         ) from None
 
 
@@ -242,6 +228,9 @@ def si_factor(text: str, place: Place) -> sympy.Rational:
     """The factor from this unit to SI base units.
 
     Exact, or for a unit with pi or a root (deg, rpm, cm^0.5) a fraction that agrees to about fifty digits.
+
+    Raises:
+        BadInput: as ``parse_unit``.
     """
     unit = parse_unit(text, place)
     if isinstance(unit, SiUnit):
@@ -301,7 +290,7 @@ def dimension_of(expression: Expression, dimensions: Mapping[str, Dimension]) ->
     Raises:
         BadInput: if terms of different dimensions are added, or a function's argument has a dimension.
     """
-    algebra = Algebra(dimensions, "a declared name", _called, partial(_combined, dimensions))
+    algebra = Algebra(dimensions, "a declared name", _of_function, partial(_combined, dimensions))
     found = evaluate_tree(expression.tree, expression, algebra)
     return found if isinstance(found, Dimension) else None
 
@@ -327,12 +316,12 @@ def is_called(d: Dimension) -> bool:
 
 @cache
 def _known_units() -> dict[Dimension, str]:
-    """Dimension → its usual unit, the first of ``_CALLED``."""
-    return {dimension(parse_unit(name, Place(""))): name for name in reversed(_CALLED)}
+    """Dimension → its usual unit, the first of ``_USUAL``."""
+    return {dimension(parse_unit(name, Place(""))): name for name in reversed(_USUAL)}
 
 
-def _called(name: str, argument: Any, whole: Expression, node: ast.Call) -> Any:
-    """The dimension of a function's value, or the value if the argument is a number."""
+def _of_function(name: str, argument: Any, whole: Expression, node: ast.Call) -> Any:
+    """The dimension of the value of the function ``name``, or its value if the argument is a number."""
     if not isinstance(argument, Dimension):
         return FUNCTIONS[name](argument)
     if name == "abs":
@@ -369,7 +358,7 @@ def _combined(
 
 
 def _fraction(number: Any) -> Fraction:
-    """An exact number, or the nearest double of one such as a root."""
+    """A SymPy number as a fraction; an irrational one, such as a root, is rounded to a double."""
     return Fraction(int(number.p), int(number.q)) if number.is_Rational else Fraction(float(number))
 
 
