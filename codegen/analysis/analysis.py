@@ -179,8 +179,7 @@ def judge(spec: Spec, at: EvaluatedDynamics, conditions: bool = True) -> Analysi
 
 @numerical(QUANTITY)
 def _blocks(spec: Spec, at: EvaluatedDynamics) -> tuple[BlockConditions, ...]:
-    h = float(at.dynamics.observer.sample_time)
-    return block_conditions(at.dynamics, at.continuous, at.sampled, h)
+    return block_conditions(at.dynamics, at.continuous, at.sampled)
 
 
 @numerical(QUANTITY)

@@ -158,47 +158,56 @@ def independent_blocks(*matrices: Matrix) -> list[list[int]]:
     return sorted(sorted(block) for block in strongly_connected_components((range(m), edges)))
 
 
-def block_conditions(dynamics: ErrorDynamics, continuous: Any, sampled: Any, h: float) -> tuple[BlockConditions, ...]:
+def block_conditions(dynamics: ErrorDynamics, continuous: Any, sampled: Any) -> tuple[BlockConditions, ...]:
     """Polynomial and conditions of every block; over the gains if short, else over the polynomial's coefficients c.
 
     Args:
         continuous, sampled: Ψ and A in force errors at the operating points, points by m by m.
-        h: the sample time, s.
     """
     psi, step = dynamics.in_force(dynamics.jacobian), dynamics.in_force(dynamics.sampled)
     blocks = independent_blocks(psi, step)
-    return tuple(_of_block(dynamics, psi, step, block, continuous, sampled, h, len(blocks) > 1) for block in blocks)
+    found = []
+    for block in blocks:
+        of_psi = psi[block, block], continuous[:, block][:, :, block]
+        of_step = step[block, block], sampled[:, block][:, :, block]
+        errors = tuple(dynamics.errors[i] for i in block)
+        found.append(_of_block(dynamics, errors, of_psi, of_step, f"{errors[-1]}: " if len(blocks) > 1 else ""))
+    return tuple(found)
 
 
 def _of_block(
     dynamics: ErrorDynamics,
-    psi: Matrix,
-    step: Matrix,
-    block: list[int],
-    continuous: Any,
-    sampled: Any,
-    h: float,
-    several: bool,
+    errors: tuple[sympy.Symbol, ...],
+    of_psi: tuple[Matrix, Any],
+    of_step: tuple[Matrix, Any],
+    prefix: str,
 ) -> BlockConditions:
-    """As ``block_conditions``, for the block with these indices; ``several``: its errors are named in the labels."""
-    errors = tuple(dynamics.errors[i] for i in block)
-    order, period = len(block), symbol("h")
+    """The conditions of one block.
+
+    Args:
+        errors: its components of e.
+        of_psi, of_step: the block of Ψ and of A, symbolic and at the operating points.
+        prefix: of the labels.
+    """
+    order, period = len(errors), symbol("h")
     if order > SYMBOLIC_ORDER:
         return BlockConditions(errors, None, (), ())
     c = [sympy.Integer(1), *[symbol(f"c{k}") for k in range(order - 1, -1, -1)]]
     positive = {name for name, value in dynamics.observer.system.values.items() if value > 0}
-    at = np.ix_(range(len(continuous)), block, block)
-    prefix = f"{errors[-1]}: " if several else ""
+    h = float(dynamics.observer.sample_time)
+    polynomial = tuple(characteristic_polynomial(of_psi[0]))
 
-    def conditions(raw: list[tuple[str, Any]], of: list[Any], numbers: Any, known: set[Any]) -> tuple[Condition, ...]:
-        written = written_conditions(raw, c, of, known)
-        smallest = _smallest(raw, c, numbers[at], h)
-        return tuple(Condition(prefix + label, e, smallest[label]) for label, e in written)
+    def conditions(raw: list[tuple[str, Any]], of: Sequence[Any], at: Any, known: set[Any]) -> tuple[Condition, ...]:
+        smallest = _smallest(raw, c, at, h)
+        return tuple(
+            Condition(prefix + label, e, smallest[label]) for label, e in written_conditions(raw, c, of, known)
+        )
 
-    of_psi, of_step = (characteristic_polynomial(matrix[block, block]) for matrix in (psi, step))
-    routh = conditions(routh_hurwitz(c), of_psi, continuous, positive)
-    stepped = () if dynamics.implicit else conditions(jury(c, period), of_step, sampled, positive | {period})
-    return BlockConditions(errors, tuple(of_psi), routh, stepped)
+    routh = conditions(routh_hurwitz(c), polynomial, of_psi[1], positive)
+    if dynamics.implicit:
+        return BlockConditions(errors, polynomial, routh, ())
+    stepped = conditions(jury(c, period), characteristic_polynomial(of_step[0]), of_step[1], positive | {period})
+    return BlockConditions(errors, polynomial, routh, stepped)
 
 
 def written_conditions(
