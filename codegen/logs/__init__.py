@@ -3,9 +3,10 @@
 from codegen.logs.audit.preflight import preflight
 from codegen.logs.description import LogDescription, read_description
 from codegen.logs.excerpt import excerpt
+from codegen.logs.file_formats import FORMATS
 from codegen.logs.formats.source import Allowance
 from codegen.logs.log import Finding, Log, RawData
-from codegen.logs.readers import FORMATS, read_log, read_logs
+from codegen.logs.readers import read_log, read_logs
 
 __all__ = [
     "FORMATS",

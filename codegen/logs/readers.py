@@ -1,10 +1,8 @@
-"""Reading of log files: the registry of formats, and the steps from columns to SI values on a uniform time grid."""
+"""Reading of log files: the steps from the columns of a file to SI values on a uniform time grid."""
 
 from __future__ import annotations
 
-import codecs
-import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -12,63 +10,25 @@ from pathlib import Path
 import numpy as np
 from scipy.integrate import cumulative_trapezoid
 
-from codegen.base.errors import BadInput, Place, nearest_name
-from codegen.base.input_files import alike, identity, is_there, opened
+from codegen.base.errors import BadInput, Place
+from codegen.base.input_files import identity, is_there
 from codegen.base.user_text import shown
 from codegen.logs.binding import Binding, bind, column_of, time_of
 from codegen.logs.cleaning import CleanedRows, clean, in_time
 from codegen.logs.counters import corrected, counter_findings, repeats, require_columns, smallest_step
 from codegen.logs.description import EMPTY_DESCRIPTION, ZERO_ORDER, Lengths, LogDescription, read_description
-from codegen.logs.formats.bag_file import BagFolder, Db3Storage, is_bag
-from codegen.logs.formats.csv_file import CsvSource, CsvStream, LongTable, open_csv
-from codegen.logs.formats.hdf5_file import Hdf5File
-from codegen.logs.formats.json_file import JsonFile
-from codegen.logs.formats.mat_file import open_mat
-from codegen.logs.formats.mcap_file import McapStorage
-from codegen.logs.formats.mdf_file import MdfFile
-from codegen.logs.formats.numpy_file import NpyFile, NpzFile
-from codegen.logs.formats.parquet_file import ParquetFile
-from codegen.logs.formats.ros_log import RosFile, Storage
+from codegen.logs.epoch_clock import since_epoch
+from codegen.logs.file_formats import Opener, format_of
+from codegen.logs.formats.csv_file import CsvSource, LongTable
 from codegen.logs.formats.series import join_columns_by_time
 from codegen.logs.formats.several_files import SeveralFiles
-from codegen.logs.formats.source import LARGEST_STREAM, Allowance, BlockFile, Columns, LogFile, NotStreamed
-from codegen.logs.formats.tdms_file import TdmsFile
-from codegen.logs.formats.ulog_file import UlogFile
+from codegen.logs.formats.source import Allowance, Columns, LogFile
 from codegen.logs.joined import join_logs
 from codegen.logs.log import Finding, Log, RawData
 from codegen.logs.term import columns_of, compute
 from codegen.logs.uniform import Uniform, uniform
 from codegen.spec.model import Spec
 from codegen.spec.quantity import refuse_other_unit
-
-Opener = Callable[[Path, Allowance, LogDescription], LogFile]
-
-
-def _of_messages(storage: Callable[[Path], Storage]) -> Opener:
-    """The opener of a format that stores ROS messages."""
-    return lambda path, allowance, description: RosFile(storage(path), allowance, description)
-
-
-FORMATS: Mapping[str, Opener] = {
-    ".csv": open_csv,
-    ".tsv": open_csv,
-    ".txt": open_csv,
-    ".mat": open_mat,
-    ".npy": NpyFile,
-    ".npz": NpzFile,
-    ".json": JsonFile,
-    ".jsonl": JsonFile,
-    ".ndjson": JsonFile,
-    ".mcap": _of_messages(McapStorage),
-    ".db3": _of_messages(Db3Storage),
-    ".parquet": ParquetFile,
-    ".h5": Hdf5File,
-    ".hdf5": Hdf5File,
-    ".mf4": MdfFile,
-    ".ulg": UlogFile,
-    ".tdms": TdmsFile,
-}
-"""File name extension → its opener. A text file with another extension is read as a table."""
 
 
 def read_logs(
@@ -150,40 +110,6 @@ def _read(
     return _log(path, spec, described, notes, binding, cleaned, found, step)
 
 
-_CLOCKS = {
-    "100 ns since 1601 (FILETIME)": (1e-7, 11_644_473_600.0),
-    "milliseconds since 1970": (1e-3, 0.0),
-    "microseconds since 1970": (1e-6, 0.0),
-    "nanoseconds since 1970": (1e-9, 0.0),
-}
-"""Clock → its unit in s, and its time in s at the start of 1970."""
-_YEARS_2000_TO_2100 = (946_684_800.0, 4_102_444_800.0)
-
-
-def since_epoch(binding: Binding, raw: Columns, description: LogDescription, spec: Spec) -> Binding:
-    """The binding with the factor of time to seconds, if time is in ms, µs or ns since 1970 or in Windows' FILETIME.
-
-    The clock is recognised by its value at the first sample, which must be a time between 2000 and 2100. A time in
-    seconds is never that large. A unit or scale given for ``t`` takes precedence.
-    """
-    term = binding.terms.get("t")
-    if term is None or term.expression is not None or binding.scale["t"] != 1.0 or not len(raw.values):
-        return binding
-    if {"t"} & {*description.units, *description.scale, *spec.log.scale}:
-        return binding
-    first = raw.values[0, raw.names.index(term.columns[0])]
-    for clock, (step, before) in _CLOCKS.items():
-        if _YEARS_2000_TO_2100[0] <= first * step - before <= _YEARS_2000_TO_2100[1]:
-            words = f"in {clock}, by its size"
-            return replace(
-                binding,
-                scale={**binding.scale, "t": step},
-                notes=(*binding.notes, f"t is {words}: converted to s"),
-                inferred_units={**binding.inferred_units, "t": words},
-            )
-    return binding
-
-
 def _loaded(source: LogFile, wanted: Sequence[str], description: LogDescription) -> Columns:
     """The wanted columns, of the rows that the description asks for."""
     raw = source.load([*wanted, *(name for name in description.rows if name not in wanted)])
@@ -225,56 +151,6 @@ def _with_others(path: Path, log: LogFile, description: LogDescription, allowanc
         theirs = column_of(others[name], section.time, description.place(f"beside.{name}.time"))
         times[name] = time_of(log, description), theirs
     return SeveralFiles(log, others, times, description)
-
-
-def format_of(path: Path) -> Opener:
-    """The opener of a file, by its extension, or else by its first bytes; those of a table must not be binary.
-
-    Raises:
-        BadInput: for a file that is not there, or of a format that is not read.
-    """
-    reader = FORMATS.get(path.suffix.lower())
-    if reader is not None and not (reader is open_csv and is_there(path) and path.is_file()):
-        return reader
-    place, expected = (
-        Place(shown(str(path), 200)),
-        f"text, a log file ending in {', '.join(FORMATS)}, or a ROS 2 bag folder",
-    )
-    if "\0" not in str(path):
-        if is_there(path) and path.is_dir():
-            if is_bag(path):
-                return _of_messages(BagFolder)
-            raise BadInput(place, "a folder", expected, code="FILE001")
-        if not is_there(path):
-            raise BadInput(place, "no such file", expected, alike(path), code="FILE001")
-        with opened(path, expected, LARGEST_STREAM) as stream:
-            try:
-                head = stream.read(HEAD)
-            except OSError as error:
-                raise BadInput(place, f"unreadable ({error.strerror})", expected, code="FILE001") from None
-        is_text = _is_text(head)
-        others = ((what, instead) for begin, what, instead in OTHERS if re.match(begin, head))
-        if other := next(others, None):
-            raise BadInput(place, *other, code="LOG002")
-        if reader is not None or is_text or not head:
-            return open_csv
-    found = f"the ending `{shown(path.suffix)}`" if path.suffix else "a name without an ending"
-    raise BadInput(place, found, expected, nearest_name(path.suffix.lower(), FORMATS), code="LOG002")
-
-
-def open_stream(path: Path, description: LogDescription | None = None) -> LogFile:
-    """Open a log to be read in blocks.
-
-    Raises:
-        BadInput: for a file that cannot be used.
-        NotStreamed: for a format that is read whole, or a file that is no text.
-    """
-    opener, described = format_of(path), description or EMPTY_DESCRIPTION
-    if opener is open_csv:
-        return CsvStream(path, Allowance(), described)
-    if isinstance(opener, type) and issubclass(opener, BlockFile):
-        return opener(path, Allowance(), described)
-    raise NotStreamed
 
 
 def log_description(path: Path, description: str | Path | None) -> LogDescription:
@@ -417,34 +293,3 @@ def _hold_note(description: LogDescription) -> list[str]:
         return ["input_hold `linear`: between two rows each input is taken as the mean of both"]
     words = f"input_hold `{shown(hold)}` is neither `linear` nor `zero-order`"
     return [f"{words}: the inputs are taken as held from row to row"]
-
-
-HEAD = 4096
-OTHERS = (
-    (rb"PK\x03\x04|\xd0\xcf\x11\xe0", "an Excel workbook or another archive", "its sheet saved as CSV"),
-    (rb"\x1f\x8b|\x28\xb5\x2f\xfd|BZh\d|\xfd7zXZ", "a compressed file", "the file unpacked"),
-    (rb"\x80[\x02-\x05]", "a Python pickle, which could run any code", "its arrays saved by `numpy.savez`, or as CSV"),
-    (rb"#ROSBAG", "a bag of ROS 1", "a bag of ROS 2, made of it by `rosbags-convert`"),
-    (rb"\(\d+\.\d+\) +\S+ +[0-9A-F]+#", "CAN frames of candump", "a column for each signal, decoded by its DBC"),
-    (
-        rb"header: *\r?\n +(stamp|seq):",
-        "messages over several lines, as `ros2 topic echo` prints them",
-        "a bag, or `--csv` with it",
-    ),
-    (rb"FMT, ?\d+, ?\d+, ?FMT", "an ArduPilot log of several kinds of rows", "one kind as CSV, by `mavlogdump.py`"),
-    (rb"MDF +\d", "an MDF file", "an MDF 4 file ending in .mf4"),
-    (rb"\x89HDF", "an HDF5 file", "the ending .h5"),
-    (rb"SQLite format 3", "an SQLite database", "its table as CSV; a bag of ROS 2 ends in .db3"),
-    (rb"ARROW1", "an Arrow or Feather file", "the table as Parquet or CSV"),
-    (rb"# Created by Octave", "Octave's text format", "the same saved by `save -v7 NAME.mat`"),
-    (rb"(\xef\xbb\xbf)?<(\?xml|!DOCTYPE|html)", "an XML or HTML file", "its samples as CSV"),
-    (rb"WPILOG|\xa3\x95|ULog\x01", "a log of a robot or vehicle", "its export as CSV; ULog ends in .ulg"),
-)
-"""First bytes, what they begin, and what to give instead."""
-
-
-def _is_text(head: bytes) -> bool:
-    """Whether a file's first bytes are letters, in UTF-8, UTF-16 with its mark or Windows-1252."""
-    if head.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
-        return True
-    return bool(head) and not re.search(rb"[\x00-\x08\x0e-\x1a\x1c-\x1f]", head)

@@ -17,12 +17,14 @@ from codegen.base.input_files import opened
 from codegen.logs.binding import bind
 from codegen.logs.counters import corrected
 from codegen.logs.description import EMPTY_DESCRIPTION, LogDescription
+from codegen.logs.epoch_clock import since_epoch
+from codegen.logs.file_formats import FORMATS
 from codegen.logs.formats.bag_file import is_bag
 from codegen.logs.formats.csv_file import CsvSource, open_csv, open_lines
 from codegen.logs.formats.source import LARGEST_STREAM, Columns
 from codegen.logs.formats.table import COMMENT, ROWS_ALIKE, is_row
 from codegen.logs.formats.text_lines import EXPECTED, lines_of
-from codegen.logs.readers import FORMATS, log_description, since_epoch
+from codegen.logs.readers import log_description
 from codegen.logs.term import columns_of, compute
 from codegen.logs.uniform import GAP_STEPS, JITTER
 from codegen.program import Program

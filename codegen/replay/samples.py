@@ -14,9 +14,10 @@ from codegen.base.errors import BadInput, Place
 from codegen.logs import LogDescription, read_log
 from codegen.logs.binding import Binding, bind
 from codegen.logs.counters import corrected, require_columns
+from codegen.logs.file_formats import open_stream
 from codegen.logs.formats.source import LARGEST, Columns, LogFile, NotStreamed
 from codegen.logs.log import Log
-from codegen.logs.readers import log_description, open_stream
+from codegen.logs.readers import log_description
 from codegen.logs.term import columns_of, compute
 from codegen.logs.uniform import GAP_STEPS, JITTER
 from codegen.program import Program

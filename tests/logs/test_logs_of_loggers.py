@@ -16,7 +16,7 @@ from test_logs_of_rigs import STEP, T, W, X, lines
 from codegen.base.errors import BadInput
 from codegen.logs import read_log
 from codegen.logs.description import LogDescription
-from codegen.logs.readers import open_stream
+from codegen.logs.file_formats import open_stream
 from tests.expected_errors import matches, refused
 
 ROWS = lines("{ms},{x:.9f},{w:.9f}").splitlines()

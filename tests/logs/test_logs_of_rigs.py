@@ -14,7 +14,7 @@ from slider_log import rows
 
 from codegen.base.errors import BadInput
 from codegen.logs import read_log
-from codegen.logs.readers import open_stream
+from codegen.logs.file_formats import open_stream
 from tests.expected_errors import matches, refused
 
 MADE = rows(duration=4.0)

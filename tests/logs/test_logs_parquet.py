@@ -13,9 +13,9 @@ from slider_log import rows
 from codegen.base.errors import BadInput
 from codegen.logs import read_log
 from codegen.logs.description import LogDescription
+from codegen.logs.file_formats import open_stream
 from codegen.logs.formats import parquet_file
 from codegen.logs.formats import source as log_source
-from codegen.logs.readers import open_stream
 from tests.expected_errors import refused
 
 pa = pytest.importorskip("pyarrow", reason="needs the extra parquet")

@@ -14,8 +14,8 @@ import pytest
 from codegen.base.errors import BadInput
 from codegen.emit.package import emit_sources, make_header
 from codegen.logs import preflight, read_log
+from codegen.logs.file_formats import open_stream
 from codegen.logs.formats import csv_file
-from codegen.logs.readers import open_stream
 from codegen.observers import observer_of
 from codegen.program import build_program
 from codegen.replay import log_warnings, samples
