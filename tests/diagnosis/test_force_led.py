@@ -35,6 +35,7 @@ from codegen.diagnosis.selection.force_selection import (
     in_determined_forms,
     judged,
     selected_by_force,
+    special_case,
 )
 from codegen.diagnosis.selection.forward_selection import LaterRound, Outcome
 from codegen.diagnosis.verdict import force_led
@@ -43,7 +44,8 @@ from codegen.diagnosis.verdict.force_led import against_free_runs, without_refus
 from codegen.diagnosis.verdict.held_out import HeldOut
 from codegen.effects import CATALOGUE
 from codegen.logs import Log, read_log
-from tests.diagnosis.stage import among, log_of, stage, system_of
+from codegen.spec import parse_spec
+from tests.diagnosis.stage import STAGE, among, log_of, stage, system_of
 from tests.slow_cases import slow_except
 
 SPRING = "[{kind: spring, on: x, parameters: {k: 30}}]"
@@ -262,6 +264,39 @@ def test_two_wrong_models_that_are_nearly_alike_are_not_told_apart(tmp_path: Pat
     leading = [judged(fits, fits.plain, fit, 10) for fit in (by_delay, by_lag)]
     _, kept = best_first_effect(fits, fitted(delay, 0.01, 1.0), leading)
     assert [one.found.part.kind for one in kept] == ["input_delay", "actuator_lag"]
+
+
+TURNS = "7*sin(2*pi*0.15*t) + 1.5*sin(2*pi*0.4*t)"
+"""Over three turns."""
+UNITS = {"m": "rad", "N": "N*m", "kg": "kg*m^2", "N*s/m": "N*m*s"}
+
+
+@pytest.mark.parametrize(("turns", "named"), [(1.0, ["gravity_imbalance"]), (0.93, ["cogging", "gravity_imbalance"])])
+def test_a_special_case_that_fits_as_well_takes_the_place_of_the_richer_law(
+    turns: float, named: list[str], tmp_path: Path
+) -> None:
+    """Cogging with a period of one turn is gravity on an unbalanced mass; with another period it is not."""
+    wave = f"{{amplitude: 3, period: {2 * np.pi * turns}, phase: 0.4}}"
+    lacking = f"[{{kind: cogging, on: x, parameters: {wave}}}]"
+    text = STAGE
+    for unit, turning in UNITS.items():
+        text = text.replace(f"unit: {unit}}}", f"unit: {turning}}}")
+    plant, spec = (
+        parse_spec(text.format(effects=e, level=4.4, reference=TURNS, duration=14.0, noise=0.0), Path("turntable.yaml"))
+        for e in (lacking, "[]")
+    )
+    log = log_of(plant, tmp_path, "train.csv")
+    motion = smooth_motion(log)
+    search = search_on(Problem(system_of(spec), motion, {}), lambda share: record_of(motion, log, share))
+    fits, fitted = ForceFits(search, search.refit()), []
+    whole = {"amplitude": 3.0, "period": 2 * np.pi * turns, "phase": 0.4}
+    for kind, values in (("cogging", whole), ("gravity_imbalance", {"G": 3.0, "phase": 0.4 - np.pi})):
+        trial = search.declared_trial.with_part(part_of(CATALOGUE[kind], 0, search.system))
+        fitted.append(fits.fit(trial, trial.theta(fits.adopted, [values])))
+    leading = [judged(fits, fits.plain, fit, 10) for fit in fitted]
+    fit, kept = special_case(fits, fitted[0], leading)
+    assert [one.found.part.kind for one in kept] == named
+    assert fit.trial.parts[0].kind == named[0]
 
 
 ABOUT = "{place} + 0.15*sin(2*pi*t)"

@@ -31,7 +31,7 @@ from codegen.diagnosis.selection.ranking import Ranked, in_simplest_admitted_for
 from codegen.diagnosis.selection.refusals import corrects_a_form, is_possible, matters, relative_size
 from codegen.diagnosis.selection.significance import chance_in_words, hypotheses
 from codegen.effects import CATALOGUE
-from codegen.effects.register import twins_of
+from codegen.effects.register import kinds_of, twins_of
 
 FITTED = 8
 """Number of candidates that are fitted: those with the least residual after linear least squares from their start, over
@@ -118,7 +118,7 @@ def selected_by_force(
         return _not_confirmed(plain, by_force) if by_force.trial.parts else None
     leading = [first[0]]
     if first[0].found.part in fit.trial.parts:
-        again, leading = best_first_effect(fits, fit, [first[0], *_tied(search, first)])
+        again, leading = special_case(fits, *best_first_effect(fits, fit, [first[0], *_tied(search, first)]))
         fit, run = (fit, run) if again is fit else confirmed(fits, again, fits.run(again))
     rounds[0] = replace(rounds[0], ranked=tuple(led_by(leading[0], first)))
     return ForceSelection(fits, fit, run, evidence_of_blocks(before, run).share, tuple(rounds), tuple(leading[1:]))
@@ -311,6 +311,37 @@ def best_first_effect(fits: ForceFits, fit: Fit, leading: Sequence[Ranked]) -> t
     shown = ((shown_on_blocks(fits, other, best)[0], other, one) for other, one in fitted[1:])
     tied = (one for e, fit, one in shown if random_signs(e.t) > credit.TIE_LEVEL or fits.nearly_alike(fit, best))
     return best, [leader, *tied]
+
+
+def special_case(fits: ForceFits, fit: Fit, leading: Sequence[Ranked]) -> tuple[Fit, list[Ranked]]:
+    """A tied special case of the leading first effect in its place, if held-out blocks do not prefer that.
+
+    A special case is a limiting case (``Effect.limit``) with fewer parameters, seen over the same variable. Cogging
+    with a period of one turn, for example, is gravity on an unbalanced mass with one parameter too many: the two are
+    nested models, not rivals.
+
+    Args:
+        leading: the first effect of ``fit``, and the rivals that tie with it.
+
+    Returns:
+        As of ``best_first_effect``; without the leader where its special case takes its place.
+    """
+    leader, *rivals = leading
+    for one in rivals:
+        if _is_special_case(one.found.part, fit):
+            special = with_first(fits, fit, one)
+            if random_signs(shown_on_blocks(fits, special, fit)[0].t) > credit.TIE_LEVEL:
+                return special, [one, *(other for other in rivals if other is not one)]
+    return fit, [leader, *rivals]
+
+
+def _is_special_case(part: Part, fit: Fit) -> bool:
+    """Whether an effect is a limiting case, with fewer parameters, of the first effect of a fit."""
+    first, values = fit.trial.parts[0], fit.values[1][0]
+    limit = first.effect.limit(fit.trial.system, first.place, values)
+    if limit is None or limit[0] not in kinds_of(part.kind) or part.on != first.on:
+        return False
+    return part.effect.seen_over == first.effect.seen_over and len(part.names) < len(first.names)
 
 
 def with_first(fits: ForceFits, fit: Fit, one: Ranked) -> Fit:
