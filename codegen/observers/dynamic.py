@@ -17,6 +17,9 @@ from codegen.observers.gains import GainMatrix, read_gain
 from codegen.observers.velocity import States, velocity_of
 from codegen.spec.model import Spec, symbol
 
+Gains = tuple[GainMatrix, GainMatrix, GainMatrix]
+"""K_a, K_f1 and K_f2."""
+
 
 @dataclass(frozen=True)
 class AssumedLaw:
@@ -77,35 +80,9 @@ def dynamic_friction_observer(spec: Spec, system: System) -> Observer:
     velocity = velocity_of(spec, choice, system)
 
     slip, _ = parts.slip_equations(system, velocity.symbols)
-    z_f, z_a = parts.vector("z_f", names), parts.vector("z_a", names)
-    f_hat, a_hat = parts.vector("f_hat", names), parts.vector("a_hat", names)
-    state = Equation(
-        "friction_state",
-        f_hat,
-        Matrix(z_f + first.matrix * system.x + second.matrix * velocity.symbols),
-        tuple(law.state_unit for law in laws),
-        "(7.11)",
-        state=z_f,
-        output=True,
-    )
-    regressor = parts.times(f_hat, slip.symbols)
-    level = Equation(
-        "friction_level",
-        a_hat,
-        Matrix(z_a + level_gain.matrix * regressor),
-        tuple(law.level_unit for law in laws),
-        "(7.10)",
-        state=z_a,
-        output=True,
-    )
-    unit_force = Equation(
-        "unit_friction",
-        parts.vector("phi_hat", names),
-        Matrix([law.force(1, u, f) for law, u, f in zip(laws, slip.symbols, f_hat, strict=True)]),
-        tuple(parts.per(law.contact.unit, law.level_unit) for law in laws),
-        "the law's force at level 1; f of (7.12)",
-        law=_law_functions("phi", names, slip.symbols, f_hat),
-    )
+    gains = level_gain, first, second
+    state, level, unit_force = _estimates(laws, system, velocity.symbols, slip.symbols, gains)
+    f_hat, a_hat = state.symbols, level.symbols
     equations = [slip, state, level, unit_force]
     equations += parts.friction_equations(system, slip, parts.times(a_hat, unit_force.symbols), "(7.12)")
     acceleration = parts.acceleration_equation(system, velocity.symbols, equations[-1].symbols)
@@ -122,29 +99,25 @@ def dynamic_friction_observer(spec: Spec, system: System) -> Observer:
     slip_rate = parts.slip_rate(system, velocity.symbols, acceleration.symbols)
     state_rates = -first.matrix * velocity.symbols - second.matrix * acceleration.symbols + rate.symbols
     level_rates = -level_gain.matrix * (parts.times(slip.symbols, rate.symbols) + parts.times(f_hat, slip_rate))
-    rest = Matrix([law.law.rest_state(law.parameters)[0] for law in laws])
-    known_slip = system.distribution.T * velocity.known
     units = [law.state_unit for law in laws] + [law.level_unit for law in laws]
-    initial = [
-        *(rest - first.matrix * system.x - second.matrix * velocity.known),
-        *(Matrix([_initial_level(law) for law in laws]) - level_gain.matrix * parts.times(rest, known_slip)),
-    ]
     state_errors = parts.errors_of("state", "f", "f_hat", names, [law.state_unit for law in laws])
     level_errors = parts.errors_of("level", "a", "a_hat", names, [law.level_unit for law in laws])
     true_state, true_level = ([e.truth for e in errors] for errors in (state_errors, level_errors))
-    true_force = Matrix(
-        [law.force(a, c.slip, f) for law, a, c, f in zip(laws, true_level, system.contacts, true_state, strict=True)]
-    ).subs({c.slip: u for c, u in zip(system.contacts, system.slip_velocity, strict=True)}, simultaneous=True)
     fixed = {a: law.level for a, law in zip(true_level, laws, strict=True) if a.name not in spec.envelope}
     assumed_units = {a: law.level_unit for a, law in zip(true_level, laws, strict=True)}
     return velocity.observer(
         choice,
         equations,
-        States([*z_f, *z_a], units, [*state_rates, *level_rates], initial),
+        States(
+            [*parts.vector("z_f", names), *parts.vector("z_a", names)],
+            units,
+            [*state_rates, *level_rates],
+            _initial_states(laws, system, velocity.known, gains),
+        ),
         state_errors + level_errors,
-        system.distribution * true_force,
-        (level_gain, first, second),
-        _gain_units(laws, system, level_gain, first, second),
+        _true_force(laws, system, true_level, true_state),
+        gains,
+        _gain_units(laws, system, gains),
         level_errors=False,
         assumed=fixed | {s: value for law in laws for s, value in law.values.items()},
         assumed_units=assumed_units | {s: unit for law in laws for s, unit in law.units.items()},
@@ -192,6 +165,63 @@ def _assumed_law(spec: Spec, system: System, contact: ContactFriction) -> Assume
     return AssumedLaw(contact, law, parameters, sympy.Integer(1), "1", values, units)
 
 
+def _estimates(
+    laws: list[AssumedLaw], system: System, velocity: Matrix, slip: Matrix, gains: Gains
+) -> tuple[Equation, Equation, Equation]:
+    """The equations of f̂, of â and of the force φ(û, f̂) at level 1; ``velocity`` is v̂ and ``slip`` û."""
+    level, first, second = gains
+    names = parts.contact_names(system)
+    z_f, z_a = parts.vector("z_f", names), parts.vector("z_a", names)
+    f_hat, a_hat = parts.vector("f_hat", names), parts.vector("a_hat", names)
+    f_equation = Equation(
+        "friction_state",
+        f_hat,
+        Matrix(z_f + first.matrix * system.x + second.matrix * velocity),
+        tuple(law.state_unit for law in laws),
+        "(7.11)",
+        state=z_f,
+        output=True,
+    )
+    a_equation = Equation(
+        "friction_level",
+        a_hat,
+        Matrix(z_a + level.matrix * parts.times(f_hat, slip)),
+        tuple(law.level_unit for law in laws),
+        "(7.10)",
+        state=z_a,
+        output=True,
+    )
+    force_equation = Equation(
+        "unit_friction",
+        parts.vector("phi_hat", names),
+        Matrix([law.force(1, u, f) for law, u, f in zip(laws, slip, f_hat, strict=True)]),
+        tuple(parts.per(law.contact.unit, law.level_unit) for law in laws),
+        "the law's force at level 1; f of (7.12)",
+        law=_law_functions("phi", names, slip, f_hat),
+    )
+    return f_equation, a_equation, force_equation
+
+
+def _initial_states(laws: list[AssumedLaw], system: System, known: Matrix, gains: Gains) -> list[Any]:
+    """z_f and z_a at which f̂ is the law's state at rest and â its level, for the velocity ``known`` at the start."""
+    level, first, second = gains
+    rest = Matrix([law.law.rest_state(law.parameters)[0] for law in laws])
+    slip = system.distribution.T * known
+    levels = Matrix([_initial_level(law) for law in laws])
+    return [
+        *(rest - first.matrix * system.x - second.matrix * known),
+        *(levels - level.matrix * parts.times(rest, slip)),
+    ]
+
+
+def _true_force(laws: list[AssumedLaw], system: System, levels: list[Any], states: list[Any]) -> Matrix:
+    """U diag(a) φ(u, f), coordinates by 1, of the true levels a, states f and slip velocities u."""
+    slips = [c.slip for c in system.contacts]
+    forces = Matrix([law.force(a, u, f) for law, a, u, f in zip(laws, levels, slips, states, strict=True)])
+    velocities = dict(zip(slips, system.slip_velocity, strict=True))
+    return system.distribution * forces.subs(velocities, simultaneous=True)
+
+
 def _initial_level(law: AssumedLaw) -> Any:
     """The level from which the observer starts: the law's scale parameter, a symbol that the generated code has as a
     parameter, or 1 where the law has no scale.
@@ -233,10 +263,9 @@ def _rational(value: Any, outward: int) -> Any:
     return number + outward * abs(number) * sympy.Rational(1, 10**15)
 
 
-def _gain_units(
-    laws: list[AssumedLaw], system: System, level: GainMatrix, first: GainMatrix, second: GainMatrix
-) -> dict[sympy.Symbol, str]:
+def _gain_units(laws: list[AssumedLaw], system: System, gains: Gains) -> dict[sympy.Symbol, str]:
     """Gain symbol → unit: that of the estimate over that of the gain's factor f̂ û, x or v̂."""
+    level, first, second = gains
     states, positions = [law.state_unit for law in laws], [f"/{q}" for q in system.position_units]
     return (
         level.units(
