@@ -694,9 +694,9 @@ def test_each_joint_of_an_arm_has_rounds_of_its_own(monkeypatch: pytest.MonkeyPa
         "nothing_left": lambda own: own.cost < 0.5,
         "explained_share": lambda search, before, after: 1.0,
         "_pair": lambda search, some, progress: None,
-        "_split": lambda search, found: None,
+        "_split": lambda search, found, progress: None,
         "_in_simplest_forms": lambda search, found, rivals: (found, rivals),
-        "_reconsidered": lambda search, found, rivals, among_all: (found, []),
+        "_reconsidered": lambda search, found, rivals, among_all, progress: (found, []),
         "_pruned_with_rivals": lambda search, found, rivals: (found, []),
         "still_credited": lambda search, base, found, rivals: (found, []),
         "_largest_first": lambda search, found: found,
@@ -708,7 +708,7 @@ def test_each_joint_of_an_arm_has_rounds_of_its_own(monkeypatch: pytest.MonkeyPa
         rigid=object(),
         system=SimpleNamespace(degrees_of_freedom=4),
         fitted_again=lambda one: one,
-        record=SimpleNamespace(start=[0.0]),
+        record=SimpleNamespace(start=[0.0], joints=(0, 1, 2, 3)),
     )
     base: Any = JointFit({0: 30.0, 1: 0.1, 2: 900.0, 3: 80.0}, SimpleNamespace(parts=()))
     found: Any = forward_selection.find_effects(search, base, lambda turn, share: None)
@@ -756,7 +756,7 @@ def test_an_effect_that_passes_alone_is_tried_where_a_doubtful_one_gets_no_secon
     monkeypatch.setattr(forward_selection, "ties", lambda search, found: found[1:])
     monkeypatch.setattr(forward_selection, "nothing_left", lambda found: False)
     monkeypatch.setattr(forward_selection, "explained_share", lambda search, a, b: 1.0)
-    monkeypatch.setattr(forward_selection, "_split", lambda search, current: None)
+    monkeypatch.setattr(forward_selection, "_split", lambda search, current, progress: None)
     monkeypatch.setattr(forward_selection, "_in_simplest_forms", lambda search, current, rivals: (current, rivals))
     monkeypatch.setattr(forward_selection, "refused_when_fitted_again", lambda first, chosen: first)
     monkeypatch.setattr(forward_selection.credit, "near_noise", lambda found: True)

@@ -55,7 +55,9 @@ def test_an_effect_that_two_others_together_explain_better_is_replaced_by_them(
     search, base = on(effects, tmp_path)
     gravity = part_of(CATALOGUE["gravity_imbalance"], 0, search.system)
     (alone,) = fit_candidates(search, base, [gravity], lambda share: None)
-    both = forward_selection._split(search, search.fitted_again(alone))
+    shares: list[float] = []
+    both = forward_selection._split(search, search.fitted_again(alone), shares.append)
+    assert shares or kinds is None  # nothing is fitted in place of an effect that leaves only noise
     assert (both and {p.kind for p in both.trial.parts}) == kinds
     assert both is None or near_noise(both)
 
@@ -69,7 +71,9 @@ def test_two_effects_that_together_imitate_one_give_way_to_it(tmp_path: Path, mo
     values = [{"amplitude": 8.0, "period": 3.0, "phase": 0.0}, {"k3": 10.0}]
     both = search.with_parts(base, base.theta, [wave, hardening], values)
     monkeypatch.setattr(forward_selection, "every_part", lambda search, taken: [spring])
-    found, rivals = forward_selection._revised(search, base, both, [], False, True)
+    shares: list[float] = []
+    found, rivals = forward_selection._revised(search, base, both, [], False, True, shares.append)
+    assert shares
     assert found.trial.parts == (spring,) and not rivals and near_noise(found)
 
 
@@ -121,7 +125,7 @@ def test_an_effect_is_refused_beside_which_an_earlier_one_is_nothing(load: float
 
 def test_only_effects_of_the_same_coordinate_are_confused() -> None:
     system = system_of(turntable("[]"))
-    search: Any = SimpleNamespace(system=system, reverses=np.ones(1, bool))
+    search: Any = SimpleNamespace(system=system, rigid=None, reverses=np.ones(1, bool))
     gravity, delay = (part_of(CATALOGUE[kind], 0, system) for kind in ("gravity_imbalance", "input_delay"))
     search.declared_trial = Trial(system, (), ())
     alike = {p.kind for p in every_part(search, ()) if forward_selection._is_confused(search, gravity, p)}

@@ -141,10 +141,12 @@ def find_effects(
         if rounds.confirmed is not before and is_superseded(rounds.confirmed):
             return rounds.outcome(base)
     confirmed, rivals, paired, among_all = rounds.confirmed, rounds.rivals, rounds.paired, rounds.among_all
-    pair = _split(search, confirmed)
+    progress = partial(report_progress, rounds.taken)
+    pair = _split(search, confirmed, progress)
     if pair is not None:
         confirmed, rivals, paired, among_all = pair, [], True, False
-    current, rivals = _revised(search, base, confirmed, rivals if confirmed.trial.parts else [], paired, among_all)
+    rivals = rivals if confirmed.trial.parts else []
+    current, rivals = _revised(search, base, confirmed, rivals, paired, among_all, progress)
     lost = current is base and not refit_only and not credit.near_noise(base)
     unexplained = lost and credit.misfit(base) > credit.LEAST_SIZE
     explained, segments = explained_share(search, base, current), len(search.record.start)
@@ -313,7 +315,13 @@ class _Rounds:
 
 
 def _revised(
-    search: Search, base: Fit, current: Fit, rivals: list[Ranked], paired: bool, among_all: bool
+    search: Search,
+    base: Fit,
+    current: Fit,
+    rivals: list[Ranked],
+    paired: bool,
+    among_all: bool,
+    report_progress: Callable[[float], None] = lambda share: None,
 ) -> tuple[Fit, list[Ranked]]:
     """Several effects judged together, which rounds found one after another, and the rivals of the first of them.
 
@@ -325,7 +333,7 @@ def _revised(
     """
     if len(current.trial.parts) < 2:
         return current, rivals
-    current, rivals = _reconsidered(search, current, None if paired else rivals, among_all)
+    current, rivals = _reconsidered(search, current, None if paired else rivals, among_all, report_progress)
     current, rivals = _pruned_with_rivals(search, current, rivals)
     current, rivals = _in_simplest_forms(search, current, rivals)  # also of an effect that replaced another
     current, rivals = still_credited(search, base, current, rivals)
@@ -381,7 +389,7 @@ def _pair(
     return best, among_all
 
 
-def _split(search: Search, current: Fit) -> Fit | None:
+def _split(search: Search, current: Fit, report_progress: Callable[[float], None] = lambda share: None) -> Fit | None:
     """The fit with two effects in place of one that is confused with both, if they explain more; else None.
 
     Only pairs with no more parameters than the one are tried, so that the better fit decides. Example: within a part of
@@ -396,8 +404,8 @@ def _split(search: Search, current: Fit) -> Fit | None:
         for one, two in combinations(alike, 2):
             if _same(one, two) or len(one.names) + len(two.names) > len(part.names):
                 continue
-            for first in fit_candidates(search, rest, [one], lambda share: None):
-                for both in fit_candidates(search, first, [two], lambda share: None):
+            for first in fit_candidates(search, rest, [one], report_progress):
+                for both in fit_candidates(search, first, [two], report_progress):
                     better = both.cost < current.cost - BETTER and runs_prefer(search, both, current)
                     if better and is_possible(search, both) and not force_prefers(here, ForceCriterion(search, both)):
                         return search.fitted_again(both)
@@ -482,7 +490,11 @@ def at_noise(fit: Fit) -> bool:
 
 
 def _reconsidered(
-    search: Search, current: Fit, rivals: Sequence[Ranked] | None, among_all: bool = True
+    search: Search,
+    current: Fit,
+    rivals: Sequence[Ranked] | None,
+    among_all: bool = True,
+    report_progress: Callable[[float], None] = lambda share: None,
 ) -> tuple[Fit, list[Ranked]]:
     """Compare each effect with its possible replacements, the others kept (stepwise selection with replacement).
 
@@ -496,7 +508,7 @@ def _reconsidered(
     """
     for _ in range(MOST_EFFECTS):
         leader = current.trial.parts[0]
-        better, tied = _swapped(search, current, rivals, among_all)
+        better, tied = _swapped(search, current, rivals, among_all, report_progress)
         if better is None:
             k = min(tied, default=0)
             return (_put_first(search, current, k) if k else current), tied.get(k, [])
@@ -507,7 +519,11 @@ def _reconsidered(
 
 
 def _swapped(
-    search: Search, current: Fit, rivals: Sequence[Ranked] | None, among_all: bool = True
+    search: Search,
+    current: Fit,
+    rivals: Sequence[Ranked] | None,
+    among_all: bool = True,
+    report_progress: Callable[[float], None] = lambda share: None,
 ) -> tuple[Fit | None, dict[int, list[Ranked]]]:
     """The fit with one effect replaced (the new one is last), or None; and index of an effect → rivals that tie.
 
@@ -520,7 +536,7 @@ def _swapped(
         if not others:
             continue
         without = search.without(current, k)
-        tried = fit_candidates(search, without, others, lambda share: None, current)
+        tried = fit_candidates(search, without, others, report_progress, current)
         good = [f for f in tried if is_possible(search, f) and matters(search, f, without)]
         good = in_simplest_forms([f for f in good if not _refused_by_force(search, without, f)])
         better = (f for f in good if f.cost < current.cost - BETTER and not _force_speaks_for(here, f))
