@@ -706,7 +706,6 @@ def test_each_joint_of_an_arm_has_rounds_of_its_own(monkeypatch: pytest.MonkeyPa
     monkeypatch.setattr(forward_selection.credit, "near_noise", lambda fit: True)
     search: Any = SimpleNamespace(
         rigid=object(),
-        system=SimpleNamespace(degrees_of_freedom=4),
         fitted_again=lambda one: one,
         record=SimpleNamespace(start=[0.0], joints=(0, 1, 2, 3)),
     )

@@ -223,6 +223,18 @@ def test_only_joints_with_something_left_are_tried(searches: Searches) -> None:
     assert found.cost < 0.7 * base.cost
 
 
+def test_a_joint_that_stands_still_does_not_hide_what_another_one_lacks(tmp_path: Path) -> None:
+    """Three of five joints stood still. The median over all joints was zero, and the log counted as near the noise."""
+    log = logged(tmp_path, DRAG)
+    log.positions[:, 0] = -1.2
+    search = search_of(arm(tmp_path), log)
+    base = search.refit()
+    alone = (base.residual.reshape(len(search.record.start), -1) ** 2).mean(axis=1)
+    assert noise_ratio(base) == pytest.approx(np.sqrt(np.median(alone)))
+    assert not near_noise(base)
+    assert {p.on for p in every_part(search, ())} == {"q_2", "w_q_2"}
+
+
 def test_each_joint_has_the_noise_floor_of_its_own_misfit(
     searches: Searches,
 ) -> None:

@@ -331,15 +331,25 @@ def _noise_ratios(fit: Fit) -> Array:
 
 
 def search_on(problem: Problem, shorter: Callable[[float], Record]) -> Search:
-    """A search whose fits estimate friction levels freely and toleranced parameters with a prior."""
+    """A search whose fits estimate friction levels freely and toleranced parameters with a prior.
+
+    Of an arm that is simulated joint by joint, only joints that move are compared. One that always stands still has no
+    residual under any model, so that a median over all joints would be far below the error of those that move.
+    """
     system = problem.system
-    joints = tuple(range(system.degrees_of_freedom)) if is_separable(system) else None
+    joints = _moving(problem) if is_separable(system) else None
     rigid = rigid_terms(system, problem.moved) if joints else None
 
     def records(share: float) -> Record:
         return replace(shorter(share), joints=joints)
 
     return Search(problem, records(1.0), records, rigid=rigid)
+
+
+def _moving(problem: Problem) -> tuple[int, ...]:
+    """Indices of the coordinates that do not always stand still; all of them if none moves."""
+    moving = problem.used.any(axis=0)
+    return tuple(map(int, np.flatnonzero(moving if moving.any() else ~moving)))
 
 
 def joint_of(search: Search, part: Part) -> int | None:

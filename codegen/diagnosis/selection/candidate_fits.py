@@ -89,6 +89,8 @@ def every_part(search: Search, taken: Sequence[Part]) -> list[Part]:
     possible = [(form, place) for effect, place in candidates(changed) if not effect.refines for form in effect.forms]
     forms = [(form, place) for form, place in possible if form.is_tried(changed, place)]
     parts = [part_of(form, place, search.system) for form, place in forms]
+    if search.rigid:
+        parts = [p for p in parts if joint_of(search, p) in (search.record.joints or ())]
     return [p for p in parts if (p.kind, p.on) not in known and (not p.effect.both_ways or search.reverses[p.place])]
 
 

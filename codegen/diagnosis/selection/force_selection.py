@@ -86,7 +86,7 @@ def selected_by_force(
     fits = ForceFits(search, base)
     fit = plain = fits.plain
     rounds: list[LaterRound] = []
-    joints: Sequence[int | None] = range(search.system.degrees_of_freedom) if search.rigid else [None]
+    joints: Sequence[int | None] = (search.record.joints or ()) if search.rigid else [None]
     most = MOST_EFFECTS * len(joints)
     for joint in joints:
         credited = fit

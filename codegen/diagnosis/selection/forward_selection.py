@@ -199,7 +199,7 @@ class _Rounds:
     @classmethod
     def before_the_first(cls, search: Search, base: Fit, most: int, report: Progress) -> _Rounds:
         """No effect found; ``most``: of rounds at each joint."""
-        joints: Sequence[int | None] = range(search.system.degrees_of_freedom) if search.rigid else [None]
+        joints: Sequence[int | None] = (search.record.joints or ()) if search.rigid else [None]
         return cls(search, report, dict.fromkeys(joints, most), confirmed=base, current=base, led=base)
 
     def outcome(self, base: Fit) -> Outcome:
