@@ -40,7 +40,7 @@ from codegen.logs import Log
 from codegen.mechanics import System
 from codegen.simulate.drive import MeanInput
 from codegen.spec import Spec, parse_spec
-from tests.diagnosis.stage import log_of, stage, system_of
+from tests.diagnosis.stage import STAGE, TRAIN, log_of, stage, system_of
 from tests.slow_cases import drawn
 
 ONE_WAY = "0.25*t + 0.02*sin(2*pi*0.7*t)"
@@ -322,6 +322,24 @@ def test_what_a_value_within_its_tolerance_explains_of_the_force_is_no_evidence_
     tight = replace(prior, centre=off, precision=1e6 * prior.precision, deviation=1e-3 * prior.deviation)
     held = replace(base, theta=off, prior=tight)
     assert combined_p(0.05, ForceCriterion(search, held), richer, 20) < ALPHA
+
+
+@pytest.mark.parametrize("share", [0.1, 0.4])
+def test_values_that_may_all_be_small_explain_no_effect(share: float, tmp_path: Path) -> None:
+    """With a motor constant of a large tolerance beside others, all forces may be zero, and explained any residual."""
+    log = log_of(stage("[{kind: spring, on: x, parameters: {k: 60}}]"), tmp_path, "spring.csv")  # N/m
+    text = STAGE.format(effects="[]", level=4.0, reference=TRAIN, duration=14.0, noise=0.0)
+    text = text.replace("[w - b*v]", "[kt*w - b*v]").replace("parameters:", "parameters:\n  kt: {value: 1}")
+    system = system_of(parse_spec(text, Path("stage.yaml")))
+    deviation = {s: share * float(value) for s, value in system.values.items() if s.name in ("m", "b", "kt")}
+    problem = Problem(system, smooth_motion(log), deviation)
+    search = search_on(problem, partial(record_of, problem.motion, log))
+    base = search.refit()
+    trial = base.runner.trial.with_part(part_of(CATALOGUE["spring"], 0, system))
+    richer = replace(base, runner=replace(base.runner, trial=trial), theta=np.append(search.declared, 60.0))
+    gain = ForceCriterion(search, richer).added_to(ForceCriterion(search, base))
+    assert gain.left < 0.5 and gain.p_added(1) < ALPHA / 23
+    assert ForceCriterion(search, base).added_to(ForceCriterion(search, richer)).p_added(1) > 0.5
 
 
 def test_values_that_act_alike_or_not_at_all_are_fitted_within_their_limits() -> None:

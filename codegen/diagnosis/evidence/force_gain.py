@@ -16,7 +16,7 @@ from codegen.base.arrays import Array
 from codegen.diagnosis.evidence.residual_regression import LEAST_ROWS
 from codegen.diagnosis.evidence.score_test import along_best, t_of_scores
 from codegen.diagnosis.fit.credit import SIGN_BLOCKS, are_large, p_of_log_ratios, p_of_sign_flips
-from codegen.diagnosis.fit.force_rows import residual_slopes
+from codegen.diagnosis.fit.force_rows import slopes_of_evidence
 from codegen.diagnosis.fit.identity_cache import OF_MODELS, identity_cache
 from codegen.diagnosis.fit.linear import correlation, independent
 from codegen.diagnosis.fit.output_error import Fit
@@ -183,11 +183,14 @@ class ForceCriterion:
 
     @cached_property
     def slopes(self) -> Array:
-        """(N, n, p) slopes of the residual by the toleranced values, at those of the fit and without its effects."""
+        """(N, n, p) slopes by the toleranced values, at those of the fit and without its effects.
+
+        Of a loose motor constant they are those in proportion to the drive force (``slopes_of_evidence``).
+        """
         search, moved = self.search, self.fit.values[0].tolist()
         values = dict(zip((s.name for s in search.moved), moved, strict=True))
         toleranced = search.moved[len(search.problem.levels) :]
-        return residual_slopes(with_values(search.system, values), search.motion, toleranced)
+        return slopes_of_evidence(with_values(search.system, values), search.motion, toleranced, self._limits)
 
     @identity_cache(OF_MODELS)
     def without_own_values(self, joint: int | None) -> Array:

@@ -70,18 +70,43 @@ def force_rows(system: System, problem: Problem, symbols: Sequence[sympy.Symbol]
 
 def relative_force_rows(system: System, problem: Problem, symbols: Sequence[sympy.Symbol]) -> list[ForceRows]:
     """``force_rows`` of the residual over ``drive_gain``, which is 1 at the values: slopes ∂r/∂θ − r ∂gain/∂θ."""
-    rows, acting = force_rows(system, problem, symbols), drive_symbols(system)
+    rows = force_rows(system, problem, symbols)
     moved = np.flatnonzero(problem.used.any(axis=0))
-    slopes = np.zeros((len(rows), len(symbols)))
+    return [
+        replace(r, slopes=r.slopes - np.outer(r.residual, gain), gain=gain)
+        for r, gain in zip(rows, _gain_slopes(system, problem.motion, symbols)[moved], strict=True)
+    ]
+
+
+def slopes_of_evidence(
+    system: System, motion: Motion, symbols: Sequence[sympy.Symbol], limits: tuple[Array, Array]
+) -> Array:
+    """(N, n, p) slopes of the low-passed residual; over ``drive_gain`` where limits allow almost no drive force.
+
+    ∂r/∂θ, or ∂r/∂θ − r ∂gain/∂θ of a coordinate whose gain 1 + Σ γ Δ may fall to ``LEAST_GAIN``: if all parameters, a
+    motor constant too, have large tolerances, the residual is zero with all of them at zero. Its own slopes then
+    explain any residual, and any evidence for an effect.
+
+    Args:
+        limits: (p,) least and largest change Δ of the parameters.
+    """
+    slopes, gains = residual_slopes(system, motion, symbols), _gain_slopes(system, motion, symbols)
+    least = 1 + np.minimum(gains * limits[0], gains * limits[1]).sum(axis=1)
+    if not (least <= LEAST_GAIN).any():
+        return slopes
+    gains = np.where((least <= LEAST_GAIN)[:, None], gains, 0.0)
+    return slopes - inverse_dynamics_residual(system, motion)[:, :, None] * gains
+
+
+def _gain_slopes(system: System, motion: Motion, symbols: Sequence[sympy.Symbol]) -> Array:
+    """(n, p) slopes of ``drive_gain`` by parameters."""
+    acting, slopes = drive_symbols(system), np.zeros((system.degrees_of_freedom, len(symbols)))
     for k, s in enumerate(symbols):
         if s in acting and system.values[s] != 0:
             step = GAIN_STEP * abs(float(system.values[s]))
             other = system.with_parameters({s: system.values[s] + step}, {})
-            slopes[:, k] = (drive_gain(other, system, problem.motion)[moved] - 1) / step
-    return [
-        replace(r, slopes=r.slopes - np.outer(r.residual, gain), gain=gain)
-        for r, gain in zip(rows, slopes, strict=True)
-    ]
+            slopes[:, k] = (drive_gain(other, system, motion) - 1) / step
+    return slopes
 
 
 def residual_slopes(system: System, motion: Motion, symbols: Sequence[sympy.Symbol]) -> Array:
