@@ -20,6 +20,7 @@ START = "initialisation sets the velocity estimates to 0, and all others to cons
 HELD = START + "after invalid samples the held estimates continue, if each call gets the same outputs"
 BARE = START + "an invalid sample is used like any other"
 ASSUMED = "error bounds, assuming that "
+OWN = ("V", "e", "P", "sign", "sin", "cos", "exp", "abs")  # names that the words below use without a kind
 PROOF, SETS = theorem.PROOF, theorem.SETS
 STEP, LONG_RUN = "the step multiplies V = e'Pe", "is in the long run at most"
 SIZES = "that noise and drift stay within the bounds assumed (generate and certify take them from the envelope)"
@@ -234,10 +235,14 @@ def falling(proof: dict[str, Any], shown: dict[str, Any], plain: Callable[[str],
 
 
 def ambiguous(proof: dict[str, Any], shown: dict[str, Any]) -> set[str]:
-    """Names that two quantities share, such as a parameter and a true level; they are printed with their kinds."""
-    begun = [of for z, of in shown["c"].init if z in proof.get("shared", {})]  # printed too
-    full = {*re.findall(rf"\b{KINDS}\.\w+", json.dumps([proof, begun])), *(x.split("[")[0] for x in shown["c"].values)}
-    bare = Counter(x.split(".")[1] for x in full)
+    """Names that two quantities share, such as a parameter and a true level; they are printed with their kinds.
+
+    So is a quantity with a name that these words use of their own (OWN). All fields of the C count, printed or not.
+    """
+    begun, c = [of for z, of in shown["c"].init if z in proof.get("shared", {})], shown["c"]  # `begun` is printed too
+    fields = (x.split("[")[0] for x in (*c.values, *c.states, *c.inputs, *c.outputs))
+    full = {*re.findall(rf"\b{KINDS}\.\w+", json.dumps([proof, begun])), *fields}
+    bare = Counter((*(x.split(".")[1] for x in full), *OWN))
     return {x for x, count in bare.items() if count > 1}
 
 

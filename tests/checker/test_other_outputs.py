@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import importlib
 import random
 import re
@@ -63,6 +64,25 @@ def test_another_force_is_printed_as_what_it_is(why: str) -> None:
     text, formula = OTHER[why]
     formulas, others = said(check(*changed("one_mass", (FORCE, text))))
     assert not others and f"F_hat_rail = {formulas['F_hat_rail']}" == formula
+
+
+@pytest.mark.parametrize(("name", "value"), [
+    ("a_rail", "a_hat_rail"), ("v", "v_hat"), ("m", "v_hat"), ("w", "2*w"), ("z_v", "v_hat"), ("V", "v_hat"),
+    ("e", "v_hat"), ("P", "v_hat"), ("sign", "v_hat"), ("abs", "v_hat"),
+])  # fmt: skip
+def test_an_output_with_another_name_of_the_words_is_printed_as_an_output(name: str, value: str) -> None:
+    """Of an output a_rail verify said "a_rail = a_hat_rail", as if the friction level of the machine were that."""
+    of = value.replace("2*", "2.0 * inputs->")
+    content, files = changed("one_mass", (FORCE, f"outputs->{name} = {of};\n        {FORCE}"))
+    header = files["one_mass.h"].decode()
+    field = "    double F_hat_rail; /*"
+    assert header.count(field) == 1
+    files["one_mass.h"] = header.replace(field, f"    double {name}; /* N: more */\n{field}").encode()
+    content["subject"]["files"]["one_mass.h"] = hashlib.sha256(files["one_mass.h"]).hexdigest()
+    lines = [line for line in check(content, files).proved if line.startswith("in each sample ")]
+    own = "2*inputs.w" if name == "w" else value
+    assert f"in each sample outputs.{name} = {own}" in lines
+    assert not any(line.startswith(f"in each sample {name} =") for line in lines)
 
 
 @pytest.mark.parametrize("name", ["one_mass", "two_mass", "two_mass_cancellation", "rig_to", "chain", "two_link_arm"])
