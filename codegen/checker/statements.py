@@ -197,7 +197,8 @@ def words(proof: dict[str, Any], shown: dict[str, Any], sized: bool = False, fal
         *left_over,
         *(f"in each sample {plain(x)} = {plain(enclosure.as_sum(p))}" for x, p in stated.items()),
         *(
-            f"in each sample with fault 0 {plain(x)} is 0 except where {' and '.join(map(plain, of))}"
+            f"in each sample with fault 0 {plain(x)} {'becomes' if x in proof['states'] else 'is'} 0 except where"
+            f" {' and '.join(map(plain, of))}"
             for x, of in shown.get("other than 0", {}).items()
         ),
         *(falling(proof, shown, plain) if fall else ()),

@@ -254,12 +254,15 @@ def of_estimates(proof: dict[str, Any], shown: dict[str, Any]) -> dict[str, Any]
 def other_than_zero(proof: dict[str, Any], shown: dict[str, Any]) -> dict[str, list[str]]:
     """Another output of the C, such as in_domain -> conditions that hold in each sample in which it is not 0.
 
+    Also a state whose formula holds no error, such as samples_slid: what the step sets it to.
     The step runs from any state. A sign in the C is -1, 0 or 1; where one of these makes the output's polynomial 0,
     whatever all else in it is, the output is 0. States are written by as many estimates if their formulas in `states`
     have no sign, and ``step`` shows these estimates: every state is then of that form (lemma 10 of errors.py).
     """
     c, estimates, known = shown["c"], {e["estimate"] for e in proof["errors"]}, dict[Any, Any]()
-    if not (others := [y for y in c.outputs if y not in estimates and y not in shown["outputs"]]):
+    others = [z for z in proof["states"] if z not in shown["moving"]]
+    others += [y for y in c.outputs if y not in estimates and y not in shown["outputs"]]
+    if not others:
         return {}
     free = {x: shown["names"][x] for x in c.values} | {x: kernel.term(1, x) for x in (*c.inputs, *c.states)}
     own = {y: kernel.term(1, y) for y in estimates}

@@ -144,6 +144,25 @@ def test_where_a_flag_is_not_zero_is_said(flag: str) -> None:
     assert where(files, content) == FLAGS[flag]
 
 
+COUNT, DIRECTION = "const double samples_slid_next = in_domain_1 * ", "direction_rail_next = sign_rail * learning;"
+NEXT = {  # a change of the C -> where verify says that the count and the direction do not become 0
+    (COUNT, COUNT): ([MOVES, f"{FAST} > 0", CALM], [MOVES, f"{FAST} > 0"]),
+    (COUNT, "const double samples_slid_next = "): (None, [MOVES, f"{FAST} > 0"]),
+    (DIRECTION, "direction_rail_next = sign_rail;"): ([MOVES, f"{FAST} > 0", CALM], [MOVES]),
+}
+
+
+@pytest.mark.parametrize("change", NEXT, ids=["as generated", "a count without reset", "a direction at any speed"])
+def test_where_count_and_direction_do_not_become_zero_is_said(change: tuple[str, str]) -> None:
+    """Of a C whose count of samples is never set back nothing else was said than of the genuine one."""
+    content, files = changed("one_mass_domain", change)
+    begin = "in each sample with fault 0 {} becomes 0 except where "
+    lines = check(content, files).proved
+    for state, conditions in zip(("samples_slid", "direction_rail"), NEXT[change], strict=True):
+        found = [x.removeprefix(begin.format(state)) for x in lines if x.startswith(begin.format(state))]
+        assert found == ([] if conditions is None else [" and ".join(conditions)])
+
+
 def test_where_in_domain_is_not_zero_in_the_twin() -> None:
     twin, dice = importlib.import_module("generated.one_mass_domain"), random.Random(2)
     p, outputs, seen = twin.Parameters(), twin.Outputs(), {0.0: 0, 1.0: 0}
@@ -156,7 +175,10 @@ def test_where_in_domain_is_not_zero_in_the_twin() -> None:
         state.z_v, predicted, late = v - p.K_v * x, state.x_predicted, state.samples_slid + p.constant_2 > 0
         twin.step(state, p, twin.Inputs(x, dice.uniform(-9, 9)), outputs)
         assert not outputs.fault
+        fast, calm = abs(outputs.v_hat) > p.slip_speed, abs(x - predicted) <= p.largest_innovation
+        assert fast or not state.direction_rail
+        assert (fast and calm) or not state.samples_slid
         seen[outputs.in_domain] += 1
         if outputs.in_domain:
-            assert abs(outputs.v_hat) > p.slip_speed and abs(x - predicted) <= p.largest_innovation and late
+            assert fast and calm and late
     assert min(seen.values()) > 500
