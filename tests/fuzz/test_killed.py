@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -96,7 +97,14 @@ VERBS = {
 }
 
 
+def empty(folder: Path) -> None:
+    """Make the folder anew: only from the same start does a run do the same things, a folder it makes being one."""
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir()
+
+
 def after_a_kill(folder: Path, verb: str, at: int, good: dict[str, bytes]) -> None:
+    empty(folder)
     assert child(folder, at, *VERBS[verb])[0] == -signal.SIGKILL
     for name, text in whole(folder).items():
         assert text == good[name], name
@@ -105,13 +113,10 @@ def after_a_kill(folder: Path, verb: str, at: int, good: dict[str, bytes]) -> No
 
 
 def good_run(folder: Path, verb: str) -> tuple[int, dict[str, bytes]]:
-    folder.mkdir()
+    empty(folder)
     code, events = child(folder, 0, *VERBS[verb])
     assert code == 0 and events > 2
-    good = whole(folder)
-    for name in good:
-        (folder / name).unlink()
-    return events, good
+    return events, whole(folder)
 
 
 @pytest.mark.slow
@@ -126,8 +131,6 @@ def test_a_verb_that_is_killed_amid_its_files_is_run_again(verb: str, tmp_path: 
 def test_a_verb_that_is_killed_at_many_moments_is_run_again(verb: str, tmp_path: Path) -> None:
     events, good = good_run(tmp_path / "out", verb)
     for at in sorted({*range(1, events, max(1, events // 8)), events}):
-        for name in whole(tmp_path / "out"):
-            (tmp_path / "out" / name).unlink()
         after_a_kill(tmp_path / "out", verb, at, good)
 
 
@@ -135,7 +138,7 @@ def test_a_verb_that_is_killed_at_many_moments_is_run_again(verb: str, tmp_path:
 def test_a_replay_that_is_killed_leaves_no_part_of_a_log(tmp_path: Path) -> None:
     """Its output is written in blocks, and takes its name at the end."""
     folder = tmp_path / "out"
-    folder.mkdir()
+    empty(folder)
     rows = "\n".join(f"{k / 1000},{k * k / 1e6},{k % 7}" for k in range(4500))
     (tmp_path / "log.csv").write_text(f"t,x,w\n{rows}\n")
     arguments = ("replay", str(SPECS / "one_mass.yaml"), "log.csv", "-o", "out/estimates.csv")
@@ -143,7 +146,7 @@ def test_a_replay_that_is_killed_leaves_no_part_of_a_log(tmp_path: Path) -> None
     assert code == 0
     good = whole(folder)
     for at in {1, events // 2 or 1, events}:
-        (folder / "estimates.csv").unlink(missing_ok=True)
+        empty(folder)
         assert child(folder, at, *arguments)[0] == -signal.SIGKILL
         assert whole(folder) in ({}, good)
     result = process(*arguments, cwd=tmp_path, env={**os.environ, "PYTHONPATH": str(SPECS.parent)})
