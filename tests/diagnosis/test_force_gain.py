@@ -18,6 +18,7 @@ from scipy.stats import binom
 
 from codegen.diagnosis.evidence.force_gain import ForceCriterion, ForceGain, force_gain
 from codegen.diagnosis.fit.credit import ALPHA, Evidence, random_signs
+from codegen.diagnosis.fit.force_rows import residual_slopes, slopes_of_evidence
 from codegen.diagnosis.fit.record import record_of
 from codegen.diagnosis.fit.residual import (
     Problem,
@@ -340,6 +341,21 @@ def test_values_that_may_all_be_small_explain_no_effect(share: float, tmp_path: 
     gain = ForceCriterion(search, richer).added_to(ForceCriterion(search, base))
     assert gain.left < 0.5 and gain.p_added(1) < ALPHA / 23
     assert ForceCriterion(search, base).added_to(ForceCriterion(search, richer)).p_added(1) > 0.5
+
+
+def test_a_parameter_without_limits_hides_no_loose_motor_constant(tmp_path: Path) -> None:
+    """The mass does not change the drive force: infinite limits of it change no slope."""
+    log = log_of(stage(), tmp_path, "plain.csv")
+    text = STAGE.format(effects="[]", level=4.0, reference=TRAIN, duration=14.0, noise=0.0)
+    text = text.replace("[w - b*v]", "[kt*w - b*v]").replace("parameters:", "parameters:\n  kt: {value: 1}")
+    system, motion = system_of(parse_spec(text, Path("stage.yaml"))), smooth_motion(log)
+    mass, constant = (next(s for s in system.values if s.name == name) for name in ("m", "kt"))
+    least = np.array([-np.inf, -0.9])
+    without, finite = (
+        slopes_of_evidence(system, motion, [mass, constant], (low, -low)) for low in (least, np.array([-0.1, -0.9]))
+    )
+    assert np.array_equal(without, finite)
+    assert not np.allclose(without, residual_slopes(system, motion, [mass, constant]))
 
 
 def test_values_that_act_alike_or_not_at_all_are_fitted_within_their_limits() -> None:

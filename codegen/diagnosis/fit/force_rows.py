@@ -91,7 +91,9 @@ def slopes_of_evidence(
         limits: (p,) least and largest change Δ of the parameters.
     """
     slopes, gains = residual_slopes(system, motion, symbols), _gain_slopes(system, motion, symbols)
-    least = 1 + np.minimum(gains * limits[0], gains * limits[1]).sum(axis=1)
+    # A limit may be infinite; of a parameter without effect on the gain it counts nothing.
+    ends = [np.multiply(gains, limit, out=np.zeros_like(gains), where=gains != 0) for limit in limits]
+    least = 1 + np.minimum(*ends).sum(axis=1)
     if not (least <= LEAST_GAIN).any():
         return slopes
     gains = np.where((least <= LEAST_GAIN)[:, None], gains, 0.0)
