@@ -130,15 +130,9 @@ def words(proof: dict[str, Any], shown: dict[str, Any], sized: bool = False, fal
         fall: whether to state the decay of the proof's V; else the error dynamics alone.
     """
     exact, c, plain = enclosure.exact, f"{proof['name']}.c", partial(without_kinds, twice=ambiguous(proof, shown))
-    h = exact(shown["c"].values["parameters.sample_time"])
+    h, free = exact(shown["c"].values["parameters.sample_time"]), constants(proof, plain)
     turns = ", ".join(plain(s) for s in proof["signs"])
-    pushed = [
-        f"{left(row, proof, plain)} = {plain(f)}" for row, f in zip(proof["mass_matrix"], proof["force"], strict=True)
-    ]
-    pushed += [f"{plain(x)}' = {plain(v)}" for x, v in proof["positions"].items()]
     errors = [f"{lag(e, plain)} [{unit}]" for e, unit in zip(proof["errors"], shown["units"], strict=True)]
-    free = ", ".join(plain(x) for x in sorted({e["truth"] for e in proof["errors"]} - {*proof["acceleration"]}))
-    along = {t: f"{plain(s)}*" for t, s in shown["along"].items() if s}
     left_over = [
         f"in addition, {lag(e, plain)} changes by {plain(r)} in each step, whatever the errors; what this does to V is"
         " not bounded"
@@ -151,19 +145,45 @@ def words(proof: dict[str, Any], shown: dict[str, Any], sized: bool = False, fal
         besides += f" except {', '.join(map(plain, proof['shared']))}, which the machine has too"
     first = ", to first order in them" if shown["first order"] else ""
     stays = f", while {turns} {'does' if len(proof['signs']) == 1 else 'do'} not change" if turns else ""
+    values = ", ".join(f"{plain(p)} = {exact(x)}" for p, x in shown["c"].values.items())
+    guarded = shown["c"].sums is not None
+    return [
+        *motion(proof, plain, h),
+        *conditions(proof, shown, plain),
+        f"errors: {', '.join(errors)}; they account for every state of {c}{besides}",
+        f"one step of {c} ({h} s) multiplies the vector of errors by the matrix of {PROOF}{first}: for every state, all"
+        f" inputs and every {free}{stays}",
+        *left_over,
+        *(f"in each sample {plain(x)} = {plain(enclosure.as_sum(p))}" for x, p in shown.get("outputs", {}).items()),
+        *(
+            f"in each sample with fault 0 {plain(x)} {'becomes' if x in proof['states'] else 'is'} 0 except where"
+            f" {' and '.join(map(plain, of))}"
+            for x, of in shown.get("other than 0", {}).items()
+        ),
+        *(falling(proof, shown, plain) if fall else ()),
+        f"with the values of {proof['name']}.h: {values}",
+        *(() if proof["domain"] else (HELD if guarded else BARE,)),
+        *((of_faults(shown["c"]),) if guarded else ()),
+        f"in exact arithmetic; not covered: {', '.join(gaps(proof, shown, plain, sized))}",
+    ]
+
+
+def constants(proof: dict[str, Any], plain: Callable[[str], str]) -> str:
+    """The true quantities that the machine holds constant, such as friction levels."""
+    return ", ".join(plain(x) for x in sorted({e["truth"] for e in proof["errors"]} - {*proof["acceleration"]}))
+
+
+def motion(proof: dict[str, Any], plain: Callable[[str], str], h: str) -> list[str]:
+    """The equations of the machine and what it does in a sample of h seconds, as lines."""
+    pushed = [
+        f"{left(row, proof, plain)} = {plain(f)}" for row, f in zip(proof["mass_matrix"], proof["force"], strict=True)
+    ]
+    pushed += [f"{plain(x)}' = {plain(v)}" for x, v in proof["positions"].items()]
     places = [*map(plain, proof["positions"])]
     at_start = [*map(plain, proof["acceleration"])] + places * (proof["step"] == "euler")
     slopes = ", ".join(f"{x}'" for x in at_start)
-    values = ", ".join(f"{plain(p)} = {exact(x)}" for p, x in shown["c"].values.items())
-    begun = dict(shown["c"].init)
-    guarded = shown["c"].sums is not None
-    faults = "samples with a fault" if guarded else "inputs that are no numbers"
-    of_floats = " (of single precision)" * (shown["c"].precision != frame.PRECISIONS["double"])
-    stated, estimates = shown.get("outputs", {}), {e["estimate"] for e in proof["errors"]}
-    others = ", ".join(plain(x) for x in shown["c"].outputs if x not in stated and x not in estimates)
-    gaps = [f"rounding{of_floats}", faults, SIZED if sized else WITHIN, *([f"other outputs ({others})"] * bool(others))]
     return [
-        f"machine: {'; '.join(pushed)}; {free} constant, with any value",
+        f"machine: {'; '.join(pushed)}; {constants(proof, plain)} constant, with any value",
         f"in a sample the change of {', '.join(at_start)} is {h} s times {slopes} at its start",
         *(
             f"in a sample the change of {x} is {h} s times {x}' at its end"
@@ -175,6 +195,14 @@ def words(proof: dict[str, Any], shown: dict[str, Any], sized: bool = False, fal
             for x, v in proof["positions"].items()
             if (q := proof.get("mean", {}).get(x))  # in the order of the positions, whatever that of `mean`
         ),
+    ]
+
+
+def conditions(proof: dict[str, Any], shown: dict[str, Any], plain: Callable[[str], str]) -> list[str]:
+    """The conditions under which the proof holds, as lines."""
+    exact, begun = enclosure.exact, dict(shown["c"].init)
+    along = {t: f"{plain(s)}*" for t, s in shown["along"].items() if s}
+    return [
         *(f"{plain(s)} is 1 or -1, the sign of {plain(u)} in machine and code" for s, u in proof["signs"].items()),
         *(f"only where {plain(x)} > 0" for x in proof["domain"]),
         *(
@@ -191,22 +219,17 @@ def words(proof: dict[str, Any], shown: dict[str, Any], sized: bool = False, fal
             for z in proof["states"]
             if z not in shown["moving"]
         ),
-        f"errors: {', '.join(errors)}; they account for every state of {c}{besides}",
-        f"one step of {c} ({h} s) multiplies the vector of errors by the matrix of {PROOF}{first}: for every state, all"
-        f" inputs and every {free}{stays}",
-        *left_over,
-        *(f"in each sample {plain(x)} = {plain(enclosure.as_sum(p))}" for x, p in stated.items()),
-        *(
-            f"in each sample with fault 0 {plain(x)} {'becomes' if x in proof['states'] else 'is'} 0 except where"
-            f" {' and '.join(map(plain, of))}"
-            for x, of in shown.get("other than 0", {}).items()
-        ),
-        *(falling(proof, shown, plain) if fall else ()),
-        f"with the values of {proof['name']}.h: {values}",
-        *(() if proof["domain"] else (HELD if guarded else BARE,)),
-        *((of_faults(shown["c"]),) if guarded else ()),
-        f"in exact arithmetic; not covered: {', '.join(gaps)}",
     ]
+
+
+def gaps(proof: dict[str, Any], shown: dict[str, Any], plain: Callable[[str], str], sized: bool) -> list[str]:
+    """What the proof does not cover; ``sized`` as in ``words``."""
+    c, estimates = shown["c"], {e["estimate"] for e in proof["errors"]}
+    of_floats = " (of single precision)" * (c.precision != frame.PRECISIONS["double"])
+    faults = "inputs that are no numbers" if c.sums is None else "samples with a fault"
+    others = ", ".join(plain(x) for x in c.outputs if x not in shown.get("outputs", {}) and x not in estimates)
+    beyond = SIZED if sized else WITHIN
+    return [f"rounding{of_floats}", faults, beyond, *([f"other outputs ({others})"] * bool(others))]
 
 
 def of_faults(c: Any) -> str:
