@@ -350,7 +350,7 @@ class _Search:
             lines += " and `sample_time: SECONDS`"
         elif "t" in lacking and "t" not in found:
             lines += " (or `sample_time: SECONDS` in place of t)"
-        option = "" if counted or not proposed else _options(proposed, lacking)
+        option = "" if counted or speeds else _options(proposed, lacking, blank)
         why = f" ({reasons((*proposed, *speeds.values()))})" if proposed or speeds else ""
         has = f"NUMBER from 1 to {len(self.names)}" if self.headless else f"it has {listing(self.names)}"
         expected = f"{lines} in meta.yaml beside the log{option}{why}{self._or_none(lacking[0])}; {has}"
@@ -501,9 +501,14 @@ class _Search:
         return self.source.units.get(name, "") or ("" if joint else by_name)
 
 
-def _options(proposed: Sequence[Proposed], lacking: Sequence[str]) -> str:
-    """The proposals as options of a command; empty if they are incomplete or need a unit, which no option states."""
-    if len(proposed) < len(lacking) or any(one.unit or not one.column.isprintable() for one in proposed):
+def _options(proposed: Sequence[Proposed], lacking: Sequence[str], blank: str) -> str:
+    """The proposals as options of a command, or the form of the option if not every variable has a proposal.
+
+    Empty if a proposal needs a unit, which no option states.
+    """
+    if any(one.unit or not one.column.isprintable() for one in proposed):
         return ""
+    if len(proposed) < len(lacking):
+        return f", or `--column {lacking[0]}={blank}` for each"
     options = " ".join(f"--column {quote(f'{one.symbol}={one.column}')}" for one in proposed)
     return f", or `{options}`"

@@ -98,6 +98,12 @@ def test_a_column_that_nothing_tells_is_asked_for_as_an_option_too(tmp_path, mot
     assert "--description" not in caught.value.expected and "--column i=" not in caught.value.expected
 
 
+def test_where_not_every_column_is_proposed_the_form_of_the_option_is_said(tmp_path, motor):
+    """A log in German: the current is proposed by its unit, the angle by nothing."""
+    with refused("LOG003 `phi` `i` `columns: {i: Strom_mA, phi: ...}` `--column phi=...` for each"):
+        read_log(write(tmp_path, "t,Geber,Strom_mA,b"), motor)
+
+
 def test_row_numbers_are_no_time(tmp_path, motor):
     """A log at 500 Hz with numbers of rows: asked for is the sample time, and the column is not offered as a time."""
     path = write(tmp_path, "Sample,pos_deg,current_A")
