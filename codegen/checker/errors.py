@@ -20,9 +20,9 @@ e describes all of these states. Then
   a truth times the sign that `along` assigns to it, by default the sign of its error.
 Nothing is claimed about states without a formula (`aside`). Those listed in `shared` are assumed to be states of the
 machine too, with the same values (a clock, a delay line, a lag).
-Trusted: this file, kernel.py, frame.py, which reads the C, rounding.py, which bounds how far the header's decimals and
-the exp of a number may be from exact values, Python, and that the machine is yours. Not covered: rounding, samples with
-a fault, and the sample in which a sign changes.
+Trusted: this file, kernel.py, frame.py, which reads the C, rounding.py, which computes the parameters and bounds how
+far the header's decimals and the exp of a number may be from exact values, Python, and that the machine is yours. Not
+covered: rounding, samples with a fault, and the sample in which a sign changes.
 theorem.py verifies the further fields of a proof: `mass_matrix`, `force`, `reversals`, how `shared` states move, that
 no state of `aside` can feed a growing value back, and, by an example point, that `domain` and `box` are not empty.
 """
@@ -34,8 +34,6 @@ if TYPE_CHECKING or __package__:
     from codegen.checker import forms, frame, kernel, rounding
 
 demand, term, Text = frame.demand, kernel.term, kernel.Text
-OTHERS = "prepare gives others: {} of the header differs from its formula by more than rounding"
-ANGLE = "{} has the sin or cos of a parameter, which is not evaluated: declare that sin or cos itself as a parameter"
 
 
 @frame.limited()
@@ -46,25 +44,7 @@ def prove(proof: dict[str, Any], files: dict[str, str]) -> dict[str, Any]:
     """
     signs, errors, formulas, velocity = (proof[x] for x in ("signs", "errors", "states", "positions"))
     c = frame.read(proof["name"], files)
-    # A parameter has the value that `prepare` computes from the values, in exact arithmetic. The decimals in the header
-    # are these values rounded: off by the rounding of the formula's terms, of which rounding.py bounds the effect. A
-    # parameter that is the exp of a number has its decimal as value, in all that is computed from it, and so has this
-    # exp wherever it occurs, except exp(0).
-    known: dict[Any, Any] = {}
-    decimals: dict[Any, Any] = {}  # of an exp: one, or those of many parameters could lead away from it
-    prepared = rounding.Bounded(
-        {x: term(v) for x, v in c.values.items() if x not in dict(c.prepare)}, known, c.precision
-    )
-    for parameter, text in c.prepare:
-        exact = prepared.run([(parameter, text)], [*c.values])[parameter]
-        demand(not exact.names(), ANGLE.format(parameter))
-        decimal = c.values.get(parameter, exact.constant())
-        exps = {(f, p): term(decimal) for (f, p), e in known.items() if f == "exp" and p and e == exact}
-        size = abs(decimal) if exps else prepared.bounds[parameter][0].constant()
-        demand(abs(exact.constant() - decimal) <= size * c.precision.rounding, OTHERS.format(parameter))
-        demand(all(decimals.setdefault(key, e) == e for key, e in exps.items()), OTHERS.format(parameter))
-        known |= exps
-        prepared.names |= {parameter: term(decimal)} if exps else {}
+    values, known = rounding.parameters(c)  # as `prepare` computes them; the header's are these, rounded
     # Free are inputs, truth, signs, errors, and states without a formula. An estimate is truth less sign * error.
     truths, estimates, turned = ([e[part] for e in errors] for part in ("truth", "estimate", "sign"))
     hidden, aside = [f"error of {x}" for x in truths], [z for z in c.states if z not in formulas]
@@ -72,7 +52,7 @@ def prove(proof: dict[str, Any], files: dict[str, str]) -> dict[str, Any]:
     named = all(re.fullmatch(rf"{of}\.\w+", x, re.A) for of, all_ in (("true", truths), ("sign", signs)) for x in all_)
     named = named and {*along} == {*truths} and {*turned, *along.values()} <= {"", *signs}
     demand(named and len({*truths}) == len({*estimates} & {*c.outputs}) == len(errors) <= 100, "not so named")
-    names = {p: prepared.names[p] for p in c.values} | {"": term(1)}
+    names = values | {"": term(1)}
     names |= {x: term(1, x) for x in (*c.inputs, *truths, *signs, *aside)}
     # A sign is that of a polynomial with an estimate or a measured velocity, and without a truth: that of an error is
     # 0 in the machine. So there are points where it is 1 in machine and code.
@@ -107,17 +87,9 @@ def prove(proof: dict[str, Any], files: dict[str, str]) -> dict[str, Any]:
     demand(all(after[y] == names[y] for y in estimates), "the states do not show the estimates")
     # The machine a sample later, and the states that show the errors which the matrix gives: they are the code's.
     phi = [[machine.value(x) for x in row] for row in proof["matrix"]]
-    rate, h = {v: machine.value(a) for v, a in proof["acceleration"].items()}, names["parameters.sample_time"]
     rest = [*map(machine.value, proof.get("rest", ["0"] * len(errors)))]
-    moves = {*velocity.values()} <= {*rate} <= {*truths, *c.inputs} and {*velocity} <= {*c.inputs} - {*rate}
-    demand(moves, "not a velocity for each position")
     later = names | {z: after[z] for z in aside} | {x: term(1, f"{x} later") for x in c.inputs}
-    later |= {v: names[v] + h * rate[v] for v in rate}
-    ends, mean = {"euler": "0", "semi_implicit": "1"}, proof.get("mean", {})
-    demand(proof["step"] in (["exponential"] if mean else ends), "a step of another mean velocity")
-    shares = {x: machine.value(q) for x, q in (mean or dict.fromkeys(velocity, ends.get(proof["step"], ""))).items()}
-    demand({*shares} == {*velocity} and all(0 <= q.constant() <= 1 for q in shares.values()), "no mean velocity")
-    later |= {x: names[x] + h * (names[v] + shares[x] * (later[v] - names[v])) for x, v in velocity.items()}
+    later |= moved(proof, machine, {*truths}, {*c.inputs})
     next_errors = [e + r for (e,), r in zip(forms.product(phi, [[e] for e in error], kernel.Poly()), rest, strict=True)]
     expected = Text(later | {y: later[t] - s * e for (y, t, s), e in zip(triples, next_errors, strict=True)}, known)
     remainders = {z: kernel.cleared(after[z] - expected.value(of), known) for z, of in formulas.items()}
@@ -126,8 +98,9 @@ def prove(proof: dict[str, Any], files: dict[str, str]) -> dict[str, Any]:
     demand(not wrong, f"the matrix does not move the errors: {wrong[:3]}")
     # V falls, by lemmas 4 to 6 of the kernel.
     box = {x: [machine.value(end).constant() for end in (low, high)] for x, (low, high) in proof["box"].items()}
-    fall = 1 - 2 * machine.value(proof["decay_rate"]).constant() * h.constant()
-    demand({*box} <= {*c.inputs, *truths} and fall > 0 < h.constant(), "a box of no free variable, or V negative")
+    h = names["parameters.sample_time"].constant()
+    fall = 1 - 2 * machine.value(proof["decay_rate"]).constant() * h
+    demand({*box} <= {*c.inputs, *truths} and fall > 0 < h, "a box of no free variable, or V negative")
     entries = {x: machine.value(x).constant() for row in proof["lyapunov_matrix"] for x in row}  # most stand twice
     P = [[term(entries[x]) for x in row] for row in proof["lyapunov_matrix"]]
     for p in (p for name, p in [*known] if name == "1/"):
@@ -137,3 +110,21 @@ def prove(proof: dict[str, Any], files: dict[str, str]) -> dict[str, Any]:
     result: dict[str, Any] = {"c": c, "names": names, "known": known, "aside": aside, "moving": moving}
     result |= {"before": before, "after": after, "matrix": phi, "first order": any(remainders.values())}
     return result | {"fall": fall, "box": box, "along": along, "whole": not conditions}
+
+
+def moved(proof: dict[str, Any], machine: Any, truths: set[str], inputs: set[str]) -> dict[str, Any]:
+    """Velocity, position or other state of the machine -> its polynomial a sample later; ValueError for another step.
+
+    Args:
+        machine: kernel.Text of the machine's quantities, with the functions that occurred so far.
+    """
+    names, velocity = machine.names, proof["positions"]
+    rate, h = {v: machine.value(a) for v, a in proof["acceleration"].items()}, names["parameters.sample_time"]
+    moves = {*velocity.values()} <= {*rate} <= truths | inputs and {*velocity} <= inputs - {*rate}
+    demand(moves, "not a velocity for each position")
+    later = {v: names[v] + h * rate[v] for v in rate}
+    ends, mean = {"euler": "0", "semi_implicit": "1"}, proof.get("mean", {})
+    demand(proof["step"] in (["exponential"] if mean else ends), "a step of another mean velocity")
+    shares = {x: machine.value(q) for x, q in (mean or dict.fromkeys(velocity, ends.get(proof["step"], ""))).items()}
+    demand({*shares} == {*velocity} and all(0 <= q.constant() <= 1 for q in shares.values()), "no mean velocity")
+    return later | {x: names[x] + h * (names[v] + shares[x] * (later[v] - names[v])) for x, v in velocity.items()}

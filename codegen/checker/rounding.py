@@ -40,6 +40,32 @@ FAR = 10**6  # an exponent of 2 beyond those of all values
 EXP, NAME = r"\bexp *\(", r"[A-Za-z_][\w.]*(?:\[[\d.]+\])?"
 LOST = "what is left of a sum is its rounding"
 PART, MOST = 2**4, 2**16  # floats hold all multiples of 1/PART up to MOST
+OTHERS = "prepare gives others: {} of the header differs from its formula by more than rounding"
+ANGLE = "{} has the sin or cos of a parameter, which is not evaluated: declare that sin or cos itself as a parameter"
+
+
+def parameters(c: Any) -> tuple[dict[str, Any], dict[Any, Any]]:
+    """(parameter -> its value, function and argument -> its value); ValueError where the header has other decimals.
+
+    A parameter has the value that `prepare` computes from the values, in exact arithmetic. The decimals in the header
+    are these values rounded: off by the rounding of the formula's terms, of which ``require`` bounds the effect. A
+    parameter that is the exp of a number has its decimal as value, in all that is computed from it, and so has this
+    exp wherever it occurs, except exp(0).
+    """
+    known: dict[Any, Any] = {}
+    decimals: dict[Any, Any] = {}  # of an exp: one, or those of many parameters could lead away from it
+    prepared = Bounded({x: kernel.term(v) for x, v in c.values.items() if x not in dict(c.prepare)}, known, c.precision)
+    for parameter, text in c.prepare:
+        exact = prepared.run([(parameter, text)], [*c.values])[parameter]
+        frame.demand(not exact.names(), ANGLE.format(parameter))
+        decimal = c.values.get(parameter, exact.constant())
+        exps = {(f, p): kernel.term(decimal) for (f, p), e in known.items() if f == "exp" and p and e == exact}
+        size = abs(decimal) if exps else prepared.bounds[parameter][0].constant()
+        frame.demand(abs(exact.constant() - decimal) <= size * c.precision.rounding, OTHERS.format(parameter))
+        frame.demand(all(decimals.setdefault(key, e) == e for key, e in exps.items()), OTHERS.format(parameter))
+        known |= exps
+        prepared.names |= {parameter: kernel.term(decimal)} if exps else {}
+    return {p: prepared.names[p] for p in c.values}, known
 
 
 def require(proof: dict[str, Any], shown: dict[str, Any]) -> None:
@@ -108,7 +134,7 @@ def step(proof: dict[str, Any], shown: dict[str, Any]) -> "Bounded":
     bounds = {}
     for x, p in values.items():
         size, n = made.bounds.get(x, (magnitudes(p), 0))
-        # The header's decimal may be off by 8 u of the formula's magnitudes (errors.py), or be rounded itself.
+        # The header's decimal may be off by 8 u of the formula's magnitudes (parameters), or be rounded itself.
         bounds[x] = size, (0 if n == 0 and c.values[x] == p.constant() and made.exact(p) else max(n, 8))
     free = {x: p for x, p in names.items() if x not in c.outputs} | before
     free |= {z: kernel.term(1, z) for z in shown["moving"]}
