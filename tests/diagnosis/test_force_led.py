@@ -208,6 +208,20 @@ def test_the_first_effect_is_chosen_again_beside_the_second(tmp_path: Path) -> N
     assert kept == [leading[1]]
 
 
+def test_a_rival_of_the_first_effect_that_is_added_later_is_no_rival_any_more(tmp_path: Path) -> None:
+    """In place of the first one it would be in the model twice."""
+    search = searched(jittered(log_of(stage(TWO, 5.5), tmp_path, "train.csv"), tmp_path))
+    fits = ForceFits(search, search.refit())
+    linear, limit = (part_of(CATALOGUE[kind], 0, search.system) for kind in ("spring", "saturation"))
+    leading = []
+    for part, value in ((linear, 30.0), (limit, 20.0)):
+        trial = search.declared_trial.with_part(part)
+        leading.append(judged(fits, fits.plain, fits.fit(trial, np.append(fits.adopted, value)), 10))
+    both = search.declared_trial.with_part(linear).with_part(limit)
+    fit = fits.fit(both, both.theta(fits.adopted, [{"k": 30.0}, {"limit": 20.0}]))
+    assert best_first_effect(fits, fit, leading) == (fit, leading[:1])
+
+
 def test_free_runs_do_not_keep_a_compliance_that_the_force_does_not_need(
     of_two: tuple[Search, ForceSelection],
 ) -> None:

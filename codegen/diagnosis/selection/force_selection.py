@@ -294,7 +294,8 @@ def still_credited(fits: ForceFits, before: Fit, fit: Fit) -> Fit:
 def best_first_effect(fits: ForceFits, fit: Fit, leading: Sequence[Ranked]) -> tuple[Fit, list[Ranked]]:
     """Repeat the choice between tied first effects with the later effects in the model.
 
-    Without the later effects, their residual may have hidden the difference between the first ones.
+    Without the later effects, their residual may have hidden the difference between the first ones. A rival that is
+    itself a later effect is none any more: in place of the first it would be in the model twice.
 
     Args:
         leading: the best candidate of the first round and its rivals.
@@ -303,6 +304,8 @@ def best_first_effect(fits: ForceFits, fit: Fit, leading: Sequence[Ranked]) -> t
         The best fit, and its first effect followed by those that still tie with it.
     """
     _, *later = fit.trial.parts
+    taken = {(p.kind, p.on) for p in later}
+    leading = [one for one in leading if (one.found.part.kind, one.found.part.on) not in taken]
     if len(leading) < 2 or not later:
         return fit, list(leading)
     fitted = [(fit, leading[0]), *((with_first(fits, fit, one), one) for one in leading[1:])]
