@@ -20,7 +20,17 @@ from codegen.diagnosis.fit.force_rows import residual_slopes
 from codegen.diagnosis.fit.identity_cache import identity_cache
 from codegen.diagnosis.fit.joints import JointShooter, Memory, RigidTerms, is_separable, rigid_terms
 from codegen.diagnosis.fit.measure import Drive, drive_force
-from codegen.diagnosis.fit.output_error import FINE_STEP, WITHIN, Fit, Prior, gauss_newton, polish, shooting_fit
+from codegen.diagnosis.fit.output_error import (
+    FINE_STEP,
+    WITHIN,
+    Fit,
+    Prior,
+    gauss_newton,
+    polish,
+    resolution,
+    segment_cost,
+    shooting_fit,
+)
 from codegen.diagnosis.fit.record import STEPS_PER_PERIOD, STILL, Record
 from codegen.diagnosis.fit.residual import Problem, evaluate_forces, slip_velocities
 from codegen.diagnosis.fit.shooting import Shooter, has_bristles, level_jumps, terms_of
@@ -36,6 +46,8 @@ SECOND_LENGTH = 0.6
 BOTH_WAYS = 0.05
 ROUNDS = 10
 """Most steps of a fit."""
+FREED = 5
+"""Most repetitions of a fit whose limits are removed."""
 COMPILED_APART = 8
 """Number of models from which on they are compiled as two libraries in parallel."""
 SMALLEST = 1e-9
@@ -117,6 +129,10 @@ class Search:
     def without_limits(self, fit: Fit) -> tuple[Search, Fit] | None:
         """The search with tolerances as Gaussian prior only, without limits, and the fit repeated in it.
 
+        It is repeated until the misfit no longer decreases, at most ``FREED`` times: far from the limits one fit may
+        stop before the minimum. The search without limits would then be refused as worse than effects that imitate
+        what it finds, such as equal gains of all inputs for a payload.
+
         None if the fit did not end at a limit of a toleranced parameter, or if one would take an excluded sign.
         """
         count = len(self.moved)
@@ -124,6 +140,12 @@ class Search:
             return None
         free = replace(self, within=np.inf)
         again = free.fitted_again(fit)
+        for _ in range(FREED):
+            further = free.fitted_again(again)
+            before, after = (segment_cost(one.residual) for one in (again, further))
+            if before - after < resolution(before):
+                break
+            again = further
         return None if has_turned(self, again.theta[:count]).any() else (free, again)
 
     def polished(self, fit: Fit) -> tuple[Fit, Fit]:
