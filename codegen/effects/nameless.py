@@ -5,6 +5,10 @@ speed. A force in proportion to it and periodic in position, such as a torque ri
 current, is then nearly friction that depends on position; under a constant weight it is nearly cogging. A diagnosis
 fits these forces in place of a named effect, and does not name that effect where they explain the log as well.
 
+Friction in proportion to speed and drive force, as of a loaded worm gear or bearing, is nearly a drag that grows with
+the square of the speed, since a faster motion takes more force. It is fitted in place of ``viscous`` and
+``quadratic_drag``.
+
 A load that only friction drives, such as that of a belt that slips, is nearly one behind a spring and a strong damper.
 It is fitted in place of ``compliance`` and ``backlash``.
 """
@@ -39,6 +43,10 @@ ANOTHER_LOAD = (
     "times as large at the same speeds: friction and cogging stay as they are, and a force in proportion to the drive "
     "force grows with it"
 )
+LOADED_DAMPING = (
+    "To tell them apart, log the same motion under another load: viscous friction and drag stay as they are, and a "
+    "damping in proportion to the drive force grows with it"
+)
 SLIPPING_LOADS, SLIPPING_FORCES, SLIPPING_SPEEDS = (0.3, 0.5, 0.7), (0.3, 0.6, 1.0), (0.02, 0.3)
 """Starting values of a load that slips, as ratios: load to total inertia; limit of the friction to the force that moves
 the load; slip speed at which the damper reaches this limit to the top speed."""
@@ -50,7 +58,8 @@ class Nameless(Effect):
 
     Attributes:
         if_better: whether this law keeps an effect from being named only where it fits the log better, not where both
-            fit alike; so for a law with more freedom than the effect, which fits alike wherever the effect does.
+            fit alike; so for a law with more freedom than the effect, which fits alike wherever the effect does, and
+            for one that is much rarer in machines.
         told_apart: the experiment that discriminates this law from the effect, in words for the user.
     """
 
@@ -120,6 +129,49 @@ class LoadWave(_DriveOnCoordinate):
         return system.with_force(place, Magnitude(_drive_on(system, place)) * wave)
 
 
+class _DriveDamping(Nameless):
+    """Base class of damping in proportion to the magnitude of the drive force."""
+
+    signature = "a braking force in proportion to the speed and to the magnitude of the drive force"
+    parameters = (EffectParameter("c", "s/{q}", "damping coefficient over the drive force", neutral=0.0),)
+    if_better = True
+    told_apart = LOADED_DAMPING
+
+    def in_words(self, values: Mapping[str, float], units: Mapping[str, str]) -> str:
+        return f"{self.signature} (c = {values['c']:.3g} {units['c']})"
+
+
+class DriveViscous(_DriveDamping):
+    """λ += c·|L|·u, with L the force of the inputs in the direction of the contact."""
+
+    kind = "drive_viscous"
+    sits_on = "contact"
+    equation = "λ += c·|L|·u"
+    seen_over = "velocity"
+
+    def applies(self, system: System, place: int) -> bool:
+        return bool(drive_force(system, place) != 0)
+
+    def add(self, system: System, place: int, p: Symbols) -> System:
+        slip = system.contacts[place].slip
+        return system.with_contact_force(place, p["c"] * Magnitude(drive_force(system, place)) * slip)
+
+
+class DriveDrag(_DriveDamping):
+    """e = −c·|L|·v, with L the force of the inputs on the coordinate."""
+
+    kind = "drive_drag"
+    sits_on = "coordinate"
+    equation = "e = −c·|L|·v"
+    seen_over = "velocity"
+
+    def applies(self, system: System, place: int) -> bool:
+        return bool(_drive_on(system, place) != 0)
+
+    def add(self, system: System, place: int, p: Symbols) -> System:
+        return system.with_force(place, -p["c"] * Magnitude(_drive_on(system, place)) * system.velocities[place])
+
+
 class SlippingLoad(Nameless, OnAxis):
     """A load that friction drives: (1 − ρ)·M at the motor, ρ·M at the load, c·dv/(1 + |c·dv|/limit) between them."""
 
@@ -154,7 +206,14 @@ def _drive_on(system: System, coordinate: int) -> sympy.Expr:
     return sympy.expand(force - force.subs(dict.fromkeys(system.inputs, 0)))
 
 
-_LAWS: tuple[Nameless, ...] = (DriveOverPosition(), DriveWave(), LoadWave(), SlippingLoad())
+_LAWS: tuple[Nameless, ...] = (
+    DriveOverPosition(),
+    DriveWave(),
+    LoadWave(),
+    DriveViscous(),
+    DriveDrag(),
+    SlippingLoad(),
+)
 NAMELESS: dict[str, Nameless] = {effect.kind: effect for effect in _LAWS}
 """Kind → effect; no spec declares one, and no verdict names one."""
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from typing import ClassVar
 
 import sympy
 
@@ -43,6 +44,7 @@ class Viscous(Effect):
     seen_over = "velocity"
     parameters = (COEFFICIENT,)
     more_forms = ((COEFFICIENT, THINNING_SPEED), (COEFFICIENT, THINNING_SPEED, HIGH_SPEED_SLOPE))
+    nameless: ClassVar[tuple[str, ...]] = ("drive_viscous",)
     confused_with = (
         Confusion("quadratic_drag", "a speed ladder over two decades"),
         Confusion("back-EMF", "a speed ladder over two decades"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import ClassVar
 
 from codegen.effects.effect import Confusion, Effect, EffectParameter, Symbols
 from codegen.effects.places import lone_contacts, pair_contacts, pairs, sole_drive
@@ -80,6 +81,7 @@ class QuadraticDrag(Effect):
     signature = "a braking force that grows with the square of velocity"
     seen_over = "velocity"
     parameters = (EffectParameter("c", "{F}*s^2/{q}^2", "drag coefficient", neutral=0.0),)
+    nameless: ClassVar[tuple[str, ...]] = ("drive_drag",)
     confused_with = (
         Confusion("viscous", "a speed ladder over two decades"),
         Confusion("stribeck", "slow motion, where a wide Stribeck curve still falls"),

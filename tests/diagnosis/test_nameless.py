@@ -130,3 +130,31 @@ def test_a_load_that_slips_is_not_one_behind_a_spring(tmp_path: Path) -> None:
 @pytest.mark.parametrize("effect", [SPRING, DRAGGED])
 def test_a_load_behind_a_spring_or_a_damper_is_not_one_that_slips(effect: str, tmp_path: Path) -> None:
     assert rival_of_compliance(log_of(stage(f"[{effect}]", duration=10.0), tmp_path, "sprung.csv")) is None
+
+
+LOADED = " - c*abs(w)*v"
+DRAG = "{kind: quadratic_drag, on: x, parameters: {c: 10}}"
+DAMPER = "{kind: viscous, on: rail, parameters: {b: 8}}"
+
+
+def rival_of_damping(kind: str, plant: Spec, folder: Path) -> Rival | None:
+    """The law without a name that the log prefers to a damping of this kind, which is fitted to it in any case."""
+    log = log_of(plant, folder, "damped.csv")
+    system, motion = system_of(stage()), smooth_motion(log)
+    search, base = within_reach(search_on(Problem(system, motion, {}), lambda share: record_of(motion, log, share)))
+    parts = [part for part in every_part(search, ()) if part.kind == kind][:1]
+    return nameless_rival(search, fit_candidates(search, base, parts, lambda share: None)[0])
+
+
+@pytest.mark.parametrize(("kind", "rival"), [("quadratic_drag", "drive_drag"), ("viscous", "drive_viscous")])
+def test_a_damping_in_proportion_to_the_drive_force_is_no_drag(kind: str, rival: str, tmp_path: Path) -> None:
+    text = stage(duration=10.0).text.replace("  b: {", "  c: {value: 0.5, unit: s/m}\n  b: {")
+    plant = parse_spec(text.replace("[w - b*v]", f"[w - b*v{LOADED}]"), Path("loaded.yaml"))
+    found = rival_of_damping(kind, plant, tmp_path)
+    assert found is not None and found.better and found.rival.part.kind == rival
+    assert found.rival.parameters["c"] == pytest.approx(0.5, rel=0.05)
+
+
+@pytest.mark.parametrize(("kind", "effect"), [("quadratic_drag", DRAG), ("viscous", DAMPER)])
+def test_a_true_damping_keeps_its_name(kind: str, effect: str, tmp_path: Path) -> None:
+    assert rival_of_damping(kind, stage(f"[{effect}]", duration=10.0), tmp_path) is None
