@@ -38,7 +38,7 @@ from codegen.diagnosis.verdict.harmonics import with_harmonics
 from codegen.diagnosis.verdict.held_out import HeldOut, within
 from codegen.diagnosis.verdict.hidden_effects import hidden_effects
 from codegen.diagnosis.verdict.late_inputs import corrected_for_leads
-from codegen.diagnosis.verdict.nameless import nameless_rival, without_name
+from codegen.diagnosis.verdict.nameless import as_unknown, nameless_rival
 from codegen.diagnosis.verdict.statement import interval_in_words
 from codegen.diagnosis.verdict.uncovered import better_than_a_sum, better_than_refused, not_determined
 from codegen.diagnosis.verdict.varying_parameters import varying
@@ -239,7 +239,7 @@ class Judge:
         own = last if len(final.offsets) == len(last.record.at_rest) else self.selection.search
         nameless = nameless_rival(own, final)
         if nameless is not None:
-            return without_name(answer, nameless)
+            return as_unknown(answer, nameless)
         varies = varying(self.case.problem, answer.augmented, answer.effects, self.case.material)
         return None if varies is None else answer.refused(varies.words)
 

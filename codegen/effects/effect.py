@@ -126,7 +126,7 @@ class Effect(ABC):
         demands: the condition of ``admissible`` beyond the bounds of each parameter, in words.
         refines: a simpler kind; this one is tried only after a diagnosis has found that one; "" for none.
         extends: a kind with one parameter less, which this one equals where that parameter is zero; "" for none.
-        nameless: kinds of forces without a name (``nameless.py``) that look like this effect where the drive force
+        nameless: kinds of laws outside the catalogue (``nameless.py``) that look like this effect where the drive force
             hardly varies. It is not named where one of them explains a log as well.
         both_ways: for an effect on a contact, whether it is identifiable only with slip in both directions.
     """

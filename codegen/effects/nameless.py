@@ -1,4 +1,4 @@
-"""Laws that the catalogue has no name for, as rivals of the effects that look like them.
+"""Force laws outside the catalogue, as alternative explanations of the effects that they resemble.
 
 Along a motion in which friction takes most of the drive force, that force is nearly a constant with the sign of the
 speed. A force in proportion to it and periodic in position, such as a torque ripple of a motor that grows with the
@@ -54,18 +54,18 @@ SHARE = replace(AMPLITUDE, unit="1", meaning="amplitude over the drive force")
 
 
 class Nameless(Effect):
-    """Base class of laws without a name.
+    """Base class of laws outside the catalogue, which no verdict names.
 
     Attributes:
         if_better: whether this law keeps an effect from being named only where it fits the log better, not where both
             fit alike; so for a law with more freedom than the effect, which fits alike wherever the effect does, and
             for one that is much rarer in machines.
-        told_apart: the experiment that discriminates this law from the effect, in words for the user.
+        discriminating_experiment: the experiment that discriminates this law from the effect, in words for the user.
     """
 
     nameless: ClassVar[tuple[str, ...]] = ()
     if_better: ClassVar[bool] = False
-    told_apart: ClassVar[str]
+    discriminating_experiment: ClassVar[str]
 
     @abstractmethod
     def in_words(self, values: Mapping[str, float], units: Mapping[str, str]) -> str:
@@ -75,7 +75,7 @@ class Nameless(Effect):
 class _Wave(Nameless):
     """Base class of forces in proportion to the drive force and periodic in position."""
 
-    told_apart = ANOTHER_LOAD
+    discriminating_experiment = ANOTHER_LOAD
 
     def in_words(self, values: Mapping[str, float], units: Mapping[str, str]) -> str:
         share, period = in_percent(values["amplitude"]), f"{values['period']:.3g} {units['period']}"
@@ -135,7 +135,7 @@ class _DriveDamping(Nameless):
     signature = "a braking force in proportion to the speed and to the magnitude of the drive force"
     parameters = (EffectParameter("c", "s/{q}", "damping coefficient over the drive force", neutral=0.0),)
     if_better = True
-    told_apart = LOADED_DAMPING
+    discriminating_experiment = LOADED_DAMPING
 
     def in_words(self, values: Mapping[str, float], units: Mapping[str, str]) -> str:
         return f"{self.signature} (c = {values['c']:.3g} {units['c']})"
@@ -180,7 +180,7 @@ class SlippingLoad(Nameless, OnAxis):
     signature = "a load that slips, driven by friction alone"
     parameters = (DAMPING, EffectParameter("limit", "{F}", "greatest force on the load", low=0.0), LOAD_FRACTION)
     if_better = True
-    told_apart = FRICTION_ALONE
+    discriminating_experiment = FRICTION_ALONE
 
     def add(self, system: System, place: int, p: Symbols) -> System:
         slip = Transmission(place, sympy.S.Zero, p["c"], p["load_fraction"], limit=p["limit"])

@@ -1,14 +1,13 @@
-"""Laws without a name as alternatives to a named effect.
+"""Test of a named effect against force laws outside the catalogue (``effects/nameless.py``).
 
-A force over position is named by one log as long as that shows what it is in proportion to. Where friction takes most
-of the drive force, a force in proportion to the drive force, such as a torque ripple that grows with the current, has
-nearly the shape of friction over position. The two differ where the machine accelerates, carries a load or changes its
-speed. So these forces (``effects/nameless.py``) are fitted in place of the effect, and it is named only if the log
-prefers it to each of them.
+Where friction takes most of the drive force, a force in proportion to the drive force and periodic in position, such as
+a torque ripple that grows with the current, has nearly the shape of friction that depends on position. The two differ
+where the machine accelerates, carries a load or changes its speed. So each such law is fitted in place of the effect,
+and the effect is named only if the log prefers it to each of them.
 
-A load that slips, such as that of a belt, is nearly one behind a spring and a strong damper. It is fitted in place of
-these too. A spring is not named only if the log prefers the load that slips: that one is always there for a load that a
-damper drags along.
+A load that slips, such as that of a belt, moves nearly as one behind a spring and a strong damper, and is fitted in
+place of ``compliance`` and ``backlash``. These stay named where the two fit alike, and only a better fit of the load
+that slips prevents it (``if_better``): for a load that a damper drags along, the load that slips always fits as well.
 """
 
 from __future__ import annotations
@@ -33,7 +32,7 @@ from codegen.effects.nameless import NAMELESS
 
 @dataclass(frozen=True)
 class Rival:
-    """A law without a name that explains a log as well as an effect does.
+    """A law outside the catalogue that explains a log as well as an effect does.
 
     Attributes:
         part: the effect. rival: the fit with the law in its place. better: whether free runs prefer that.
@@ -45,7 +44,7 @@ class Rival:
 
 
 def nameless_rival(search: Search, final: Fit) -> Rival | None:
-    """The first effect of a fit that the log does not prefer to a law without a name, and the best of those; or None.
+    """The first effect of a fit that the log does not prefer to every law outside the catalogue, and the best such law.
 
     An effect is preferred by the rules for rivals: by free runs at ``TIE_LEVEL``, or by the force residual at
     this level where free runs do not contradict. Far from the noise, forces that are nearly alike tie. Some laws count
@@ -73,14 +72,14 @@ def nameless_rival(search: Search, final: Fit) -> Rival | None:
 
 
 def _rivals(search: Search, part: Part) -> list[Part]:
-    """The laws without a name that look like an effect, at its place, in all their forms."""
+    """The laws outside the catalogue that resemble an effect, at its place, in all their forms."""
     system, place = search.system, part.place
     effects = (NAMELESS[kind] for kind in part.effect.nameless)
     return [part_of(form, place, system) for e in effects if e.applies(system, place) for form in e.forms]
 
 
-def without_name(answer: Answer, found: Rival) -> Answer:
-    """The verdict ``unknown`` with the reason, and the experiment that tells the law and the effect apart."""
+def as_unknown(answer: Answer, found: Rival) -> Answer:
+    """The verdict ``unknown`` with the reason, and the experiment that discriminates the law from the effect."""
     part = found.rival.part
     law = NAMELESS[part.kind]
     force = law.in_words(found.rival.parameters, unit_words(law, part.place, answer.refit))
@@ -89,4 +88,4 @@ def without_name(answer: Answer, found: Rival) -> Answer:
     level = in_percent(TIE_LEVEL)
     why = f"no effect of the catalogue, explains the log {compared} {named}, compared at the {level} level"
     refused = answer.refused(f"{force}, {why}")
-    return refused.noted(Fact("next", law.told_apart))
+    return refused.noted(Fact("next", law.discriminating_experiment))
