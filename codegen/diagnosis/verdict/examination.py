@@ -244,11 +244,11 @@ def _judged(
     if plain.verdict == "ambiguous":
         return written
     limits = (w for f, p in zip(found, fit.trial.parts, strict=True) for w in remarks(f, p, problem))
-    notes = (*(Fact("values", words) for words in limits), *_improbable_alternatives(final_search, outcome))
+    notes = (*(Fact("values", words) for words in limits), *_less_probable(final_search, outcome))
     return replace(written, remarks=(*notes, *richer.notes, *chosen.remarks))
 
 
-def _improbable_alternatives(search: Search, outcome: Outcome) -> list[Fact]:
+def _less_probable(search: Search, outcome: Outcome) -> list[Fact]:
     """Facts on the candidates that fit as well as the named effect, but with values far from the declared ones."""
     leader = next((r for r in outcome.first if r.found.trial.parts == outcome.parts), None)
     return [_far_values(search, r) for r in (less_probable(search, leader, outcome.first) if leader else [])]
