@@ -55,7 +55,7 @@ class _Open:
 
 
 class Limits:
-    """Checker of one file, whose parser events are passed to ``meet`` in order.
+    """Checker of one file, whose parser events are passed to ``check`` in order.
 
     Attributes:
         line: of the last event.
@@ -69,75 +69,93 @@ class Limits:
         self._stack = [_Open(None, None, False)]
         """The document and the open mappings and lists, the innermost last."""
 
-    def meet(self, event: Any) -> None:
+    def check(self, event: Any) -> None:
         """Count the next event.
 
         Raises:
             BadInput: at the line, for keys that are no plain words, duplicate keys, tags, another version of YAML, and
                 values that are too many or too deeply nested.
         """
-        file, line, nodes_of, stack = self._file, event.start_mark.line + 1, self._nodes_of, self._stack
-        inner = stack[-1]
-        self.line = line
-        if getattr(event, "tag", None) is not None:
-            tag = event.tag.replace("tag:yaml.org,2002:", "!!")
-            raise BadInput(Place(file, line), f"the tag `{tag}`", "a value without a tag", code="SPEC002")
+        self.line = event.start_mark.line + 1
+        self._refuse_tag(event)
         match event:
             case DocumentStartEvent():
-                nodes_of.clear()  # anchors hold within a document
-                if event.version not in (None, VERSION):
-                    version = ".".join(map(str, event.version))
-                    raise BadInput(Place(file, line), f"YAML {version}", "YAML 1.2", code="SPEC001")
-            case ScalarEvent():
-                if event.value == "<<" and inner.key_next:
-                    self._merges += 1
-                if self._merges > MOST_MERGES:
-                    words = f"more than {MOST_MERGES} keys `<<`"
-                    raise BadInput(Place(file, line), words, "the values written out", code="SPEC002")
-                _check_scalar(event, inner, Place(file, line))
-                if event.anchor:
-                    nodes_of[event.anchor] = 1
-                inner.nodes += 1
-            case AliasEvent():
-                if inner.key_next:
-                    raise BadInput(Place(file, line), f"the alias `*{event.anchor}` as a key", "a word", code="SPEC002")
-                if any(event.anchor == node.anchor for node in stack):
-                    found = f"the alias `*{event.anchor}` within its own anchor: a node that contains itself"
-                    raise BadInput(Place(file, line), found, "plain YAML without recursive aliases", code="SPEC002")
-                inner.nodes += nodes_of.get(event.anchor, 1)  # one that is not known is the loader's to refuse
+                self._begin_document(event)
             case MappingStartEvent() | SequenceStartEvent():
-                if inner.key_next:
-                    kind = "mapping" if isinstance(event, MappingStartEvent) else "list"
-                    raise BadInput(Place(file, line), f"a {kind} as a key", "a word before the colon", code="SPEC006")
-                if len(stack) > DEEPEST:
-                    found = f"more than {DEEPEST} lists and mappings inside each other"
-                    raise BadInput(Place(file, line), found, "at most six levels, as in a spec", code="SPEC002")
-                mapping = isinstance(event, MappingStartEvent)
-                stack.append(_Open(event.anchor, set() if mapping else None, mapping))
-                return
+                self._open(event)
+            case ScalarEvent():
+                self._count_scalar(event)
+                self._node_ended()
+            case AliasEvent():
+                self._count_alias(event)
+                self._node_ended()
             case MappingEndEvent() | SequenceEndEvent():
-                stack.pop()
-                if inner.anchor:
-                    nodes_of[inner.anchor] = inner.nodes
-                stack[-1].nodes += inner.nodes
-            case _:
-                return
-        # A node has ended: in a mapping, a value follows a key and a key follows a value.
-        parent = stack[-1]
-        parent.key_next = parent.keys is not None and not parent.key_next
-        if parent.nodes > MOST_NODES:
-            words = "too many values once its aliases are expanded"
-            raise BadInput(Place(file, line), words, f"at most {MOST_NODES} in a file", code="SPEC002")
+                self._close()
+                self._node_ended()
 
+    def _refuse_tag(self, event: Any) -> None:
+        if getattr(event, "tag", None) is not None:
+            tag = event.tag.replace("tag:yaml.org,2002:", "!!")
+            raise self._fault(f"the tag `{tag}`", "a value without a tag")
 
-def _check_scalar(event: Any, inner: _Open, place: Place) -> None:
-    """Refuse a number of too many digits, and a key that is too long or appears twice."""
-    text = event.value
-    if _LONG_NUMBER.search(text):
-        raise BadInput(place, "a number of thousands of digits", f"at most {LONGEST_NUMBER} digits", code="SPEC002")
-    if inner.key_next and inner.keys is not None:
-        if len(text) > LONGEST_KEY:
-            raise BadInput(place, f"a key of {len(text)} characters", f"at most {LONGEST_KEY}", code="SPEC002")
-        if text in inner.keys:
-            raise BadInput(place, f"duplicate key `{text}`", "each key once", code="SPEC005")
-        inner.keys.add(text)
+    def _begin_document(self, event: DocumentStartEvent) -> None:
+        self._nodes_of.clear()  # anchors hold within a document
+        if event.version not in (None, VERSION):
+            raise self._fault(f"YAML {'.'.join(map(str, event.version))}", "YAML 1.2", code="SPEC001")
+
+    def _open(self, event: Any) -> None:
+        """Begin a mapping or a list."""
+        is_mapping = isinstance(event, MappingStartEvent)
+        if self._stack[-1].key_next:
+            kind = "mapping" if is_mapping else "list"
+            raise self._fault(f"a {kind} as a key", "a word before the colon", code="SPEC006")
+        if len(self._stack) > DEEPEST:
+            found = f"more than {DEEPEST} lists and mappings inside each other"
+            raise self._fault(found, "at most six levels, as in a spec")
+        self._stack.append(_Open(event.anchor, set() if is_mapping else None, is_mapping))
+
+    def _close(self) -> None:
+        """End the innermost mapping or list; its nodes count in the one around it."""
+        ended = self._stack.pop()
+        if ended.anchor:
+            self._nodes_of[ended.anchor] = ended.nodes
+        self._stack[-1].nodes += ended.nodes
+
+    def _count_scalar(self, event: ScalarEvent) -> None:
+        """Refuse a number of too many digits, and a key that is too long, appears twice or is one merge too many."""
+        inner, text = self._stack[-1], event.value
+        if text == "<<" and inner.key_next:
+            self._merges += 1
+            if self._merges > MOST_MERGES:
+                raise self._fault(f"more than {MOST_MERGES} keys `<<`", "the values written out")
+        if _LONG_NUMBER.search(text):
+            raise self._fault("a number of thousands of digits", f"at most {LONGEST_NUMBER} digits")
+        if inner.key_next and inner.keys is not None:
+            if len(text) > LONGEST_KEY:
+                raise self._fault(f"a key of {len(text)} characters", f"at most {LONGEST_KEY}")
+            if text in inner.keys:
+                raise self._fault(f"duplicate key `{text}`", "each key once", code="SPEC005")
+            inner.keys.add(text)
+        if event.anchor:
+            self._nodes_of[event.anchor] = 1
+        inner.nodes += 1
+
+    def _count_alias(self, event: AliasEvent) -> None:
+        inner = self._stack[-1]
+        if inner.key_next:
+            raise self._fault(f"the alias `*{event.anchor}` as a key", "a word")
+        if any(event.anchor == node.anchor for node in self._stack):
+            found = f"the alias `*{event.anchor}` within its own anchor: a node that contains itself"
+            raise self._fault(found, "plain YAML without recursive aliases")
+        inner.nodes += self._nodes_of.get(event.anchor, 1)  # an unknown anchor is refused by the loader
+
+    def _node_ended(self) -> None:
+        """Alternate key and value in the mapping around a complete node; refuse too many nodes."""
+        inner = self._stack[-1]
+        inner.key_next = inner.keys is not None and not inner.key_next
+        if inner.nodes > MOST_NODES:
+            raise self._fault("too many values once its aliases are expanded", f"at most {MOST_NODES} in a file")
+
+    def _fault(self, found: str, expected: str, code: str = "SPEC002") -> BadInput:
+        """The error at the line of the last event."""
+        return BadInput(Place(self._file, self.line), found, expected, code=code)

@@ -57,7 +57,7 @@ class _Parser(RoundTripParser):
     def peek_event(self) -> Any:
         if self.current_event is None and self.state:
             self.current_event = self.state()
-            self._limits.meet(self.current_event)
+            self._limits.check(self.current_event)
         return self.current_event
 
     def check_event(self, *choices: Any) -> bool:
