@@ -6,6 +6,7 @@ import json
 import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
+from decimal import ROUND_CEILING
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,7 @@ from codegen.base.border import verb
 from codegen.base.files import refuse_target, write_atomically
 from codegen.base.progress import begin
 from codegen.base.result import Result, named
+from codegen.base.significant import rounded_to
 from codegen.base.text import render
 from codegen.certify.bound.bounds import ErrorBound
 from codegen.certify.outcome import Certificate, Refusal
@@ -56,8 +58,11 @@ class Certified(Result):
     @property
     def summary(self) -> Mapping[str, object]:
         bounds = () if isinstance(self.bounds, str) else self.bounds
-        limits = {f"|{b.name}| at most": f"{b.steady:.4g} {b.unit}" for b in bounds}
-        times = {f"largest sample time, {step}": f"{h:g} s" for step, h in self.sample_times.items()}
+        limits = {f"|{b.name}| at most": f"{rounded_to(b.stated, 4, ROUND_CEILING)} {b.unit}" for b in bounds}
+        times = {
+            f"largest sample time, {step}": f"{h:g} s" if math.isfinite(h) else "any"
+            for step, h in self.sample_times.items()
+        }
         return {**self.outcome.summary, **limits, **times}
 
     @property

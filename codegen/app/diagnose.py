@@ -79,8 +79,12 @@ class Diagnosed(Result):
         return {**written, "folder": str(self.folder), "files": list(self.files)}
 
     def text(self, **options: object) -> str:
-        """The result in words; ``preflight_shown``: whether the preflight is left out, since it was printed before."""
-        return super().text(**{"preflight_shown": False, **options})
+        """The result in words.
+
+        Options: ``preflight_shown``, whether the preflight is left out, since it was printed before; ``paths``, whether
+        the files are listed.
+        """
+        return super().text(**{"preflight_shown": False, "paths": True, **options})
 
 
 @verb

@@ -41,7 +41,7 @@ class Exported(Result):
     @property
     def summary(self) -> Mapping[str, object]:
         lost = [r.where for r in self.remarks if r.held == "dropped"]
-        return {"file": self.path, "format": self.target, "not held": ", ".join(lost) or "nothing"}
+        return {"file": self.path, "format": self.target, "not represented": ", ".join(lost) or "nothing"}
 
     @property
     def content(self) -> dict[str, Any]:

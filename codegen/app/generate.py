@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -41,9 +41,18 @@ HEAD = 1000
 """Characters at the beginning of a file in which they stand."""
 
 
+@dataclass(frozen=True, repr=False, kw_only=True)
 class Certifiable(Result):
-    """A result of ``generate``: files, and their certificate or refusal."""
+    """A result of ``generate``: files, and their certificate or refusal.
 
+    Attributes:
+        spec: its file.
+        check_only, uncertified: as they were asked for.
+    """
+
+    spec: Path
+    check_only: bool = False
+    uncertified: bool = False
     outcome: Certificate | Refusal
 
     @property
@@ -70,7 +79,6 @@ class Generated(Certifiable):
     template = "generated"
     folder: Path
     files: Mapping[str, str]
-    outcome: Certificate | Refusal
     stale: tuple[str, ...] = ()
 
     @property
@@ -102,7 +110,6 @@ class GeneratedFmu(Certifiable):
     path: Path
     version: str
     members: tuple[str, ...]
-    outcome: Certificate | Refusal
     stale: bool = False
 
     @property
@@ -149,8 +156,9 @@ def generate(
     if not check_only:
         refuse_target(target / MANIFEST)
     files, outcome = machine.files, machine.outcome
+    made = Generated(target, files, outcome=outcome, spec=spec.path, check_only=check_only, uncertified=uncertified)
     if check_only:
-        return Generated(target, files, outcome, _stale(target, files))
+        return replace(made, stale=_stale(target, files))
     if isinstance(outcome, Certificate) or uncertified:
         _refuse_folder_of_another(target, spec.name)
         refuse_hand_written(target, files, spec.name, force)
@@ -161,7 +169,7 @@ def generate(
         _make_importable(target, out)
         for old in stale:
             remove(old)
-    return Generated(target, files, outcome)
+    return made
 
 
 @verb
@@ -193,8 +201,17 @@ def generate_fmu(
     fmu = emit_fmu(machine.program, dict(files), version)
     target = (Path(out) if out is not None else Path("generated") / machine.spec.name) / fmu.name
     members = tuple(sorted(fmu.members))
+    made = GeneratedFmu(
+        target,
+        version,
+        members,
+        outcome=outcome,
+        spec=machine.spec.path,
+        check_only=check_only,
+        uncertified=uncertified,
+    )
     if check_only:
-        return GeneratedFmu(target, version, members, outcome, _bytes_of(target) != fmu.data)
+        return replace(made, stale=_bytes_of(target) != fmu.data)
     if isinstance(outcome, Certificate) or uncertified:
         there = _bytes_of(target)
         if is_there(target) and (there is None or not is_ours(there)):
@@ -204,7 +221,7 @@ def generate_fmu(
         if not force:
             refuse_edited(target.parent, held, "--force, which builds the FMU without the edits")
         write_all(target.parent, {target.name: fmu.data})
-    return GeneratedFmu(target, version, members, outcome)
+    return made
 
 
 def _bytes_of(path: Path) -> bytes | None:

@@ -29,7 +29,7 @@ class Simulated(Result):
             times the friction estimate. None if it cancels none.
     """
 
-    template = "simulated_notes"
+    template = "simulated"
     path: Path
     excursions: tuple[Excursion, ...]
     gain: float | None = None
@@ -52,6 +52,10 @@ class Simulated(Result):
             "share": self.share,
             "notes": list(self.notes),
         }
+
+    def text(self, **options: object) -> str:
+        """The result in words; ``paths``: whether the log is named."""
+        return super().text(**{"paths": True, **options})
 
 
 @verb

@@ -231,7 +231,7 @@ def generate(
                 made = generate(spec, out, check_only, uncertified, overrides, force)
         results.append(made.content)
         if not as_json:
-            output.print(made.text(check_only=check_only, uncertified=uncertified, spec=spec), end="")
+            output.print(made.text(), end="")
         if check_only and made.stale:
             code = STALE
         elif made.refused and not uncertified:
@@ -297,7 +297,7 @@ def simulate(
     if as_json:
         print_json(result.content)
         return
-    errors.print(result.text(), end="")
+    errors.print(result.text(paths=False), end="")
     output.print(str(result.path))
 
 
@@ -373,7 +373,7 @@ def diagnose(
 
         given = description, _columns(column or []), tell, propose, material
         result = diagnose(spec, log, test, out, *given, print_findings, force)
-    _show(result, as_json, paths=True, preflight_shown=True)
+    _show(result, as_json, preflight_shown=True)
     raise typer.Exit(REFUSED if result.diagnosis.verdict == "unfit" else 0)
 
 

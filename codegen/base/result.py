@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import textwrap
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping
 from dataclasses import fields, is_dataclass
@@ -11,6 +12,11 @@ from numbers import Integral, Real
 from typing import Any, ClassVar
 
 from codegen.base.errors import brief
+
+LONGEST_VALUE = 60
+"""Characters of a value in a ``repr``."""
+LONGEST_REPR = 220
+"""Characters of a ``repr``, without the number of the values that are left out."""
 
 
 class Shown(ABC):
@@ -22,7 +28,14 @@ class Shown(ABC):
         """The few figures that ``repr`` and the table show: label → text or number."""
 
     def __repr__(self) -> str:
-        return brief(f"<{type(self).__name__}: {', '.join(f'{name} {value}' for name, value in _texts(self))}>")
+        """The summary on one line; long sentences are cut between words, and values without a place are counted."""
+        shown = f"<{type(self).__name__}: "
+        values = [f"{name} {_cut(value)}" for name, value in _texts(self)]
+        for k, value in enumerate(values):
+            if k and len(shown) + len(value) > LONGEST_REPR:
+                return f"{shown}, {len(values) - k} more>"
+            shown += f"{', ' if k else ''}{value}"
+        return f"{shown}>"
 
     def _repr_html_(self) -> str:
         from codegen.base.text import render  # Jinja, which a console does not need
@@ -87,3 +100,10 @@ def _texts(shown: Shown) -> list[tuple[str, str]]:
     """(label, value as text) of each entry of a summary; floats to four digits."""
     values = shown.summary.items()
     return [(name, f"{value:.4g}" if isinstance(value, float) else str(value)) for name, value in values]
+
+
+def _cut(value: str) -> str:
+    """A printable text without its last words, if it is long; of one long word, such as a path, the middle is cut."""
+    whole = brief(value, 10 * LONGEST_VALUE)
+    cut = textwrap.shorten(whole, LONGEST_VALUE, placeholder=" …", break_long_words=False, break_on_hyphens=False)
+    return brief(whole, LONGEST_VALUE) if cut == "…" else cut

@@ -50,7 +50,12 @@ class _Table(html.parser.HTMLParser):
 
 def shows_itself(result: Any) -> None:
     """One short line in a console, and in a notebook a table of the same."""
-    assert len(repr(result)) < 250 and "\n" not in repr(result)
+    line = repr(result)
+    assert len(line) < 250 and "\n" not in line
+    words = {word.strip("<>:,") for label, value in result.summary.items() for word in f"{label} {value}".split()}
+    words |= {type(result).__name__, "…", "more"}
+    cut = {word.strip("<>:,") for word in line.split()} - words
+    assert all("/" in word or word.replace(".", "").lstrip("-").isdigit() for word in cut), "no word is cut"
     table = _Table(result._repr_html_())
     assert table.open == [] and len(table.cells) == len(result.summary)
 
@@ -181,14 +186,44 @@ def test_simulate_replay_and_diagnose(one: api.Machine, tmp_path: Path) -> None:
         shows_itself(result)
 
 
+def test_text_of_a_result_needs_no_options_and_is_what_the_command_prints(
+    one: api.Machine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    log = one.simulate("log.csv").path
+    slow = tmp_path / "slow.yaml"
+    slow.write_text(ONE.read_text("utf-8").replace("sample_time: 0.001", "sample_time: 0.1"), "utf-8")
+    calls: list[tuple[Any, tuple[object, ...]]] = [
+        (api.simulate(ONE, "again.csv"), ("simulate", ONE, "-o", "again.csv")),
+        (one.gains(), ("gains", ONE)),
+        (one.certify(), ("certify", ONE)),
+        (one.generate("made"), ("generate", ONE, "-o", "made")),
+        (one.generate("made", check_only=True), ("generate", ONE, "-o", "made", "--check")),
+        (one.generate("none", check_only=True), ("generate", ONE, "-o", "none", "--check")),
+        (api.generate(slow, "made"), ("generate", slow, "-o", "made")),
+        (api.generate(slow, "slow", uncertified=True), ("generate", slow, "-o", "slow", "--uncertified")),
+        (api.generate_fmu(one, "made"), ("generate", ONE, "-o", "made", "--target", "fmu")),
+        (api.generate_fmu(slow, "made"), ("generate", slow, "-o", "made", "--target", "fmu")),
+        (one.watch(log), ("watch", ONE, "--log", log)),
+        (one.cancel(), ("cancel", ONE)),
+        (one.export("mjcf", "m.xml"), ("export", ONE, "--to", "mjcf", "-o", "m.xml")),
+    ]
+    for result, command in calls:
+        assert result.text() == stiction(*command).out, command
+        shows_itself(result)
+    assert "12000 samples" in one.replay(log).text()
+
+
 @pytest.mark.slow
 def test_diagnose_is_the_verb(one: api.Machine, tmp_path: Path) -> None:
     log = one.simulate(tmp_path / "log.csv").path
     found = one.diagnose(log, out=tmp_path / "by_method")
-    stiction("diagnose", ONE, log, "-o", tmp_path / "by_command")
+    said = stiction("diagnose", ONE, log, "-o", tmp_path / "by_command").out
     by_method, by_command = (tmp_path / f / "diagnosis.json" for f in ("by_method", "by_command"))
     assert by_method.read_bytes() == by_command.read_bytes()
     assert found.verdict == json.loads(by_method.read_text("utf-8"))["verdict"]
+    assert said.endswith(found.text()[found.text().index("verdict: ") :].replace("by_method", "by_command"))
+    assert f"{found.folder}/report.html" in found.text()
     for result in (found, found.diagnosis):
         shows_itself(result)
 
