@@ -101,6 +101,13 @@ def require(proof: dict[str, Any], shown: dict[str, Any]) -> None:
             accepted(x)
         except ValueError:  # nothing is said of it then
             del shown["outputs"][x]
+    for x in [*shown["other than 0"]]:
+        try:  # a flag, a sum of signs, has to be just 0 where it is: a program asks whether it is
+            flag = code.names[x].names() <= {y for (f, _), v in code.known.items() if f == "sgn" for y in v.names()}
+            frame.demand(code.bounds[x][1] == 0 or not flag, f"{x}: {LOST}")
+            accepted(x)
+        except ValueError:
+            del shown["other than 0"][x]
     for (function, q), _ in code.known.items():
         if function == "1/":  # where a divisor is less than that, it may be its rounding
             least = total(put(magnitudes(q), code.ones())) / c.precision.cancelled

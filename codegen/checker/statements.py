@@ -20,7 +20,7 @@ START = "initialisation sets the velocity estimates to 0, and all others to cons
 HELD = START + "after invalid samples the held estimates continue, if each call gets the same outputs"
 BARE = START + "an invalid sample is used like any other"
 ASSUMED = "error bounds, assuming that "
-OWN = ("V", "e", "P", "sign", "sin", "cos", "exp", "abs")  # names that the words below use without a kind
+OWN = ("V", "e", "P", "sign", "sin", "cos", "exp", "abs", "fabs")  # names that the words below use without a kind
 PROOF, SETS = theorem.PROOF, theorem.SETS
 STEP, LONG_RUN = "the step multiplies V = e'Pe", "is in the long run at most"
 SIZES = "that noise and drift stay within the bounds assumed (generate and certify take them from the envelope)"
@@ -262,17 +262,18 @@ def ambiguous(proof: dict[str, Any], shown: dict[str, Any]) -> set[str]:
     """Names that two quantities share, such as a parameter and a true level; they are printed with their kinds.
 
     So is a quantity with a name that these words use of their own (OWN). All fields of the C count, printed or not.
+    Of a contact with the name of a quantity, sign(NAME) could be the sign of either: sign.NAME is the contact's then.
     """
     begun, c = [of for z, of in shown["c"].init if z in proof.get("shared", {})], shown["c"]  # `begun` is printed too
     fields = (x.split("[")[0] for x in (*c.values, *c.states, *c.inputs, *c.outputs))
     full = {*re.findall(rf"\b{KINDS}\.\w+", json.dumps([proof, begun])), *fields}
     bare = Counter((*(x.split(".")[1] for x in full), *OWN))
-    return {x for x, count in bare.items() if count > 1}
+    return {x for x, count in bare.items() if count > 1} | {s for s in proof["signs"] if s.split(".")[1] in bare}
 
 
 def without_kinds(expression: str, twice: set[str]) -> str:
     """Names without their kinds, where that leaves no doubt; the sign of a contact's slip as sign(contact)."""
-    text = re.sub(r"\bsign\.(\w+)", r"sign(\1)", expression)
+    text = re.sub(r"\bsign\.(\w+)", lambda found: found[0] if found[0] in twice else f"sign({found[1]})", expression)
     return re.sub(rf"\b{KINDS}\.(\w+)", lambda found: found[0] if found[1] in twice else found[1], text)
 
 

@@ -68,7 +68,7 @@ def test_another_force_is_printed_as_what_it_is(why: str) -> None:
 
 @pytest.mark.parametrize(("name", "value"), [
     ("a_rail", "a_hat_rail"), ("v", "v_hat"), ("m", "v_hat"), ("w", "2*w"), ("z_v", "v_hat"), ("V", "v_hat"),
-    ("e", "v_hat"), ("P", "v_hat"), ("sign", "v_hat"), ("abs", "v_hat"),
+    ("e", "v_hat"), ("P", "v_hat"), ("sign", "v_hat"), ("abs", "v_hat"), ("fabs", "v_hat"),
 ])  # fmt: skip
 def test_an_output_with_another_name_of_the_words_is_printed_as_an_output(name: str, value: str) -> None:
     """Of an output a_rail verify said "a_rail = a_hat_rail", as if the friction level of the machine were that."""
@@ -145,6 +145,37 @@ def test_where_a_flag_is_not_zero_is_said(flag: str) -> None:
 
 
 COUNT, DIRECTION = "const double samples_slid_next = in_domain_1 * ", "direction_rail_next = sign_rail * learning;"
+BY_ROUNDING = [
+    "in_domain + (1e12 * v_hat + 0.3 * v_hat) - 1e12 * v_hat - 0.3 * v_hat",
+    "in_domain + 1e15 * in_domain_2 + 0.3 * in_domain_2 - 1e15 * in_domain_2 - 0.3 * in_domain_2",
+    "in_domain + 0.1 * sign_rail + 0.2 * sign_rail - 0.3 * sign_rail",
+    "in_domain + 3.0 * fabs(v_hat) - 3.0 * sign_rail * v_hat",
+]
+
+
+@pytest.mark.parametrize("flag", BY_ROUNDING)
+def test_of_a_flag_that_rounding_sets_nothing_is_said(flag: str) -> None:
+    """In exact arithmetic it is in_domain; the compiled C sets it to 5.6e-17 or 1e-4 where that is 0."""
+    content, files = changed("one_mass_domain", ("outputs->in_domain = in_domain;", f"outputs->in_domain = {flag};"))
+    assert where(files, content) == []
+
+
+def test_a_contact_with_the_name_of_a_quantity_is_told_apart() -> None:
+    """Of a contact and a position x, sign(x) was printed of both: in_domain was "0 except where sign(x)*x > 1".
+
+    With sign(x) "the sign of v_hat" that is false: the C sets in_domain to 1 at x = -2, v_hat = 2.
+    """
+    flag = "outputs->in_domain = 0.5 + 0.5 * one_mass_domain_sign(fabs(inputs->x) - 1.0);"
+    _, files = changed("one_mass_domain", ("outputs->in_domain = in_domain;", flag))
+    proof = files[theorem.PROOF].decode().replace("sign.rail", "sign.x")
+    del files[theorem.SETS]
+    lines = verify.check(proof, sources=files).proved
+    assert "sign.x is 1 or -1, the sign of v_hat in machine and code" in lines
+    assert "in each sample F_hat_rail = a_hat_rail*sign.x" in lines
+    assert "in each sample with fault 0 in_domain is 0 except where -1 + sign(x)*x >= 0" in lines
+    assert not any("sign(x)" in line for line in lines if "in_domain" not in line)
+
+
 NEXT = {  # a change of the C -> where verify says that the count and the direction do not become 0
     (COUNT, COUNT): ([MOVES, f"{FAST} > 0", CALM], [MOVES, f"{FAST} > 0"]),
     (COUNT, "const double samples_slid_next = "): (None, [MOVES, f"{FAST} > 0"]),
