@@ -84,3 +84,26 @@ def test_a_true_effect_is_not_refused_for_what_else_is_missing(
     near = {name: 1.03 * value for name, value in values.items()}
     for one in (log, replace(log, inputs=shaken)):
         assert judged(one, found(kind, on, **near)) is None
+
+
+def test_a_gain_that_is_another_one_for_a_while_is_not_named(tmp_path: Path) -> None:
+    """A single interval, which no other part of the log predicts."""
+    log = log_of(machine(), tmp_path, "log.csv")
+    time = log.sample_time * np.arange(log.size)
+    warm = replace(log, inputs=log.inputs / np.where(time < 2.5, 1.0, 0.6)[:, None])
+    refused = judged(warm, found("input_gain", "w", gain=0.605))
+    assert refused is not None and (refused.over, refused.effect.kind) == ("time", "input_gain")
+
+
+@pytest.mark.parametrize("push", [1.5, 6.0])
+def test_a_constant_gain_is_not_refused_for_a_push(push: float, tmp_path: Path) -> None:
+    """Nor for friction that is larger in the same interval."""
+    log = log_of(machine(effects="{kind: input_gain, on: w, parameters: {gain: 0.6}}"), tmp_path, "log.csv")
+    time = log.sample_time * np.arange(log.size)
+    during = ((time > 4.0) & (time < 6.5))[:, None]
+    direction = np.sign(np.gradient(log.positions, axis=0))
+    for force in (np.ones_like(direction), direction):
+        assert (
+            judged(replace(log, inputs=log.inputs + push * during * force), found("input_gain", "w", gain=0.605))
+            is None
+        )

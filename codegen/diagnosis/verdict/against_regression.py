@@ -23,7 +23,7 @@ from codegen.diagnosis.fit.linear import rms
 from codegen.diagnosis.fit.output_error import Fit
 from codegen.diagnosis.fit.residual import Problem, contacts_on, residual_at_drive, without_levels
 from codegen.diagnosis.fit.signals import Motion
-from codegen.diagnosis.results import FoundEffect
+from codegen.diagnosis.results import Change, FoundEffect
 from codegen.diagnosis.verdict.wrong_values import FAR_LESS
 from codegen.effects import CATALOGUE
 from codegen.effects.declare import places_of
@@ -103,7 +103,7 @@ def force_evidence(
         alone, line, with_line, time, with_time = shares
         hz = peak_hz(before[:, i], used, motion)
         intervals = _in_intervals(refit, motion, r, used, variables, i)
-        of_events = (_fitted(r, used, columns) for columns in (intervals, [*intervals, force], [force]))
+        of_events = (fitted_share(r, used, columns) for columns in (intervals, [*intervals, force], [force]))
         events, with_events, by_law = of_events
         curves = removed, together, alone, line, with_line, hz, time, with_time
         found.append(ForceEvidence(*curves, len(intervals), events, with_events, by_law))
@@ -113,19 +113,23 @@ def force_evidence(
 def _in_intervals(
     refit: System, motion: Motion, r: Array, used: NDArray[np.bool_], variables: Mapping[str, Array], i: int
 ) -> list[Array]:
-    """(N, 3) columns for each interval of time in which a term of the force balance has another coefficient.
-
-    The term times a polynomial of degree 2 in time, since a push is not constant, and zero outside of the interval.
-    """
-    terms, columns = varying_terms(refit, motion, i), list[Array]()
-    for c in changed_on(refit, motion, r, used, variables, i).changes:
-        inside = (motion.time >= c.start) & (motion.time < c.stop)
-        along = (motion.time - c.start) / (c.stop - c.start) - 0.5
-        columns.append(np.where(inside, terms[c.term] * along ** np.arange(3)[:, None], 0.0).T)
-    return columns
+    """(N, 3) columns for each interval in which a term of the force balance has another coefficient: the term there."""
+    terms, changes = varying_terms(refit, motion, i), changed_on(refit, motion, r, used, variables, i).changes
+    intervals = along_intervals(changes, motion.time)
+    return [terms[c.term][:, None] * inside for c, inside in zip(changes, intervals, strict=True)]
 
 
-def _fitted(r: Array, used: NDArray[np.bool_], columns: Sequence[Array]) -> float:
+def along_intervals(changes: Sequence[Change], time: Array) -> list[Array]:
+    """(N, 3) polynomials of degree 2 in time for each interval, since a push is not constant; zero outside of it."""
+    found = list[Array]()
+    for c in changes:
+        inside = (time >= c.start) & (time < c.stop)
+        along = (time - c.start) / (c.stop - c.start) - 0.5
+        found.append(np.where(inside, along ** np.arange(3)[:, None], 0.0).T)
+    return found
+
+
+def fitted_share(r: Array, used: NDArray[np.bool_], columns: Sequence[Array]) -> float:
     """Share of a squared residual that these columns, (N, m) each, remove by least squares."""
     if not columns:
         return 0.0

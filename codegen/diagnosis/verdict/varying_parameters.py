@@ -10,12 +10,17 @@ force that the model with the effect leaves, and θ the effect's parameters,
 
 with smooth h_j is compared with the same for constant h_j, on held-out parts of the log (varying-coefficient model,
 Hastie and Tibshirani 1993). The h_j of the effect's own variable are not asked for: they are an error of its curve.
+
+A parameter may also have another value in intervals of time, as a torque constant before a motor is warm. A single
+interval is in no other part of the log, so this is compared by least squares on the whole log, in the intervals in
+which the force balance differs significantly (``changes_in_time.py``).
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from math import sqrt
 
 import numpy as np
@@ -28,6 +33,8 @@ from codegen.diagnosis.evidence.residual_regression import (
     STATE,
     acting_force,
     added_share,
+    changed_on,
+    remainder_columns,
     sliding,
     splines,
     variables_of,
@@ -36,7 +43,7 @@ from codegen.diagnosis.fit.linear import rms
 from codegen.diagnosis.fit.residual import Problem, level_columns, residual_at_drive
 from codegen.diagnosis.fit.trial import with_effects
 from codegen.diagnosis.results import FoundEffect
-from codegen.diagnosis.verdict.against_regression import VARIABLES, acts_on
+from codegen.diagnosis.verdict.against_regression import VARIABLES, acts_on, along_intervals, fitted_share
 from codegen.effects.declare import effect_symbols
 from codegen.effects.nameless import effect_called
 from codegen.mechanics.system import System
@@ -58,7 +65,8 @@ class Varying:
     """An effect whose parameters vary with a variable.
 
     Attributes:
-        share: of the squared residual force that varying parameters explain beyond constant ones, on held-out parts.
+        share: of the squared residual force that varying parameters explain beyond constant ones: on held-out parts, or
+            with other values in intervals of time by least squares.
     """
 
     effect: FoundEffect
@@ -80,7 +88,8 @@ def varying(problem: Problem, augmented: System, named: Sequence[FoundEffect], m
 
     Varying parameters must explain ``MOST_OF_IT`` and a force of the share ``material`` of the drive force, and leave
     less than ``MUCH_LESS`` of the square that a smooth curve over the same variable leaves beside constant parameters,
-    in each direction of motion: where such a curve explains it as well, another effect is missing beside this one.
+    in each direction of motion: where such a curve explains it as well, another effect is missing beside this one. In
+    intervals of time the parameters have constant values, and the curve is a polynomial of degree 2 in each.
     """
     found = list[Varying]()
     motion, known = problem.motion, _symbols(problem.system, named)
@@ -99,18 +108,28 @@ def varying(problem: Problem, augmented: System, named: Sequence[FoundEffect], m
         constant = [c[:, None] for c in (*levels, *(c for columns in slopes.values() for c in columns))]
         over = variables_of(augmented, motion, residual, i)
         sign = np.sign(over["speed"])[:, None]
+        curves = {name: splines(over[name], KNOTS) for name in OVER}
+        variables = remainder_columns(augmented, motion, residual, rows, i)
+        events = along_intervals(changed_on(augmented, motion, r, rows, variables, i).changes, motion.time)
+        held_out, whole = partial(added_share, r, rows, constant), partial(_added_by_fit, r, rows, constant)
         for k, columns in slopes.items():
-            if not columns:
-                continue
-            for name in (v for v in OVER if v != VARIABLES[effect_called(named[k].kind).seen_over]):
-                curve = splines(over[name], KNOTS)
-                share = added_share(r, rows, constant, [c[:, None] * curve for c in columns])
+            own = VARIABLES[effect_called(named[k].kind).seen_over]
+            tests = [(v, held_out, [curves[v]], curves[v]) for v in OVER if v != own]
+            if events and own != "time":
+                tests.append(("time", whole, events, np.hstack([one[:, :1] for one in events])))
+            for name, added, beside, values in tests if columns else ():
+                share = added([c[:, None] * values for c in columns])
                 if share < MOST_OF_IT or sqrt(share) * rms(r[rows]) < material * drive:
                     continue
-                beside = added_share(r, rows, constant, [curve, curve * sign])
-                if 1 - share < MUCH_LESS * (1 - beside):
+                if 1 - share < MUCH_LESS * (1 - added([*beside, *(curve * sign for curve in beside)])):
                     found.append(Varying(named[k], name, share))
     return max(found, key=lambda one: one.share, default=None)
+
+
+def _added_by_fit(r: Array, rows: NDArray[np.bool_], columns: Sequence[Array], further: Sequence[Array]) -> float:
+    """Share of what ``columns`` leave of a squared residual (N,) that ``further`` ones remove by least squares."""
+    plain, richer = (fitted_share(r, rows, some) for some in (columns, [*columns, *further]))
+    return (richer - plain) / max(1 - plain, 1e-300)
 
 
 def _symbols(system: System, named: Sequence[FoundEffect]) -> list[list[sympy.Symbol]]:
