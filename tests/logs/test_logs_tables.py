@@ -125,6 +125,22 @@ def test_columns_by_number(tmp_path, spec):
     assert read_log(tmp_path / "b.csv", spec, columns={"x": "2", "w": "3"}).inputs[0, 0] == -3
 
 
+@pytest.mark.parametrize("filled", [0, 4], ids=["the first row", "a later row"])
+def test_columns_without_a_header_that_are_filled_in_few_rows(tmp_path, spec, filled):
+    """A logger's settings stand in one row only, behind its numbers: the columns are counted in all rows."""
+    lines = [line + (",12.1,12.2" if k == filled else ",,") for k, line in enumerate(table().splitlines())]
+    (tmp_path / "a.csv").write_text("\n".join(lines) + "\n")
+    about = tmp_path / "about.yaml"
+    for text in ("columns: {t: 1, x: 2, w: 3}\n", "columns: [t, x, w, a, b]\n"):
+        about.write_text(text)
+        log = read_log(tmp_path / "a.csv", spec, description=about)
+        assert np.allclose(log.positions[:, 0], [r[1] for r in ROWS])
+        assert np.allclose(log.inputs[:, 0], [r[2] for r in ROWS])
+    about.write_text("columns: [t, x]\n")
+    with refused("LOG013 a.csv:1: 5 2 t, x"):
+        read_log(tmp_path / "a.csv", spec, description=about)
+
+
 def test_a_header_that_is_not_taken_is_named(tmp_path, spec):
     (tmp_path / "a.csv").write_text("t,x,w\nSek,Pos,Kraft\n" + table())
     with pytest.raises(BadInput) as told:

@@ -234,7 +234,7 @@ def _table(
         return above
     if plain is not None and rows.index > plain.line - 1 and len(plain.names) > 1:
         return plain  # a header of another length: the row says so
-    return _without_header(file, rows, named)
+    return _without_header(file, lines, rows, named)
 
 
 def fields(text: str, delimiter: str, place: Place) -> list[str]:
@@ -536,13 +536,23 @@ def _is_line_of_units(texts: Sequence[str]) -> bool:
     return texts[0].strip().strip(":").lower() in _UNIT or _are_units(texts)
 
 
-def _without_header(file: str, rows: _Rows, named: Sequence[str]) -> Layout:
+def _filled_width(lines: Sequence[str], rows: _Rows) -> int:
+    """Number of columns of rows without a header: the last ones may be empty in the first rows and filled later."""
+    if rows.most == rows.width:
+        return rows.width
+    split = (_all_fields(lines[i + rows.index], rows.delimiter) for i in _significant(lines[rows.index :]))
+    filled = (k + 1 for texts in split if len(texts) == rows.most for k, text in enumerate(texts) if text.strip())
+    return max(filled, default=rows.width)
+
+
+def _without_header(file: str, lines: Sequence[str], rows: _Rows, named: Sequence[str]) -> Layout:
     """The layout of a file without a header."""
     place = Place(file, rows.index + 1)
-    if named and len(named) != rows.width:
-        found = f"{rows.width} columns without a header line"
+    width = _filled_width(lines, rows)
+    if named and len(named) not in (rows.width, width):
+        found = f"{width} columns without a header line"
         raise BadInput(place, found, f"{len(named)}, one for each of {listing(named)}", code="LOG013")
-    names = tuple(named) or tuple(str(k + 1) for k in range(rows.width))
+    names = tuple(named) or tuple(str(k + 1) for k in range(width))
     words = "the file has no header line: its columns go by their numbers, counted from 1"
     if named:
         words = f"the file has no header line: its columns are {listing(names)} as described"
