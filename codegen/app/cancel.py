@@ -12,7 +12,7 @@ from codegen.app.derived import Source, derived_from
 from codegen.base.border import verb
 from codegen.base.files import refuse_foreign_json, refuse_target, write_all
 from codegen.base.result import Result, json_text, named
-from codegen.cancellation import Plan, RankFalls, Reach, Verdict, make_plan, reach
+from codegen.cancellation import Plan, RankFalls, Reach, make_plan, reach
 from codegen.cancellation.plan import RemainingFriction, remaining_friction
 from codegen.mechanics.sampling import POINTS
 from codegen.simulate.hunting import Hunting, LimitCycle, hunting
@@ -21,6 +21,8 @@ from codegen.spec.model import CancellationChoice
 from codegen.spec.numerics import require_finite
 
 NUMBERS = "cancellation.json"
+OF_VERDICT = "name cancelled=kind joined_rank acts_without_input_on=undriven removed_share=share"
+"""Attributes of a ``Verdict`` in cancellation.json."""
 NOTHING = 5e-7
 """Size below which a coefficient is printed as zero, and distance from 1 within which it is left out."""
 
@@ -84,13 +86,11 @@ class CancelReport(Result):
             "input_matrix": _texts(found.input_matrix),
             **named(found, "rank exact"),
             "weight": self.choice.weight,
-            "contacts": [_verdict(v) for v in found.contacts],
-            "coordinates": [_verdict(v) for v in found.coordinates],
+            "contacts": [named(v, OF_VERDICT) for v in found.contacts],
+            "coordinates": [named(v, OF_VERDICT) for v in found.coordinates],
             "cancellable_together": found.together,
             "note_2": {
-                "coordinates_without_input": list(reduction.undriven),
-                "contacts_lost": list(reduction.lost),
-                **named(reduction, "coordinates contacts"),
+                **named(reduction, "coordinates_without_input=undriven contacts_lost=lost coordinates contacts"),
                 "input_matrix": _texts(reduction.input_matrix),
                 "distribution": _texts(reduction.distribution),
             },
@@ -129,9 +129,7 @@ class CancelReport(Result):
             }
 
         return {
-            "largest_gain_without": found.largest,
-            "delay": found.delay,
-            "duration": found.duration,
+            **named(found, "largest_gain_without=largest delay duration"),
             "from_rest_at": found.away.tolist(),
             "pushed_with": found.push.tolist(),
             "trials": [
@@ -182,16 +180,6 @@ def cancel(
         return report
     write_all(Path(out), {NUMBERS: json_text(report.content)})
     return replace(report, files=(Path(out) / NUMBERS,))
-
-
-def _verdict(v: Verdict) -> dict[str, Any]:
-    return {
-        "name": v.name,
-        "cancelled": v.kind,
-        "joined_rank": v.joined_rank,
-        "acts_without_input_on": list(v.undriven),
-        "removed_share": list(v.share),
-    }
 
 
 def _texts(matrix: Any) -> list[list[str]]:

@@ -21,7 +21,6 @@ from codegen.base.significant import rounded_to
 from codegen.base.text import render
 from codegen.certify.bound.bounds import ErrorBound
 from codegen.certify.outcome import Certificate, Refusal
-from codegen.certify.region_proofs import Regions
 from codegen.certify.remedies.proposals import propose
 from codegen.certify.remedies.sample_times import largest_sample_times
 from codegen.program.implicit_step import solved_by_one_step
@@ -30,6 +29,8 @@ OF_BOUND = "name unit steady of_code"
 """Attributes of an ``ErrorBound`` that are printed."""
 OF_SPEED = "contact unit computed of_code"
 """Attributes of a ``SlipSpeed`` that are printed."""
+OF_REGIONS = "rates reversal_growth=reversal not_found=missing proofs"
+"""Attributes of ``Regions`` that are printed."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -151,14 +152,5 @@ def _refusal(refusal: Refusal) -> dict[str, Any]:
         **named(refusal, "reason counterexample spectral_radius failing largest_sample_time"),
         "proposals": None if refusal.proposals is None else asdict(refusal.proposals),
         "refutation": refusal.proof,
-        "regions": None if refusal.regions is None else _regions(refusal.regions),
-    }
-
-
-def _regions(regions: Regions) -> dict[str, Any]:
-    return {
-        "rates": regions.rates,
-        "reversal_growth": regions.reversal,
-        "not_found": list(regions.missing),
-        "proofs": regions.proofs,
+        "regions": None if refusal.regions is None else named(refusal.regions, OF_REGIONS),
     }

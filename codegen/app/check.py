@@ -12,6 +12,7 @@ import sympy
 from codegen.app.derived import Derived, Source, derived_from
 from codegen.base.border import verb
 from codegen.base.errors import BadInput
+from codegen.base.result import named
 from codegen.base.text import render
 from codegen.certify.size_limit import beyond_checker
 from codegen.effects.declare import declared_symbols
@@ -66,8 +67,7 @@ def check_json(machine: Derived) -> dict[str, Any]:
     values = {s.name: {"value": float(v), "unit": system.units[s]} for s, v in system.values.items()}
     return {
         "format": "stiction-check/1",
-        "name": spec.name,
-        "source": spec.source,
+        **named(spec, "name source"),
         "coordinates": [{"name": x.name, "velocity": v.name, "unit": unit} for x, v, unit in coordinates],
         "inputs": [{"name": w.name, "unit": u} for w, u in zip(system.inputs, system.input_units, strict=True)],
         "robot": _robot_json(spec.form),
@@ -145,8 +145,7 @@ def _observer_json(machine: Derived, observer: Observer) -> dict[str, Any]:
     free = free_gains(machine)
     gains = {s.name: {"value": float(v), "unit": observer.gain_units[s]} for s, v in observer.gains.items()}
     return {
-        "kind": observer.kind,
-        "velocity": observer.velocity,
+        **named(observer, "kind velocity"),
         "sample_time": float(observer.sample_time),
         "gains": {name: gain for name, gain in gains.items() if name not in free} | free,
         "uncertifiable": _uncertifiable(machine.nominal) or None,

@@ -11,15 +11,17 @@ import sympy
 
 from codegen.analysis.analysis import Analysis
 from codegen.analysis.conditions import Condition
-from codegen.analysis.modes import Modes
 from codegen.app.check import free_gains
 from codegen.app.derived import Source, derived_from
 from codegen.base.border import verb
+from codegen.base.result import named
 from codegen.base.text import render
 from codegen.spec.functions import Magnitude
 
 LONGEST_ENTRY, LONGEST_PRINTED = 60, 400
 """Most operations of an entry of a printed matrix, and of any printed expression; longer ones are in --json alone."""
+OF_MODES = "lambda_of=product smallest_lambda=smallest largest_lambda=largest largest_sample_time=sample_time"
+"""Attributes of ``Modes`` in --json."""
 WIDTH = 110
 """Columns at which a long expression is continued on the next line."""
 
@@ -73,29 +75,20 @@ def analysis_json(analysis: Analysis) -> dict[str, Any]:
     dynamics = analysis.dynamics
     return {
         "format": "stiction-derivation/1",
-        "observer": {"kind": dynamics.observer.kind, "velocity": dynamics.observer.velocity},
+        "observer": named(dynamics.observer, "kind velocity"),
         "error": [{"name": e.symbol.name, "meaning": e.meaning, "unit": e.unit} for e in dynamics.observer.errors],
         "psi": [[str(e) for e in dynamics.jacobian.row(i)] for i in range(dynamics.jacobian.rows)],
         "sampled": [[str(e) for e in dynamics.sampled.row(i)] for i in range(dynamics.sampled.rows)],
         "inverse_mass": {w.name: [i, j] for w, (i, j) in dynamics.inverse_mass.items()},
         "slopes": {s.name: str(e) for s, e in dynamics.slopes.items()},
         "characteristic_polynomial": _texts(analysis.polynomial),
-        "factors": [
-            {
-                "error": [e.name for e in f.errors],
-                "polynomial": _texts(f.polynomial),
-            }
-            for f in analysis.blocks
-        ],
-        "modes": _modes_json(analysis.modes),
+        "factors": [{"error": [e.name for e in f.errors], "polynomial": _texts(f.polynomial)} for f in analysis.blocks],
+        "modes": None if analysis.modes is None else named(analysis.modes, OF_MODES),
         "routh_hurwitz": [_condition_json(c) for c in analysis.routh],
         "jury": [_condition_json(c) for c in analysis.jury],
         "free_gains_taken": {name: value for name, value, _ in _free(analysis)},
         "sample_time": float(dynamics.observer.sample_time),
-        "spectral_abscissa": analysis.spectral_abscissa,
-        "spectral_radius": analysis.spectral_radius,
-        "largest_sample_time": analysis.largest_sample_time,
-        "stable": analysis.stable,
+        **named(analysis, "spectral_abscissa spectral_radius largest_sample_time stable"),
     }
 
 
@@ -172,17 +165,6 @@ def _condition(c: Condition, coefficients: Mapping[str, Any]) -> tuple[str, str,
 
 def _texts(polynomial: tuple[Any, ...] | None) -> list[str] | None:
     return None if polynomial is None else [str(c) for c in polynomial]
-
-
-def _modes_json(modes: Modes | None) -> dict[str, Any] | None:
-    if modes is None:
-        return None
-    return {
-        "lambda_of": modes.product,
-        "smallest_lambda": modes.smallest,
-        "largest_lambda": modes.largest,
-        "largest_sample_time": modes.sample_time,
-    }
 
 
 def _condition_json(c: Condition) -> dict[str, Any]:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from codegen.base.errors import BadInput
 from codegen.base.files import json_of, refuse_foreign_json
-from codegen.base.own_files import edited_files, listed_in, refuse_edited_files, refuse_unlisted, text_sha256
+from codegen.base.own_files import listed_in, refuse_edited_files, refuse_unlisted, text_sha256
 
 RESULT = "diagnosis.json"
 EXCITATION = "excitation.csv"
@@ -56,8 +56,8 @@ def hashes_of(files: Mapping[str, str]) -> dict[str, str]:
 def refuse_edited_file(folder: Path) -> None:
     """Raise BadInput if the folder has a file that was edited after the diagnosis wrote it."""
     listed = listed_in(folder / RESULT, FORMAT)
-    edited = edited_files(folder, dict.fromkeys(listed), listed)
-    refuse_edited_files(folder, edited, RESULT, "another folder by -o DIR, or --force to discard the edits")
+    ways = "another folder by -o DIR, or --force to discard the edits"
+    refuse_edited_files(folder, dict.fromkeys(listed), listed, RESULT, ways)
 
 
 def stale_excitation(folder: Path, files: Iterable[str]) -> list[Path]:

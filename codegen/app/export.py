@@ -13,11 +13,11 @@ from codegen.base.border import verb
 from codegen.base.errors import BadInput, refuse_unknown
 from codegen.base.files import refuse_target, write_all, write_atomically
 from codegen.base.input_files import LARGEST_GENERATED, is_there, read_text
-from codegen.base.result import Result
+from codegen.base.result import Result, named
 from codegen.base.user_text import file_text
 from codegen.base.version import VERSION
 from codegen.export.remarks import Remark
-from codegen.export.targets import TARGETS, Choices, Target, robot_file
+from codegen.export.targets import TARGETS, Choices, robot_file
 from codegen.spec.model import Spec
 
 MARK = "Written by stiction export"
@@ -47,9 +47,8 @@ class Exported(Result):
     def content(self) -> dict[str, Any]:
         return {
             "format": "stiction-export/1",
-            "target": self.target,
+            **named(self, "target files"),
             "path": str(self.path),
-            "files": list(self.files),
             "remarks": [r.content for r in self.remarks],
         }
 
@@ -90,7 +89,7 @@ def export(
         if to != "mjcf":
             raise BadInput("--into", f"a file to take what was found, and --to {to}", "--to mjcf", code="CALL002")
         sources["the model that it is made of, which stays as it is"] = Path(into)
-    _refuse_options_of_other_formats(to, target, on, counts, gear)
+    _refuse_options_of_other_formats(to, on, counts, gear)
     if not target.endings:
         refuse_target(path / "manifest.json")
     else:
@@ -108,17 +107,17 @@ def export(
     return Exported(path, to, (), remarks)
 
 
-def _refuse_options_of_other_formats(
-    to: str, target: Target, on: str | None, counts: int | None, gear: float | None
-) -> None:
+def _refuse_options_of_other_formats(to: str, on: str | None, counts: int | None, gear: float | None) -> None:
     """Raise BadInput for an option that the format does not use."""
-    maps = " or ".join(f"--to {name}" for name, known in TARGETS.items() if known.is_map)
-    if gear is not None and not target.is_map:
-        raise BadInput("--gear", f"a ratio for a map over the motor's turn, and --to {to}", maps, code="CALL002")
-    if on is not None and not target.is_map:
-        raise BadInput("--on", f"the coordinate of a map, and --to {to}", maps, code="CALL002")
-    if counts is not None and to != "csv-map":
-        raise BadInput("--counts", f"the number of rows of a map, and --to {to}", "--to csv-map", code="CALL002")
+    maps = [name for name, known in TARGETS.items() if known.is_map]
+    for option, given, what, used_by in (
+        ("--gear", gear, "a ratio for a map over the motor's turn", maps),
+        ("--on", on, "the coordinate of a map", maps),
+        ("--counts", counts, "the number of rows of a map", ["csv-map"]),
+    ):
+        if given is not None and to not in used_by:
+            expected = " or ".join(f"--to {name}" for name in used_by)
+            raise BadInput(option, f"{what}, and --to {to}", expected, code="CALL002")
 
 
 def _header(spec: Spec, to: str) -> list[str]:

@@ -28,14 +28,7 @@ from codegen.app.derived import Source, derived_from
 from codegen.app.gains_bound import OWN, GainBound, bound_at, bounds_at, why_no_bound
 from codegen.base.border import verb
 from codegen.base.files import refuse_foreign_json, refuse_target, remove, write_all
-from codegen.base.own_files import (
-    FILES_SHA256,
-    edited_files,
-    listed_in,
-    refuse_edited_files,
-    refuse_unlisted,
-    text_sha256,
-)
+from codegen.base.own_files import FILES_SHA256, listed_in, refuse_edited_files, refuse_unlisted, text_sha256
 from codegen.base.result import Result, json_text, named
 from codegen.spec.numerics import require_finite
 
@@ -159,8 +152,8 @@ def _refuse_not_ours(folder: Path) -> None:
     refuse_foreign_json(folder / NUMBERS, FORMAT)
     listed, written = listed_in(folder / NUMBERS, FORMAT), dict.fromkeys((MAP, SPEC))
     refuse_unlisted(folder, written, listed, NUMBERS)
-    edited = edited_files(folder, written, listed)
-    refuse_edited_files(folder, edited, NUMBERS, "another folder by -o DIR, or the edited file moved away")
+    ways = "another folder by -o DIR, or the edited file moved away"
+    refuse_edited_files(folder, written, listed, NUMBERS, ways)
 
 
 def _bounds_of(suggestion: Suggestion | None, bounds: Sequence[GainBound]) -> tuple[GainBound, ...]:
@@ -177,8 +170,8 @@ def gains_json(report: Feasibility, bounds: Sequence[GainBound] = ()) -> dict[st
     region, observer = report.region, report.observer
     return {
         "format": FORMAT,
-        "spec": {"name": report.spec.name, "sha256": report.spec.sha256},
-        "observer": {"kind": observer.kind, "velocity": observer.velocity},
+        "spec": named(report.spec, "name sha256"),
+        "observer": named(observer, "kind velocity"),
         "sample_time": float(observer.sample_time),
         "operating_points": {"looked_at": report.points, "deciding": report.deciding},
         "position_noise_rms": dict(zip(report.spec.positions, report.noise.rms, strict=True)),

@@ -15,6 +15,7 @@ from codegen.analysis.feasibility.axes import GainAxis
 from codegen.analysis.feasibility.gains import Feasibility
 from codegen.analysis.feasibility.suggest import USEFUL, Suggestion
 from codegen.app.derived import Derived
+from codegen.base.result import named
 from codegen.certify.bound.bounds import ErrorBound
 from codegen.certify.bound.error_bound import error_bounds
 from codegen.certify.bound.error_response import error_response
@@ -52,10 +53,8 @@ class GainBound:
     def content(self) -> dict[str, Any]:
         """The JSON object."""
         return {
-            "gains_divided_by": self.divisor,
-            "numbers": dict(self.gains),
-            "certified_rate": self.decay_rate,
-            "bound": {"of": self.bound.name, "unit": self.bound.unit, "steady": self.bound.steady, "share": self.share},
+            **named(self, "gains_divided_by=divisor numbers=gains certified_rate=decay_rate"),
+            "bound": {**named(self.bound, "of=name unit steady"), "share": self.share},
         }
 
 

@@ -14,8 +14,8 @@ from codegen.base.border import verb
 from codegen.base.errors import BadInput
 from codegen.base.files import refuse_target, remove, sha256, write_all, write_atomically
 from codegen.base.input_files import LARGEST_GENERATED, is_there, read_bytes, read_or_none, read_text
-from codegen.base.own_files import differs, edited_files, refuse_edited_files, refuse_unlisted, text_of
-from codegen.base.result import Result, json_text
+from codegen.base.own_files import differs, refuse_edited_files, refuse_unlisted, text_of
+from codegen.base.result import Result, json_text, named
 from codegen.base.text import render
 from codegen.certify import REGION_PROOFS
 from codegen.certify.kernel_form import proof_json, with_solution
@@ -88,12 +88,7 @@ class Generated(Certifiable):
 
     @property
     def content(self) -> dict[str, Any]:
-        return {
-            "folder": str(self.folder),
-            "files": list(self.files),
-            "stale": list(self.stale),
-            **self.verdict,
-        }
+        return {"folder": str(self.folder), "files": list(self.files), "stale": self.stale, **self.verdict}
 
 
 @dataclass(frozen=True, repr=False)
@@ -118,13 +113,7 @@ class GeneratedFmu(Certifiable):
 
     @property
     def content(self) -> dict[str, Any]:
-        return {
-            "file": str(self.path),
-            "fmi": self.version,
-            "members": list(self.members),
-            "stale": self.stale,
-            **self.verdict,
-        }
+        return {"file": str(self.path), **named(self, "fmi=version members stale"), **self.verdict}
 
 
 @verb
@@ -280,11 +269,10 @@ def refuse_edited(target: Path, files: Mapping[str, str | None] | Mapping[str, s
         otherwise: another way for the user, in words; "" for none.
     """
     listed = listed_files(target)
-    edited = edited_files(target, files, listed)
     changed = MANIFEST in files and MANIFEST in listed and differs(target / MANIFEST, files[MANIFEST])
-    edited += [MANIFEST] if changed and is_edited(text_of(target / MANIFEST) or "") else []
+    others = [MANIFEST] if changed and is_edited(text_of(target / MANIFEST) or "") else []
     ways = " or ".join(("the file as it was written, another folder", *([otherwise] if otherwise else ())))
-    refuse_edited_files(target, edited, MANIFEST, ways)
+    refuse_edited_files(target, files, listed, MANIFEST, ways, others)
 
 
 def listed_files(folder: Path) -> dict[str, object]:

@@ -11,6 +11,7 @@ import typer
 from codegen.app.as_json import AsJson, print_json, written
 from codegen.base.errors import BadInput, refuse_unknown
 from codegen.base.files import refuse_target
+from codegen.base.progress import progress
 from codegen.base.terminal import output
 
 pages = typer.Typer()
@@ -111,8 +112,6 @@ def audit(
     as_json: AsJson = False,
 ) -> None:
     """Compare the printed formulas of the thesis with our own derivation of them."""
-    from codegen.base.progress import progress
-
     with progress() as tell:
         from codegen.thesis.audit.judge import run_audit
         from codegen.thesis.audit.output import audit_json, audit_summary, write_audit
@@ -135,7 +134,6 @@ def gallery(
 ) -> None:
     """Run the figures of the thesis, and check what its text says of them."""
     from codegen.base.parallel import allow_processes
-    from codegen.base.progress import progress
 
     allow_processes()
     with progress() as tell:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from decimal import ROUND_DOWN, ROUND_UP
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ from codegen.app.derived import Derived
 from codegen.app.guess_columns import Guess, guess_columns
 from codegen.base.errors import BadInput, Place
 from codegen.base.input_files import read_text
+from codegen.base.significant import rounded_to
 from codegen.base.temporary import private_folder
 from codegen.base.text import render
 from codegen.base.user_text import one_line
@@ -89,7 +91,7 @@ def _spec_text(name: str, robot: RobotModel, path: Path, file: Path, log: Path |
 
     def rendered(seen: _Observed, tracker_gains: Sequence[str], euler_below: float | None = None) -> str:
         content = {"file": json.dumps(file.name), **_content(robot, bodies, guess, log, seen)}
-        below = None if euler_below is None else _time(_rounded_down(euler_below))
+        below = None if euler_below is None else _time(float(rounded_to(euler_below, 2, ROUND_DOWN)))
         return render("text/new_robot_spec.j2", name=name, tracker_gains=tracker_gains, euler_below=below, **content)
 
     seen, first = _Observed(), ["-1"] * len(bodies)  # until the inertia is known
@@ -202,14 +204,7 @@ def _observed_in_log(spec: Spec, path: Path) -> _Observed:
 
 def _rounded_up(value: float) -> float:
     """Rounded to three digits, away from zero."""
-    rounded = float(f"{value:.3g}")
-    return rounded if abs(rounded) >= abs(value) else float(f"{value * 1.005:.3g}")
-
-
-def _rounded_down(value: float) -> float:
-    """A positive number rounded to two digits, towards zero."""
-    rounded = float(f"{value:.2g}")
-    return rounded if rounded <= value else float(f"{value * 0.95:.2g}")
+    return float(rounded_to(value, 3, ROUND_UP))
 
 
 def _time(seconds: float) -> str:

@@ -11,7 +11,7 @@ from codegen.app.derived import Source, derived_from
 from codegen.base.border import verb
 from codegen.base.errors import refuse_unknown
 from codegen.base.files import refuse_target
-from codegen.base.result import Result
+from codegen.base.result import Result, named
 from codegen.simulate.closed_loop import simulate as simulate_plant
 from codegen.simulate.loop_run import Excursion, excursions, write_log
 
@@ -44,14 +44,8 @@ class Simulated(Result):
     @property
     def content(self) -> dict[str, Any]:
         excursions = [asdict(e) for e in self.excursions]
-        return {
-            "format": "stiction-simulation/1",
-            "log": str(self.path),
-            "excursions": excursions,
-            "gain": self.gain,
-            "share": self.share,
-            "notes": list(self.notes),
-        }
+        of_plant = named(self, "gain share notes")
+        return {"format": "stiction-simulation/1", "log": str(self.path), "excursions": excursions, **of_plant}
 
     def text(self, **options: object) -> str:
         """The result in words; ``paths``: whether the log is named."""

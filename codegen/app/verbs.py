@@ -19,6 +19,7 @@ from codegen.app.pages import pages
 from codegen.base.errors import BadInput
 from codegen.base.files import named_path
 from codegen.base.input_files import identity
+from codegen.base.progress import progress
 from codegen.base.result import Result
 from codegen.base.terminal import PlainConsole, errors, output
 from codegen.base.version import VERSION
@@ -138,8 +139,6 @@ def certify(
     as_json: AsJson = False,
 ) -> None:
     """Certify the sampled observer over the envelope, or state why not, with a counterexample and a remedy."""
-    from codegen.base.progress import progress
-
     with progress():
         from codegen.app.certify import certify
 
@@ -208,8 +207,6 @@ def generate(
     as_json: AsJson = False,
 ) -> None:
     """Write C, Python, certificate and README into generated/NAME/, or NAME.fmu."""
-    from codegen.base.progress import progress
-
     fmu = target == ["fmu"]
     if out is not None and len(specs) > 1:
         found = f"one folder for {len(specs)} specs"
@@ -252,8 +249,6 @@ def gains(
     as_json: AsJson = False,
 ) -> None:
     """Show which gains are stable, with what margin, and suggest some; for free gains or around chosen ones."""
-    from codegen.base.progress import progress
-
     with progress():
         from codegen.app.gains import gains
 
@@ -270,8 +265,6 @@ def cancel(
     as_json: AsJson = False,
 ) -> None:
     """Say which friction the inputs can cancel, why, and by which input."""
-    from codegen.base.progress import progress
-
     with progress() as tell:
         from codegen.app.cancel import cancel
 
@@ -288,8 +281,6 @@ def simulate(
     as_json: AsJson = False,
 ) -> None:
     """Write a log from the plant of the spec, with its declared effects."""
-    from codegen.base.progress import progress
-
     with progress() as tell:
         from codegen.app.simulate import simulate
 
@@ -354,8 +345,6 @@ def diagnose(
     as_json: AsJson = False,
 ) -> None:
     """Find the effect that the model lacks; write diagnosis.json, spec.yaml (augmented) and report.html."""
-    from codegen.base.progress import progress
-
     with progress(lines=True) as tell:
         gc.disable()
         from codegen.app.diagnose import diagnose, findings_text
@@ -438,8 +427,6 @@ def demo(
     out: Annotated[Path, written("DIR", "its folder")] = Path("demo"),
 ) -> None:
     """Diagnose a belt-driven axis with an effect that its spec lacks; certify and generate, before and after."""
-    from codegen.base.progress import progress
-
     with progress() as tell:
         from codegen.app.demo import run_demo
 

@@ -73,25 +73,20 @@ def refuse_unlisted(
         raise BadInput(str(folder), found, expected, code="FILE004")
 
 
-def edited_files(folder: Path, files: Texts, listed: Mapping[str, object]) -> list[str]:
-    """The files that have neither their new text nor the one as stiction wrote it.
+def refuse_edited_files(
+    folder: Path, files: Texts, listed: Mapping[str, object], by: str, ways: str, others: Sequence[str] = ()
+) -> None:
+    """Raise BadInput for files that have neither their new text nor the one as stiction wrote it.
 
     Args:
-        files: as of ``refuse_unlisted``.
+        files, by: as of ``refuse_unlisted``.
         listed: file → SHA-256 of its text as written; without one, a file does not count as edited.
-    """
-    other = [file for file, text in files.items() if listed.get(file) and differs(folder / file, text)]
-    return [file for file in other if sha256(text_of(folder / file) or "") != listed[file]]
-
-
-def refuse_edited_files(folder: Path, edited: Sequence[str], by: str, ways: str) -> None:
-    """Raise BadInput if there are edited files.
-
-    Args:
-        by: name of the list.
         ways: what the user can do.
+        others: further files that were edited.
     """
-    if edited:
+    differing = [file for file, text in files.items() if listed.get(file) and differs(folder / file, text)]
+    edited = [file for file in differing if sha256(text_of(folder / file) or "") != listed[file]]
+    if edited := [*edited, *others]:
         found = f"{', '.join(edited)}, edited after stiction wrote it ({by} has another SHA-256)"
         raise BadInput(str(folder), found, f"{ways} (nothing was replaced)", code="FILE008")
 

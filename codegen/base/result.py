@@ -70,8 +70,13 @@ class Result(Shown):
 
 
 def named(source: object, names: str) -> dict[str, Any]:
-    """Some attributes of an object as a dict for JSON; ``names`` are those of the attributes, separated by blanks."""
-    return {name: getattr(source, name) for name in names.split()}
+    """Some attributes of an object as a dict for JSON.
+
+    Args:
+        names: of the attributes, separated by blanks; ``key=name`` for another key than the attribute's name.
+    """
+    pairs = (word.rpartition("=") for word in names.split())
+    return {key or name: getattr(source, name) for key, _, name in pairs}
 
 
 def json_text(content: object) -> str:
