@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from codegen.app.augmented_code import augmented_code, refuse_code
 from codegen.app.derived import Derived, Source, derived_from
 from codegen.app.diagnosis_folder import (
     DIAGNOSIS_FILES,
@@ -28,16 +30,13 @@ from codegen.base.progress import begin
 from codegen.base.result import Result, json_text
 from codegen.base.text import render
 from codegen.diagnosis.case import Findings
-from codegen.diagnosis.diagnose import diagnose_log
-from codegen.diagnosis.results import MATERIAL, CertificateChange, Diagnosis, FoundEffect, Verdict
+from codegen.diagnosis.diagnose import Models, diagnose_log
+from codegen.diagnosis.results import MATERIAL, Diagnosis, FoundEffect, Verdict
 from codegen.logs import Allowance, read_logs
-from codegen.spec import parse_spec
-from codegen.spec.free_gains import free_gains_in_words
 from codegen.spec.quantity import read_part
 from codegen.spec.urdf import LARGEST as LARGEST_URDF
 
 if TYPE_CHECKING:
-    from codegen.certify.outcome import Certificate, Refusal
     from codegen.spec import Spec
 
 Progress = Callable[[str, float], None]
@@ -120,30 +119,17 @@ def diagnose(
     """
     matters = MATERIAL if material is None else read_part(str(material), Place("--material"))
     logs, tests = _files(log), _files(test)
-    for file in tests:
-        if identity(file) in {identity(other) for other in logs}:
-            expected = "another log, or none: the end of LOG is then held out"
-            raise BadInput(str(file), "the training log itself as --test", expected, code="LOG014")
+    _refuse_training_log(logs, tests)
     folder = Path(out) if out is not None else Path(f"{Path(logs[0]).stem}_diagnosis")
-    read = {"the spec itself": Path(source)} | {f"the log {file}": Path(file) for file in (*logs, *tests)}
-    for name in DIAGNOSIS_FILES:
-        refuse_target(folder / name, read)
+    _refuse_input_files(folder, source, (*logs, *tests))
     machine = derived_from(source)
-    spec = machine.spec
-    robot = _robot_files(spec)
-    refuse_not_ours(folder, robot)
-    if spec.observer is not None:
-        _refuse_code(machine, folder, force)
+    results = _ResultFolder(machine, folder, force)
+    results.refuse_foreign_files()
     begin("reading the logs")
-    allowance = Allowance()
-    train = read_logs(logs, spec, description=description, columns=columns, allowance=allowance)
-    sha256 = log_sha256(logs)
-    if not force:
-        refuse_another_log(folder, sha256)
-        refuse_edited_file(folder)
-    held_out = None
-    if tests:
-        held_out = read_logs(tests, spec, description=description, columns=columns, allowance=allowance)
+    read = partial(read_logs, spec=machine.spec, description=description, columns=columns, allowance=Allowance())
+    train, sha256 = read(logs), log_sha256(logs)
+    results.refuse_earlier_results(sha256)
+    held_out = read(tests) if tests else None
 
     def tell_and_load(found: Findings) -> None:
         """Report the findings, and load the report's libraries while the compiler works on the first models."""
@@ -152,58 +138,81 @@ def diagnose(
 
         load_libraries()
 
-    diagnosis, models = diagnose_log(spec, machine.system, train, held_out, progress, propose, matters, tell_and_load)
+    found = diagnose_log(machine.spec, machine.system, train, held_out, progress, propose, matters, tell_and_load)
     begin("report")
-    from codegen.report.page import render_report
-
-    files: dict[str, str] = {**robot, "spec.yaml": models.spec_text}
-    stale: list[Path] = []
-    if free := free_gains_in_words(spec):
-        diagnosis = replace(diagnosis, certificate=CertificateChange(*2 * (f"no code was generated: {free}",)))
-    elif spec.observer is not None:
-        if progress is not None:
-            progress("certificates and code", 0.96)
-        change, code, stale = _code(machine, models.spec_text, folder)
-        diagnosis = replace(diagnosis, certificate=change)
-        files |= code
-    if models.excitation is not None:
-        files[EXCITATION] = models.excitation
-    report = render_report(spec, diagnosis, models, {name: name for name in (*files, RESULT)})
-    hashes = hashes_of({**files, "report.html": report})
-    files[RESULT] = json_text({**diagnosis.as_json(), "log_sha256": sha256, FILES_SHA256: hashes})
-    files["report.html"] = report
-    stale += stale_excitation(folder, files)
-    write_all(folder, files, (RESULT, "manifest.json"))
-    for old in stale:
-        remove(old)
+    diagnosis, files = results.write(*found, sha256, progress)
     notes = {"train": train.notes} | ({} if held_out is None else {"test": held_out.notes})
-    return Diagnosed(diagnosis, folder, tuple(files), notes, tuple(sha256))
+    return Diagnosed(diagnosis, folder, files, notes, tuple(sha256))
 
 
-def _refuse_code(machine: Derived, folder: Path, force: bool) -> None:
-    """Raise BadInput for an observer without code, or, without ``force``, for code in the folder that was edited."""
-    # imported here: a third of a second, which a spec without observer does not need
-    from codegen.app.check import refuse_ungenerable
-    from codegen.app.generate import listed_files, refuse_edited
-
-    refuse_ungenerable(machine.nominal)
-    target = folder / "generated" / machine.spec.name
-    if not force:
-        refuse_edited(target, dict.fromkeys(listed_files(target)), "--force, which discards the edits")
+def _refuse_training_log(logs: Sequence[str | Path], tests: Sequence[str | Path]) -> None:
+    """Raise BadInput for a held-out log that is one of the training logs."""
+    training = {identity(log) for log in logs}
+    for file in tests:
+        if identity(file) in training:
+            expected = "another log, or none: the end of LOG is then held out"
+            raise BadInput(str(file), "the training log itself as --test", expected, code="LOG014")
 
 
-def _code(machine: Derived, augmented: str, folder: Path) -> tuple[CertificateChange, dict[str, str], list[Path]]:
-    """The change of the certificate by an augmented spec, its code (path in the folder → text), and stale proofs."""
-    from codegen.app.generate import refuse_hand_written, stale_proofs
+def _refuse_input_files(folder: Path, source: Source, logs: Sequence[str | Path]) -> None:
+    """Raise BadInput if a file of the diagnosis would replace the spec or a log that is read."""
+    read = {"the spec itself": Path(source)} | {f"the log {file}": Path(file) for file in logs}
+    for name in DIAGNOSIS_FILES:
+        refuse_target(folder / name, read)
 
-    made = Derived(parse_spec(augmented, machine.spec.path.parent / "spec.yaml"))
-    after = _outcome(made)
-    before = after if made.spec.sha256 == machine.spec.sha256 else _outcome(machine)
-    generated = {} if isinstance(after, str) else made.files
-    place = f"generated/{made.spec.name}"
-    refuse_hand_written(folder / place, generated)
-    stale = stale_proofs(folder / place, generated) if generated else []
-    return certificate_change(before, after), {f"{place}/{name}": text for name, text in generated.items()}, stale
+
+@dataclass(frozen=True)
+class _ResultFolder:
+    """The folder into which the results are written.
+
+    Attributes:
+        machine: of the given spec.
+        force: whether the diagnosis of another log, and files that were edited, are replaced.
+    """
+
+    machine: Derived
+    folder: Path
+    force: bool
+
+    @cached_property
+    def robot(self) -> dict[str, str]:
+        """Name → text of the spec's robot file."""
+        return _robot_files(self.machine.spec)
+
+    def refuse_foreign_files(self) -> None:
+        """Raise BadInput for files that stiction did not write, edited code, and an observer without code."""
+        refuse_not_ours(self.folder, self.robot)
+        refuse_code(self.machine, self.folder, self.force)
+
+    def refuse_earlier_results(self, sha256: Sequence[str]) -> None:
+        """Raise BadInput, without ``force``, for the diagnosis of other logs, and for an edited file."""
+        if not self.force:
+            refuse_another_log(self.folder, sha256)
+            refuse_edited_file(self.folder)
+
+    def write(
+        self, diagnosis: Diagnosis, models: Models, sha256: Sequence[str], progress: Progress | None
+    ) -> tuple[Diagnosis, tuple[str, ...]]:
+        """Write all results: the diagnosis with the change of the certificate, and the names of the files."""
+        spec, folder = self.machine.spec, self.folder
+        code = augmented_code(
+            self.machine, models.spec_text, folder, lambda: progress and progress("certificates and code", 0.96)
+        )
+        diagnosis = replace(diagnosis, certificate=code.change)
+        files: dict[str, str] = {**self.robot, "spec.yaml": models.spec_text, **code.files}
+        if models.excitation is not None:
+            files[EXCITATION] = models.excitation
+        from codegen.report.page import render_report
+
+        report = render_report(spec, diagnosis, models, {name: name for name in (*files, RESULT)})
+        hashes = hashes_of({**files, "report.html": report})
+        files[RESULT] = json_text({**diagnosis.as_json(), "log_sha256": sha256, FILES_SHA256: hashes})
+        files["report.html"] = report
+        stale = (*code.stale, *stale_excitation(folder, files))
+        write_all(folder, files, (RESULT, "manifest.json"))
+        for old in stale:
+            remove(old)
+        return diagnosis, tuple(files)
 
 
 def _robot_files(spec: Spec) -> dict[str, str]:
@@ -223,33 +232,3 @@ def _files(given: str | Path | Sequence[str | Path] | None) -> Sequence[str | Pa
     if given is None:
         return ()
     return (given,) if isinstance(given, (str, Path)) else tuple(given)
-
-
-def _outcome(machine: Derived) -> Certificate | Refusal | str:
-    """The certificate or its refusal; or why there is no code, which leaves the diagnosis valid."""
-    try:
-        return machine.outcome
-    except BadInput as error:
-        return f"no code was generated: {error.found}; expected {error.expected}"
-
-
-def _rate(outcome: Certificate | Refusal | str) -> float | str:
-    from codegen.certify.outcome import Certificate
-
-    if isinstance(outcome, str):
-        return outcome
-    return outcome.decay_rate if isinstance(outcome, Certificate) else outcome.reason
-
-
-def certificate_change(before: Certificate | Refusal | str, after: Certificate | Refusal | str) -> CertificateChange:
-    """The certified rates before and after, or why there is no code; and the proofs that no longer exist."""
-    lost = [(name, why) for name, why in _missing(after).items() if name not in _missing(before)]
-    return CertificateChange(_rate(before), _rate(after), () if isinstance(after, str) else tuple(lost))
-
-
-def _missing(outcome: Certificate | Refusal | str) -> Mapping[str, str]:
-    """File of a proof of the C, or of its error bounds, that does not exist → why."""
-    from codegen.certify.outcome import Certificate
-    from codegen.checker.verify import PROOF, SETS
-
-    return outcome.not_made if isinstance(outcome, Certificate) else dict.fromkeys((PROOF, SETS), "no certificate")
