@@ -10,7 +10,6 @@ from __future__ import annotations
 import random
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from itertools import product
 from typing import Any
 
 import sympy
@@ -18,7 +17,7 @@ import sympy
 from codegen.analysis.analysis import Analysis
 from codegen.analysis.error_dynamics import ErrorDynamics, derive_step
 from codegen.analysis.polynomials import expand_products
-from codegen.certify.family import Family, build_family, signed_slips
+from codegen.certify.family import Family, build_family, range_of, signed_slips
 from codegen.mechanics.sparse import scaled
 from codegen.mechanics.system import Matrix
 from codegen.spec.functions import Magnitude, Sgn
@@ -207,13 +206,6 @@ def _kinks(expressions: Iterable[Any]) -> tuple[Any, ...]:
     """The arguments of |·| and sgn that are linear, other than a single symbol such as a slip."""
     found = {atom.args[0] for e in expressions for atom in e.atoms(Magnitude, Sgn) if not atom.args[0].is_Symbol}
     return tuple(sorted((x for x in found if sympy.Poly(x, *x.free_symbols).is_linear), key=str))
-
-
-def range_of(x: Any, box: Box) -> tuple[Any, Any]:
-    """(min, max) of a linear expression over a box, attained at vertices."""
-    inside = sorted(x.free_symbols, key=str)
-    ends = [x.xreplace(dict(zip(inside, corner, strict=True))) for corner in product(*(box[v] for v in inside))]
-    return min(ends), max(ends)
 
 
 def _without_kinks(expression: Any, box: Box, parts: dict[Any, sympy.Symbol]) -> Any:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from itertools import product
 from typing import Any
 
 import sympy
@@ -78,7 +79,7 @@ def build_family(dynamics: ErrorDynamics, ranges: Mapping[sympy.Symbol, tuple[An
     matrix = matrix.applyfunc(expand_products)
     ranges = {**ranges, **slips}
     sign_of = {u: s for u, s in zip(observer.system.slip_velocity, observer.signs, strict=True) if u.is_Symbol}
-    sign_of |= dict(zip(slips, _signs_of(slips, dynamics), strict=True))
+    sign_of |= {c.slip: s for c, s in zip(observer.system.contacts, observer.signs, strict=True) if c.slip in slips}
     sign_of |= {n: sign_of[v] for n, v in dynamics.next_velocity.items() if v in sign_of}
     matrix = matrix.applyfunc(lambda e: signed_slips(e, sign_of))
     inverse, varying = _inverse_mass(dynamics, numbers)
@@ -167,9 +168,9 @@ def _with_products(entry: Any, rename: Mapping[Any, sympy.Symbol]) -> Any:
     """The expanded entry; in each term that contains a product of ``rename``, such as s u, what replaces it."""
     total = sympy.Integer(0)
     for term in sympy.Add.make_args(expand_products(entry)):
-        for product, name in rename.items():
-            if set(sympy.Mul.make_args(product)) <= set(sympy.Mul.make_args(term)):
-                term = term / product * name
+        for factors, name in rename.items():
+            if set(sympy.Mul.make_args(factors)) <= set(sympy.Mul.make_args(term)):
+                term = term / factors * name
         total += term
     return total
 
@@ -230,28 +231,22 @@ def _in_slips(
     system = dynamics.observer.system
     bounds: dict[sympy.Symbol, tuple[Any, Any]] = {}
     for contact, slip in zip(system.contacts, system.slip_velocity, strict=True):
-        velocities = sorted(slip.free_symbols & set(system.velocities), key=str)
+        velocities = sorted(slip.free_symbols, key=str)
+        known = all(v in system.velocities and v in ranges and matrix.has(v) for v in velocities)
         pivot = next((v for v in velocities if abs(slip.coeff(v)) == 1), None)
-        if (
-            len(velocities) < 2
-            or pivot is None
-            or not slip.free_symbols <= set(velocities)
-            or not matrix.has(*velocities)
-        ):
-            continue
-        if not all(v in ranges and matrix.has(v) for v in velocities):
+        if len(velocities) < 2 or pivot is None or not known:
             continue
         rest = sympy.expand(slip - slip.coeff(pivot) * pivot)
         matrix = Matrix(matrix.subs(pivot, (contact.slip - rest) / slip.coeff(pivot)))
-        ends = [sorted((slip.coeff(v) * ranges[v][0], slip.coeff(v) * ranges[v][1])) for v in velocities]
-        bounds[contact.slip] = (sum(low for low, _ in ends), sum(high for _, high in ends))
+        bounds[contact.slip] = range_of(slip, ranges)
     return matrix, bounds
 
 
-def _signs_of(slips: Mapping[sympy.Symbol, Any], dynamics: ErrorDynamics) -> list[sympy.Symbol]:
-    """The sign symbol of each of these slips."""
-    names = [c.slip for c in dynamics.observer.system.contacts]
-    return [dynamics.observer.signs[names.index(u)] for u in slips]
+def range_of(x: Any, box: Mapping[sympy.Symbol, tuple[Any, Any]]) -> tuple[Any, Any]:
+    """(min, max) of a linear expression over a box, attained at vertices."""
+    inside = sorted(x.free_symbols, key=str)
+    ends = [x.xreplace(dict(zip(inside, corner, strict=True))) for corner in product(*(box[v] for v in inside))]
+    return min(ends), max(ends)
 
 
 def signed_slips(entry: Any, sign_of: Mapping[sympy.Symbol, sympy.Symbol]) -> Any:

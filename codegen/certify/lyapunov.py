@@ -104,8 +104,7 @@ def common_lyapunov(
         found = p, 0.9999 * least_rate(p, stack, h)
     if found is None:
         return None
-    p = found[0] / scale[None, :] / scale[:, None]
-    return (p + p.T) / 2, found[1]
+    return _unscaled(scale, found[0]), found[1]
 
 
 def common_lyapunov_at(groups: Sequence[Group], h: float) -> Array | None:
@@ -119,10 +118,7 @@ def common_lyapunov_at(groups: Sequence[Group], h: float) -> Array | None:
     scaled = [(_scaled(scale, matrices), rate) for matrices, rate in groups]
     matrices, rate = scaled[0]
     p = _positive_solution(matrices[0], h, rate) if len(groups) == len(matrices) == 1 else _feasible(scaled, h)
-    if p is None:
-        return None
-    p = p / scale[None, :] / scale[:, None]
-    return np.asarray((p + p.T) / 2)
+    return None if p is None else _unscaled(scale, p)
 
 
 def analytic_centre_at(groups: Sequence[Group], h: float, p: Array | None) -> Array | None:
@@ -143,7 +139,7 @@ def analytic_centre_at(groups: Sequence[Group], h: float, p: Array | None) -> Ar
     middle = analytic_centre(scaled, h, p * scale[None, :] * scale[:, None])
     if middle is None:
         return p
-    middle = middle / scale[None, :] / scale[:, None]
+    middle = _unscaled(scale, middle)
     holds = all(least_rate(middle, matrices, h) >= rate for matrices, rate in groups)
     return middle if holds else p
 
@@ -245,6 +241,12 @@ def _scaled(scale: Array, matrices: Matrices) -> Array:
     return np.asarray(np.array(matrices) * scale[None, None, :] / scale[None, :, None])
 
 
+def _unscaled(scale: Array, p: Array) -> Array:
+    """P for the errors e, from a P for the errors e_i/d_i; the scales d are powers of two."""
+    p = p / scale[None, :] / scale[:, None]
+    return np.asarray((p + p.T) / 2)
+
+
 def _near_limit(a: Array, h: float, limit: float) -> tuple[Array, float] | None:
     """(P, α) of one matrix, α the largest of some shares of ``limit`` at which P is well conditioned; or None."""
     for share in (0.998, 0.99, 0.95, 0.8, 0.5, 0.1):
@@ -340,8 +342,7 @@ def short_recovery(
         return None
     if not after < before:
         return None
-    p = p / scale[None, :] / scale[:, None]
-    p = (p + p.T) / 2
+    p = _unscaled(scale, p)
     return p, least_rate(p, [matrix], h) * 0.9999
 
 

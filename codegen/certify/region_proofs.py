@@ -95,11 +95,12 @@ def find_regions(analysis: Analysis, stated: Frame) -> Regions | None:
         stated: (analysis, family) → the fields of a certificate that do not depend on the proof.
     """
     observer = analysis.dynamics.observer
-    if not observer.truth_ranges or analysis.spectral_abscissa > ZERO or along_friction(analysis) is None:
+    if not observer.truth_ranges or analysis.spectral_abscissa > ZERO:
         return None
     for wide in [about_declared(analysis, share) for share in SHARES] if observer.declared_levels else [analysis]:
         along = along_friction(wide)
-        assert along is not None
+        if along is None:
+            return None
         proofs = _Proofs(wide, along, stated)
         with suppress(NotEnclosable, TypeError, verify.Refused):
             proofs.add(RegionSearch(along).regions())
@@ -205,7 +206,7 @@ class _Proofs:
         corners = []
         for ends in product(*[sorted({*ends}) for ends in family.variables.values()]):
             point = dict(zip(family.variables, ends, strict=True))
-            a = np.array(family.at(point).tolist(), dtype=float)
+            a = np.array(family.at(point), dtype=float)
             corners.append(Slowest(decay_rate_limit([a], h), {v.name: x for v, x in point.items()}, a))
         content = refute(self.analysis, min(corners, key=lambda corner: corner.rate), self._base(family))
         if content is not None:

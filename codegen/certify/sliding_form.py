@@ -11,7 +11,7 @@ from typing import Any
 
 import sympy
 
-from codegen.certify.along_friction import range_of
+from codegen.certify.family import range_of
 from codegen.certify.kernel_form import NotCovered, Writer, error_fields, estimates_of, inverse, proof_json, witness
 from codegen.observers.equations import Observer
 from codegen.spec.functions import Magnitude, Sgn
@@ -45,7 +45,7 @@ def sliding_proofs(observer: Observer, places: Mapping[str, str], content: Mappi
     level = {e.contact: e.truth for e in observer.errors if e.of == "level"}
     (rates,) = (e for e in observer.equations if e.law and e.law[0].label.startswith("xi"))
     hats = {truth: hat for hat, truth in shown.items()}
-    slips = dict(zip((c.slip for c in system.contacts), system.slip_velocity, strict=True))
+    true = shown | dict(zip((c.slip for c in system.contacts), system.slip_velocity, strict=True))
     forces = system.force - observer.true_friction
     acceleration = inverse(system) * forces
     at: dict[str, Any] = {}
@@ -58,7 +58,7 @@ def sliding_proofs(observer: Observer, places: Mapping[str, str], content: Mappi
         f, u = state[k], system.slip_velocity[k]
         near = {contact.slip: ends[f"slip_{contact.name}_along"], hats[f]: ends[f"{f.name}_along"]}
         law, positive = _in_signs(rates.expression[k], s, near)
-        xi.append(law.xreplace(slips).xreplace(shown))
+        xi.append(law.xreplace(true))
         domain += positive
         at |= {f.name: s * f, f"slip_{contact.name}": s * u}
         at[f"slip_{contact.name}_dot"] = s * (system.distribution.T.row(k) * acceleration)[0]
@@ -83,7 +83,7 @@ def sliding_proofs(observer: Observer, places: Mapping[str, str], content: Mappi
         "domain": [write(x) for x in domain],
         **error_fields(observer, write, signs, content, words),
         "along": {write(x): "" if s is None else write(s) for x, s in along.items()},
-        "rest": [write(_second_order(e, observer, moves)) if e.of == "level" else "0" for e in observer.errors],
+        "rest": [write(_second_order(e, observer, moves, true)) if e.of == "level" else "0" for e in observer.errors],
         "box": {write(x): [str(end) for end in pair] for x, pair in box.items()},
         "cover": "",
         "reversals": [],
@@ -168,16 +168,19 @@ def _rounded_down(x: Any) -> Any:
     return sympy.floor(x / digit) * digit
 
 
-def _second_order(level: Any, observer: Observer, moves: Mapping[Any, Any]) -> Any:
-    """Change of a level's error in one step from exact estimates: the terms of second order in h of its update."""
-    shown = dict(zip(estimates_of(observer), (e.truth for e in observer.errors), strict=True))
-    slips = dict(zip((c.slip for c in observer.system.contacts), observer.system.slip_velocity, strict=True))
+def _second_order(level: Any, observer: Observer, moves: Mapping[Any, Any], true: Mapping[Any, Any]) -> Any:
+    """Change of a level's error in one step from exact estimates: the terms of second order in h of its update.
+
+    Args:
+        moves: velocity or friction state → its rate.
+        true: estimate or slip → its true value.
+    """
     (held,) = (
-        (value - z).xreplace(slips).xreplace(shown)
+        (value - z).xreplace(true)
         for equation in observer.equations
         if equation.state is not None
         for z, y, value in zip(equation.state, equation.symbols, equation.expression, strict=True)
-        if shown[y] == level.truth
+        if true[y] == level.truth
     )
     rates, h = {x: sympy.Dummy() for x in moves}, symbol("h")
     later = held.xreplace({x: x + h * rate for x, rate in rates.items()})

@@ -45,8 +45,8 @@ def slowest_while_sticking(observer: Observer, response: Response) -> Sticking |
     None if the observer does not estimate levels, or there is no such set in which another contact slides.
     """
     system, h = observer.system, float(observer.sample_time)
-    step, inverse = (np.array(m.tolist(), dtype=float) for m in (response.step, -response.by_force))
-    slips = np.array(observer.distribution.tolist(), dtype=float)
+    step, inverse = (np.array(m, dtype=float) for m in (response.step, -response.by_force))
+    slips = np.array(observer.distribution, dtype=float)
     n, count = slips.shape
     if not observer.level_errors or len(step) != n + count:
         return None

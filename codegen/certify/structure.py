@@ -220,7 +220,7 @@ def _structure(analysis: Analysis) -> tuple[Any, Array] | None:
     gain = a[n:, :n] / k
     if any(not e.is_Rational for e in gain) or gain != gain.T:
         return None
-    numbers = np.array(gain.tolist(), dtype=float)
+    numbers = np.array(gain, dtype=float)
     return (k, numbers) if np.linalg.eigvalsh(numbers)[0] > 0 else None
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
@@ -10,11 +10,11 @@ from typing import Any
 import sympy
 
 from codegen.certify.bound.error_response import Response
-from codegen.certify.bound.friction_bounds import sliding
+from codegen.certify.bound.friction_bounds import largest_in_envelope, sliding
 from codegen.certify.certificate_text import fraction, rational_above
 from codegen.friction.law import DynamicLaw
 from codegen.mechanics.system import System
-from codegen.observers.equations import Observer
+from codegen.observers.equations import ErrorVariable, Observer
 from codegen.spec.functions import Magnitude, Sgn
 from codegen.spec.model import Spec
 
@@ -72,33 +72,26 @@ def disturbances(spec: Spec, observer: Observer, response: Response, off: ModelE
     nonaffine = response.by_nonaffine.applyfunc(abs) * slope_rows
     by_position, by_input = nonaffine[:, :n], response.by_input.applyfunc(abs) + nonaffine[:, n:]
 
-    def largest(name: str) -> Fraction | None:
-        ends = spec.envelope.get(name)
-        return None if ends is None else max(abs(fraction(e)) for e in ends)
+    def largest(names: Iterable[str]) -> list[Fraction]:
+        """The largest magnitudes in the envelope, 0 for a variable without a range."""
+        return [fraction(largest_in_envelope(spec, name, sympy.S.Zero)) for name in names]
 
-    scale = 1 + off.time
-    acceleration = [largest(f"{v}_dot") or Fraction(0) for v in system.velocities]
-    by_clock = [scale * scale * a for a in acceleration]
-    velocity = [largest(v.name) for v in system.velocities]
-    if any((*response.by_position, *by_position)) and None in velocity:
+    unbounded = any(v.name not in spec.envelope for v in system.velocities)
+    if unbounded and any((*response.by_position, *by_position)):
         return "the force depends on position, and then the bound needs a range of every velocity in the envelope"
-    inputs = [largest(w.name) for w in system.inputs]
-    if off.gain and None in inputs:
+    if off.gain and any(w.name not in spec.envelope for w in system.inputs):
         return "the envelope has no range for every input"
-    if off.time and any(response.by_velocity) and None in velocity:
+    if unbounded and off.time and any(response.by_velocity):
         return "the force depends on velocity, and then the bound needs a range of every velocity in the envelope"
-    speeds = [s or Fraction(0) for s in velocity]
-    speeds_by_clock = [scale * s for s in speeds]
-    rates = _friction_rates(observer, [scale * a for a in acceleration])
-    if isinstance(rates, str):
-        return rates
-    contact_rates, coordinate_rates = rates
-    friction_rates = []
-    for error in observer.errors[n:]:
-        if error.contact is not None:
-            friction_rates.append(contact_rates[error.contact])
-        elif error.coordinate is not None:
-            friction_rates.append(coordinate_rates[error.coordinate])
+    scale = 1 + off.time
+    acceleration = largest(f"{v}_dot" for v in system.velocities)
+    speeds, inputs = largest(v.name for v in system.velocities), largest(w.name for w in system.inputs)
+    noise = largest(f"{x}_noise" for x in system.positions)
+    by_clock, speeds_by_clock = [scale * scale * a for a in acceleration], [scale * s for s in speeds]
+    contact_rates = _contact_rates(observer, [scale * a for a in acceleration])
+    if isinstance(contact_rates, str):
+        return contact_rates
+    coordinate_rates = [dot(observer.distribution.row(i), contact_rates) for i in range(n)]
     jerk = [
         dot(response.by_position.row(i), speeds_by_clock)
         + dot(by_position.row(i), speeds_by_clock)
@@ -106,12 +99,11 @@ def disturbances(spec: Spec, observer: Observer, response: Response, off: ModelE
         + dot(response.by_force.row(i), coordinate_rates)
         for i in range(n)
     ]
-    noise = [largest(f"{x}_noise") or Fraction(0) for x in system.positions]
     model = [
         (off.mass + scale * scale - 1) * a
         + dot(by_position.row(i), noise)
         + off.time * dot(response.by_velocity.row(i), speeds)
-        + off.gain * dot(by_input.row(i), [w or Fraction(0) for w in inputs])
+        + off.gain * dot(by_input.row(i), inputs)
         for i, a in enumerate(acceleration)
     ]
     return {
@@ -119,25 +111,27 @@ def disturbances(spec: Spec, observer: Observer, response: Response, off: ModelE
         "displacement": [h * h * a / 2 for a in by_clock],
         "velocity": [h * h * j / 2 + h * e for j, e in zip(jerk, model, strict=True)],
         "acceleration": [a + e for a, e in zip(by_clock, model, strict=True)],
-        "friction": [h * rate for rate in friction_rates],
+        "friction": [h * of_friction(observer, e, contact_rates) for e in observer.errors[n:]],
         "rounding": [Fraction(0)] * len(observer.errors),
     }
 
 
-def _friction_rates(
-    observer: Observer, acceleration: Sequence[Fraction]
-) -> tuple[list[Fraction], list[Fraction]] | str:
-    """Bounds |dF/du| |u'| on the rate of the friction of each contact, and of that on each coordinate.
-
-    Or, in words, the contact whose law has no bound on its slope.
-    """
-    distribution, contacts = observer.distribution, []
+def _contact_rates(observer: Observer, acceleration: Sequence[Fraction]) -> list[Fraction] | str:
+    """Bounds |dF/du| |u'| on the rate of each contact's friction; or, in words, the law whose slope has no bound."""
+    rates = []
     for c, contact in enumerate(observer.system.contacts):
         slides = sliding(observer, contact)
         if slides is None:
             return f"the law {contact.law.name} at {contact.name} can be arbitrarily steep over speed"
-        contacts.append(slides.slope * dot(distribution.col(c), acceleration))
-    return contacts, [dot(distribution.row(i), contacts) for i in range(len(acceleration))]
+        rates.append(slides.slope * dot(observer.distribution.col(c), acceleration))
+    return rates
+
+
+def of_friction(observer: Observer, error: ErrorVariable, by_contact: Sequence[Fraction]) -> Fraction:
+    """A bound for the friction of one error: that of its contact c, or Σ_c |U_ic| bound_c on its coordinate i."""
+    if error.contact is not None:
+        return by_contact[error.contact]
+    return dot(observer.distribution.row(error.coordinate), by_contact)
 
 
 def largest_slopes(spec: Spec, observer: Observer, part: Any, off: ModelError) -> list[Any] | str:
@@ -150,7 +144,7 @@ def largest_slopes(spec: Spec, observer: Observer, part: Any, off: ModelError) -
         return f"the force jumps where {next(iter(part.atoms(Sgn))).args[0]} changes its sign"
 
     def end(name: str) -> Any:
-        return max((abs(sympy.Rational(e)) for e in spec.envelope.get(name, ())), default=sympy.Integer(0))
+        return largest_in_envelope(spec, name, sympy.S.Zero)
 
     ranges = {x: end(x.name) + end(f"{x}_noise") for x in system.positions if x.name in spec.envelope}
     ranges |= {w: end(w.name) * (1 + sympy.Rational(off.gain)) for w in system.inputs if w.name in spec.envelope}

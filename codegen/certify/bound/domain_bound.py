@@ -52,7 +52,7 @@ def domain_bound(
     domain, h = observer.domain, float(observer.sample_time)
     assert domain is not None
     gear = float(observer.distribution[0])  # U: slip over velocity
-    scale, step = abs(gear), np.array(response.step.tolist(), dtype=float)
+    scale, step = abs(gear), np.array(response.step, dtype=float)
     phi, beta = step[0, 0], -gear * step[0, 1]
     if not (0 <= phi < 1 and beta > 0):
         return "through reversals no bound is known: h K_v is above 1; lower K_v or shorten the sample time"

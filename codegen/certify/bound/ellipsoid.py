@@ -153,7 +153,7 @@ def _claim(
     positions = [write(x) for x in observer.system.positions]
     friction = _any_friction(observer, proof, shown, sizes, bounds)
     of = _disturbances(observer, positions, proof, response, sizes, friction)
-    step = np.array(response.step.tolist(), dtype=float)
+    step = np.array(response.step, dtype=float)
     slips = observer.distribution
     rows = [[*column, *[0] * (len(step) - n)] for column in slips.T.tolist()]
     errors = sympy.eye(len(step))[n:, :].tolist()
@@ -231,7 +231,11 @@ def _reversals(
     own = {e[part]: kernel.term(1, e[part]) for e in proof["errors"] for part in ("truth", "estimate")}
     text = kernel.Text(shown["names"] | own, {})
     estimates, entries = [e["estimate"] for e in proof["errors"]], list[dict[str, Any]]()
-    before, changes = [upwards(x * (1 + NEAR), START_DIGITS) for x in most], _slip_changes(observer, acceleration)
+    before = [upwards(x * (1 + NEAR), START_DIGITS) for x in most]
+    h, slips = fraction(observer.sample_time), observer.distribution
+    contacts = enumerate(observer.system.contacts)
+    # Largest change of each slip in a sample, h Σ_i |U_ic| max |v_i'|.
+    changes = {f"sign.{contact.name}": h * dot(slips.col(c), acceleration) for c, contact in contacts}
     try:
         known = ellipsoid.dynamics(proof, claim, shown)
     except ValueError:
@@ -252,15 +256,6 @@ def _reversals(
             return []
         entries.append(entry | {"after": [rational_text(upwards(float(b) * (1 + NEAR), START_DIGITS)) for b in left]})
     return entries
-
-
-def _slip_changes(observer: Observer, acceleration: Sequence[Fraction]) -> dict[str, Fraction]:
-    """Sign symbol of a contact → largest change of its slip in a sample, h Σ_i |U_ic| max |v_i'|."""
-    slips, h = observer.distribution, fraction(observer.sample_time)
-    return {
-        f"sign.{contact.name}": h * dot(slips.col(c), acceleration)
-        for c, contact in enumerate(observer.system.contacts)
-    }
 
 
 def _numbers(texts_: Sequence[str]) -> list[Any]:

@@ -23,13 +23,13 @@ import numpy as np
 from codegen.analysis.analysis import Analysis
 from codegen.base.errors import BadInput
 from codegen.certify.bound.bounds import DomainBound, ErrorBound, SlipSpeed
-from codegen.certify.bound.disturbances import ModelError, Sizes, disturbances, dot, with_rounding
+from codegen.certify.bound.disturbances import ModelError, Sizes, disturbances, dot, of_friction, with_rounding
 from codegen.certify.bound.domain_bound import domain_bound
 from codegen.certify.bound.error_response import Response, error_response
 from codegen.certify.bound.friction_bounds import Sliding, largest_friction, sliding
 from codegen.certify.outcome import Certificate
 from codegen.certify.sticking import slowest_while_sticking
-from codegen.observers.equations import ErrorVariable, Observer
+from codegen.observers.equations import Observer
 from codegen.spec.model import Spec
 from codegen.spec.numerics import numerical
 
@@ -58,14 +58,17 @@ class Steady:
     """Bound on one error component in the long run, under bounded disturbances: an L1 norm of impulse responses.
 
     Attributes:
-        bound: Σ over all samples, the remainder included.
         worst: Σ over the samples that were summed, which independent disturbances attain.
         parts: cause → its part of ``bound``.
     """
 
-    bound: float
     worst: float
     parts: dict[str, float]
+
+    @property
+    def bound(self) -> float:
+        """Σ over all samples, the remainder included."""
+        return sum(self.parts.values())
 
 
 @dataclass(frozen=True)
@@ -99,13 +102,13 @@ def impulse_sums(response: Response, sizes: Sequence[Sizes], certificate: Certif
     The bound on the remainder after N samples is √((P⁻¹)_ii) √(x'Px)/(1 − γ) with x = Φ^N b.
     """
     p, gamma, rows, _ = lyapunov_tail(certificate)
-    step, n = _doubles(response.step), response.noise.cols
+    step, n = np.array(response.step, dtype=float), response.noise.cols
     unit = np.eye(len(step))
     blocks = {
-        "noise": _doubles(response.noise),
-        "displacement": _doubles(response.displacement),
-        "velocity": _doubles(response.velocity),
-        "acceleration": _doubles(response.acceleration),
+        **{
+            cause: np.array(getattr(response, cause), dtype=float)
+            for cause in ("noise", "displacement", "velocity", "acceleration")
+        },
         "friction": unit[:, n:],
         "rounding": unit,
     }
@@ -138,13 +141,8 @@ def steady_bounds(response: Response, sums: Sums, sizes: Sizes) -> list[Steady]:
             size = float(sizes[cause][k])
             worst += float(finite) * size
             parts[cause] = parts.get(cause, 0.0) + float(finite + remainder) * size
-        result.append(Steady(sum(parts.values()), worst, parts))
+        result.append(Steady(worst, parts))
     return result
-
-
-def _doubles(matrix: Any) -> Any:
-    """An exact matrix in double precision."""
-    return np.array(matrix.tolist(), dtype=float).reshape(matrix.rows, matrix.cols)
 
 
 def error_bounds(
@@ -182,8 +180,10 @@ def error_bounds(
     n, h = system.degrees_of_freedom, float(observer.sample_time)
     steady = [b.bound for b in bounds]
     other_bounds = {cause: steady_bounds(response, sums, size) for cause, size in other_sizes.items()}
-    friction = largest_friction(spec, observer)
-    slides = [sliding(observer, contact) for contact in system.contacts]
+    largest = [x for x in largest_friction(spec, observer) if x is not None]
+    # ``disturbances`` has a bound for each contact, so each has a slope.
+    slides = [s for s in (sliding(observer, contact) for contact in system.contacts) if s is not None]
+    levels = [s.level for s in slides]
     _, gamma, rows, columns = lyapunov_tail(certificate)
     reach = np.outer(rows, columns) * (1 + ROUNDING)
     domain: DomainBound | str | None = None
@@ -194,7 +194,8 @@ def error_bounds(
         tolerated = {cause: _tolerated(spec, observer, response, OFF[cause], inside) for cause in other_sizes}
     best_rate = certificate.best_rate or certificate.decay_rate
     counts = [math.ceil(share / best_rate / h) for share in SHARES]
-    jumps = {j: _jump(observer, error, slides) for j, error in list(enumerate(observer.errors))[n:]}
+    # The true friction jumps at a reversal by twice the level where sliding begins.
+    jumps = {j: 2 * float(of_friction(observer, e, levels)) for j, e in list(enumerate(observer.errors))[n:]}
     together = [j for j in jumps if observer.errors[j].contact is None]  # a contact may act on several coordinates
     speeds = _slip_speeds(observer, steady, slides)
     result = []
@@ -216,7 +217,7 @@ def error_bounds(
                 domain=domain,
                 percent={cause: b[i].bound - steady[i] for cause, b in other_bounds.items()},
                 largest_model_error=tolerated,
-                largest=_largest(observer, error, friction),
+                largest=float(of_friction(observer, error, largest)) if len(largest) == len(levels) else None,
                 level=jumps[i] / 2,
                 without_noise=tuple(x.name for x in system.positions if f"{x}_noise" not in spec.envelope),
             )
@@ -224,14 +225,12 @@ def error_bounds(
     return tuple(result)
 
 
-def _slip_speeds(
-    observer: Observer, steady: Sequence[float], slides: Sequence[Sliding | None]
-) -> tuple[SlipSpeed, ...]:
+def _slip_speeds(observer: Observer, steady: Sequence[float], slides: Sequence[Sliding]) -> tuple[SlipSpeed, ...]:
     """For each contact the slip speed above which the sign of its estimate is right; |u − û| ≤ Σ_i |U_ic| |v_i − v̂_i|.
 
     Args:
         steady: bound on each error component in the long run.
-        slides: of each contact; not None where there is a bound.
+        slides: of each contact.
     """
     slips = observer.distribution
     more = 0.0 if observer.domain is None else float(observer.domain.slip_speed)
@@ -241,7 +240,7 @@ def _slip_speeds(
             unit=f"{contact.slip_unit}/s",
             error=sum(abs(float(slips[r, c])) * steady[r] for r in range(slips.rows)),
             more=more,
-            sliding=0.0 if slide is None else float(slide.speed),
+            sliding=float(slide.speed),
         )
         for c, (contact, slide) in enumerate(zip(observer.system.contacts, slides, strict=True))
     )
@@ -359,7 +358,7 @@ def _decay_of_start(
         start: |error| of each component at the start.
         reach, fall: numbers with |(Φ^j)_il| ≤ reach_l fall^j (``lyapunov_tail``).
     """
-    step = np.array(response.step.tolist(), dtype=float)
+    step = np.array(response.step, dtype=float)
     row, found, last = np.linalg.matrix_power(step, counts[0])[i], [0.0 for _ in counts], counts[-1] + LONGEST
     for k in range(counts[0], last + 1):
         here, rest = float(np.abs(row) @ start), float(reach @ start) * fall ** (k + 1)
@@ -369,22 +368,3 @@ def _decay_of_start(
             break
         row = row @ step
     return found
-
-
-def _jump(observer: Observer, error: ErrorVariable, slides: Sequence[Sliding | None]) -> float:
-    """Jump of the true friction of a contact or on a coordinate at a reversal: twice the level where sliding begins."""
-    return 2 * _of_levels(observer, error, [float(s.level) if s is not None else 0.0 for s in slides])
-
-
-def _largest(observer: Observer, error: ErrorVariable, friction: Sequence[Fraction | None]) -> float | None:
-    """Bound on the |friction| that this error belongs to; None if a contact has none (``largest_friction``)."""
-    levels = [float(x) for x in friction if x is not None]
-    return _of_levels(observer, error, levels) if len(levels) == len(friction) else None
-
-
-def _of_levels(observer: Observer, error: ErrorVariable, levels: list[float]) -> float:
-    """The level of the contact c to which the error belongs, or Σ_c |U_ic| level_c for an error on coordinate i."""
-    if error.contact is not None:
-        return levels[error.contact]
-    slips = observer.distribution
-    return float(sum(abs(float(slips[error.coordinate, c])) * level for c, level in enumerate(levels)))

@@ -68,9 +68,10 @@ def _largest_friction(spec: Spec, observer: Observer, c: int) -> Any:
     law, values = contact.law, {k: observer.values[s] for k, s in contact.law_parameters.items()}
     rest = None if contact.level_at_rest is None else contact.level_at_rest.xreplace(observer.values)
     ranged = f"a_{contact.name}" in spec.envelope
-    largest_level = _largest_in_envelope(spec, f"a_{contact.name}")
+    largest_level = largest_in_envelope(spec, f"a_{contact.name}", sympy.oo)
     terms = zip(column, observer.system.velocities, strict=True)
-    fastest = sum((abs(u) * _largest_in_envelope(spec, v.name) for u, v in terms if u != 0), sympy.Integer(0))
+    speeds = (abs(u) * largest_in_envelope(spec, v.name, sympy.oo) for u, v in terms if u != 0)
+    fastest = sum(speeds, sympy.Integer(0))
     if ranged and not isinstance(law, DynamicLaw):
         return sympy.Max(largest_level, rest or 0)
     if (contact.extra_level != 0 and not ranged) or column.free_symbols:
@@ -83,9 +84,9 @@ def _largest_friction(spec: Spec, observer: Observer, c: int) -> Any:
     return sympy.oo
 
 
-def _largest_in_envelope(spec: Spec, name: str) -> Any:
-    """The largest magnitude in the envelope's range of a variable; oo without a range."""
-    return max((abs(sympy.Rational(e)) for e in spec.envelope.get(name, ())), default=sympy.oo)
+def largest_in_envelope(spec: Spec, name: str, without: Any) -> Any:
+    """The largest magnitude in the envelope's range of a variable; ``without`` if it has none."""
+    return max((abs(sympy.Rational(e)) for e in spec.envelope.get(name, ())), default=without)
 
 
 def _largest_force_of_state(law: DynamicLaw, values: Any, fastest: Any) -> Any:

@@ -119,8 +119,9 @@ def _largest_sliding(spec: Spec, analysis: Analysis, content: Mapping[str, Any])
     along = along_friction(levels_of(analysis, content))
     if along is None:
         return None
-    ends = {name: tuple(sympy.Rational(x) for x in pair) for name, pair in content["variables"].items()}
-    box: Box = {v: (ends[v.name][0], ends[v.name][1]) for axis in along.axes for v in axis.symbols if v.name in ends}
+    ranges, symbols = content["variables"], [v for axis in along.axes for v in axis.symbols]
+    ends = {v: [sympy.Rational(x) for x in ranges[v.name]] for v in symbols if v.name in ranges}
+    box: Box = {v: (low, high) for v, (low, high) in ends.items()}
 
     def cells(at: Analysis) -> tuple[Family, Cells]:
         family = along.at(at.dynamics.observer.sample_time).family(box)
