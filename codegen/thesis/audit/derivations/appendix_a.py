@@ -9,7 +9,7 @@ from typing import Any
 import sympy
 
 from codegen.spec.functions import Magnitude, Sgn
-from codegen.thesis.audit.derivation import Derivations, column, diagonal, full, moving, named, rate, real
+from codegen.thesis.audit.derivation import Derivations, column, diagonal, full, moving, rate, real
 
 N = 4
 
@@ -23,8 +23,7 @@ def contacts_of_masses() -> Derivations:
     for (i, j), a in level.items():
         force[i] += a * Sgn(v[i] - v[j])
         force[j] -= a * Sgn(v[i] - v[j])
-    names: dict[str, Any] = {s.name: s for s in (*v, *ground, *level.values())}
-    names |= {f"a{j + 1}{i + 1}": a for (i, j), a in level.items()} | {"v": v}
+    names: dict[str, Any] = {f"a{j + 1}{i + 1}": a for (i, j), a in level.items()} | {"v": v}
     derived = {"force": force, "action": level[0, 1] * Sgn(v[0] - v[1])}
     derived |= {f"force_{i + 1}": force[i] for i in range(N)}
 
@@ -42,7 +41,7 @@ def contacts_of_masses() -> Derivations:
         groups.append(group)
         derived |= {f"W_{i + 1}": block, f"slip_{i + 1}": slip, f"d_{i + 1}": group}
         derived[f"W_{i + 1}_T"] = slip.jacobian(v)
-        names |= {f"W_{i + 1}": block, f"d_{i + 1}": group, f"slip_{i + 1}": slip}
+        names |= {f"W_{i + 1}": block, f"d_{i + 1}": group}
     U_o = sympy.Matrix.hstack(*blocks)
     d_o = sympy.Matrix.vstack(*groups)
     contacts = [(i, 0) for i in range(N)] + [(i, j) for i in range(N) for j in range(i + 1, N)]
@@ -78,7 +77,7 @@ def rotated_coordinates() -> Derivations:
         "force_bar": (sympy.Matrix([power[0]]).jacobian(u_bar).T, "T_T*g"),
         "friction_bar": (sympy.Matrix([power[1]]).jacobian(u_bar).T, "T_T*F"),
     }
-    return Derivations({"T": T, "T_T": T.T, "M_bar": M_bar, "U_bar": U_bar, "g": g, "F": F, "v": v}, derived)
+    return Derivations({"T": T, "T_T": T.T, "M_bar": M_bar, "U_bar": U_bar, "g": g, "F": F}, derived)
 
 
 def directions() -> Derivations:
@@ -118,7 +117,7 @@ def extended_friction() -> Derivations:
         "plain_dynamic": (U * diagonal(a[:, 0]) * f, "U*A_1*f"),
         "slope": _by_chain_rule(slip, v, a),
     }
-    names = named((*a, *U, *v)) | {f"A_{k + 1}": A[k] for k in range(4)}
+    names: dict[str, Any] = {f"A_{k + 1}": A[k] for k in range(4)}
     names |= {"diag_abs_slip": abs_slip, "exp_slip": (-A[2] * abs_slip).exp(), "A_v": diagonal(level), "U": U, "f": f}
     names |= {f"u_{i + 1}": slip[i] for i in range(nu)} | {"slip": slip}
     names |= {"A_4_abs": A[3] * abs_slip, "A_3_abs": A[2] * abs_slip}
@@ -199,10 +198,10 @@ def _derivations(driven: tuple[Any, ...]) -> Derivations:
         "energy": (energy, "x_dot_T*M*x_dot/2"),
     }
     derived: dict[str, Any] = {name: value for name, (value, _) in pairs.items()} if any(driven) else {**pairs}
-    names: dict[str, Any] = {"q": q, "q_dot": q_dot, "q_ddot": q_ddot, "M": M, "U_x": U_x, "U_x_T": U_x.T, "A": A}
+    names: dict[str, Any] = {"q_dot": q_dot, "q_ddot": q_ddot, "M": M, "U_x": U_x, "U_x_T": U_x.T, "A": A}
     names |= {"T_q": T_q, "T_q_T": T_q.T, "T_q_dot": T_q_dot, "T_q_dot_T": T_q_dot.T, "g_x": g_x, "x_dot": x_dot}
-    names |= {"x_dot_T": x_dot.T, "q_dot_T": q_dot.T, "Phi_x": Phi_x, "M_q": M_q, "U_q": U_q, "U_q_T": U_q.T}
-    names |= {"x_t": x.diff(t), "slip": slip}
+    names |= {"x_dot_T": x_dot.T, "q_dot_T": q_dot.T, "Phi_x": Phi_x, "U_q": U_q, "U_q_T": U_q.T}
+    names["x_t"] = x.diff(t)
     if any(driven):
         derived["x_dot"] = x_dot, "T_q*q_dot + x_t"
     derived["motion"] = inertia

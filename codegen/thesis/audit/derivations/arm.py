@@ -5,7 +5,7 @@ from __future__ import annotations
 import sympy
 
 from codegen.spec.functions import Magnitude, Sgn
-from codegen.thesis.audit.derivation import Derivations, column, full, moving, named, rate, real
+from codegen.thesis.audit.derivation import Derivations, column, full, moving, rate, real
 
 
 def two_link_arm() -> Derivations:
@@ -47,8 +47,7 @@ def two_link_arm() -> Derivations:
         "velocity": (z_omega + K_omega * theta, "z_omega + K_omega*theta"),
         "velocity_rate": (model - rate(K_omega * theta, observed), "M_inv*(w - F_c - F_g - F_hat) - K_omega*omega_hat"),
     }
-    scalars = (m_1, m_2, l_1, b_1, b_2, I_1, I_2, gravity, *theta, *omega, *omega_dot, *a)
-    names = named(scalars) | {"theta": theta, "omega_hat": omega_hat, "z_F": z_F, "z_omega": z_omega}
+    names = {"theta": theta, "omega_hat": omega_hat, "z_F": z_F, "z_omega": z_omega}
     names |= {"F_c": F_c, "F_g": F_g, "w": w, "u": u, "F_hat": F_hat, "M_inv": M_inv, "K_F": K_F, "K_omega": K_omega}
     names |= {"S_hat": S_hat, "a_hat": a_hat, "M": M, "omega_dot": omega_dot}
     names |= {"coriolis": coriolis, "gravity_force": gravity_force}

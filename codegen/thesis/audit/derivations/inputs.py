@@ -20,9 +20,7 @@ def cancellation() -> Derivations:
     square, U = full("B", 2, 2), full("U", 2, 2)
     derived["square"] = (_cleared(square.LUsolve(U * F)), "B_inv*U*F_bar")
     names |= {"B": square, "B_inv": square.inv(), "U": U, "F_bar": F}
-    u_bar = column("u_bar", 2)
     derived["cancelled"] = U * F  # B ū, so that M v̇ = g + B u
-    names["u_bar"] = u_bar
 
     tall, K_upper = full("Bt", 3, 2), full("K", 2, 3)
     K_lower = tall[:, 0].cross(tall[:, 1]).T  # K_lower B = 0
@@ -47,7 +45,6 @@ def cancellation() -> Derivations:
     normal = wide.T * wide
     names |= {"B_wide_T": wide.T, "F": force, "BB_T_inv": (wide * wide.T).inv()}
     names["B_TB_inv"] = normal.adjugate() * (1 / sympy.expand(normal.det(method="berkowitz")))
-    names["det_B_TB"] = sympy.expand(normal.det(method="berkowitz"))
     derived["wide"] = (solution[:3, :], "B_wide_T*BB_T_inv*F")
 
     right = full("R", 2, 2)
@@ -64,7 +61,7 @@ def _one_input() -> dict[str, Any]:
     """(5.12) for one input on two coordinates: the squares of the remaining and of the whole friction force."""
     B, k, force = (sympy.Matrix(real(*names)) for names in (("B_1", "B_2"), ("k_1", "k_2"), ("f_1", "f_2")))
     left = B * k.dot(force) / k.dot(B) - force
-    return named((*k, *force)) | {"left": left.dot(left), "friction": force.dot(force)}
+    return {"left": left.dot(left), "friction": force.dot(force)}
 
 
 def _appendix_b(A: Any, B: Any, chosen: tuple[int, ...]) -> Any:
@@ -95,4 +92,4 @@ def two_mass_cancellation() -> Derivations:
         "reduced": sympy.Matrix.hstack(B_bar, U_bar, F_n),
         "totals": U * F,
     }
-    return Derivations(named(F) | dict(machine.names), derived | dict(machine.derived))
+    return Derivations({}, derived | dict(machine.derived))

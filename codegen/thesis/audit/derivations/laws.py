@@ -7,7 +7,7 @@ from typing import Any
 import sympy
 
 from codegen.spec.functions import Magnitude, Sgn
-from codegen.thesis.audit.derivation import Derivations, named, real, tidy
+from codegen.thesis.audit.derivation import Derivations, real, tidy
 
 
 def friction_laws() -> Derivations:
@@ -18,12 +18,11 @@ def friction_laws() -> Derivations:
     """
     v, f, c, a, i, n = real("v", "f", "c", "a", "i", "n")
     F_k, F_s, v_c, alpha, phi_inv_f, phi_inv_v = real("F_k", "F_s", "v_c", "alpha", "phi_inv_f", "phi_inv_v")
-    a_1, a_2, a_3, a_4, w, g_1, g_2 = real("a_1", "a_2", "a_3", "a_4", "w", "g_1", "g_2")
+    a_1, a_2, a_3, a_4, g_1, g_2 = real("a_1", "a_2", "a_3", "a_4", "g_1", "g_2")
     level = a_1 + a_2 * sympy.exp(-a_3 * Magnitude(v)) + a_4 * Magnitude(v)
     dahl = c * v * Magnitude(1 - f * Sgn(v)) ** i * Sgn(1 - f * Sgn(v))
-    names = named((v, f, c, a, i, n, F_k, F_s, v_c, alpha, phi_inv_f, phi_inv_v))
-    names |= named((a_1, a_2, a_3, a_4, w, g_1, g_2)) | {"a_v": level.diff(v), "phi_v": Sgn(v)}
-    names |= {"dahl_slope": sympy.powsimp(tidy(dahl.diff(f)))}
+    names = {"phi_inv_v": phi_inv_v, "a_v": level.diff(v), "phi_v": Sgn(v)}
+    names["dahl_slope"] = sympy.powsimp(tidy(dahl.diff(f)))
 
     def odd(expression: Any) -> Any:
         """The odd extension of a law that is given for v > 0."""
@@ -56,5 +55,5 @@ def piecewise_inverse() -> Derivations:
     below = -above.subs(f, -f)
     pieces = sympy.Matrix([above, middle, below])
     slopes = pieces.diff(f)
-    names = named((f, c, D_1, D_2)) | {f"slope_{k + 1}": slopes[k] for k in range(3)}
+    names = {"c": c} | {f"slope_{k + 1}": slopes[k] for k in range(3)}
     return Derivations(names, {"pieces": pieces, "slopes": slopes}, positive=frozenset({c, D_1, D_2}))

@@ -16,22 +16,21 @@ from typing import Any
 import sympy
 
 from codegen.spec.functions import Magnitude, Sgn
-from codegen.thesis.audit.derivation import Derivations, jacobian_at_zero, named, rate, real, tidy
+from codegen.thesis.audit.derivation import Derivations, jacobian_at_zero, rate, real, tidy
 from codegen.thesis.audit.derivations.shipped import one_mass_jacobian
 
 
 def one_equations() -> Derivations:
     """Equations of chapters 2, 3 and 6. ``w`` is the input; u = w − F̂ by (2.11) and (6.7)."""
     v, v_hat, x, w, F_hat = real("v", "v_hat", "x", "w", "F_hat")
-    names, derived = _equations(x, v, v_hat, w, F_hat)
-    return Derivations(names | {"u": w - F_hat}, derived, positive=frozenset({names["mu"]}))
+    return Derivations({"u": w - F_hat}, _equations(x, v, v_hat, w, F_hat), positive=frozenset({mu}))
 
 
 def compensated() -> Derivations:
     """(2.11), (6.7), (8.14): the input w for which v̇ = u if the friction estimate is right."""
-    u, w, F_hat, x, x_r, v, g_1, g_2 = real("u", "w", "F_hat", "x", "x_r", "v", "g_1", "g_2")
+    u, w, F_hat = real("u", "w", "F_hat")
     plant = w - F_hat  # v̇ at F = F̂
-    return Derivations(named((u, F_hat, x, x_r, v, g_1, g_2)), {"input": sympy.solve(plant - u, w)[0]})
+    return Derivations({}, {"input": sympy.solve(plant - u, w)[0]})
 
 
 def rig_equations() -> Derivations:
@@ -41,46 +40,37 @@ def rig_equations() -> Derivations:
     not k_v. Each equation is derived with the names of the other chapters and renamed.
     """
     omega, omega_hat, theta, w, F_hat = real("omega", "omega_hat", "theta", "w", "F_hat")
-    names, derived = _equations(theta, omega, omega_hat, w, F_hat)
-    a_hat, f_hat, c, i, phi_inv = real("a_hat", "f_hat", "c", "i", "phi_inv_f_hat")
-    names |= named((c, i, phi_inv))
+    derived = _equations(theta, omega, omega_hat, w, F_hat)
+    a_hat, c, i, phi_inv, k_omega = real("a_hat", "c", "i", "phi_inv_f_hat", "k_omega")
     dahl = c * omega_hat * Magnitude(1 - f_hat * Sgn(omega_hat)) ** i * Sgn(1 - f_hat * Sgn(omega_hat))
     for model, xi in (("reset", c * (omega_hat - phi_inv)), ("dahl", dahl)):
         for key in ("a_rate", "f_rate"):
-            derived[f"{model}_{key}"] = derived[f"estimated_{key}"].subs({names["xi_1_hat"]: xi, F_hat: a_hat * f_hat})
-    names["u"] = w - a_hat * f_hat
-    dahl_gains = dict(zip(("k_a", "k_f1", "k_f2"), real("k_d", "k_d1", "k_d2"), strict=True))
-    (k_omega,) = real("k_omega")
+            derived[f"{model}_{key}"] = derived[f"estimated_{key}"].subs({xi_1_hat: xi, F_hat: a_hat * f_hat})
+    dahl_gains = dict(zip((k_a, k_f1, k_f2), real("k_d", "k_d1", "k_d2"), strict=True))
     for key, source in (("dahl_a", "estimated_a"), ("dahl_f", "estimated_f"), *[(k, k) for k in tuple(derived)]):
-        rename = {names[old]: new for old, new in dahl_gains.items()} if key.startswith("dahl") else {}
-        derived[key] = derived[source].subs(rename | {names["k_v"]: k_omega})
-    names |= named(dahl_gains.values()) | {"k_omega": k_omega, "k_v": k_omega}
-    derived["printed_coulomb"] = _printed_coulomb(names)
-    positive = frozenset({names["mu"], c, i})
-    return Derivations(names, derived, positive=positive, ranges={i: (1, 2)})
+        rename = dahl_gains if key.startswith("dahl") else {}
+        derived[key] = derived[source].subs(rename | {k_v: k_omega})
+    derived["printed_coulomb"] = _printed_coulomb()
+    names = {"u": w - a_hat * f_hat, "k_v": k_omega}
+    return Derivations(names, derived, positive=frozenset({mu, c, i}), ranges={i: (1, 2)})
 
 
-def _printed_coulomb(names: Mapping[str, Any]) -> Any:
+def _printed_coulomb() -> Any:
     """Ψ of the errors (e_v, e_F) for plant (8.1)–(8.2) and observer (8.4)–(8.5) as printed; the slip's sign is s."""
-    e_v, e_F, omega_dot, s = real("e_v", "e_F", "omega_dot", "s")
-    k_F, k_v = names["k_F"], names["k_v"]
+    omega_dot, k_omega = real("omega_dot", "k_omega")
     modelled = omega_dot + e_F  # w − F̂, since ω̇ = w − F
-    omega_hat_rate = modelled + k_v * e_v
+    omega_hat_rate = modelled + k_omega * e_v
     F_hat_rate = -k_F * modelled * s * s + k_F * s * omega_hat_rate * s
     rates = sympy.Matrix([omega_dot - omega_hat_rate, -F_hat_rate]).expand().subs(s**2, 1)
     return rates.jacobian(sympy.Matrix([e_v, e_F]))
 
 
-def _equations(x: Any, v: Any, v_hat: Any, w: Any, F_hat: Any) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Symbols by name, and the formula of each estimate NAME with the rate of its state, NAME_rate.
+def _equations(x: Any, v: Any, v_hat: Any, w: Any, F_hat: Any) -> dict[str, Any]:
+    """The formula of each estimate NAME, and the rate of its state, NAME_rate.
 
     Formulas with the prefix ``estimated_`` use v̂ in place of a measured velocity.
     """
-    k_F, mu, k_1, k_2, k_v, k_a, k_f1, k_f2 = real("k_F", "mu", "k_1", "k_2", "k_v", "k_a", "k_f1", "k_f2")
-    z_F, z, z_v, z_a, z_f, f_hat, a_hat = real("z_F", "z", "z_v", "z_a", "z_f", "f_hat", "a_hat")
-    x_r, g_1, g_2, xi_1_hat = real("x_r", "g_1", "g_2", "xi_1_hat")
-    gains, states = (k_F, mu, k_1, k_2, k_v, k_a, k_f1, k_f2), (z_F, z, z_v, z_a, z_f, f_hat, a_hat)
-    names = named((x, v, v_hat, w, F_hat, *gains, *states, x_r, g_1, g_2, xi_1_hat))
+    z_v, a_hat, x_r, g_1, g_2 = real("z_v", "a_hat", "x_r", "g_1", "g_2")
     modelled = w - F_hat  # the model's acceleration
     derived: dict[str, Any] = {}
     for prefix, speed in (("", v), ("estimated_", v_hat)):
@@ -100,7 +90,7 @@ def _equations(x: Any, v: Any, v_hat: Any, w: Any, F_hat: Any) -> tuple[dict[str
     derived["velocity"] = z_v + k_v * x
     derived["velocity_rate"] = modelled - rate(k_v * x, {x: v_hat})
     derived["product"] = a_hat * f_hat
-    return names, derived
+    return derived
 
 
 v, x, a, f, v_dot, a_v, F, F_dot = real("v", "x", "a", "f", "v_dot", "a_v", "F", "F_dot")
@@ -109,9 +99,6 @@ e_v, e_a, e_f, e_F, lambda_ = real("e_v", "e_a", "e_f", "e_F", "lambda_")
 z_F, z, z_a, z_f, v_hat, f_hat = real("z_F", "z", "z_a", "z_f", "v_hat", "f_hat")
 xi, xi_1, xi_1_hat, xi_f, xi_v = real("xi", "xi_1", "xi_1_hat", "xi_f", "xi_v")
 (s,) = real("s")  # sgn(v) = sgn(v̂) between reversals
-STATIC = named((v, x, a, v_dot, a_v, F_dot, k_F, mu, k_1, k_2, k_v, e_v, e_a, e_F))
-DYNAMIC = named((x, v, v_dot, a, f, k_a, k_f1, k_f2, k_v, e_v, e_a, e_f, xi, xi_1, xi_1_hat, xi_f, xi_v))
-DYNAMIC |= {"a_hat": a - e_a, "f_hat": f - e_f}
 
 
 def one_coulomb() -> Derivations:
@@ -126,8 +113,7 @@ def one_coulomb() -> Derivations:
     F_rate = rate(estimate_F, flows).subs(e_a, e_F * Sgn(v))
     (zdot,) = real("zdot_F")
     step = F_dot - rate(estimate_F, {v: v_dot, z_F: zdot})
-    names = {**STATIC, "F": a * Sgn(v), "F_hat": F_estimate, "w": w, "zdot_F": zdot}
-    names["e_rest"] = sympy.solve(e_a_dot, e_a)[0]  # the level error in steady state under (∂a/∂v) v̇
+    names = {"e_rest": sympy.solve(e_a_dot, e_a)[0]}  # the level error in steady state under (∂a/∂v) v̇
     derived = {
         "e_a_dot": e_a_dot,
         "e_F_dot": tidy(F_dot - F_rate),
@@ -144,7 +130,7 @@ def one_tracking() -> Derivations:
     z_rate = -k_1 * v - k_2 * (w - (F - e_F))
     estimate_rate = rate(z + k_1 * x + k_2 * v, {z: z_rate, x: v, v: v_dot})
     e_F_dot = sympy.expand(F_dot - estimate_rate)
-    return Derivations({**STATIC, "F": F, "w": w}, {"e_F_dot": e_F_dot, "jacobian": e_F_dot.diff(e_F)})
+    return Derivations({}, {"e_F_dot": e_F_dot, "jacobian": e_F_dot.diff(e_F)})
 
 
 def one_coulomb_estimated() -> Derivations:
@@ -155,8 +141,7 @@ def one_coulomb_estimated() -> Derivations:
     e_F_dot = sympy.expand(F_true_rate - level_rate * s).subs(s**2, 1)
     rates = sympy.Matrix([sympy.expand(v_dot - v_hat_rate), e_F_dot])
     constant = rates.subs(a_v, 0)
-    names = {**STATIC, "s": s, "q_2": constant[1], "q_1": constant[0], "sgn_v": s, "v_hat": v - e_v}
-    names["lambda_"] = lambda_
+    names = {"q_2": constant[1], "q_1": constant[0], "sgn_v": s}
     return Derivations(names, _estimated(rates, constant, "cfo"), ranges={s: (-1, 1)})
 
 
@@ -166,7 +151,7 @@ def one_tracking_estimated() -> Derivations:
     z_rate = -k_1 * (v - e_v) - k_2 * (v_dot + e_F)
     estimate_rate = rate(z + k_1 * x + k_2 * v_hat, {z: z_rate, x: v, v_hat: v_hat_rate})
     rates = sympy.Matrix([v_dot - v_hat_rate, F_dot - estimate_rate]).expand()
-    return Derivations({**STATIC, "F": F}, _estimated(rates, rates.subs(F_dot, 0), "to"))
+    return Derivations({}, _estimated(rates, rates.subs(F_dot, 0), "to"))
 
 
 def _estimated(rates: Any, constant: Any, kind: str) -> dict[str, Any]:
@@ -193,7 +178,7 @@ def one_dynamic() -> Derivations:
     f_hat_rate = rate(z_f + k_f1 * x + k_f2 * v, {z_f: z_f_rate, x: v, v: v_dot})
     a_hat_rate = rate(z_a + k_a * f_hat * v, {z_a: z_a_rate, f_hat: f_hat_rate, v: v_dot}).subs(f_hat, f - e_f)
     derived = _dynamic({"e_f_dot": xi - f_hat_rate, "e_a_dot": -a_hat_rate}, (e_f, e_a), {xi_1_hat: xi_1 - xi_f * e_f})
-    return Derivations({**DYNAMIC, "F": a * f, "F_hat": F_hat, "w": w}, derived)
+    return Derivations({}, derived)
 
 
 def one_dynamic_estimated() -> Derivations:
@@ -206,7 +191,7 @@ def one_dynamic_estimated() -> Derivations:
     a_hat_rate = rate(z_a + k_a * f_hat * v_hat, flows).subs({f_hat: f - e_f, v_hat: v - e_v})
     rates = {"e_v_dot": v_dot - v_hat_rate, "e_a_dot": -a_hat_rate, "e_f_dot": xi - f_hat_rate}
     derived = _dynamic(rates, (e_v, e_a, e_f), {xi_1_hat: xi_1 - xi_v * e_v - xi_f * e_f})
-    return Derivations({**DYNAMIC, "F_hat": F_hat, "e_F": a * f - F_hat, "w": w}, derived)
+    return Derivations({"e_F": a * f - F_hat}, derived)
 
 
 def _dynamic_states(speed: Any, modelled: Any) -> tuple[Any, Any]:
@@ -238,7 +223,7 @@ def single_equations() -> Derivations:
                 derived[f"{prefix}{general}{end}"] = one.derived[f"{prefix}{special}{end}"].value
         level_rate = f"{prefix}level_rate"
         derived[level_rate] = derived[level_rate].xreplace({F_hat: a_hat * Sgn(speed)})
-    names = {k: s for k, s in one.names.items() if k != "u"} | _gains(one.names)
+    names = {k: s for k, s in one.names.items() if k != "u"} | _gains()
     names |= {"M_inv": 1, "U": 1, "U_T": 1, "g": w, "g_hat": w, "xi_hat": names["xi_1_hat"], "diag_f_hat": f_hat}
     names |= {"diag_a_hat": a_hat, "diag_slip": v, "diag_slip_hat": v_hat, "S": Sgn(v), "S_hat": Sgn(v_hat)}
     names |= {"h": Magnitude(v) ** mu, "D": mu * Magnitude(v) ** (mu - 1), "h_hat": Magnitude(v_hat), "D_hat": 1}
@@ -257,15 +242,15 @@ def single_errors() -> Derivations:
         "measured": dynamic.derived["jacobian"],
         "estimated": estimated.derived["jacobian"],
     }
-    names = {key: symbols[key] for key in ("e_a", "e_F", "F_dot")} | _gains(symbols)
+    names = {key: symbols[key] for key in ("e_a", "e_F", "F_dot")} | _gains()
     names |= {"M_inv": 1, "U": 1, "U_T": 1, "S": Sgn(v), "D": mu * Magnitude(v) ** (mu - 1), "g_v": 0, "O": 0}
     names |= {"diag_a": a, "diag_f": f, "diag_slip": v, "xi_v": xi_v, "xi_f": xi_f, "K_inv": k_inv}
     names["a_dot"] = symbols["a_v"] * symbols["v_dot"]
     return Derivations(_matrices(names), derived, ranges=coulomb.ranges)
 
 
-def _gains(names: Any) -> dict[str, Any]:
-    return {general: names[special] for general, special in GAINS.items() if special in names}
+def _gains() -> dict[str, Any]:
+    return dict(zip(GAINS, real(*GAINS.values()), strict=True))
 
 
 def _matrices(entries: dict[str, Any]) -> dict[str, Any]:

@@ -12,7 +12,7 @@ from codegen.base.resources import resource_folder
 from codegen.mechanics.build import build_system
 from codegen.observers import build_observer
 from codegen.spec.reader import read_spec
-from codegen.thesis.audit.derivation import Derivations, named, real
+from codegen.thesis.audit.derivation import Derivations, real
 
 ONE_MASS: dict[str, dict[str, Any]] = {
     "cfo": {"K_F": "10", "K_v": "100"},
@@ -42,16 +42,12 @@ def one_mass_jacobian(kind: str) -> Any:
 
 def shipped_one_mass() -> Derivations:
     """Ψ of the shipped one-mass spec."""
-    return Derivations(named(real("k_F", "k_v", "k_1", "k_2")), {kind: one_mass_jacobian(kind) for kind in ONE_MASS})
+    return Derivations({}, {kind: one_mass_jacobian(kind) for kind in ONE_MASS})
 
 
 def shipped_two_mass() -> Derivations:
-    """M, g, U and Ψ of the shipped two-mass spec, with the thesis' names."""
+    """M, g, U and Ψ of the shipped two-mass spec."""
     system = build_system(read_spec(resource_folder("specs") / "two_mass.yaml"))
-    names = named((*system.positions, *system.velocities, *system.inputs, *system.values))
-    names |= {f"eta_{k}": names[f"eta{k}"] for k in (1, 2, 3)} | {f"m_{k}": names[f"m{k}"] for k in (1, 2)}
     parts = {"mass": system.mass_matrix, "force": system.force, "distribution": system.distribution}
     psi = {kind: _error_dynamics("two_mass", kind, gains).jacobian for kind, gains in TWO_MASS.items()}
-    for jacobian in psi.values():
-        names |= named(jacobian.free_symbols)
-    return Derivations(names, {name: sympy.Matrix(part) for name, part in (parts | psi).items()})
+    return Derivations({}, {name: sympy.Matrix(part) for name, part in (parts | psi).items()})

@@ -11,7 +11,7 @@ from typing import Any
 import sympy
 
 from codegen.spec.functions import Magnitude, Sgn
-from codegen.thesis.audit.derivation import Derivations, column, diagonal, moving, named, rate, real
+from codegen.thesis.audit.derivation import Derivations, column, diagonal, moving, rate, real
 from codegen.thesis.audit.derivations.shipped import shipped_two_mass
 
 
@@ -33,7 +33,7 @@ def two_mass() -> Derivations:
             raise ArithmeticError(f"two masses: the spec's {key} is not the one derived here")
 
     model = M.inv() * (g - F_hat)
-    names, derived = _observers(x, v_hat, U, model, F_hat)
+    derived = _observers(x, v_hat, U, model, F_hat)
     a, f = column("a", 2), column("f", 2)
     c, phi_inv = column("c", 2), column("phi_inv", 2)
     S = diagonal(slips.applyfunc(Sgn))
@@ -49,9 +49,7 @@ def two_mass() -> Derivations:
         "S": S,
         "D": diagonal([_slope(Magnitude(u), u) for u in real("u_1", "u_2")]),
     }
-    symbols = (m_1, m_2, w, *eta, *x, *v, *v_hat, *F, *F_hat, *a, *f, *c, *phi_inv)
-    names |= named(symbols) | {"O": sympy.S.Zero}
-    return Derivations(names, derived, positive=frozenset({m_1, m_2}))
+    return Derivations({}, derived, positive=frozenset({m_1, m_2}))
 
 
 def _slope(level: Any, u: Any) -> Any:
@@ -59,7 +57,7 @@ def _slope(level: Any, u: Any) -> Any:
     return level.diff(u) / Magnitude(u).diff(u)
 
 
-def _observers(x: Any, v_hat: Any, U: Any, model: Any, F_hat: Any) -> tuple[dict[str, Any], dict[str, Any]]:
+def _observers(x: Any, v_hat: Any, U: Any, model: Any, F_hat: Any) -> dict[str, Any]:
     k_F, k_1, k_2, k_v = (
         sympy.Matrix(real(*pair)) for pair in _pairs("k_F1 k_F2", "k_11 k_12", "k_21 k_22", "k_v1 k_v2")
     )
@@ -72,7 +70,7 @@ def _observers(x: Any, v_hat: Any, U: Any, model: Any, F_hat: Any) -> tuple[dict
     tracked = diagonal(k_1) * x + diagonal(k_2) * v_hat
     coefficient = diagonal(K_a) * diagonal(f_hat) * slips
     normalised = diagonal(K_f1) * x + diagonal(K_f2) * v_hat
-    derived = {
+    return {
         "gcfo": U * diagonal(slips.applyfunc(Sgn)) * (z_F - level),
         "gcfo_rate": rate(level, flows),
         "gto": z + tracked,
@@ -87,8 +85,6 @@ def _observers(x: Any, v_hat: Any, U: Any, model: Any, F_hat: Any) -> tuple[dict
         "gdfo_f_rate": xi_hat - rate(normalised, flows),
         "gdfo": U * diagonal(a_hat) * f_hat,
     }
-    everything = (*k_F, *k_1, *k_2, *k_v, *K_a, *K_f1, *K_f2, *z_F, *z, *z_v, *z_a, *z_f, *a_hat, *f_hat, *xi_hat)
-    return named(everything), derived
 
 
 def _pairs(*texts: str) -> list[list[str]]:
