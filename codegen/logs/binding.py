@@ -158,20 +158,12 @@ class _Search:
         spec, description = self.spec, self.description
         expected = f"one of {', '.join(self.symbols)}, a name of {spec.name}"
         velocities = {c.name: c.velocity for c in spec.coordinates}
-        for symbol in self.explicit:
+        asked: list[tuple[str, Place | str]] = [(symbol, "--column") for symbol in self.explicit]
+        for section in ("scale", "units", "late") if description.listed else ("columns", "scale", "units", "late"):
+            asked += [(symbol, description.place(f"{section}.{symbol}")) for symbol in getattr(description, section)]
+        for symbol, place in asked:
             meant = meant_velocity(symbol, velocities) or expected
-            refuse_unknown(symbol, self.symbols, "--column", "unknown name", meant, code="LOG013")
-        columns = {} if description.listed else description.columns
-        for section, keys in (
-            ("columns", columns),
-            ("scale", description.scale),
-            ("units", description.units),
-            ("late", description.late),
-        ):
-            for symbol in keys:
-                place = description.place(f"{section}.{symbol}")
-                meant = meant_velocity(symbol, velocities) or expected
-                refuse_unknown(symbol, self.symbols, place, "unknown name", meant, code="LOG013")
+            refuse_unknown(symbol, self.symbols, place, "unknown name", meant, code="LOG013")
         extra = [symbol for symbol in description.columns if symbol not in self.symbols]
         if extra:
             self.notes.append(f"columns that {spec.name} does not use: {listing(extra)}")

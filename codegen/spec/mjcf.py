@@ -62,7 +62,7 @@ class RobotModel:
 
     urdf: str
     joints: tuple[MjcfJoint, ...] = ()
-    gravity: tuple[float, float, float] = STANDARD_GRAVITY
+    gravity: tuple[float, ...] = STANDARD_GRAVITY
     remarks: tuple[str, ...] = ()
 
 
@@ -76,7 +76,8 @@ def read_mjcf(path: Path) -> RobotModel:
     mujoco, model = compiled(path)
     conversion = _Conversion(path, mujoco, model)
     with np.errstate(all="ignore"):  # numbers that are too large are refused by the reader of the robot description
-        return RobotModel(conversion.urdf(), conversion.joints(), _three(model.opt.gravity), conversion.remarks())
+        gravity = tuple(map(float, model.opt.gravity))
+        return RobotModel(conversion.urdf(), conversion.joints(), gravity, conversion.remarks())
 
 
 def compiled(path: Path) -> tuple[Any, Any]:
@@ -205,10 +206,6 @@ class _Conversion:
         self.joint_of[b] = j
         self.labels[b] = self._unique("joint", j)
 
-    def _turns(self, j: int) -> bool:
-        """Whether a joint is a hinge."""
-        return int(self.model.jnt_type[j]) == int(self.mujoco.mjtJoint.mjJNT_HINGE)
-
     def _link(self, link: Any, b: int) -> None:
         """Mass, centre of mass and inertia matrix of a body, in the link's frame."""
         m = self.model
@@ -233,7 +230,7 @@ class _Conversion:
         joint.set("type", "fixed" if j is None else "prismatic")
         if j is not None:
             axis, reference, dof = m.jnt_axis[j], float(m.qpos0[m.jnt_qposadr[j]]), m.jnt_dofadr[j]
-            if self._turns(j):
+            if int(m.jnt_type[j]) == int(self.mujoco.mjtJoint.mjJNT_HINGE):
                 joint.set("type", "continuous")
                 rotation = rotation @ about_axis(axis, -reference)
             else:
@@ -304,11 +301,6 @@ def _child(parent: Any, tag: str, **attributes: str) -> Any:
     from lxml import etree
 
     return etree.SubElement(parent, tag, **attributes)
-
-
-def _three(values: Sequence[float]) -> tuple[float, float, float]:
-    x, y, z = (float(v) for v in values)
-    return x, y, z
 
 
 def _number(value: float) -> str:

@@ -167,15 +167,13 @@ def read_deviation(text: str, unit: str, place: Place) -> float | None:
     Raises:
         BadInput: for a negative number, or a unit of another dimension.
     """
-    parts = split_quantity(text)
-    if parts is None:
+    if split_quantity(text) is None:
         return None
-    number, given = parts
+    deviation, given = with_any_unit(text, place)
     refuse_other_unit(given, unit, f"tolerance {shown(text)}", place)
-    deviation = float(printed(exact_number(number, place) * si_factor(given, place), place, f"{text} in SI units"))
     if deviation < 0:
         raise BadInput(place, f"tolerance {shown(text)}", f"a tolerance of at least 0 {given}", code="SPEC007")
-    return deviation
+    return float(deviation)
 
 
 def read_part(text: str, place: Place) -> float:

@@ -218,11 +218,8 @@ class _Reading:
             found = f"the name `{name}`, a macro of the generated code"
             raise BadInput(self.place(key), found, "another name", code="SPEC009")
         if reserved(name):
-            why = (
-                "which complex.h and formulas use for the constants i and e"
-                if name in ("I", "E")
-                else "a reserved word"
-            )
+            of_formulas = "which complex.h and formulas use for the constants i and e"
+            why = of_formulas if name in ("I", "E") else "a reserved word"
             raise BadInput(self.place(key), f"the name `{name}`, {why}", "another name", f"{name}_", code="SPEC009")
 
     def _refuse_splices(self, source: str) -> None:

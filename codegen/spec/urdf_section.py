@@ -51,11 +51,9 @@ def expand_robot(
     for key in GIVEN:
         if filled.get(key) is not None:
             expected = "one of them, since the robot file gives the joints"
-            raise BadInput(
-                nearest_place(key, places, str(path)), f"`{key}:` together with `urdf:`", expected, code="SPEC005"
-            )
-    bodies = tree.bodies
-    filled["coordinates"] = {b.joint: {"velocity": f"v_{b.joint}", "unit": _position_unit(b)} for b in bodies}
+            raise BadInput(place(key), f"`{key}:` together with `urdf:`", expected, code="SPEC005")
+    bodies, units = tree.bodies, {"revolute": "rad", "prismatic": "m"}
+    filled["coordinates"] = {b.joint: {"velocity": f"v_{b.joint}", "unit": units[b.kind]} for b in bodies}
     filled["inputs"] = {f"w_{b.joint}": {"unit": _force_unit(b)} for b in bodies}
     filled["force"] = list(filled["inputs"])
     if filled.get("friction") is None:
@@ -90,10 +88,6 @@ def _read(section: RobotSection, path: Path, place: Callable[[str], Place], key:
 
 def _contact(body: MovingBody) -> dict[str, Any]:
     return {"name": body.joint, "law": "coulomb", "unit": _force_unit(body), "a": body.friction}
-
-
-def _position_unit(body: MovingBody) -> str:
-    return "rad" if body.kind == "revolute" else "m"
 
 
 def _force_unit(body: MovingBody) -> str:

@@ -153,7 +153,8 @@ def _explain(
         words = f"`{found}` with {DECIMAL_COMMA}"
         return BadInput(place, words, f"a decimal point: {with_point(found)}", code="SPEC006")
     nearest = nearest_name(str(found), re.findall(r"'(\w+)'", expected)) if fault["type"] == "literal_error" else None
-    words = "nothing" if found is None else f"`{found}`" if not isinstance(found, (dict, list)) else _shape(found)
+    words = "nothing" if found is None else "a mapping" if isinstance(found, dict) else f"`{found}`"
+    words = f"a list of {len(found)}" if isinstance(found, list) else words
     code = "SPEC007" if fault["type"] == "greater_than_equal" else "SPEC006"
     return BadInput(place, words, expected, nearest, code=code)
 
@@ -182,10 +183,6 @@ def _is_variant(step: object) -> bool:
     )
 
 
-def _shape(found: Any) -> str:
-    return f"a list of {len(found)}" if isinstance(found, list) else "a mapping"
-
-
 def nearest_place(key: str, places: Mapping[str, Place], file: str) -> Place:
     """The place of a key: its line, or that of its nearest parent with a line."""
     trimmed = key
@@ -207,23 +204,17 @@ def _field_examples(model: type[BaseModel], steps: Sequence[Any]) -> str:
 
 def _section(model: type[BaseModel], steps: Sequence[Any]) -> type[BaseModel]:
     """The model of the section at these steps of a key, or of the last one above that has a model."""
-    current: Any = model
+    section = model
     for step in steps:
-        field = getattr(current, "model_fields", {}).get(step) if isinstance(step, str) else None
-        annotation = field.annotation if field else current
-        current = _inner_model(annotation) or current
-    section: type[BaseModel] = current
+        field = section.model_fields.get(step) if isinstance(step, str) else None
+        section = (_inner_model(field.annotation) if field else None) or section
     return section
 
 
 def _list_depth(model: type[BaseModel], steps: Sequence[Any]) -> int:
     """The number of nested lists that a key requires: 2 for a matrix, 1 for a row of it; at least 1."""
     last = max(k for k, step in enumerate(steps) if isinstance(step, str))
-    owner: Any = model
-    for step in steps[:last]:
-        field = getattr(owner, "model_fields", {}).get(step) if isinstance(step, str) else None
-        owner = _inner_model(field.annotation) if field else owner
-    field = getattr(owner, "model_fields", {}).get(steps[last])
+    field = _section(model, steps[:last]).model_fields.get(steps[last])
     return max(1, _depth(field.annotation) - (len(steps) - 1 - last)) if field else 1
 
 
@@ -232,11 +223,7 @@ def _depth(annotation: Any) -> int:
     return max(inner, default=0) + (get_origin(annotation) is list)
 
 
-def _inner_model(annotation: Any) -> Any:
+def _inner_model(annotation: Any) -> type[BaseModel] | None:
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         return annotation
-    for part in getattr(annotation, "__args__", ()):
-        inner = _inner_model(part)
-        if inner:
-            return inner
-    return None
+    return next(filter(None, map(_inner_model, get_args(annotation))), None)

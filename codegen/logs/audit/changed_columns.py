@@ -213,32 +213,13 @@ def _flipped(case: Case, signs: Signs, mistakes: int = 1) -> Change:
     return Change(f"the sign of {words} seems flipped", f"that of {words}", misfit, lines, topic, turned, mistakes)
 
 
-def _opposed(case: Case) -> Change:
-    """Gravity and springs, the forces of positions alone, with the other sign: a mistake in the spec, not the log."""
-    words = "sign of gravity and springs"
+def _of_spec(case: Case, what: str, topic: str, changed: Forces) -> Change:
+    """A force with the other sign, a mistake in the spec and not the log; ``changed``: the forces with it."""
 
     def misfit() -> float:
-        forces = case.forces
-        other = replace(forces, rest=forces.rest - 2 * forces.static, static=-forces.static)
-        return max(other.moving_misfit, velocity_mismatch(case.log, case.motion))
+        return max(changed.moving_misfit, velocity_mismatch(case.log, case.motion))
 
-    return Change(f"the {words} seems flipped", "that of gravity and springs", misfit, "", words)
-
-
-def _negated(case: Case) -> Change:
-    """The whole force g of the spec, everything but friction, with the other sign: a mistake in the spec."""
-
-    def misfit() -> float:
-        forces = case.forces
-        other = replace(
-            forces,
-            rest=-forces.rest - 2 * forces.friction,  # rest = g(x, v, 0) - U lambda
-            static=-forces.static,
-            driven=-forces.driven,
-        )
-        return max(other.moving_misfit, velocity_mismatch(case.log, case.motion))
-
-    return Change(f"the {FORCE} in the spec seems flipped", "that of the force in the spec", misfit, "", FORCE)
+    return Change(f"the sign of {what} seems flipped", f"that of {what}", misfit, "", topic)
 
 
 def changed_columns(case: Case) -> Finding | None:
@@ -305,12 +286,15 @@ def _or_in_spec(named: Sequence[Change], force: bool, case: Case) -> str:
 
 def _changes(case: Case, now: float) -> Iterator[Change]:
     """The changes to try, in the order in which alternatives are reported."""
-    spec, velocities = case.spec, case.log.velocities is not None
-    if np.any(case.forces.static):
-        yield _opposed(case)
-    forces = case.forces
+    spec, velocities, forces = case.spec, case.log.velocities is not None, case.forces
+    if np.any(forces.static):  # the forces of positions alone
+        what = "gravity and springs"
+        changed = replace(forces, rest=forces.rest - 2 * forces.static, static=-forces.static)
+        yield _of_spec(case, what, f"sign of {what}", changed)
     if np.any(forces.rest + forces.friction) and np.any(forces.driven):  # else it is one of the two alone
-        yield _negated(case)
+        rest = -forces.rest - 2 * forces.friction  # rest = g(x, v, 0) - U lambda
+        changed = replace(forces, rest=rest, static=-forces.static, driven=-forces.driven)  # all of g but friction
+        yield _of_spec(case, "the force in the spec", FORCE, changed)
     yield from _flips(case, velocities, pairs=now > FITS)
     yield from _all_exchanged(case, axes_alone=now <= FITS)
     if now > FITS and not velocities:
