@@ -66,7 +66,7 @@ def __getattr__(name: str) -> Any:
     if name == "__version__":
         return import_module("codegen.base.version").VERSION
     if name not in _PLACES:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}", name=name, obj=sys.modules[__name__])
     return getattr(import_module(f"codegen.{_PLACES[name]}"), name)
 
 

@@ -111,6 +111,15 @@ class Derived(Shown):
         self.overrides = overrides or Overrides()
         self.spec = spec if self.overrides == Overrides() else self.overrides.applied(spec)
         self._origin = origin
+        self.__dict__["_is_made"] = True
+
+    def __setattr__(self, name: str, value: object) -> None:
+        """Refuse a change: what was derived from the spec before would stay as it was."""
+        if "_is_made" in self.__dict__:
+            raise AttributeError(
+                f"a machine is not changed (`{name}`): edit its spec's file and stiction.load it again"
+            )
+        super().__setattr__(name, value)
 
     def __fspath__(self) -> str:
         """The file of the spec, for messages."""

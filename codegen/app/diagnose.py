@@ -119,6 +119,8 @@ def diagnose(
     """
     matters = MATERIAL if material is None else read_part(str(material), Place("--material"))
     logs, tests = _files(log), _files(test)
+    if not logs:
+        raise BadInput("diagnose(): `log`", "an empty list", "one log or more", code="CALL001")
     _refuse_training_log(logs, tests)
     folder = Path(out) if out is not None else Path(f"{Path(logs[0]).stem}_diagnosis")
     _refuse_input_files(folder, source, (*logs, *tests))

@@ -1,6 +1,7 @@
 """Decorators of the verbs: an exception that a verb does not declare becomes an InternalError, its ``__cause__``.
 
-Arguments that do not fit a verb's signature are reported as a mistake of the caller, not as an internal error.
+Arguments that do not fit a verb's signature are reported as a mistake of the caller, not as an internal error. What a
+function of the caller raises (``progress``, ``tell``) leaves the verb as it is: the caller may end the verb by it.
 
 Within a verb BLAS runs on one thread. So the rounding of its sums, and decisions that depend on it, are the same for
 any number of cores. It also is faster: with several threads a diagnosis, whose matrices are small, took 2.7 times the
@@ -13,13 +14,14 @@ import inspect
 import os
 import types
 from collections.abc import Callable, Mapping, Sequence, Set
+from contextlib import suppress
 from functools import wraps
 from numbers import Integral, Real
 from pathlib import Path
 from traceback import extract_tb
 from typing import Any, ParamSpec, TypeVar, Union, get_args, get_origin, get_type_hints
 
-from codegen.base.errors import BadInput, InternalError, Place
+from codegen.base.errors import BadInput, InternalError, Place, nearest_name
 
 _NAMES: dict[Any, tuple[type | tuple[type, ...], str]] = {
     Path: (os.PathLike, "a path (text or a Path)"),
@@ -39,12 +41,13 @@ def refuse_wrong_arguments(work: Callable[..., object], given: tuple[object, ...
 
     Raises:
         TypeError: for a missing argument, or one that the verb does not have.
-        BadInput: for an argument of another type than its annotation says.
+        BadInput: for an argument of another type than its annotation says, or a function that takes other arguments.
     """
+    signature = inspect.signature(work)
     try:
-        bound = inspect.signature(work).bind(*given, **named)
+        bound = signature.bind(*given, **named)
     except TypeError as error:
-        raise TypeError(f"{work.__name__}(): {error}") from None
+        raise TypeError(f"{work.__name__}(): {error}{_known(signature, named)}") from None
     try:
         hints = get_type_hints(work)
     except NameError:  # of a type that is imported for the type checker alone
@@ -54,11 +57,31 @@ def refuse_wrong_arguments(work: Callable[..., object], given: tuple[object, ...
             raise BadInput(f"{work.__name__}(): `{name}`", _found(value), _words(hints[name]), code="CALL001")
 
 
+def _known(signature: inspect.Signature, named: Mapping[str, object]) -> str:
+    """The arguments that a verb has, after an unknown one was named, and the one that was probably meant."""
+    unknown = next((name for name in named if name not in signature.parameters), None)
+    if unknown is None:
+        return ""
+    known = [name for name in signature.parameters if name != "source"]
+    nearest = nearest_name(unknown, known)
+    meant = f" (did you mean {nearest!r}?)" if nearest else ""
+    return f"; it has {', '.join(known) or 'no arguments'}{meant}"
+
+
 def _found(value: object) -> str:
     """The type of a value in words; for a list or mapping also that of its first element that is no text or path."""
+    if inspect.isroutine(value):
+        with suppress(ValueError):
+            return f"a function with the arguments {str(inspect.signature(value)).partition(' ->')[0]}"
     parts = value.values() if isinstance(value, Mapping) else value if isinstance(value, list | tuple | Set) else ()
-    inner = next((type(part).__name__ for part in parts if not isinstance(part, str | os.PathLike)), None)
-    return f"an object of the type {type(value).__name__}" + (f" with {_one(inner)} in it" if inner else "")
+    inner = next((_type(part) for part in parts if not isinstance(part, str | os.PathLike)), None)
+    return f"an object of the type {_type(value)}" + (f" with {_one(inner)} in it" if inner else "")
+
+
+def _type(value: object) -> str:
+    """The name of a value's type, with the library in front of it: ``numpy.ndarray``."""
+    library = type(value).__module__.partition(".")[0]
+    return type(value).__name__ if library in ("builtins", "codegen") else f"{library}.{type(value).__name__}"
 
 
 def _one(noun: str) -> str:
@@ -80,7 +103,9 @@ def _fits_one(value: object, hint: Any) -> bool:
     """As ``_fits``, for an annotation that is no union."""
     kind, inner = get_origin(hint) or hint, get_args(hint)
     if kind is Callable:
-        return callable(value)
+        return callable(value) and _takes(value, inner[0])
+    if kind is bool and (type(value).__module__, type(value).__name__.rstrip("_")) == ("numpy", "bool"):
+        return True  # which NumPy does not register as an Integral
     known = _NAMES[kind][0] if kind in _NAMES else kind
     if kind is Any or not isinstance(known, type | tuple):
         return True
@@ -90,6 +115,17 @@ def _fits_one(value: object, hint: Any) -> bool:
         return all(_fits(k, inner[0]) and _fits(v, inner[1]) for k, v in value.items())
     if kind is Sequence and isinstance(value, Sequence | Set):
         return all(_fits(part, inner[0]) for part in value)
+    return True
+
+
+def _takes(function: Callable[..., object], arguments: Any) -> bool:
+    """Whether a function can be called with so many arguments; True where Python does not tell."""
+    try:
+        inspect.signature(function).bind(*arguments)
+    except ValueError:  # no signature, as of some functions of a compiled library
+        return True
+    except TypeError:
+        return False
     return True
 
 
@@ -105,7 +141,7 @@ def _words(hint: Any) -> str:
             each = " and ".join(dict.fromkeys(_words(one) for one in inner))
             words.append(f"{_NAMES[kind][1]} of such" if each in words else f"{_NAMES[kind][1]} of {each}")
         elif kind is Callable:
-            words.append("a function")
+            words.append(f"a function of {' and '.join(map(_words, inner[0]))}")
         else:
             words.append(_NAMES[kind][1] if kind in _NAMES else getattr(kind, "_in_words", _one(kind.__name__)))
     return " or ".join([*words, *(["None"] if type(None) in parts else [])])
@@ -129,6 +165,27 @@ def fault_of_own_code(error: Exception) -> BadInput | None:
     return BadInput(place, f"{type(error).__name__}: {error}", expected, code="EFFECT001")
 
 
+class _RaisedByCaller(BaseException):
+    """An exception of the caller's function on its way through a verb, none of whose handlers is meant for it."""
+
+    def __init__(self, function: _OfCaller, error: Exception) -> None:
+        super().__init__()
+        self.function, self.error = function, error
+
+
+class _OfCaller:
+    """A function that the caller of a verb gave."""
+
+    def __init__(self, function: Callable[..., object]) -> None:
+        self._function = function
+
+    def __call__(self, *given: object) -> object:
+        try:
+            return self._function(*given)
+        except Exception as error:
+            raise _RaisedByCaller(self, error) from None
+
+
 def verb_that_raises(
     *meant: type[Exception],
 ) -> Callable[[Callable[Given, Result]], Callable[Given, Result]]:
@@ -148,9 +205,17 @@ def verb_that_raises(
             from threadpoolctl import threadpool_limits
 
             refuse_wrong_arguments(work, given, named)
+            functions = [f for f in (*given, *named.values()) if callable(f) and not isinstance(f, _OfCaller)]
+            marked = {id(function): _OfCaller(function) for function in functions}  # those of a verb around are already
+            values: Any = [marked.get(id(value), value) for value in given]
+            options: Any = {name: marked.get(id(value), value) for name, value in named.items()}
             try:
                 with threadpool_limits(limits=1, user_api="blas"):
-                    return work(*given, **named)
+                    return work(*values, **options)
+            except _RaisedByCaller as told:
+                if told.function not in marked.values():
+                    raise  # through a verb around this one, whose caller gave the function
+                raised = told.error
             except passed:
                 raise
             except Exception as error:
@@ -160,6 +225,7 @@ def verb_that_raises(
                     os.fspath(value) for value in (*given, *named.values()) if isinstance(value, str | os.PathLike)
                 ]
                 raise InternalError(work.__name__, files, error) from error
+            raise raised  # here, so that it has no context of ours
 
         return bordered
 

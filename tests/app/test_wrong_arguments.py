@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import stiction
+from codegen.base.border import verb
 from codegen.certify.outcome import Certificate
 from tests.app.command import SPECS
 
@@ -27,9 +28,11 @@ def one() -> stiction.Machine:
 
 @pytest.mark.parametrize("log", [np.zeros((3, 3)), {"t": [0.0], "x": [0.0]}, None, [1.0], b"log.csv"])
 def test_a_log_is_a_path(one: stiction.Machine, log: Any) -> None:
-    for verb in (one.replay, one.diagnose, one.watch):
-        with pytest.raises(stiction.BadInput, match=r"`log`: an object of the type \w+[^;]*; expected a path") as told:
-            verb(log)
+    for method in (one.replay, one.diagnose, one.watch):
+        with pytest.raises(
+            stiction.BadInput, match=r"`log`: an object of the type [\w.]+[^;]*; expected a path"
+        ) as told:
+            method(log)
         assert told.value.code == "CALL001"
 
 
@@ -60,8 +63,117 @@ def test_any_argument_of_another_type_is_bad_input(tmp_path: Path, name: str, ar
     given: dict[str, Any] = {p.name: str(tmp_path / "none") for p in parameters if p.default is p.empty}
     if "certificate" in given and name == "write_certificate":
         given["certificate"] = object.__new__(Certificate)
-    with pytest.raises(stiction.BadInput, match=f"`{argument}`: an object of the type {type(WRONG[key]).__name__}"):
+    with pytest.raises(
+        stiction.BadInput, match=rf"`{argument}`: an object of the type (numpy\.)?{type(WRONG[key]).__name__}"
+    ):
         verb(**given | {argument: WRONG[key]})
+
+
+@pytest.mark.parametrize(
+    ("verb", "given", "words"),
+    [
+        ("diagnose", {"log": "log.csv", "column": {}}, "'column'; it has log, test, out, .* (did you mean 'columns'?)"),
+        ("generate", {"overide": None}, "'overide'; it has out, .* (did you mean 'overrides'?)"),
+        ("derive", {"out": "folder"}, "'out'; it has no arguments"),
+        ("generate", {"precision": "single"}, "'precision'; it has out, .*force"),
+    ],
+)
+def test_an_unknown_argument_is_told_with_the_known_ones(
+    one: stiction.Machine, verb: str, given: dict[str, Any], words: str
+) -> None:
+    words = words.replace("(", r"\(").replace("?)", r"\?\)")
+    with pytest.raises(TypeError, match=rf"^{verb}\(\): got an unexpected keyword argument {words}$"):
+        getattr(one, verb)(**given)
+
+
+def test_the_type_of_a_library_has_its_name_in_front(one: stiction.Machine) -> None:
+    flag: Any = np.complex128(1)
+    with pytest.raises(stiction.BadInput, match=r"`force`: an object of the type numpy\.complex128; expected True or"):
+        one.generate(force=flag)
+
+
+def test_a_truth_of_numpy_is_one(one: stiction.Machine, tmp_path: Path) -> None:
+    flag: Any = np.bool_(True)
+    assert one.generate(tmp_path / "none", check_only=flag).stale
+
+
+@pytest.mark.parametrize(
+    ("verb", "given", "words"),
+    [
+        ("simulate", {"out": "log.csv", "progress": lambda step, share: None}, "expected a function of a number or"),
+        ("cancel", {"progress": lambda: None}, "expected a function of a number or None"),
+        ("diagnose", {"log": "log.csv", "progress": lambda share: None}, "expected a function of text and a number or"),
+        ("diagnose", {"log": "log.csv", "tell": lambda: None}, "expected a function of a mapping"),
+        ("watch", {"log": "log.csv", "tell": lambda: None}, "expected a function of an Alarm or None"),
+    ],
+)
+def test_a_function_that_cannot_be_called_so_is_refused_before_any_work(
+    one: stiction.Machine, verb: str, given: dict[str, Any], words: str
+) -> None:
+    with pytest.raises(stiction.BadInput, match=words) as told:
+        getattr(one, verb)(**given)
+    assert told.value.code == "CALL001" and "with the arguments (" in str(told.value)
+
+
+@pytest.mark.parametrize("error", [ZeroDivisionError, ValueError, TypeError, stiction.BadInput])
+def test_what_the_callers_function_raises_leaves_the_verb_as_it_is(
+    one: stiction.Machine, tmp_path: Path, error: type[Exception]
+) -> None:
+    """No handler of a verb takes it for its own: a division by zero in it is no bad spec and no internal error."""
+
+    def stop(share: float) -> None:
+        raise error(*["mine"] * (3 if error is stiction.BadInput else 1))
+
+    with pytest.raises(error, match="mine") as told:
+        one.simulate(tmp_path / "log.csv", progress=stop)
+    assert type(told.value) is error and not list(tmp_path.iterdir())
+
+
+def test_the_callers_function_is_his_within_a_verb_that_calls_another(one: stiction.Machine, tmp_path: Path) -> None:
+    """``outer`` has a function of its own too; the one that raised is told from it."""
+
+    @verb
+    def outer(progress: Callable[[float], None]) -> None:
+        try:
+            one.simulate(tmp_path / "log.csv", progress=lambda share: fail())
+        except RuntimeError:
+            one.simulate(tmp_path / "log.csv", progress=progress)
+
+    def fail() -> None:
+        raise RuntimeError("of outer")
+
+    def stop(share: float) -> None:
+        raise KeyError("mine")
+
+    with pytest.raises(KeyError, match="mine"):
+        outer(stop)
+
+
+def test_no_log_at_all_is_bad_input(one: stiction.Machine) -> None:
+    with pytest.raises(stiction.BadInput, match="`log`: an empty list; expected one log or more"):
+        one.diagnose([])
+
+
+def test_the_text_of_a_spec_is_no_path() -> None:
+    with pytest.raises(stiction.BadInput, match=r"the path of a spec: text of \d+ lines; expected the path of a"):
+        stiction.load(ONE.read_text("utf-8"))
+    with pytest.raises(stiction.BadInput, match="the path of a spec: an empty text; expected the path of a"):
+        stiction.load("")
+
+
+def test_a_machine_is_not_changed(one: stiction.Machine) -> None:
+    """What was derived from the old spec would stay beside the new one."""
+    other = stiction.load(SPECS / "two_mass.yaml")
+    for name in ("spec", "overrides", "analysis", "name"):
+        with pytest.raises(AttributeError, match=r"stiction\.load"):
+            setattr(other, name, one.spec)
+    assert other.derive().stable and other.spec.name == "two_mass"
+
+
+def test_an_attribute_that_is_not_there_is_answered_by_python_with_the_one_that_was_meant() -> None:
+    with pytest.raises(AttributeError) as told:
+        _ = stiction.simulat
+    assert told.value.name == "simulat" and told.value.obj is stiction
 
 
 def test_a_text_is_no_list_of_texts(one: stiction.Machine) -> None:
