@@ -39,6 +39,7 @@ _OFFERED = {
     "app.verify": ("verify", "Verified"),
     "app.watch": ("watch", "Watched"),
     "base.errors": ("BadInput", "InternalError"),
+    "base.progress": ("progress",),
     "checker.verify": ("Refused",),
 }
 """Module of ``codegen`` → what of it is offered here."""

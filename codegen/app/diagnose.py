@@ -107,6 +107,7 @@ def diagnose(
             ``log`` is held out.
         out: folder for DIAGNOSIS_FILES and generated/NAME; by default named after the first log.
         description, columns: how the logs name their columns.
+        progress: called with a step and the share of the work that is done, 0 to 1.
         propose: whether PySINDy proposes terms for an unknown residual.
         material: share of the RMS drive force from which on a residual matters, 0.02 or "2 %"; 2 % by default.
         tell: called with the findings of the preflight on each log, before the fits.

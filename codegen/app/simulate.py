@@ -62,6 +62,8 @@ def simulate(
     """Write a log of the plant of a spec, with its declared effects, driven as its ``simulation:`` section says.
 
     Args:
+        out: the log, .csv.
+        progress: called with the share of the work that is done, 0 to 1.
         plant: ``own``, or ``mujoco``: the exported model in MuJoCo.
 
     Raises:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -55,6 +55,7 @@ class Replayed(Result):
         notes: preprocessing of the log, in words.
         path: file of the estimates, or None.
         warnings: signals outside the spec's envelope, and friction far above the declared one.
+        units: output, and ``t`` → its unit.
     """
 
     template = "replayed"
@@ -70,6 +71,7 @@ class Replayed(Result):
     notes: tuple[str, ...]
     path: Path | None
     warnings: tuple[str, ...] = ()
+    units: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def summary(self) -> Mapping[str, object]:
@@ -174,6 +176,7 @@ class _Summary:
             notes=tuple(samples.notes),
             path=path,
             warnings=(*self.envelope.warnings, *excessive),
+            units={"t": "s", **{name: unit for name, unit, _ in program.outputs}},
         )
 
 

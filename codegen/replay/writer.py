@@ -75,9 +75,13 @@ def read_estimates(path: Path) -> dict[str, Array]:
     try:
         if path.suffix.lower() == ".npy":
             table = np.load(path)
+            if table.dtype.names is None:
+                raise ValueError("an array without names of columns")
             return {name: table[name] for name in table.dtype.names}
         with path.open(encoding="utf-8") as file:
             names = file.readline().strip().split(",")
+            if names[0] != "t":
+                raise ValueError(f"`{names[0]}` in place of the column `t`")
             columns = np.loadtxt(file, delimiter=",", ndmin=2, comments=None).T
     except (OSError, ValueError) as error:
         raise BadInput(str(path), f"unreadable ({error})", "the estimates that replay wrote", code="FILE001") from None

@@ -11,6 +11,7 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 
 import stiction as api
@@ -212,6 +213,29 @@ def test_text_of_a_result_needs_no_options_and_is_what_the_command_prints(
         assert result.text() == stiction(*command).out, command
         shows_itself(result)
     assert "12000 samples" in one.replay(log).text()
+
+
+def test_the_units_of_estimates(one: api.Machine, tmp_path: Path) -> None:
+    replayed = one.replay(one.simulate(tmp_path / "log.csv").path, tmp_path / "estimates.csv")
+    assert set(replayed.units) == set(replayed.estimates) - {"fault"}
+    assert (replayed.units["t"], replayed.units["v_hat"], replayed.units["F_hat_rail"]) == ("s", "m/s", "N")
+
+
+@pytest.mark.parametrize("name", ["estimates.csv", "estimates.npy"])
+def test_estimates_that_were_replaced_by_another_file(one: api.Machine, tmp_path: Path, name: str) -> None:
+    replayed = one.replay(one.simulate(tmp_path / "log.csv").path, tmp_path / name)
+    if name.endswith(".npy"):
+        np.save(tmp_path / name, np.zeros((3, 2)))
+    else:
+        (tmp_path / name).write_text("mine\n")
+    with pytest.raises(api.BadInput, match="expected the estimates that replay wrote"):
+        _ = replayed.estimates
+
+
+def test_progress_of_a_verb_without_a_callback_is_shown_on_standard_error() -> None:
+    script = f"import stiction\nwith stiction.progress(lines=True): stiction.load({str(ONE)!r}).certify()"
+    done = subprocess.run([sys.executable, "-c", script], cwd=ROOT, capture_output=True, text=True, check=True)
+    assert done.stdout == "" and "certificate ...\n" in done.stderr
 
 
 @pytest.mark.slow
