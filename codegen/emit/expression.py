@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from fractions import Fraction
 
 import numpy as np
 
@@ -28,9 +29,6 @@ class Language:
         single: whether numbers are single precision.
         number: format of a literal, such as ``{digits}f``.
         opening, closing: parentheses around an expression that takes several lines.
-        rounds_literals: whether the printed code rounds its literals to single precision itself, as ``float32(0.1)``
-            does. A number that single precision cannot represent exactly is then printed with all digits of the double,
-            so that the checker reads the same number in the Python twin as in the certificate.
     """
 
     calls: Mapping[str, str]
@@ -38,10 +36,12 @@ class Language:
     number: str = "{digits}"
     opening: str = ""
     closing: str = ""
-    rounds_literals: bool = False
 
     def literal(self, value: float) -> str:
         """The literal of a number: the shortest decimal that rounds to it, with a point or an exponent.
+
+        Of a number that is not one of single precision, all digits of the double are printed: it is rounded when the
+        code is read, as 0.45359237f, and the checker reads the same decimal as in the certificate.
 
         Raises:
             BadInput: for a number that is not finite, or that underflows to zero or overflows in single precision.
@@ -50,9 +50,18 @@ class Language:
             rounded = np.float32(value) if self.single else np.float64(value)
         if not math.isfinite(rounded) or (value != 0) != (rounded != 0):
             raise out_of_range(f"the constant {value}", "single" if self.single else "double")
-        as_double = not self.single or (self.rounds_literals and float(rounded) != value)
-        digits = repr(float(value)) if as_double else str(rounded)
+        digits = repr(float(value))
+        if self.single and (float(rounded) == value or not _rounds_to(digits, rounded)):
+            digits = str(rounded)
         return self.number.format(digits=digits)
+
+
+def _rounds_to(digits: str, number: np.float32) -> bool:
+    """Whether a decimal is nearer to this number of single precision than to others; its double may be a tie."""
+    off = Fraction(digits) - Fraction(float(number))
+    with np.errstate(over="ignore"):
+        beside = np.nextafter(number, np.float32(math.copysign(math.inf, off)))
+    return not math.isfinite(beside) or 2 * abs(off) < abs(Fraction(float(beside)) - Fraction(float(number)))
 
 
 class Expressions:

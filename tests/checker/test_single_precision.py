@@ -43,6 +43,17 @@ def test_a_shipped_proof_is_one_of_the_c_in_single_precision_too(name: str) -> N
     assert [line.replace("above 1e+150", "above 1e+18") for line in same] == others, "with its own limit of a sample"
 
 
+def test_a_number_of_more_digits_than_a_float_has_is_that_of_the_certificate(tmp_path: Path) -> None:
+    """A mass of one pound was 0.45359236 in the C and 0.45359237 in the matrix: nothing was proved of the C."""
+    text = (SPECS / "one_mass.yaml").read_text("utf-8")
+    assert text.count("m: {value: 1, unit: kg}") == 1
+    (spec := tmp_path / "pound.yaml").write_text(text.replace("{value: 1, unit: kg}", "{value: 1, unit: lb}"))
+    files = stiction.load(spec).with_overrides(stiction.Overrides(precision="single")).files
+    assert "0.45359237f, /* m */" in files["one_mass.h"]
+    report = verify.check(files["certificate.json"], sources={x: text.encode() for x, text in files.items()})
+    assert report.whole and not report.unproved
+
+
 FORGED = {
     "another law": ("c", STEP, f"{STEP} 1e-3f +", "do not show"),
     "a number in double precision": ("c", STEP, f"{STEP} 0.5 * (double)0.0f +", "double and single"),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import json
+from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
@@ -99,7 +100,14 @@ def test_literals_are_the_double_and_no_integer(value):
     if value not in (1e-300, 5e-324):
         text = SINGLE.literal(value)
         assert np.float32(text.removesuffix("f")) == np.float32(value)
-        assert text.endswith("f") and len(text) < 17 and ("." in text or "e" in text)
+        assert text.endswith("f") and len(text) < 24 and ("." in text or "e" in text)
+
+
+def test_single_literals_keep_the_decimals_of_the_double_where_a_compiler_reads_the_same_float():
+    assert SINGLE.literal(0.45359237) == "0.45359237f" and SINGLE.literal(float(np.float32(1 / 3))) == "0.33333334f"
+    tie = 1 + 2.0**-24  # 1.0000000596046448 in seventeen digits, which is above it, and rounds up
+    assert Fraction(repr(tie)) > Fraction(tie) and np.float32(tie) == 1
+    assert SINGLE.literal(tie) == "1.0f"
 
 
 @pytest.mark.parametrize("value", [float("inf"), float("-inf"), float("nan")])

@@ -17,7 +17,7 @@ def python_language(program: Program) -> Language:
     calls = {name: f"_{name}" for name in FUNCTIONS} | {"abs": "abs", "tanh": "math.tanh", "quotient": "_quotient"}
     if single:
         calls = {name: f"_{name}" for name in (*FUNCTIONS, "tanh")} | {"abs": "abs"}
-    return Language(calls, single, "float32({digits})" if single else "{digits}", "(", ")", rounds_literals=single)
+    return Language(calls, single, "float32({digits})" if single else "{digits}", "(", ")")
 
 
 def emit_python(program: Program, code: Code, header: Header) -> dict[str, str]:
