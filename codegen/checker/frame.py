@@ -326,8 +326,9 @@ def read(name: str, files: dict[str, str]) -> C:
     else:
         prepare, init, step = between(form, name, source)
         sums, commit, bodies, most = None, "", [init, step], "0"
+    macros = rf"\b{name.upper()}_(?:RUNNING|HOLDING|STARTING|PARAMETERS|COLD)\b"  # a local could hide a mode
     for text in (prepare, commit, *bodies, *(sums or ())):
-        plain_loops = re.fullmatch(r"[^{}]*+(?:{[^{}]*+}[^{}]*+)*+", text) and f"{name.upper()}_" not in text
+        plain_loops = re.fullmatch(r"[^{}]*+(?:{[^{}]*+}[^{}]*+)*+", text) and not re.search(macros, text)
         demand(plain_loops, f"{name}.c: {text[:80]!r} holds more than statements")
     fields, values, *others = between(top, name, header)
     demand(
@@ -361,7 +362,7 @@ def detects(c: C) -> None:
     demand(valid == {*inputs}, f"{name}.c: `given` is not the sum of all inputs")
     demand(started == {*inputs, *states}, f"{name}.c: `check` is not the sum of inputs and states")
     before, _, sum_ = step.rpartition("double check = ")
-    demand(not re.search(r"\bcheck\b", before), f"{name}.c: `check` is set anew")
+    demand(not re.search(r"(?<!\.)\bcheck\b", before), f"{name}.c: `check` is set anew")  # a field may be called so
     follow, summed = [re.sub(r"state\.(\w+)", r"\1_next", z) for z in states], terms("check", f"double check = {sum_}")
     demand({*summed} >= {*follow}, f"{name}.c: `check` does not hold all next states")
     besides = {*summed} - {*follow}

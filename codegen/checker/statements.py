@@ -234,12 +234,13 @@ def gaps(proof: dict[str, Any], shown: dict[str, Any], plain: Callable[[str], st
 
 def of_faults(c: Any) -> str:
     """Which samples the code does not use, as frame.py reads and proves it."""
-    limit, magnitudes = f"{float(c.precision.limit):g}", "' magnitudes" * ("fabs(" in c.sums[0])
+    size, magnitudes = f"{float(c.precision.limit):g}", "' magnitudes" * ("fabs(" in c.sums[0])
+    limit = f"[-{size}, {size}]"
     return (
-        f"a sample is invalid if the sum of its inputs{magnitudes} is no number or above {limit}; a valid one is not"
-        f" used, but sets the states, with fault 1, after {c.most} or more invalid ones in a row, if no earlier one was"
-        f" valid (that of init included), and if the sum of the next states is no number or above {limit}; next states"
-        " beyond this that cancel in the sum are used"
+        "a sample is used, with fault 0, if the sum of the next states (`check` in the C, with any further terms) is in"
+        f" {limit}, but not after {c.most} or more invalid ones in a row, nor before a first valid one (that of init"
+        " included); next states beyond this that cancel in the sum are used; of the others, with fault 1, those are"
+        f" invalid of which the sum of the inputs{magnitudes} is not in {limit} either; a valid one sets the states"
     )
 
 

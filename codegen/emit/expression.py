@@ -56,7 +56,7 @@ class Language:
         return self.number.format(digits=digits)
 
 
-def _rounds_to(digits: str, number: np.float32) -> bool:
+def _rounds_to(digits: str, number: np.floating) -> bool:
     """Whether a decimal is nearer to this number of single precision than to others; its double may be a tie."""
     off = Fraction(digits) - Fraction(float(number))
     with np.errstate(over="ignore"):

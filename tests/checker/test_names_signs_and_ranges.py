@@ -10,10 +10,11 @@ from typing import Any
 
 import pytest
 
+import stiction
 from codegen.app.derived import Derived
 from codegen.checker import frame, verify
 from codegen.spec import parse_spec
-from tests.checker.forged import certificate, sources
+from tests.checker.forged import GENERATED, certificate, sources
 from tests.checker.test_kernel import spec_path
 from tests.checker.test_single_precision import single
 from tests.checker.test_without_guard import bare
@@ -136,3 +137,17 @@ def test_a_slip_of_other_factors_is_bound_to_its_code() -> None:
     machine = Derived(parse_spec(text, Path("two_mass.yaml")))
     files = {name: of.encode() for name, of in machine.files.items()}
     assert verify.status(verify.check(files["certificate.json"].decode(), sources=files)) == 0
+
+
+NAMES = {"a machine k, with gains K_F and K_v": ("one_mass", "k"), "a parameter check": ("m: {", "check: {")}
+
+
+@pytest.mark.parametrize("why", NAMES)
+def test_names_that_the_code_has_for_something_else_do_not_refuse(why: str, tmp_path: Path) -> None:
+    """K_ is the beginning of the macros of a machine k too; `check` is a local variable of the step."""
+    text = (GENERATED.parent / "specs" / "one_mass.yaml").read_text("utf-8")
+    old, new = NAMES[why]
+    text = text.replace(old, new).replace("[m]", "[check]" if "check" in new else "[m]")
+    (spec := tmp_path / "names.yaml").write_text(text)
+    files = {x: of.encode() for x, of in stiction.load(spec).files.items()}
+    assert verify.check(files["certificate.json"].decode(), sources=files).whole
