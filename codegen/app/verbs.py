@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import gc
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -207,14 +207,9 @@ def generate(
     as_json: AsJson = False,
 ) -> None:
     """Write C, Python, certificate and README into generated/NAME/, or NAME.fmu."""
+    _refuse_specs(specs, out)
     fmu = target == ["fmu"]
-    if out is not None and len(specs) > 1:
-        found = f"one folder for {len(specs)} specs"
-        raise BadInput("-o", found, "one spec with -o, or several without", code="CALL002")
-    again = next((spec for k, spec in enumerate(specs) if identity(spec) in map(identity, specs[:k])), None)
-    if again is not None:
-        raise BadInput(str(again), "the same spec again", "each spec once", code="CALL002")
-    code, results = 0, []
+    results, codes = [], []
     for spec in specs:
         made: Generated | GeneratedFmu
         with progress():
@@ -227,15 +222,29 @@ def generate(
             else:
                 made = generate(spec, out, check_only, uncertified, overrides, force)
         results.append(made.content)
+        codes.append(_exit_code(made, check_only, uncertified))
         if not as_json:
             output.print(made.text(), end="")
-        if check_only and made.stale:
-            code = STALE
-        elif made.refused and not uncertified:
-            code = code or REFUSED
     if as_json:
         print_json({"format": "stiction-generation/1", "machines": results})
-    raise typer.Exit(code)
+    raise typer.Exit(max(codes))
+
+
+def _refuse_specs(specs: Sequence[Path], out: Path | None) -> None:
+    """Raise BadInput for one folder for several specs, and for a spec that is given twice."""
+    if out is not None and len(specs) > 1:
+        found = f"one folder for {len(specs)} specs"
+        raise BadInput("-o", found, "one spec with -o, or several without", code="CALL002")
+    again = next((spec for k, spec in enumerate(specs) if identity(spec) in map(identity, specs[:k])), None)
+    if again is not None:
+        raise BadInput(str(again), "the same spec again", "each spec once", code="CALL002")
+
+
+def _exit_code(made: Generated | GeneratedFmu, check_only: bool, uncertified: bool) -> int:
+    """The exit status of ``generate`` for one spec; that of several is the largest."""
+    if check_only and made.stale:
+        return STALE
+    return REFUSED if made.refused and not uncertified else 0
 
 
 @app.command(short_help="Show which gains are stable, and suggest some.")
@@ -360,8 +369,19 @@ def diagnose(
             tell.above(lambda: output.print(findings_text(found), end=""))
             sys.stdout.flush()  # for a pipe
 
-        given = description, _columns(column or []), tell, propose, material
-        result = diagnose(spec, log, test, out, *given, print_findings, force)
+        result = diagnose(
+            spec,
+            log,
+            test,
+            out,
+            description=description,
+            columns=_columns(column or []),
+            progress=tell,
+            propose=propose,
+            material=material,
+            tell=print_findings,
+            force=force,
+        )
     _show(result, as_json, preflight_shown=True)
     raise typer.Exit(REFUSED if result.diagnosis.verdict == "unfit" else 0)
 
