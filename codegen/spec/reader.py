@@ -283,8 +283,9 @@ class _Reading:
         if section.name in {c.name for c in self.document.friction.contacts[:index]}:
             found = f"a second contact `{section.name}`"
             raise BadInput(self.place(f"{key}.name"), found, "a different name for each contact", code="SPEC009")
-        unit = self._si_unit(section.unit, f"{key}.unit", f"a number of the law may have its own, `5 {section.unit}`")
         given = {name: value for name, value in (section.model_extra or {}).items() if not _is_tolerance(name)}
+        bare = next((f"{name}: {value}" for name, value in given.items() if isinstance(value, int | float)), "a: 5")
+        unit = self._si_unit(section.unit, f"{key}.unit", f"a number may have its own, `{bare} {section.unit}`")
         values, units = read_numbers(given, key, self.place)
         return Contact(section.name, section.law, unit, values, sliding, units)
 

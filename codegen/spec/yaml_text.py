@@ -132,6 +132,12 @@ def _refused(error: MarkedYAMLError, file: str, text: str) -> BadInput:
         if bare is not None:
             line, key, value = bare
             return BadInput(Place(file, line + 1), f"the key `{key}` without `:`", f"`{key}: {value}`", code="SPEC001")
+    if problem.startswith(UNEXPECTED_COLON) and error.problem_mark:
+        line = text.splitlines()[error.problem_mark.line]
+        if unlike := _no_blank_before_bracket(line) or _entries_without_braces(line):
+            return BadInput(Place(file, error.problem_mark.line + 1), *unlike, code="SPEC001")
+    if error.problem_mark and (apart := _no_comma(text.splitlines(), error.problem_mark)):
+        return BadInput(Place(file, error.problem_mark.line + 1), *apart, code="SPEC001")
     if problem.startswith(NO_END) and error.problem_mark and (shut := _closed_too_early(text, error.problem_mark)):
         return BadInput(Place(file, error.problem_mark.line + 1), *shut, code="SPEC001")
     if error.problem_mark and (bracket := _bracket_in_value(text.splitlines(), error.problem_mark)):
@@ -183,6 +189,41 @@ def _closed_too_early(text: str, mark: Any) -> tuple[str, str] | None:
 
 
 _ENDED_MAPPING = re.compile(r"\s*(?:-\s+)?(?:\w+:\s+)?\{(?P<inside>[^{}]*)\},\s*(?P<rest>\w+:\s[^#]*)")
+
+
+def _no_blank_before_bracket(line: str) -> tuple[str, str] | None:
+    """(found, expected) for ``phi:{velocity: om, …``, whose key YAML takes to be ``phi:{velocity``; None otherwise."""
+    key = _BRACKET_AT_COLON.fullmatch(line)
+    if key is None:
+        return None
+    return f"`{key[1]}:{key[2][0]}` without a blank behind the colon", f"`{key[1]}: {key[2].rstrip()}`"
+
+
+def _entries_without_braces(line: str) -> tuple[str, str] | None:
+    """(found, expected) for ``phi: velocity: om, unit: rad``: a mapping without braces, or a text without quotes."""
+    bare = _BARE_ENTRIES.fullmatch(line)
+    if bare is None:
+        return None
+    key, entries = bare["key"], bare["entries"]
+    braces, quotes = f"`{key}: {{{entries}}}`", f'`{key}: "{entries}"`'
+    return (
+        f"`{entries}` behind `{key}:` on its line",
+        f"braces around entries, {braces}; or quotes around text, {quotes}",
+    )
+
+
+def _no_comma(lines: Sequence[str], mark: Any) -> tuple[str, str] | None:
+    """(found, expected) for ``{velocity: om unit: rad}``, at whose second colon the parser stops; None otherwise."""
+    line = lines[mark.line] if mark.line < len(lines) else ""
+    pair = _PAIR_WITHOUT_COMMA.search(line[: mark.column])
+    if line[mark.column : mark.column + 1] != ":" or pair is None:
+        return None
+    return f"no comma between `{pair[1]}` and `{pair[2]}:`", f"`{pair[1]}, {pair[2]}: …`"
+
+
+_BRACKET_AT_COLON = re.compile(r"\s*(?:-\s+)?(\w+):([{\[].*)")
+_BARE_ENTRIES = re.compile(r"\s*(?:-\s+)?(?P<key>\w+):\s+(?P<entries>\w+:\s[^#{}\[\]\"']*?)\s*(?:#.*)?")
+_PAIR_WITHOUT_COMMA = re.compile(r"(?:^|[{,])\s*(\w+:\s[^{}\[\],:]*[^{}\[\],:\s])\s+(\w+)$")
 
 
 def _key_without_colon(lines: Sequence[str], at: int) -> tuple[int, str, str] | None:

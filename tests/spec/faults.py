@@ -131,7 +131,7 @@ UNITS: dict[str, tuple[str, str, str]] = {
     "coordinate in mm": ("velocity: v, unit: m}", "velocity: v, unit: mm}", "SPEC014"),
     "coordinate in degrees": ("velocity: om, unit: rad}", "velocity: om, unit: deg}", "SPEC014"),
     "input in kN": ("w: {unit: N}", "w: {unit: kN}", "SPEC014"),
-    "contact in kN": ("a: 5, unit: N}", "a: 5, unit: kN}", "SPEC014"),
+    "contact in kN": ("a: 5, unit: N}", "a: 0.03, unit: kN}", "SPEC014 `a: 0.03 kN`"),
     "the units of the names of a sum are told": ("unit: N/m}", "unit: N}", "SPEC014 k in N, x in m"),
     "mass as a length": ("value: 2, unit: kg", "value: 2, unit: m", "SPEC014 mass_matrix `mass`"),
     "exp of a length": ("w - k*x", "w*exp(x)", "SPEC014 `x`"),
