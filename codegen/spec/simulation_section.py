@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
+from dataclasses import dataclass
 
 import sympy
 
@@ -31,72 +32,93 @@ def read_simulation(
         BadInput: for an unknown name, an invalid number or expression, a duration of less than two or more than 10⁷
             samples, a negative step, noise or limit, or a cancellation that is not a share or has no observer.
     """
-    if section is None:
-        return None
-    coordinates = tuple(coordinates)
-    inputs, positions = tuple(inputs), {c.name for c in coordinates}
-    entries = {i.name for i in inputs}
-    time = {"t": symbol("t")}
+    return None if section is None else _Reader(section, tuple(coordinates), tuple(inputs), place).simulation()
 
-    def number(text: str, key: str, unit: str) -> float:
-        return float(read_quantity(text, unit, place(key)) if unit else exact_number(text, place(key)))
 
-    def known(name: str, names: set[str]) -> Mapping[str, str]:
-        key = f"simulation.{name}"
-        values: Mapping[str, str] = getattr(section, name)
-        for entry in values:
-            if not names:  # only inputs can be missing; a spec has a coordinate
-                found = f"the input `{entry}`, but {NO_INPUTS}"
-                raise BadInput(place(f"{key}.{entry}"), found, "`inputs:` with it", code="SPEC008")
-            refuse_unknown(entry, sorted(names), place(f"{key}.{entry}"), "unknown name", code="SPEC008")
-        return values
+@dataclass(frozen=True)
+class _Reader:
+    """Reader of one section, whose entries are by the names of coordinates, velocities and inputs."""
 
-    def numbers(name: str, names: set[str], units: Mapping[str, str] | None = None) -> dict[str, float]:
-        own = units or {}
-        return {k: number(v, f"simulation.{name}.{k}", own.get(k, "")) for k, v in known(name, names).items()}
+    section: SimulationSection
+    coordinates: tuple[Coordinate, ...]
+    inputs: tuple[Input, ...]
+    place: Callable[[str], Place]
 
-    def magnitudes(name: str, units: Mapping[str, str], zero: bool = True) -> dict[str, float]:
-        values = numbers(name, set(units), units)
+    def simulation(self) -> Simulation:
+        """The whole section, in the order in which its faults are reported."""
+        duration, period = self._times()
+        inputs = {i.name: i.unit for i in self.inputs}
+        positions = {c.name: c.unit for c in self.coordinates}
+        velocities = {c.velocity: f"{c.unit}/s" for c in self.coordinates}
+        return Simulation(
+            duration,
+            period,
+            inputs=self._functions("inputs", inputs),
+            reference=self._functions("reference", inputs | positions),
+            position_gain=self._numbers("position_gain", dict.fromkeys(inputs, "")),
+            velocity_gain=self._numbers("velocity_gain", dict.fromkeys(inputs, "")),
+            input_limit=self._magnitudes("input_limit", inputs, zero=False),
+            encoder_step=self._magnitudes("encoder_step", positions),
+            position_noise=self._magnitudes("position_noise", positions),
+            seed=self.section.seed,
+            integral_gain=self._numbers("integral_gain", dict.fromkeys(inputs, "")),
+            velocity_noise=self._magnitudes("velocity_noise", velocities),
+            observer=self.section.observer,
+            cancel=_cancelled(self.section, self.place),
+            cancel_delay=self.section.cancel_delay,
+        )
+
+    def _times(self) -> tuple[float, float]:
+        """Duration and sample time, s."""
+        duration = self._number(self.section.duration, "duration", "s")
+        period = self._number(self.section.sample_time, "sample_time", "s")
+        for key, value in (("duration", duration), ("sample_time", period)):
+            if value <= 0:
+                raise BadInput(self._at(key), f"{value:g} s", "a positive time in s", code="SPEC007")
+        if not period < duration or duration / period > MOST_SAMPLES:
+            found = f"{duration} s in steps of {period} s"
+            raise BadInput(self._at("duration"), found, "2 to 10^7 samples", code="SPEC024")
+        return duration, period
+
+    def _functions(self, key: str, names: Collection[str]) -> dict[str, sympy.Expr]:
+        """Name → expression over the time."""
+        time = {"t": symbol("t")}
+        entries = self._entries(key, names)
+        return {k: parse_expression(v, self._at(f"{key}.{k}")).symbolic(time) for k, v in entries.items()}
+
+    def _numbers(self, key: str, units: Mapping[str, str]) -> dict[str, float]:
+        """Name → number in its unit of ``units``; "" for a number without a unit."""
+        return {k: self._number(v, f"{key}.{k}", units[k]) for k, v in self._entries(key, units).items()}
+
+    def _magnitudes(self, key: str, units: Mapping[str, str], zero: bool = True) -> dict[str, float]:
+        """Name → number that is not negative, nor zero unless ``zero`` allows it."""
+        values = self._numbers(key, units)
         for k, value in values.items():
             if value < 0 or (value == 0 and not zero):
                 what = "zero or a positive number" if zero else "a positive number; no entry means no limit"
-                raise BadInput(place(f"simulation.{name}.{k}"), f"{name} {value:g}", what, code="SPEC007")
+                raise BadInput(self._at(f"{key}.{k}"), f"{key} {value:g}", what, code="SPEC007")
         return values
 
-    def functions(name: str, names: set[str]) -> dict[str, sympy.Expr]:
-        return {
-            k: parse_expression(v, place(f"simulation.{name}.{k}")).symbolic(time)
-            for k, v in known(name, names).items()
-        }
+    def _entries(self, key: str, names: Collection[str]) -> Mapping[str, str]:
+        """Name → text of the entries of a key, all of which are in ``names``."""
+        entries: Mapping[str, str] = getattr(self.section, key)
+        for entry in entries:
+            if not names:  # only inputs can be missing; a spec has a coordinate
+                found = f"the input `{entry}`, but {NO_INPUTS}"
+                raise BadInput(self._at(f"{key}.{entry}"), found, "`inputs:` with it", code="SPEC008")
+            refuse_unknown(entry, sorted(names), self._at(f"{key}.{entry}"), "unknown name", code="SPEC008")
+        return entries
 
-    duration = number(section.duration, "simulation.duration", "s")
-    period = number(section.sample_time, "simulation.sample_time", "s")
-    for key, value in (("duration", duration), ("sample_time", period)):
-        if value <= 0:
-            raise BadInput(place(f"simulation.{key}"), f"{value:g} s", "a positive time in s", code="SPEC007")
-    if not period < duration or duration / period > MOST_SAMPLES:
-        found = f"{duration} s in steps of {period} s"
-        raise BadInput(place("simulation.duration"), found, "2 to 10^7 samples", code="SPEC024")
-    return Simulation(
-        duration,
-        period,
-        functions("inputs", entries),
-        functions("reference", entries | positions),
-        numbers("position_gain", entries),
-        numbers("velocity_gain", entries),
-        magnitudes("input_limit", {i.name: i.unit for i in inputs}, zero=False),
-        magnitudes("encoder_step", {c.name: c.unit for c in coordinates}),
-        magnitudes("position_noise", {c.name: c.unit for c in coordinates}),
-        section.seed,
-        numbers("integral_gain", entries),
-        magnitudes("velocity_noise", {c.velocity: f"{c.unit}/s" for c in coordinates}),
-        section.observer,
-        _cancelled(section, place),
-        section.cancel_delay,
-    )
+    def _number(self, text: str, key: str, unit: str) -> float:
+        return float(read_quantity(text, unit, self._at(key)) if unit else exact_number(text, self._at(key)))
+
+    def _at(self, key: str) -> Place:
+        """File and line of a key of the section."""
+        return self.place(f"simulation.{key}")
 
 
 def _cancelled(section: SimulationSection, place: Callable[[str], Place]) -> float | None:
+    """The share of the friction estimate that the input cancels; None for none."""
     for key in ("cancel", "cancel_delay"):
         if key in section.model_fields_set and not section.observer:
             found = f"`{key}` without an observer in the loop"
