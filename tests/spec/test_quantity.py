@@ -95,7 +95,7 @@ def test_a_level_in_another_unit_has_it_beside_its_number() -> None:
     name = parse_spec(BARE, Path("s.yaml")).contacts[0].name
     with pytest.raises(BadInput) as told:
         parse_spec(BARE.replace("a: 50, unit: N}", "a: 50, unit: kN}"), Path("s.yaml"))
-    assert "`5 kN`" in told.value.expected and "scale" not in told.value.expected
+    assert "`a: 50 kN`" in told.value.expected and "scale" not in told.value.expected
     beside, plain = (
         parse_spec(BARE.replace("a: 50, unit: N}", f"a: {level}, unit: N}}"), Path("s.yaml"))
         for level in ("5 kN", "5000")
