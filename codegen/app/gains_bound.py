@@ -6,7 +6,7 @@ suggests slower gains.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -65,8 +65,15 @@ def bounds_at(machine: Derived, axes: Sequence[GainAxis], suggestion: Suggestion
     """
     if isinstance(error_response(machine.nominal.observer), str):
         return ()
-    found = list(_until_useful(machine, axes, suggestion))
-    if not found or found[0].divisor != 1:
+    found: list[GainBound] = []
+    for divisor in DIVISORS:
+        one = bound_at(machine, axes, suggestion.over(divisor), divisor)
+        if one is None:
+            break
+        found.append(one)
+        if one.share <= USEFUL:
+            break
+    if not found:
         return ()
     best = min(found, key=lambda one: (one.share > USEFUL, one.share if one.share > USEFUL else one.divisor))
     return (found[0],) if best is found[0] else (found[0], best)
@@ -76,17 +83,6 @@ def why_no_bound(report: Feasibility, bounds: Sequence[GainBound]) -> str:
     """Why no bound in newtons is known for an observer at any gains and envelope; empty if one is known."""
     found = "" if bounds else error_response(report.observer)
     return found if isinstance(found, str) else ""
-
-
-def _until_useful(machine: Derived, axes: Sequence[GainAxis], suggestion: Suggestion) -> Iterator[GainBound]:
-    """The bounds at gains divided by each divisor, up to the first useful one."""
-    for divisor in DIVISORS:
-        one = bound_at(machine, axes, suggestion.over(divisor), divisor)
-        if one is None:
-            return
-        yield one
-        if one.share <= USEFUL:
-            return
 
 
 def bound_at(

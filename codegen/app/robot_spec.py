@@ -87,7 +87,8 @@ def robot_files(name: str, path: Path, log: Path | None) -> dict[str, str]:
 def _spec_text(name: str, robot: RobotModel, path: Path, file: Path, log: Path | None) -> str:
     """The spec for a robot file beside it, which is parsed as a check; its errors are reported for ``path``."""
     bodies = read_kinematic_tree(file, Place(str(file))).bodies
-    guess, target = _guess(log, bodies), file.with_name(f"{name}.yaml")
+    target, joints = file.with_name(f"{name}.yaml"), {body.joint: body.label for body in bodies}
+    guess = Guess({}, ()) if log is None else guess_columns(log_names(log), joints)
 
     def rendered(seen: _Observed, tracker_gains: Sequence[str], euler_below: float | None = None) -> str:
         content = {"file": json.dumps(file.name), **_content(robot, bodies, guess, log, seen)}
@@ -129,12 +130,6 @@ def _tracker_gains(spec: Spec) -> list[str]:
     largest = np.linalg.eigvalsh(root[:, None] * inverse * root).max()
     velocity_gain = min(float(value) for symbol, value in gains.items() if symbol.name.startswith("K_v"))
     return [f"{-velocity_gain / 4 / largest * inertia:.2g}" for inertia in inertias.tolist()]
-
-
-def _guess(log: Path | None, bodies: Sequence[MovingBody]) -> Guess:
-    if log is None:
-        return Guess({}, ())
-    return guess_columns(log_names(log), {body.joint: body.label for body in bodies})
 
 
 def _content(

@@ -20,7 +20,6 @@ from codegen.logs.column_names import (
     scale_of_counts,
     stated_unit,
     unit_behind,
-    unit_of,
 )
 from codegen.logs.description import LogDescription
 from codegen.logs.formats.source import LogFile, listing
@@ -285,7 +284,7 @@ class _Search:
         velocity = self._velocity_of(symbol)
         if velocity not in self.terms:
             return False
-        own = unit_of(symbol, self.spec)
+        own = self.spec.units[symbol]
         units = {name: self._stated(name) for name in unused}
         return symbol in self.unlogged or not any(
             unit in ("", "-", "1") or is_in_counts(name) or is_convertible(unit, own) for name, unit in units.items()
@@ -484,7 +483,7 @@ class _Search:
 
     def _own(self, symbol: str) -> str:
         """The symbol's unit in SI."""
-        return unit_of(symbol, self.spec)
+        return self.spec.units[symbol]
 
     def _stated(self, name: str) -> str:
         """The unit of a column by the file, or else by its name; an index or a joint in brackets is no unit."""

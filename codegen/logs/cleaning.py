@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from codegen.base.arrays import Array, Flags
+from codegen.base.arrays import Array, Flags, runs
 from codegen.base.errors import BadInput, Place
 from codegen.base.user_text import shown
 from codegen.logs.counters import WIDTHS, WRAP_SIZE
@@ -179,12 +179,8 @@ def _refuse_many(raw: Columns, column: int, bad: Flags, fill: bool) -> None:
 
 def longest_run(flags: Flags) -> tuple[int, int]:
     """Length and start of the longest run of true values in (N,) flags; (0, 0) if there is none."""
-    edges = np.flatnonzero(np.diff(np.concatenate(([0], flags.astype(np.int8), [0]))))
-    starts, stops = edges[::2], edges[1::2]
-    if not len(starts):
-        return 0, 0
-    k = int(np.argmax(stops - starts))
-    return int(stops[k] - starts[k]), int(starts[k])
+    start, stop = max(runs(flags), key=lambda run: run[1] - run[0], default=(0, 0))
+    return stop - start, start
 
 
 def _rising(raw: Columns, values: Array, notes: list[str]) -> Flags:

@@ -99,7 +99,7 @@ def unit_behind(symbol: str, name: str) -> str:
 
 def factor_in_name(symbol: str, name: str, spec: Spec) -> float:
     """The factor from a column of this name to SI, by the unit that the name states; 1 for none."""
-    unit, own = stated_unit(name)[1] or unit_behind(symbol, name), unit_of(symbol, spec)
+    unit, own = stated_unit(name)[1] or unit_behind(symbol, name), spec.units[symbol]
     stated = unit not in ("", "-", "1", own) and is_convertible(unit, own)
     return float(si_factor(unit, Place(""))) if stated else 1.0
 
@@ -110,13 +110,6 @@ def is_convertible(unit: str, own: str) -> bool:
     if unit.lower() in AMBIGUOUS or not is_unit(unit) or not same_dimension(unit, own, place):
         return False
     return "rad" not in own or unit in ("1/s", "s^-1") or base_units(unit, place) == base_units(own, place)
-
-
-def unit_of(symbol: str, spec: Spec) -> str:
-    """The SI unit of ``t``, a position, a velocity or an input."""
-    units = {"t": "s"} | {c.name: c.unit for c in spec.coordinates} | {i.name: i.unit for i in spec.inputs}
-    units |= {c.velocity: f"{c.unit}/s" for c in spec.coordinates}
-    return units[symbol]
 
 
 @dataclass(frozen=True)
@@ -155,7 +148,7 @@ def proposed_columns(symbols: Sequence[str], units: Mapping[str, str], spec: Spe
         ((name, unit),) = left.items()
         known = _unit(name, unit)
         counted = rest[0] == "t" and is_counter(name)
-        if not counted and (known == "" or _fits(known, unit_of(rest[0], spec))):
+        if not counted and (known == "" or _fits(known, spec.units[rest[0]])):
             proposed[rest[0]] = _proposed(rest[0], name, unit, "since no other column is left", spec)
     return tuple(proposed[symbol] for symbol in symbols if symbol in proposed)
 
@@ -163,7 +156,7 @@ def proposed_columns(symbols: Sequence[str], units: Mapping[str, str], spec: Spe
 def _alike(symbols: Sequence[str], spec: Spec) -> list[list[str]]:
     """Groups of two or more symbols of the same kind (position, velocity, input) and unit, in the spec's order."""
     kinds = (spec.positions, spec.velocities, [i.name for i in spec.inputs])
-    units = {symbol: unit_of(symbol, spec) for symbol in symbols}
+    units = {symbol: spec.units[symbol] for symbol in symbols}
     groups = [[s for s in kind if units.get(s) == unit] for kind in kinds for unit in dict.fromkeys(units.values())]
     return [group for group in groups if len(group) > 1]
 
@@ -174,7 +167,7 @@ def _numbered(group: Sequence[str], left: Mapping[str, str], spec: Spec) -> list
     Returns:
         [] where there is no such set of columns, or more than one.
     """
-    usual, sets = USUAL.get(unit_of(group[0], spec), frozenset()), dict[str, list[str]]()
+    usual, sets = USUAL.get(spec.units[group[0]], frozenset()), dict[str, list[str]]()
     for name in left:
         words = words_of(re.sub(r"\d+", " ", name))
         if re.search(r"\d", name) and usual.intersection(words) and not _is_another(group[0], name, spec):
@@ -206,18 +199,18 @@ def _by_name(symbol: str, name: str, left: Mapping[str, str], spec: Spec) -> boo
 
 def _by_unit(symbol: str, name: str, left: Mapping[str, str], spec: Spec) -> bool:
     unit = _unit(name, left[name])
-    return unit != "" and _fits(unit, unit_of(symbol, spec)) and not _is_another(symbol, name, spec)
+    return unit != "" and _fits(unit, spec.units[symbol]) and not _is_another(symbol, name, spec)
 
 
 def _by_usual_name(symbol: str, name: str, left: Mapping[str, str], spec: Spec) -> bool:
-    return bool(USUAL.get(unit_of(symbol, spec), frozenset()) & _words(name)) and not _is_another(symbol, name, spec)
+    return bool(USUAL.get(spec.units[symbol], frozenset()) & _words(name)) and not _is_another(symbol, name, spec)
 
 
 def _is_another(symbol: str, name: str, spec: Spec) -> bool:
     """Whether by its name the column is a command (for a position) or belongs to the drive's supply (for an input)."""
     if symbol in spec.positions:
         return not _words(name).isdisjoint(COMMANDED)
-    return unit_of(symbol, spec) in ("V", "A") and not _words(name).isdisjoint(SUPPLY)
+    return spec.units[symbol] in ("V", "A") and not _words(name).isdisjoint(SUPPLY)
 
 
 def is_counter(name: str) -> bool:
@@ -232,7 +225,7 @@ def is_in_counts(name: str) -> bool:
 
 def scale_of_counts(symbol: str, spec: Spec) -> str:
     """The line of meta.yaml, or of the spec's ``log:``, that converts counts to SI, with an example of their size."""
-    own = unit_of(symbol, spec)
+    own = spec.units[symbol]
     if own.startswith("rad"):
         return f"`scale: {{{symbol}: 2*pi/4096}}` of an encoder with 4096 counts a turn"
     size, with_unit = ("10 um", "10 um") if own == "m" else ("0.001", f"0.001 {own}")
@@ -271,7 +264,7 @@ def _fits(unit: str, own: str) -> bool:
 
 
 def _proposed(symbol: str, name: str, stated: str, why: str, spec: Spec) -> Proposed:
-    unit, own = _unit(name, stated), unit_of(symbol, spec)
+    unit, own = _unit(name, stated), spec.units[symbol]
     read = stated or stated_unit(name)[1] or unit_behind(symbol, name)
     if unit and not read and _fits(unit, own):
         unread = si_factor(unit, Place("")) != si_factor(own, Place(""))

@@ -29,7 +29,10 @@ def excerpt(log: Log, most: int = MOST_SAMPLES) -> tuple[Log, tuple[Finding, ...
     part = _thinned(log, every) if every > 1 else log
     start = _most_travelled(part, most) if part.size > most else 0
     stop = min(start + most, part.size)
-    gaps, joints = (_cut_ranges(ranges, start, stop) for ranges in (part.gaps, part.joints))
+    gaps, joints = (
+        tuple((max(a, start) - start, min(b, stop) - start) for a, b in ranges if b > start and a < stop)
+        for ranges in (part.gaps, part.joints)
+    )
     part = _rows(part, slice(start, stop), gaps, joints)
     span = f"from {part.time[0]:.6g} to {part.time[-1]:.6g} s{f', one in {every}' if every > 1 else ''}"
     words = (
@@ -46,7 +49,10 @@ def _thinned(log: Log, every: int) -> Log:
     whole = slice(0, count * every)
     counted = None if log.counted is None else np.asarray(log.counted[whole].reshape(count, every).any(axis=1))
     inputs = log.inputs[whole].reshape(count, every, -1).mean(axis=1)
-    gaps, joints = (_thin_ranges(ranges, every, count) for ranges in (log.gaps, log.joints))
+    gaps, joints = (
+        tuple((a // every, min(-(-b // every), count)) for a, b in ranges if a // every < count)
+        for ranges in (log.gaps, log.joints)
+    )
     part = _rows(log, slice(0, count * every, every), gaps, joints)
     return replace(part, inputs=inputs, sample_time=log.sample_time * every, counted=counted)
 
@@ -65,10 +71,6 @@ def _rows(log: Log, kept: slice, gaps: Ranges, joints: Ranges) -> Log:
     )
 
 
-def _thin_ranges(ranges: Ranges, every: int, count: int) -> Ranges:
-    return tuple((a // every, min(-(-b // every), count)) for a, b in ranges if a // every < count)
-
-
 def _most_travelled(log: Log, most: int) -> int:
     """Start of the excerpt on which the coordinates travel furthest, each relative to its whole travel."""
     way = np.zeros((log.size, log.positions.shape[1]))
@@ -79,7 +81,3 @@ def _most_travelled(log: Log, most: int) -> int:
     travelled = np.concatenate([[0.0], np.cumsum((way / np.where(total > 0, total, 1.0)).sum(axis=1))])
     starts = np.arange(0, log.size - most + 1, max(1, most // STARTS))
     return int(starts[np.argmax(np.round(travelled[starts + most] - travelled[starts], 12))])
-
-
-def _cut_ranges(ranges: Ranges, start: int, stop: int) -> Ranges:
-    return tuple((max(a, start) - start, min(b, stop) - start) for a, b in ranges if b > start and a < stop)

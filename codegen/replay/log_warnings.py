@@ -64,7 +64,7 @@ class EnvelopeCheck:
         self._estimates: list[tuple[int, Span]] = []
         inputs = [field.name for field in program.inputs]
         outputs = [name for name, _, _ in program.outputs]
-        for name, unit in _signals(spec).items():
+        for name, unit in spec.units.items():
             if name not in spec.envelope:
                 continue
             low, high = (float(end) for end in spec.envelope[name])
@@ -85,13 +85,6 @@ class EnvelopeCheck:
         """A line for each signal that leaves the envelope."""
         found = (span.finding for _, span in (*self._inputs, *self._estimates))
         return tuple(finding.words for finding in found if finding is not None)
-
-
-def _signals(spec: Spec) -> dict[str, str]:
-    """Name → unit of the positions, velocities and inputs."""
-    positions = {c.name: c.unit for c in spec.coordinates}
-    velocities = {c.velocity: f"{c.unit}/s" for c in spec.coordinates}
-    return positions | velocities | {i.name: i.unit for i in spec.inputs}
 
 
 def declared_friction(spec: Spec, observer: Observer) -> dict[str, float]:

@@ -13,7 +13,7 @@ from matplotlib.ticker import NullFormatter
 from codegen.analysis.feasibility.axes import SAMPLE_TIME, GainAxis
 from codegen.analysis.feasibility.gains import Feasibility, GainSet
 from codegen.analysis.feasibility.suggest import NOISE_SHARE
-from codegen.report.style import drawn
+from codegen.report.style import figure_bytes
 from codegen.report.wording import number, unit_text
 
 INK, QUIET, OUTSIDE = "#1d1f22", "#8a8f96", "#d9d9d9"
@@ -39,7 +39,7 @@ STYLE = {
 def gain_map_png(report: Feasibility) -> bytes:
     """The map as PNG; deterministic for a report."""
     spaces = {"w_pad": 0.08, "h_pad": 0.08}
-    return drawn(lambda figure: _draw(figure, figure.subplots(), report), SIZE_IN, "png", DPI, spaces, STYLE)
+    return figure_bytes(lambda figure: _draw(figure, figure.subplots(), report), SIZE_IN, "png", DPI, spaces, STYLE)
 
 
 def decay_levels(decay: Any) -> list[float]:

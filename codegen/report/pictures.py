@@ -12,8 +12,8 @@ from matplotlib.ticker import NullFormatter, ScalarFormatter
 
 from codegen.base.parallel import in_processes
 from codegen.report.evidence import LawPanel
-from codegen.report.series import CoordinateSeries
-from codegen.report.style import INK, QUIET, labelled, svg
+from codegen.report.series import CoordinateSeries, half_range
+from codegen.report.style import INK, QUIET, figure_bytes, labelled
 from codegen.report.wording import number, prefixed, unit_text
 
 COLOURS = {"declared": "#7d848d", "refit": "#e08214", "augmented": "#1f6fb4"}
@@ -26,9 +26,6 @@ PLACE = (0.185, 0.185, 0.975 - 0.185, 0.9 - 0.185)
 DPI = 110
 TICKS_HZ = (0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
 DOTS: dict[str, Any] = {"markersize": 2.4, "markeredgewidth": 0, "alpha": 0.3, "rasterized": True}
-BULK, BEYOND_BULK, HEADROOM = 0.99, 1.6, 1.06
-"""Range of the vertical axis in a law's picture: all samples, but at most 1.6 times the 99 % quantile of their
-magnitude, so that outliers do not compress the curves; plus 6 %."""
 
 
 @dataclass(frozen=True)
@@ -100,8 +97,7 @@ def law_drawing(panel: LawPanel, variable: str, units: tuple[str, str], words: s
         axes.plot(factor * panel.law.x, panel.law.y, color=LAW, linewidth=1.9)
         axes.plot(factor * panel.smooth.x, panel.smooth.y, color=SMOOTH, linewidth=1.5, linestyle=(0, (3, 2)))
         if len(panel.samples.y):
-            bulk, largest = np.quantile(np.abs(panel.samples.y), [BULK, 1.0])
-            half_height = HEADROOM * min(float(largest), BEYOND_BULK * float(bulk)) or 1.0
+            half_height = half_range([panel.samples.y])
             axes.set_ylim(-half_height, half_height)
         _frame(axes, f"{variable} in {unit_text(unit)}" if unit else variable, f"residual in {unit_text(units[1])}")
 
@@ -203,5 +199,5 @@ def _panel(drawing: Drawing) -> Panel:
         drawing.draw(axes)
         axes.set_title(drawing.words, color=INK, loc="left", fontweight="bold", fontsize=10.5, x=-0.16)
 
-    encoded = base64.b64encode(svg(on_figure, SIZE_IN, DPI)).decode("ascii")
+    encoded = base64.b64encode(figure_bytes(on_figure, SIZE_IN, "svg", DPI)).decode("ascii")
     return Panel(drawing.words, f"data:image/svg+xml;base64,{encoded}")

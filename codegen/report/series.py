@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import welch
 
-from codegen.base.arrays import Array, Flags
+from codegen.base.arrays import Array, Flags, runs
 from codegen.diagnosis.diagnose import Models
 from codegen.diagnosis.evidence.residual_regression import predicted_load
 from codegen.diagnosis.fit.measure import free_run_series
@@ -30,6 +30,9 @@ LONGEST_SEGMENT_S = 4.0
 SHORTEST_SEGMENT = 64
 SEGMENTS = 4
 SHARE_IN_SEGMENTS = 0.6
+BULK, BEYOND_BULK, HEADROOM = 0.99, 1.6, 1.06
+"""Range of an axis of residuals: all samples, but at most 1.6 times the 99 % quantile of their magnitude, so that
+outliers do not compress the curves; plus 6 %."""
 SHOWN_CUTOFFS = 1.5
 """Highest frequency of a spectrum, as a multiple of the cutoff frequency of the residual's filter."""
 
@@ -114,7 +117,7 @@ def held_out_series(models: Models, names: Sequence[str]) -> tuple[CoordinateSer
                 models=dict(zip(names, residual_of, strict=True)),
                 free_run=dict(zip(names, free_runs, strict=True)),
                 samples=int(rows.sum()),
-                limit=_limit([r[rows, i] for r in residuals]),
+                limit=half_range([r[rows, i] for r in residuals]),
                 cutoff_hz=motion.cutoff_hz,
             )
         )
@@ -176,11 +179,9 @@ def _envelope(time: Array, values: Array, rows: Flags) -> Curve:
 
 def _spectrum(residual: Array, rows: Flags, period: float, cutoff_hz: float) -> Curve | None:
     """Welch's power spectral density over intervals without standstill, mean included; None if they are too short."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], rows.astype(np.int8), [0]])))
-    runs = list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
     length = 1 << int(np.log2(max(LONGEST_SEGMENT_S / period, SHORTEST_SEGMENT)))
     while length >= SHORTEST_SEGMENT:
-        long = [(a, b) for a, b in runs if b - a >= length]
+        long = [(a, b) for a, b in runs(rows) if b - a >= length]
         covered = sum(b - a for a, b in long)
         if covered >= max(SEGMENTS * length, SHARE_IN_SEGMENTS * rows.sum()):
             break
@@ -195,11 +196,8 @@ def _spectrum(residual: Array, rows: Flags, period: float, cutoff_hz: float) -> 
     return Curve(frequency[shown], density[shown]) if shown.sum() > 2 else None
 
 
-def _limit(residuals: list[Array]) -> float:
-    """Half the range of the axis: all samples, or 1.6 times the 99 % quantile of their magnitude if that is less."""
-    sizes = [np.abs(r) for r in residuals if len(r)]
-    if not sizes:
-        return 1.0
-    inner = max(float(np.quantile(s, 0.99)) for s in sizes)
-    outer = max(float(s.max()) for s in sizes)
-    return 1.06 * min(outer, 1.6 * inner) or 1.0
+def half_range(residuals: Sequence[Array]) -> float:
+    """Half the range of an axis of residuals; see ``BULK``."""
+    sizes = [np.quantile(np.abs(r), [BULK, 1.0]) for r in residuals if len(r)]
+    inner, outer = np.max(sizes, axis=0, initial=0.0).tolist() if sizes else (0.0, 0.0)
+    return HEADROOM * min(outer, BEYOND_BULK * inner) or 1.0

@@ -35,51 +35,27 @@ STYLE = {
 
 
 def load_libraries() -> None:
-    """Import the libraries that ``drawn`` needs, in advance of the first picture; takes half a second."""
+    """Import the libraries that ``figure_bytes`` needs, in advance of the first picture; takes half a second."""
     for name in ("backends.backend_agg", "backends.backend_svg", "figure", "layout_engine"):
         import_module(f"matplotlib.{name}")
 
 
-def png(draw: Callable[[Any], None], size: tuple[float, float], dpi: int, style: Mapping[str, Any]) -> bytes:
-    """A PNG of a matplotlib figure, with the same bytes in every run.
+def figure_bytes(
+    draw: Callable[[Any], None],
+    size: tuple[float, float],
+    kind: Literal["png", "svg"],
+    dpi: int | None = None,
+    spaces: Mapping[str, Any] | None = None,
+    look: Mapping[str, Any] = STYLE,
+) -> bytes:
+    """The bytes of a figure's file, without a date; they depend on matplotlib's defaults and ``look`` only.
+
+    So they are the same in every run.
 
     Args:
         draw: function that draws the content on a figure.
         size: width and height, inches.
-        style: matplotlib settings in addition to ``STYLE``.
-    """
-    spaces = {"w_pad": 0.07, "h_pad": 0.06, "wspace": 0.03, "hspace": 0.04}
-    return drawn(draw, size, "png", dpi, spaces, STYLE | dict(style))
-
-
-def svg(
-    draw: Callable[[Any], None],
-    size: tuple[float, float],
-    dpi: int | None = None,
-    style: Mapping[str, Any] | None = None,
-    arranged: bool = False,
-) -> bytes:
-    """An SVG of a matplotlib figure, with the same bytes in every run; arguments as of ``png``.
-
-    Args:
-        dpi: resolution of the parts that are bitmaps.
-        arranged: whether matplotlib arranges the panels; otherwise ``draw`` places them.
-    """
-    spaces = {"w_pad": 0.08, "h_pad": 0.06, "wspace": 0.05} if arranged else None
-    return drawn(draw, size, "svg", dpi, spaces, STYLE | dict(style or {}))
-
-
-def drawn(
-    draw: Callable[[Any], None],
-    size: tuple[float, float],
-    kind: Literal["png", "svg"],
-    dpi: int | None,
-    spaces: Mapping[str, Any] | None,
-    look: Mapping[str, Any],
-) -> bytes:
-    """The bytes of a figure's file, without a date; they depend on matplotlib's defaults and ``look`` only.
-
-    Args:
+        dpi: resolution of a PNG, and of those parts of an SVG that are bitmaps.
         spaces: distances between the panels that matplotlib arranges; None if ``draw`` positions them.
         look: matplotlib settings.
     """
@@ -148,5 +124,6 @@ def svg_of(panels: tuple[Callable[[Any], None], ...]) -> str:
         for axes, panel in zip(figure.subplots(1, len(panels), squeeze=False)[0], panels, strict=True):
             panel(axes)
 
-    sizes = {"font.size": 13, "xtick.labelsize": 12, "ytick.labelsize": 12}
-    return svg(draw, (PANEL_IN * len(panels), HEIGHT_IN), style=sizes, arranged=True).decode()
+    look = STYLE | {"font.size": 13, "xtick.labelsize": 12, "ytick.labelsize": 12}
+    spaces = {"w_pad": 0.08, "h_pad": 0.06, "wspace": 0.05}
+    return figure_bytes(draw, (PANEL_IN * len(panels), HEIGHT_IN), "svg", spaces=spaces, look=look).decode()

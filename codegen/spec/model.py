@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -259,6 +259,11 @@ class Spec:
         return tuple(c.velocity for c in self.coordinates)
 
     @property
+    def units(self) -> dict[str, str]:
+        """As ``signal_units``."""
+        return signal_units(self.coordinates, self.inputs)
+
+    @property
     def required_observer(self) -> ObserverChoice:
         """The observer section, for callers that require one."""
         assert self.observer is not None, f"{self.name} has no observer"
@@ -279,6 +284,12 @@ class Spec:
         while key not in self.places and ("." in key or "[" in key):
             key = key[: max(key.rfind("."), key.rfind("["))]
         return self.places.get(key, Place(str(self.path)))
+
+
+def signal_units(coordinates: Sequence[Coordinate], inputs: Sequence[Input]) -> dict[str, str]:
+    """Name → SI unit of every signal that a log may contain: ``t``, positions, velocities and inputs."""
+    units = {"t": "s"} | {c.name: c.unit for c in coordinates} | {c.velocity: f"{c.unit}/s" for c in coordinates}
+    return units | {i.name: i.unit for i in inputs}
 
 
 def symbol(name: str) -> sympy.Symbol:

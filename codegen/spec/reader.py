@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
@@ -22,6 +22,7 @@ from codegen.spec.model import (
     LogColumns,
     Parameter,
     Spec,
+    signal_units,
 )
 from codegen.spec.motion import Sliding
 from codegen.spec.motion_section import read_motion
@@ -159,7 +160,7 @@ class _Reading:
             cancellation = self._noted(read_cancellation, d.cancellation, friction, self.place)
         envelope = self._envelope(self._envelope_units(coordinates, inputs))
         simulation = self._noted(read_simulation, d.simulation, coordinates, inputs, self.place)
-        log = self._noted(self._log, _units(coordinates, inputs))
+        log = self._noted(self._log, signal_units(coordinates, inputs))
         self.faults.raise_noted()
         assert motion is not None and log is not None
         return Spec(
@@ -303,9 +304,9 @@ class _Reading:
         tolerance = self._tolerance(section.tolerance, key)
         return DeclaredEffect(section.kind, tuple(section.on), values, units, tolerance)
 
-    def _envelope_units(self, coordinates: Iterable[Coordinate], inputs: Iterable[Input]) -> dict[str, str]:
+    def _envelope_units(self, coordinates: Sequence[Coordinate], inputs: Sequence[Input]) -> dict[str, str]:
         """Name → SI unit, of every quantity that may have a range in the envelope."""
-        units = _units(coordinates, inputs)
+        units = signal_units(coordinates, inputs)
         del units["t"]
         for c in coordinates:
             units |= {f"{c.velocity}_dot": f"{c.unit}/s^2", f"{c.name}_noise": c.unit}
@@ -354,11 +355,3 @@ class _Reading:
 def _is_tolerance(key: str) -> bool:
     """Whether a key is `tolerance`, or means it, as `tol`."""
     return nearest_name(key, [TOLERANCE]) is not None
-
-
-def _units(coordinates: Iterable[Coordinate], inputs: Iterable[Input]) -> dict[str, str]:
-    """Name → SI unit, of every quantity that a log may contain."""
-    units = {"t": "s"} | {i.name: i.unit for i in inputs}
-    for c in coordinates:
-        units |= {c.name: c.unit, c.velocity: f"{c.unit}/s"}
-    return units

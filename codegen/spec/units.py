@@ -110,19 +110,12 @@ def _parse(text: str) -> Any:
 
     malformed = (ArithmeticError, AssertionError, AttributeError, LookupError, SyntaxError, TypeError, TokenError)
     try:
-        return _checked(text)
+        unit = registry().parse_units(text)
+        high = any(abs(power) > _HIGHEST_POWER for _, power in registry().Quantity(1, unit).unit_items())
+        if high or registry().Quantity(0, unit).to_base_units().magnitude != 0:
+            raise ValueError(text)
     except (PintError, *malformed) as error:  # exceptions that pint lets through for malformed text
         raise ValueError(text) from error
-
-
-def _checked(text: str) -> Any:
-    """As ``_parse``, but pint's own exceptions pass too."""
-    unit = registry().parse_units(text)
-    powers = registry().Quantity(1, unit).unit_items()
-    if any(abs(power) > _HIGHEST_POWER for _, power in powers):
-        raise ValueError(text)
-    if registry().Quantity(0, unit).to_base_units().magnitude != 0:
-        raise ValueError(text)
     return unit
 
 

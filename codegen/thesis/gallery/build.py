@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from codegen.base.errors import refuse_unknown
 from codegen.base.parallel import in_processes
 from codegen.base.resources import resource_folder
-from codegen.report.style import png
+from codegen.report.style import STYLE, figure_bytes
 from codegen.spec import Spec, read_spec
 from codegen.thesis.gallery import arm, cancelling, drawing, hysteresis, laws, rig, servo, two_mass
 from codegen.thesis.gallery.measures import Reading
@@ -89,7 +89,8 @@ def make_figure(number: str, pid: Gains | None = None) -> GalleryResult:
     run, draw = getattr(module, made.runs), getattr(module, made.draws)
     drawn: Runs = run(specs, AS_DRAWN, pid)
     size = (drawing.WIDTH_IN, drawing.ROW_IN * made.rows + drawing.LEGEND_IN)
-    picture = png(lambda figure: draw(figure, drawn), size, drawing.DPI, drawing.STYLE)
+    spaces, look = {"w_pad": 0.07, "h_pad": 0.06, "wspace": 0.03, "hspace": 0.04}, STYLE | drawing.STYLE
+    picture = figure_bytes(lambda figure: draw(figure, drawn), size, "png", drawing.DPI, spaces, look)
     settings = (AS_DRAWN, *entry.others)
     readings: list[list[Reading]] = [[] for _ in entry.statements]
     for setting in settings if entry.statements else ():
