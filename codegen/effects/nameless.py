@@ -119,11 +119,16 @@ class DriveWave(_DriveOnCoordinate):
 
 
 class LoadWave(_DriveOnCoordinate):
-    """e = |L|·amplitude sin(2π x/period + phase)."""
+    """e = |L|·amplitude sin(2π x/period + phase).
+
+    A force that is even in the drive, as of a rotor whose reluctance the current changes, is much rarer than cogging,
+    which every motor with magnets has; where both fit alike, cogging is named.
+    """
 
     kind = "load_wave"
     equation = "e = |L|·amplitude·sin(2π x/period + phase)"
     signature = "a force in proportion to the magnitude of the drive force and periodic in position"
+    if_better = True
 
     def act(self, system: System, place: int, wave: sympy.Expr) -> System:
         return system.with_force(place, Magnitude(_drive_on(system, place)) * wave)

@@ -35,9 +35,11 @@ from codegen.diagnosis.selection.force_selection import (
     in_determined_forms,
     judged,
     selected_by_force,
+    share_of_runs,
     special_case,
 )
 from codegen.diagnosis.selection.forward_selection import LaterRound, Outcome
+from codegen.diagnosis.selection.ranking import Ranked
 from codegen.diagnosis.verdict import force_led
 from codegen.diagnosis.verdict.answer import Answer
 from codegen.diagnosis.verdict.force_led import against_free_runs, without_refused_ties
@@ -453,22 +455,23 @@ def test_a_second_choice_of_free_runs_ties_with_the_leader_that_the_force_residu
         assert led_by(other) == (plain, outcome)
 
 
-@pytest.mark.parametrize("correlation", [0.0, 0.5, 0.8, 0.95])
-def test_a_round_credits_by_either_criterion_at_the_level_of_one(
-    correlation: float, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Force residual and free runs each had α: with normal scores that are alike, 1.5 α credited something."""
+def round_with(
+    scores: dict[str, float], segments: int, candidates: int, monkeypatch: pytest.MonkeyPatch
+) -> Callable[[], Ranked]:
+    """A round of one candidate among so many, whose ``scores`` by force and by runs are read when it is judged."""
     trial, part = SimpleNamespace(parts=[]), SimpleNamespace(effect=SimpleNamespace(seen_over=""))
     plain: Any = SimpleNamespace(trial=trial, model=None)
     found: Any = SimpleNamespace(trial=trial, model=None, part=part, cost=0.0)
-    search = SimpleNamespace(problem=SimpleNamespace(motion=None, used=None))
+    problem, record = SimpleNamespace(motion=None, used=None), SimpleNamespace(start=np.zeros(segments))
+    search = SimpleNamespace(problem=problem, record=record)
     fits: Any = SimpleNamespace(candidates=trial, search=search, run=lambda fit, joint: fit)
 
     def shown(t: float) -> Evidence:
         return Evidence(1.0, 0.5, t, 8, 8)
 
-    for name, value in {"joint_of": None, "joint_of_difference": None, "corrects_a_form": "", "hypotheses": 1}.items():
+    for name, value in {"joint_of": None, "joint_of_difference": None, "corrects_a_form": ""}.items():
         monkeypatch.setattr(force_selection, name, lambda *_, value=value: value)
+    monkeypatch.setattr(force_selection, "hypotheses", lambda parts: candidates)
     for name in ("drive_left", "drive_shares", "matters", "relative_size"):
         monkeypatch.setattr(force_selection, name, lambda *_: 1.0)
     monkeypatch.setattr(force_selection, "ForceCriterion", lambda *_: None)
@@ -476,18 +479,41 @@ def test_a_round_credits_by_either_criterion_at_the_level_of_one(
     monkeypatch.setattr(
         force_selection,
         "judged_in_addition",
-        lambda fits, plain, parts, tests, report: [judged(fits, plain, found, tests)],
+        lambda fits, plain, parts, count, report, **level: [judged(fits, plain, found, count, **level)],
     )
-    scores, width = np.linspace(-4.5, 6.5, 111, retstep=True)
+    monkeypatch.setattr(force_selection, "shown_on_blocks", lambda *_: (shown(scores["force"]), 0.5))
+    monkeypatch.setattr(force_selection, "evidence_of_blocks", lambda *_: shown(scores["runs"]))
+    return lambda: force_selection.force_round(fits, plain, None, lambda share: None)[0]
+
+
+@pytest.mark.parametrize("segments", [13, 200])
+@pytest.mark.parametrize("correlation", [0.0, 0.5, 0.8, 0.95])
+def test_a_round_credits_by_either_criterion_at_the_level_of_one(
+    correlation: float, segments: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Force residual and free runs each had α: with normal scores that are alike, 1.5 α credited something."""
+    scores = {"force": 0.0, "runs": 0.0}
+    ranked = round_with(scores, segments, 1, monkeypatch)
+    values, width = np.linspace(-4.5, 6.5, 111, retstep=True)
     normal = multivariate_normal([0, 0], [[1, correlation], [correlation, 1]])
     chance = 0.0
-    for by_force in scores:
-        monkeypatch.setattr(force_selection, "shown_on_blocks", lambda *_, t=by_force: (shown(float(t)), 0.5))
-        for by_runs in scores:
-            monkeypatch.setattr(force_selection, "evidence_of_blocks", lambda *_, t=by_runs: shown(float(t)))
-            (one,) = force_selection.force_round(fits, plain, None, lambda share: None)
-            chance += 0.0 if one.why_not else float(normal.pdf([by_force, by_runs])) * width**2
+    for by_force in values:
+        for by_runs in values:
+            scores |= {"force": float(by_force), "runs": float(by_runs)}
+            chance += 0.0 if ranked().why_not else float(normal.pdf([by_force, by_runs])) * width**2
     assert 0.02 * ALPHA < chance <= ALPHA
+
+
+def test_few_segments_take_little_of_the_level_of_the_residual_force(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A cogging put into a log of 13 segments had t = 3.49 over 23 candidates; with half of α it was not credited.
+
+    The sign test of free runs gives at least Φ(−√13), of which 23 candidates with half of α leave next to nothing.
+    """
+    scores = {"force": 3.485, "runs": 1.81}
+    few = round_with(scores, 13, 23, monkeypatch)()
+    assert not few.why_not and few.p <= ALPHA
+    assert "of 23 hypotheses" in round_with(scores, 200, 23, monkeypatch)().why_not
+    assert share_of_runs(200) == pytest.approx(0.5) and share_of_runs(13) < 0.25
 
 
 def test_a_form_that_the_log_does_not_determine_gives_way_to_a_simpler_one(

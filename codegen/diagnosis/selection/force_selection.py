@@ -37,10 +37,6 @@ FITTED = 8
 """Number of candidates that are fitted: those with the least residual after linear least squares from their start, over
 the square of the drive force that they leave. Candidates that start with much less drive force are fitted in addition,
 since such a start makes every force small."""
-CRITERIA = 2
-"""The force residual and free runs: in a round, either may credit a candidate. Each has half of α (Bonferroni), since
-their p-values depend on each other in an unknown way: with α for each, normal scores with a correlation of 0.8 credit
-one of 20 candidates without an effect with a probability of 1.7 α."""
 ELSEWHERE = 0.2
 """Least share of the remaining squared residual that a further effect must remove, if it depends on another variable
 than those found. If it depends on the same variable it may only correct a misfit of their form, and must remove
@@ -147,10 +143,24 @@ def force_round(
     """
     taken = {(p.kind, p.on) for p in plain.trial.parts}
     parts = [p for p in fits.candidates.parts if (p.kind, p.on) not in taken and joint_of(fits.search, p) == joint]
-    tests = CRITERIA * hypotheses(parts)
-    ranked = judged_in_addition(fits, plain, parts, tests, report_progress)
-    ranked = [shown_by_runs(fits, plain, r, tests) if r.unsure else r for r in ranked]
+    of_runs = share_of_runs(len(fits.search.record.start))
+    count = hypotheses(parts)
+    ranked = judged_in_addition(fits, plain, parts, count, report_progress, of_level=1 - of_runs)
+    ranked = [shown_by_runs(fits, plain, r, count, of_runs) if r.unsure else r for r in ranked]
     return sorted(in_simplest_admitted_forms(ranked), key=lambda r: (bool(r.why_not), not r.unsure, r.found.cost))
+
+
+def share_of_runs(segments: int) -> float:
+    """Share of α for free runs in a round, B/(B + ``SIGN_BLOCKS``), B their blocks; the rest is the force residual's.
+
+    Either of the two criteria may credit a candidate. Their p-values depend on each other in an unknown way (with α for
+    each, normal scores with a correlation of 0.8 credit one of 20 candidates without an effect with a probability of
+    1.7 α), so they share it (weighted Bonferroni). A sign test on B blocks gives at least Φ(−√B): free runs in few
+    segments can hardly pass, and with half of α for them the other criterion would lose it for nothing. B is known
+    before the test.
+    """
+    blocks = min(credit.SIGN_BLOCKS, segments)
+    return blocks / (blocks + credit.SIGN_BLOCKS)
 
 
 def judged_in_addition(
@@ -160,10 +170,11 @@ def judged_in_addition(
     candidates: int,
     report_progress: Callable[[float], None] = lambda share: None,
     everywhere: bool = False,
+    of_level: float = 1.0,
 ) -> list[Ranked]:
     """Those of the parts with the best starts (see ``FITTED``) that are possible, each added to a fit and judged.
 
-    ``candidates``, the number of tests that may credit one of them, and ``everywhere``: as of ``judged``.
+    ``candidates``, ``everywhere``, ``of_level``: as of ``judged``.
     """
     start = ForceStart(fits.search.problem, plain, True, known=fits.by_links)
     trials = [plain.trial.with_part(p) for p in parts]
@@ -177,11 +188,11 @@ def judged_in_addition(
     for _, theta, trial, _ in chosen:
         report_progress(len(found) / len(chosen))
         found.append(fit_in_addition(fits, plain, trial, theta))
-    return [judged(fits, plain, f, candidates, everywhere) for f in found if is_possible(fits.search, f)]
+    return [judged(fits, plain, f, candidates, everywhere, of_level) for f in found if is_possible(fits.search, f)]
 
 
-def shown_by_runs(fits: ForceFits, plain: Fit, one: Ranked, tests: int) -> Ranked:
-    """The candidate, credited if free runs with these values of it are better by more than chance over all tests.
+def shown_by_runs(fits: ForceFits, plain: Fit, one: Ranked, candidates: int, of_level: float) -> Ranked:
+    """The candidate, credited if free runs with these values of it are better by more than chance over all of them.
 
     The force residual must then confirm it (p ≤ ``credit.TIE_LEVEL``): elsewhere the force residual selects and free
     runs confirm, here the reverse. The values are those of the force residual, since free runs of a model that lacks
@@ -191,7 +202,7 @@ def shown_by_runs(fits: ForceFits, plain: Fit, one: Ranked, tests: int) -> Ranke
         return one
     joint = joint_of_difference(fits.search, plain, one.found)
     shown = evidence_of_blocks(fits.run(plain, joint), fits.run(one.found, joint))
-    p = min(1.0, tests * random_signs(shown.t))
+    p = min(1.0, candidates * random_signs(shown.t) / of_level)
     if shown.share < credit.LEAST_SHARE or p > credit.ALPHA:
         return one
     return replace(one, why_not="", unsure=False, p=p)
@@ -213,7 +224,9 @@ def fit_in_addition(fits: ForceFits, plain: Fit, trial: Trial, theta: Array) -> 
     return again if again.cost < fit.cost else fit
 
 
-def judged(fits: ForceFits, plain: Fit, found: Fit, candidates: int, everywhere: bool = False) -> Ranked:
+def judged(
+    fits: ForceFits, plain: Fit, found: Fit, candidates: int, everywhere: bool = False, of_level: float = 1.0
+) -> Ranked:
     """A candidate with its evidence from the force residual over a fit without it, and the reason if not credited.
 
     An effect that reduces the drive force reduces the residual in proportion, so only a larger reduction counts. The
@@ -222,7 +235,9 @@ def judged(fits: ForceFits, plain: Fit, found: Fit, candidates: int, everywhere:
     correction of the fit for a held-out block is linear.
 
     Args:
+        candidates: number of those among which it was chosen.
         everywhere: whether the evidence is over all joints of an arm, not at the joint of the effect alone.
+        of_level: share of α that this criterion has.
     """
     joint = joint_of(fits.search, found.part)
     known = [p for p in plain.trial.parts if joint_of(fits.search, p) == joint]
@@ -233,7 +248,7 @@ def judged(fits: ForceFits, plain: Fit, found: Fit, candidates: int, everywhere:
     problem = fits.search.problem
     scales = drive_left(found.model, problem.motion) / drive_left(plain.model, problem.motion)
     acting = min(1.0, float(np.min(drive_shares(found.model, plain.model, problem.motion, problem.used) / scales)))
-    p = min(1.0, candidates * random_signs(one.t))
+    p = min(1.0, candidates * random_signs(one.t) / of_level)
     why_not, unsure = "", False
     share = min(one.share, 1 - ratio**2)
     if 1 - share > (1 - least) * acting**2:

@@ -23,7 +23,7 @@ from codegen.diagnosis.fit.trial import Part, part_of
 from codegen.diagnosis.results import Fact
 from codegen.diagnosis.selection.candidate_fits import fit_candidates
 from codegen.diagnosis.selection.forward_selection import as_replacement
-from codegen.diagnosis.selection.ranking import preferred_by_force, runs_prefer, tied_by_free_runs
+from codegen.diagnosis.selection.ranking import Ranked, preferred_by_force, runs_prefer, tied_by_free_runs
 from codegen.diagnosis.selection.refusals import is_possible
 from codegen.diagnosis.verdict.answer import Answer
 from codegen.effects.declare import unit_words
@@ -48,7 +48,8 @@ def nameless_rival(search: Search, final: Fit) -> Rival | None:
 
     An effect is preferred by the rules for rivals: by free runs at ``TIE_LEVEL``, or by the force residual at
     this level where free runs do not contradict. Far from the noise, forces that are nearly alike tie. Some laws count
-    only where free runs prefer them (``if_better``).
+    only where free runs prefer them (``if_better``). The effect may have values by the force residual, while the laws
+    are fitted to free runs, so it is compared with values by these too.
     """
     for k, part in enumerate(final.trial.parts):
         rivals = _rivals(search, part)
@@ -58,17 +59,26 @@ def nameless_rival(search: Search, final: Fit) -> Rival | None:
         found = [
             f for f in fit_candidates(search, without, rivals, lambda share: None, final) if is_possible(search, f)
         ]
-        named, *others = (
-            replace(as_replacement(search, f, without), force_criterion=ForceCriterion(search, f))
-            for f in (final, *found)
-        )
+        named, *others = (_compared(search, f, without) for f in (final, *found))
         for other in others:
-            if not tied_by_free_runs(search, named, other) or preferred_by_force(named, other):
+            if not _counts(search, other, named):
                 continue
-            better = runs_prefer(search, other.found, final)
-            if better or not NAMELESS[other.found.part.kind].if_better:
-                return Rival(part, other.found, better)
+            again = _compared(search, search.fitted_again(final), without)
+            if _counts(search, other, again):
+                return Rival(part, other.found, runs_prefer(search, other.found, again.found))
     return None
+
+
+def _compared(search: Search, found: Fit, without: Fit) -> Ranked:
+    """A fit with its evidence over the one without the effect, by both criteria."""
+    return replace(as_replacement(search, found, without), force_criterion=ForceCriterion(search, found))
+
+
+def _counts(search: Search, rival: Ranked, named: Ranked) -> bool:
+    """Whether a law keeps an effect from being named: the log does not prefer the effect or, if asked, prefers it."""
+    if not tied_by_free_runs(search, named, rival) or preferred_by_force(named, rival):
+        return False
+    return not NAMELESS[rival.found.part.kind].if_better or runs_prefer(search, rival.found, named.found)
 
 
 def _rivals(search: Search, part: Part) -> list[Part]:
