@@ -16,14 +16,7 @@ from codegen.analysis.feasibility.failure import Failure
 from codegen.analysis.feasibility.gains import Feasibility, GainSet, assess
 from codegen.analysis.feasibility.noise import DEFAULT_STEP
 from codegen.analysis.feasibility.region import SEARCHED, Margin
-from codegen.analysis.feasibility.suggest import (
-    AS_FAST,
-    GAIN_FACTOR,
-    NOISE_SHARE,
-    USEFUL,
-    Suggestion,
-    suggested_text,
-)
+from codegen.analysis.feasibility.suggest import AS_FAST, GAIN_FACTOR, NOISE_SHARE, USEFUL, Suggestion, suggested_text
 from codegen.app.derived import Source, derived_from
 from codegen.app.gains_bound import OWN, GainBound, bound_at, bounds_at, why_no_bound
 from codegen.base.border import verb

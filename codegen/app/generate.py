@@ -12,8 +12,8 @@ from typing import Any
 from codegen.app.derived import Overrides, Source, derived_from
 from codegen.base.border import verb
 from codegen.base.errors import BadInput
-from codegen.base.files import refuse_target, remove, sha256, write_all, write_atomically
-from codegen.base.input_files import LARGEST_GENERATED, is_there, read_bytes, read_or_none, read_text
+from codegen.base.files import json_object, refuse_target, remove, sha256, write_all, write_atomically
+from codegen.base.input_files import LARGEST_GENERATED, is_there, read_bytes, read_or_none
 from codegen.base.own_files import differs, refuse_edited_files, refuse_unlisted, text_of
 from codegen.base.result import Result, json_text, named
 from codegen.base.text import render
@@ -277,12 +277,10 @@ def refuse_edited(target: Path, files: Mapping[str, str | None] | Mapping[str, s
 
 def listed_files(folder: Path) -> dict[str, object]:
     """File → SHA-256 by stiction's manifest in a folder, and the manifest itself → None; {} without one."""
-    try:
-        manifest = json.loads(read_text(folder / MANIFEST, "a manifest", LARGEST_GENERATED))
-        ours = manifest["tool"]["name"] == "stiction"
-        return {**manifest["files"], MANIFEST: None} if ours else {}
-    except (BadInput, ValueError, KeyError, TypeError, RecursionError):
-        return {}
+    manifest = json_object(folder / MANIFEST)
+    tool, files = manifest.get("tool", {}), manifest.get("files", {})
+    ours = isinstance(tool, dict) and tool.get("name") == "stiction" and isinstance(files, dict)
+    return {**files, MANIFEST: None} if ours else {}
 
 
 def _make_importable(target: Path, out: str | Path | None) -> None:

@@ -79,13 +79,19 @@ def refuse_foreign_json(path: Path, form: str) -> None:
         raise BadInput(str(path), found, "another folder for the results", code="FILE004")
 
 
-def json_of(path: Path, form: str) -> dict[str, Any] | None:
-    """The JSON object in a file, if its field ``format`` begins with ``form``; else None."""
+def json_object(path: Path) -> dict[str, Any]:
+    """The JSON object in a file; {} for other content, and for a file that cannot be read."""
     try:
         content = json.loads(read_or_none(path) or "null")
     except (ValueError, RecursionError):
-        return None
-    return content if isinstance(content, dict) and str(content.get("format", "")).startswith(form) else None
+        return {}
+    return content if isinstance(content, dict) else {}
+
+
+def json_of(path: Path, form: str) -> dict[str, Any] | None:
+    """The JSON object in a file, if its field ``format`` begins with ``form``; else None."""
+    content = json_object(path)
+    return content if str(content.get("format", "")).startswith(form) else None
 
 
 def remove(path: Path) -> None:

@@ -184,7 +184,9 @@ class _Search:
         place = origin if isinstance(origin, Place) else Place("--column" if origin else self.place.file)
         if origin is not None and text == NO_COLUMN and symbol in self.spec.positions and text not in self.names:
             self.unlogged.add(symbol)
-            self.missing[symbol] = self._speed_wanted(symbol, place)
+            velocity = self._velocity_of(symbol)
+            found = f"`{symbol}: {NO_COLUMN}`, and no column of its speed {velocity}"
+            self.missing[symbol] = BadInput(place, found, f"a column of {symbol} or of {velocity}", code="LOG003")
             return
         term = find_term(text, self.names, place)
         if term is not None:
@@ -263,12 +265,6 @@ class _Search:
     def _velocity_of(self, symbol: str) -> str | None:
         """The velocity of a position; None for another symbol."""
         return next((c.velocity for c in self.spec.coordinates if c.name == symbol), None)
-
-    def _speed_wanted(self, symbol: str, place: Place) -> BadInput:
-        """The error for a position that is said not to be logged, where its velocity is not logged either."""
-        velocity = self._velocity_of(symbol)
-        found = f"`{symbol}: {NO_COLUMN}`, and no column of its speed {velocity}"
-        return BadInput(place, found, f"a column of {symbol} or of {velocity}", code="LOG003")
 
     def _unused(self) -> list[str]:
         """The columns that no symbol takes."""

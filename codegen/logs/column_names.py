@@ -42,18 +42,8 @@ USUAL = {
 """Unit → usual names of columns of such a quantity."""
 COMMANDED = frozenset(
     {
-        "command",
-        "commands",
-        "cmd",
-        "desired",
-        "target",
-        "reference",
-        "ref",
-        "setpoint",
-        "goal",
-        "action",
-        "soll",
-        "sollwert",
+        *("command", "commands", "cmd", "desired", "target", "reference", "ref"),
+        *("setpoint", "goal", "action", "soll", "sollwert"),
     }
 )
 """Words of a column's name that say that it holds a command, and no measured position."""

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from scipy.integrate import cumulative_trapezoid
 
-from codegen.base.errors import BadInput, Place
+from codegen.base.errors import BadInput
 from codegen.base.input_files import identity, is_there
 from codegen.base.user_text import shown
 from codegen.logs.binding import Binding, bind, column_of, time_of
@@ -106,7 +106,7 @@ def _read(
         raw, more = join_columns_by_time(raw, time, binding.terms["t"].columns, described)
         notes = (*notes, *more)
     found = counter_findings(raw, binding.terms)
-    cleaned = _cleaned(compute(raw, binding.terms), source.place, binding, spec, described)
+    cleaned = _cleaned(compute(raw, binding.terms), binding, spec, described)
     return _log(path, spec, described, notes, binding, cleaned, found, step)
 
 
@@ -161,16 +161,16 @@ def log_description(path: Path, description: str | Path | None) -> LogDescriptio
     return read_description(beside) if is_there(beside) else EMPTY_DESCRIPTION
 
 
-def _cleaned(raw: Columns, place: Place, binding: Binding, spec: Spec, description: LogDescription) -> CleanedRows:
-    """The cleaned columns with time first, which is made from the description's sample rate if no column has it."""
+def _cleaned(raw: Columns, binding: Binding, spec: Spec, description: LogDescription) -> CleanedRows:
+    """The cleaned columns with time first, which is made from the description's sample rate if no column has it.
+
+    ``bind`` refuses a log with neither.
+    """
     inputs = {i.name for i in spec.inputs}
     symbols = list(binding.terms)
     scale = dict(binding.scale)
     if "t" not in symbols:
-        if description.sample_rate_hz is None:
-            raise BadInput(
-                place, "no column `t`", "a time column, or sample_time in meta.yaml beside the log", code="LOG003"
-            )
+        assert description.sample_rate_hz is not None
         time = np.arange(len(raw.values)) / description.sample_rate_hz
         raw = Columns(raw.file, ("t", *raw.names), np.column_stack([time, raw.values]), raw.lines)
         symbols.insert(0, "t")

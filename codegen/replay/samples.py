@@ -142,8 +142,6 @@ class Samples:
     def _blocks(self, stream: LogFile, binding: Binding, described: LogDescription) -> Iterator[Block]:
         """The rows of a stream in blocks, split at gaps."""
         timed = "t" in binding.terms
-        if not timed and described.sample_rate_hz is None:
-            raise NotStreamed
         symbols = (["t"] if timed else []) + self._inputs
         scale = np.array([binding.scale[s] for s in symbols])
         count, before = 0, float("nan")
@@ -154,8 +152,8 @@ class Samples:
             if timed:
                 time, rows = values[:, 0].copy(), np.ascontiguousarray(values[:, 1:])
             else:
-                time = np.arange(count, count + len(values)) / float(described.sample_rate_hz or 1.0)
-                rows = values
+                assert described.sample_rate_hz is not None  # ``bind`` refuses a log with neither
+                time, rows = np.arange(count, count + len(values)) / described.sample_rate_hz, values
             gaps = self._gaps(columns, time, before)
             self._require_finite(columns, rows, described, timed)
             yield from blocks_between(time, rows, gaps if count else [0, *gaps])

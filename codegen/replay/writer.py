@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from codegen.base.arrays import Array
 from codegen.base.errors import BadInput
-from codegen.base.files import Waiting, refuse_ending, refuse_target, write_atomically
-from codegen.base.input_files import is_there, read_or_none
+from codegen.base.files import Waiting, json_object, refuse_ending, refuse_target, write_atomically
+from codegen.base.input_files import is_there
 
 Column = tuple[str, str]
 """Name and unit."""
@@ -57,12 +57,8 @@ def _units_of(path: Path) -> Path:
 
 def _refuse_foreign_units(path: Path) -> None:
     """Raise BadInput if the file exists and is not the units of an earlier run; a log could have this name."""
-    try:
-        content = json.loads(read_or_none(path) or "null")
-    except (ValueError, RecursionError):
-        content = None
-    ours = isinstance(content, dict) and content.keys() == {"units"} and isinstance(content["units"], dict)
-    if is_there(path) and not ours:
+    content = json_object(path)
+    if is_there(path) and not (content.keys() == {"units"} and isinstance(content["units"], dict)):
         found = "a file that stiction did not write, where the units would stand"
         raise BadInput(str(path), found, "another name of the .npy to write; nothing was replaced", code="FILE004")
 

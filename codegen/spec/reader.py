@@ -14,16 +14,7 @@ import sympy
 from codegen.base.errors import BadInput, Faults, Place, UnknownName, nearest_name, refuse_unknown
 from codegen.base.input_files import read_text
 from codegen.spec.expression import exact_number, printed
-from codegen.spec.model import (
-    Contact,
-    Coordinate,
-    DeclaredEffect,
-    Input,
-    LogColumns,
-    Parameter,
-    Spec,
-    signal_units,
-)
+from codegen.spec.model import Contact, Coordinate, DeclaredEffect, Input, LogColumns, Parameter, Spec, signal_units
 from codegen.spec.motion import Sliding
 from codegen.spec.motion_section import read_motion
 from codegen.spec.observer_section import read_cancellation, read_observer

@@ -29,11 +29,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from codegen.base.arrays import Array
 from codegen.base.errors import Place
 from codegen.base.significant import in_percent
 from codegen.logs.audit.changed_columns import Case
-from codegen.logs.audit.force_balance import Forces, partial_correlation
+from codegen.logs.audit.force_balance import Forces
 from codegen.logs.audit.input_audit import SCALE_OFF, TELLING, Outside
 from codegen.logs.column_names import is_convertible
 from codegen.logs.log import Finding, Log
@@ -274,8 +273,7 @@ def _other_inputs(case: Case, j: int, position: Explained, found: Forces) -> tup
     if len(driving) != 1:
         return [], ""
     name, by_input = driving[0], _best(lambda c: _left(case.forces, j, given=c), position.factor)
-    others: Array = np.column_stack([found.inertia[:, j], found.motion, np.ones(len(found.motion))])
-    level_seen = partial_correlation(found.given[:, j], found.friction[:, j], others)[1] > FRICTION_SEEN
+    level_seen = found.friction_factor(j)[1] > FRICTION_SEEN
     better = level_seen and by_input.level_fits and not position.level_fits
     if better or by_input.left * ALIKE < position.left:
         return None

@@ -61,7 +61,11 @@ class ParquetFile(BlockFile):
             with self.reading():
                 batches = _parquet(stream).iter_batches(ROWS, columns=used, use_threads=False)
             before, origins = 0, dict[str, int]()
-            while (batch := self._next(batches)) is not None:
+            while True:
+                with self.reading():
+                    batch = next(batches, None)
+                if batch is None:
+                    return
                 values = np.empty((batch.num_rows, len(wanted)))
                 for j, name in enumerate(wanted):
                     column, entry = self._columns[name]
@@ -70,11 +74,6 @@ class ParquetFile(BlockFile):
                         values[:, j] = _floats(numbers) if entry is None else self._entry(numbers, entry, name, before)
                 before += batch.num_rows
                 yield Columns(str(self.path), tuple(wanted), values)
-
-    def _next(self, batches: Iterator[Any]) -> Any:
-        """The next batch, or None; an error of the library becomes a message."""
-        with self.reading():
-            return next(batches, None)
 
     def _entry(self, lists: Any, entry: int, name: str, before: int) -> Array:
         """An entry of each list of a batch, (N,); ``before``: rows of the file before the batch."""
