@@ -288,8 +288,8 @@ CASES = (
     Case("the matrix is another", "p", '"9/10"', '"8/10"', NOT_MOVED),
     Case("another step", "p", '"step": "euler"', '"step": "semi_implicit"', NOT_MOVED),
     Case("growth is too small", "p", '"3190351/1000000"', '"3190345/1000000"', "not positive semidefinite"),
-    Case("dwell is too short", "p", '"54"', '"50"', "not made good"),
-    Case("dwell is no number", "p", '"54"', '"3520000000"', "not made good"),
+    Case("dwell is too short", "p", '"54"', '"50"', "has not recovered"),
+    Case("dwell is no number", "p", '"54"', '"3520000000"', "has not recovered"),
     *alike(
         "p",
         "is not force",

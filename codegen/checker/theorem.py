@@ -91,18 +91,18 @@ def proved(proof: dict[str, Any], sources: dict[str, bytes], turns: Collection[s
     with or_refused(f"the kernel does not prove {PROOF} of the C"):
         texts = {name: text.decode() for name, text in sources.items()}
         shown: dict[str, Any] = errors.prove(proof, texts) | {"numbers": known}
-        machine(proof, shown)
-        met(proof, shown)
-        recovery(proof, shown)
+        require_machine(proof, shown)
+        require_witness(proof, shown)
+        require_recovery(proof, shown)
         shown["outputs"] = of_estimates(proof, shown)
         shown["other than 0"] = other_than_zero(proof, shown)
         rounding.require(proof, shown)
         held.require(proof, shown)
-        steady(proof, shown, sorted({*proof["signs"], *turns}))
+        require_continuity(proof, shown, sorted({*proof["signs"], *turns}))
         return shown | {"units": units(proof, shown["c"], texts[f"{proof['name']}.h"])}
 
 
-def machine(proof: dict[str, Any], shown: dict[str, Any]) -> None:
+def require_machine(proof: dict[str, Any], shown: dict[str, Any]) -> None:
     """Raises ValueError unless mass_matrix * acceleration = force, and the mass matrix is definite in the box.
 
     These expressions may contain no state of the code except those that are `shared`.
@@ -110,7 +110,9 @@ def machine(proof: dict[str, Any], shown: dict[str, Any]) -> None:
     shared: dict[str, str] = proof.get("shared", {})
     own = {x: p for x, p in shown["names"].items() if not x.startswith(("outputs.", "state.")) or x in shared}
     text, known, before = kernel.Text(own, shown["known"]), shown["known"], len(decay.divisors(shown["known"]))
-    driven(shared, shown, kernel.Text({x: p for x, p in own.items() if not x.startswith("true.")}, known))
+    require_shared_states(
+        shared, shown, kernel.Text({x: p for x, p in own.items() if not x.startswith("true.")}, known)
+    )
     rates = [[text.value(a)] for a in proof["acceleration"].values()]
     mass = [[text.value(x) for x in row] for row in proof["mass_matrix"]]
     rows = zip(forms.product(mass, rates, kernel.Poly()), map(text.value, proof["force"]), rates, strict=True)
@@ -120,38 +122,38 @@ def machine(proof: dict[str, Any], shown: dict[str, Any]) -> None:
         kernel.semidefinite(A, shown["box"], proof["cover"], known, kernel.LEAST)
 
 
-def driven(shared: dict[str, str], shown: dict[str, Any], text: Any) -> None:
+def require_shared_states(shared: dict[str, str], shown: dict[str, Any], text: Any) -> None:
     """Raises ValueError unless every `shared` state is a memory of past inputs, a lag or a clock.
 
     That is: in each sample z becomes c z + r, where r depends on inputs and on the shared states listed before z, and
     |c| < 1; or c = 1 and r is a number. The C must compute the same expression that `shared` states. An observer of an
     axis that is left out of the errors is none of these, so it cannot be passed off as shared.
-    A state that is neither an error nor shared must not be computed from such a state: nothing is claimed about it, and
-    fed back it could grow.
+    A state that is neither an error nor shared must not be computed from such a state, itself included: nothing is
+    claimed about it, and by feedback it could grow.
     """
     unexplained = {*shown["aside"]} - {*shared}
     feedback = {x for z in unexplained for x in shown["after"][z].names() if x in shown["aside"] or x[0] == "?"}
-    kernel.demand(not feedback, f"nothing is said of what follows {feedback}, and may grow")
+    kernel.demand(not feedback, f"{feedback} is fed back to a state without an error, and may grow")
     before: set[str] = {*shown["c"].inputs}
     for z, of in shared.items():
-        kernel.demand(z in shown["aside"], f"{z} is no state that is left")
+        kernel.demand(z in shown["aside"], f"{z} is no state without an error")
         p = shown["after"][z]
-        kernel.demand(p == text.value(of), f"{z} moves otherwise in the machine")
+        kernel.demand(p == text.value(of), f"{z} has another equation in the C than in `shared`")
         own, rest = Fraction(p.get((z,), 0)), kernel.Poly({m: c for m, c in p.items() if m != (z,)})
         names = rest.names()
-        for (_, argument), value in reversed(shown["known"].items()):  # of functions, what they are of
+        for (_, argument), value in reversed(shown["known"].items()):  # names in the arguments of functions
             names |= argument.names() if value.names() & names else set()
         kind = {x for x in names if x[0] != "?" and not x.endswith(" t")} <= before
         kernel.demand(kind and (abs(own) < 1 or (own == 1 and not names)), f"{z} is no memory, lag or clock")
         before |= {z}
 
 
-def met(proof: dict[str, Any], shown: dict[str, Any]) -> None:
+def require_witness(proof: dict[str, Any], shown: dict[str, Any]) -> None:
     """Raises ValueError unless `witness` is a point of domain and box: a claim about an empty set would say nothing.
 
-    `witness` gives each input, truth, estimate and state without a formula a number, over the parameters; every sign is
-    that of what it is of there, over the estimates and over the truths. Without domain and box no such point is needed:
-    a sign is then that of a polynomial that is not constant in names that are free.
+    `witness` gives each input, truth, estimate and state without a formula a number, over the parameters. Every sign
+    there must be 1 or -1, and the same for the estimates as for the truths. Without domain and box no such point is
+    needed: a sign is then that of a polynomial that is not constant in free names.
     """
     if not (proof["domain"] or shown["box"]):
         return
@@ -190,7 +192,7 @@ def ranges(proof: dict[str, Any], shown: dict[str, Any]) -> dict[str, list[Fract
     return found
 
 
-def recovery(proof: dict[str, Any], shown: dict[str, Any]) -> None:
+def require_recovery(proof: dict[str, Any], shown: dict[str, Any]) -> None:
     """Raises ValueError unless each of `reversals` holds: growth V(e) >= V(Je), and growth * fall^dwell <= 1.
 
     J = diag(-1 for the errors of the sign that changes, else 1); fall is the factor of V in a sample.
@@ -200,18 +202,18 @@ def recovery(proof: dict[str, Any], shown: dict[str, Any]) -> None:
     for turn in proof["reversals"]:
         sign, (growth, dwell) = turn["sign"], known["turns"][turn["sign"]]
         why = forms.turns(P, tuple(i for i, s in enumerate(flips) if s == sign), growth)
-        kernel.demand(not why, f"V may grow by more where {sign} turns: {why}")
+        kernel.demand(not why, f"V may grow by more at a reversal of {sign}: {why}")
         lasts = sign in proof["signs"] and dwell in range(10**5) and (shown["fall"] < 1 or dwell <= 1)
         good = lasts and enclosure.decayed(growth, shown["fall"], int(dwell)) <= 1
-        kernel.demand(good, f"the growth of V where {sign} turns is not made good")
+        kernel.demand(good, f"V has not recovered from a reversal of {sign} after the dwell time")
 
 
-def steady(proof: dict[str, Any], shown: dict[str, Any], turns: list[str]) -> None:
-    """Raises ValueError where an estimate jumps when one of these signs changes.
+def require_continuity(proof: dict[str, Any], shown: dict[str, Any], turns: list[str]) -> None:
+    """Raises ValueError unless every estimate is continuous where one of these signs changes.
 
-    A state is the same before and behind a turn, and shows what `states` says with the one and with the other sign. It
-    shows the same estimates where p, of which it is the sign, is 0, if D is a multiple of p in each formula s D + rest
-    of a state that shows an error. With p = a x + q, a a number and q without x, that is D = 0 at x = -q/a.
+    A state has one value at a reversal, and by `states` it determines the estimates for either sign s of p. Both are
+    the same at p = 0 if D is a multiple of p in each formula s D + rest of a state that determines an error. With
+    p = a x + q, a a number and q without x, that is D = 0 at x = -q/a.
     """
     own = {x: kernel.term(1, x) for e in proof["errors"] for x in (e["truth"], e["estimate"])}
     claim, one = kernel.Text(shown["names"] | own, {}), kernel.term(1)
@@ -229,7 +231,7 @@ def steady(proof: dict[str, Any], shown: dict[str, Any], turns: list[str]) -> No
             for m, c in formula.items():
                 if s in m:
                     left += kernel.term(c, *(y for y in m if y not in (s, x))) * reduce(mul, [at] * m.count(x), one)
-            kernel.demand(not left, f"where {s} turns, what {z} shows jumps")
+            kernel.demand(not left, f"the estimate by {z} is discontinuous at a reversal of {s}")
 
 
 def of_estimates(proof: dict[str, Any], shown: dict[str, Any]) -> dict[str, Any]:

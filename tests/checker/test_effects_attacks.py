@@ -58,6 +58,7 @@ ARGUMENT = "exp(-(parameters->one_over_stribeck_rail_v_s_squared * v_hat * v_hat
 HEAD = "void one_mass_prepare("
 STEP = "    /* velocity estimate, (4.25) */\n"
 OTHER = "does not move the errors"
+EQUATION = "has another equation in the C"
 CLOCK = "    state->t = state->t + parameters->sample_time;\n"
 FORM = "not of the form|holds more than|cannot be read|out of place|is a function"
 C_TEXTS: list[tuple[str, str, str, str]] = [
@@ -92,9 +93,9 @@ C_TEXTS: list[tuple[str, str, str, str]] = [
     ("stribeck", "#include <math.h>\n", "#define exp(u) 1.0\n#include <math.h>\n", FORM),
     ("stribeck", STEP, f"    double (*exp)(double) = cos;\n{STEP}", "cannot be read"),
     ("friction_drift", "state->t + parameters->sample_time;\n\n    /* this", "state->t + 2.0 * parameters->sample_time;"
-     "\n\n    /* this", "moves otherwise in the machine"),
-    ("friction_drift", "const double t_next = state->t ", "const double t_next = 1.5 * state->t ", "moves otherwise"),
-    ("friction_drift", "const double t_next = state->t ", "const double t_next = v_hat + state->t ", "moves otherwise"),
+     "\n\n    /* this", EQUATION),
+    ("friction_drift", "const double t_next = state->t ", "const double t_next = 1.5 * state->t ", EQUATION),
+    ("friction_drift", "const double t_next = state->t ", "const double t_next = v_hat + state->t ", EQUATION),
     ("friction_drift", "T * state->t))", "T * state->t * 2.0))", OTHER),
     ("friction_drift", "exp(-(", "exp((", "exp of what may be|does not move"),
     ("friction_drift", "T * state->t))", "T * inputs->x))", OTHER),
@@ -125,13 +126,13 @@ C_TEXTS: list[tuple[str, str, str, str]] = [
     ("quadratic_drag", "v_hat * abs_v_hat)", "v_hat * fabs(inputs->x))", OTHER),
     ("quadratic_drag", "- parameters->quadratic", "+ parameters->quadratic", OTHER),
     ("quadratic_drag", "abs_v_hat = fabs(v_hat)", "abs_v_hat = fabs(v_hat - 0.001)", "do not show|does not move"),
-    ("input_delay", "w_past_2_next = state->w_past_1", "w_past_2_next = inputs->w", "moves otherwise"),
-    ("input_delay", "w_past_1_next = inputs->w", "w_past_1_next = 1.01 * inputs->w", "moves otherwise"),
-    ("input_delay", "w_past_3_next = state->w_past_2", "w_past_3_next = state->w_past_3", "moves otherwise"),
+    ("input_delay", "w_past_2_next = state->w_past_1", "w_past_2_next = inputs->w", EQUATION),
+    ("input_delay", "w_past_1_next = inputs->w", "w_past_1_next = 1.01 * inputs->w", EQUATION),
+    ("input_delay", "w_past_3_next = state->w_past_2", "w_past_3_next = state->w_past_3", EQUATION),
     ("input_delay", "(state->w_past_3 - F", "(state->w_past_2 - F", OTHER),
     ("input_delay", "(state->w_past_3 - F", "(inputs->w - F", OTHER),
-    ("actuator_lag", "state->w_lagged - inputs->w", "state->w_lagged + inputs->w", "moves otherwise|does not move"),
-    ("actuator_lag", "w_lagged_next = inputs->w + ", "w_lagged_next = inputs->w - ", "moves otherwise"),
+    ("actuator_lag", "state->w_lagged - inputs->w", "state->w_lagged + inputs->w", f"{EQUATION}|does not move"),
+    ("actuator_lag", "w_lagged_next = inputs->w + ", "w_lagged_next = inputs->w - ", EQUATION),
     ("actuator_lag", "w_effective = inputs->w + parameters->constant_1", "w_effective = inputs->w + 0.5", OTHER),
     ("actuator_lag", "        / parameters->actuator_lag_w_tau));", "        / 0.02));", "prepare gives others"),
     ("actuator_lag", "exp(-(parameters->sample_time", "cos(-(parameters->sample_time", "sin or cos|others"),
@@ -185,25 +186,25 @@ PROOFS: list[tuple[str, str, Callable[[dict[str, Any]], object], str]] = [
         {"state.z_rail": p["states"]["state.z_rail"] + "*exp(-outputs.v_hat*outputs.v_hat)"}),
      "no polynomial|do not show"),
     ("friction_drift", "another clock", lambda p: p["shared"].update({"state.t": "2*parameters.sample_time + state.t"}),
-     "moves otherwise"),
-    ("friction_drift", "no clock", lambda p: p.pop("shared"), "state.t|nothing is said of what follows"),
+     EQUATION),
+    ("friction_drift", "no clock", lambda p: p.pop("shared"), "state.t|is fed back to a state"),
     ("friction_drift", "a state with an error too", lambda p: p["shared"].update({"state.z_v": "state.z_v"}),
-     "no state that"),
+     "no state without an error"),
     ("friction_drift", "a state that is not there", lambda p: p["shared"].update({"state.z": "0"}),
-     "no state that is left"),
+     "no state without an error"),
     ("friction_drift", "a clock of the truth", lambda p: p["shared"].update({"state.t": "state.t + true.v"}),
      "nothing that is known"),
     ("friction_drift", "a formula besides", lambda p: p["states"].update({"state.t": "0"}),
-     "no state that is left|not"),
+     "no state without an error|not"),
     ("friction_drift", "a range of the clock", lambda p: p["box"].update({"state.t": ["0", "1"]}), "no free variable"),
     ("quadratic_drag", "no sign", lambda p: texts(p, "sign.rail*true.v", "true.v", "matrix"), OTHER),
     ("quadratic_drag", "another range", lambda p: p["box"].update({"true.v": ["-50", "50"]}), "V may not fall"),
     ("quadratic_drag", "no range", lambda p: p["box"].clear(), "without a range"),
     ("input_delay", "a shorter delay", lambda p: texts(p, "state.w_past_3", "state.w_past_2", *MACHINE), OTHER),
     ("input_delay", "none", lambda p: texts(p, "state.w_past_3", "inputs.w", *MACHINE), OTHER),
-    ("input_delay", "one state left out", lambda p: p["shared"].pop("state.w_past_2"), "nothing is said of what"),
+    ("input_delay", "one state left out", lambda p: p["shared"].pop("state.w_past_2"), "is fed back to a state"),
     ("input_delay", "in another order", lambda p: p.update(shared=dict(reversed(p["shared"].items()))), "no memory"),
-    ("actuator_lag", "another lag", lambda p: texts(p, "actuator_lag_w_tau", "m", "shared"), "moves otherwise"),
+    ("actuator_lag", "another lag", lambda p: texts(p, "actuator_lag_w_tau", "m", "shared"), EQUATION),
     ("actuator_lag", "no lag in the force", lambda p: texts(p, "exp(", "0*exp(", *MACHINE), OTHER),
 ]  # fmt: skip
 

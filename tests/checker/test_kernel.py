@@ -73,8 +73,8 @@ def texts(name: str) -> dict[str, str]:
 def prove(name: str, content: Any, files: dict[str, str] | None = None) -> dict[str, Any]:
     files = files or texts(name)
     shown = errors.prove(content, files) | {"numbers": verify.theorem.numbers(content)}
-    verify.theorem.machine(content, shown)
-    verify.theorem.recovery(content, shown)
+    verify.theorem.require_machine(content, shown)
+    verify.theorem.require_recovery(content, shown)
     return shown | {"units": verify.theorem.units(content, shown["c"], files[f"{name}.h"])}
 
 

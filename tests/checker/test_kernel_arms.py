@@ -142,7 +142,7 @@ PROOF_FORGERIES: dict[str, tuple[Callable[[dict[str, Any]], dict[str, Any]], str
     "a force that follows the sine of an estimate": (
         with_field("force", lambda f: [f[0], f[1] + " + sin(outputs.omega1_hat)"]), "nothing that is known"),
     "growth is too small": (with_field("reversals", lambda r: [r[0] | {"growth": "2"}, r[1]]), NOT_ABOVE),
-    "dwell is too short": (with_field("reversals", lambda r: [r[0] | {"dwell": "2600"}, r[1]]), "not made good"),
+    "dwell is too short": (with_field("reversals", lambda r: [r[0] | {"dwell": "2600"}, r[1]]), "has not recovered"),
 }  # fmt: skip
 
 

@@ -38,8 +38,8 @@ def test_a_machine_without_an_equation_for_each_acceleration_is_none() -> None:
         judged(proof | {"mass_matrix": [], "force": []}, files)
 
 
-def test_a_sign_of_a_force_turns_while_the_mass_moves_and_the_level_jumps() -> None:
-    """State z = a_hat + K_F s v_hat, the same before and behind a turn of s = sgn w: a_hat jumps by 2 K_F |v_hat|.
+def test_a_sign_of_a_force_changes_while_the_mass_moves_and_the_level_jumps() -> None:
+    """State z = a_hat + K_F s v_hat, the same before and after a reversal of s = sgn w: a_hat jumps by 2 K_F |v_hat|.
 
     From errors of zero V so grows by any factor; said was at most 3.2.
     """
@@ -72,7 +72,7 @@ def test_a_sign_of_a_force_turns_while_the_mass_moves_and_the_level_jumps() -> N
         ("outputs.a_hat_between + cos(inputs.x1)", False),
     ],
 )
-def test_what_jumps_at_a_turn_of_the_slip_between_two_masses(formula: str, jumps: bool) -> None:
+def test_what_jumps_at_a_reversal_of_the_slip_between_two_masses(formula: str, jumps: bool) -> None:
     """By hand: a state jumps unless the factor of the sign is 0 where v1_hat = v2_hat."""
     proof, files = (
         proof_of("two_mass"),
@@ -81,11 +81,11 @@ def test_what_jumps_at_a_turn_of_the_slip_between_two_masses(formula: str, jumps
     shown = errors.prove(proof, files)
     other = proof | {"states": proof["states"] | {"state.z_between": formula}}
     if jumps:
-        with pytest.raises(ValueError, match=r"sign\.between (turns|occurs in a function)"):
-            theorem.steady(other, shown, ["sign.between"])
+        with pytest.raises(ValueError, match=r"a reversal of sign\.between|sign\.between occurs in a function"):
+            theorem.require_continuity(other, shown, ["sign.between"])
     else:
-        theorem.steady(other, shown, ["sign.between"])
-    theorem.steady(other, shown, ["sign.ground"])
+        theorem.require_continuity(other, shown, ["sign.between"])
+    theorem.require_continuity(other, shown, ["sign.ground"])
 
 
 def test_a_dwell_time_with_a_v_that_grows_takes_no_half_minute() -> None:
@@ -95,6 +95,6 @@ def test_a_dwell_time_with_a_v_that_grows_takes_no_half_minute() -> None:
     begun = time.process_time()
     with pytest.raises(verify.Refused, match="'RATIONAL'"):
         judged(proof, sources("one_mass"))
-    with pytest.raises(verify.Refused, match="not made good"):
+    with pytest.raises(verify.Refused, match="has not recovered"):
         judged(proof | {"decay_rate": f"-{10**90}"}, sources("one_mass"))
     assert time.process_time() - begun < 3
