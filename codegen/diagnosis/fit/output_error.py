@@ -20,6 +20,10 @@ STEP, FINE_STEP = 1e-4, 1e-6
 """Steps for slopes, over the size of a parameter: of a fit, and of its covariance."""
 LEAST_PART = 1e-3
 """Least size of a parameter in differences, over its scale: a smaller step is lost in the rounding of the runs."""
+LEAST_DAMPING, RAISED_DAMPING = 1e-6, 1e-4
+"""Levenberg–Marquardt damping of the first step, and the least one that is raised, tenfold, after a rejected step."""
+MOST_TRIALS = 6
+"""Most dampings that are tried for one step."""
 HUGE = 1e6
 BLOCKS = 8
 """Number of blocks of neighbouring segments, each held out in turn."""
@@ -335,72 +339,115 @@ def shooting_fit(
     difference: float = STEP,
     final_slopes: bool = True,
 ) -> Fit:
-    """Output-error fit with the slopes by the start states computed at ``theta``; arguments as of ``gauss_newton``."""
+    """Output-error fit with the slopes by the start states computed at ``theta``.
+
+    Args:
+        rounds, final_slopes: as of ``GaussNewton.fit``.
+        residual: (S, K n) at ``theta``, where it is known.
+        difference: as of ``GaussNewton``.
+    """
     predict = runner.at(theta)
     if residual is None:
         residual = mean_residuals(runner, predict(offsets))
     starts = state_slopes(runner, predict, offsets, residual)
-    return gauss_newton(runner, theta, offsets, starts, prior, rounds, (), residual, difference, final_slopes)
+    return GaussNewton(runner, starts, prior, theta, offsets, residual, difference=difference).fit(rounds, final_slopes)
 
 
-def gauss_newton(
-    runner: Runner,
-    theta: Array,
-    offsets: Array,
-    starts: Starts,
-    prior: Prior,
-    rounds: int,
-    known: Sequence[Array] = (),
-    residual: Array | None = None,
-    difference: float = STEP,
-    final_slopes: bool = True,
-) -> Fit:
+@dataclass(eq=False)
+class GaussNewton:
     """Output-error fit by Gauss–Newton steps with Levenberg–Marquardt damping.
 
-    Args:
-        difference: step of a slope, over the size of its parameter.
-        final_slopes: whether the slopes are computed again after the last one of ``rounds`` steps, a free run for each
-            parameter. Not needed if only values and cost are used.
+    Minimises Σ loss(segment) + prior cost over θ. The start states of the segments are eliminated with fixed slopes.
+
+    Attributes:
+        theta: (p,) parameters: first the start of the fit, then the last accepted ones.
+        offsets: (S, 2n) start states of the segments, alike.
+        residual: (S, K n) at the start; computed if None.
+        known: slopes (S, K n) by the first parameters that are taken as they are.
+        difference: step of a numerical derivative, over the size of its parameter.
     """
-    first, theta = theta, prior.clip(theta)
-    if residual is None or not np.array_equal(theta, first):
-        residual = mean_residuals(runner, runner.run(theta, offsets))
-    now, damping = residual, 1e-6
-    slopes: list[Array] = []
-    columns = np.zeros((0, *now.shape))
-    for turn in range(rounds + 1):
-        if turn == rounds and not final_slopes:
-            break
-        flat = starts.project(now)
+
+    runner: Runner
+    starts: Starts
+    prior: Prior
+    theta: Array
+    offsets: Array
+    residual: Array | None = None
+    known: Sequence[Array] = ()
+    difference: float = STEP
+
+    def __post_init__(self) -> None:
+        self._first, self.theta = self.theta, self.prior.clip(self.theta)
+        if self.residual is None or not np.array_equal(self.theta, self._first):
+            self.residual = mean_residuals(self.runner, self.runner.run(self.theta, self.offsets))
+        self._residual: Array = self.residual
+        self._slopes: list[Array] = []
+        self._columns: Array = np.zeros((0, *self._residual.shape))
+        self._damping = LEAST_DAMPING
+
+    def fit(self, rounds: int, final_slopes: bool = True) -> Fit:
+        """The fit after at most ``rounds`` steps, fewer if it converges.
+
+        Args:
+            final_slopes: whether the slopes are computed again after the last one of ``rounds`` steps, a free run for
+                each parameter. Not needed if only values and cost are used.
+        """
+        for _ in range(rounds):
+            self._linearise()
+            if not self._slopes or not self._step():
+                break
+        else:  # not converged
+            if final_slopes:
+                self._linearise()
+        projected, limited = self.starts.project(self._residual), self.prior.limited(self.theta, self._first)
+        return Fit(
+            self.runner,
+            self.theta,
+            self.offsets,
+            self._residual,
+            projected,
+            self._columns,
+            self.starts,
+            self.prior,
+            limited,
+        )
+
+    def _linearise(self) -> None:
+        """Compute the slopes at θ, but those that are known; of many toleranced parameters, once a fit."""
+        taken: dict[int, Array] = dict(enumerate(self.known))
+        toleranced = np.flatnonzero(np.isfinite(self.prior.deviation))
+        if self._slopes and len(toleranced) > MANY:
+            taken |= {int(k): self._slopes[k] for k in toleranced}
+        steps = self.difference * self.prior.differenced
+        self._slopes = _slopes(self.runner, self.theta, self.offsets, self._residual, steps, taken)
+        self._columns = self.starts.projected(self._slopes, self._residual)
+
+    def _step(self) -> bool:
+        """Take a step that lowers the cost; whether there was one, and it lowered the cost by its resolution.
+
+        The damping is raised until the cost falls, at most ``MOST_TRIALS`` times, and lowered after the step.
+        """
+        theta, prior, flat = self.theta, self.prior, self.starts.project(self._residual)
         cost = segment_cost(flat) + prior.cost(theta)
-        taken: dict[int, Array] = dict(enumerate(known))
-        if turn and np.isfinite(prior.deviation).sum() > MANY:
-            taken |= {int(k): slopes[k] for k in np.flatnonzero(np.isfinite(prior.deviation))}
-        slopes = _slopes(runner, theta, offsets, now, difference * prior.differenced, taken)
-        columns = starts.projected(slopes, flat)
-        if turn == rounds or not slopes:
-            break
-        weighted = columns * segment_weights(flat)[:, None]
-        matrix = weighted.reshape(len(weighted), -1) @ columns.reshape(len(columns), -1).T + prior.precision
+        weighted = self._columns * segment_weights(flat)[:, None]
+        matrix = weighted.reshape(len(weighted), -1) @ self._columns.reshape(len(weighted), -1).T + prior.precision
         right = np.einsum("ask,sk->a", weighted, flat) - prior.slope(theta)
         longest = 2.0 * np.maximum(prior.size, np.abs(theta))
-        for _ in range(6):
-            step = np.clip(damped_step(matrix, right, damping, prior.held(theta, right)), -longest, longest)
-            moved = prior.clip(np.clip(theta + step, first - prior.reach, first + prior.reach))
-            left = now - sum(change * slope for change, slope in zip(moved - theta, slopes, strict=True) if change)
-            shift = starts.shift(left)
-            trial = mean_residuals(runner, runner.run(moved, offsets + shift))
-            new = segment_cost(starts.project(trial)) + prior.cost(moved)
+        for _ in range(MOST_TRIALS):
+            step = np.clip(damped_step(matrix, right, self._damping, prior.held(theta, right)), -longest, longest)
+            moved = prior.clip(np.clip(theta + step, self._first - prior.reach, self._first + prior.reach))
+            changes = zip(moved - theta, self._slopes, strict=True)
+            shift = self.starts.shift(self._residual - sum(change * slope for change, slope in changes if change))
+            trial = mean_residuals(self.runner, self.runner.run(moved, self.offsets + shift))
+            new = segment_cost(self.starts.project(trial)) + prior.cost(moved)
             if new < cost:
                 break
-            damping = max(damping, 1e-4) * 10
+            self._damping = max(self._damping, RAISED_DAMPING) * 10
         else:
-            break
-        damping = max(damping / 10, 1e-6)
-        theta, offsets, now = moved, offsets + shift, trial
-        if cost - new < resolution(cost):
-            break
-    return Fit(runner, theta, offsets, now, starts.project(now), columns, starts, prior, prior.limited(theta, first))
+            return False
+        self._damping = max(self._damping / 10, LEAST_DAMPING)
+        self.theta, self.offsets, self._residual = moved, self.offsets + shift, trial
+        return cost - new >= resolution(cost)
 
 
 def damped_step(matrix: Array, right: Array, damping: float, held: NDArray[np.bool_]) -> Array:

@@ -24,8 +24,8 @@ from codegen.diagnosis.fit.output_error import (
     FINE_STEP,
     WITHIN,
     Fit,
+    GaussNewton,
     Prior,
-    gauss_newton,
     polish,
     resolution,
     segment_cost,
@@ -238,7 +238,7 @@ class Search:
         """The fit of a trial with one part more than the base's, from ``theta``, with the base's starts and slopes."""
         prior, known = self.prior(runner.trial, theta, base.prior.tempering), base.raw_slopes if raw is None else raw
         offsets = runner.offsets_of(base.runner, base.offsets)
-        return gauss_newton(runner, theta, offsets, base.starts, prior, rounds, known, final_slopes=final_slopes)
+        return GaussNewton(runner, base.starts, prior, theta, offsets, known=known).fit(rounds, final_slopes)
 
     def prior(self, trial: Trial, theta: Array, tempering: float = 1.0) -> Prior:
         """The prior of a trial's parameters, none for those of effects; a logarithm, phase or logit has the size 1."""
