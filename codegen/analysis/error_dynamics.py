@@ -100,17 +100,15 @@ class ErrorDynamics:
         if not self.observer.level_errors:
             return matrix
         if matrix not in self._in_force:
-            self._in_force[matrix] = self._to_force_errors(matrix)
+            s = [1 if e.contact is None else self.observer.signs[e.contact] for e in self.observer.errors]
+            in_force = each(scaled(s, matrix, s), lambda e: drop_squares(expand_products(e), self.observer.signs))
+            self._in_force[matrix] = in_force
         return self._in_force[matrix]
 
     @cached_property
     def _in_force(self) -> dict[Matrix, Matrix]:
         """Cache of ``in_force``."""
         return {}
-
-    def _to_force_errors(self, matrix: Matrix) -> Matrix:
-        signs = [1 if e.contact is None else self.observer.signs[e.contact] for e in self.observer.errors]
-        return each(scaled(signs, matrix, signs), lambda e: drop_squares(expand_products(e), self.observer.signs))
 
 
 def drop_squares(expression: Any, signs: tuple[sympy.Symbol, ...]) -> Any:
@@ -227,11 +225,20 @@ class _Linearised:
         values: symbol of an estimate, a state or another equation's element → its expression in truth and e.
         slopes: as in ``ErrorDynamics``.
         acceleration_slopes: symbol → entry of ∂v̂'/∂e.
+        at_truth: error symbol → 0.
+        states, rates: z and dz/dt.
     """
 
     values: Mapping[sympy.Symbol, Any]
     slopes: Mapping[sympy.Symbol, Any]
     acceleration_slopes: Mapping[sympy.Symbol, Any]
+    at_truth: Mapping[sympy.Symbol, Any]
+    states: Matrix
+    rates: Matrix
+
+    def slope(self, column: Matrix) -> Matrix:
+        """∂column/∂e at e = 0."""
+        return jacobian(column, list(self.at_truth), self.at_truth)
 
 
 def _linearise(observer: Observer, inverse_mass: Matrix, longest: int) -> _Linearised:
@@ -269,19 +276,18 @@ def _linearise(observer: Observer, inverse_mass: Matrix, longest: int) -> _Linea
                 values[element] = a + change
         else:
             values.update(zip(equation.symbols, equation.expression.xreplace(values), strict=True))
-    return _Linearised(values, slopes, acceleration_slopes)
+    states, rates = observer.states.xreplace(values), observer.rates.xreplace(values)
+    return _Linearised(values, slopes, acceleration_slopes, at_truth, states, rates)
 
 
 def _flow(observer: Observer, linear: _Linearised) -> Matrix:
     """Ψ = −∂/∂e (d/dt estimate(z, x, v)), by the chain rule with the observer's dz/dt and the plant's x' = v, v'."""
-    system, e = observer.system, [error.symbol for error in observer.errors]
-    at_truth = dict.fromkeys(e, sympy.S.Zero)
-    estimates = _estimates_of_state(observer)
-    states = dict(zip(observer.states, observer.states.xreplace(linear.values), strict=True))
+    system, estimates = observer.system, _estimates_of_state(observer)
+    states = dict(zip(observer.states, linear.states, strict=True))
     plant = dict(zip((*system.positions, *system.velocities), (*system.velocities, *system.accelerations), strict=True))
-    flow = jacobian(estimates, observer.states) * Matrix(observer.rates.xreplace(linear.values))
+    flow = jacobian(estimates, observer.states) * Matrix(linear.rates)
     flow += jacobian(estimates, list(plant)) * Matrix(list(plant.values()))
-    return -jacobian(flow.xreplace(states), e, at_truth)
+    return -linear.slope(flow.xreplace(states))
 
 
 def _explicit_step(observer: Observer, linear: _Linearised) -> tuple[Matrix, dict[sympy.Symbol, sympy.Symbol]]:
@@ -290,11 +296,8 @@ def _explicit_step(observer: Observer, linear: _Linearised) -> tuple[Matrix, dic
     z[k+1] = z + h dz/dt by the observer, x[k+1] = x + h v by the plant to first order in h, and v' = (v[k+1] − v)/h.
     """
     system, h = observer.system, symbol("h")
-    e = [error.symbol for error in observer.errors]
-    at_truth = dict.fromkeys(e, sympy.S.Zero)
     next_velocity = {symbol(f"{v.name}_next"): v for v in system.velocities}
-    states, rates = observer.states.xreplace(linear.values), observer.rates.xreplace(linear.values)
-    stepped: dict[sympy.Symbol, Any] = dict(zip(observer.states, states + h * rates, strict=True))
+    stepped: dict[sympy.Symbol, Any] = dict(zip(observer.states, linear.states + h * linear.rates, strict=True))
     stepped |= {x: x + h * v for x, v in zip(system.positions, system.velocities, strict=True)}
     if observer.euler is not None:
         # With a method other than Euler, e = 0 is an equilibrium only if the velocity states at e = 0 give
@@ -302,11 +305,11 @@ def _explicit_step(observer: Observer, linear: _Linearised) -> tuple[Matrix, dic
         velocity = observer.equations[0]
         change = sympy.Matrix([stepped[z] for z in observer.states[: len(next_velocity)]])
         rest = (velocity.expression - velocity.state).xreplace(stepped)
-        corrected = sympy.Matrix(list(next_velocity)) - rest + change - change.xreplace(at_truth)
+        corrected = sympy.Matrix(list(next_velocity)) - rest + change - change.xreplace(linear.at_truth)
         stepped |= dict(zip(observer.states, corrected, strict=False))
     stepped |= {v: name for name, v in next_velocity.items()}
     next_estimates = _estimates_of_state(observer).xreplace(stepped)
-    sampled = (-jacobian(next_estimates, e, at_truth) - sympy.eye(len(e))) / h
+    sampled = (-linear.slope(next_estimates) - sympy.eye(len(observer.errors))) / h
     accelerations = {
         a: (name - v) / h for a, (name, v) in zip(system.accelerations, next_velocity.items(), strict=True)
     }
@@ -320,27 +323,24 @@ def _implicit_step(observer: Observer, linear: _Linearised) -> tuple[Matrix, dic
     rates of friction laws' states are replaced alike.
     """
     system, h = observer.system, symbol("h")
-    e = [error.symbol for error in observer.errors]
-    at_truth = dict.fromkeys(e, sympy.S.Zero)
-    state_rates = _true_state_rates(observer, linear.values, at_truth)
+    state_rates = _true_state_rates(observer, linear)
     before = {symbol(f"{s.name}_before"): s for s in (*system.velocities, *state_rates)}
     earlier = {x: x - h * v for x, v in zip(system.positions, system.velocities, strict=True)}
     earlier |= {s: name for name, s in before.items()}
-    states, rates = observer.states.xreplace(linear.values), observer.rates.xreplace(linear.values)
-    states_before = dict(zip(observer.states, states.xreplace(at_truth).xreplace(earlier), strict=True))
+    states_before = dict(zip(observer.states, linear.states.xreplace(linear.at_truth).xreplace(earlier), strict=True))
     from_state = jacobian(_estimates_of_state(observer), observer.states).xreplace(earlier).xreplace(states_before)
-    residual = jacobian(states - h * rates, e, at_truth)
-    sampled = (sympy.eye(len(e)) + from_state * residual) / h
+    residual = linear.slope(linear.states - h * linear.rates)
+    sampled = (sympy.eye(len(observer.errors)) + from_state * residual) / h
     moving = (*system.accelerations, *state_rates.values())
     differences = {rate: (s - name) / h for rate, (name, s) in zip(moving, before.items(), strict=True)}
     return sampled.xreplace(linear.acceleration_slopes).xreplace(differences), before
 
 
-def _true_state_rates(observer: Observer, values: Mapping[sympy.Symbol, Any], zero: Any) -> dict[sympy.Symbol, Any]:
+def _true_state_rates(observer: Observer, linear: _Linearised) -> dict[sympy.Symbol, Any]:
     """Symbol of a friction law's true state → symbol of its true rate ξ."""
     rates = next((e.symbols for e in observer.equations if e.name == "friction_state_rate"), ())
     of_state = [e.truth for e in observer.errors if e.of == "state"]
-    return {f: values[r].xreplace(zero) for f, r in zip(of_state, rates, strict=True)}
+    return {f: linear.values[r].xreplace(linear.at_truth) for f, r in zip(of_state, rates, strict=True)}
 
 
 def _first_order(

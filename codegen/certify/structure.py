@@ -176,7 +176,7 @@ def certified_mode(h: Any, k: Any, machine: Extremes) -> MovingMass | None:
     ends = Fraction(math.floor(low * 1000), 1000), Fraction(math.ceil(high * 1000), 1000)
     if ends[0] <= 0:
         return None
-    best: tuple[float, Any, Family, Array, Enclosure] | None = None
+    found = []
     beta = h * k / 2
     for ratio in KAPPAS:
         kappa = rounded(ratio * machine.slowest / float(k), 3)
@@ -188,11 +188,11 @@ def certified_mode(h: Any, k: Any, machine: Extremes) -> MovingMass | None:
             {SIGMA: (s, s)} for s in map(Fraction, geometric(float(ends[0]), float(ends[1]), MODES))
         )
         proposal = common_lyapunov(sampled, float(h), np.eye(3, dtype=bool))
-        if proposal is not None and (best is None or proposal[1] > best[0]):
-            best = proposal[1], kappa, family, proposal[0], enclosure
-    if best is None:
+        if proposal is not None:
+            found.append((proposal[1], kappa, family, proposal[0], enclosure))
+    if not found:
         return None
-    alpha, kappa, family, p, enclosure = best
+    alpha, kappa, family, p, enclosure = max(found, key=lambda each: each[0])
     for share in SHARES:
         splits = _splits(lambda a, b: enclosure.vertices([{SIGMA: (a, b)}]), p, ends, alpha * share, float(h))
         if splits is not None:

@@ -247,21 +247,21 @@ class RegulatorLoop:
 
     def _run(self, gain: float, x: Array, v: Array) -> tuple[LimitCycle | None, bool]:
         """(limit cycle, decided) of a run from x, v; an undecided run is repeated with a longer duration."""
-        cycle, decided = self._once(gain, x, v, self._samples)
-        return (cycle, decided) if decided else self._once(gain, x, v, LONGER * self._samples)
-
-    def _once(self, gain: float, x: Array, v: Array, samples: int) -> tuple[LimitCycle | None, bool]:
         simulation, system = self.simulation, self._system
-        loop = SampledLoop(
-            declared_controller(self._spec, simulation, samples),
-            self._observer,
-            declared_cancellation(simulation, system, gain),
-            self._sensors,
-            limit=input_limit(self._spec, simulation),
-        )
-        run = run_loop(system, loop, simulation.sample_time, samples, (x, v))
-        cycle = limit_cycle(run.time, run.true_positions, self._floor)
-        return cycle, cycle is not None or at_rest(run.true_positions, self._floor)
+        for samples in (self._samples, LONGER * self._samples):
+            loop = SampledLoop(
+                declared_controller(self._spec, simulation, samples),
+                self._observer,
+                declared_cancellation(simulation, system, gain),
+                self._sensors,
+                limit=input_limit(self._spec, simulation),
+            )
+            run = run_loop(system, loop, simulation.sample_time, samples, (x, v))
+            cycle = limit_cycle(run.time, run.true_positions, self._floor)
+            decided = cycle is not None or at_rest(run.true_positions, self._floor)
+            if decided:
+                break
+        return cycle, decided
 
 
 def _swing(spec: Spec, simulation: Simulation, course: Array) -> Array:

@@ -227,18 +227,15 @@ def _margins(
 ) -> tuple[Margin, ...]:
     """Margins of each axis alone, of all gains by one factor, and of the sample time."""
 
-    def one(axis: GainAxis, factors: Array) -> Settings:
-        return settings.along(axis, numbers[axis.name] * factors)
-
-    def together(factors: Array) -> Settings:
+    def scaled(varied: Sequence[GainAxis], factors: Array) -> Settings:
         result = settings
-        for axis in axes:
+        for axis in varied:
             result = result.along(axis, numbers[axis.name] * factors)
         return result
 
     period = sample_time_axis(dynamics.symbolic.observer)
-    found = [margin(dynamics, a.name, partial(one, a)) for a in axes]
+    found = [margin(dynamics, a.name, partial(scaled, [a])) for a in axes]
     if len(axes) > 1:
-        found.append(margin(dynamics, "all gains", together))
+        found.append(margin(dynamics, "all gains", partial(scaled, axes)))
     h = float(settings.sample_time[0])
     return (*found, margin(dynamics, "sample time", lambda f: settings.along(period, h * f)))
