@@ -15,6 +15,7 @@ from fractions import Fraction
 from codegen.analysis.analysis import Analysis
 from codegen.certify.bound.bounds import DomainBound, ErrorBound
 from codegen.certify.bound.error_bound import error_bounds, rounding_share
+from codegen.certify.bound.friction_bounds import largest_in_envelope
 from codegen.certify.certify import Certificate
 from codegen.observers.equations import Observer
 from codegen.observers.velocity import SAMPLE_TIME
@@ -90,8 +91,9 @@ def _step_errors(
     code = lower(program)
     system, u = observer.system, UNIT[precision]
     turn, names = float(observer.distribution[0]), [z.name for z in observer.states]
-    x, w = _largest(spec, system.positions[0].name), [s.name for s in system.inputs]
-    fastest = _largest(spec, system.velocities[0].name) + domain.velocity / abs(turn)
+    needed = (*system.positions, *system.velocities, *system.inputs)
+    x, v, *w = (float(largest_in_envelope(spec, s.name, 0)) for s in needed)  # one coordinate
+    fastest = v + domain.velocity / abs(turn)
     level = float(observer.domain.level[1]) + domain.everywhere
     outputs, following = ({a.name: a.value for a in part} for part in (code.outputs, code.next_state))
     contact = system.contacts[0].name
@@ -103,7 +105,7 @@ def _step_errors(
     ranges = {p.name: Enclosed(p.value, p.value, u * abs(p.value)) for p in program.parameters if p.value is not None}
     ranges |= {name: Enclosed(-size, size) for name, size in zip(names, sizes, strict=True)}
     ranges |= {system.positions[0].name: Enclosed(-x, x)}
-    ranges |= {name: Enclosed(-_largest(spec, name), _largest(spec, name), u * _largest(spec, name)) for name in w}
+    ranges |= {s.name: Enclosed(-most, most, u * most) for s, most in zip(system.inputs, w, strict=True)}
     least = float(observer.domain.slip_speed) * JUST_ABOVE / abs(turn)
     read = enclose([velocity], ranges, {}, precision)[0].error
     worst, output = dict.fromkeys(names, 0.0), 0.0
@@ -116,8 +118,3 @@ def _step_errors(
         worst = {name: max(worst[name], s.error) for name, s in zip(names, states, strict=True)}
         output = max(output, estimate.error)
     return u * x + read / gain, worst, output
-
-
-def _largest(spec: Spec, name: str) -> float:
-    """Largest magnitude of a variable in the envelope."""
-    return float(max(abs(e) for e in spec.envelope[name]))

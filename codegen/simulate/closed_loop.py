@@ -56,7 +56,7 @@ def simulate(
     observed_spec = spec
     if simulation.cancel is not None:  # the observer must compute the cancelling input, also without its own section
         observed_spec = replace(spec, cancellation=spec.cancellation or CancellationChoice())
-    start = np.zeros(len(spec.positions)) if controller.reference is None else controller.reference(0.0)
+    start = controller.reference(0.0)
     loop = SampledLoop(
         controller,
         generated_in_loop(observed_spec, simulation) if simulation.observer else None,

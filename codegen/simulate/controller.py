@@ -50,6 +50,11 @@ class Controller(Protocol):
         """The command from t_k to t_{k+1}, (m,)."""
 
 
+def zero(t: float) -> Array:
+    """The signal that is zero."""
+    return np.zeros(1)
+
+
 @dataclass
 class Feedback:
     """w = w_ff(t) + K_x (x_r − x) + K_v (v_r − v) + ∫ K_i (x_r − x) dt: open loop, P, PD, PI, PID and state feedback.
@@ -61,16 +66,16 @@ class Feedback:
     Attributes:
         inputs, coordinates: m and n.
         feedforward: w_ff, t → (m,).
-        reference: x_r, t → (n,); zero if not given. velocity_reference: v_r, t → (n,), alike.
+        reference, velocity_reference: x_r and v_r, t → (n,).
         position_gain, velocity_gain, integral_gain: K_x, K_v, K_i, each (m, n); zero if not given.
         limit: (m,) limits of the inputs, for the anti-windup alone; the loop does the saturation.
     """
 
     inputs: int
     coordinates: int
-    feedforward: Signal | None = None
-    reference: Signal | None = None
-    velocity_reference: Signal | None = None
+    feedforward: Signal = zero
+    reference: Signal = zero
+    velocity_reference: Signal = zero
     position_gain: Array | None = None
     velocity_gain: Array | None = None
     integral_gain: Array | None = None
@@ -84,13 +89,12 @@ class Feedback:
         self._integral = np.zeros(self.inputs)
 
     def command(self, now: Sample) -> Array:
-        w = np.zeros(self.inputs) if self.feedforward is None else np.asarray(self.feedforward(now.time), dtype=float)
-        error = -now.positions if self.reference is None else self.reference(now.time) - now.positions
+        w = np.zeros(self.inputs) + self.feedforward(now.time)
+        error = self.reference(now.time) - now.positions
         if self.position_gain is not None:
             w = w + self.position_gain @ error
         if self.velocity_gain is not None:
-            reference = 0.0 if self.velocity_reference is None else self.velocity_reference(now.time)
-            w = w + self.velocity_gain @ (reference - now.velocities)
+            w = w + self.velocity_gain @ (self.velocity_reference(now.time) - now.velocities)
         if self.integral_gain is not None:
             rate = self.integral_gain @ error
             if self.limit is not None:

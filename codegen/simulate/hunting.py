@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
@@ -193,11 +194,8 @@ def _searched(hunts: Callable[[float], bool]) -> float | None:
         return None
     if not hunts(1.0):
         return 1.0
-    low, high = 0.0, 1.0
-    for _ in range(HALVINGS):
-        middle = (low + high) / 2
-        low, high = (low, middle) if hunts(middle) else (middle, high)
-    return low
+    parts = 1 << HALVINGS
+    return bisect(range(1, parts), False, key=lambda k: hunts(k / parts)) / parts
 
 
 class RegulatorLoop:
@@ -217,7 +215,6 @@ class RegulatorLoop:
         self._spec, self._system = spec, system
         self._samples = round(simulation.duration / simulation.sample_time)
         moving = declared_controller(spec, simulation, self._samples)
-        assert moving.reference is not None
         times = np.linspace(0, simulation.duration, 400, endpoint=False)
         course = np.array([moving.reference(float(t)) for t in times])
         self._at = course[0]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -180,25 +180,12 @@ class _Plant:
 
 def _empty_run(system: System, period: float, samples: int, outputs: tuple[str, ...]) -> LoopRun:
     """A run to be filled: all signals NaN except time and faults."""
-    n, m, contacts = system.degrees_of_freedom, len(system.inputs), len(system.contacts)
-
-    def nan(width: int) -> Array:
-        return np.full((samples, width), np.nan)
-
-    return LoopRun(
-        time=period * np.arange(samples, dtype=np.float64),
-        positions=nan(n),
-        velocities=nan(n),
-        inputs=nan(m),
-        cancelling=nan(m),
-        true_positions=nan(n),
-        true_velocities=nan(n),
-        contact_forces=nan(contacts),
-        friction=nan(n),
-        outputs=outputs,
-        estimates=nan(len(outputs)),
-        faults=np.zeros(samples, dtype=np.intc),
-    )
+    n, m = system.degrees_of_freedom, len(system.inputs)
+    widths = dict.fromkeys(("positions", "velocities", "true_positions", "true_velocities", "friction"), n)
+    widths |= {"inputs": m, "cancelling": m, "contact_forces": len(system.contacts), "estimates": len(outputs)}
+    signals: dict[str, Any] = {name: np.full((samples, width), np.nan) for name, width in widths.items()}
+    time, faults = period * np.arange(samples, dtype=np.float64), np.zeros(samples, dtype=np.intc)
+    return LoopRun(time=time, outputs=outputs, faults=faults, **signals)
 
 
 def _on_coordinates(system: System, positions: Array, forces: Array) -> Array:

@@ -84,25 +84,20 @@ class Estimator:
     def __init__(self, observer: ObserverInLoop, system: System, cancellation: Cancellation | None) -> None:
         """Raises ValueError for an input of the observer that the system does not have."""
         self._engine, self._every = observer.engine, observer.every
-        names = [s.name for s in (*system.positions, *system.velocities)]
-        inputs = [w.name for w in system.inputs]
+        names = [s.name for s in (*system.positions, *system.velocities, *system.inputs)]
         fields = [f.name for f in observer.program.inputs]
         for name in fields:
-            if name not in names + inputs:
-                raise ValueError(f"an observer of `{name}`; expected one of {', '.join(names + inputs)}")
-        # Place in the observer's row ← place in (positions, velocities), and the same for the commands.
-        self._measured = [names.index(name) for name in fields if name in names]
-        self._row = np.zeros((1, len(fields)))
-        self._places_of_measured = [k for k, name in enumerate(fields) if name in names]
-        self._places_of_commands = [k for k, name in enumerate(fields) if name in inputs]
-        self._commanded = [inputs.index(name) for name in fields if name in inputs]
+            if name not in names:
+                raise ValueError(f"an observer of `{name}`; expected one of {', '.join(names)}")
+        self._columns = [names.index(name) for name in fields]
+        self._signals = np.zeros(len(names))  # positions, velocities, inputs
+        self._inputs = self._signals[len(names) - len(system.inputs) :]
         self.latest = np.full(len(observer.outputs), np.nan)
         self.fault = 0
         self._cancellation, self._delay = cancellation, 0 if cancellation is None else cancellation.delay
         chosen = () if cancellation is None else cancellation.outputs or observer.friction
         self._chosen = [observer.outputs.index(name) for name in chosen]
         self._older: deque[Array] = deque(maxlen=max(self._delay, 1))
-        self._none = np.zeros(len(inputs))
 
     def measure(self, k: int, positions: Array, velocities: Array, sent: Array) -> None:
         """Set the measurements of the loop's sample k; ``sent`` is the command until now.
@@ -112,19 +107,18 @@ class Estimator:
         """
         if k % self._every:
             return
-        self._row[0, self._places_of_measured] = np.concatenate([positions, velocities])[self._measured]
-        self._row[0, self._places_of_commands] = sent[self._commanded]
+        self._signals[:] = np.concatenate([positions, velocities, sent])
         if k == 0:
-            self._engine.start(self._row[0])
+            self._engine.start(self._signals[self._columns])
         if self._delay == 0:
-            self.latest = self._engine.trial_step(self._row)
+            self.latest = self._engine.trial_step(self._signals[None, self._columns])
 
     def step(self, k: int, sent: Array) -> None:
         """Step the observer with the measurements of the loop's sample k and its command."""
         if k % self._every:
             return
-        self._row[0, self._places_of_commands] = sent[self._commanded]
-        estimates, faults = self._engine.run(self._row)
+        self._inputs[:] = sent
+        estimates, faults = self._engine.run(self._signals[None, self._columns])
         self.latest, self.fault = estimates[0], int(faults[0])
         self._older.append(self.latest)
 
@@ -132,6 +126,6 @@ class Estimator:
         """ū (m,); zero without a cancellation, and until an estimate of the age ``delay`` exists."""
         cancellation, late = self._cancellation, self._delay > 0
         if cancellation is None or (late and len(self._older) < self._delay):
-            return self._none
+            return np.zeros(len(self._inputs))
         estimate = self._older[0] if late else self.latest
         return np.asarray(cancellation.gain * (cancellation.matrix @ estimate[self._chosen]), dtype=float)

@@ -203,7 +203,7 @@ def test_an_integral_removes_the_error_and_rests_at_the_limit():
     assert late == pytest.approx(1, abs=1e-6)
     limit, far = np.array([2.0]), []
     for known in (None, limit):
-        controller = Feedback(1, 1, None, reference, integral_gain=np.array([[30.0]]), limit=known, **gains)
+        controller = Feedback(1, 1, reference=reference, integral_gain=np.array([[30.0]]), limit=known, **gains)
         far.append(run_loop(system, SampledLoop(controller, limit=limit), 0.005, 1200))
     over = [np.max(run.true_positions) - 1 for run in far]
     assert all(np.max(np.abs(run.inputs)) == 2 for run in far)

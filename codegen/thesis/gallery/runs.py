@@ -78,8 +78,8 @@ def servo_run(
         observer = observer_of(setting.applied(observed) if observed is not None else from_zero(spec))
     outputs = observer.outputs if observer is not None else ()
     estimate = next((k for k, name in enumerate(outputs) if name == f"{spec.velocities[0]}_hat"), None)
-    position_gain, velocity_gain = declared.position_gain, declared.velocity_gain
-    servo = Servo(1, 1, None, declared.reference, None, position_gain, velocity_gain, velocity=estimate)
+    servo = Servo(1, 1, reference=declared.reference, velocity=estimate)
+    servo.position_gain, servo.velocity_gain = declared.position_gain, declared.velocity_gain
     cancellation = None if cancel is None else Cancellation(np.eye(1), cancel, delay)
     loop = SampledLoop(servo, observer, cancellation, *noise_of(spec, setting))
     return closed_loop(spec, loop, plant, substeps)
@@ -124,8 +124,6 @@ def reference_of(spec: Spec, samples: int) -> Array:
     """x_r at each sample, (N,)."""
     simulation = spec.required_simulation
     signal = declared_controller(spec, simulation, samples).reference
-    if signal is None:
-        raise ValueError(f"{spec.name} has no reference")
     return np.array([signal(k * simulation.sample_time)[0] for k in range(samples)])
 
 
