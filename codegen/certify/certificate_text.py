@@ -52,9 +52,7 @@ def to_prefix(e: Any) -> Any:
 
 
 def _power(e: Any) -> Any:
-    """A power as a prefix expression: exp, sqrt, or an integer power."""
-    if e.base is sympy.E:
-        return ["exp", to_prefix(e.exp)]
+    """A power as a prefix expression: sqrt, or an integer power."""
     if e.exp == sympy.Rational(1, 2):
         return ["sqrt", to_prefix(e.base)]
     if e.exp.is_Integer and e.exp > 0:

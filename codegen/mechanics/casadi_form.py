@@ -270,22 +270,20 @@ def _product(e: Any, scope: _Scope) -> Any:
 
 
 def _power(base: Any, exponent: Any, scope: _Scope) -> Any:
-    """base**exponent: integer powers by products, then sqrt, exp, or pow."""
+    """base**exponent: integer powers by products, then sqrt or pow."""
     value = _scalar(base, scope)
     if exponent.is_Integer:
         n = int(exponent)
-        return _repeated(value, n) if n >= 0 else 1 / _repeated(value, -n)
+        return _repeated(value, n) if n > 0 else 1 / _repeated(value, -n)
     if exponent == sympy.Rational(1, 2):
         return casadi.sqrt(value)
-    if base is sympy.E:
-        return casadi.exp(_scalar(exponent, scope))
     return casadi.power(value, _scalar(exponent, scope))
 
 
 def _repeated(value: Any, n: int) -> Any:
-    """value**n by repeated squaring: the same operations in every language, and no call of pow."""
-    if n == 0:
-        return casadi.SX(1.0)
-    half = _repeated(value, n // 2) if n > 1 else None
-    squared = value if half is None else half * half
-    return squared * value if n > 1 and n % 2 else squared
+    """value**n, n ≥ 1, by repeated squaring: the same operations in every language, and no call of pow."""
+    if n == 1:
+        return value
+    half = _repeated(value, n // 2)
+    squared = half * half
+    return squared * value if n % 2 else squared
