@@ -14,14 +14,24 @@ import numpy as np
 import sympy
 
 from codegen.base.arrays import Array
+from codegen.base.errors import BadInput
 from codegen.base.progress import begin
 from codegen.diagnosis.evidence.residual_regression import inertia_noise
 from codegen.diagnosis.evidence.timing import acting_earlier, input_leads, late_speeds
 from codegen.diagnosis.fit.force_rows import force_rows, information, residual_sizes
 from codegen.diagnosis.fit.linear import inverse
 from codegen.diagnosis.fit.measure import drive_force
+from codegen.diagnosis.fit.record import record_of
 from codegen.diagnosis.fit.residual import Problem, slip_velocities
-from codegen.diagnosis.fit.signals import FASTER_HZ, MOSTLY_FASTER, NOISE_SHARE, SHORTEST_TEST_S, Motion, smooth_motion
+from codegen.diagnosis.fit.signals import (
+    CUTOFFS_HZ,
+    FASTER_HZ,
+    MOSTLY_FASTER,
+    NOISE_SHARE,
+    SHORTEST_TEST_S,
+    Motion,
+    smooth_motion,
+)
 from codegen.diagnosis.fit.trial import in_unit
 from codegen.effects.declare import add_declared_effects, effect_deviations
 from codegen.logs import Finding, Log, excerpt, preflight
@@ -123,6 +133,11 @@ def case_of(spec: Spec, system: System, log: Log, test_log: Log | None, material
         findings["test"] = (*cut, *preflight(test_log, spec), *unknown_starts(system, test_log))
     motion = smoothed(log, system)
     split = len(motion.time) if test_log is not None else round(len(motion.time) * (1 - HELD_OUT_SHARE))
+    cutoff = None if _is_steady(log, motion) else cutoff_with_segments(log, motion, split)
+    if cutoff is not None:
+        findings["train"] += (_raised_cutoff(cutoff, motion.cutoff_hz),)
+        log = replace(log, cutoff_hz=cutoff)
+        motion = smoothed(log, system)
     problem = Problem(system, _restrict(motion, split), deviations, changes)
     if _is_steady(log, motion) or moves_one_way(problem):
         unseen = unseen_inertias(problem)
@@ -170,6 +185,35 @@ def smoothed(log: Log, system: System) -> Motion:
         if np.all(_above(log, faster)[fast] <= MOSTLY_FASTER) and _is_quiet(system, faster):
             return faster
     return motion
+
+
+def cutoff_with_segments(log: Log, motion: Motion, split: int) -> float | None:
+    """The lowest default cutoff above the motion's at which its first ``split`` samples hold enough segments.
+
+    A segment is so many periods of the cutoff; free runs are compared with the unfiltered positions, so more noise in
+    the filtered ones is no bias. None if the motion holds enough, none would help, or the log states its cutoff.
+    """
+    if log.cutoff_hz or _holds_segments(log, motion, split):
+        return None
+    higher = (hz for hz in reversed(CUTOFFS_HZ) if motion.cutoff_hz < hz <= 0.1 / log.sample_time)
+    return next((hz for hz in higher if _holds_segments(log, smooth_motion(log, hz), split)), None)
+
+
+def _holds_segments(log: Log, motion: Motion, split: int) -> bool:
+    try:
+        record_of(_restrict(motion, split), log)
+    except BadInput:
+        return False
+    return True
+
+
+def _raised_cutoff(cutoff: float, quiet: float) -> Finding:
+    words = (
+        f"The low-pass is at {cutoff:g} Hz, where the acceleration has more noise than at the {quiet:.3g} Hz that the "
+        "noise of the measured positions suggests: there so short a log has too few stretches of motion. A longer log "
+        "would have enough; `cutoff_hz` in its description sets another."
+    )
+    return Finding("warning", "cutoff", words)
 
 
 def _above(log: Log, motion: Motion) -> Array:

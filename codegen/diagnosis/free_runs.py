@@ -30,7 +30,7 @@ from codegen.diagnosis.results import ErrorFigures, Fact, Remainder, Separation
 from codegen.diagnosis.selection.forward_selection import Outcome, common_effects, find_effects, within_reach
 from codegen.diagnosis.verdict import wrong_values
 from codegen.diagnosis.verdict.across_joints import credited_across_joints
-from codegen.diagnosis.verdict.answer import Answer, by_remainder, is_small, verdict_of
+from codegen.diagnosis.verdict.answer import Answer, by_remainder, is_small, unknown_above_drive, verdict_of
 from codegen.diagnosis.verdict.examination import examine, refused_at_limit, settled
 from codegen.diagnosis.verdict.final_check import FinalCheck
 from codegen.diagnosis.verdict.force_led import credited_by_force
@@ -168,6 +168,7 @@ class Judge:
         left = self._left_by(answer)
         if another is None:  # that force is there, however much of it a curve over the motion predicts
             answer = replace(answer, verdict=by_remainder(answer.verdict, left, case.material))
+            answer = unknown_above_drive(answer, left, case.problem)
         if wave is None and another is None and answer.verdict in ("none", "unknown"):
             wave = better_than_refused(chosen.search, chosen.tried, outcome, case.material)
         if wave is not None:

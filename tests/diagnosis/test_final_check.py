@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from math import nan
 from pathlib import Path
 
 import pytest
+from sympy import Float, Symbol
 
+from codegen.base.significant import in_percent
 from codegen.diagnosis.diagnose import diagnose_log
 from codegen.diagnosis.fit.measure import WHOLE, force_errors, measure
 from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.signals import smooth_motion
 from codegen.diagnosis.fit.trial import with_values
-from codegen.diagnosis.results import FoundEffect
+from codegen.diagnosis.results import FoundEffect, Remainder
 from codegen.diagnosis.verdict import admission
 from codegen.diagnosis.verdict.admission import admitted, reference_of
-from codegen.diagnosis.verdict.answer import Answer
+from codegen.diagnosis.verdict.answer import Answer, unknown_above_drive
 from codegen.diagnosis.verdict.final_check import FinalCheck
 from codegen.diagnosis.verdict.held_out import HeldOut
 from codegen.mechanics.system import System
@@ -116,6 +119,25 @@ def test_free_runs_at_the_noise_do_not_excuse_a_material_force(near: bool, tmp_p
     assert last._worse_by_force(model)
     assert FinalCheck(data, near, 10.0)._worse_by_force(model) == ""  # immaterial by that measure
     assert last._worse_by_force(data.problem.system) == ""
+
+
+def test_a_model_that_leaves_more_than_the_drive_force_explains_nothing(tmp_path: Path) -> None:
+    """A motor with a mass declared 20 times too large was fine: its free runs ended at the noise of a short log."""
+    data = held_out_on("[]", tmp_path)
+    right = data.problem.system
+    heavy = replace(right, values={**right.values, Symbol("m", real=True): Float(40)})
+    few, many = (Remainder(nan, nan, 0.0),), (Remainder(1.0, 4.0, 0.0),)
+    assert relative_force(data, heavy) > 1 > relative_force(data, right)
+
+    def judged(model: System, left: tuple[Remainder, ...]) -> Answer:
+        figures = (data.measured(model),) * 3
+        return unknown_above_drive(Answer("none", (), model, model, figures), left, data.problem)
+
+    found = judged(heavy, few)
+    assert found.verdict == "unknown" and found.remarks[-1].topic == "unexplained"
+    assert in_percent(relative_force(data, heavy)) in found.remarks[-1].words
+    assert judged(heavy, many).verdict == "none"  # by_remainder decides
+    assert judged(right, few).verdict == "none"
 
 
 @pytest.mark.parametrize("verdict", ["none", "ambiguous"])

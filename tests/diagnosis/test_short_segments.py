@@ -9,6 +9,7 @@ from typing import Any, cast
 
 import numpy as np
 
+from codegen.diagnosis.case import case_of, cutoff_with_segments
 from codegen.diagnosis.diagnose import diagnose_log
 from codegen.diagnosis.fit.record import LEAST_SEGMENTS, is_shortened, record_of
 from codegen.diagnosis.fit.signals import smooth_motion
@@ -45,6 +46,25 @@ def test_a_segment_has_at_least_two_periods_of_the_cutoff(tmp_path: Path) -> Non
     assert 2.0 <= record.length * log.sample_time * CUTOFF_HZ < 2.5
     with refused("LOG009 at least 12"):
         record_of(smooth_motion(slow_log(tmp_path, 8.0)), slow_log(tmp_path, 8.0))
+
+
+def test_a_short_log_with_noise_has_a_higher_cutoff(tmp_path: Path) -> None:
+    """At the cutoff that the noise suggests, 8 s hold too few segments: the log was refused, with that advice."""
+    noisy = stage("[]", 4.5, duration=8.0, noise=1e-2)
+    log = log_of(noisy, tmp_path, "noisy.csv")
+    quiet = smooth_motion(log)
+    assert quiet.cutoff_hz <= 3.5
+    case = case_of(stage(), system_of(stage()), log, None, 0.02)
+    assert quiet.cutoff_hz < case.motion.cutoff_hz <= 7.0
+    assert len(record_of(case.problem.motion, case.log).start) >= LEAST_SEGMENTS
+    told = [f.words for f in case.findings["train"] if f.topic == "cutoff"]
+    assert len(told) == 1 and f"at {case.motion.cutoff_hz:g} Hz" in told[0]
+    stated = replace(log, cutoff_hz=2.5)
+    assert cutoff_with_segments(stated, smooth_motion(stated), log.size) is None
+    longer = log_of(stage("[]", 4.5, duration=40.0, noise=1e-2), tmp_path, "longer.csv")
+    case = case_of(stage(), system_of(stage()), longer, None, 0.02)
+    assert case.motion.cutoff_hz == smooth_motion(longer).cutoff_hz
+    assert not [f for f in case.findings["train"] if f.topic == "cutoff"]
 
 
 def test_segments_of_half_the_usual_length_are_counted_with_any_cutoff(tmp_path: Path) -> None:

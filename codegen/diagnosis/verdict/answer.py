@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import isfinite
 
+from codegen.base.significant import in_percent
 from codegen.diagnosis.evidence.force_gain import ForceGain, force_gain
 from codegen.diagnosis.fit import credit
 from codegen.diagnosis.fit.credit import LEAST_SHARE, is_far
@@ -127,3 +128,21 @@ def by_remainder(verdict: Verdict, left: Sequence[Remainder], material: float) -
     # Free runs near a large noise, such as that of a measured speed, do not show a large predicted part.
     far_off = any(r.nature(material) == "structured" and r.material**2 >= LEAST_SHARE for r in left)
     return "unknown" if changing or far_off else "none"
+
+
+def unknown_above_drive(answer: Answer, left: Sequence[Remainder], problem: Problem) -> Answer:
+    """The answer, ``unknown`` in place of ``none`` if its model leaves more than the drive force where none is judged.
+
+    A remainder of few samples is not judged, and free runs of a log with a coarse position may end at its noise with
+    any inertia. A residual as large as the drive force is what a model without any force but the drive leaves.
+    """
+    if answer.verdict != "none" or all(isfinite(r.material) for r in left):
+        return answer
+    relative = force_errors(answer.refit, problem.motion, problem.used)[2]
+    if relative < 1:
+        return answer
+    words = (
+        f"The residual force is {in_percent(relative)} of the drive force: noise, wrong masses, a wrong gain of the "
+        "input or wrong units. Too few samples are in motion to tell on what it depends"
+    )
+    return replace(answer, verdict="unknown").noted(Fact("unexplained", words))
