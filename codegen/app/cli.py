@@ -82,7 +82,7 @@ def _print_faults(error: BadInput) -> None:
         more = len(error.all) - MOST_FAULTS
         _say(f"and {more} more, which are shown once these are corrected", style="red")
     if "--json" in sys.argv[1:]:
-        from codegen.app.as_json import print_json
+        from codegen.app.options import print_json
 
         print_json({"format": "stiction-errors/1", "errors": [each.parts for each in error.all]})
 

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
-from codegen.app.as_json import AsJson, print_json, written
+from codegen.app.options import AsJson, argument, option, print_json, written
 from codegen.base.errors import BadInput, refuse_unknown
 from codegen.base.files import refuse_target
 from codegen.base.progress import progress
@@ -19,7 +19,7 @@ pages = typer.Typer()
 
 @pages.command(short_help="List the friction laws, or show one in full.")
 def laws(
-    name: Annotated[str | None, typer.Argument(metavar="LAW", help="this one alone, in full")] = None,
+    name: Annotated[str | None, argument("LAW", "this one alone, in full")] = None,
     out: Annotated[Path | None, written("DIR", "write laws.md and its pictures here")] = None,
     as_json: AsJson = False,
 ) -> None:
@@ -38,7 +38,7 @@ def laws(
 
 @pages.command(short_help="List the effects that a model may lack, or show one in full.")
 def effects(
-    name: Annotated[str | None, typer.Argument(metavar="KIND", help="this one alone, in full")] = None,
+    name: Annotated[str | None, argument("KIND", "this one alone, in full")] = None,
     out: Annotated[Path | None, written("DIR", "write effects.md and its pictures here")] = None,
     as_json: AsJson = False,
 ) -> None:
@@ -57,7 +57,7 @@ def effects(
 
 @pages.command(short_help="List the codes of error messages, or show one with advice.")
 def errors(
-    code: Annotated[str | None, typer.Argument(metavar="CODE", help="this one alone, such as LOG003")] = None,
+    code: Annotated[str | None, argument("CODE", "this one alone, such as LOG003")] = None,
     out: Annotated[Path | None, written("DIR", "write errors.md here")] = None,
     as_json: AsJson = False,
 ) -> None:
@@ -127,9 +127,7 @@ def audit(
 @pages.command(short_help="Run the thesis' figures, and check its statements on them.")
 def gallery(
     out: Annotated[Path, written("DIR", "folder for pictures and table")] = Path("docs/gallery"),
-    only: Annotated[
-        list[str] | None, typer.Option("--only", metavar="FIGURE", help="such as 4.3; the others stay as last run")
-    ] = None,
+    only: Annotated[list[str] | None, option("--only", "FIGURE", "such as 4.3; the others stay as last run")] = None,
     as_json: AsJson = False,
 ) -> None:
     """Run the figures of the thesis, and check what its text says of them."""

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from codegen.app.as_json import AsJson, print_json, written
+from codegen.app.options import AsJson, argument, option, print_json, written
 from codegen.app.pages import pages
 from codegen.base.errors import BadInput
 from codegen.base.files import named_path
@@ -39,19 +39,13 @@ app = typer.Typer(
 )
 app.add_typer(pages)
 
-SpecPath = Annotated[Path, typer.Argument(metavar="SPEC", help="the spec file (YAML)", readable=False)]
+SpecPath = Annotated[Path, argument("SPEC", "the spec file (YAML)")]
 Description = Annotated[
-    Path | None,
-    typer.Option("--description", "-d", help="read this file in place of meta.yaml beside the log", readable=False),
+    Path | None, option("--description -d", None, "read this file in place of meta.yaml beside the log")
 ]
 Columns = Annotated[
     list[str] | None,
-    typer.Option(
-        "--column",
-        "-c",
-        metavar="NAME=COLUMN",
-        help="the column of a variable in all logs; for one log, meta.yaml in its folder",
-    ),
+    option("--column -c", "NAME=COLUMN", "the column of a variable in all logs; for one log, meta.yaml in its folder"),
 ]
 
 
@@ -64,10 +58,7 @@ def _print_version(asked: bool) -> None:
 @app.callback()
 def common(
     effects: Annotated[
-        list[Path] | None,
-        typer.Option(
-            "--effects", metavar="FILE", help="a Python file with effects of your own; it is run", readable=False
-        ),
+        list[Path] | None, option("--effects", "FILE", "a Python file with effects of your own; it is run")
     ] = None,
     version: Annotated[
         bool, typer.Option("--version", help="print the version", is_eager=True, callback=_print_version)
@@ -83,15 +74,11 @@ def common(
 
 @app.command(short_help="Write a commented spec to start from.")
 def init(
-    name: Annotated[str, typer.Argument(metavar="NAME", help="of the machine, or a robot file; NAME.yaml is written")],
+    name: Annotated[str, argument("NAME", "of the machine, or a robot file; NAME.yaml is written")],
     source: Annotated[
-        str | None,
-        typer.Option("--from", metavar="FILE", help="a spec, a shipped one (two_mass), a robot.urdf, or MJCF"),
+        str | None, option("--from", "FILE", "a spec, a shipped one (two_mass), a robot.urdf, or MJCF")
     ] = None,
-    log: Annotated[
-        Path | None,
-        typer.Option("--log", metavar="LOG", help="of the robot: its columns are matched by name", readable=False),
-    ] = None,
+    log: Annotated[Path | None, option("--log", "LOG", "of the robot: its columns are matched by name")] = None,
 ) -> None:
     """Write NAME.yaml, a commented spec to start from."""
     from codegen.app.init import init
@@ -122,7 +109,7 @@ def check(spec: SpecPath, as_json: AsJson = False) -> None:
 @app.command()
 def derive(
     spec: SpecPath,
-    latex: Annotated[bool, typer.Option("--latex", help="print LaTeX")] = False,
+    latex: Annotated[bool, option("--latex", None, "print LaTeX")] = False,
     as_json: AsJson = False,
 ) -> None:
     """Derive Ψ, its characteristic polynomial and the gain conditions."""
@@ -151,10 +138,8 @@ def certify(
 
 @app.command(short_help="Check a certificate or a proof, and the C that it is about.")
 def verify(
-    certificate: Annotated[Path, typer.Argument(metavar="CERT", readable=False)],
-    spec: Annotated[
-        Path | None, typer.Option("--spec", help="check that the certificate is of this spec", readable=False)
-    ] = None,
+    certificate: Annotated[Path, argument("CERT")],
+    spec: Annotated[Path | None, option("--spec", None, "check that the certificate is of this spec")] = None,
     smt: Annotated[
         Path | None, typer.Option("--smt", parser=named_path, metavar="FILE", help="write it for z3 or cvc5 too")
     ] = None,
@@ -184,26 +169,19 @@ def verify(
 
 @app.command(short_help="Write C, Python, certificate and README of an observer.")
 def generate(
-    specs: Annotated[list[Path], typer.Argument(metavar="SPEC...", help="spec files", readable=False)],
+    specs: Annotated[list[Path], argument("SPEC...", "spec files")],
     out: Annotated[Path | None, written("DIR", "folder; generated/NAME by default")] = None,
-    check_only: Annotated[
-        bool, typer.Option("--check", help="write nothing; fail if the files are not current")
-    ] = False,
-    uncertified: Annotated[
-        bool, typer.Option("--uncertified", help="write the code even without a certificate")
-    ] = False,
-    force: Annotated[bool, typer.Option("--force", help="replace generated files that were edited, too")] = False,
+    check_only: Annotated[bool, option("--check", None, "write nothing; fail if the files are not current")] = False,
+    uncertified: Annotated[bool, option("--uncertified", None, "write the code even without a certificate")] = False,
+    force: Annotated[bool, option("--force", None, "replace generated files that were edited, too")] = False,
     target: Annotated[
-        list[str] | None,
-        typer.Option("--target", metavar="TARGET", help="c, python (these two by default), simd, all; or fmu alone"),
+        list[str] | None, option("--target", "TARGET", "c, python (these two by default), simd, all; or fmu alone")
     ] = None,
     precision: Annotated[
-        str | None, typer.Option("--precision", metavar="WORD", help="double or single; as in the spec by default")
+        str | None, option("--precision", "WORD", "double or single; as in the spec by default")
     ] = None,
-    fault: Annotated[
-        str | None, typer.Option("--fault", metavar="WORD", help="hold or none, where a sample is not finite")
-    ] = None,
-    fmi: Annotated[str, typer.Option("--fmi", metavar="VERSION", help="of the FMU: 3.0 or 2.0")] = "3.0",
+    fault: Annotated[str | None, option("--fault", "WORD", "hold or none, where a sample is not finite")] = None,
+    fmi: Annotated[str, option("--fmi", "VERSION", "of the FMU: 3.0 or 2.0")] = "3.0",
     as_json: AsJson = False,
 ) -> None:
     """Write C, Python, certificate and README into generated/NAME/, or NAME.fmu."""
@@ -252,8 +230,7 @@ def gains(
     spec: SpecPath,
     out: Annotated[Path | None, written("DIR", "folder for gains.json, gains.png, spec.yaml")] = None,
     over: Annotated[
-        tuple[str, str] | None,
-        typer.Option("--over", metavar="NAME NAME", help="axes of the map; h is the sample time"),
+        tuple[str, str] | None, option("--over", "NAME NAME", "axes of the map; h is the sample time")
     ] = None,
     as_json: AsJson = False,
 ) -> None:
@@ -270,7 +247,7 @@ def gains(
 def cancel(
     spec: SpecPath,
     out: Annotated[Path | None, written("DIR", "folder for the results")] = None,
-    hunt: Annotated[bool, typer.Option("--hunt", help="look for limit cycles of the closed loop")] = False,
+    hunt: Annotated[bool, option("--hunt", None, "look for limit cycles of the closed loop")] = False,
     as_json: AsJson = False,
 ) -> None:
     """Say which friction the inputs can cancel, why, and by which input."""
@@ -286,7 +263,7 @@ def cancel(
 def simulate(
     spec: SpecPath,
     out: Annotated[Path, written("LOG", "the CSV file to write")],
-    plant: Annotated[str, typer.Option("--plant", help="own, or mujoco: the exported model in MuJoCo")] = "own",
+    plant: Annotated[str, option("--plant", None, "own, or mujoco: the exported model in MuJoCo")] = "own",
     as_json: AsJson = False,
 ) -> None:
     """Write a log from the plant of the spec, with its declared effects."""
@@ -304,20 +281,12 @@ def simulate(
 @app.command(short_help="Write the machine for a simulator, firmware or controller.")
 def export(
     spec: SpecPath,
-    to: Annotated[
-        str,
-        typer.Option("--to", metavar="FORMAT", help="such as mjcf, urdf, csv-map, odrive, arduino or ros2_control"),
-    ],
+    to: Annotated[str, option("--to", "FORMAT", "such as mjcf, urdf, csv-map, odrive, arduino or ros2_control")],
     out: Annotated[Path, written("FILE", "file, or folder of a library")],
-    on: Annotated[str | None, typer.Option("--on", metavar="NAME", help="the coordinate of a map")] = None,
-    counts: Annotated[int | None, typer.Option("--counts", help="rows of a turn in csv-map; 3600 by default")] = None,
-    gear: Annotated[
-        float | None, typer.Option("--gear", metavar="N", help="turns of the motor a turn of the joint, in a map")
-    ] = None,
-    into: Annotated[
-        Path | None,
-        typer.Option("--into", metavar="MODEL", help="your MuJoCo model: only its friction is changed", readable=False),
-    ] = None,
+    on: Annotated[str | None, option("--on", "NAME", "the coordinate of a map")] = None,
+    counts: Annotated[int | None, option("--counts", None, "rows of a turn in csv-map; 3600 by default")] = None,
+    gear: Annotated[float | None, option("--gear", "N", "turns of the motor a turn of the joint, in a map")] = None,
+    into: Annotated[Path | None, option("--into", "MODEL", "your MuJoCo model: only its friction is changed")] = None,
     as_json: AsJson = False,
 ) -> None:
     """Write the machine as a simulator's model or a firmware's map, or its observer as a library; list what is lost."""
@@ -330,26 +299,17 @@ def export(
 @app.command(short_help="Find the effect that the model lacks in a measured log.")
 def diagnose(
     spec: SpecPath,
-    log: Annotated[
-        list[Path],
-        typer.Argument(
-            metavar="LOG...", help="measured log, CSV or .mat; or several of one experiment", readable=False
-        ),
-    ],
-    test: Annotated[
-        list[Path] | None,
-        typer.Option("--test", metavar="LOG2", help="log to measure the error on; may be repeated", readable=False),
-    ] = None,
+    log: Annotated[list[Path], argument("LOG...", "measured log, CSV or .mat; or several of one experiment")],
+    test: Annotated[list[Path] | None, option("--test", "LOG2", "log to measure the error on; may be repeated")] = None,
     out: Annotated[Path | None, written("DIR", "folder for the results; by default run_diagnosis for run.csv")] = None,
     description: Description = None,
     column: Columns = None,
-    propose: Annotated[bool, typer.Option("--propose", help="where nothing known fits, a term by PySINDy")] = False,
+    propose: Annotated[bool, option("--propose", None, "where nothing known fits, a term by PySINDy")] = False,
     material: Annotated[
-        str | None,
-        typer.Option("--material", metavar="SHARE", help="of the drive force: less is immaterial; 2% by default"),
+        str | None, option("--material", "SHARE", "of the drive force: less is immaterial; 2% by default")
     ] = None,
     force: Annotated[
-        bool, typer.Option("--force", help="replace the diagnosis of another log, and files that you edited, too")
+        bool, option("--force", None, "replace the diagnosis of another log, and files that you edited, too")
     ] = False,
     as_json: AsJson = False,
 ) -> None:
@@ -389,11 +349,11 @@ def diagnose(
 @app.command(short_help="Run the generated observer over a log.")
 def replay(
     spec: SpecPath,
-    log: Annotated[Path, typer.Argument(metavar="LOG", help="measured log, CSV, .npy or .mat", readable=False)],
+    log: Annotated[Path, argument("LOG", "measured log, CSV, .npy or .mat")],
     out: Annotated[Path | None, written("OUT", "CSV or .npy to write")] = None,
     description: Description = None,
     column: Columns = None,
-    only: Annotated[list[str] | None, typer.Option("--only", metavar="OUTPUT", help="write this output")] = None,
+    only: Annotated[list[str] | None, option("--only", "OUTPUT", "write this output")] = None,
     as_json: AsJson = False,
 ) -> None:
     """Run the generated observer over a log at compiled speed; write its estimates."""
@@ -407,23 +367,14 @@ def replay(
 def watch(
     spec: SpecPath,
     log: Annotated[
-        str,
-        typer.Option(
-            "--log",
-            metavar="LOG",
-            help="a CSV file or - for standard input, as rows arrive; or a log of another format",
-        ),
+        str, option("--log", "LOG", "a CSV file or - for standard input, as rows arrive; or a log of another format")
     ],
     column: Columns = None,
     dwell: Annotated[
         str | None,
-        typer.Option(
-            "--dwell",
-            metavar="S",
-            help="time outside of the bound before it is reported, in s or such as 10ms; 10 samples",
-        ),
+        option("--dwell", "S", "time outside of the bound before it is reported, in s or such as 10ms; 10 samples"),
     ] = None,
-    follow: Annotated[bool, typer.Option("--follow", help="wait at the end of the file for more rows")] = False,
+    follow: Annotated[bool, option("--follow", None, "wait at the end of the file for more rows")] = False,
     as_json: AsJson = False,
 ) -> None:
     """Run the observer on rows as they arrive from a machine; report when friction leaves its certified bound.
