@@ -60,7 +60,7 @@ FEW = 4  # bounds that are printed before the rest
 WHOLE_WORDS: dict[str, Any] = {"break_long_words": False, "break_on_hyphens": False}
 ALWAYS = (  # not checked, whatever is given
     "what __init__.py, the Python version, computes (`stiction generate --check` compares it with the tool's output)",
-    "what options and macros of a command line (CMakeLists.txt, NAME.mk) make of the C, and any main program",
+    "what options and macros of a command line (CMakeLists.txt, NAME.mk) make of the C, and any other C (a main program, NAME_lanes.c)",
     "that the model (M, g, input gain) describes the real machine, and that the envelope is that of the specification",
     "that the units of forces, levels and inputs in NAME.h fit the machine's (that of a velocity fits its position's)",
 )
@@ -208,7 +208,7 @@ def check(
         if sources is None:
             here = [name for name in {*named, PROOF, SETS} if folder and (folder / name).exists()]
             sources = {name: files.read(folder / name, MAX_TEXT) for name in here}
-            alone(folder, f"{top['subject']['name']}.h")
+            alone(folder, top["subject"]["name"])
         more, facts = unchanged(top, sources, spec), in_time(top)
         proved, unproved, whole = by_kernel(top, {k: v for k, v in sources.items() if k in {*named, PROOF, SETS}})
     except RecursionError:
@@ -223,8 +223,8 @@ def check(
     return Report(top["subject"]["name"], *words, tuple(proved), unproved, whole)
 
 
-def alone(folder: Path | None, own: str) -> None:
-    """Refuses a folder with header files other than NAME.h, which a compiler could use in place of <math.h>.
+def alone(folder: Path | None, name: str) -> None:
+    """Refuses a folder with headers other than NAME.h and NAME_lanes.h, which a compiler could take for <math.h>.
 
     A compiler that is given this folder by -I may read it in place of one that the system's <math.h> includes, or that
     it always reads first. GCC reads NAME.h.gch, a precompiled header, in place of NAME.h; Clang reads with math.h what
@@ -233,7 +233,8 @@ def alone(folder: Path | None, own: str) -> None:
     too, as <bits/floatn.h>. What lies behind a link to a folder is not seen here.
     """
     below = within(folder) if folder and folder.is_dir() else []
-    headers = [x for x in below if re.search(HEADERS, x.name.lower()) and (x.name != own or x.parent != folder)]
+    own = [Path(folder or "", f"{name}{end}.h") for end in ("", "_lanes")]  # the latter of `generate --target simd`
+    headers = [x for x in below if re.search(HEADERS, x.name.lower()) and x not in own]
     headers += [x for x in below if x.parent == folder and "." not in x.name and not (x.is_dir() or program(x))]
     named = [one_line(x.name) for x in headers + [x for x in below if x.is_symlink() and x.is_dir()]]
     demand(not named, f"{', '.join(named[:3])} beside the code: a compiler may take it for a header of the system's")
@@ -269,7 +270,7 @@ def of_proof(proof: dict[str, Any], folder: Path | None, sources: dict[str, byte
         names = (f"{name}.c", f"{name}.h", SETS)
         here = [path for file in names if folder and (path := folder / file).exists()]
         sources = {path.name: files.read(path, MAX_TEXT) for path in here}
-        alone(folder, f"{name}.h")
+        alone(folder, name)
     shown = theorem.proved(proof, sources)
     lines = statements.proved_statements(proof, shown, sources)
     open_ = ("a certificate: this is the kernel's proof alone", *statements.uncompared(lines, sources), *ALWAYS)

@@ -257,6 +257,17 @@ def test_what_is_no_header_may_lie_beside_the_code(tmp_path: Path) -> None:
     assert verify.main([str(folder / "certificate.json")]) == 0
 
 
+def test_the_lanes_of_a_code_may_lie_beside_it(tmp_path: Path) -> None:
+    """`generate --target all` writes one_mass_lanes.h, and `verify` refused the folder for it."""
+    folder = shutil.copytree(GENERATED / "one_mass", tmp_path / "one_mass")
+    (folder / "one_mass_lanes.h").write_text("typedef double one_mass_lanes;\n", encoding="utf-8")
+    for file in ("proof.json", "certificate.json"):
+        assert verify.main([str(folder / file)]) == 0
+    (folder / "below").mkdir()
+    (folder / "one_mass_lanes.h").rename(folder / "below" / "one_mass_lanes.h")
+    assert verify.main([str(folder / "certificate.json")]) == 3
+
+
 def test_a_link_to_a_folder_of_headers_is_refused(tmp_path: Path) -> None:
     """<math.h> includes <bits/mathcalls.h>: with -I FOLDER the one behind the link."""
     folder = shutil.copytree(GENERATED / "one_mass", tmp_path / "one_mass")
