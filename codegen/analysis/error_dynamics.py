@@ -202,7 +202,9 @@ def _derive_anew(observer: Observer, longest: int, psi: bool, step: bool) -> Err
         sampled, other_sample = of_method(observer, linear)
 
     slips = _slip_signs(observer, {})
-    slips |= _slip_signs(observer, {v: name for name, v in other_sample.items()})
+    system, h = observer.system, symbol("h") * (-1 if observer.integration == "implicit" else 1)
+    moved = {x: x + h * v for x, v in zip(system.positions, system.velocities, strict=True)}  # as in the step
+    slips |= _slip_signs(observer, moved | {v: name for name, v in other_sample.items()})
     acceleration_slopes = linear.acceleration_slopes
     continuous = each(continuous.xreplace(acceleration_slopes), lambda x: _tidy(x, slips, observer.signs))
     sampled = each(sampled, lambda x: _tidy(_speeds_as_slips(x, slips), slips, observer.signs))
@@ -387,8 +389,8 @@ def _estimates_of_state(observer: Observer) -> Matrix:
     return sympy.Matrix(estimates)
 
 
-def _slip_signs(observer: Observer, rename: Mapping[sympy.Symbol, sympy.Symbol]) -> dict[Any, sympy.Symbol]:
-    """Slip velocity of each contact, expanded → its sign symbol; ``rename`` replaces velocities in the key."""
+def _slip_signs(observer: Observer, rename: Mapping[sympy.Symbol, Any]) -> dict[Any, sympy.Symbol]:
+    """Slip velocity of each contact, expanded → its sign symbol; ``rename`` replaces positions and velocities in it."""
     slips = observer.system.slip_velocity.xreplace(rename)
     return {sympy.expand(u): s for u, s in zip(slips, observer.signs, strict=True)}
 

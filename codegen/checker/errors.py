@@ -60,7 +60,8 @@ def prove(proof: dict[str, Any], files: dict[str, str]) -> dict[str, Any]:
     visible = {x: p for x, p in names.items() if x not in (*truths, *signs, *aside)}
     visible |= {x: term(1, x) for x in estimates}
     sign_arguments = [Text(visible, {}).value(of).names() for of in signs.values()]
-    demand(all(x & slips and visible.keys() >= x for x in sign_arguments), "no sign of a slip")
+    of_slips = all(x & slips and visible.keys() >= x for x in sign_arguments)
+    demand(of_slips, "no sign of a slip, or of one with a function of a position")
     names |= {t: names[s] * names[t] for t, s in along.items()}
     machine, error = Text(names, known), [term(1, e) for e in hidden]
     triples = [(y, t, names[s]) for y, t, s in zip(estimates, truths, turned, strict=True)]
