@@ -104,15 +104,16 @@ class AlongFriction:
     def _built(self, box: Box) -> tuple[Family, dict[Any, sympy.Symbol]]:
         """The family, and kink x → the symbol of its positive part (``_without_kinks``)."""
         signs = dict(zip(self.dynamics.observer.signs, self.axes, strict=True))
-        known = {}
-        for s, axis in signs.items():
-            low, high = box[axis.slip]
-            if low >= 0 or high <= 0:
-                known[s] = sympy.Integer(1 if low >= 0 else -1)
-        single = {axis.slip: s for s, axis in signs.items()}
-        slopes = {name: signed_slips(e.xreplace(known), single) for name, e in self.dynamics.slopes.items()}
-        parts: dict[Any, sympy.Symbol] = {}
-        slopes = {name: _without_kinks(e, box, parts) for name, e in slopes.items()}
+        known = {
+            s: sympy.Integer(1 if box[axis.slip][0] >= 0 else -1)
+            for s, axis in signs.items()
+            if box[axis.slip][0] >= 0 or box[axis.slip][1] <= 0
+        }
+        single, parts = {axis.slip: s for s, axis in signs.items()}, dict[Any, sympy.Symbol]()
+        slopes = {
+            name: _without_kinks(signed_slips(e.xreplace(known), single), box, parts)
+            for name, e in self.dynamics.slopes.items()
+        }
         ranges = {part: (sympy.Integer(0), sympy.Integer(1)) for part in parts.values()}
         return build_family(replace(self.dynamics, slopes=slopes), {**box, **ranges}), parts
 

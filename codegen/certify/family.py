@@ -278,8 +278,8 @@ def _bounded_functions(entry: Any, bounded: dict[Any, sympy.Symbol], ranges: Map
         sign = _known_sign(atom.args[0], ranges) if atom.func is Sgn else 0
         if sign:
             entry = entry.subs(atom, sign)
-            continue
-        bounded.setdefault(atom, symbol(f"bounded{len(bounded) + 1}"))
+        else:
+            bounded.setdefault(atom, symbol(f"bounded{len(bounded) + 1}"))
     return entry.subs(bounded)
 
 

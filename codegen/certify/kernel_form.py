@@ -408,12 +408,12 @@ def estimates_of(observer: Observer) -> list[Any]:
 
 def _states(observer: Observer) -> dict[Any, Any]:
     """State z → its expression in the estimates: since estimate = z + rest, z = estimate − rest."""
-    states = {}
-    for equation in observer.equations:
-        if equation.state is not None:
-            for z, y, value in zip(equation.state, equation.symbols, equation.expression, strict=True):
-                states[z] = y - (value - z)
-    return states
+    return {
+        z: y - (value - z)
+        for equation in observer.equations
+        if equation.state is not None
+        for z, y, value in zip(equation.state, equation.symbols, equation.expression, strict=True)
+    }
 
 
 def _domain(observer: Observer, write: Writer) -> list[str]:

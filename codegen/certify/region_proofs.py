@@ -20,7 +20,6 @@ import numpy as np
 import sympy
 
 from codegen.analysis.analysis import Analysis
-from codegen.base.text import render
 from codegen.certify import REGION_PROOFS
 from codegen.certify.along_friction import AlongFriction, along_friction, envelope_along
 from codegen.certify.content import Found, Frame, lines, one_line, proved, reversal_entry
@@ -66,7 +65,7 @@ class Regions:
     @property
     def words(self) -> dict[str, str]:
         """file → its claim, in one line."""
-        return {name: " ".join(render("text/region_line.j2", name=name, regions=self).split()) for name in self.proofs}
+        return {name: one_line("text/region_line.j2", name=name, regions=self) for name in self.proofs}
 
     @property
     def missing(self) -> tuple[str, ...]:

@@ -137,7 +137,7 @@ class RegionSearch:
         None if the decay rates ``KEPT`` and ``KEPT_BELOW`` are not found for any.
         """
         leasts = [axis.largest_state for axis in self.along.axes]
-        limit = self._limit(self._box(leasts, (0.5, 1.0)))
+        limit = decay_rate_limit(self._family(self._box(leasts, (0.5, 1.0)))[1], self.h)
         slips = next((s for s in DIRECTIONS[:2] if self._holds(leasts, s, KEPT * limit)), None)
         if slips is None:
             low = _bisected(lambda x: self._holds(leasts, (x, 1.0), KEPT * limit), 1.0, 1e-3, geometric=True)
@@ -273,10 +273,6 @@ class RegionSearch:
         best = common_lyapunov(stack, self.h, near=NEAR)
         exact = {v: [sympy.Rational(x.numerator, x.denominator) for x in points] for v, points in breaks.items()}
         return None if best is None else replace(_found(family, best, kind), splits=exact)
-
-    def _limit(self, box: Box) -> float:
-        """Upper bound of the decay rate in a box, 1/s."""
-        return decay_rate_limit(self._family(box)[1], self.h)
 
     def _holds(self, states: list[Any], slips: tuple[float, float], rate: float) -> bool:
         """Whether a common P with this decay rate, 1/s, is found for a box."""

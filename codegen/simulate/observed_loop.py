@@ -146,7 +146,8 @@ def run_loop(
             done, done_before = (k + 1) * PARTS // samples, k * PARTS // samples
             if progress is not None and done > done_before:
                 progress((k + 1) / samples)
-    return replace(rows, friction=_on_coordinates(system, rows.true_positions, rows.contact_forces))
+    distribution = numbers_over(system.distribution, system.values, system.positions, rows.true_positions)
+    return replace(rows, friction=np.einsum("kic,kc->ki", distribution, rows.contact_forces))
 
 
 class _Plant:
@@ -186,9 +187,3 @@ def _empty_run(system: System, period: float, samples: int, outputs: tuple[str, 
     signals: dict[str, Any] = {name: np.full((samples, width), np.nan) for name, width in widths.items()}
     time, faults = period * np.arange(samples, dtype=np.float64), np.zeros(samples, dtype=np.intc)
     return LoopRun(time=time, outputs=outputs, faults=faults, **signals)
-
-
-def _on_coordinates(system: System, positions: Array, forces: Array) -> Array:
-    """The generalised friction force U(x) λ, (N, n), of contact forces λ, (N, contacts)."""
-    distribution = numbers_over(system.distribution, system.values, system.positions, positions)
-    return np.asarray(np.einsum("kic,kc->ki", distribution, forces))

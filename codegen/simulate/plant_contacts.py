@@ -36,7 +36,8 @@ class PlantContacts:
         self.dynamic = DynamicContacts(system)
         contacts = system.contacts
         self.set_valued = tuple(c for c, one in enumerate(contacts) if not has_states(one) or one.extra_level != 0)
-        self._levels = [_level(contacts[c]) for c in self.set_valued]
+        chosen = [contacts[c] for c in self.set_valued]
+        self._levels = [one.extra_level if has_states(one) else one.plant_level for one in chosen]
         self._jumps = tuple(level.has(Sgn) for level in self._levels)
         self.memory_size = len(self.set_valued) + len(self.dynamic.rest)
 
@@ -105,8 +106,3 @@ def levels_at(
 def smooth_forces(contacts: Sequence[ContactFriction], slip: Any, names: dict[sympy.Symbol, Any]) -> Any:
     """Smooth forces that declared effects add to contacts, contacts by 1, at slip velocities ``slip``."""
     return casadi.vertcat(*[to_casadi(c.extra_force, names | {c.slip: slip[k]}) for k, c in enumerate(contacts)])
-
-
-def _level(contact: ContactFriction) -> sympy.Expr:
-    """The level of the set-valued part of a contact."""
-    return contact.extra_level if has_states(contact) else contact.plant_level
