@@ -102,20 +102,11 @@ def impulse_sums(response: Response, sizes: Sequence[Sizes], certificate: Certif
     The bound on the remainder after N samples is √((P⁻¹)_ii) √(x'Px)/(1 − γ) with x = Φ^N b.
     """
     p, gamma, rows, _ = lyapunov_tail(certificate)
-    step, n = np.array(response.step, dtype=float), response.noise.cols
-    unit = np.eye(len(step))
-    blocks = {
-        **{
-            cause: np.array(getattr(response, cause), dtype=float)
-            for cause in ("noise", "displacement", "velocity", "acceleration")
-        },
-        "friction": unit[:, n:],
-        "rounding": unit,
-    }
+    step = np.array(response.step, dtype=float)
     named = {
         (cause, k): column
-        for cause, block in blocks.items()
-        for k, column in enumerate(block.T)
+        for cause, block in response.inputs.items()
+        for k, column in enumerate(np.array(block, dtype=float).T)
         if column.any() and any(size[cause][k] > 0 for size in sizes)
     }
     vectors = np.column_stack([np.zeros((len(step), 0)), *named.values()])
@@ -276,9 +267,8 @@ def rounding_share(
     response = certificate.response or error_response(observer)
     if isinstance(response, str):
         return None
-    n, rest = observer.system.degrees_of_freedom, len(observer.errors) - observer.system.degrees_of_freedom
-    counts = {"noise": n, "displacement": n, "velocity": n, "acceleration": n, "friction": rest, "rounding": n + rest}
-    sizes = with_rounding({cause: [Fraction(0)] * count for cause, count in counts.items()}, response, *rounding)
+    none = {cause: [Fraction(0)] * block.cols for cause, block in response.inputs.items()}
+    sizes, n = with_rounding(none, response, *rounding), response.noise.cols
     sums = impulse_sums(response, [sizes], certificate)
     return None if sums is None else [b.bound for b in steady_bounds(response, sums, sizes)[n:]]
 

@@ -73,6 +73,13 @@ class Response:
     by_nonaffine: Matrix
     nonaffine: tuple[Any, ...] = ()
 
+    @property
+    def inputs(self) -> dict[str, Matrix]:
+        """Disturbance → its input matrix: N, X, V, A, and unit columns for changes of friction and rounding errors."""
+        unit = sympy.eye(self.step.rows)
+        motion = {cause: getattr(self, cause) for cause in ("noise", "displacement", "velocity", "acceleration")}
+        return motion | {"friction": unit[:, self.noise.cols :], "rounding": unit}
+
 
 def error_response(observer: Observer) -> Response | str:
     """The linear response of the force errors to disturbances; or why there is none, such as an implicit step."""
