@@ -30,8 +30,9 @@ class Derivations:
     """Symbols and derived quantities of a group of formulas.
 
     Attributes:
-        names: name in a printed formula → expression or matrix in free symbols. A free symbol of these, or of a derived
-            quantity, has its own name without an entry.
+        names: name in a printed formula → expression or matrix in free symbols. Without an entry, a free symbol of
+            these or of a derived quantity has its own name, NAME_T is the transpose of a matrix, and diag_NAME the
+            diagonal matrix of a column.
         derived: name → quantity, given as (value, form) or as a value alone.
         steady: symbols that are zero if U does not depend on x: the elements of dU/dt.
         positive: free symbols that are positive by their meaning.
@@ -45,13 +46,16 @@ class Derivations:
     ranges: Mapping[Any, tuple[Any, ...]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        """Convert every quantity to a ``Derived`` with a matrix, and add the names of the free symbols."""
+        """Convert every quantity to a ``Derived`` with a matrix, and add the names that need no entry."""
         given = {name: one if isinstance(one, tuple) else (one,) for name, one in self.derived.items()}
         made = {name: Derived(as_matrix(value), *form) for name, (value, *form) in given.items()}
         object.__setattr__(self, "derived", made)
         values = [*self.names.values(), *(one.value for one in made.values())]
         symbols = {s for value in values for s in sympy.sympify(value).free_symbols}
-        object.__setattr__(self, "names", named(symbols) | dict(self.names))
+        matrices = {name: value for name, value in self.names.items() if isinstance(value, sympy.MatrixBase)}
+        further = {f"{name}_T": value.T for name, value in matrices.items()}
+        further |= {f"diag_{name}": diagonal(value) for name, value in matrices.items() if value.cols == 1}
+        object.__setattr__(self, "names", named(symbols) | further | dict(self.names))
 
 
 def real(*names: str) -> tuple[Any, ...]:

@@ -53,8 +53,8 @@ def contacts_of_masses() -> Derivations:
         "entries": sympy.Matrix([sorted(set(U_o))]),
     }
     kept = [k for k, a in enumerate(levels) if a not in (level[0, 2], level[1, 3], ground[0])]
-    names |= {"U_o": U_o, "U_o_T": U_o.T, "A_o": diagonal(levels), "d_o": d_o, "n": sympy.Integer(N)}
-    names |= {"U": U_o[:, kept], "U_T": U_o[:, kept].T, "A": diagonal([levels[k] for k in kept])}
+    names |= {"U_o": U_o, "A_o": diagonal(levels), "d_o": d_o, "n": sympy.Integer(N)}
+    names |= {"U": U_o[:, kept], "A": diagonal([levels[k] for k in kept])}
     dropped = dict.fromkeys((level[0, 2], level[1, 3], ground[0]), sympy.S.Zero)
     derived["sparse_force"] = force.subs(dropped)
     return Derivations(names, derived)
@@ -77,7 +77,7 @@ def rotated_coordinates() -> Derivations:
         "force_bar": (sympy.Matrix([power[0]]).jacobian(u_bar).T, "T_T*g"),
         "friction_bar": (sympy.Matrix([power[1]]).jacobian(u_bar).T, "T_T*F"),
     }
-    return Derivations({"T": T, "T_T": T.T, "M_bar": M_bar, "U_bar": U_bar, "g": g, "F": F}, derived)
+    return Derivations({"T": T, "M_bar": M_bar, "U_bar": U_bar, "g": g, "F": F}, derived)
 
 
 def directions() -> Derivations:
@@ -198,9 +198,8 @@ def _derivations(driven: tuple[Any, ...]) -> Derivations:
         "energy": (energy, "x_dot_T*M*x_dot/2"),
     }
     derived: dict[str, Any] = {name: value for name, (value, _) in pairs.items()} if any(driven) else {**pairs}
-    names: dict[str, Any] = {"q_dot": q_dot, "q_ddot": q_ddot, "M": M, "U_x": U_x, "U_x_T": U_x.T, "A": A}
-    names |= {"T_q": T_q, "T_q_T": T_q.T, "T_q_dot": T_q_dot, "T_q_dot_T": T_q_dot.T, "g_x": g_x, "x_dot": x_dot}
-    names |= {"x_dot_T": x_dot.T, "q_dot_T": q_dot.T, "Phi_x": Phi_x, "U_q": U_q, "U_q_T": U_q.T}
+    names: dict[str, Any] = {"q_dot": q_dot, "q_ddot": q_ddot, "M": M, "U_x": U_x, "A": A, "T_q": T_q}
+    names |= {"T_q_dot": T_q_dot, "g_x": g_x, "x_dot": x_dot, "Phi_x": Phi_x, "U_q": U_q}
     names["x_t"] = x.diff(t)
     if any(driven):
         derived["x_dot"] = x_dot, "T_q*q_dot + x_t"

@@ -43,7 +43,7 @@ def cancellation() -> Derivations:
     )  # least ū'ū with B ū = F
     solution = optimum.adjugate() * sympy.Matrix.vstack(sympy.zeros(3, 1), force) / optimum.det(method="berkowitz")
     normal = wide.T * wide
-    names |= {"B_wide_T": wide.T, "F": force, "BB_T_inv": (wide * wide.T).inv()}
+    names |= {"B_wide": wide, "F": force, "BB_T_inv": (wide * wide.T).inv()}
     names["B_TB_inv"] = normal.adjugate() * (1 / sympy.expand(normal.det(method="berkowitz")))
     derived["wide"] = (solution[:3, :], "B_wide_T*BB_T_inv*F")
 

@@ -39,8 +39,6 @@ _matrices = {name: full(name, *shape) for shape, names in MATRICES.items() for n
 m = SimpleNamespace(**_columns, **_matrices, M_inv=symmetric("W", n))
 """All symbols, as attributes."""
 NAMES: dict[str, Any] = vars(m) | {
-    "U_T": m.U.T,
-    "U_dot_T": m.U_dot.T,
     "xi_f": diagonal(m.xi_f),
     "S": diagonal(m.s),
     "S_hat": diagonal(m.s_hat),
@@ -48,9 +46,6 @@ NAMES: dict[str, Any] = vars(m) | {
     "D_hat": diagonal(m.d_hat),
     "O": sympy.zeros(nu, nu),
     "O_F": sympy.zeros(n, n),
-    "diag_a": diagonal(m.a),
-    "diag_f": diagonal(m.f),
-    "diag_e_a": diagonal(m.e_a),
     "diag_slip": diagonal(m.U.T * m.v),
 }
 STEADY = tuple(m.U_dot)
@@ -106,12 +101,8 @@ def many_equations() -> Derivations:
     derived["velocity"] = m.z_v + m.K_v * m.x, "z_v + K_v*x"
     derived["velocity_rate"] = velocity_rate, "-K_v*v_hat + M_inv*(g_hat - F_hat)"
     derived["product"] = m.U * diagonal(m.a_hat) * m.f_hat, "U*diag_a_hat*f_hat"
-    names = NAMES | {
-        "diag_f_hat": diagonal(m.f_hat),
-        "diag_a_hat": diagonal(m.a_hat),
-        "diag_slip_hat": diagonal(m.U.T * m.v_hat),
-        "F_bar_hat": m.f_hat,  # any vector of contact forces
-    }
+    # F̄̂ is any vector of contact forces.
+    names = NAMES | {"diag_slip_hat": diagonal(m.U.T * m.v_hat), "F_bar_hat": m.f_hat}
     return Derivations(names, derived, steady=STEADY, ranges=SIGNS)
 
 
@@ -138,7 +129,7 @@ def many_static() -> Derivations:
         "dynamic_force": (dynamic, "U*diag_a*f"),
         "dynamic_rate": (rate(dynamic, moved), "U_dot*diag_a*f + U*diag_a_dot*f + U*diag_a*xi"),
     }
-    names = {**NAMES, "diag_a_dot": diagonal(m.a_dot), "sgn_slip": m.s, "O_S": sympy.zeros(nu, nu)}
+    names = {**NAMES, "sgn_slip": m.s, "O_S": sympy.zeros(nu, nu)}
     return Derivations(names, derived, steady=STEADY, ranges=SIGNS)
 
 
@@ -243,5 +234,4 @@ def _dynamic_forces(g: Any) -> tuple[Any, Any]:
 
 def _dynamic_names() -> dict[str, Any]:
     estimates = {"a_hat": m.a - m.e_a, "f_hat": m.f - m.e_f, "v_hat": m.v - m.e_v}
-    diagonals = {f"diag_{name}": diagonal(estimates[name]) for name in ("a_hat", "f_hat")}
-    return {**NAMES, **estimates, **diagonals, "diag_slip_hat": diagonal(m.U.T * estimates["v_hat"])}
+    return {**NAMES, **estimates, "diag_slip_hat": diagonal(m.U.T * estimates["v_hat"])}
