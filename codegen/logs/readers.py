@@ -113,6 +113,8 @@ def _read(
 def _loaded(source: LogFile, wanted: Sequence[str], description: LogDescription) -> Columns:
     """The wanted columns, of the rows that the description asks for."""
     raw = source.load([*wanted, *(name for name in description.rows if name not in wanted)])
+    if not len(raw.values):
+        raise source.fault("a table without rows", code="LOG009")
     kept = np.ones(len(raw.values), dtype=bool)
     for name, value in description.rows.items():
         kept &= raw.values[:, raw.names.index(name)] == value
@@ -120,7 +122,10 @@ def _loaded(source: LogFile, wanted: Sequence[str], description: LogDescription)
         asked = ", ".join(f"{shown(name)} = {value:g}" for name, value in description.rows.items())
         expected = "values that occur in these columns"
         raise BadInput(description.place("rows"), f"no row with {asked}", expected, code="LOG013")
-    part = Columns(raw.file, tuple(wanted), raw.values[:, : len(wanted)], raw.lines)
+    values = raw.values[:, : len(wanted)]
+    if raw.names[: len(wanted)] != tuple(wanted):  # a format may load more columns, in the file's order
+        values = raw.values[:, [raw.names.index(name) for name in wanted]]
+    part = Columns(raw.file, tuple(wanted), values, raw.lines)
     return part if kept.all() else part.rows(kept)
 
 
