@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
-from functools import partial
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -24,9 +23,9 @@ from codegen.logs.formats.series import join_columns_by_time
 from codegen.logs.formats.several_files import SeveralFiles
 from codegen.logs.formats.source import Allowance, Columns, LogFile
 from codegen.logs.joined import join_logs
-from codegen.logs.log import Finding, Log, RawData
+from codegen.logs.log import Log, RawData
 from codegen.logs.term import columns_of, compute
-from codegen.logs.uniform import Uniform, uniform
+from codegen.logs.uniform import uniform
 from codegen.spec.model import Spec
 from codegen.spec.quantity import refuse_other_unit
 
@@ -49,13 +48,12 @@ def read_logs(
     Raises:
         BadInput: as ``read_log``, for a file named twice, or for records that do not go together.
     """
-    seen: set[str] = set()
-    for path in map(Path, paths):
-        if identity(path) in seen:
+    files, given = [Path(path) for path in paths], allowance or Allowance()
+    for k, path in enumerate(files):
+        if identity(path) in map(identity, files[:k]):
             raise BadInput(str(path), "the same log twice", "each record once", code="LOG014")
-        seen.add(identity(path))
-    given = allowance or Allowance()
-    return join_logs([partial(_read, path, spec, description, columns, given) for path in paths])
+    readings = [_Reading(path, spec, log_description(path, description), columns, given) for path in files]
+    return join_logs([reading.log for reading in readings])
 
 
 def read_log(
@@ -71,7 +69,7 @@ def read_log(
     Raises:
         BadInput: for the first fault, with file and line or variable.
     """
-    return _read(path, spec, description, columns, Allowance(), None)
+    return read_logs([path], spec, description=description, columns=columns)
 
 
 def log_names(path: str | Path) -> tuple[str, ...]:
@@ -84,30 +82,151 @@ def log_names(path: str | Path) -> tuple[str, ...]:
     return _opened(format_of(path), path, Allowance(), log_description(path, None)).names
 
 
-def _read(
-    path: str | Path,
-    spec: Spec,
-    description: str | Path | None,
-    columns: Mapping[str, str] | None,
-    allowance: Allowance,
-    step: float | None,
-) -> Log:
-    path = Path(path)
-    reader = format_of(path)
-    described = log_description(path, description)
-    source = _with_others(path, _opened(reader, path, allowance, described), described, allowance)
-    binding = bind(source, spec, described, columns)
-    require_columns(source.names, described)
-    raw = corrected(_loaded(source, columns_of(binding.terms), described), described)
-    binding = since_epoch(binding, raw, described, spec)
-    notes = tuple(source.notes)
-    if described.missing == "join" and "t" in binding.terms:
-        time = compute(raw, {"t": binding.terms["t"]}).values[:, 0] * binding.scale["t"]
-        raw, more = join_columns_by_time(raw, time, binding.terms["t"].columns, described)
-        notes = (*notes, *more)
-    found = counter_findings(raw, binding.terms)
-    cleaned = _cleaned(compute(raw, binding.terms), binding, spec, described)
-    return _log(path, spec, described, notes, binding, cleaned, found, step)
+@dataclass(frozen=True)
+class _Reading:
+    """The reading of one log, by the steps of ``log``; attributes as the arguments of ``read_log``."""
+
+    path: Path
+    spec: Spec
+    description: LogDescription
+    columns: Mapping[str, str] | None
+    allowance: Allowance
+
+    def log(self, step: float | None) -> Log:
+        """The log, resampled to the sample time ``step`` if one is given."""
+        description = self.description
+        opened = _opened(format_of(self.path), self.path, self.allowance, description)
+        source = _with_others(self.path, opened, description, self.allowance)
+        binding = bind(source, self.spec, description, self.columns)
+        require_columns(source.names, description)
+        raw = corrected(_loaded(source, columns_of(binding.terms), description), description)
+        binding = since_epoch(binding, raw, description, self.spec)
+        notes = tuple(source.notes)
+        if description.missing == "join" and "t" in binding.terms:
+            time = compute(raw, {"t": binding.terms["t"]}).values[:, 0] * binding.scale["t"]
+            raw, more = join_columns_by_time(raw, time, binding.terms["t"].columns, description)
+            notes = (*notes, *more)
+        cleaned = self._cleaned(compute(raw, binding.terms), binding)
+        return self._on_grid(raw, binding, cleaned, notes, step)
+
+    def _cleaned(self, raw: Columns, binding: Binding) -> CleanedRows:
+        """The cleaned columns with time first, which is made from the description's sample rate if no column has it.
+
+        ``bind`` refuses a log with neither.
+        """
+        description, scale = self.description, dict(binding.scale)
+        inputs, symbols = {i.name for i in self.spec.inputs}, list(binding.terms)
+        if "t" not in symbols:
+            assert description.sample_rate_hz is not None
+            time = np.arange(len(raw.values)) / description.sample_rate_hz
+            raw = Columns(raw.file, ("t", *raw.names), np.column_stack([time, raw.values]), raw.lines)
+            symbols.insert(0, "t")
+            scale["t"] = 1.0
+        held = [s in inputs for s in symbols]
+        cleaned = in_time(clean(raw, symbols, held, scale, description), symbols, held, description)
+        return self._with_integrals(cleaned, symbols[1:], binding)
+
+    def _with_integrals(self, cleaned: CleanedRows, symbols: Sequence[str], binding: Binding) -> CleanedRows:
+        """Positions, velocities if all were logged, and inputs; positions without a column are integrated."""
+        spec, given = self.spec, dict(zip(symbols, cleaned.data.T, strict=True))
+        for c in spec.coordinates:
+            if c.name in binding.integrated:
+                given[c.name] = cumulative_trapezoid(given[c.velocity], cleaned.time, initial=0)
+        wanted = [*spec.positions, *(spec.velocities if binding.logged else ()), *(i.name for i in spec.inputs)]
+        return replace(cleaned, data=np.column_stack([given[s] for s in wanted]))
+
+    def _on_grid(
+        self, raw: Columns, binding: Binding, cleaned: CleanedRows, notes: Sequence[str], step: float | None
+    ) -> Log:
+        """The log of cleaned columns on a uniform grid; ``raw``: the columns before."""
+        description, positions = self.description, self.spec.positions
+        n, split = len(positions), cleaned.data.shape[1] - len(self.spec.inputs)
+        inputs = cleaned.data[:, split:]
+        if description.measured_inputs:
+            inputs = 0.5 * (inputs + np.vstack([inputs[1:], inputs[-1:]]))
+        grid = uniform(cleaned.time, cleaned.data[:, :split], inputs, cleaned.source, step)
+        encoder = self._per_coordinate("encoder_step")
+        self._per_coordinate("position_noise_rms")
+        found = counter_findings(raw, binding.terms)
+        steps = tuple(
+            0.0 if name in binding.integrated else smallest_step(cleaned.data[:, j])
+            for j, name in enumerate(positions)  # an integral does not show the steps of a sensor
+        )
+        repeated, stale = repeats(cleaned.data[:, :split], steps)
+        raw_data = RawData(
+            rows=len(cleaned.time),
+            jitter=grid.jitter,
+            longest_step=grid.longest_step,
+            resampled=grid.resampled,
+            repaired=cleaned.repaired,
+            dropped=cleaned.dropped,
+            smallest_step=steps,
+            integrated=tuple(name in binding.integrated for name in positions),
+            repeated=repeated,
+            stale=stale,
+            findings=(*binding.findings, *(finding for _, finding in found)),
+            doubted=frozenset(symbol for symbols, _ in found for symbol in symbols),
+            columns={symbol: term.text for symbol, term in binding.terms.items()},
+            inferred_units=binding.inferred_units,
+            applied_units=binding.applied_units,
+        )
+        return Log(
+            path=self.path,
+            name=self.path.stem,
+            time=grid.time,
+            positions=grid.sampled[:, :n],
+            velocities=grid.sampled[:, n:] if split > n else None,
+            inputs=grid.held,
+            sample_time=grid.step,
+            cutoff_hz=self._cutoff(grid.step),
+            tolerance=description.parameter_tolerance,
+            encoder_step=encoder,
+            notes=(*notes, *binding.notes, *self._notes(), *cleaned.notes, *grid.notes),
+            gaps=grid.gaps,
+            raw_data=raw_data,
+            description=description,
+        )
+
+    def _per_coordinate(self, key: str) -> tuple[float, ...] | None:
+        """The lengths that the description states at a key, one for each coordinate; None for none."""
+        values: Lengths | None = getattr(self.description, key)
+        if values is None:
+            return None
+        coordinates, place = self.spec.coordinates, self.description.place(key)
+        if len(values) not in (1, len(coordinates)):
+            expected = f"{len(coordinates)}, one for each of {', '.join(self.spec.positions)}"
+            raise BadInput(place, f"{len(values)} numbers", expected, code="LOG013")
+        times = len(coordinates) // len(values)
+        for c, given in zip(coordinates, values.units * times, strict=False):
+            refuse_other_unit(given, c.unit, f"a number in {given} for {c.name}", place)
+        return tuple(values) * times
+
+    def _cutoff(self, step: float) -> float | None:
+        """The cut-off of the evaluation's low-pass, Hz; None if none is stated. ``step``: sample time, s."""
+        spec, description = self.spec, self.description
+        cutoff = description.cutoff_hz or spec.log.cutoff_hz
+        if cutoff is None or 0 < cutoff < 0.5 / step:
+            return cutoff
+        key = "cutoff_hz" if "cutoff_hz" in description.places else "evaluation.cutoff_hz"
+        place = description.place(key) if description.cutoff_hz else spec.place("log.cutoff_hz")
+        expected = f"a frequency below half the log's sample rate, {0.5 / step:.6g} Hz"
+        raise BadInput(place, f"{cutoff:g} Hz", expected, code="LOG013")
+
+    def _notes(self) -> Iterator[str]:
+        """How the inputs are held, and which keys of the description have no effect without another key."""
+        description, hold = self.description, self.description.input_hold
+        if description.measured_inputs:
+            yield "input_hold `linear`: between two rows each input is taken as the mean of both"
+        elif hold and not hold.lower().startswith(ZERO_ORDER):
+            words = f"input_hold `{shown(hold)}` is neither `linear` nor `zero-order`"
+            yield f"{words}: the inputs are taken as held from row to row"
+        if description.input_is and not hold:
+            yield (
+                f"input_is `{shown(description.input_is)}` has no effect without input_hold: write `input_hold: "
+                "linear` for measured inputs, `input_hold: zero-order` for commands"
+            )
+        if description.evaluation.filter and not (description.cutoff_hz or self.spec.log.cutoff_hz):
+            yield "evaluation.filter has no effect without a cutoff: write the low-pass as `cutoff_hz`"
 
 
 def _loaded(source: LogFile, wanted: Sequence[str], description: LogDescription) -> Columns:
@@ -164,137 +283,3 @@ def log_description(path: Path, description: str | Path | None) -> LogDescriptio
         return read_description(description)
     beside = path.parent / "meta.yaml"
     return read_description(beside) if is_there(beside) else EMPTY_DESCRIPTION
-
-
-def _cleaned(raw: Columns, binding: Binding, spec: Spec, description: LogDescription) -> CleanedRows:
-    """The cleaned columns with time first, which is made from the description's sample rate if no column has it.
-
-    ``bind`` refuses a log with neither.
-    """
-    inputs = {i.name for i in spec.inputs}
-    symbols = list(binding.terms)
-    scale = dict(binding.scale)
-    if "t" not in symbols:
-        assert description.sample_rate_hz is not None
-        time = np.arange(len(raw.values)) / description.sample_rate_hz
-        raw = Columns(raw.file, ("t", *raw.names), np.column_stack([time, raw.values]), raw.lines)
-        symbols.insert(0, "t")
-        scale["t"] = 1.0
-    held = [s in inputs for s in symbols]
-    cleaned = in_time(clean(raw, symbols, held, scale, description), symbols, held, description)
-    return _with_integrals(cleaned, symbols[1:], binding, spec)
-
-
-def _with_integrals(cleaned: CleanedRows, symbols: Sequence[str], binding: Binding, spec: Spec) -> CleanedRows:
-    """Positions, velocities if all were logged, and inputs; positions without a column are integrals of velocities."""
-    given = dict(zip(symbols, cleaned.data.T, strict=True))
-    for c in spec.coordinates:
-        if c.name in binding.integrated:
-            given[c.name] = cumulative_trapezoid(given[c.velocity], cleaned.time, initial=0)
-    wanted = [*spec.positions, *(spec.velocities if binding.logged else ()), *(i.name for i in spec.inputs)]
-    return replace(cleaned, data=np.column_stack([given[s] for s in wanted]))
-
-
-def _log(
-    path: Path,
-    spec: Spec,
-    description: LogDescription,
-    notes: Sequence[str],
-    binding: Binding,
-    cleaned: CleanedRows,
-    found: Sequence[tuple[tuple[str, ...], Finding]],
-    step: float | None,
-) -> Log:
-    """The log of cleaned columns, resampled to the sample time ``step`` if one is given."""
-    n, m = len(spec.coordinates), len(spec.inputs)
-    split = cleaned.data.shape[1] - m
-    inputs = cleaned.data[:, split:]
-    if description.measured_inputs:
-        inputs = 0.5 * (inputs + np.vstack([inputs[1:], inputs[-1:]]))
-    grid = uniform(cleaned.time, cleaned.data[:, :split], inputs, cleaned.source, step)
-    encoder = _per_coordinate(description.encoder_step, spec, description, "encoder_step")
-    _per_coordinate(description.position_noise_rms, spec, description, "position_noise_rms")
-    steps = tuple(
-        0.0 if name in binding.integrated else smallest_step(cleaned.data[:, j])
-        for j, name in enumerate(spec.positions)  # an integral does not show the steps of a sensor
-    )
-    repeated, stale = repeats(cleaned.data[:, :split], steps)
-    raw_data = RawData(
-        rows=len(cleaned.time),
-        jitter=grid.jitter,
-        longest_step=grid.longest_step,
-        resampled=grid.resampled,
-        repaired=cleaned.repaired,
-        dropped=cleaned.dropped,
-        smallest_step=steps,
-        integrated=tuple(name in binding.integrated for name in spec.positions),
-        repeated=repeated,
-        stale=stale,
-        findings=(*binding.findings, *(finding for _, finding in found)),
-        doubted=frozenset(symbol for symbols, _ in found for symbol in symbols),
-        columns={symbol: term.text for symbol, term in binding.terms.items()},
-        inferred_units=binding.inferred_units,
-        applied_units=binding.applied_units,
-    )
-    return Log(
-        path=path,
-        name=path.stem,
-        time=grid.time,
-        positions=grid.sampled[:, :n],
-        velocities=grid.sampled[:, n:] if split > n else None,
-        inputs=grid.held,
-        sample_time=grid.step,
-        cutoff_hz=_cutoff(spec, description, grid),
-        tolerance=description.parameter_tolerance,
-        encoder_step=encoder,
-        notes=(*notes, *binding.notes, *_notes_of(spec, description), *cleaned.notes, *grid.notes),
-        gaps=grid.gaps,
-        raw_data=raw_data,
-        description=description,
-    )
-
-
-def _per_coordinate(
-    values: Lengths | None, spec: Spec, description: LogDescription, key: str
-) -> tuple[float, ...] | None:
-    n = len(spec.coordinates)
-    if values is None or len(values) in (1, n):
-        units = () if values is None else values.units
-        for c, given in zip(spec.coordinates, units * (n if len(units) == 1 else 1), strict=False):
-            refuse_other_unit(given, c.unit, f"a number in {given} for {c.name}", description.place(key))
-        return values if values is None or len(values) == n else tuple(values) * n
-    expected = f"{n}, one for each of {', '.join(spec.positions)}"
-    raise BadInput(description.place(key), f"{len(values)} numbers", expected, code="LOG013")
-
-
-def _cutoff(spec: Spec, description: LogDescription, grid: Uniform) -> float | None:
-    cutoff = description.cutoff_hz or spec.log.cutoff_hz
-    if cutoff is None or 0 < cutoff < 0.5 / grid.step:
-        return cutoff
-    key = "cutoff_hz" if "cutoff_hz" in description.places else "evaluation.cutoff_hz"
-    place = description.place(key) if description.cutoff_hz else spec.place("log.cutoff_hz")
-    expected = f"a frequency below half the log's sample rate, {0.5 / grid.step:.6g} Hz"
-    raise BadInput(place, f"{cutoff:g} Hz", expected, code="LOG013")
-
-
-def _notes_of(spec: Spec, description: LogDescription) -> list[str]:
-    """How the inputs are held, and which keys of the description have no effect without another key."""
-    notes = _hold_note(description)
-    if description.input_is and not description.input_hold:
-        notes.append(
-            f"input_is `{shown(description.input_is)}` has no effect without input_hold: write `input_hold: linear` "
-            "for measured inputs, `input_hold: zero-order` for commands"
-        )
-    if description.evaluation.filter and not (description.cutoff_hz or spec.log.cutoff_hz):
-        notes.append("evaluation.filter has no effect without a cutoff: write the low-pass as `cutoff_hz`")
-    return notes
-
-
-def _hold_note(description: LogDescription) -> list[str]:
-    hold = description.input_hold
-    if not hold or hold.lower().startswith(ZERO_ORDER):
-        return []
-    if description.measured_inputs:
-        return ["input_hold `linear`: between two rows each input is taken as the mean of both"]
-    words = f"input_hold `{shown(hold)}` is neither `linear` nor `zero-order`"
-    return [f"{words}: the inputs are taken as held from row to row"]
