@@ -44,8 +44,8 @@ def why_refused(before: ForceCriterion, after: ForceCriterion, e: Evidence, size
     if e.share < credit.LEAST_SHARE:
         needed = in_percent(credit.LEAST_SHARE)
         return f"removes {in_percent(e.share)} of the squared simulation error on held-out parts; {needed} is needed"
-    if size < _least_size(found):
-        return f"is too small to matter: {in_percent(size)} of the drive force"
+    if is_too_small(found, size):
+        return too_small_in_words(size)
     if not admissible(search.system, found):
         return "fits only with unphysical values"
     return (
@@ -59,9 +59,18 @@ def why_refused(before: ForceCriterion, after: ForceCriterion, e: Evidence, size
     )
 
 
+def is_too_small(found: Fit, size: float) -> bool:
+    """Whether a candidate of this size is no effect, whatever it explains."""
+    return size < _least_size(found)
+
+
+def too_small_in_words(size: float) -> str:
+    return f"is too small to matter: {in_percent(size)} of the drive force"
+
+
 def matters(search: Search, found: Fit, base: Fit) -> bool:
     """Whether a candidate is large enough, compared with the drive force, to be an effect."""
-    return relative_size(search, found, base) >= _least_size(found)
+    return not is_too_small(found, relative_size(search, found, base))
 
 
 def _least_size(found: Fit) -> float:
