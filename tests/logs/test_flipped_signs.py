@@ -166,3 +166,23 @@ friction: {distribution: [[1], [0]], contacts: [{name: rail, a: 15, unit: N}]}
     found = preflight(read_log(write_csv(tmp_path / "a.csv", columns), spec), spec)
     (one,) = [f for f in found if f.severity == "problem"]
     assert one.topic == "sign of p" and re.findall(r"`scale: \{(.*?)\}`", one.words) == ["p: -1"]
+
+
+@pytest.mark.parametrize(
+    ("machine", "declared", "magnitude", "said"),
+    [
+        ("plain", "plain", True, True),
+        ("hoist", "plain", False, True),  # a weight that the spec lacks
+        ("hoist", "hoist", False, False),
+        ("plain", "plain", False, False),
+    ],
+)
+def test_an_input_without_its_sign(tmp_path, machine, declared, magnitude, said):
+    """A servo reported the size of its current: the preflight was silent, and no sign or scale restores the log."""
+    columns = made()
+    columns["w"] = np.abs(columns["w"]) if magnitude else columns["w"] + WEIGHT * (machine == "hoist")
+    spec = parse_spec(STANDING.replace("force: [w]", f"force: [{FORCES[declared]}]"), Path("slider.yaml"))
+    found = preflight(read_log(write_csv(tmp_path / "a.csv", columns), spec), spec)
+    words = [f.words for f in found if f.topic == "sign of w"]
+    assert len(words) == said
+    assert all("never negative" in text and "magnitude" in text and "weight" in text for text in words)

@@ -39,6 +39,9 @@ both forces, from which on an unlogged force must move the machine."""
 SWINGING = 0.5
 """Share of the inertia force, less such a function, that friction explains in a free oscillation."""
 
+EITHER_WAY, ALIKE = 10, 1.5
+"""An input without sign: least samples in motion each way, and largest ratio of its mean sizes in the two."""
+
 
 def audit_force(log: Log, spec: Spec, motion: Motion, steady: frozenset[int] = frozenset()) -> Iterator[Finding]:
     """Findings by the balance of forces: on columns, signs, scales and units.
@@ -58,6 +61,7 @@ def audit_force(log: Log, spec: Spec, motion: Motion, steady: frozenset[int] = f
         yield changed
         return
     yield from scales_of_velocities(case)
+    yield from _without_sign(forces, log, spec)
     if len(forces.inertia) < FEWEST:
         words = "Too few samples in motion to compare the input's force with the acceleration."
         yield Finding("info", "sign and scale", words, {"samples": float(len(forces.inertia))})
@@ -135,3 +139,34 @@ def _oscillates_freely(inertia: Array, against: Array) -> bool:
     """Whether friction and damping, the columns of ``against``, explain most of the inertia force, (K,)."""
     left = unexplained(inertia, against)
     return bool(left @ left <= (1 - SWINGING) * (inertia @ inertia))
+
+
+def _without_sign(forces: Forces, log: Log, spec: Spec) -> Iterator[Finding]:
+    """Findings on inputs that never change sign and are as large one way as the other, without a declared weight.
+
+    Against friction and inertia a drive pushes both ways; with a weight W and friction F it gives W + F and W − F.
+    """
+    n = len(spec.coordinates)
+    for j, i in enumerate(spec.inputs):
+        values, on = log.inputs[:, j], np.flatnonzero(np.any(forces.driven[j] != 0, axis=0))
+        if len(on) != 1 or (values.min() < 0 < values.max()) or i.name in log.raw_data.doubted:
+            continue
+        at = int(on[0])
+        own, speed = np.abs(forces.driven[j, :, at]), forces.motion[:, n + at]
+        up, down = speed > 0, speed < 0
+        alone = not np.any(np.delete(forces.driven, j, axis=0)[:, :, at])
+        weight = abs(float(forces.static[:, at].mean())) if len(own) else 0.0
+        if min(up.sum(), down.sum()) < EITHER_WAY or not alone or weight > 0.5 * own.mean():
+            continue
+        rising, falling = float(own[up].mean()), float(own[down].mean())
+        if max(rising, falling) > ALIKE * min(rising, falling):
+            continue
+        c, never = spec.coordinates[at], "negative" if values.max() > 0 else "positive"
+        ratio = falling / rising
+        words = (
+            f"{i.name} is never {never}, though {c.name} moves both ways, and its force is about as large while "
+            f"{c.name} falls as while it rises ({ratio:.2g} times). It looks like a magnitude without its sign, as "
+            "some servos report their current: then no sign or scale restores it, and no dynamics can be learnt from "
+            "it. Or a weight acts that the spec lacks."
+        )
+        yield Finding("warning", f"sign of {i.name}", words, {"falling_over_rising": ratio})
