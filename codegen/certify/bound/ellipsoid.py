@@ -95,7 +95,7 @@ def with_ellipsoid(
     if isinstance(sizes, str) or not any(map(any, sizes.values())):
         return certificate
     proof = json.loads(certificate.kernel)
-    claim = _claim(observer, places, proof, shown, response, sizes, certificate.bounds)
+    claim = _Claim(observer, Writer(observer, places), proof, shown, response, sizes, certificate.bounds).content()
     text = json.dumps(claim, indent=1) + "\n"
     try:
         found = theorem.kept(proof, shown, text.encode())[1]
@@ -130,194 +130,175 @@ def with_ellipsoid(
     return replace(certificate, content=said, bounds=tuple(bounds), ellipsoid=text)
 
 
-def _claim(
-    observer: Observer,
-    places: Mapping[str, str],
-    proof: dict[str, Any],
-    shown: dict[str, Any],
-    response: Response,
-    sizes: Mapping[str, Sequence[Fraction]],
-    bounds: Sequence[ErrorBound],
-) -> dict[str, Any]:
-    """The claim of invariant ellipsoids, the JSON object of ellipsoid.json (docs/certificate_format.md).
+@dataclass(frozen=True)
+class _Claim:
+    """What a claim of invariant ellipsoids is made of.
 
-    Args:
-        places: as in kernel_form.proof_text.
+    Attributes:
+        write: printer of expressions in the code's quantities.
         proof: the kernel's proof.
         shown: what the kernel derives from it.
         response: linear response of the errors to disturbances.
         sizes: cause → the largest disturbance of each coordinate or friction (``disturbances``).
         bounds: of each friction error; they give the times after a reversal at which the claim has a bound.
     """
-    n, write = len(observer.system.positions), Writer(observer, places)
-    positions = [write(x) for x in observer.system.positions]
-    friction = _any_friction(observer, proof, shown, sizes, bounds)
-    of = _disturbances(observer, positions, proof, response, sizes, friction)
-    step = np.array(response.step, dtype=float)
-    slips = observer.distribution
-    rows = [[*column, *[0] * (len(step) - n)] for column in slips.T.tolist()]
-    errors = sympy.eye(len(step))[n:, :].tolist()
-    size = np.array([float(d.size) for d in of])
-    columns = np.array([[float(b) for b in d.column] for d in of]).T
-    acting = size * [d.kind != ellipsoid.FRICTION for d in of]
-    free = size * [not (d.kind == "drift" and d.of in friction) for d in of]
 
-    def grouped(asked: Group) -> list[Group]:
-        """Each row alone, or all rows together if there are more than ``FEW`` errors."""
-        return [[each] for each in asked] if len(step) <= FEW else [asked]
+    observer: Observer
+    write: Writer
+    proof: dict[str, Any]
+    shown: dict[str, Any]
+    response: Response
+    sizes: Mapping[str, Sequence[Fraction]]
+    bounds: Sequence[ErrorBound]
 
-    units = [] if proof["signs"] or not friction else sympy.eye(len(step)).tolist()
-    every = grouped([(row, None) for row in units]) if units else []
-    any_friction_sets = [_set(step, columns, free, group) | {ellipsoid.FRICTION: "any"} for group in every]
-    noise = [float(dot(row, sizes["noise"])) for row in response.direct.tolist()]
-    h = float(observer.sample_time)
-    level_signs, truths = ([e[part] for e in proof["errors"]] for part in ("sign", "truth"))
-    whole = [fraction(row[-1]) for ball in any_friction_sets for row in ball["rows"]]
-    worst = [
-        upwards(float(most + friction.get(truth, 0)) + x, START_DIGITS)
-        for most, truth, x in zip(whole, truths, noise, strict=bool(units))
-    ]
-    by_position = any(p.free_symbols & {*observer.system.positions} for p in response.nonaffine)
-    claim: dict[str, Any] = {
-        "name": proof["name"],
-        **({ellipsoid.FORCES: "measured"} if by_position else {}),
-        "noise": {d.of: str(d.size) for d in of if d.kind == "noise"},
-        "drift": {d.of: str(d.size) for d in of if d.kind == "drift"},
-        "shifts": [
-            _shift([(b, x) for b, x, d in zip(row, positions, sizes["noise"], strict=True) if b and d], s)
-            for row, s in zip(response.direct.tolist(), level_signs, strict=True)
-        ],
-        **({ellipsoid.FRICTION: {truth: str(most) for truth, most in friction.items()}} if friction else {}),
-        "push": [[d.entry(i) for d in of] for i in range(len(step))],
-        "sets": [],
-    }
-    groups = grouped([(row, None) for row in rows] + list(zip(errors, bounds, strict=True)))
-    ellipsoids = [(group, _set(step, columns, acting, group)) for group in groups]
-    starts = {b.name: worst or [upwards(s, START_DIGITS) for s in b.starts] for b in bounds}
-    if friction and level_signs[-1]:
-        known = {tuple(row): float(bound) for _, ball in ellipsoids for *row, bound in map(_numbers, ball["rows"])}
-        most = [*bounds[0].starts[:n], *(known[tuple(row)] + x for row, x in zip(errors, noise[n:], strict=True))]
-        sample_time = fraction(observer.sample_time)
-        # The acceleration in the envelope; ``sizes["acceleration"]`` contains the error of the model's forces as well.
-        acceleration = [2 * x / sample_time**2 for x in sizes["displacement"]]
-        entries = _reversals(observer, claim, proof, shown, most, acceleration)
-        claim[ellipsoid.REVERSALS] = entries
-        starts |= {b.name: _numbers(entry["after"]) for b, entry in zip(bounds, entries, strict=False)}
-    claim["sets"] = [
-        *(_with_decay(ball, group, starts, step, columns * acting, noise, h) for group, ball in ellipsoids),
-        *any_friction_sets,
-    ]
-    return claim
+    def content(self) -> dict[str, Any]:
+        """The JSON object of ellipsoid.json (docs/certificate_format.md)."""
+        observer, proof, bounds, response = self.observer, self.proof, self.bounds, self.response
+        positions = [self.write(x) for x in observer.system.positions]
+        n, friction = len(positions), self._any_friction()
+        of = self._disturbances(positions, friction)
+        step = np.array(response.step, dtype=float)
+        rows = [[*column, *[0] * (len(step) - n)] for column in observer.distribution.T.tolist()]
+        errors = sympy.eye(len(step))[n:, :].tolist()
+        size = np.array([float(d.size) for d in of])
+        columns = np.array([[float(b) for b in d.column] for d in of]).T
+        acting = size * [d.kind != ellipsoid.FRICTION for d in of]
+        free = size * [not (d.kind == "drift" and d.of in friction) for d in of]
 
+        def grouped(asked: Group) -> list[Group]:
+            """Each row alone, or all rows together if there are more than ``FEW`` errors."""
+            return [[each] for each in asked] if len(step) <= FEW else [asked]
 
-def _reversals(
-    observer: Observer,
-    claim: dict[str, Any],
-    proof: dict[str, Any],
-    shown: dict[str, Any],
-    most: Sequence[float],
-    acceleration: Sequence[Fraction],
-) -> list[dict[str, Any]]:
-    """The entries of the field ``reversals``: for each contact, bounds on the errors after one reversal of it.
+        units = [] if proof["signs"] or not friction else sympy.eye(len(step)).tolist()
+        every = grouped([(row, None) for row in units]) if units else []
+        any_friction_sets = [_set(step, columns, free, group) | {ellipsoid.FRICTION: "any"} for group in every]
+        noise = [float(dot(row, self.sizes["noise"])) for row in response.direct.tolist()]
+        level_signs, truths = ([e[part] for e in proof["errors"]] for part in ("sign", "truth"))
+        whole = [fraction(row[-1]) for ball in any_friction_sets for row in ball["rows"]]
+        worst = [
+            upwards(float(most + friction.get(truth, 0)) + x, START_DIGITS)
+            for most, truth, x in zip(whole, truths, noise, strict=bool(units))
+        ]
+        by_position = any(p.free_symbols & {*observer.system.positions} for p in response.nonaffine)
+        claim: dict[str, Any] = {
+            "name": proof["name"],
+            **({ellipsoid.FORCES: "measured"} if by_position else {}),
+            "noise": {d.of: str(d.size) for d in of if d.kind == "noise"},
+            "drift": {d.of: str(d.size) for d in of if d.kind == "drift"},
+            "shifts": [
+                _shift([(b, x) for b, x, d in zip(row, positions, self.sizes["noise"], strict=True) if b and d], s)
+                for row, s in zip(response.direct.tolist(), level_signs, strict=True)
+            ],
+            **({ellipsoid.FRICTION: {truth: str(most) for truth, most in friction.items()}} if friction else {}),
+            "push": [[d.entry(i) for d in of] for i in range(len(step))],
+            "sets": [],
+        }
+        groups = grouped([(row, None) for row in rows] + list(zip(errors, bounds, strict=True)))
+        ellipsoids = [(group, _set(step, columns, acting, group)) for group in groups]
+        starts = {b.name: worst or [upwards(s, START_DIGITS) for s in b.starts] for b in bounds}
+        if friction and level_signs[-1]:
+            known = {tuple(row): float(bound) for _, ball in ellipsoids for *row, bound in map(_numbers, ball["rows"])}
+            most = [*bounds[0].starts[:n], *(known[tuple(row)] + x for row, x in zip(errors, noise[n:], strict=True))]
+            entries = self._reversals(claim, most)
+            claim[ellipsoid.REVERSALS] = entries
+            starts |= {b.name: _numbers(entry["after"]) for b, entry in zip(bounds, entries, strict=False)}
+        h = float(observer.sample_time)
+        claim["sets"] = [
+            *(_with_decay(ball, group, starts, step, columns * acting, noise, h) for group, ball in ellipsoids),
+            *any_friction_sets,
+        ]
+        return claim
 
-    Before the reversal the errors are within ``most``. It takes the samples in which a slip that passes zero at the
-    largest acceleration is smaller than the error of its estimate; the estimate changes its sign once in them. There
-    are no entries if one of them cannot be computed.
+    def _reversals(self, claim: dict[str, Any], most: Sequence[float]) -> list[dict[str, Any]]:
+        """The entries of the field ``reversals``: for each contact, bounds on the errors after one reversal of it.
 
-    Args:
-        most: bound on the magnitude of each error.
-        acceleration: largest |v'| of each coordinate.
-    """
-    own = {e[part]: kernel.term(1, e[part]) for e in proof["errors"] for part in ("truth", "estimate")}
-    text = kernel.Text(shown["names"] | own, {})
-    estimates, entries = [e["estimate"] for e in proof["errors"]], list[dict[str, Any]]()
-    before = [upwards(x * (1 + NEAR), START_DIGITS) for x in most]
-    h, slips = fraction(observer.sample_time), observer.distribution
-    contacts = enumerate(observer.system.contacts)
-    # Largest change of each slip in a sample, h Σ_i |U_ic| max |v_i'|.
-    changes = {f"sign.{contact.name}": h * dot(slips.col(c), acceleration) for c, contact in contacts}
-    try:
-        known = ellipsoid.dynamics(proof, claim, shown)
-    except ValueError:
-        return []
-    for error in proof["errors"][len(observer.system.positions) :]:
-        slip = text.value(proof["signs"][error["sign"]])
-        state = next(p for z in proof["states"].values() if (error["estimate"],) in (p := text.value(z)))
-        (x, *_), change = next(iter(slip)), changes[error["sign"]]
-        reach = sum(abs(a) * before[estimates.index(y)] for (y,), a in slip.items())
-        jump = 2 * Fraction(state.get(tuple(sorted((error["sign"], x))), 0)) / slip[x,] / state[error["estimate"],]
-        if not change:
-            return []
-        entry = {"sign": error["sign"], "samples": str(2 * math.ceil(reach / change) + 1), "turns": "1"}
-        entry |= {"change": str(change), "jump": str(jump), "before": [rational_text(b) for b in before]}
+        Before the reversal the errors are within ``most``. It takes the samples in which a slip that passes zero at the
+        largest acceleration is smaller than the error of its estimate; the estimate changes its sign once in them.
+        There are no entries if one of them cannot be computed.
+
+        Args:
+            most: bound on the magnitude of each error.
+        """
+        proof, shown, slips = self.proof, self.shown, self.observer.distribution
+        own = {e[part]: kernel.term(1, e[part]) for e in proof["errors"] for part in ("truth", "estimate")}
+        text = kernel.Text(shown["names"] | own, {})
+        estimates, entries = [e["estimate"] for e in proof["errors"]], list[dict[str, Any]]()
+        before = [upwards(x * (1 + NEAR), START_DIGITS) for x in most]
+        # Largest change of each slip in a sample, h Σ_i |U_ic| max |v_i'|, where h² max |v_i'|/2 is the displacement.
+        # ``sizes["acceleration"]`` contains the error of the model's forces as well.
+        double = [2 * x / fraction(self.observer.sample_time) for x in self.sizes["displacement"]]
+        contacts = enumerate(self.observer.system.contacts)
+        changes = {f"sign.{contact.name}": dot(slips.col(c), double) for c, contact in contacts}
         try:
-            left = ellipsoid.left_by(entry | {"after": entry["before"]}, proof, claim, shown, known)
+            known = ellipsoid.dynamics(proof, claim, shown)
         except ValueError:
             return []
-        entries.append(entry | {"after": [rational_text(upwards(float(b) * (1 + NEAR), START_DIGITS)) for b in left]})
-    return entries
+        for error in proof["errors"][len(self.observer.system.positions) :]:
+            slip = text.value(proof["signs"][error["sign"]])
+            state = next(p for z in proof["states"].values() if (error["estimate"],) in (p := text.value(z)))
+            (x, *_), change = next(iter(slip)), changes[error["sign"]]
+            reach = sum(abs(a) * before[estimates.index(y)] for (y,), a in slip.items())
+            jump = 2 * Fraction(state.get(tuple(sorted((error["sign"], x))), 0)) / slip[x,] / state[error["estimate"],]
+            if not change:
+                return []
+            entry = {"sign": error["sign"], "samples": str(2 * math.ceil(reach / change) + 1), "turns": "1"}
+            entry |= {"change": str(change), "jump": str(jump), "before": [rational_text(b) for b in before]}
+            try:
+                left = ellipsoid.left_by(entry | {"after": entry["before"]}, proof, claim, shown, known)
+            except ValueError:
+                return []
+            after = [rational_text(upwards(float(b) * (1 + NEAR), START_DIGITS)) for b in left]
+            entries.append(entry | {"after": after})
+        return entries
+
+    def _disturbances(self, positions: Sequence[str], friction: Mapping[str, Fraction]) -> list[Disturbance]:
+        """The disturbances that are not zero, noise first.
+
+        Args:
+            positions: places of the positions in the proof.
+            friction: place of a true friction → bound on its magnitude, for the sets that hold for any friction; or {}.
+        """
+        response, sizes, errors = self.response, self.sizes, self.observer.errors
+        n, unit = len(positions), sympy.eye(len(errors))
+        truths, signs = ([e[part] for e in self.proof["errors"]] for part in ("truth", "sign"))
+        blocks = [
+            ("noise", positions, sizes["noise"], response.noise),
+            ("drift", positions, sizes["displacement"], response.displacement),
+            ("drift", truths[:n], sizes["velocity"], response.velocity),
+            ("drift", truths[n:], sizes["friction"], unit[:, n:]),
+        ]
+        if friction:
+            slips, h = self.observer.distribution, self.observer.sample_time
+            onto = [slips.col(e.contact) if e.coordinate is None else unit[:n, e.coordinate] for e in errors[n:]]
+            driven = h * response.velocity * response.by_force * sympy.Matrix.hstack(*onto)
+            blocks.append((ellipsoid.FRICTION, truths[n:], [*friction.values()], driven))
+        turned = dict(zip(truths[n:], signs[n:], strict=True))
+        return [
+            Disturbance(kind, name, size, list(matrix.col(j)), turned.get(name, ""))
+            for kind, names, each, matrix in blocks
+            for j, (name, size) in enumerate(zip(names, each, strict=True))
+            if size
+        ]
+
+    def _any_friction(self) -> dict[str, Fraction]:
+        """Place of each true friction → bound on its magnitude, for claims that hold for any friction within these.
+
+        {} if there can be no such claim: the kernel's proof has conditions, a friction has no bound or, for level
+        errors, the level varies with the slip, so that reversals are not covered.
+        """
+        errors = self.proof["errors"][len(self.observer.system.positions) :]
+        most = [b.largest for b in self.bounds if b.largest is not None]
+        turns = [bool(e["sign"]) for e in errors]
+        constant = not any(turns) or (all(turns) and not any(self.sizes["friction"]))
+        conditions = not self.shown["whole"] or (self.proof["signs"] and not any(turns))
+        if conditions or not constant or len(most) < len(self.bounds):
+            return {}
+        return {e["truth"]: fraction(upwards(x, DIGITS)) for e, x in zip(errors, most, strict=True)}
 
 
 def _numbers(texts_: Sequence[str]) -> list[Any]:
     """Exact numbers from text."""
     return [sympy.Rational(x) for x in texts_]
-
-
-def _disturbances(
-    observer: Observer,
-    positions: Sequence[str],
-    proof: Mapping[str, Any],
-    response: Response,
-    sizes: Mapping[str, Sequence[Fraction]],
-    friction: Mapping[str, Fraction],
-) -> list[Disturbance]:
-    """The disturbances that are not zero, noise first.
-
-    Args:
-        positions: places of the positions in the proof.
-        friction: place of a true friction → bound on its magnitude, for the sets that hold for any friction; or {}.
-    """
-    n, unit = len(positions), sympy.eye(len(proof["errors"]))
-    truths, signs = ([e[part] for e in proof["errors"]] for part in ("truth", "sign"))
-    blocks = [
-        ("noise", positions, sizes["noise"], response.noise),
-        ("drift", positions, sizes["displacement"], response.displacement),
-        ("drift", truths[:n], sizes["velocity"], response.velocity),
-        ("drift", truths[n:], sizes["friction"], unit[:, n:]),
-    ]
-    if friction:
-        slips = observer.distribution
-        onto = [slips.col(e.contact) if e.coordinate is None else unit[:n, e.coordinate] for e in observer.errors[n:]]
-        driven = observer.sample_time * response.velocity * response.by_force * sympy.Matrix.hstack(*onto)
-        blocks.append((ellipsoid.FRICTION, truths[n:], [*friction.values()], driven))
-    turned = dict(zip(truths[n:], signs[n:], strict=True))
-    return [
-        Disturbance(kind, name, size, list(matrix.col(j)), turned.get(name, ""))
-        for kind, names, each, matrix in blocks
-        for j, (name, size) in enumerate(zip(names, each, strict=True))
-        if size
-    ]
-
-
-def _any_friction(
-    observer: Observer,
-    proof: Mapping[str, Any],
-    shown: Mapping[str, Any],
-    sizes: Mapping[str, Sequence[Fraction]],
-    bounds: Sequence[ErrorBound],
-) -> dict[str, Fraction]:
-    """Place of each true friction → bound on its magnitude, for claims that hold for any friction within the bounds.
-
-    {} if there can be no such claim: the kernel's proof has conditions, a friction has no bound or, for level errors,
-    the level varies with the slip, so that reversals are not covered.
-    """
-    n = len(observer.system.positions)
-    most = [b.largest for b in bounds if b.largest is not None]
-    turns = [bool(e["sign"]) for e in proof["errors"][n:]]
-    constant = not any(turns) or (all(turns) and not any(sizes["friction"]))
-    if not shown["whole"] or not constant or (proof["signs"] and not any(turns)) or len(most) < len(bounds):
-        return {}
-    return {e["truth"]: fraction(upwards(x, DIGITS)) for e, x in zip(proof["errors"][n:], most, strict=True)}
 
 
 def _shift(parts: Sequence[tuple[Any, str]], sign: str) -> str:
