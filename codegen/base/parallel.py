@@ -61,13 +61,13 @@ def in_background(function: Callable[..., Result], *arguments: Any) -> Callable[
     return started.result
 
 
-def allow_processes() -> None:
-    """Allow ``in_processes`` to fork (on Linux). Only the command line calls this.
+def allow_processes(allowed: bool = True) -> None:
+    """Allow ``in_processes`` to fork (on Linux), or not, as at the start. Only the command line calls this.
 
     A program that imports the package may have threads of its own, and forking a process with threads is unsafe.
     """
     global _forks
-    _forks = sys.platform == "linux"
+    _forks = allowed and sys.platform == "linux"
 
 
 def in_processes(

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import stiction
-from codegen.app import cli
+from codegen.app import cli, schema
 
 from .command import SPECS, process
 
@@ -33,19 +33,22 @@ def test_warnings_of_numpy_and_loggers_do_not_reach_the_screen(
 ) -> None:
     """And the filters of the process are what they were behind the command, also after bad input."""
 
-    def warns(**_options: object) -> None:
+    def warns() -> str:
         np.float64(1e300) * np.float64(1e300)
         np.exp(np.array([1e4]))
         logging.getLogger("matplotlib.font_manager").warning("Matplotlib is building the font cache")
+        return ""
 
-    monkeypatch.setattr(cli, "_command", lambda: warns)
+    monkeypatch.setattr(schema, "schema_text", warns)
+    monkeypatch.setattr(sys, "argv", ["stiction", "schema"])
     with warnings.catch_warnings():
         warnings.simplefilter("always")
         before = list(warnings.filters)
         monkeypatch.setattr(sys, "warnoptions", [])
-        cli.main()
+        with pytest.raises(SystemExit, match="0"):
+            cli.main()
         assert capfd.readouterr() == ("", "")
         assert list(warnings.filters) == before and logging.root.manager.disable == logging.NOTSET
         monkeypatch.setattr(sys, "warnoptions", ["default"])
-        with pytest.warns(RuntimeWarning, match="overflow"):
+        with pytest.raises(SystemExit, match="0"), pytest.warns(RuntimeWarning, match="overflow"):
             cli.main()

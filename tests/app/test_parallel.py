@@ -7,6 +7,7 @@ import signal
 import sys
 import threading
 import time
+from collections.abc import Iterator
 from typing import Any
 
 import pytest
@@ -17,9 +18,11 @@ forked = pytest.mark.skipif(sys.platform != "linux", reason="processes are forke
 
 
 @pytest.fixture
-def several(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(parallel, "_forks", True)
+def several(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     monkeypatch.setattr(parallel, "PROCESSES", 3)
+    parallel.allow_processes()
+    yield
+    parallel.allow_processes(False)
 
 
 def no_child_is_left() -> bool:
@@ -50,10 +53,10 @@ def test_what_runs_in_the_background_gives_its_result_or_its_error_to_each_that_
 
 @pytest.mark.parametrize("threads", [False, True])
 def test_without_other_processes_it_is_told_too_when_an_item_begins(
-    threads: bool, monkeypatch: pytest.MonkeyPatch
+    threads: bool,
 ) -> None:
     """A caller from Python, or a machine of one core, saw no progress of a search that takes a minute."""
-    monkeypatch.setattr(parallel, "_forks", False)
+    parallel.allow_processes(False)
     begun: list[int] = []
     assert parallel.in_processes(lambda k: 2 * k, range(9), (), begun.append, threads) == [2 * k for k in range(9)]
     assert sorted(begun) == list(range(9))
@@ -149,6 +152,6 @@ def test_without_a_free_file_descriptor_all_is_computed_here(monkeypatch: pytest
 
 def test_no_process_is_forked_for_others_than_a_command(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(parallel, "PROCESSES", 3)
-    monkeypatch.setattr(parallel, "_forks", False)
+    parallel.allow_processes(False)
     assert set(parallel.in_processes(lambda k: os.getpid(), range(6))) == {os.getpid()}
     assert parallel.in_another_process(os.getpid)() == os.getpid()

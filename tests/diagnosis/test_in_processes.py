@@ -44,9 +44,10 @@ def test_fits_by_processes_are_those_of_one(tmp_path: Path, monkeypatch: pytest.
     found: dict[int, list[Fit]] = {}
     for processes in (1, 3):
         monkeypatch.setattr(parallel, "PROCESSES", processes)
-        monkeypatch.setattr(parallel, "_forks", processes > 1)
+        parallel.allow_processes(processes > 1)
         monkeypatch.setattr(parallel, "WORKERS", 1)
         found[processes] = fit_candidates(search, base, parts, lambda share: None)
+    parallel.allow_processes(False)
     assert len(delivered) >= 2 * 6 and sum(delivered) > 100, "a child delivered nothing"
     assert [f.part for f in found[1]] == [f.part for f in found[3]]
     for one, other in zip(found[1], found[3], strict=True):
