@@ -430,6 +430,32 @@ class Diagnosis(Shown):
 
         return sorted(candidates, key=place)
 
+    def in_table(self, most: int) -> list[tuple[Candidate, str]]:
+        """The rows of a short table, with how an effect that the first round did not name passed ("" for the others).
+
+        Named effects come first, those that later rounds found behind the others; then up to ``most`` candidates of the
+        first round in all, and the user's own ones.
+        """
+        ranked = self.in_order(self.candidates)
+        shown = ranked[:most] + [c for c in ranked[most:] if c.own]
+        named = [c for c in shown if self.is_credited(c)]
+        there = {(c.kind, c.on) for c in named}
+        later: list[tuple[Candidate, str]] = []
+        for effect in self.effects if self.verdict == "effect" else ():
+            place = (effect.kind, effect.on)
+            if place not in there and (found := self._found_later(place)):
+                later.append(found)
+        return [*((c, "") for c in named), *later, *((c, "") for c in shown if c not in named)]
+
+    def _found_later(self, place: tuple[str, str]) -> tuple[Candidate, str] | None:
+        """The candidate of a named effect in the round that it passed, and how; None where the table has none."""
+        for later in self.later_rounds:
+            for c in later.candidates:
+                if (c.kind, c.on) == place and c.accepted:
+                    return c, f"in addition to {' and '.join(f'{kind} on {on}' for kind, on in later.found_before)}"
+        replaced = (c for c in self.in_no_round if (c.kind, c.on) == place and c.accepted)
+        return next(((c, "in place of another effect") for c in replaced), None)
+
     def not_named(self, candidate: Candidate) -> str:
         """Why a candidate of the first round that passes every test is not in the verdict; empty for another one."""
         place = (candidate.kind, candidate.on)

@@ -258,6 +258,28 @@ def test_a_candidate_that_is_refused_alone_and_named_in_the_end_is_no_plain_refu
     assert rows["backlash"].endswith("no: may be chance") and "named" not in rows["backlash"]
 
 
+def test_an_effect_that_a_later_round_found_has_a_row_too() -> None:
+    """Cogging of one joint and viscous friction of another: the table said nothing of the second effect."""
+    cogging, spring, viscous = candidate("cogging", 0.9), candidate("spring", 0.1), candidate("viscous", 0.99)
+    refused = candidate("viscous", 0.5, "may be chance")
+    rounds = (
+        Round((("cogging", "x"),), (viscous, candidate("offset", 0.1))),
+        Round((("cogging", "x"), ("viscous", "x")), (candidate("offset", 0.2), refused)),
+    )
+    found = diagnosis("effect", cogging, spring, later=rounds)
+    effects = tuple(replace(SPRING, kind=kind, on="x") for kind in ("cogging", "viscous", "stribeck"))
+    found = replace(found, effects=effects, in_no_round=(candidate("stribeck", 0.3),))
+    others = [candidate("dead_zone", 0.01 * k, "may be chance") for k in range(6)]
+    for shown in (found, replace(found, candidates=(*found.candidates, *others))):
+        text = Diagnosed(shown, Path(), ("spec.yaml",)).text()
+        lines = text.split("candidates ")[1].splitlines()[1:]
+        assert [line.split()[0] for line in lines[:4]] == ["cogging", "viscous", "stribeck", "spring"]
+        assert lines[1].endswith("passes, in addition to cogging on x") and "99.0 %" in lines[1]
+        assert lines[2].endswith("passes, in place of another effect")
+        assert not any("offset" in line for line in lines) and "your spec, with the effects\n" in text
+        assert sum(line.startswith("  ") and " on x " in line for line in lines) == min(8, len(shown.candidates) + 2)
+
+
 @pytest.mark.parametrize(("changed", "over", "in_time"), [(0.8, 0.3, True), (0.4, 0.3, False), (0.6, 0.7, False)])
 def test_a_remainder_that_changes_in_time_asks_for_a_log_and_no_effect(changed, over, in_time):
     left = Remainder(
