@@ -166,48 +166,33 @@ def block_conditions(dynamics: ErrorDynamics, continuous: Any, sampled: Any) -> 
     """
     psi, step = dynamics.in_force(dynamics.jacobian), dynamics.in_force(dynamics.sampled)
     blocks = independent_blocks(psi, step)
-    found = []
-    for block in blocks:
-        of_psi = psi[block, block], continuous[:, block][:, :, block]
-        of_step = step[block, block], sampled[:, block][:, :, block]
-        errors = tuple(dynamics.errors[i] for i in block)
-        found.append(_of_block(dynamics, errors, of_psi, of_step, f"{errors[-1]}: " if len(blocks) > 1 else ""))
-    return tuple(found)
-
-
-def _of_block(
-    dynamics: ErrorDynamics,
-    errors: tuple[sympy.Symbol, ...],
-    of_psi: tuple[Matrix, Any],
-    of_step: tuple[Matrix, Any],
-    prefix: str,
-) -> BlockConditions:
-    """The conditions of one block.
-
-    Args:
-        errors: its components of e.
-        of_psi, of_step: the block of Ψ and of A, symbolic and at the operating points.
-        prefix: of the labels.
-    """
-    order, period = len(errors), symbol("h")
-    if order > SYMBOLIC_ORDER:
-        return BlockConditions(errors, None, (), ())
-    c = [sympy.Integer(1), *[symbol(f"c{k}") for k in range(order - 1, -1, -1)]]
     positive = {name for name, value in dynamics.observer.system.values.items() if value > 0}
-    h = float(dynamics.observer.sample_time)
-    polynomial = tuple(characteristic_polynomial(of_psi[0]))
+    period, h = symbol("h"), float(dynamics.observer.sample_time)
 
-    def conditions(raw: list[tuple[str, Any]], of: Sequence[Any], at: Any, known: set[Any]) -> tuple[Condition, ...]:
-        smallest = _smallest(raw, c, at, h)
-        return tuple(
-            Condition(prefix + label, e, smallest[label]) for label, e in written_conditions(raw, c, of, known)
-        )
+    def of_block(block: list[int]) -> BlockConditions:
+        """The conditions of the errors with these indices."""
+        errors, order = tuple(dynamics.errors[i] for i in block), len(block)
+        if order > SYMBOLIC_ORDER:
+            return BlockConditions(errors, None, (), ())
+        c = [sympy.Integer(1), *[symbol(f"c{k}") for k in range(order - 1, -1, -1)]]
+        prefix = f"{errors[-1]}: " if len(blocks) > 1 else ""
 
-    routh = conditions(routh_hurwitz(c), polynomial, of_psi[1], positive)
-    if dynamics.implicit:
-        return BlockConditions(errors, polynomial, routh, ())
-    stepped = conditions(jury(c, period), characteristic_polynomial(of_step[0]), of_step[1], positive | {period})
-    return BlockConditions(errors, polynomial, routh, stepped)
+        def conditions(
+            raw: list[tuple[str, Any]], of: Sequence[Any], at: Any, known: set[Any]
+        ) -> tuple[Condition, ...]:
+            smallest = _smallest(raw, c, at[:, block][:, :, block], h)
+            written = written_conditions(raw, c, of, known)
+            return tuple(Condition(prefix + label, e, smallest[label]) for label, e in written)
+
+        polynomial = tuple(characteristic_polynomial(psi[block, block]))
+        routh = conditions(routh_hurwitz(c), polynomial, continuous, positive)
+        if dynamics.implicit:
+            return BlockConditions(errors, polynomial, routh, ())
+        of_step = characteristic_polynomial(step[block, block])
+        stepped = conditions(jury(c, period), of_step, sampled, positive | {period})
+        return BlockConditions(errors, polynomial, routh, stepped)
+
+    return tuple(map(of_block, blocks))
 
 
 def written_conditions(

@@ -129,44 +129,40 @@ def _partition(
 ) -> dict[sympy.Symbol, list[Fraction]]:
     """Breakpoints of each variable, for at most ``most`` cells; cached by pairs, which can be hashed.
 
+    A cell in which the enclosure of a parameter exceeds its sampled range by more than 3 % is bisected at the midpoint
+    of its relatively widest side.
+
     Args:
         expressions: the parameters that vary. Constants are left out, since some of them change with the sample time.
     """
     variables = dict(ranges)
     values, sampled = [_enclosing(e, tuple(variables)) for e in expressions], _sampled_ranges(expressions, variables)
     breaks = {v: [*map(fraction, ends)] for v, ends in variables.items()}
+
+    def midpoints() -> set[tuple[sympy.Symbol, Fraction]]:
+        """Breakpoints to add: (variable, midpoint of a side)."""
+        found = set()
+        for value, expression, (low, high) in zip(values, expressions, sampled, strict=True):
+            slack = (LOOSE - 1) * max(high - low, abs(high), abs(low))
+            for cell in cells_of({v: b for v, b in breaks.items() if expression.has(v)}):
+                try:
+                    lo, hi = value(cell)
+                except verify.Refused:
+                    lo, hi = Fraction(-(10**30)), Fraction(10**30)
+                if float(lo) < low - slack or float(hi) > high + slack:
+                    widest = max(
+                        cell, key=lambda v: float(cell[v][1] - cell[v][0]) / float(breaks[v][-1] - breaks[v][0])
+                    )
+                    found |= {(widest, (cell[widest][0] + cell[widest][1]) / 2)}
+        return found
+
     for _ in range(ROUNDS):
-        at = _loose_intervals(values, expressions, breaks, sampled)
+        at = midpoints()
         grown = {v: sorted({*b, *(m for (w, m) in at if w == v)}) for v, b in breaks.items()}
         if not at or np.prod([len(b) - 1 for b in grown.values()]) > min(MOST_CELLS, most):
             break
         breaks = grown
     return breaks
-
-
-def _loose_intervals(
-    values: Sequence[Value],
-    expressions: Sequence[Any],
-    breaks: Mapping[sympy.Symbol, list[Fraction]],
-    sampled: list[tuple[float, float]],
-) -> set[tuple[sympy.Symbol, Fraction]]:
-    """Breakpoints to add: (variable, midpoint) of the relatively widest side of each cell that needs bisection.
-
-    That is a cell in which the enclosure of a parameter exceeds its sampled range by more than 3 %.
-    """
-    found = set()
-    for value, expression, (low, high) in zip(values, expressions, sampled, strict=True):
-        slack = (LOOSE - 1) * max(high - low, abs(high), abs(low))
-        used = {v: b for v, b in breaks.items() if expression.has(v)}
-        for cell in cells_of(used):
-            try:
-                lo, hi = value(cell)
-            except verify.Refused:
-                lo, hi = Fraction(-(10**30)), Fraction(10**30)
-            if float(lo) < low - slack or float(hi) > high + slack:
-                widest = max(cell, key=lambda v: float(cell[v][1] - cell[v][0]) / float(breaks[v][-1] - breaks[v][0]))
-                found |= {(widest, (cell[widest][0] + cell[widest][1]) / 2)}
-    return found
 
 
 def _sampled_ranges(
