@@ -213,3 +213,25 @@ def test_a_fit_whose_slopes_are_not_read_is_the_same_with_fewer_free_runs(
             len(theta),
         )  # of the first fit, which knows the base's slopes, and the second
         assert often - seldom in (own, all_of_them, own + all_of_them)
+
+
+def test_a_candidate_is_fitted_from_the_declared_values_too(tmp_path: Path) -> None:
+    """A weight takes most of a dead zone while the input keeps its sign, and goes back once that is in the model."""
+    text = stage("[{kind: dead_zone, on: w, parameters: {width: 6}}]").text
+    text = (
+        text.replace("2e-6", "1e-5")
+        .replace("[w - b*v]", "[k*w - b*v - G]")
+        .replace("value: 2, unit: kg", "value: 2, unit: kg, tolerance: 5%")
+    )
+    more = "  G: {value: 12, unit: N, tolerance: 10%}\n  k: {value: 1, unit: 1, tolerance: 3%}\n"
+    plant = parse_spec(text.replace("  b: {", f"{more}  b: {{"), Path("lift.yaml"))
+    log = log_of(plant, tmp_path, "log.csv")
+    spec = parse_spec(plant.text.replace("[{kind: dead_zone, on: w, parameters: {width: 6}}]", "[]"), Path("lift.yaml"))
+    motion, tolerances = smooth_motion(log), {p.name: p.tolerance * p.value for p in spec.parameters if p.tolerance}
+    problem = Problem(system_of(spec), motion, {spec.symbol(name): float(size) for name, size in tolerances.items()})
+    one = search_on(problem, lambda share: record_of(motion, log, share))
+    base = one.refit()
+    assert base.limited.any()
+    width = [p for p in every_part(one, ()) if p.kind == "dead_zone" and p.names == ("width",)]
+    (found,) = fit_candidates(one, base, width, lambda share: None)
+    assert found.parameters["width"] == pytest.approx(6.0, rel=0.01)

@@ -13,7 +13,7 @@ from codegen.base.arrays import Array
 from codegen.base.parallel import in_processes
 from codegen.diagnosis.evidence.coverage import survey
 from codegen.diagnosis.fit.credit import FAR, near_noise, noise_loss, share_far
-from codegen.diagnosis.fit.output_error import Fit, polish, shooting_fit
+from codegen.diagnosis.fit.output_error import Fit, polish, resolution, shooting_fit
 from codegen.diagnosis.fit.search import ROUNDS, Search, joint_of
 from codegen.diagnosis.fit.starting_values import (
     MORE_TRIES,
@@ -382,7 +382,22 @@ class CandidateFits:
     def fitted(self, screened: Sequence[Screened]) -> list[Fit]:
         """Screened parts fitted on all segments."""
         self._compute_slopes(self.base)
-        return self._shared_out(lambda one: self._fitted(one.index, one.theta), screened, len(screened))
+        return self._shared_out(lambda one: self._fitted_from_both(one.index, one.theta), screened, len(screened))
+
+    def _fitted_from_both(self, k: int, theta: Array) -> Fit:
+        """A part fitted from the base's values, and from the declared ones if the base ends at a limit of tolerances.
+
+        The missing effect itself may have moved these values, and beside it they go back. That can be more than the
+        steps of one fit reach: beside a weight with a tolerance, the width of a dead zone remained too small by half.
+        """
+        found, search = self._fitted(k, theta), self.search
+        known = np.flatnonzero(search.prior_precision > 0)
+        if not self.base.limited[known].any():
+            return found
+        other = found.theta.copy()
+        other[known] = search.declared[known]
+        again = self._fitted(k, other)
+        return again if again.cost < found.cost - resolution(found.cost) else found
 
     def _fitted(self, k: int, theta: Array) -> Fit:
         """A part fitted on all segments, with new slopes by the start states while they reduce the cost."""
