@@ -59,8 +59,8 @@ class Statement:
         return tuple(f.words for f in self.facts if f.topic == topic)
 
 
-@dataclass(frozen=True)
-class FoundEffect:
+@dataclass(frozen=True, repr=False)
+class FoundEffect(Shown):
     """An effect that the log shows and the spec lacks, its parameters in SI.
 
     Attributes:
@@ -75,6 +75,12 @@ class FoundEffect:
     also: tuple[tuple[str, str], ...] = ()
     intervals: Mapping[str, Interval] = field(default_factory=dict)
     at_limit: tuple[str, ...] = ()
+
+    @property
+    def summary(self) -> Mapping[str, object]:
+        units = {name: "" if (unit := self.units.get(name, "1")) == "1" else f" {unit}" for name in self.parameters}
+        values = {name: f"{value:.4g}{units[name]}" for name, value in self.parameters.items()}
+        return {"kind": self.kind, "on": self.on, **values}
 
 
 @dataclass(frozen=True)

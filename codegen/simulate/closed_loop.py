@@ -48,7 +48,7 @@ def simulate(
     """
     simulation = spec.simulation
     if simulation is None:
-        expected = "`simulation:` with duration, sample_time and inputs"
+        expected = "`simulation:` with duration, sample_time, and inputs or a reference with a controller's gains"
         raise BadInput(spec.place("simulation"), "no simulation section", expected, code="SPEC029")
     refuse_unsimulable(spec, system)
     samples = round(simulation.duration / simulation.sample_time)

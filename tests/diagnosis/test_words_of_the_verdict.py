@@ -258,6 +258,13 @@ def test_a_candidate_that_is_refused_alone_and_named_in_the_end_is_no_plain_refu
     assert rows["backlash"].endswith("no: may be chance") and "named" not in rows["backlash"]
 
 
+def test_an_effect_prints_its_values_with_their_units() -> None:
+    values, units = {"amplitude": 0.39995, "exponent": 2.0}, {"amplitude": "N*m", "exponent": "1"}
+    found = FoundEffect("cogging", "roll", values, units)
+    assert repr(found) == "<FoundEffect: kind cogging, on roll, amplitude 0.4 N*m, exponent 2>"
+    assert "<td>0.4 N*m</td>" in found._repr_html_()
+
+
 def test_an_effect_that_a_later_round_found_has_a_row_too() -> None:
     """Cogging of one joint and viscous friction of another: the table said nothing of the second effect."""
     cogging, spring, viscous = candidate("cogging", 0.9), candidate("spring", 0.1), candidate("viscous", 0.99)

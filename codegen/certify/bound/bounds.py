@@ -4,6 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from decimal import ROUND_CEILING
+
+from codegen.base.result import Shown
+from codegen.base.significant import rounded_to
 
 
 @dataclass(frozen=True)
@@ -80,8 +84,8 @@ class SlipSpeed:
         return self.computed if self.of_code is None else self.of_code
 
 
-@dataclass(frozen=True)
-class ErrorBound:
+@dataclass(frozen=True, repr=False)
+class ErrorBound(Shown):
     """The bound on one friction error as a function of time since the last reversal.
 
     Attributes:
@@ -136,6 +140,11 @@ class ErrorBound:
     def stated(self) -> float:
         """The limit of the bound: ``of_code`` if it is proved, else ``steady``."""
         return self.steady if self.of_code is None else self.of_code
+
+    @property
+    def summary(self) -> Mapping[str, object]:
+        limit = rounded_to(self.stated, 4, ROUND_CEILING)
+        return {"error": self.name, "long after a reversal at most": f"{limit} {self.unit}"}
 
     @property
     def friction(self) -> float:
