@@ -366,7 +366,7 @@ def _with_kernel_proof(
         why = f"the error matrix contains {', '.join(certificate.functions)}, which the proof of the C does not have"
         return replace(certificate, not_by_kernel=why), False
     try:
-        proof = proof_text(observer, places, certificate.content, machine.program.precision)
+        proof = proof_text(observer, places, certificate.content)
         content = checker.parsed(certificate.text)
         _, shown, unproved = checker.of_its_proof(content, {**sources, checker.PROOF: proof.encode()})
     except (NotCovered, checker.Refused) as error:

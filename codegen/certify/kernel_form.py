@@ -14,7 +14,6 @@ from collections.abc import Mapping
 from fractions import Fraction
 from typing import Any
 
-import numpy as np
 import sympy
 
 from codegen.mechanics import System
@@ -32,22 +31,19 @@ class NotCovered(Exception):
     """Error: the kernel's language cannot express a certificate; the message names what it lacks."""
 
 
-def proof_text(
-    observer: Observer, places: Mapping[str, str], content: Mapping[str, Any], precision: str = "double"
-) -> str:
+def proof_text(observer: Observer, places: Mapping[str, str], content: Mapping[str, Any]) -> str:
     """The proof for the kernel, as JSON; its fields are those of docs/certificate_theory.md, "proof.json".
 
     Args:
         observer: with its machine.
         places: parameter, state, input or output of the observer's code → its place there, such as outputs.v_hat[3].
         content: the certificate's JSON object.
-        precision: "double" or "single", that of the code; decides the digits of a multiple of π.
 
     Raises:
         NotCovered: if the kernel cannot express the certificate.
     """
     _refuse_uncovered(observer, content)
-    system, write = observer.system, Writer(observer, places, precision)
+    system, write = observer.system, Writer(observer, places)
     effective, shared = driven(observer)
     force = (system.modelled_force - observer.true_friction).xreplace(effective)
     acceleration = inverse(system) * force
@@ -328,8 +324,8 @@ class Writer:
         slips: the estimated slip velocities, as expressions in the estimates.
     """
 
-    def __init__(self, observer: Observer, places: Mapping[str, str], precision: str = "double") -> None:
-        system, self._precision = observer.system, precision
+    def __init__(self, observer: Observer, places: Mapping[str, str]) -> None:
+        system = observer.system
         self._positions = {*system.positions}
         shown = observer.equations[0].symbols if observer.velocity == "estimated" else system.velocities
         velocity = dict(zip(system.velocities, shown, strict=True))
@@ -372,8 +368,7 @@ class Writer:
         factors = sympy.Mul.make_args(above)
         if any(f.is_NumberSymbol for f in factors):  # the code has one decimal for the product of all numbers
             number = float(sympy.Mul(*(f for f in factors if f.is_number)))
-            digits = str(np.float32(number)) if self._precision == "single" else repr(number)
-            text = "*".join([digits, *(self._factor(f) for f in factors if not f.is_number)])
+            text = "*".join([repr(number), *(self._factor(f) for f in factors if not f.is_number)])
         else:
             text = "*".join(self._factor(f) for f in factors)
         return "/".join([text, *(self._divisor(f) for f in sympy.Mul.make_args(below) if f != 1)])
