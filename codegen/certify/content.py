@@ -18,7 +18,6 @@ from codegen.base.text import render
 from codegen.base.version import VERSION
 from codegen.certify.certificate_text import rational_text, rounded, rounded_matrix, texts, to_prefix
 from codegen.certify.family import Family
-from codegen.certify.lyapunov import growths
 from codegen.checker import verify
 from codegen.friction import DynamicLaw
 from codegen.observers.equations import ErrorVariable, Observer
@@ -204,11 +203,13 @@ def reversal_entry(exact: list[list[Any]], contact: str, flips: list[int], decay
         decay: −log of the factor by which V is multiplied in a sample.
 
     Raises:
-        numpy.linalg.LinAlgError: if P is not positive definite.
+        numpy.linalg.LinAlgError: if P is singular.
         OverflowError: if the dwell time is infinite.
     """
     p = np.array(exact, dtype=float)
-    growth = max(1.0, float(growths(p, [flips])[0]))
+    j = np.diag([-1.0 if k in flips else 1.0 for k in range(len(p))])
+    # Not by a Cholesky factor: P, rounded to few digits, may be indefinite, which the checker then refuses.
+    growth = max(1.0, float(np.linalg.eigvals(np.linalg.solve(p, j @ p @ j)).real.max()))
     bound = rounded(growth * (1 + 1e-6) + 1e-6, 7) if growth > 1 + 1e-12 else sympy.Integer(1)
     dwell = math.ceil(math.log(float(bound)) / decay * (1 + 1e-9))
     return {"contact": contact, "flips": flips, "growth": rational_text(bound), "dwell_samples": int(dwell)}

@@ -301,7 +301,7 @@ def recovery_at_reversals(p: Array, matrix: Array, h: float, flips: Sequence[Seq
     factor = 1 - 2 * least_rate(p, [matrix], h) * h
     if not 0 < factor < 1:
         return np.full(len(flips), math.inf)
-    return np.log(growths(p, flips)) / -math.log(factor)
+    return np.log(_growths(p, flips)) / -math.log(factor)
 
 
 def _signs(size: int, flips: Sequence[Sequence[int]]) -> list[Array]:
@@ -309,7 +309,7 @@ def _signs(size: int, flips: Sequence[Sequence[int]]) -> list[Array]:
     return [np.where(np.isin(np.arange(size), list(each)), -1.0, 1.0) for each in flips]
 
 
-def growths(p: Array, flips: Sequence[Sequence[int]]) -> Array:
+def _growths(p: Array, flips: Sequence[Sequence[int]]) -> Array:
     """The growth of V at each reversal: the largest generalised eigenvalue of (J'PJ, P)."""
     return np.array([eigh(s[:, None] * p * s, p, eigvals_only=True)[-1] for s in _signs(len(p), flips)])
 
@@ -334,7 +334,7 @@ def short_recovery(
     scale, rate = balance([matrix]), RATE_KEPT * limit
     (scaled,), start = _scaled(scale, [matrix]), fastest * scale[None, :] * scale[:, None]
     try:
-        p = _in_proportion(scaled, h, rate, flips, growths(start, flips))
+        p = _in_proportion(scaled, h, rate, flips, _growths(start, flips))
         if p is None:
             return None
         before, after = (recovery_at_reversals(each, scaled, h, flips).max() for each in (start, p))
@@ -394,7 +394,7 @@ def least_growth_at_reversals(matrix: Array, h: float, flips: Sequence[Sequence[
     def growth(logs: Array) -> float:
         """The logarithm of the largest growth over the reversals; infinite if P is not positive definite."""
         try:
-            return float(np.log(growths(lyapunov_matrix(logs), flips)).max())
+            return float(np.log(_growths(lyapunov_matrix(logs), flips)).max())
         except (np.linalg.LinAlgError, ValueError):
             return math.inf
 

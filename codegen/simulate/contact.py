@@ -71,11 +71,8 @@ def contact_forces(slip: Any, free: Any, mobility: Any, levels: Levels, step: An
     solving the complementarity problem.
     """
     q = sweep(slip, free, mobility, levels, step, start)
-    return coupled_forces(slip, free, mobility, levels, step, q) if coupled(mobility) else q
-
-
-def coupled_forces(slip: Any, free: Any, mobility: Any, levels: Levels, step: Any, q: Any) -> Any:
-    """``contact_forces`` of coupled contacts, from an initial guess q."""
+    if not coupled(mobility):
+        return q
     for _ in range(SWEEPS - 1):
         q = sweep(slip, free, mobility, levels, step, q)
     others = mobility - casadi.diag(casadi.diag(mobility))
