@@ -33,7 +33,7 @@ from codegen.diagnosis.verdict.across_joints import credited_across_joints
 from codegen.diagnosis.verdict.answer import Answer, by_remainder, is_small, unknown_above_drive, verdict_of
 from codegen.diagnosis.verdict.examination import examine, refused_at_limit, settled
 from codegen.diagnosis.verdict.final_check import FinalCheck
-from codegen.diagnosis.verdict.force_led import credited_by_force
+from codegen.diagnosis.verdict.force_led import ForceLed
 from codegen.diagnosis.verdict.harmonics import with_harmonics
 from codegen.diagnosis.verdict.held_out import HeldOut, within
 from codegen.diagnosis.verdict.hidden_effects import hidden_effects
@@ -189,16 +189,9 @@ class Judge:
         if answer.verdict != "none" and far and not case.faults:
             # Free runs may choose values of the right effect that held-out data refuse; those by force are then tried.
             lasting = self._checked(answer, outcome.final) if answer.verdict == "effect" else answer
-            answer, outcome = credited_by_force(
-                search,
-                outcome,
-                lasting,
-                self.held_out,
-                case.steady,
-                examined,
-                self._checked,
-                lambda done: report("effects by the force residual", 0.8 + 0.05 * done),
-                leader,
+            by_force = ForceLed(search, self.held_out, case.steady, examined, self._checked)
+            answer, outcome = by_force.credited(
+                outcome, lasting, lambda done: report("effects by the force residual", 0.8 + 0.05 * done), leader
             )
         if answer.verdict in ("none", "unknown") and not case.faults:
             answer, outcome = credited_across_joints(search, outcome, answer, examined, case.material)

@@ -381,9 +381,8 @@ def credited_by_force(
     steady: bool = False,
     checked: Callable[[Answer, Fit], Answer] = lambda one, fit: one,
 ) -> tuple[Answer, Outcome]:
-    return force_led.credited_by_force(
-        search, outcome, answer, held_out, steady, lambda one: (answer, one), checked, lambda share: None
-    )
+    by_force = force_led.ForceLed(search, held_out, steady, lambda one: (answer, one), checked)
+    return by_force.credited(outcome, answer, lambda share: None)
 
 
 def test_the_answer_names_what_held_out_data_leave(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -435,17 +434,8 @@ def test_a_second_choice_of_free_runs_ties_with_the_leader_that_the_force_residu
     plain = plain.noted(Fact("not credited", "spring on x is refused"))
 
     def led_by(part: Part | None) -> tuple[Answer, Outcome]:
-        return force_led.credited_by_force(
-            search,
-            outcome,
-            plain,
-            held_out,
-            False,
-            lambda one: (plain, one),
-            lambda one, fit: one,
-            lambda share: None,
-            part,
-        )
+        by_force = force_led.ForceLed(search, held_out, False, lambda one: (plain, one), lambda one, fit: one)
+        return by_force.credited(outcome, plain, lambda share: None, part)
 
     answer, led = led_by(leader)
     assert (answer.verdict, [e.kind for e in answer.effects]) == ("ambiguous", ["spring"])

@@ -45,7 +45,7 @@ from codegen.diagnosis.selection.forward_selection import Outcome
 from codegen.diagnosis.selection.refusals import contradicted_by_force
 from codegen.diagnosis.verdict import force_led
 from codegen.diagnosis.verdict.answer import Answer
-from codegen.diagnosis.verdict.force_led import credited_by_force
+from codegen.diagnosis.verdict.force_led import ForceLed
 from codegen.effects import CATALOGUE
 from codegen.logs import Log
 from codegen.mechanics.casadi_form import over_rows
@@ -483,9 +483,8 @@ def test_joints_have_the_effects_of_free_runs_or_of_the_force_each_for_itself(
     own = [e.kind for e in answer.effects]
     none: Any = SimpleNamespace(measured=lambda system: figures)
     for how, kinds in ((examined, named), (partial(examined, refused="spring"), own)):
-        second, richer = credited_by_force(
-            search, outcome, answer, none, False, how, lambda one, fit: one, lambda share: None
-        )
+        by_force = ForceLed(search, none, False, how, lambda one, fit: one)
+        second, richer = by_force.credited(outcome, answer, lambda share: None)
         assert [e.kind for e in second.effects] == [p.kind for p in richer.parts] == kinds
         said = [f"By free runs alone offset on q_1 would be named, {objection}"]
         assert [f.words for f in second.remarks] == (said if own[1:] and kinds != own else [])

@@ -9,7 +9,7 @@ replace those that free runs credit only where the force residual objects to the
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from codegen.diagnosis.fit import credit
 from codegen.diagnosis.fit.credit import random_signs
@@ -35,78 +35,101 @@ from codegen.diagnosis.verdict.held_out import HeldOut, in_words
 from codegen.diagnosis.verdict.wrong_values import better_values
 
 
-def credited_by_force(
-    search: Search,
-    outcome: Outcome,
-    answer: Answer,
-    held_out: HeldOut,
-    steady: bool,
-    examined: Callable[[Outcome], tuple[Answer, Outcome]],
-    checked: Callable[[Answer, Fit], Answer],
-    report_progress: Callable[[float], None],
-    leader: Part | None = None,
-) -> tuple[Answer, Outcome]:
-    """The answer with effects that the force residual credits and free runs confirm; unchanged if there are none.
+@dataclass(frozen=True, eq=False)
+class ForceLed:
+    """The examination of effects that the force residual selects.
 
-    The values and intervals of the effects are those of the fit to the force residual. The effects are examined as
-    others are: by their intervals, by a smooth curve over their own variable, and by held-out data, which may refuse
-    some of those that tie (``without_refused_ties``). They are not credited where wrong values of the spec's own
-    parameters explain the free runs better. Effects that free runs credited are replaced only if ``against_free_runs``
-    gives a reason; of an arm that is simulated joint by joint those of each joint apart (``with_shown_on_joints``).
-
-    Args:
-        outcome: of the selection by free runs. answer: the answer from that outcome.
+    Attributes:
         steady: whether the log runs at constant speed, at which parameters keep their tolerances.
         examined: the answer from an outcome of the selection by free runs, for an arm.
         checked: the answer after the last check on held-out data (``FinalCheck``). What it refuses must not replace
             effects that pass.
-        leader: the first effect of the tied ones that free runs find. If the answer has another one, since the leader
-            was refused, and the force residual selects it in a form that passes, the two remain tied.
     """
-    found = selected_by_force(search, outcome.base, report_progress)
-    if not isinstance(found, ForceSelection):
-        said = (found,) if found is not None and answer.verdict == "unknown" else ()
-        return answer.noted(*said), outcome
-    found, refused = without_refused_ties(found, held_out)
-    alone = "alone no effect would be credited"
-    if answer.verdict != "unknown":
-        if search.rigid:
-            return _joint_by_joint(found, outcome, answer, examined)
-        named = " and ".join(e.kind for e in answer.effects)
+
+    search: Search
+    held_out: HeldOut
+    steady: bool
+    examined: Callable[[Outcome], tuple[Answer, Outcome]]
+    checked: Callable[[Answer, Fit], Answer]
+
+    def credited(
+        self,
+        outcome: Outcome,
+        answer: Answer,
+        report_progress: Callable[[float], None],
+        leader: Part | None = None,
+    ) -> tuple[Answer, Outcome]:
+        """The answer with effects that the force residual credits and free runs confirm; unchanged if there are none.
+
+        Effects that free runs credited are replaced only if ``against_free_runs`` gives a reason; of an arm that is
+        simulated joint by joint those of each joint apart (``with_shown_on_joints``). Held-out data may refuse some of
+        the selected effects that tie (``without_refused_ties``).
+
+        Args:
+            outcome: of the selection by free runs. answer: the answer from that outcome.
+            leader: the first effect of the tied ones that free runs find. If the answer has another one, since the
+                leader was refused, and the force residual selects it in a form that passes, the two remain tied.
+        """
+        found = selected_by_force(self.search, outcome.base, report_progress)
+        if not isinstance(found, ForceSelection):
+            fact = (found,) if found is not None and answer.verdict == "unknown" else ()
+            return answer.noted(*fact), outcome
+        found, refused = without_refused_ties(found, self.held_out)
+        if answer.verdict == "unknown":
+            return self._replaced(found, outcome, answer, refused, "alone no effect would be credited")
+        if self.search.rigid:
+            return _joint_by_joint(found, outcome, answer, self.examined)
         second_choice = _second_choice(found, outcome, leader)
-        found = replace(found, rivals=(*found.rivals, *second_choice))
         if second_choice:
+            found = replace(found, rivals=(*found.rivals, *second_choice))
             answer = replace(answer, remarks=tuple(fact for fact in answer.remarks if fact.topic != "not credited"))
             against = "since the better one is refused in the form that fits them best"
         else:
             against = against_free_runs(found, outcome.final)
         if not against:
             return answer, outcome
-        alone = f"alone {named} would be named, {against}"
-    led = replace(
-        outcome,
-        final=found.run,
-        first=_with_first(outcome.first, found.rounds[0].ranked),
-        later=found.rounds[1:],
-        rivals=found.rivals,
-        explained=found.explained,
-        unexplained=False,
-    )
-    verdict: Verdict = "ambiguous" if found.rivals else "effect"
-    plain = replace(answer, verdict=verdict, effects=(), augmented=answer.refit, against=())
-    plain = replace(plain, figures=(*answer.figures[:2], answer.figures[1]))
-    second = checked(with_estimate(search, led, plain, held_out.measured, found.fit), led.final)
-    if second.verdict != plain.verdict:
-        return answer.noted(*_refused(answer, second)), outcome
-    better = "" if steady else better_values(search, led)
-    if better:
-        named = " and ".join(f"{e.kind} on {e.on}" for e in second.effects)
-        words = f"The residual force alone would name {named}, but in simulation {better} the training log better"
-        return answer.noted(Fact("not credited", words)), outcome
-    words = (
-        f"The residual force shows it; simulations of the training log with these values confirm it. By them {alone}"
-    )
-    return second.noted(Fact("evidence", words), *refused), led
+        named = " and ".join(e.kind for e in answer.effects)
+        return self._replaced(found, outcome, answer, refused, f"alone {named} would be named, {against}")
+
+    def _replaced(
+        self, found: ForceSelection, outcome: Outcome, answer: Answer, refused: Sequence[Fact], alone: str
+    ) -> tuple[Answer, Outcome]:
+        """The answer with the selected effects in place of those of free runs; unchanged if they are refused.
+
+        Their values and intervals are those of the fit to the force residual. They are examined as others are: by their
+        intervals, by a smooth curve over their own variable, and by held-out data. They are not credited where wrong
+        values of the spec's own parameters explain the free runs better.
+
+        Args:
+            refused: facts on tied effects that held-out data refuse.
+            alone: what free runs alone would name, in words.
+        """
+        led = replace(
+            outcome,
+            final=found.run,
+            first=_with_first(outcome.first, found.rounds[0].ranked),
+            later=found.rounds[1:],
+            rivals=found.rivals,
+            explained=found.explained,
+            unexplained=False,
+        )
+        verdict: Verdict = "ambiguous" if found.rivals else "effect"
+        plain = replace(answer, verdict=verdict, effects=(), augmented=answer.refit, against=())
+        plain = replace(plain, figures=(*answer.figures[:2], answer.figures[1]))
+        estimated = with_estimate(self.search, led, plain, self.held_out.measured, found.fit)
+        second = self.checked(estimated, led.final)
+        if second.verdict != plain.verdict:
+            return answer.noted(*_refused(answer, second)), outcome
+        better = "" if self.steady else better_values(self.search, led)
+        if better:
+            named = " and ".join(f"{e.kind} on {e.on}" for e in second.effects)
+            words = f"The residual force alone would name {named}, but in simulation {better} the training log better"
+            return answer.noted(Fact("not credited", words)), outcome
+        words = (
+            "The residual force shows it; simulations of the training log with these values confirm it. "
+            f"By them {alone}"
+        )
+        return second.noted(Fact("evidence", words), *refused), led
 
 
 def _second_choice(found: ForceSelection, outcome: Outcome, leader: Part | None) -> list[Ranked]:
