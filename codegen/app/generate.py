@@ -190,6 +190,8 @@ def generate_fmu(
     fmu = emit_fmu(machine.program, dict(files), version)
     target = (Path(out) if out is not None else Path("generated") / machine.spec.name) / fmu.name
     members = tuple(sorted(fmu.members))
+    if not check_only:
+        refuse_target(target)
     made = GeneratedFmu(
         target,
         version,

@@ -1,7 +1,7 @@
 """Decorators of the verbs: an exception that a verb does not declare becomes an InternalError, its ``__cause__``.
 
 Arguments that do not fit a verb's signature are reported as a mistake of the caller, not as an internal error. What a
-function of the caller raises (``progress``, ``tell``) leaves the verb as it is: the caller may end the verb by it.
+function or iterator of the caller raises (``progress``, ``tell``) leaves the verb as it is: he may end the verb by it.
 
 Within a verb BLAS runs on one thread. So the rounding of its sums, and decisions that depend on it, are the same for
 any number of cores. It also is faster: with several threads a diagnosis, whose matrices are small, took 2.7 times the
@@ -13,7 +13,7 @@ from __future__ import annotations
 import inspect
 import os
 import types
-from collections.abc import Callable, Mapping, Sequence, Set
+from collections.abc import Callable, Iterator, Mapping, Sequence, Set
 from contextlib import suppress
 from functools import wraps
 from numbers import Integral, Real
@@ -47,7 +47,8 @@ def refuse_wrong_arguments(work: Callable[..., object], given: tuple[object, ...
     try:
         bound = signature.bind(*given, **named)
     except TypeError as error:
-        raise TypeError(f"{work.__name__}(): {error}{_known(signature, named)}") from None
+        known = "" if "missing" in str(error) else _known(signature, named)
+        raise TypeError(f"{work.__name__}(): {error}{known}") from None
     try:
         hints = get_type_hints(work)
     except NameError:  # of a type that is imported for the type checker alone
@@ -58,18 +59,18 @@ def refuse_wrong_arguments(work: Callable[..., object], given: tuple[object, ...
 
 
 def _known(signature: inspect.Signature, named: Mapping[str, object]) -> str:
-    """The arguments that a verb has, after an unknown one was named, and the one that was probably meant."""
-    unknown = next((name for name in named if name not in signature.parameters), None)
-    if unknown is None:
-        return ""
+    """The arguments that a verb has, after an unknown one or too many, and the one that was probably meant."""
     known = [name for name in signature.parameters if name != "source"]
-    nearest = nearest_name(unknown, known)
+    unknown = next((name for name in named if name not in signature.parameters), None)
+    nearest = nearest_name(unknown, known) if unknown else None
     meant = f" (did you mean {nearest!r}?)" if nearest else ""
     return f"; it has {', '.join(known) or 'no arguments'}{meant}"
 
 
 def _found(value: object) -> str:
     """The type of a value in words; for a list or mapping also that of its first element that is no text or path."""
+    if isinstance(value, str) and not value:
+        return "an empty text"
     if inspect.isroutine(value):
         with suppress(ValueError):
             return f"a function with the arguments {str(inspect.signature(value)).partition(' ->')[0]}"
@@ -95,8 +96,14 @@ def _alternatives(hint: Any) -> tuple[Any, ...]:
 
 
 def _fits(value: object, hint: Any) -> bool:
-    """Whether a value has a type that the annotation allows; entries of lists and mappings are checked too."""
-    return any(_fits_one(value, one) for one in _alternatives(hint))
+    """Whether a value has a type that the annotation allows; entries of lists and mappings are checked too.
+
+    An empty text is no path: ``Path("")`` is the working directory.
+    """
+    kinds = _alternatives(hint)
+    if Path in kinds and isinstance(value, str) and not value:
+        return False
+    return any(_fits_one(value, one) for one in kinds)
 
 
 def _fits_one(value: object, hint: Any) -> bool:
@@ -106,6 +113,8 @@ def _fits_one(value: object, hint: Any) -> bool:
         return callable(value) and _takes(value, inner[0])
     if kind is bool and (type(value).__module__, type(value).__name__.rstrip("_")) == ("numpy", "bool"):
         return True  # which NumPy does not register as an Integral
+    if kind in (int, float) and isinstance(value, bool):
+        return False
     known = _NAMES[kind][0] if kind in _NAMES else kind
     if kind is Any or not isinstance(known, type | tuple):
         return True
@@ -166,22 +175,33 @@ def fault_of_own_code(error: Exception) -> BadInput | None:
 
 
 class _RaisedByCaller(BaseException):
-    """An exception of the caller's function on its way through a verb, none of whose handlers is meant for it."""
+    """An exception of the caller's own code on its way through a verb, none of whose handlers is meant for it."""
 
-    def __init__(self, function: _OfCaller, error: Exception) -> None:
+    def __init__(self, given: _OfCaller, error: Exception) -> None:
         super().__init__()
-        self.function, self.error = function, error
+        self.given, self.error = given, error
 
 
 class _OfCaller:
-    """A function that the caller of a verb gave."""
+    """A function or an iterator that the caller of a verb gave."""
 
-    def __init__(self, function: Callable[..., object]) -> None:
-        self._function = function
+    def __init__(self, given: Any) -> None:
+        self._given = given
 
-    def __call__(self, *given: object) -> object:
+    def __call__(self, *values: object) -> object:
         try:
-            return self._function(*given)
+            return self._given(*values)
+        except Exception as error:
+            raise _RaisedByCaller(self, error) from None
+
+    def __iter__(self) -> _OfCaller:
+        return self
+
+    def __next__(self) -> object:
+        try:
+            return next(self._given)
+        except StopIteration:
+            raise
         except Exception as error:
             raise _RaisedByCaller(self, error) from None
 
@@ -205,15 +225,15 @@ def verb_that_raises(
             from threadpoolctl import threadpool_limits
 
             refuse_wrong_arguments(work, given, named)
-            functions = [f for f in (*given, *named.values()) if callable(f) and not isinstance(f, _OfCaller)]
-            marked = {id(function): _OfCaller(function) for function in functions}  # those of a verb around are already
+            theirs = [v for v in (*given, *named.values()) if callable(v) or isinstance(v, Iterator)]
+            marked = {id(v): _OfCaller(v) for v in theirs if not isinstance(v, _OfCaller)}  # those of a verb around are
             values: Any = [marked.get(id(value), value) for value in given]
             options: Any = {name: marked.get(id(value), value) for name, value in named.items()}
             try:
                 with threadpool_limits(limits=1, user_api="blas"):
                     return work(*values, **options)
             except _RaisedByCaller as told:
-                if told.function not in marked.values():
+                if told.given not in marked.values():
                     raise  # through a verb around this one, whose caller gave the function
                 raised = told.error
             except passed:

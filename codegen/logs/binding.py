@@ -162,6 +162,8 @@ class _Search:
             asked += [(symbol, description.place(f"{section}.{symbol}")) for symbol in getattr(description, section)]
         for symbol, place in asked:
             meant = meant_velocity(symbol, velocities) or expected
+            if place == "--column" and symbol in self.names and (name := self.explicit[symbol]) in self.symbols:
+                meant = f"a name of {spec.name} first and its column behind it, `{name}={symbol}`"
             refuse_unknown(symbol, self.symbols, place, "unknown name", meant, code="LOG013")
         extra = [symbol for symbol in description.columns if symbol not in self.symbols]
         if extra:

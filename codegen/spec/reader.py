@@ -56,8 +56,8 @@ def read_spec(path: str | Path, of_observer: ObserverCheck | None = None) -> Spe
     """
     if not isinstance(path, str | os.PathLike):
         raise BadInput("the path of a spec", f"{path!r}", "text, or a Path", code="CALL001")
-    if isinstance(path, str) and (not path.strip() or "\n" in path.strip()):
-        found = f"text of {len(path.splitlines())} lines" if path.strip() else "an empty text"
+    if isinstance(path, str) and "\n" in path.strip():
+        found = f"text of {len(path.splitlines())} lines"
         expected = "the path of a spec file; save a spec that you have as text to a file"
         raise BadInput("the path of a spec", found, expected, code="CALL001")
     path = Path(path)

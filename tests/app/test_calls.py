@@ -41,11 +41,18 @@ def test_spec_that_is_no_file(folder, verb, file, words):
         ("certify", ONE, "-o", "folder"),
         ("generate", ONE, "-o", "file"),
         ("generate", ONE, "-o", "file/deeper"),
-        ("generate", ONE, "-o", "/proc/none"),
+        ("generate", ONE, "-o", "/proc/none"),  # in which even root cannot write
+        ("gains", ONE, "-o", "/proc/none"),
+        ("cancel", ONE, "-o", "/proc/none"),
+        ("certify", ONE, "-o", "/proc/none.json"),
+        ("simulate", ONE, "-o", "/proc/none.csv"),
+        ("generate", ONE, "-o", "/proc/none", "--target", "fmu"),
+        ("export", ONE, "-o", "/proc/none.xml", "--to", "mjcf"),
+        ("export", ONE, "-o", "/proc/none", "--to", "arduino"),
         ("simulate", ONE, "-o", "folder"),
         ("simulate", ONE, "-o", "file/log.csv"),
     ],
-    ids=lambda a: f"{a[0]}-{a[3]}",
+    ids=lambda a: "-".join((a[0], *a[3:])),
 )
 def test_output_that_cannot_be_written(folder, arguments):
     (folder / "file").write_text("kept\n")

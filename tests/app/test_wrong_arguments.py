@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -158,8 +158,52 @@ def test_no_log_at_all_is_bad_input(one: stiction.Machine) -> None:
 def test_the_text_of_a_spec_is_no_path() -> None:
     with pytest.raises(stiction.BadInput, match=r"the path of a spec: text of \d+ lines; expected the path of a"):
         stiction.load(ONE.read_text("utf-8"))
-    with pytest.raises(stiction.BadInput, match="the path of a spec: an empty text; expected the path of a"):
-        stiction.load("")
+
+
+def test_an_empty_text_is_no_path(one: stiction.Machine) -> None:
+    """``Path("")`` is the working directory: ``generate(out="")`` wrote its files there."""
+    calls = (stiction.load, one.generate, one.gains, one.diagnose, one.simulate, stiction.verify, one.replay)
+    for call in calls:
+        with pytest.raises(stiction.BadInput, match="an empty text; expected a path") as told:
+            call("")
+        assert told.value.code == "CALL001"
+
+
+def test_a_truth_is_no_number(one: stiction.Machine) -> None:
+    with pytest.raises(stiction.BadInput, match="`dwell`: an object of the type bool; expected a number or text"):
+        one.watch("log.csv", dwell=True)
+
+
+def test_too_many_arguments_are_told_with_the_known_ones(one: stiction.Machine) -> None:
+    with pytest.raises(TypeError, match=r"^certify\(\): too many positional arguments; it has out$"):
+        one.certify("a.json", "b")
+
+
+def test_pieces_of_a_watched_log(one: stiction.Machine) -> None:
+    """An iterator of the caller: what it raises is his, and text is no bytes."""
+
+    def rows() -> Iterator[bytes]:
+        yield b"t,x,w\n0,0,0\n"
+        raise OSError("the line is down")
+
+    with pytest.raises(OSError, match="the line is down"):
+        one.watch("log.csv", given=rows())
+    text: Any = iter(["t,x,w\n"])
+    with pytest.raises(stiction.BadInput, match="`given`: a piece of the type str; expected bytes"):
+        one.watch("log.csv", given=text)
+
+
+def test_an_fmu_for_a_folder_with_an_unusable_name(one: stiction.Machine) -> None:
+    with pytest.raises(stiction.BadInput, match="a name with a zero byte") as told:
+        stiction.generate_fmu(one, "a\0")
+    assert told.value.code == "FILE005"
+
+
+def test_columns_the_other_way_round(one: stiction.Machine, tmp_path: Path) -> None:
+    """As pandas renames: {"posx": "x"}."""
+    (tmp_path / "log.csv").write_text("t,posx,w\n" + "".join(f"{0.001 * k:.3f},0,0\n" for k in range(9)))
+    with pytest.raises(stiction.BadInput, match=r"unknown name `posx`; expected a name of one_mass .*, `x=posx`"):
+        one.replay(tmp_path / "log.csv", columns={"posx": "x"})
 
 
 def test_a_machine_is_not_changed(one: stiction.Machine) -> None:
