@@ -186,3 +186,19 @@ def test_an_input_without_its_sign(tmp_path, machine, declared, magnitude, said)
     words = [f.words for f in found if f.topic == "sign of w"]
     assert len(words) == said
     assert all("never negative" in text and "magnitude" in text and "weight" in text for text in words)
+
+
+@pytest.mark.parametrize(
+    ("damping", "level", "times", "wrong"), [(60.0, 1, 1, False), (0.0, 12, 1, False), (0.0, 1, 6, True)]
+)
+def test_a_damping_that_the_spec_lacks_is_no_wrong_scale(tmp_path, damping, level, times, wrong):
+    """A motor at a voltage, whose spec lacks its back-EMF, did not fit its log: it takes a sixth of the voltage."""
+    columns = made()
+    columns["w"] = times * (columns["w"] + damping * columns["v"] + (level - 1) * LEVEL * np.sign(columns["v"]))
+    spec = parse_spec(STANDING.replace("force: [w]", f"force: [{FORCES['plain']}]"), Path("slider.yaml"))
+    found = preflight(read_log(write_csv(tmp_path / "a.csv", columns), spec), spec)
+    (one,) = [f for f in found if f.topic == "sign and scale of w"]
+    assert one.severity == ("problem" if wrong else "warning")
+    assert ("back-EMF" in one.words) is not wrong
+    assert one.figures["factor"] < 1 / 3
+    assert wrong or abs(one.figures["factor_beside_losses"] - 1) < 0.05

@@ -80,8 +80,42 @@ def audit_inputs(forces: Forces, spec: Spec, outside: Outside | None, log: Log) 
             continue
         own = whole + factor * columns[j]
         found = _input(name, float(factor), own, columns[j], outside, parts, spec, log)
+        if found.severity == "problem" and 0 < factor <= 1 / SCALE_OFF and found.topic == f"sign and scale of {name}":
+            losses = np.array([stacked(loss) for loss in _losses(forces, j)])
+            found = _beside_losses(name, own, columns[j], losses, found)
         other_links = found.severity == "problem" and factor > 0 and _are_links_wrong(forces, spec, j, float(factor))
         yield _of_links(name, float(factor), found) if other_links else found
+
+
+def _losses(forces: Forces, j: int) -> Iterator[Array]:
+    """(K, n) speed, and declared friction, of each coordinate driven by input j: losses that may be larger."""
+    n = forces.inertia.shape[1]
+    for i in np.flatnonzero(np.any(forces.driven[j] != 0, axis=0)):
+        for of in (forces.motion[:, n:], forces.friction):
+            loss = np.zeros_like(forces.inertia)
+            loss[:, i] = of[:, i]
+            yield loss
+
+
+def _beside_losses(name: str, wanted: Array, given: Array, losses: Array, found: Finding) -> Finding:
+    """The finding on an input's scale as a warning if its scale is right beside damping and friction, else unchanged.
+
+    A motor at a voltage has the damping k²/R of its back-EMF. Without it in the spec the motion takes a small part of
+    the input's force. Its inertia shows the scale: of input and losses together the input's factor is then near one.
+
+    Args:
+        wanted, given: (K') force that the motion requires, and that of the input.
+        losses: (2d, K') speed, and declared friction, of each of d coordinates.
+    """
+    factor, alone = partial_correlation(wanted, given, losses.T)
+    if alone < TELLING or not 1 / SCALE_OFF < factor < SCALE_OFF:
+        return found
+    words = (
+        f"The motion takes {found.figures['factor']:.3g} times the force of {name}, but {factor:.3g} times beside a "
+        "damping or a friction that the spec lacks or declares too small, such as a motor's back-EMF at a voltage. "
+        "That is no wrong scale."
+    )
+    return Finding("warning", found.topic, words, {**found.figures, "factor_beside_losses": factor})
 
 
 def _are_links_wrong(forces: Forces, spec: Spec, j: int, factor: float) -> bool:
