@@ -63,7 +63,7 @@ def times(a: Matrix, b: Matrix) -> Matrix:
 
 
 def per(unit: str, *below: str) -> str:
-    """A unit divided by others; divisors "1" are omitted."""
+    """A unit divided by others; divisors "1" are omitted, and so is a leading factor "1*"."""
     divisors = [u for u in below if u != "1"]
     plain = unit.removeprefix("1*")
     return "/".join([plain, *(u if "/" not in u and "*" not in u else f"({u})" for u in divisors)])

@@ -20,8 +20,8 @@ from codegen.spec import Spec
 from codegen.spec.numerics import numerical
 
 FAR_ABOVE = 10.0
-"""Ratio of an estimate to the largest declared friction above which the log is probably wrong. With a correct log that
-begins in motion, the ratio is up to four at the start."""
+"""Ratio of an estimate to the largest declared friction above which the log is probably wrong. A correct log that
+begins in motion has ratios up to four at its start, where the estimate has not settled."""
 
 MOST_BYTES = 20_000_000
 """Largest log whose balance of forces is computed, which takes a second; the replay of a larger one takes no longer."""
@@ -30,9 +30,9 @@ MOST_BYTES = 20_000_000
 def preflight_warnings(
     spec: Spec, path: Path, description: str | Path | None, columns: Mapping[str, str] | None, faults: int = 0
 ) -> tuple[str, ...]:
-    """Findings of the preflight on wrapped or wrongly stored numbers, wrong signs, scales or exchanged columns.
+    """Findings of the preflight on wrapped or wrongly stored numbers, and on wrong signs, scales or exchanged columns.
 
-    The latter by the balance of forces M a = g − F.
+    Signs, scales and exchanges are found by the balance of forces M a = g − F.
 
     Empty for a log that is larger than ``MOST_BYTES``, and where the forces cannot be computed. If ``diagnose`` refuses
     the log and samples of it were invalid, the refusal is the warning: it names the column and what to do.

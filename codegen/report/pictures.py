@@ -21,7 +21,7 @@ DARK = {"declared": "#3b4047", "refit": "#8c4a00", "augmented": "#0b3c6b"}
 SMOOTH, LAW = "#26282b", "#1f6fb4"
 SIZE_IN = (4.3, 2.95)
 """Size of a panel: 410 pixels wide, so that its text is readable on a screen of 390."""
-PLACE = (0.185, 0.185, 0.975 - 0.185, 0.9 - 0.185)
+AXES_BOX = (0.185, 0.185, 0.975 - 0.185, 0.9 - 0.185)
 """Position of the axes in a panel: left, bottom, width and height as shares of its size."""
 DPI = 110
 TICKS_HZ = (0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
@@ -30,17 +30,17 @@ DOTS: dict[str, Any] = {"markersize": 2.4, "markeredgewidth": 0, "alpha": 0.3, "
 
 @dataclass(frozen=True)
 class Panel:
-    """A picture: its title ``words``, and the SVG as a data URL."""
+    """A picture: its title, and the SVG as a data URL."""
 
-    words: str
-    address: str
+    title: str
+    data_url: str
 
 
 @dataclass(frozen=True)
 class Drawing:
     """A picture to be drawn: its title, and the function that draws it on axes."""
 
-    words: str
+    title: str
     draw: Callable[[Any], None]
 
 
@@ -60,9 +60,9 @@ def residual_drawings(coordinate: CoordinateSeries) -> tuple[Drawing, ...]:
         ("acceleration", f"acceleration in {unit_text(coordinate.unit)}/s²", 1.0),
     )
 
-    def cloud(name: str, label: str, factor: float) -> Callable[[Any], None]:
+    def scatter(name: str, label: str, factor: float) -> Callable[[Any], None]:
         def draw(axes: Any) -> None:
-            _cloud(axes, coordinate, name, factor)
+            _scatter(axes, coordinate, name, factor)
             _frame(axes, label, force)
 
         return draw
@@ -76,14 +76,14 @@ def residual_drawings(coordinate: CoordinateSeries) -> tuple[Drawing, ...]:
 
     on = coordinate.name
     return (
-        *(Drawing(f"residual on {on} over {name}", cloud(name, label, factor)) for name, label, factor in over),
+        *(Drawing(f"residual on {on} over {name}", scatter(name, label, factor)) for name, label, factor in over),
         Drawing(f"residual on {on} over time", by_time),
         Drawing(f"residual on {on} by frequency", lambda axes: _spectrum(axes, coordinate)),
         Drawing(f"free run of {on} over time", lambda axes: _free_run(axes, coordinate)),
     )
 
 
-def law_drawing(panel: LawPanel, variable: str, units: tuple[str, str], words: str) -> Drawing:
+def law_drawing(panel: LawPanel, variable: str, units: tuple[str, str], title: str) -> Drawing:
     """The residual of the model without an effect, a smooth curve through it, and the force of the effect's law.
 
     Args:
@@ -101,7 +101,7 @@ def law_drawing(panel: LawPanel, variable: str, units: tuple[str, str], words: s
             axes.set_ylim(-half_height, half_height)
         _frame(axes, f"{variable} in {unit_text(unit)}" if unit else variable, f"residual in {unit_text(units[1])}")
 
-    return Drawing(words, draw)
+    return Drawing(title, draw)
 
 
 def _free_run(axes: Any, coordinate: CoordinateSeries) -> None:
@@ -120,7 +120,7 @@ def _position_axis(coordinate: CoordinateSeries) -> tuple[str, float]:
     return f"{coordinate.name} in {unit_text(unit)}", factor
 
 
-def _cloud(axes: Any, coordinate: CoordinateSeries, over: str, factor: float) -> None:
+def _scatter(axes: Any, coordinate: CoordinateSeries, over: str, factor: float) -> None:
     """Samples as small dots, and their mean in bins as a line."""
     for name, model in coordinate.models.items():
         dots, _ = model.over[over]
@@ -174,9 +174,9 @@ class _PlainLabels(ScalarFormatter):
         return super().__call__(x, pos).replace("$\\mathdefault{", "").replace("}$", "")
 
 
-def _write_only(axes: Any, words: str) -> None:
+def _write_only(axes: Any, sentence: str) -> None:
     """Write a sentence instead of curves, on axes without ticks."""
-    axes.text(0.5, 0.5, words, transform=axes.transAxes, ha="center", va="center", color=QUIET)
+    axes.text(0.5, 0.5, sentence, transform=axes.transAxes, ha="center", va="center", color=QUIET)
     axes.set_xticks([])
     axes.set_yticks([])
 
@@ -195,9 +195,9 @@ def _panel(drawing: Drawing) -> Panel:
     """The SVG of a drawing, as a data URL."""
 
     def on_figure(figure: Any) -> None:
-        axes = figure.add_axes(PLACE)
+        axes = figure.add_axes(AXES_BOX)
         drawing.draw(axes)
-        axes.set_title(drawing.words, color=INK, loc="left", fontweight="bold", fontsize=10.5, x=-0.16)
+        axes.set_title(drawing.title, color=INK, loc="left", fontweight="bold", fontsize=10.5, x=-0.16)
 
     encoded = base64.b64encode(figure_bytes(on_figure, SIZE_IN, "svg", DPI)).decode("ascii")
-    return Panel(drawing.words, f"data:image/svg+xml;base64,{encoded}")
+    return Panel(drawing.title, f"data:image/svg+xml;base64,{encoded}")

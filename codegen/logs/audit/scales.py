@@ -43,11 +43,11 @@ from codegen.spec.units import si_factor
 APPARENT, SURE = 1.5, 3.0
 """Least factor on a position, either way, that is reported (a smaller one is an error of a parameter), and that is a
 problem, if friction distinguishes it from a wrong scale of the input."""
-INERTIA_SEEN, FRICTION_SEEN = 0.5, 0.15
-"""Partial correlations with the input's force from which on inertia and friction show in a log."""
+INERTIA_SHOWN, FRICTION_SHOWN = 0.5, 0.15
+"""Partial correlations with the input's force from which on a log shows the inertia and the friction."""
 INERTIA_OFF, SUSPECT, FRICTION_FITS = 10.0, 7.0, 3.0
-"""Least factor on the declared inertia that is no error of a mass; at which other units are tried (a power of ten, less
-what else the model lacks); and largest on the declared friction."""
+"""Least factor on the declared inertia that is no error of a mass; least one at which other units are tried (a power of
+ten, reduced by what else the model lacks); and largest factor on the declared friction that still agrees with it."""
 TOO_MUCH = 30.0
 """Ratio of the required force to the force of the inputs, near 1 in a right log, from which on a scale is wrong."""
 FITS, BETTER = 0.25, 0.5
@@ -121,12 +121,12 @@ def _off_scale(case: Case, steady: frozenset[int], least: float) -> list[Finding
         if min(sizes) == 0.0 or i in steady:
             continue
         (inertia, r_inertia), (friction, r_friction) = forces.inertia_factor(i), forces.friction_factor(i)
-        fits = r_friction > FRICTION_SEEN and 1 / FRICTION_FITS < friction < FRICTION_FITS
+        fits = r_friction > FRICTION_SHOWN and 1 / FRICTION_FITS < friction < FRICTION_FITS
         if sizes[0] > TOO_MUCH * sizes[1] and float(required @ push) < TELLING * sizes[0] * sizes[1]:
             times = sizes[0] / sizes[1]
             why = f"its motion requires {times:.3g} times the force of the inputs, and does not correlate with it"
             figures = {"times": times}
-        elif fits and r_inertia > INERTIA_SEEN and not 1 / least < inertia < least:
+        elif fits and r_inertia > INERTIA_SHOWN and not 1 / least < inertia < least:
             why = (
                 f"the input fits the declared friction on {c.name} (factor {friction:.2g}), but {inertia:.3g} times "
                 "the declared inertia"
@@ -143,7 +143,7 @@ def _off_scale(case: Case, steady: frozenset[int], least: float) -> list[Finding
 
 
 def _other_unit(case: Case, tried_anyway: bool) -> Finding | None:
-    """A finding on the coordinate that makes the forces balance if it is taken in another unit; None if no one does.
+    """A finding on the coordinate that makes the forces balance if it is taken in another unit; None if none does.
 
     With coupled masses, a coordinate in a wrong unit disturbs the balance of all, and another one's may be worse. So
     each coordinate is tried in each other usual unit. Where the mass matrix depends on the position, as with
@@ -154,15 +154,15 @@ def _other_unit(case: Case, tried_anyway: bool) -> Finding | None:
     """
     tried = []
     for j, c in enumerate(case.spec.coordinates):
-        inertia, seen = case.forces.inertia_factor(j)
+        inertia, correlation = case.forces.inertia_factor(j)
         moved = case.spec.mass_matrix is not None and symbol(c.name) in case.spec.mass_matrix.free_symbols
         for unit, factor in _other_units(case.log.units.get(c.name, c.unit)):
-            if tried_anyway or moved or (seen > INERTIA_SEEN and 1 / SCALE_OFF < inertia / factor < SCALE_OFF):
+            if tried_anyway or moved or (correlation > INERTIA_SHOWN and 1 / SCALE_OFF < inertia / factor < SCALE_OFF):
                 forces = case.balance.along(case.log, scaled(case.motion, j, factor))
                 tried.append((forces.misfit, j, unit, factor))
     least, j, unit, factor = min(tried, default=(1.0, 0, "", 1.0))
     now = case.forces.misfit
-    if least > FITS or least > BETTER * min([now, *(left for left, k, *_ in tried if k != j)]):
+    if least > FITS or least > BETTER * min([now, *(misfit for misfit, k, *_ in tried if k != j)]):
         return None
     c = case.spec.coordinates[j]
     words = (
@@ -184,8 +184,8 @@ def _other_units(unit: str) -> list[tuple[str, float]]:
 
 def _steps_apart(log: Log) -> bool:
     """Whether a position's quantisation step is a power of ten times the described one."""
-    for seen, stated in zip(log.raw_data.smallest_step or (), log.encoder_step or (), strict=False):
-        power = float(np.log10(seen / stated)) if seen > 0 and stated > 0 else 0.0
+    for measured, stated in zip(log.raw_data.smallest_step or (), log.encoder_step or (), strict=False):
+        power = float(np.log10(measured / stated)) if measured > 0 and stated > 0 else 0.0
         if round(power) != 0 and abs(power - round(power)) < np.log10(1 + NEAR):
             return True
     return False
@@ -215,11 +215,17 @@ def scales_of_velocities(case: Case) -> Iterator[Finding]:
 
 
 @dataclass(frozen=True)
-class Explained:
-    """The best factor of one explanation, the unbalanced share that it leaves, and the factor on the friction level."""
+class Explanation:
+    """A wrong scale of one quantity as the explanation of unbalanced forces.
+
+    Attributes:
+        factor: by which the quantity is too large or too small.
+        misfit: share of the squared forces that stays unbalanced once it is corrected.
+        level: factor on the declared friction level that then leaves least.
+    """
 
     factor: float
-    left: float
+    misfit: float
     level: float
 
     @property
@@ -237,49 +243,49 @@ def _position_scale(case: Case, j: int) -> Finding | None:
     def divided(factor: float) -> Forces:
         return case.balance.along(case.log, scaled(case.motion, j, 1 / factor))
 
-    c, (inertia, seen) = case.spec.coordinates[j], case.forces.inertia_factor(j)
-    if seen < INERTIA_SEEN or inertia <= 0 or 1 / APPARENT < inertia < APPARENT:
+    c, (inertia, correlation) = case.spec.coordinates[j], case.forces.inertia_factor(j)
+    if correlation < INERTIA_SHOWN or inertia <= 0 or 1 / APPARENT < inertia < APPARENT:
         return None
-    position = _best(lambda factor: _left(divided(factor), j), 1 / inertia)
-    found, plain, k = divided(position.factor), _left(case.forces, j), position.factor
-    explains = position.left <= min(EXPLAINED, MUCH_LESS * plain.left) and found.misfit < case.forces.misfit
+    position = _best(lambda factor: _balance(divided(factor), j), 1 / inertia)
+    found, plain, k = divided(position.factor), _balance(case.forces, j), position.factor
+    explains = position.misfit <= min(EXPLAINED, MUCH_LESS * plain.misfit) and found.misfit < case.forces.misfit
     if 1 / APPARENT < k < APPARENT or not explains:
         return None
-    by_mass = _best(lambda factor: _left(case.forces, j, mass=1 / factor), k)
+    by_mass = _best(lambda factor: _balance(case.forces, j, mass=1 / factor), k)
     other_inputs = _other_inputs(case, j, position, found)
-    if by_mass.left * ALIKE < position.left or other_inputs is None:
+    if by_mass.misfit * ALIKE < position.misfit or other_inputs is None:
         return None
     rivals, excluded = other_inputs
-    if by_mass.left <= ALIKE * position.left and 1 / INERTIA_OFF < by_mass.factor < INERTIA_OFF:
+    if by_mass.misfit <= ALIKE * position.misfit and 1 / INERTIA_OFF < by_mass.factor < INERTIA_OFF:
         rivals.append(f"the declared inertia is {by_mass.factor:.3g} times too large")
     gear, ratio = _gear_ratio(case.spec, k)
     side = f"on the other side of a gear (the parameter {gear} has this value)" if gear else "before a gear"
     words = (
-        f"The scale of {c.name} seems off by a factor of {k:.3g}. As read, {in_percent(plain.left)} of the squared "
-        f"forces stay unbalanced; divided by it, with the declared inertia, {in_percent(position.left)}. Is it "
+        f"The scale of {c.name} seems off by a factor of {k:.3g}. As read, {in_percent(plain.misfit)} of the squared "
+        f"forces stay unbalanced; divided by it, with the declared inertia, {in_percent(position.misfit)}. Is it "
         f"measured {side}, or in another unit? "
         f"({case.log.scale_lines({c.name: 1 / ratio}, case.spec)} in meta.yaml beside the log){excluded}"
     )
     if rivals:
         words += f" This log cannot tell that from another cause: {'; or '.join(rivals)}."
     sure = not rivals and position.level_fits and not 1 / SURE < k < SURE
-    figures = {"factor": k, "level": position.level, "misfit": plain.left, "misfit_scaled": position.left}
+    figures = {"factor": k, "level": position.level, "misfit": plain.misfit, "misfit_scaled": position.misfit}
     return Finding("problem" if sure else "warning", f"scale of {c.name}", words, figures)
 
 
-def _other_inputs(case: Case, j: int, position: Explained, found: Forces) -> tuple[list[str], str] | None:
+def _other_inputs(case: Case, j: int, position: Explanation, found: Forces) -> tuple[list[str], str] | None:
     """In words, the wrong scale of an input as another explanation, and why it is excluded; None if it is better."""
     driving = [i.name for i, force in zip(case.spec.inputs, case.forces.driven, strict=True) if np.any(force[:, j])]
     if len(driving) != 1:
         return [], ""
-    name, by_input = driving[0], _best(lambda c: _left(case.forces, j, given=c), position.factor)
-    level_seen = found.friction_factor(j)[1] > FRICTION_SEEN
-    better = level_seen and by_input.level_fits and not position.level_fits
-    if better or by_input.left * ALIKE < position.left:
+    name, by_input = driving[0], _best(lambda c: _balance(case.forces, j, given=c), position.factor)
+    shows_friction = found.friction_factor(j)[1] > FRICTION_SHOWN
+    better = shows_friction and by_input.level_fits and not position.level_fits
+    if better or by_input.misfit * ALIKE < position.misfit:
         return None
-    if by_input.left > ALIKE * position.left:
+    if by_input.misfit > ALIKE * position.misfit:
         return [], ""
-    if level_seen and position.level_fits and not by_input.level_fits:
+    if shows_friction and position.level_fits and not by_input.level_fits:
         return [], (
             f" If {name} were {by_input.factor:.3g} times too small instead, it would be against {by_input.level:.2g} "
             f"times the declared friction; now it is {position.level:.2g} times."
@@ -294,13 +300,13 @@ def _wrong_time(case: Case) -> Finding | None:
     One factor must balance them on every coordinate. It is not reported where other masses alone do so as well.
     """
     forces, spec, log = case.forces, case.spec, case.log
-    seen = [forces.inertia_factor(j) for j in range(len(spec.coordinates))]
-    factors = [inertia for inertia, correlation in seen if correlation > INERTIA_SEEN and inertia > 0]
+    each = [forces.inertia_factor(j) for j in range(len(spec.coordinates))]
+    factors = [inertia for inertia, correlation in each if correlation > INERTIA_SHOWN and inertia > 0]
     if not factors or all(1 / APPARENT < inertia < APPARENT for inertia in factors):
         return None
 
-    def worst(along: Forces, mass: float = 1.0) -> Explained:
-        return max((_left(along, j, mass=mass) for j in range(len(seen))), key=lambda one: one.left)
+    def worst(along: Forces, mass: float = 1.0) -> Explanation:
+        return max((_balance(along, j, mass=mass) for j in range(len(each))), key=lambda one: one.misfit)
 
     def shortened(factor: float) -> Forces:
         return case.balance.along(log, _in_shorter_time(case.motion, factor))
@@ -308,8 +314,8 @@ def _wrong_time(case: Case) -> Finding | None:
     middle = float(np.median(factors))
     plain, time = worst(forces), _best(lambda factor: worst(shortened(factor)), float(np.sqrt(middle)))
     by_mass = _best(lambda factor: worst(forces, mass=1 / factor), 1 / middle)
-    explains = time.left <= min(EXPLAINED, MUCH_LESS * plain.left) and time.level_fits
-    if not explains or by_mass.left <= ALIKE * time.left:
+    explains = time.misfit <= min(EXPLAINED, MUCH_LESS * plain.misfit) and time.level_fits
+    if not explains or by_mass.misfit <= ALIKE * time.misfit:
         return None
     c, rate = time.factor, 1 / log.sample_time
     likely = _rounded(rate * c)
@@ -317,12 +323,17 @@ def _wrong_time(case: Case) -> Finding | None:
     line = log.scale_lines({"t": rate / likely}, spec) if stamped else f"`sample_rate_hz: {likely:g}`"
     off = f"{c:.3g} times too long" if c > 1 else f"{1 / c:.3g} times too short"
     words = (
-        f"The time of the log seems {off}: as read, at {rate:.4g} Hz, {in_percent(plain.left)} of the squared forces "
-        f"stay unbalanced; at about {likely:g} Hz, {in_percent(time.left)}; at {rate:.4g} Hz with "
-        f"{1 / by_mass.factor:.3g} times the declared masses, {in_percent(by_mass.left)}. Is the sample rate right? "
+        f"The time of the log seems {off}: as read, at {rate:.4g} Hz, {in_percent(plain.misfit)} of the squared forces "
+        f"stay unbalanced; at about {likely:g} Hz, {in_percent(time.misfit)}; at {rate:.4g} Hz with "
+        f"{1 / by_mass.factor:.3g} times the declared masses, {in_percent(by_mass.misfit)}. Is the sample rate right? "
         f"({line} in meta.yaml beside the log)"
     )
-    figures = {"factor": c, "misfit": plain.left, "misfit_scaled": time.left, "misfit_by_mass": by_mass.left}
+    figures = {
+        "factor": c,
+        "misfit": plain.misfit,
+        "misfit_scaled": time.misfit,
+        "misfit_by_mass": by_mass.misfit,
+    }
     return Finding("warning", SCALE_OF_TIME, words, figures)
 
 
@@ -341,7 +352,7 @@ def _in_shorter_time(motion: Motion, factor: float) -> Motion:
     )
 
 
-def _left(forces: Forces, j: int, given: float = 1.0, mass: float = 1.0) -> Explained:
+def _balance(forces: Forces, j: int, given: float = 1.0, mass: float = 1.0) -> Explanation:
     """The unbalanced share on coordinate j with the friction level fitted, with these factors on input and inertia."""
     push, inertia, friction = given * forces.given[:, j], mass * forces.inertia[:, j], forces.friction[:, j]
     other = inertia - (forces.rest[:, j] + friction)
@@ -349,17 +360,19 @@ def _left(forces: Forces, j: int, given: float = 1.0, mass: float = 1.0) -> Expl
     level = float(friction @ (push - other)) / size if size > 0 else 1.0
     rest = push - other - level * friction
     power = float(push @ push + inertia @ inertia + (other - inertia) @ (other - inertia)) + level**2 * size
-    return Explained(1.0, float(rest @ rest) / power if power > 0 else 1.0, level)
+    return Explanation(1.0, float(rest @ rest) / power if power > 0 else 1.0, level)
 
 
-def _best(left: Callable[[float], Explained], start: float) -> Explained:
+def _best(corrected: Callable[[float], Explanation], start: float) -> Explanation:
     """The explanation with the least unbalanced share, for a factor within ``ABOUT`` of ``start``."""
     ends = np.log(start) - np.log(ABOUT), np.log(start) + np.log(ABOUT)
     options = {"xatol": TOLERANCE}
-    found = minimize_scalar(lambda p: left(float(np.exp(p))).left, bounds=ends, method="bounded", options=options)
+    found = minimize_scalar(
+        lambda p: corrected(float(np.exp(p))).misfit, bounds=ends, method="bounded", options=options
+    )
     factor = float(np.exp(found.x))
-    best = left(factor)
-    return Explained(factor, best.left, best.level)
+    best = corrected(factor)
+    return Explanation(factor, best.misfit, best.level)
 
 
 def _gear_ratio(spec: Spec, factor: float) -> tuple[str, float]:

@@ -146,7 +146,7 @@ def time_dependent_constraints() -> Derivations:
 
 
 def _derivations(driven: tuple[Any, ...]) -> Derivations:
-    """Three positions as polynomials of two coordinates; ``driven``: what each depends on time by."""
+    """Three positions x_i = ψ_i(q) + τ_i(t) (1 + q_1), polynomials of two coordinates; ``driven``: the τ_i."""
     q, q_dot, q_ddot = column("q", 2), column("q_dot", 2), column("q_ddot", 2)
     (t,) = real("t")
     curves = [2 * q[0] - q[1] + q[0] * q[1], q[0] ** 2 + 3 * q[1], q[1] ** 2 - q[0] + 2 * q[0] * q[1]]
