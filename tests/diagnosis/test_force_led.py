@@ -255,7 +255,8 @@ def test_free_runs_do_not_keep_a_compliance_that_the_force_does_not_need(
 def test_two_wrong_models_that_are_nearly_alike_are_not_told_apart(tmp_path: Path) -> None:
     """The machine has a lag, and cogging that neither model has: with a delay in its place 6 % less is left, p < 0.001.
 
-    So the lag that free runs credit stands; where the delay is the best by the force residual, the lag ties with it.
+    So the lag that free runs credit stands; where the delay is the best by the force residual, the lag ties with it,
+    and above the cutoff, prewhitened, it is the better one.
     """
     lag, cogging = "kind: actuator_lag, on: w, parameters: {tau: 0.01}", "kind: cogging, on: x, parameters: "
     lacking = f"[{{{lag}}}, {{{cogging}{{amplitude: 1.5, period: 0.02, phase: 0}}}}]"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from math import exp, log1p
 
@@ -138,6 +138,37 @@ def force_gain(problem: Problem, before: Array, after: Array, joint: int | None 
     return ForceGain(left, nats, t_of_scores(*scores), added, ratios, many, by_shifts(pairs), signs)
 
 
+ORDER = 12
+"""Lags of the prewhitening filter, in half periods of the cutoff."""
+
+
+def prewhitened_gain(problem: Problem, before: Array, after: Array, joint: int | None = None) -> ForceGain:
+    """The gain of residuals ``after`` over ``before``, both (N, n), after a filter that makes their mean white.
+
+    The filter is 1 − Σ c_k z^−k of ``ORDER`` lags, by least squares on the mean of both residuals, which favours
+    neither (generalised least squares with autoregressive errors). So each frequency counts by what both leave there: a
+    slow error of the form of friction does not hide a difference at higher frequencies. Two samples in a period of the
+    cutoff are used.
+    """
+    motion, blocks, squares, nats = problem.motion, np.zeros(SIGN_BLOCKS), np.zeros(2), 0.0
+    every = motion.step(2)
+    for i in range(before.shape[1]) if joint is None else [joint]:
+        used = problem.used[::every, i]
+        b, a = (np.where(used, r[::every, i], 0.0) for r in (before, after))
+        windows = np.lib.stride_tricks.sliding_window_view((a + b) / 2, ORDER + 1)[:, ::-1]
+        whole = np.lib.stride_tricks.sliding_window_view(used, ORDER + 1).all(axis=1)
+        if whole.sum() < LEAST_ROWS:
+            continue
+        weights = np.linalg.lstsq(windows[whole, 1:], windows[whole, 0], rcond=None)[0]
+        without, with_it = (np.convolve(r, [1.0, *-weights], "valid")[whole] ** 2 for r in (b, a))
+        size = max(float(without.sum()), float(with_it.sum()), 1e-300)
+        blocks += [part.sum() / size for part in np.array_split(without - with_it, SIGN_BLOCKS)]
+        squares += float(without.sum()) / size, float(with_it.sum()) / size
+        nats += 0.5 * len(without) * float(np.log(max(without.sum(), 1e-300) / max(with_it.sum(), 1e-300)))
+    left = float(squares[1] / squares[0]) if squares[0] > 0 else 1.0
+    return ForceGain(left, nats, by_signs=p_of_sign_flips(blocks))
+
+
 def _sums(values: Array | NDArray[np.bool_], blocks: Sequence[NDArray[np.intp]]) -> Array:
     """Sums over blocks, given by the indices of their samples."""
     return np.array([values[block].sum() for block in blocks], dtype=float)
@@ -180,6 +211,20 @@ class ForceCriterion:
         joint = joint_of_difference(self.search, self.fit, other.fit)
         own = self.without_values(other.slopes, joint)
         return force_gain(self.search.problem, other.without_own_values(joint), own, joint)
+
+    def over_in_time(self, other: ForceCriterion) -> ForceGain:
+        """The gain over a fit with another law of how late an input acts: prewhitened, on ``Motion.finer``.
+
+        A delay and a lag of the same T differ by (ωT)²/2 of the drive force, so by little below the coarse cutoff,
+        where what both leave at reversals decides. Where the samples are too far apart for a finer motion, ``over``.
+        """
+        motion = self.search.motion.finer
+        if motion is self.search.motion:
+            return self.over(other)
+        joint = joint_of_difference(self.search, self.fit, other.fit)
+        problem = replace(self.search.problem, motion=motion)
+        one, another = (residual_without_levels(problem, c.fit.model) for c in (self, other))
+        return prewhitened_gain(problem, another, one, joint)
 
     @cached_property
     def slopes(self) -> Array:

@@ -7,7 +7,7 @@ term of the force balance alike, so that no term leads or lags another.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 
 import numpy as np
@@ -19,7 +19,8 @@ from codegen.base.errors import BadInput
 from codegen.logs import Log
 
 ORDER = 4
-FINE_TO_COARSE = 2.5
+FINE_TO_COARSE, MOST_FINE = 2.5, 0.4
+"""Fine cutoff over the coarse one, and its largest value over the sample rate."""
 TRIM_S = 1.0
 SHORTEST_S = 4.0
 SHORTEST_TEST_S = 3.0
@@ -34,6 +35,9 @@ NOISE_SHARE = 0.05
 """Largest share of noise in the low-passed acceleration, or of that in M a in the drive force, on every coordinate."""
 FASTER_HZ = (80.0, 56.0, 40.0, 28.0)
 """Cutoffs for a motion that is mostly above the usual ones, such as a motor's cogging at speed."""
+FINER_SHARE = 0.05
+"""Largest cutoff of ``Motion.finer`` over the sample rate: up to it, central differences and means of neighbouring
+inputs attenuate by less than 4 %."""
 MOSTLY_FASTER = 0.5
 """A faster cutoff is taken if the usual one loses more than this share of the squared acceleration, or of an input's
 square."""
@@ -65,6 +69,25 @@ class Motion:
     measured: Array
     counted: NDArray[np.bool_] | None = None
     integrated: tuple[bool, ...] = ()
+
+    @cached_property
+    def finer(self) -> Motion:
+        """The motion with the coarse cutoff as high as the fine one; itself where the samples are too far apart."""
+        cutoff = min(self.fine_hz, FINER_SHARE / self.sample_time)
+        if cutoff <= self.cutoff_hz:
+            return self
+        fine = min(FINE_TO_COARSE * cutoff, MOST_FINE / self.sample_time)
+        positions = low_pass(self.measured, fine, self.sample_time)
+        velocities = central_difference(positions, self.sample_time)
+        accelerations = central_difference(velocities, self.sample_time)
+        return replace(
+            self,
+            positions=positions,
+            velocities=velocities,
+            accelerations=accelerations,
+            cutoff_hz=cutoff,
+            fine_hz=fine,
+        )
 
     @cached_property
     def noise(self) -> Array:
@@ -131,7 +154,7 @@ def smooth_motion(log: Log, cutoff_hz: float | None = None, shortest_s: float = 
         raise BadInput(log.where, found, expected, code="LOG009")
     integrated = log.raw_data.integrated
     coarse = cutoff_hz or log.cutoff_hz or quiet_cutoff(log.positions, h, integrated)
-    fine = min(FINE_TO_COARSE * coarse, 0.4 / h)
+    fine = min(FINE_TO_COARSE * coarse, MOST_FINE / h)
     positions = low_pass(log.positions, fine, h)
     velocities = central_difference(positions, h)
     accelerations = central_difference(velocities, h)

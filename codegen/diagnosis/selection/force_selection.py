@@ -27,7 +27,15 @@ from codegen.diagnosis.fit.trial import Part, Trial, model_of, part_of
 from codegen.diagnosis.results import Fact
 from codegen.diagnosis.selection.force_fits import ForceFits
 from codegen.diagnosis.selection.forward_selection import MOST_EFFECTS, LaterRound
-from codegen.diagnosis.selection.ranking import Ranked, in_simplest_admitted_forms, led_by, ties
+from codegen.diagnosis.selection.ranking import (
+    Ranked,
+    differ_in_time,
+    force_prefers,
+    in_simplest_admitted_forms,
+    led_by,
+    most_left,
+    ties,
+)
 from codegen.diagnosis.selection.refusals import corrects_a_form, is_possible, matters, relative_size
 from codegen.diagnosis.selection.significance import chance_in_words, hypotheses
 from codegen.effects import CATALOGUE
@@ -321,14 +329,29 @@ def best_first_effect(fits: ForceFits, fit: Fit, leading: Sequence[Ranked]) -> t
     _, *later = fit.trial.parts
     taken = {(p.kind, p.on) for p in later}
     leading = [one for one in leading if (one.found.part.kind, one.found.part.on) not in taken]
-    if len(leading) < 2 or not later:
+    if len(leading) < 2:
         return fit, list(leading)
-    fitted = [(fit, leading[0]), *((with_first(fits, fit, one), one) for one in leading[1:])]
-    fitted.sort(key=lambda pair: pair[0].cost)
+    fitted = [(fit, leading[0]), *((with_first(fits, fit, one) if later else one.found, one) for one in leading[1:])]
+    if later:
+        fitted.sort(key=lambda pair: pair[0].cost)
+        best, _ = fitted[0]
+        shown = ((shown_on_blocks(fits, other, best)[0], other, one) for other, one in fitted[1:])
+        tied = ((f, r) for e, f, r in shown if random_signs(e.t) > credit.TIE_LEVEL or fits.nearly_alike(f, best))
+        fitted = [fitted[0], *tied]
     best, leader = fitted[0]
-    shown = ((shown_on_blocks(fits, other, best)[0], other, one) for other, one in fitted[1:])
-    tied = (one for e, fit, one in shown if random_signs(e.t) > credit.TIE_LEVEL or fits.nearly_alike(fit, best))
-    return best, [leader, *tied]
+    for other, one in fitted[1:]:
+        if _acts_in_better_time(fits, other, best):
+            best, leader = other, one
+    rivals = ((f, r) for f, r in fitted if r is not leader)
+    return best, [leader, *(r for f, r in rivals if not _acts_in_better_time(fits, best, f))]
+
+
+def _acts_in_better_time(fits: ForceFits, one: Fit, other: Fit) -> bool:
+    """Whether two fits differ by laws of how late an input acts, and the force residual prefers the first."""
+    if not differ_in_time(one, other):
+        return False
+    a, b = (ForceCriterion(fits.search, fit) for fit in (one, other))
+    return force_prefers(a, b, most_left(fits.base))
 
 
 def special_case(fits: ForceFits, fit: Fit, leading: Sequence[Ranked]) -> tuple[Fit, list[Ranked]]:

@@ -389,8 +389,26 @@ def force_prefers(one: ForceCriterion, other: ForceCriterion, most: float = 1.0,
     if adds_load(one) and adds_load(other):
         return False
     a, b = one.fit.trial, other.fit.trial
-    gain, more = one.over(other), max(added_parameters(b, a) - added_parameters(a, b), 0)
+    gain = one.over_in_time(other) if differ_in_time(one.fit, other.fit) else one.over(other)
+    more = max(added_parameters(b, a) - added_parameters(a, b), 0)
     return gain.left < most and gain.p_of_rivals(more, against) <= credit.TIE_LEVEL
+
+
+def differ_in_time(one: Fit, other: Fit) -> bool:
+    """Whether two fits differ by laws of how late an input acts alone, as a delay and a lag of the same input."""
+    apart = [_apart(one, other), _apart(other, one)]
+    if any(len(own) != 1 for own in apart):
+        return False
+    (first,), (second,) = apart
+    pairs = (one, first), (other, second)
+    late = all(f.trial.parts[k].effect.delay(f.values[1][k]) > 0 for f, k in pairs)
+    return late and one.trial.parts[first].on == other.trial.parts[second].on
+
+
+def _apart(one: Fit, other: Fit) -> list[int]:
+    """Indices of the effects of a fit that another fit does not have."""
+    known = {(p.kind, p.on) for p in other.trial.parts}
+    return [k for k, p in enumerate(one.trial.parts) if (p.kind, p.on) not in known]
 
 
 def adds_load(one: ForceCriterion) -> bool:
