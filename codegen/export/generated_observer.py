@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from codegen.base.errors import BadInput
 from codegen.base.files import sha256
 from codegen.base.text import render
 from codegen.base.version import VERSION
@@ -74,12 +76,25 @@ def with_manifest(files: Mapping[str, str]) -> dict[str, str]:
     return {**files, "manifest.json": manifest_text(manifest)}
 
 
+_ARDUINO_MACROS = re.compile(
+    r"B[01]{1,8}|HIGH|LOW|(IN|OUT)PUT(_\w+)?|((HALF|TWO)_)?PI|DEG_TO_RAD|RAD_TO_DEG|EULER|SERIAL|DISPLAY|[LM]SBFIRST|CHANGE|"
+    r"FALLING|RISING|DEFAULT|EXTERNAL|INTERNAL\w*|LED_BUILTIN\w*|F_CPU|AVR|ARDUINO\w*"
+)
+"""Names that Arduino.h, which the IDE puts before every sketch, or a board's compiler defines as numbers."""
+
+
 def arduino_library(observer: GeneratedObserver, header: list[str]) -> dict[str, str]:
     """A library in single precision for the Arduino IDE and PlatformIO.
 
     library.properties, library.json, src/NAME.h, src/NAME.c, an example, a README and the manifest.
+
+    Raises:
+        BadInput: for a name that is a macro in a sketch.
     """
     name = observer.program.name
+    for field in filter(_ARDUINO_MACROS.fullmatch, observer.program.places):
+        found = f"the name `{field}`, which Arduino.h defines as a number"
+        raise BadInput("--to", found, "another name in the spec", f"{field}_1", code="SPEC009")
     words = observer.words(header) | {"period": f"{round(observer.period * 1e6)}"}
     package = {
         "name": f"stiction_{name}",

@@ -81,6 +81,15 @@ def test_the_arduino_library_builds_and_its_example_runs(tmp_path: Path, spec: s
     assert "nan" not in printed
 
 
+def test_a_name_that_a_sketch_has_for_a_number_is_refused(tmp_path: Path) -> None:
+    """binary.h of the Arduino core has `#define B1 1`: the struct of the header had a field called 1."""
+    text = (SPECS / "one_mass.yaml").read_text("utf-8").replace("m: {value", "B1: {value").replace("[m]", "[B1]")
+    (spec := tmp_path / "b.yaml").write_text(text)
+    done = stiction("export", spec, "--to", "arduino", "-o", tmp_path / "library")
+    assert done.code == 2 and is_one_message(done)
+    assert "`B1`" in done.err and "did you mean 'B1_1'?" in done.err
+
+
 def test_the_arduino_library_is_what_its_formats_ask_for(tmp_path: Path) -> None:
     library = tmp_path / "library"
     exported(library)
