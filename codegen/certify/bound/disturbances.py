@@ -64,25 +64,18 @@ def disturbances(spec: Spec, observer: Observer, response: Response, off: ModelE
     system, h = observer.system, fraction(observer.sample_time)
     if reason := unbounded_effect(system):
         return reason
-    slopes = [largest_slopes(spec, observer, part, off) for part in response.nonaffine]
-    if missing := next((x for x in slopes if isinstance(x, str)), ""):
-        return missing
+    nonaffine = _of_nonaffine(spec, observer, response, off)
+    if isinstance(nonaffine, str):
+        return nonaffine
     n = len(system.positions)
-    slope_rows = sympy.Matrix(len(slopes), n + len(system.inputs), [e for row in slopes for e in row])
-    nonaffine = response.by_nonaffine.applyfunc(abs) * slope_rows
     by_position, by_input = nonaffine[:, :n], response.by_input.applyfunc(abs) + nonaffine[:, n:]
+    if missing := _missing_range(spec, system, off, [*response.by_position, *by_position], response.by_velocity):
+        return missing
 
     def largest(names: Iterable[str]) -> list[Fraction]:
         """The largest magnitudes in the envelope, 0 for a variable without a range."""
         return [fraction(largest_in_envelope(spec, name, sympy.S.Zero)) for name in names]
 
-    unbounded = any(v.name not in spec.envelope for v in system.velocities)
-    if unbounded and any((*response.by_position, *by_position)):
-        return "the force depends on position, and then the bound needs a range of every velocity in the envelope"
-    if off.gain and any(w.name not in spec.envelope for w in system.inputs):
-        return "the envelope has no range for every input"
-    if unbounded and off.time and any(response.by_velocity):
-        return "the force depends on velocity, and then the bound needs a range of every velocity in the envelope"
     scale = 1 + off.time
     acceleration = largest(f"{v}_dot" for v in system.velocities)
     speeds, inputs = largest(v.name for v in system.velocities), largest(w.name for w in system.inputs)
@@ -114,6 +107,34 @@ def disturbances(spec: Spec, observer: Observer, response: Response, off: ModelE
         "friction": [h * of_friction(observer, e, contact_rates) for e in observer.errors[n:]],
         "rounding": [Fraction(0)] * len(observer.errors),
     }
+
+
+def _of_nonaffine(spec: Spec, observer: Observer, response: Response, off: ModelError) -> Any | str:
+    """(n, n + m) bounds on |∂v̂'/∂x| and |∂v̂'/∂w| by the non-affine forces; or why there is none."""
+    slopes = [largest_slopes(spec, observer, part, off) for part in response.nonaffine]
+    if missing := next((x for x in slopes if isinstance(x, str)), ""):
+        return missing
+    columns = len(observer.system.positions) + len(observer.system.inputs)
+    rows = sympy.Matrix(len(slopes), columns, [e for row in slopes for e in row])
+    return response.by_nonaffine.applyfunc(abs) * rows
+
+
+def _missing_range(
+    spec: Spec, system: System, off: ModelError, by_position: Iterable[Any], by_velocity: Iterable[Any]
+) -> str:
+    """The range that the envelope lacks for a bound, in words; empty if none.
+
+    Args:
+        by_position, by_velocity: slopes of the acceleration, zero where it does not depend on these.
+    """
+    unbounded = any(v.name not in spec.envelope for v in system.velocities)
+    if unbounded and any(by_position):
+        return "the force depends on position, and then the bound needs a range of every velocity in the envelope"
+    if off.gain and any(w.name not in spec.envelope for w in system.inputs):
+        return "the envelope has no range for every input"
+    if unbounded and off.time and any(by_velocity):
+        return "the force depends on velocity, and then the bound needs a range of every velocity in the envelope"
+    return ""
 
 
 def _contact_rates(observer: Observer, acceleration: Sequence[Fraction]) -> list[Fraction] | str:
