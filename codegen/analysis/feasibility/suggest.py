@@ -83,21 +83,6 @@ class NothingStable:
     tried: int
 
 
-@dataclass(frozen=True)
-class _Candidates:
-    """Evaluated gain sets.
-
-    Attributes:
-        shares: (sets, axes), 0…1 of each axis' range.
-        radius: (sets,) largest |z| over the operating points; stable below 1.
-        noise: (sets,) ratio of the friction estimate's RMS noise to the friction level; infinite where unstable.
-    """
-
-    shares: Array
-    radius: Array
-    noise: Array
-
-
 def suggest(
     dynamics: GainDynamics, noise: NoiseModel, base: Settings, axes: Sequence[GainAxis]
 ) -> Suggestion | NothingStable:
@@ -107,15 +92,14 @@ def suggest(
         base: one gain set, with the gains that have no axis.
     """
     generator = np.random.default_rng(SEED)
-    candidates = _evaluated(dynamics, noise, base, axes, _initial_shares(len(axes), generator))
-    tried = len(candidates.shares)
-    best, rule = _best(dynamics, base, axes, candidates)
+    shares = _initial_shares(len(axes), generator)
+    tried = len(shares)
+    best, rule = _best(dynamics, noise, base, axes, shares)
     for k in range(LOCAL_ROUNDS):
         width = WIDEST * NARROWING**k
         around = best + generator.uniform(-width, width, (LOCAL, len(axes)))
-        candidates = _evaluated(dynamics, noise, base, axes, np.vstack([best, np.clip(around, 0, 1)]))
         tried += LOCAL
-        local_best, local_rule = _best(dynamics, base, axes, candidates)
+        local_best, local_rule = _best(dynamics, noise, base, axes, np.vstack([best, np.clip(around, 0, 1)]))
         if rule != "fastest" or local_rule == "fastest":  # a set that satisfies both bounds is kept
             best, rule = local_best, local_rule
     settings = _sets(base, axes, best[None, :])
@@ -226,41 +210,35 @@ def _sets(base: Settings, axes: Sequence[GainAxis], shares: Array) -> Settings:
     return base
 
 
-def _evaluated(
-    dynamics: GainDynamics, noise: NoiseModel, base: Settings, axes: Sequence[GainAxis], shares: Array
-) -> _Candidates:
-    settings = _sets(base, axes, shares)
-    radius = dynamics.worst("sampled", settings)
-    return _Candidates(shares, radius, noise.share(settings, radius < 1))
-
-
 def _best(
-    dynamics: GainDynamics, base: Settings, axes: Sequence[GainAxis], evaluated: _Candidates
+    dynamics: GainDynamics, noise: NoiseModel, base: Settings, axes: Sequence[GainAxis], shares: Array
 ) -> tuple[Array, str]:
-    """Shares (axes,) of the best candidate, and the rule that chose it.
+    """Shares (axes,) of the best of the sets with ``shares`` (sets, axes), and the rule that chose it.
 
     "fastest": of the sets that satisfy the bounds on noise and gain margin, those with the fastest decay, and of these
     the one with the least noise; "product": no set satisfies both, so the least noise/decay rate; "none": no set is
     stable, so the least radius.
     """
-    h = float(base.sample_time[0])
-    decay_rate = -np.log(np.clip(evaluated.radius, LEAST_RADIUS, None)) / h
-    quiet = np.flatnonzero((evaluated.radius < 1) & (evaluated.noise <= NOISE_SHARE))
+    sets, h = _sets(base, axes, shares), float(base.sample_time[0])
+    radius = dynamics.worst("sampled", sets)
+    noise_share = noise.share(sets, radius < 1)
+    decay_rate = -np.log(np.clip(radius, LEAST_RADIUS, None)) / h
+    quiet = np.flatnonzero((radius < 1) & (noise_share <= NOISE_SHARE))
     fastest_first = quiet[np.argsort(-decay_rate[quiet], kind="stable")]
     for start in range(0, len(fastest_first), CHUNK):
         chunk = fastest_first[start : start + CHUNK]
-        passed = chunk[wide_margin(dynamics, _sets(base, axes, evaluated.shares[chunk]), axes)]
+        passed = chunk[wide_margin(dynamics, sets.rows(chunk), axes)]
         if len(passed):
             as_fast = passed[decay_rate[passed] >= AS_FAST * decay_rate[passed].max()]
-            quietest = as_fast[evaluated.noise[as_fast].argmin()]
-            return evaluated.shares[quietest], "fastest"
-    good = np.flatnonzero(evaluated.radius < 1)
+            quietest = as_fast[noise_share[as_fast].argmin()]
+            return shares[quietest], "fastest"
+    good = np.flatnonzero(radius < 1)
     if len(good):
-        product = evaluated.noise[good] / decay_rate[good]
+        product = noise_share[good] / decay_rate[good]
         # If the noise is infinite, the product is so for all sets; the radius then decides.
-        least = good[np.lexsort((evaluated.radius[good], product))[0]]
-        return evaluated.shares[least], "product"
-    return evaluated.shares[int(evaluated.radius.argmin())], "none"
+        least = good[np.lexsort((radius[good], product))[0]]
+        return shares[least], "product"
+    return shares[int(radius.argmin())], "none"
 
 
 def suggested_text(spec: Spec, axes: Sequence[GainAxis], suggestion: Suggestion) -> str:
