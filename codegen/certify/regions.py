@@ -17,7 +17,7 @@ import numpy as np
 import sympy
 
 from codegen.base.arrays import Array
-from codegen.certify.along_friction import AlongFriction, Box, ContactAxes
+from codegen.certify.along_friction import AlongFriction, ContactAxes
 from codegen.certify.centre import Group, least_rate
 from codegen.certify.certificate_text import rounded
 from codegen.certify.content import Found
@@ -74,15 +74,15 @@ class RegionSearch:
         if sliding is None:
             return []
         found, states, slips = [], *sliding
-        family, stack = self._family(self._box(states, slips))
+        family, stack = self._family(states, slips)
         best = common_lyapunov(stack, self.h, near=NEAR)
         if best is None:
             return []
         if any(axis.largest_rate is None for axis in self.along.axes):
             self._bound_acceleration(states, slips, best[1])
-            family, stack = self._family(self._box(states, slips))
+            family, stack = self._family(states, slips)
             best = common_lyapunov(stack, self.h, near=NEAR) or best
-        found.append(self._split("sliding", family) or _found(family, best, "sliding"))
+        found.append(self._split(family) or _found(family, best, "sliding"))
         found += self._presliding(states)
         return found + self._through_zero(family, stack, best[1])
 
@@ -99,7 +99,7 @@ class RegionSearch:
 
         def both(w: float) -> tuple[Array, Array]:
             """A at the vertices of the sliding region, and of the whole envelope, for accelerations up to w."""
-            return self._family(self._box(states, slips, w))[1], self._family(self._box(leasts, (-1.0, 1.0), w))[1]
+            return self._family(states, slips, w)[1], self._family(leasts, (-1.0, 1.0), w)[1]
 
         stack, whole = both(0.0)
         growth, _ = self._growth([(stack, KEPT * rate)], whole)
@@ -137,7 +137,7 @@ class RegionSearch:
         None if the decay rates ``KEPT`` and ``KEPT_BELOW`` are not found for any.
         """
         leasts = [axis.largest_state for axis in self.along.axes]
-        limit = decay_rate_limit(self._family(self._box(leasts, (0.5, 1.0)))[1], self.h)
+        limit = decay_rate_limit(self._family(leasts, (0.5, 1.0))[1], self.h)
         slips = next((s for s in DIRECTIONS[:2] if self._holds(leasts, s, KEPT * limit)), None)
         if slips is None:
             low = _bisected(lambda x: self._holds(leasts, (x, 1.0), KEPT * limit), 1.0, 1e-3, geometric=True)
@@ -187,7 +187,7 @@ class RegionSearch:
             """The family with |f| from this share of ``tops`` up to ``tops``, and t times these slips."""
             states = [rounded(np.ceil(share * float(top) * 1e4) / 1e4, DIGITS) for top in tops]
             least = [min(pair) for pair in zip(states, tops, strict=True)]
-            return self._family(self._box(least, (low * t, high * t), tops=tops))
+            return self._family(least, (low * t, high * t), tops=tops)
 
         @cache
         def holds(share: float, t: float) -> bool:
@@ -214,7 +214,7 @@ class RegionSearch:
             sliding, stack, rate: the family of sliding, its matrices at vertices, and the decay rate, 1/s, of which
                 ``KEPT`` is required.
         """
-        family, whole = self._family(self._box([axis.least_state for axis in self.along.axes], (-1.0, 1.0)))
+        family, whole = self._family([axis.least_state for axis in self.along.axes], (-1.0, 1.0))
         found = []
         claims: list[tuple[str, list[Group]]] = [("weak", []), ("passing", [(stack, KEPT * rate)])]
         for kind, groups in claims:
@@ -222,17 +222,15 @@ class RegionSearch:
             p = analytic_centre_at([*groups, (whole, -growth)], self.h, p)
             if p is None:
                 continue
-            certified = least_rate(p, whole, self.h)
-            found.append(_found(family, (p, certified), kind))
+            found.append(_found(family, (p, least_rate(p, whole, self.h)), kind))
             if groups:
-                certified = least_rate(p, stack, self.h)
-                found.append(_found(sliding, (p, certified), "recovery"))
+                found.append(_found(sliding, (p, least_rate(p, stack, self.h)), "recovery"))
         return found
 
-    def _box(
+    def _family(
         self, states: list[Any], slips: tuple[float, float], w: float | None = None, tops: list[Any] | None = None
-    ) -> Box:
-        """The box of a region: variable → (low, high).
+    ) -> tuple[Family, Array]:
+        """The family over the box of a region, and A at the vertices of its parameter box, N by m by m.
 
         Args:
             states: least |f| of each contact.
@@ -250,17 +248,13 @@ class RegionSearch:
             low, high = slips
             box[axis.slip] = (rounded(low, DIGITS) * axis.largest_slip, rounded(high, DIGITS) * axis.largest_slip)
             box[axis.slip_rate] = (-most, most)
-        return box
-
-    def _family(self, box: Box) -> tuple[Family, Array]:
-        """The family over a box, and A at the vertices of its parameter box, N by m by m."""
         family = self.along.family(box)
         if id(family.matrix) not in self._enclosures:
             self._enclosures[id(family.matrix)] = Enclosure(family)
         return family, self._enclosures[id(family.matrix)].vertices([exact_ranges(family)])
 
-    def _split(self, kind: str, family: Family) -> Found | None:
-        """The proposal over cells in |f| and slip, whose enclosures are tighter; None for several contacts."""
+    def _split(self, family: Family) -> Found | None:
+        """The proposal of sliding by cells in |f| and slip, whose enclosures are tighter; None for several contacts."""
         if len(self.along.axes) > 1:
             return None
         ends, axis = exact_ranges(family), self.along.axes[0]
@@ -272,11 +266,11 @@ class RegionSearch:
         stack = self._enclosures[id(family.matrix)].vertices({**ends, **cell} for cell in cells_of(breaks))
         best = common_lyapunov(stack, self.h, near=NEAR)
         exact = {v: [sympy.Rational(x.numerator, x.denominator) for x in points] for v, points in breaks.items()}
-        return None if best is None else replace(_found(family, best, kind), splits=exact)
+        return None if best is None else replace(_found(family, best, "sliding"), splits=exact)
 
     def _holds(self, states: list[Any], slips: tuple[float, float], rate: float) -> bool:
         """Whether a common P with this decay rate, 1/s, is found for a box."""
-        stack = self._family(self._box(states, slips))[1]
+        stack = self._family(states, slips)[1]
         return (
             rate > 0
             and decay_rate_limit(stack, self.h) > rate
