@@ -87,7 +87,8 @@ def find_modes(dynamics: ErrorDynamics, continuous: Array, h: float) -> Modes | 
         expected = -force_by_velocity * acceleration_by_force
     if any(e != 0 for e in each(psi - dynamics.normal_form(expected), expand_products)):
         return None
-    if not _symmetric(form.gain, observer.gains) or not (form.weight.is_Identity or form.gain.is_diagonal()):
+    gain_values = form.gain.subs(observer.gains)
+    if gain_values != gain_values.T or not (form.weight.is_Identity or form.gain.is_diagonal()):
         return None
     uniform = k_v is None or _uniform(k_v, observer.gains)
     diagonal = k_v is not None and k_v.is_diagonal() and observer.system.mass_matrix.is_diagonal()
@@ -152,11 +153,6 @@ def _sample_time(eigenvalue: float, k_v: float | None) -> float:
         return 2 / eigenvalue
     discriminant = k_v * k_v - 4 * k_v * eigenvalue
     return 1 / eigenvalue if discriminant < 0 else 4 / (k_v + math.sqrt(discriminant))
-
-
-def _symmetric(gain: Matrix, values: Any) -> bool:
-    numbers = gain.subs(values)
-    return bool(numbers == numbers.T)
 
 
 def _uniform(gain: Matrix, values: Any) -> bool:

@@ -82,9 +82,9 @@ def gain_axes(spec: Spec, observer: Observer) -> tuple[GainAxis, ...]:
     nominal = at_middle(spec)
     free = free_entries(spec)
     groups = [(entry,) for entry in free] if free else _by_gain(nominal)
-    axes = []
+    axes, values = [], gain_numbers(nominal)
     for group in groups:
-        numbers = {(entry.gain, entry.path): _number(nominal, entry) for entry in group}
+        numbers = {(entry.gain, entry.path): values[entry.gain, entry.path] for entry in group}
         doubled = build_observer(with_gains(nominal, {at: 2 * value for at, value in numbers.items()}), observer.system)
         dependent = {s: float(v) for s, v in observer.gains.items() if doubled.gains[s] != v}
         if dependent:  # none where the entry is zero
@@ -145,12 +145,10 @@ def _by_gain(spec: Spec) -> list[tuple[GainEntry, ...]]:
     return [tuple(e for e in gain_entries(gains) if e.gain == name) for name in gains]
 
 
-def _number(spec: Spec, entry: GainEntry) -> Any:
-    """The exact value of an entry in the spec."""
-    raw = spec.required_observer.gains[entry.gain]
-    for k in entry.path:
-        raw = raw[k]
-    return exact_number(str(raw), spec.place(entry.key))
+def gain_numbers(spec: Spec) -> dict[tuple[str, tuple[int, ...]], Any]:
+    """(gain, path) → exact value, of each entry of the spec's gains; none may be free."""
+    entries = gain_entries(spec.required_observer.gains)
+    return {(e.gain, e.path): exact_number(str(e.value), spec.place(e.key)) for e in entries}
 
 
 def _axis(

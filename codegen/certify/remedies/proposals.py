@@ -18,7 +18,7 @@ import sympy
 from numpy.typing import NDArray
 
 from codegen.analysis.analysis import Analysis
-from codegen.analysis.feasibility.axes import AROUND, GainAxis, gain_axes, sample_time_axis
+from codegen.analysis.feasibility.axes import AROUND, GainAxis, gain_axes, gain_numbers, sample_time_axis
 from codegen.analysis.feasibility.gain_dynamics import GainDynamics, Settings
 from codegen.analysis.feasibility.region import LINE, bisect, stable
 from codegen.base.arrays import Array
@@ -33,7 +33,7 @@ from codegen.checker import verify
 from codegen.mechanics.system import System
 from codegen.observers import build_observer
 from codegen.spec.expression import exact_number
-from codegen.spec.free_gains import gain_entries, with_gains
+from codegen.spec.free_gains import with_gains
 from codegen.spec.model import Spec
 from codegen.spec.numerics import numerical
 
@@ -217,12 +217,10 @@ class _Ray:
 def _signs(spec: Spec) -> Iterator[tuple[Spec, int]]:
     """Pairs (spec with some combination of signs of its gains, number of gains with changed signs)."""
     assert spec.observer is not None
-    entries = gain_entries(spec.observer.gains)
+    numbers = gain_numbers(spec)
     options: list[list[Numbers]] = []
     for name in spec.observer.gains:
-        own = {
-            (e.gain, e.path): float(exact_number(str(e.value), spec.place(e.key))) for e in entries if e.gain == name
-        }
+        own = {at: float(value) for at, value in numbers.items() if at[0] == name}
         others: list[Numbers] = [{at: -v for at, v in own.items()}]
         others += [
             {at: sign * abs(v) if len(set(at[1])) < 2 else v for at, v in own.items()} for sign in (1, -1)
@@ -230,8 +228,8 @@ def _signs(spec: Spec) -> Iterator[tuple[Spec, int]]:
         options.append([{}, *(other for k, other in enumerate(others) if other not in (own, *others[:k]))])
     for chosen in product(*options):
         yield (
-            with_gains(spec, {at: value for numbers in chosen for at, value in numbers.items()}),
-            sum(1 for numbers in chosen if numbers),
+            with_gains(spec, {at: value for signed in chosen for at, value in signed.items()}),
+            sum(1 for signed in chosen if signed),
         )
 
 
