@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -52,7 +52,10 @@ class Condition:
         return self.value > 0
 
 
-def reduce_conditions(raw: Sequence[tuple[str, Any]], positive: Collection[sympy.Symbol]) -> list[tuple[str, Any]]:
+@lru_cache(maxsize=256)  # the expressions do not depend on the values of gains and parameters
+def reduce_conditions(
+    raw: tuple[tuple[str, Any], ...], positive: frozenset[sympy.Symbol]
+) -> tuple[tuple[str, Any], ...]:
     """The conditions without positive factors: given symbols, earlier conditions, and squares in denominators.
 
     A square in a numerator stays unless it is known to be nonzero: a slip speed or a friction state may pass zero.
@@ -69,7 +72,7 @@ def reduce_conditions(raw: Sequence[tuple[str, Any]], positive: Collection[sympy
             continue
         known.append(reduced)
         result.append((name, reduced))
-    return result
+    return tuple(result)
 
 
 def _without(expression: Any, known: Sequence[Any]) -> Any:
@@ -197,7 +200,7 @@ def block_conditions(dynamics: ErrorDynamics, continuous: Any, sampled: Any) -> 
 
 def written_conditions(
     raw: Sequence[tuple[str, Any]], c: Sequence[Any], coefficients: Sequence[Any], positive: set[sympy.Symbol]
-) -> list[tuple[str, Any]]:
+) -> tuple[tuple[str, Any], ...]:
     """Conditions in printed form, together equivalent to those of ``raw``.
 
     A factor is removed only if it is positive by its meaning or by an earlier condition of the same list, so the Jury
@@ -216,13 +219,7 @@ def written_conditions(
         value = e.subs(values)
         short = len(c) <= 3 or e in values or int(sympy.count_ops(value)) <= PRINTABLE
         written.append((name, value if short else e))
-    return list(_reduced(tuple(written), frozenset(positive)))
-
-
-@lru_cache(maxsize=256)
-def _reduced(written: tuple[tuple[str, Any], ...], positive: frozenset[sympy.Symbol]) -> tuple[tuple[str, Any], ...]:
-    """``reduce_conditions``, cached: the expressions do not depend on the values of gains and parameters."""
-    return tuple(reduce_conditions(written, positive))
+    return reduce_conditions(tuple(written), frozenset(positive))
 
 
 def _smallest(raw: Sequence[tuple[str, Any]], c: Sequence[Any], matrices: Any, h: float) -> dict[str, float]:

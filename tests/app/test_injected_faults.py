@@ -125,7 +125,7 @@ def users(owner: Any, name: str) -> list[tuple[Any, str]]:
 @contextmanager
 def replaced(owner: Any, name: str, by: Callable[..., Any]) -> Iterator[None]:
     conditions, yaml, motion = codegen.analysis.conditions, codegen.spec.yaml_text, codegen.logs.motion
-    for kept in (conditions._reduced, yaml.load_plain, motion._sections):
+    for kept in (conditions.reduce_conditions, yaml.load_plain, motion._sections):
         kept.cache_clear()  # what was computed before meets no fault
     codegen.analysis.error_dynamics._cache.clear()
     with pytest.MonkeyPatch.context() as patch:

@@ -265,5 +265,5 @@ def _right_conditions(matrix: Any, ours: Derivations, given: list[Condition]) ->
         return [f"{tidy(-matrix[0])} > 0"]
     raw = routh_hurwitz(characteristic_polynomial(matrix))
     known = {e for e, strict in given if strict and e.is_Symbol} | set(ours.positive)
-    reduced = [e for _, e in reduce_conditions(raw, known)]
+    reduced = [e for _, e in reduce_conditions(tuple(raw), frozenset(known))]
     return ["never"] if any(e.is_number for e in reduced) else [f"{sympy.factor(e)} > 0" for e in reduced]
