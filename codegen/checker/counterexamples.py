@@ -51,7 +51,7 @@ CASES = (
         ("friction acts the wrong way round", "inputs->w - F_hat_rail", "inputs->w + F_hat_rail"),
         ("another law for slow slips", STEP, f"{STEP} (1.0 - one_mass_sign(fabs(v_hat) - 300.0)) * v_hat +"),
         ("another law for the slowest slips", STEP, f"{STEP} (1.0 - one_mass_sign(fabs(v_hat) - 5.0)) * v_hat +"),
-        ("another law at no point that was looked at", STEP, f"{STEP} (v_hat - 3.0) * (v_hat + 7.0) * v_hat +"),
+        ("another law at no sampled point", STEP, f"{STEP} (v_hat - 3.0) * (v_hat + 7.0) * v_hat +"),
         ("another law by rounding", STEP, f"{STEP} (v_hat + 1e90 - 1e90 - v_hat) + 1e-9 +"),
         ("gravity that the machine has not", LAW, f"{LAW} - 9.81"),
         ("a state that is never set", SET, ""),

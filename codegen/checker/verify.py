@@ -24,7 +24,7 @@ from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 
-def beside(name: str, **given: SimpleNamespace) -> SimpleNamespace:
+def load_part(name: str, **given: SimpleNamespace) -> SimpleNamespace:
     """The names that NAME.py in this file's folder defines: compiled from that text, not read from cached bytecode."""
     return SimpleNamespace(**runpy.run_path(str(Path(__file__).with_name(f"{name}.py")), given))
 
@@ -35,7 +35,7 @@ else:
     parts: dict[str, SimpleNamespace] = {}  # each is given those before it
     for part in ("files", "frame", "enclosure", "kernel", "forms", "decay", "rounding", "errors", "held", "reversal",
                  "ellipsoid", "theorem", "statements", "agreement"):  # fmt: skip
-        parts[part] = beside(part, **parts)
+        parts[part] = load_part(part, **parts)
     globals().update(parts)
 Refused, demand, show = enclosure.Refused, enclosure.demand, enclosure.show
 parse, widen, MAX_STRING = enclosure.parse, enclosure.widen, enclosure.MAX_STRING
