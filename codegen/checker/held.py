@@ -1,14 +1,15 @@
 """Verification of initialisation and of invalid samples: zero velocity at the start, held estimates afterwards.
 
 Standard library only; part of the checker (verify.py), which hands ``frame``, ``kernel`` and ``rounding`` in. The
-kernel's theorem is about samples with fault 0; here are the values that the functions of fault 1 (frame.py reads their
-form) give the states that show errors. Let G be the proof's `states`: by the kernel's lemma 10 the states G(e, x) show
-the estimates e beside the measured positions x, and there are no two such e. Then, as identities of polynomials:
+kernel's theorem is about valid samples. Here it is verified which values the functions of the C for other samples
+(frame.py reads their form) give those states that the estimates depend on. Let G be the proof's `states`: by the
+kernel's lemma 10 the states G(e, x) give the estimates e at the measured positions x, and no other e has these states.
+Then, as identities of polynomials:
 
 - after `init` at x the states are G(e, x) with velocities of zero and all other estimates constant;
-- `predict` makes G(e, x + h v) of G(e, x), v the velocities held: with the machine going on at these, the next sample
-  shows what it would have shown without the invalid one;
-- after `resume` at x they are G(e, x + h v), e the estimates held, which the next sample then shows.
+- `predict` makes G(e, x + h v) of G(e, x), v the held velocities: if the machine goes on at these, the estimates of the
+  next sample are what they would have been without the invalid one;
+- after `resume` at x they are G(e, x + h v), e the held estimates, which are then those of the next sample.
 """
 
 from fractions import Fraction
@@ -28,49 +29,84 @@ def require(proof: dict[str, Any], shown: dict[str, Any]) -> None:
     Args:
         shown: of the proof, by errors.prove.
     """
-    c, names, known = shown["c"], shown["names"], shown["known"]
+    c, known = shown["c"], shown["known"]
     frame.detects(c)
     free = {x: kernel.term(1, x) for x in (*c.values, *c.inputs, *c.states, *c.outputs)}
     begun = kernel.Text({x: p for x, p in free.items() if x not in c.states}, {}).run(c.init, c.states)  # of any state
     finite(proof, shown, begun)
     if proof["domain"]:
         return
-    estimates, before = {e["truth"]: e["estimate"] for e in proof["errors"]}, [*known]
-    velocities = proof["positions"].items()
-    own = {z: kernel.term(1, f"{z} before") for z in proof["states"]}
-    own |= {x: p for x, p in names.items() if x.startswith(("parameters.", "inputs.", "state."))}
+    before, modes = [*known], Modes(proof, shown)
+    require_constant_start(modes)
+    require_held_estimates(modes)
+    kernel.demand("1/" not in [name for name, _ in known.keys() - before], "a division by what may be zero")
 
-    def G(at: dict[str, Any]) -> dict[str, Any]:
-        text = kernel.Text(names | at, known)
-        return {z: text.value(of) for z, of in proof["states"].items()}
 
-    def after(program: Any, at: dict[str, Any]) -> dict[str, Any]:
-        found: dict[str, Any] = kernel.Text(own | at, known).run(program, c.states)
+class Modes:
+    """The states after a function of the C, and those that give certain estimates.
+
+    Attributes:
+        estimates: true variable -> its estimate.
+    """
+
+    def __init__(self, proof: dict[str, Any], shown: dict[str, Any]) -> None:
+        self.proof, self.shown, self.names = proof, shown, shown["names"]
+        self.estimates = {e["truth"]: e["estimate"] for e in proof["errors"]}
+        self._own = {z: kernel.term(1, f"{z} before") for z in proof["states"]}
+        self._own |= {x: p for x, p in self.names.items() if x.startswith(("parameters.", "inputs.", "state."))}
+
+    def states(self, at: dict[str, Any]) -> dict[str, Any]:
+        """G: the states that give the estimates (and positions) of ``at``."""
+        text = kernel.Text(self.names | at, self.shown["known"])
+        return {z: text.value(of) for z, of in self.proof["states"].items()}
+
+    def after(self, program: Any, at: dict[str, Any]) -> dict[str, Any]:
+        """The states after a function of the C, from the values of ``at``."""
+        found: dict[str, Any] = kernel.Text(self._own | at, self.shown["known"]).run(program, self.shown["c"].states)
         return found
 
-    def moved(by: dict[str, Any]) -> dict[str, Any]:
-        return {x: names[x] + names["parameters.sample_time"] * by[estimates.get(v, v)] for x, v in velocities}
+    def moved(self, by: dict[str, Any]) -> dict[str, Any]:
+        """The positions x + h v, with the velocities v of ``by``."""
+        h = self.names["parameters.sample_time"]
+        pairs = self.proof["positions"].items()
+        return {x: self.names[x] + h * by[self.estimates.get(v, v)] for x, v in pairs}
 
-    showing = shown["moving"]
-    levels = [f"level of {t}" for t in estimates if t not in proof["acceleration"]]
-    rest = dict.fromkeys(estimates.values(), kernel.Poly())
-    rest |= {y: kernel.term(1, f"level of {t}") for t, y in estimates.items() if t not in proof["acceleration"]}
-    first, there = after(c.init, {}), G(rest)
+
+def require_constant_start(modes: Modes) -> None:
+    """Raises ValueError unless `init` gives states with velocities of zero and other estimates that are constants.
+
+    Each state may hold one of these constants ("level of ..."), and no two states the same.
+    """
+    levels = {t: f"level of {t}" for t in modes.estimates if t not in modes.proof["acceleration"]}
+    at_rest = dict.fromkeys(modes.estimates.values(), kernel.Poly())
+    at_rest |= {modes.estimates[t]: kernel.term(1, level) for t, level in levels.items()}
+    first, there = modes.after(modes.shown["c"].init, {}), modes.states(at_rest)
     used: list[str] = []
-    for z in showing:  # one level alone, which no other state shows, or none
-        of = [x for x in levels if x in there[z].names()]
-        off = first[z] - there[z] + sum((kernel.term(1, x) for x in of), kernel.Poly())
+    for z in modes.shown["moving"]:
+        of = [level for level in levels.values() if level in there[z].names()]
+        off = first[z] - there[z] + sum((kernel.term(1, level) for level in of), kernel.Poly())
         alone = (not of and not off) or (len(of) == 1 and of[0] not in used)
-        kernel.demand(alone and not off.names(), f"init: {z} shows more than a constant")
+        kernel.demand(alone and not off.names(), f"init: {z} holds more than a constant")
         used += of
-    held = names | {y: kernel.term(1, f"held {y}") for y in estimates.values()}
+
+
+def require_held_estimates(modes: Modes) -> None:
+    """Raises ValueError unless `predict` and `resume` give the states of the held estimates at x + h v.
+
+    C that detects no invalid samples calls neither; they are computed all the same, since their divisions count.
+    """
+    c, names, estimates = modes.shown["c"], modes.names, modes.estimates.values()
+    held = names | {y: kernel.term(1, f"held {y}") for y in estimates}
     for what, found, wanted in (
-        ("predict", after(c.predict, {y: held[y] for y in estimates.values()} | shown["before"]), G(moved(held))),
-        ("resume", after(c.resume, {y: names[y] for y in estimates.values()}), G(moved(names))),
-    )[: 2 * bool(c.sums)]:
-        wrong = [z for z in showing if found[z] != wanted[z]]
-        kernel.demand(not wrong, f"{what}: {wrong[:3]} do not go on with what was held")
-    kernel.demand("1/" not in [name for name, _ in known.keys() - before], "a division by what may be zero")
+        (
+            "predict",
+            modes.after(c.predict, {y: held[y] for y in estimates} | modes.shown["before"]),
+            modes.states(modes.moved(held)),
+        ),
+        ("resume", modes.after(c.resume, {y: names[y] for y in estimates}), modes.states(modes.moved(names))),
+    ):
+        wrong = [z for z in modes.shown["moving"] if found[z] != wanted[z]]
+        kernel.demand(not (wrong and c.sums), f"{what}: {wrong[:3]} do not go on with what was held")
 
 
 def quotients(known: dict[Any, Any], c: Any) -> dict[str, Any]:

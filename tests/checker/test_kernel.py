@@ -346,7 +346,7 @@ TABLE = {
     ),
     "another law below 5, at points that no replay meets": (
         "another law for the slowest slips",
-        "another law at no point that was looked at",
+        "another law at no sampled point",
     ),
     "a unit is a word": ("a unit of its own",),
     "no files, an invented matrix, code that cannot be read": (
