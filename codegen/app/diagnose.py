@@ -69,6 +69,11 @@ class Diagnosed(Result):
         return self.diagnosis.effects
 
     @property
+    def tied(self) -> tuple[FoundEffect, ...]:
+        """With the verdict ``ambiguous``: the effects that the log cannot tell apart, the best first."""
+        return self.diagnosis.tied
+
+    @property
     def summary(self) -> Mapping[str, object]:
         return {**self.diagnosis.summary, "folder": self.folder}
 

@@ -238,6 +238,7 @@ def _diagnosis(
         refitted=refitted,
         findings=case.findings_in_words,
         rivals=rivals if answer.verdict == "ambiguous" else (),
+        tied=(*answer.effects[:1], *rivals) if answer.verdict == "ambiguous" else (),
         parameter_errors=answer.errors,
         at_limit=levels_at_zero(system, three[1:], models.train.levels),
         material=case.material,

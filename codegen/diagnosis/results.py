@@ -365,6 +365,7 @@ class Diagnosis(Shown):
         training: relative force error of these models on the training log, for comparison with published fits.
         in_no_round: effects of the verdict that were a candidate in no round, each compared with the fit without it.
         rivals: of the first effect, which the log does not distinguish from it; with the verdict ``ambiguous``.
+        tied: the first effect and its rivals, with the verdict ``ambiguous``.
         separation: discriminating experiments for candidates that tie, alone or in addition to an effect.
         remainder: force residual of the written model on the training log, for each coordinate.
         material: share of the RMS drive force from which on a force matters.
@@ -386,6 +387,7 @@ class Diagnosis(Shown):
     later_rounds: tuple[Round, ...] = ()
     in_no_round: tuple[Candidate, ...] = ()
     rivals: tuple[FoundEffect, ...] = ()
+    tied: tuple[FoundEffect, ...] = ()
     separation: Separation | None = None
     proposal: tuple[ProposedTerms, ...] | None = None
     parameter_errors: tuple[ParameterError, ...] = ()
@@ -509,6 +511,7 @@ class Diagnosis(Shown):
             "reliability": None if self.reliability is None else self.reliability.as_json(),
             "effects": [_effect(e) for e in self.effects],
             "rivals": [_effect(e) for e in self.rivals],
+            "tied": [_effect(e) for e in self.tied],
             "candidates": [_row(c) for c in self.candidates],
             "later_rounds": [
                 {"beside": _places(r.found_before), "candidates": [_row(c) for c in r.candidates]}

@@ -71,6 +71,10 @@ def test_what_is_one_motion_on_both_logs_stays_ambiguous(tmp_path: Path) -> None
     found = told("dead_zone", TRAIN, tmp_path)
     assert found.verdict == "ambiguous"
     assert found.statement.of("not credited") == ()
+    first, *others = found.tied
+    assert found.effects == () and others == list(found.rivals) and f"cannot tell {first.kind}" in found.sentence
+    assert first.units.keys() == first.parameters.keys() and first.intervals
+    assert [e["kind"] for e in found.as_json()["tied"]] == [e.kind for e in found.tied]
 
 
 @pytest.mark.parametrize(("errors", "refused"), [(1.5, False), (10.0, True)])
