@@ -257,3 +257,26 @@ def test_a_parameter_whose_interval_holds_zero_or_its_default_is_not_named(
     part = part_of(CATALOGUE[kind].with_parameters(list(intervals)), 0, system_of(stage()))
     form = determined_form(part, intervals)
     assert (form and [p.name for p in form.parameters]) == names
+
+
+@pytest.mark.parametrize(
+    ("kind", "values", "stale", "refused"),
+    [
+        ("input_delay", {"T": 0.006}, 0.75, True),
+        ("input_delay", {"T": 0.009}, 0.75, False),  # later than the readings are held
+        ("input_delay", {"T": 0.003}, 0.4, False),
+        ("actuator_lag", {"tau": 0.006}, 0.75, True),
+        ("spring", {"k": 50.0}, 0.75, False),
+    ],
+)
+def test_readings_that_are_held_look_like_a_delay(
+    log: Log, kind: str, values: dict[str, float], stale: float, refused: bool
+) -> None:
+    """A log of a bus that is slower than its rows: each reading in four rows of 2 ms was a delay of the input."""
+    held = replace(log, raw_data=replace(log.raw_data, stale=stale))
+    motion = smooth_motion(held)
+    assert motion.held == pytest.approx(log.sample_time / (1 - stale) if stale >= 0.5 else 0.0)
+    part = part_of(CATALOGUE[kind], 0, system_of(stage()))
+    found = FoundEffect(kind, part.on, values, dict.fromkeys(values, "s"), (), {})
+    words = objections(found, part, Problem(system_of(stage()), motion, {}))
+    assert bool(words) is refused and all("repeats each reading for 8 ms" in one for one in words)

@@ -61,6 +61,12 @@ def objections(found: FoundEffect, part: Part, problem: Problem) -> list[str]:
             f"the log covers only {stroke:.3g} {unit} of the period of {found.kind}, {period:.3g} {unit}: "
             "nothing shows that it repeats"
         )
+    held, delay = problem.motion.held, part.effect.delay(found.parameters)
+    if 0 < delay <= held:
+        words.append(
+            f"the log repeats each reading for {1e3 * held:.2g} ms on average, as of a bus that is read faster than "
+            f"its values are updated: that looks like the {1e3 * delay:.2g} ms by which {found.kind} is late"
+        )
     return words
 
 

@@ -38,6 +38,8 @@ FASTER_HZ = (80.0, 56.0, 40.0, 28.0)
 FINER_SHARE = 0.05
 """Largest cutoff of ``Motion.finer`` over the sample rate: up to it, central differences and means of neighbouring
 inputs attenuate by less than 4 %."""
+MOSTLY_HELD = 0.5
+"""Share of the rows in motion that repeat the one before from which on readings are held, as of a slow bus."""
 MOSTLY_FASTER = 0.5
 """A faster cutoff is taken if the usual one loses more than this share of the squared acceleration, or of an input's
 square."""
@@ -54,6 +56,7 @@ class Motion:
         usable: (N,) samples away from the ends and from gaps.
         counted: (N,) samples that were logged, where the grid is finer than the log; None where all were.
         integrated: (n,) whether a position is the integral of a measured speed; empty if none is.
+        held: s for which the log repeats each reading in motion, if that is two rows or more; else 0.
     """
 
     time: Array
@@ -69,6 +72,7 @@ class Motion:
     measured: Array
     counted: NDArray[np.bool_] | None = None
     integrated: tuple[bool, ...] = ()
+    held: float = 0.0
 
     @cached_property
     def finer(self) -> Motion:
@@ -180,6 +184,7 @@ def smooth_motion(log: Log, cutoff_hz: float | None = None, shortest_s: float = 
         measured=log.positions,
         counted=log.counted,
         integrated=integrated,
+        held=h / (1 - log.raw_data.stale) if MOSTLY_HELD <= log.raw_data.stale < 1 else 0.0,
     )
 
 
