@@ -190,6 +190,9 @@ def generate_fmu(
     fmu = emit_fmu(machine.program, dict(files), version)
     target = (Path(out) if out is not None else Path("generated") / machine.spec.name) / fmu.name
     members = tuple(sorted(fmu.members))
+    if target.parent.suffix.lower() == ".fmu":
+        expected = f"a folder, into which {target.name} is written"
+        raise BadInput(str(target.parent), "the name of an FMU", expected, code="FILE005")
     if not check_only:
         refuse_target(target)
     made = GeneratedFmu(

@@ -199,6 +199,13 @@ def test_an_fmu_for_a_folder_with_an_unusable_name(one: stiction.Machine) -> Non
     assert told.value.code == "FILE005"
 
 
+def test_the_name_of_an_fmu_is_no_folder(one: stiction.Machine, tmp_path: Path) -> None:
+    """It made a folder of that name, with the FMU in it."""
+    with pytest.raises(stiction.BadInput, match=r"the name of an FMU; expected a folder, into which one_mass\.fmu is"):
+        stiction.generate_fmu(one, tmp_path / "mine.fmu")
+    assert not list(tmp_path.iterdir())
+
+
 def test_columns_the_other_way_round(one: stiction.Machine, tmp_path: Path) -> None:
     """As pandas renames: {"posx": "x"}."""
     (tmp_path / "log.csv").write_text("t,posx,w\n" + "".join(f"{0.001 * k:.3f},0,0\n" for k in range(9)))
