@@ -100,21 +100,32 @@ def check_mass_matrix(system: System, spec: Spec) -> None:
         BadInput: it names the parameter, or the entry with its values, or the point with the smallest eigenvalue there.
     """
     _refuse_negative_masses(system, spec)
-    key, n = form_key(spec), system.degrees_of_freedom
-    varying = [x for x in system.positions if x in system.mass_matrix.free_symbols]
-    points = _points(system, spec) if varying else np.zeros((1, n))
+    varies = any(x in system.mass_matrix.free_symbols for x in system.positions)
+    points = _points(system, spec) if varies else np.zeros((1, system.degrees_of_freedom))
     entries = numbers_over(system.mass_matrix, system.values, system.positions, points)
-    finite = np.isfinite(entries).all(axis=(1, 2))
-    largest = float(np.abs(entries[finite]).max(initial=0.0))
-    for i in range(n):
+    _refuse_asymmetry(system, spec, entries[np.isfinite(entries).all(axis=(1, 2))])
+    _refuse_indefinite(system, spec, points, entries)
+
+
+def _refuse_asymmetry(system: System, spec: Spec, entries: Any) -> None:
+    """Refuse entries M_ij and M_ji that differ at some point; ``entries``: (points, n, n), finite."""
+    M, key = system.mass_matrix, form_key(spec)
+    largest = float(np.abs(entries).max(initial=0.0))
+    for i in range(system.degrees_of_freedom):
         for j in range(i):
-            above, below = system.mass_matrix[j, i], system.mass_matrix[i, j]
-            if above == below:
-                continue
-            difference = np.abs(entries[finite, i, j] - entries[finite, j, i]).max(initial=0.0)
-            if difference > SYMMETRY * largest:
-                found = f"entry [{i}][{j}] `{below}` and [{j}][{i}] `{above}`"
+            difference = np.abs(entries[:, i, j] - entries[:, j, i]).max(initial=0.0)
+            if M[i, j] != M[j, i] and difference > SYMMETRY * largest:
+                found = f"entry [{i}][{j}] `{M[i, j]}` and [{j}][{i}] `{M[j, i]}`"
                 raise BadInput(spec.place(f"{key}[{i}][{j}]"), found, "a symmetric mass matrix", code="SPEC017")
+
+
+def _refuse_indefinite(system: System, spec: Spec, points: Any, entries: Any) -> None:
+    """Refuse an M(x) that is not real and positive definite at the points, (points, n); it names the first such point.
+
+    Args:
+        entries: M at the points, (points, n, n); not finite where M has no real value.
+    """
+    key, finite = form_key(spec), np.isfinite(entries).all(axis=(1, 2))
     smallest = np.full(len(points), np.nan)
     smallest[finite] = np.linalg.eigvalsh(entries[finite])[:, 0]
     bad = ~(smallest > 0)  # true for NaN as well
@@ -122,6 +133,7 @@ def check_mass_matrix(system: System, spec: Spec) -> None:
         return
     first = int(bad.argmax())
     at = dict(zip(system.positions, points[first], strict=True))
+    varying = [x for x in system.positions if x in system.mass_matrix.free_symbols]
     where = ", ".join(f"{x} = {at[x]:.4g}" for x in varying) or "every point"
     if not finite[first]:
         raise BadInput(
