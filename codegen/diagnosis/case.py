@@ -85,6 +85,12 @@ class Case:
         """Whether the preflight found a problem, so that no effect is tried."""
         return any(f.severity == "problem" for f in self.findings["train"])
 
+    @property
+    def unfit(self) -> BadInput | None:
+        """The preflight's problem as an error, for where it prevents a fit; None without a problem."""
+        problems = [f.words for f in self.findings["train"] if f.severity == "problem"]
+        return BadInput(self.log.where, problems[0], "a log that fits the spec", code="LOG012") if problems else None
+
     def with_leads(self, leads: Mapping[int, float], found: Sequence[Finding]) -> Case:
         """The case with other leads of some inputs, and findings on them in place of those on the same topics."""
         further = {k: rows - self.leads.get(k, 0.0) for k, rows in leads.items()}

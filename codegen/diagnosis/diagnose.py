@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from codegen.base.errors import BadInput
 from codegen.base.parallel import in_another_process
 from codegen.base.progress import steps_to
 from codegen.diagnosis import steady_runs
@@ -98,7 +99,12 @@ def diagnose_log(
         case = case_of(spec, system, log, test_log, material)
     means = steady_runs.means_of(case.log) if steady_runs.is_static(case.problem.system) and not case.faults else None
     if means is None:
-        search = search_on(case.problem, lambda share: record_of(case.problem.motion, case.log, share))
+        try:
+            search = search_on(case.problem, lambda share: record_of(case.problem.motion, case.log, share))
+        except BadInput as error:  # of few stretches in motion; a problem of the preflight may be why
+            if case.unfit is None:
+                raise
+            raise case.unfit from error
         if not case.faults:  # of which no effect is tried
             start_compiling(search)
         tell(case.findings_in_words)  # after the checks that refuse a short log

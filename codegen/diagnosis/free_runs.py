@@ -14,7 +14,6 @@ from functools import cached_property
 
 import numpy as np
 
-from codegen.base.errors import BadInput
 from codegen.diagnosis.case import Case, Findings
 from codegen.diagnosis.evidence.residual_regression import acting_force, half_of_squares, remainders
 from codegen.diagnosis.experiments.separation import separate, tied_fits
@@ -280,10 +279,9 @@ def _refit(spec: Spec, search: Search, case: Case) -> tuple[Search, Fit]:
     try:
         return within_reach(search)
     except (ArithmeticError, RuntimeError, ValueError) as error:
-        problems = [f.words for f in case.findings["train"] if f.severity == "problem"]
-        if not problems or not is_numerical(error):
+        if case.unfit is None or not is_numerical(error):
             raise
-        raise BadInput(case.log.where, problems[0], "a log that fits the spec", code="LOG012") from error
+        raise case.unfit from error
 
 
 def _sought(
