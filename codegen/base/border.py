@@ -174,6 +174,11 @@ def fault_of_own_code(error: Exception) -> BadInput | None:
     return BadInput(place, f"{type(error).__name__}: {error}", expected, code="EFFECT001")
 
 
+def _in_order(value: object) -> object:
+    """A set of texts or paths as a list in their order: its own order differs from process to process."""
+    return sorted(value, key=os.fspath) if isinstance(value, set | frozenset) else value
+
+
 class _RaisedByCaller(BaseException):
     """An exception of the caller's own code on its way through a verb, none of whose handlers is meant for it."""
 
@@ -227,8 +232,8 @@ def verb_that_raises(
             refuse_wrong_arguments(work, given, named)
             theirs = [v for v in (*given, *named.values()) if callable(v) or isinstance(v, Iterator)]
             marked = {id(v): _OfCaller(v) for v in theirs if not isinstance(v, _OfCaller)}  # those of a verb around are
-            values: Any = [marked.get(id(value), value) for value in given]
-            options: Any = {name: marked.get(id(value), value) for name, value in named.items()}
+            values: Any = [marked.get(id(value), _in_order(value)) for value in given]
+            options: Any = {name: marked.get(id(value), _in_order(value)) for name, value in named.items()}
             try:
                 with threadpool_limits(limits=1, user_api="blas"):
                     return work(*values, **options)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -204,6 +204,17 @@ def test_the_name_of_an_fmu_is_no_folder(one: stiction.Machine, tmp_path: Path) 
     with pytest.raises(stiction.BadInput, match=r"the name of an FMU; expected a folder, into which one_mass\.fmu is"):
         stiction.generate_fmu(one, tmp_path / "mine.fmu")
     assert not list(tmp_path.iterdir())
+
+
+def test_a_set_is_taken_in_the_order_of_its_texts() -> None:
+    """A set's own order differs from process to process; the first log names the folder, the first gain is the axis."""
+
+    @verb
+    def taken(logs: Sequence[str | Path]) -> list[Any]:
+        return list(logs)
+
+    assert taken(frozenset({Path("b"), "c", "a"})) == ["a", Path("b"), "c"]
+    assert taken(["c", "a"]) == ["c", "a"]
 
 
 def test_columns_the_other_way_round(one: stiction.Machine, tmp_path: Path) -> None:
