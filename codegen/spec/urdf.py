@@ -32,6 +32,8 @@ ONCE = {
 STANDARD_GRAVITY = (Fraction(0), Fraction(0), Fraction("-9.81"))
 MOVING, REFUSED = ("revolute", "continuous", "prismatic"), ("floating", "planar")
 EXPECTED = "a robot description (URDF)"
+MOST_JOINTS, MOST_MOVING = 1000, 100
+"""Largest numbers of joints and of moving ones: M(x) of 80 joints takes a minute, and grows with their cube."""
 TRIANGLE = 1e-3
 """Relative tolerance of the inequalities of principal moments of inertia: files round their numbers, and for a thin rod
 or plate one of them is an equality.
@@ -131,6 +133,11 @@ class _Reading:
 
     def tree(self, gravity: Sequence[Fraction]) -> KinematicTree:
         root = self._root()
+        moving = [joint for joint in self.joints.values() if joint.get("type") in MOVING]
+        for kind, joints, most in (("", [*self.joints.values()], MOST_JOINTS), ("moving ", moving, MOST_MOVING)):
+            if len(joints) > most:
+                found, expected = f"{len(joints)} {kind}joints", f"at most {most}, those that stand still as fixed"
+                raise BadInput(self.place(joints[most]), found, expected, code="SPEC031")
         waiting = [(root, -1, UNIT, NOWHERE)]
         reached = set()
         while waiting:

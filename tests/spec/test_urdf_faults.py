@@ -246,6 +246,17 @@ def test_joint_friction_is_that_of_the_file_unless_the_spec_gives_it(tmp_path: P
     )
 
 
+@pytest.mark.parametrize(("kind", "number"), [("revolute", 101), ("fixed", 1001)])
+def test_a_robot_of_too_many_joints_is_refused_at_once(tmp_path: Path, kind: str, number: int) -> None:
+    """160 moving joints took more than two minutes to read, 3000 all memory."""
+    links = '<link name="0"/>' + "".join(LINK.format(k) for k in range(1, number + 1))
+    joint = '<joint name="j{1}" type="{2}"><parent link="{0}"/><child link="{1}"/></joint>'
+    joints = "\n".join(joint.format(k, k + 1, kind) for k in range(number))
+    with pytest.raises(BadInput, match=f"{number} .*joints; expected at most {number - 1}") as told:
+        read(tmp_path, f'<robot name="long">{links}{joints}</robot>')
+    assert told.value.code == "SPEC031" and f":{number}" in str(told.value)
+
+
 def test_the_hash_of_a_spec_counts_its_robot_file(tmp_path: Path) -> None:
     text, hashes, files = "name: arm\nurdf: arm.urdf\n", [], []
     for mass in ("2", "3"):
