@@ -164,17 +164,17 @@ def record_of(motion: Motion, log: Log, shorter: float = 1.0) -> Record:
         stretches = [(one.start, one.stop) for (one,) in find_objects(label(usable)[0])]
         usual = round(float(np.median([stop - start for start, stop in stretches]))) if stretches else length
         length = max(LEAST_SAMPLES, min(length, usual // A_RECORD))
-    found = ""
     for share in SHORTENED:
         tried = max(LEAST_SAMPLES, round(share * length))
         starts = _starts(motion, usable, stretches, tried)
         if len(starts) >= LEAST_SEGMENTS:
             break
-        found = found or f"{len(starts)} stretch{'es' * (len(starts) != 1)} of {tried * h:.2g} s in motion"
     else:
+        found = f"{len(starts)} stretch{'es' * (len(starts) != 1)} of {tried * h:.2g} s in motion"
         expected = (
             f"at least {LEAST_SEGMENTS}, so that friction in slip can be seen: more motion, or, as a stretch is "
-            f"{PERIODS:g} periods of the cutoff of {motion.cutoff_hz:.3g} Hz, a higher `cutoff_hz` in its description"
+            f"at least {SHORTENED[-1] * PERIODS:g} periods of the cutoff of {motion.cutoff_hz:.3g} Hz, a higher "
+            "`cutoff_hz` in its description"
         )
         raise BadInput(log.where, found, expected, code="LOG009")
     steps = tried * max(1, int(np.ceil(h * STEPS_PER_PERIOD * motion.cutoff_hz)))
