@@ -10,7 +10,7 @@ from collections import Counter
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from fractions import Fraction
-from functools import reduce
+from functools import cache, reduce
 from operator import mul
 from typing import TYPE_CHECKING, Any
 
@@ -258,8 +258,9 @@ def other_than_zero(proof: dict[str, Any], shown: dict[str, Any]) -> dict[str, l
 
     Also a state whose formula holds no error, such as samples_slid: what the step sets it to.
     The step runs from any state. A sign in the C is -1, 0 or 1; where one of these makes the output's polynomial 0,
-    whatever all else in it is, the output is 0. States are written by as many estimates if their formulas in `states`
-    have no sign, and ``step`` shows these estimates: every state is then of that form (lemma 10 of errors.py).
+    whatever all else in it is, and no rounding makes it another number, the output is 0. States are written by as many
+    estimates if their formulas in `states` have no sign, and ``step`` shows these estimates: every state is then of
+    that form (lemma 10 of errors.py).
     """
     c, estimates, known = shown["c"], {e["estimate"] for e in proof["errors"]}, dict[Any, Any]()
     others = [z for z in proof["states"] if z not in shown["moving"]]
@@ -286,6 +287,14 @@ def other_than_zero(proof: dict[str, Any], shown: dict[str, Any]) -> dict[str, l
                 values[x] = kernel.function("sgn", here, {})
         return rounding.put(p, values)
 
+    @cache
+    def in_code(sign: str, number: int) -> set[str]:
+        """What is 0 in the C for this number of a sign; over states, since with estimates for them terms cancel."""
+        shows = kernel.Text(free, {}).run(c.step + c.commit, c.states + c.outputs)
+        of_states = {y: shows[y] for y in used if not any(x[0] == "?" for x in shows[y].names())}
+        fixed = known | {("sgn", signs[sign]): kernel.term(number)}
+        return rounding.zero_in_code(shown, free, {(f, rounding.put(q, of_states)): v for (f, q), v in fixed.items()})
+
     def readable(p: Any) -> str:
         return re.sub(
             r"\?\d+", lambda x: f"sign({readable(signs[x[0]])})" if x[0] in signs else x[0], enclosure.as_sum(p)
@@ -296,9 +305,10 @@ def other_than_zero(proof: dict[str, Any], shown: dict[str, Any]) -> dict[str, l
         p = after.get(y, kernel.Poly())
         free_signs = {x: of for x, of in signs.items() if x in p.names() and not of.names() <= signs.keys()}
         few = free_signs if len(p) <= LONGEST_FLAG else {}
-        zero = {of: tuple(n for n in (-1, 0, 1) if not at(p, x, n)) for x, of in few.items()}
-        lines = [f"{readable(of)} {WHERE[numbers]}" for of, numbers in zero.items() if numbers in WHERE]
-        if lines and not any("?" in line for line in lines):
+        zero = {x: tuple(n for n in (-1, 0, 1) if not at(p, x, n)) for x in few}
+        lines = [f"{readable(few[x])} {WHERE[numbers]}" for x, numbers in zero.items() if numbers in WHERE]
+        said = lines and not any("?" in line for line in lines)
+        if said and all(y in in_code(x, n) for x, numbers in zero.items() for n in numbers):
             found[y] = lines
     return found
 

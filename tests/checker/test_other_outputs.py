@@ -150,6 +150,8 @@ BY_ROUNDING = [
     "in_domain + 1e15 * in_domain_2 + 0.3 * in_domain_2 - 1e15 * in_domain_2 - 0.3 * in_domain_2",
     "in_domain + 0.1 * sign_rail + 0.2 * sign_rail - 0.3 * sign_rail",
     "in_domain + 3.0 * fabs(v_hat) - 3.0 * sign_rail * v_hat",
+    "state->x_predicted * (0.3 * fabs(in_domain_2) + 0.1 * in_domain_2 + 0.2 * in_domain_2)",
+    "state->x_predicted * (in_domain + 0.1 + 0.2 - 0.3)",
 ]
 
 
