@@ -326,7 +326,8 @@ def read(name: str, files: dict[str, str]) -> C:
     else:
         prepare, init, step = between(form, name, source)
         sums, commit, bodies, most = None, "", [init, step], "0"
-    macros = rf"\b{name.upper()}_(?:RUNNING|HOLDING|STARTING|PARAMETERS|COLD)\b"  # a local could hide a mode
+    own = rf"{name.upper()}_(?:RUNNING|HOLDING|STARTING|PARAMETERS|COLD)"
+    macros = rf"\b(?:{own}|STICTION_\w+)\b"  # which a local could hide, or which the compiler replaces
     for text in (prepare, commit, *bodies, *(sums or ())):
         plain_loops = re.fullmatch(r"[^{}]*+(?:{[^{}]*+}[^{}]*+)*+", text) and not re.search(macros, text)
         demand(plain_loops, f"{name}.c: {text[:80]!r} holds more than statements")

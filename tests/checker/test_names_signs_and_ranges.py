@@ -151,3 +151,11 @@ def test_names_that_the_code_has_for_something_else_do_not_refuse(why: str, tmp_
     (spec := tmp_path / "names.yaml").write_text(text)
     files = {x: of.encode() for x, of in stiction.load(spec).files.items()}
     assert verify.check(files["certificate.json"].decode(), sources=files).whole
+
+
+@pytest.mark.parametrize("word", ["ONE_MASS_HOLDING", "ONE_MASS_RUNNING", "ONE_MASS_COLD", "STICTION_ONE_MASS_H"])
+def test_a_local_with_the_name_of_a_mode_or_macro_is_refused(word: str) -> None:
+    """It would hide the mode with which the step compares, or be no name once the C is preprocessed."""
+    local = ("c", SHOWN, f"const double {word} = 1.0;\n    {SHOWN}")
+    refused(guarded(), "holds more than statements", local)
+    refused(guarded(), "holds more than statements", ("c", SHOWN, SHOWN.replace(LAW, f"0.0 * {word} + {LAW}")))
