@@ -6,6 +6,7 @@ from dataclasses import replace
 from math import nan
 from pathlib import Path
 
+import numpy as np
 import pytest
 from sympy import Float, Symbol
 
@@ -138,6 +139,11 @@ def test_a_model_that_leaves_more_than_the_drive_force_explains_nothing(tmp_path
     assert in_percent(relative_force(data, heavy)) in found.remarks[-1].words
     assert judged(heavy, many).verdict == "none"  # by_remainder decides
     assert judged(right, few).verdict == "none"
+    motion = data.problem.motion
+    coasting = replace(data.problem, motion=replace(motion, inputs=np.zeros_like(motion.inputs)))
+    figures = (data.measured(right),) * 3
+    none = Answer("none", (), right, right, figures)
+    assert unknown_above_drive(none, few, coasting) is none  # without drive it was unknown: "inf % of the drive force"
 
 
 @pytest.mark.parametrize("verdict", ["none", "ambiguous"])

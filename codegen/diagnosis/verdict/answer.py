@@ -139,7 +139,7 @@ def unknown_above_drive(answer: Answer, left: Sequence[Remainder], problem: Prob
     if answer.verdict != "none" or all(isfinite(r.material) for r in left):
         return answer
     relative = force_errors(answer.refit, problem.motion, problem.used)[2]
-    if relative < 1:
+    if relative < 1 or not isfinite(relative):  # infinite where no input acts, whatever is left
         return answer
     words = (
         f"The residual force is {in_percent(relative)} of the drive force: noise, wrong masses, a wrong gain of the "
