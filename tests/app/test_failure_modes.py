@@ -47,8 +47,8 @@ def with_nan(good: Columns, rows: list[int]) -> Columns:
 REFUSED = {
     "too short": (lambda g: {k: v[:900] for k, v in g.items()}, "900 samples over 1.8 s"),
     "ms as us": (lambda g: g | {"t": g["t"] / 1000}, "is t in another unit?"),
-    "nothing moves": (lambda g: g | {"x": 0 * g["x"] + 0.3}, "0 stretches of"),
-    "all zeros": (lambda g: g | {"x": 0 * g["x"], "w": 0 * g["w"]}, "0 stretches of"),
+    "nothing moves": (lambda g: g | {"x": 0 * g["x"] + 0.3}, "does not move: it stays within 0 m of 0.3"),
+    "all zeros": (lambda g: g | {"x": 0 * g["x"], "w": 0 * g["w"]}, "does not move: it stays within 0 m of 0."),
     "a column missing": (lambda g: {"t": g["t"], "w": g["w"]}, "no column `x`"),
     "a burst of NaN": (lambda g: with_nan(g, list(range(500, 540))), "40 of them in a row"),
     "a NaN": (lambda g: with_nan(g, [500]), "`missing: fill`"),

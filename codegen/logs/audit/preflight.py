@@ -256,7 +256,7 @@ def _coordinate(log: Log, spec: Spec, motion: Motion, kept: Kept, j: int) -> Fin
     """Range, speed, reversals and standstill of a coordinate."""
     c = spec.coordinates[j]
     position, velocity = log.positions[kept, j], motion.velocities[motion.usable, j]
-    low, high = float(position.min()), float(position.max())
+    low, high = float(position.min()) + 0.0, float(position.max()) + 0.0  # no -0
     slow, fast = float(velocity.min()), float(velocity.max())
     reversals, still, threshold = motion.reversals[j], motion.standstill[j], float(motion.threshold[j])
     figures = {"position_min": low, "position_max": high, "velocity_min": slow, "velocity_max": fast}
