@@ -136,10 +136,11 @@ def step(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs 
     """One sample: estimates from the state and this measurement; ``state`` becomes that of the next sample.
 
     The estimates are written to ``outputs``, or to a new object.
-    A sample is invalid if an input is NaN, infinite or beyond 1e+150: ``outputs`` then hold the last estimates,
-    ``fault`` is 1, and the state is predicted with the held velocity. If the inputs are valid but the state is not, or its
-    mode is not ``RUNNING``, the estimates are held too, ``fault`` is 1, and the state is set from this sample. The held
-    estimates are read from ``outputs``: pass the same ones to each step.
+    A sample is invalid if an input is NaN or infinite, or if the inputs in sum, and the next states that they give, are
+    beyond 1e+150: ``outputs`` then hold the last estimates, ``fault`` is 1, and the state is predicted with
+    the held velocity. If the inputs are valid but the state is not, or its mode is not ``RUNNING``, the estimates are held
+    too, ``fault`` is 1, and the state is set from this sample. The held estimates are read from ``outputs``: pass the same
+    ones to each step.
     """
     if outputs is None:
         outputs = Outputs()

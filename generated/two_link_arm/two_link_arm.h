@@ -130,9 +130,10 @@ void two_link_arm_init(two_link_arm_state *state, const two_link_arm_parameters 
 
 /*
  * One sample: estimates from the state and this measurement, then the state of the next sample.
- * A sample is invalid if an input is NaN, infinite or beyond 1e+150: the outputs then hold the last estimates, fault is 1,
- * and the state is predicted with the held velocity. If the inputs are valid but the state is not, or its mode is not
- * TWO_LINK_ARM_RUNNING, the estimates are held too, fault is 1, and the state is set from this sample.
+ * A sample is invalid if an input is NaN or infinite, or if the inputs in sum, and the next states that they give, are
+ * beyond 1e+150: the outputs then hold the last estimates, fault is 1, and the state is predicted with the held
+ * velocity. If the inputs are valid but the state is not, or its mode is not TWO_LINK_ARM_RUNNING,
+ * the estimates are held too, fault is 1, and the state is set from this sample.
  * Set the outputs to zero before the first step, and pass the same ones to each: the held estimates are read from them.
  */
 void two_link_arm_step(two_link_arm_state *state, const two_link_arm_parameters *parameters,

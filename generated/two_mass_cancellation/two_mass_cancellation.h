@@ -114,9 +114,10 @@ void two_mass_cancellation_init(two_mass_cancellation_state *state, const two_ma
 
 /*
  * One sample: estimates from the state and this measurement, then the state of the next sample.
- * A sample is invalid if an input is NaN, infinite or beyond 1e+150: the outputs then hold the last estimates, fault is 1,
- * and the state is predicted with the held velocity. If the inputs are valid but the state is not, or its mode is not
- * TWO_MASS_CANCELLATION_RUNNING, the estimates are held too, fault is 1, and the state is set from this sample.
+ * A sample is invalid if an input is NaN or infinite, or if the inputs in sum, and the next states that they give, are
+ * beyond 1e+150: the outputs then hold the last estimates, fault is 1, and the state is predicted with the held
+ * velocity. If the inputs are valid but the state is not, or its mode is not TWO_MASS_CANCELLATION_RUNNING,
+ * the estimates are held too, fault is 1, and the state is set from this sample.
  * Set the outputs to zero before the first step, and pass the same ones to each: the held estimates are read from them.
  */
 void two_mass_cancellation_step(two_mass_cancellation_state *state, const two_mass_cancellation_parameters *parameters,
