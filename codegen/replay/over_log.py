@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
+from functools import cached_property
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -78,11 +79,12 @@ class Replayed(Result):
         peaks = {f"largest {p.name}": f"{p.value:.4g} {p.unit}" for p in self.peaks}
         return {"machine": self.name, "samples": self.samples, "faults": self.faults, **peaks}
 
-    @property
+    @cached_property
     def estimates(self) -> dict[str, Array]:
-        """Name → array (samples,), read from ``path``: ``t`` in s, the outputs, ``fault`` where the observer has it.
+        """Name → array (samples,): ``t`` in s, the outputs, ``fault`` where the observer has it.
 
-        Raises BadInput for a replay without ``out``, which writes no estimates, or a file that cannot be read.
+        Read from ``path`` when first asked for, and kept. Raises BadInput for a replay without ``out``, which writes no
+        estimates, or a file that cannot be read.
         """
         if self.path is None:
             expected = "a file as `out`, a .csv or .npy, from which they are read"
