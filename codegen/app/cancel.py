@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -144,14 +145,14 @@ def cancel(
     source: Source,
     out: str | Path | None = None,
     hunt: bool = False,
-    progress: Callable[[float], None] | None = None,
+    progress: Callable[[str, float], None] | None = None,
 ) -> CancelReport:
     """The friction that the inputs of a spec can cancel, and the cancelling input of the spec's ``cancellation:``.
 
     Args:
         out: folder for cancellation.json; None writes nothing.
         hunt: simulate the closed loop of controller, observer and cancelling input, and look for limit cycles.
-        progress: called with the share of this simulation that is done, 0 to 1.
+        progress: called with the step and the share of this simulation that is done, 0 to 1.
 
     Raises:
         BadInput: for a bad spec, a force that is not linear in the inputs, or a folder that cannot be written or has a
@@ -174,7 +175,7 @@ def cancel(
     left = remaining_friction(found, plan) if plan is not None else None
     report = CancelReport(spec, choice, found, plan, left, refusal)
     if hunt and plan is not None:
-        report = replace(report, hunting=hunting(spec, system, progress))
+        report = replace(report, hunting=hunting(spec, system, partial(progress, "simulate") if progress else None))
     require_finite(spec, report.content, "the cancellation")
     if out is None:
         return report

@@ -40,8 +40,8 @@ def run_demo(folder: Path, show: Callable[[str], None], progress: Callable[[str,
             render("text/demo_certify.txt.j2", certificate=generated.outcome, report=report.report, generated=generated)
         )
     log, test = folder / "train.csv", folder / "test.csv"
-    simulate(specs / PLANT, log, lambda share: progress("simulate", share / 2))
-    simulate(specs / "plants" / "belt_axis_test.yaml", test, lambda share: progress("simulate", (1 + share) / 2))
+    simulate(specs / PLANT, log, lambda step, share: progress(step, share / 2))
+    simulate(specs / "plants" / "belt_axis_test.yaml", test, lambda step, share: progress(step, (1 + share) / 2))
     show(render("text/demo_log.txt.j2", log=log, test=test))
     result = diagnose(spec, log, test, folder / "diagnosis", progress=progress)
     show(result.text(paths=False))

@@ -26,7 +26,7 @@ from codegen.base.errors import BadInput, Place
 from codegen.base.files import refuse_target, remove, write_all
 from codegen.base.input_files import identity, read_text
 from codegen.base.own_files import FILES_SHA256
-from codegen.base.progress import begin
+from codegen.base.progress import begin, rising
 from codegen.base.result import Result, json_text
 from codegen.base.text import render
 from codegen.diagnosis.case import Findings
@@ -112,7 +112,7 @@ def diagnose(
             ``log`` is held out.
         out: folder for DIAGNOSIS_FILES and generated/NAME; by default named after the first log.
         description, columns: how the logs name their columns.
-        progress: called with a step and the share of the work that is done, 0 to 1.
+        progress: called with a step and the share of the work that is done, 0 to 1, which never decreases.
         propose: whether PySINDy proposes terms for an unknown residual.
         material: share of the RMS drive force from which on a residual matters, 0.02 or "2 %"; 2 % by default.
         tell: called with the findings of the preflight on each log, before the fits.
@@ -123,6 +123,7 @@ def diagnose(
         BadInput: for a bad spec, log or share, or a folder with files that stiction did not write or, without
             ``force``, of another log or edited since; then nothing is written.
     """
+    progress = rising(progress) if progress is not None else None
     matters = MATERIAL if material is None else read_part(str(material), Place("--material"))
     logs, tests = _files(log), _files(test)
     if not logs:

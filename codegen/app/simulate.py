@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -56,14 +57,14 @@ class Simulated(Result):
 def simulate(
     source: Source,
     out: str | Path,
-    progress: Callable[[float], None] | None = None,
+    progress: Callable[[str, float], None] | None = None,
     plant: str = PLANTS[0],
 ) -> Simulated:
     """Write a log of the plant of a spec, with its declared effects, driven as its ``simulation:`` section says.
 
     Args:
         out: the log, .csv.
-        progress: called with the share of the work that is done, 0 to 1.
+        progress: called with the step and the share of the work that is done, 0 to 1.
         plant: ``own``, or ``mujoco``: the exported model in MuJoCo.
 
     Raises:
@@ -81,7 +82,7 @@ def simulate(
 
         make_plant, model = mujoco_plant(spec, system)
         notes = tuple(remark.text for remark in model.remarks if remark.held != "exact")
-    run = simulate_plant(spec, system, progress, make_plant=make_plant)
+    run = simulate_plant(spec, system, partial(progress, "simulate") if progress else None, make_plant=make_plant)
     write_log(target, spec, run)
     share = spec.simulation.cancel if spec.simulation is not None else None
     gain = float(spec.cancellation.gain) if spec.cancellation is not None else 1.0

@@ -254,7 +254,7 @@ def cancel(
     with progress() as tell:
         from codegen.app.cancel import cancel
 
-        report = cancel(spec, out, hunt, lambda share: tell("simulate", share))
+        report = cancel(spec, out, hunt, tell)
     _show(report, as_json)
     raise typer.Exit(REFUSED if report.refusal is not None else 0)
 
@@ -270,7 +270,7 @@ def simulate(
     with progress() as tell:
         from codegen.app.simulate import simulate
 
-        result = simulate(spec, out, lambda share: tell("simulate", share), plant)
+        result = simulate(spec, out, tell, plant)
     if as_json:
         print_json(result.content)
         return

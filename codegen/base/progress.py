@@ -39,6 +39,21 @@ def begin(step: str) -> None:
         display(step, 0.0)
 
 
+def rising(progress: Callable[[str, float], None]) -> Callable[[str, float], None]:
+    """``progress``, called with the largest share so far in place of a smaller one.
+
+    The number of rounds of a search is not known before it ends, so that a share computed from it may be too large.
+    """
+    largest = 0.0
+
+    def tell(step: str, share: float) -> None:
+        nonlocal largest
+        largest = max(largest, share)
+        progress(step, largest)
+
+    return tell
+
+
 @contextmanager
 def steps_to(display: Callable[[str, float], None] | None) -> Iterator[None]:
     """A context within which ``begin`` reports to ``display``; None changes nothing."""

@@ -10,7 +10,9 @@ from contextlib import suppress
 
 import pytest
 
+import stiction
 from codegen.app import derived
+from codegen.app import diagnose as diagnosing
 from codegen.base import progress as told
 from codegen.base.errors import BadInput
 from codegen.base.progress import LOADING, begin, progress
@@ -116,6 +118,35 @@ def test_the_steps_of_a_library_call_are_not_shown(capsys) -> None:
     with pytest.raises(BadInput):
         derived.derived_from("no.yaml")
     assert capsys.readouterr() == ("", "")
+
+
+def test_a_share_never_decreases(monkeypatch, tmp_path) -> None:
+    """After 78 % of "effect 3" came 60 %: a search may begin a round again."""
+    log = tmp_path / "log.csv"
+    stiction.simulate(SPECS / "one_mass.yaml", log)
+    told: list[tuple[str, float]] = []
+
+    def searching(spec, system, train, held_out, progress, *_) -> None:
+        for step, share in (("effect 3", 0.775), ("effect 3", 0.6), ("values and held-out error", 0.78)):
+            progress(step, share)
+        raise BadInput("here", "an end", "none", code="LOG009")
+
+    monkeypatch.setattr(diagnosing, "diagnose_log", searching)
+    with pytest.raises(BadInput, match="an end"):
+        stiction.diagnose(SPECS / "one_mass.yaml", log, out=tmp_path / "out", progress=lambda *tell: told.append(tell))
+    assert told == [("effect 3", 0.775), ("effect 3", 0.775), ("values and held-out error", 0.78)]
+
+
+def test_a_simulation_tells_step_and_share(tmp_path) -> None:
+    """It told the share alone, so that one function did not fit all verbs."""
+    told: list[tuple[str, float]] = []
+
+    def tell(step: str, share: float) -> None:
+        told.append((step, share))
+
+    stiction.simulate(SPECS / "one_mass.yaml", tmp_path / "log.csv", progress=tell)
+    shares = [share for _, share in told]
+    assert {step for step, _ in told} == {"simulate"} and shares == sorted(shares) and shares[-1] == 1
 
 
 def test_other_verbs_stay_silent_off_a_terminal(capsys) -> None:

@@ -101,8 +101,8 @@ def test_a_truth_of_numpy_is_one(one: stiction.Machine, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("verb", "given", "words"),
     [
-        ("simulate", {"out": "log.csv", "progress": lambda step, share: None}, "expected a function of a number or"),
-        ("cancel", {"progress": lambda: None}, "expected a function of a number or None"),
+        ("simulate", {"out": "log.csv", "progress": lambda share: None}, "expected a function of text and a number or"),
+        ("cancel", {"progress": lambda: None}, "expected a function of text and a number or None"),
         ("diagnose", {"log": "log.csv", "progress": lambda share: None}, "expected a function of text and a number or"),
         ("diagnose", {"log": "log.csv", "tell": lambda: None}, "expected a function of a mapping"),
         ("watch", {"log": "log.csv", "tell": lambda: None}, "expected a function of an Alarm or None"),
@@ -122,7 +122,7 @@ def test_what_the_callers_function_raises_leaves_the_verb_as_it_is(
 ) -> None:
     """No handler of a verb takes it for its own: a division by zero in it is no bad spec and no internal error."""
 
-    def stop(share: float) -> None:
+    def stop(step: str, share: float) -> None:
         raise error(*["mine"] * (3 if error is stiction.BadInput else 1))
 
     with pytest.raises(error, match="mine") as told:
@@ -134,16 +134,16 @@ def test_the_callers_function_is_his_within_a_verb_that_calls_another(one: stict
     """``outer`` has a function of its own too; the one that raised is told from it."""
 
     @verb
-    def outer(progress: Callable[[float], None]) -> None:
+    def outer(progress: Callable[[str, float], None]) -> None:
         try:
-            one.simulate(tmp_path / "log.csv", progress=lambda share: fail())
+            one.simulate(tmp_path / "log.csv", progress=lambda step, share: fail())
         except RuntimeError:
             one.simulate(tmp_path / "log.csv", progress=progress)
 
     def fail() -> None:
         raise RuntimeError("of outer")
 
-    def stop(share: float) -> None:
+    def stop(step: str, share: float) -> None:
         raise KeyError("mine")
 
     with pytest.raises(KeyError, match="mine"):

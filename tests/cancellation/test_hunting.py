@@ -110,7 +110,9 @@ def test_a_controller_without_reference_has_nothing_to_hunt_about():
 def test_the_verb_tells(tmp_path):
     spec = tmp_path / "spec.yaml"
     spec.write_text(QUICK.replace("duration: 6", "duration: 1.5").replace("0.1*sin", "0.02*sin"), encoding="utf-8")
-    report = stiction.cancel(spec, hunt=True)
+    told: list[tuple[str, float]] = []
+    report = stiction.cancel(spec, hunt=True, progress=lambda step, share: told.append((step, share)))
+    assert told == sorted(told) and {step for step, _ in told} == {"simulate"} and 0 < told[0][1] <= told[-1][1] <= 1
     assert report.hunting is not None and report.hunting.largest == 1
     assert [t["gain"] for t in report.content["hunting"]["trials"]] == [0, 1]
     words = render("text/cancel.txt.j2", **report.view)
