@@ -22,6 +22,7 @@ from codegen.checker import verify
 from codegen.mechanics.casadi_form import at_points, function_of
 from codegen.mechanics.compact import compact
 from codegen.mechanics.system import Matrix
+from codegen.observers import OBSERVERS
 from codegen.spec.model import CancellationChoice, Spec
 from codegen.spec.numerics import numerical
 
@@ -128,12 +129,13 @@ def _contacts(spec: Spec, choice: CancellationChoice, found: Reach) -> tuple[int
     if choice.contacts == "all":
         return tuple(range(len(names)))
     place = spec.place("cancellation.contacts")
-    if spec.observer is not None and spec.observer.kind in ("to", "gto"):
-        observed = f"{spec.observer.kind}, which estimates the force on each coordinate and not that of each contact"
+    if spec.observer is not None and not OBSERVERS[spec.observer.kind].by_contact:
+        of_sums = f"single contacts with `kind: {spec.observer.kind}`, which estimates the force on each coordinate"
+        by_contact = [name for name, kind in OBSERVERS.items() if kind.by_contact and not kind.general]
         raise BadInput(
             place,
-            f"single contacts, which {observed} does not estimate",
-            "`contacts: all`, or gcfo, gdfo or mgto",
+            f"{of_sums} and not that of each contact",
+            f"`contacts: all`, or an observer of each contact: {', '.join(by_contact)}",
             "mgto",
             code="SPEC027",
         )

@@ -1,4 +1,4 @@
-"""Registry of the observers, which are lists of equations. To add one: a file with its builder, and its kinds here."""
+"""Registry of the observers, which are lists of equations. To add one: a file with its KINDS, added to OBSERVERS."""
 
 from __future__ import annotations
 
@@ -10,11 +10,10 @@ from codegen.base.errors import BadInput, Place, refuse_unknown
 from codegen.effects.declare import system_of
 from codegen.mechanics.sampling import rank, sampled_values
 from codegen.mechanics.system import System
-from codegen.observers.coulomb import coulomb_friction_observer
-from codegen.observers.dynamic import dynamic_friction_observer
+from codegen.observers import coulomb, dynamic, tracking
 from codegen.observers.equations import Equation, ErrorVariable, Observer
 from codegen.observers.gains import refuse_unknown_gains
-from codegen.observers.tracking import tracking_observer
+from codegen.observers.kind import ObserverKind
 from codegen.observers.velocity import refuse_integration
 from codegen.spec.free_gains import refuse_free_gains
 from codegen.spec.model import ObserverChoice, Spec
@@ -22,20 +21,10 @@ from codegen.spec.numerics import numerical
 from codegen.spec.places import place_of
 from codegen.spec.schema import ObserverSection
 
-OBSERVERS: dict[str, Callable[[Spec, System], Observer]] = {
-    "cfo": coulomb_friction_observer,
-    "gcfo": coulomb_friction_observer,
-    "to": tracking_observer,
-    "gto": tracking_observer,
-    "mgto": tracking_observer,
-    "dfo": dynamic_friction_observer,
-    "gdfo": dynamic_friction_observer,
-}
-GAINS = {"cfo": ("K_F", "K_v"), "to": ("K_1", "K_2", "K_v"), "dfo": ("K_a", "K_f1", "K_f2", "K_v")}
-"""End of an observer's kind → the gains that it can have."""
-SINGLE = {"cfo": "gcfo", "to": "gto", "dfo": "gdfo"}
-"""Kind for one coordinate → its general form."""
-_OF_SUMS = f"or `kind: gto` with gains of {', '.join(GAINS['to'])}: it estimates the sum of forces on each coordinate"
+OBSERVERS: dict[str, ObserverKind] = {**coulomb.KINDS, **tracking.KINDS, **dynamic.KINDS}
+_OF_SUMS = (
+    f"or `kind: gto` with gains of {', '.join(tracking.GAINS)}: it estimates the sum of forces on each coordinate"
+)
 """What is expected in place of an observer of the friction at each of several dependent contacts."""
 
 
@@ -64,18 +53,18 @@ def build_observer(spec: Spec, system: System) -> Observer:
         raise BadInput(spec.place("name"), "no `observer:` section", expected, code="SPEC029")
     refuse_unknown_words(choice, spec.place)
     place = spec.place("observer.kind")
-    builder = OBSERVERS[choice.kind]
-    if choice.kind in SINGLE and (system.degrees_of_freedom > 1 or len(system.contacts) > 1):
-        n, contacts, general = system.degrees_of_freedom, len(system.contacts), SINGLE[choice.kind]
+    kind = OBSERVERS[choice.kind]
+    if kind.general and (system.degrees_of_freedom > 1 or len(system.contacts) > 1):
+        n, contacts = system.degrees_of_freedom, len(system.contacts)
         found = f"{choice.kind} on {n} coordinate{'s'[: n > 1]} and {contacts} contact{'s'[: contacts > 1]}"
         if contacts > n:  # their slips depend on each other, so no observer can tell their forces apart
             raise BadInput(place, found, f"one contact with the sum of the levels, {_OF_SUMS}", code="SPEC022")
-        raise BadInput(place, found, f"{general}, its general form", general, code="SPEC022")
+        raise BadInput(place, found, f"{kind.general}, its general form", kind.general, code="SPEC022")
     _refuse_idle_options(spec, choice)
     refuse_integration(spec)
-    observer = builder(spec, system)
+    observer = kind.build(spec, system)
     if choice.integration != "euler":
-        euler = builder(replace(spec, observer=replace(choice, integration="euler")), system)
+        euler = kind.build(replace(spec, observer=replace(choice, integration="euler")), system)
         observer = replace(observer, integration=choice.integration, euler=euler)
     _refuse_shared_names(spec, observer)
     return observer
@@ -89,21 +78,22 @@ def refuse_unknown_words(choice: ObserverChoice | ObserverSection, place: Callab
         place: key → its file and line.
     """
     refuse_unknown(choice.kind, OBSERVERS, place("observer.kind"), "unknown observer", code="SPEC008")
-    known = next(gains for end, gains in GAINS.items() if choice.kind.endswith(end))
-    refuse_unknown_gains(choice, place, known)
+    refuse_unknown_gains(choice, place, OBSERVERS[choice.kind].gains)
 
 
 def _refuse_idle_options(spec: Spec, choice: ObserverChoice) -> None:
     """Raise BadInput for options that the chosen kind of observer would ignore."""
-    options = {"laws": (bool(choice.laws), "dfo"), "h": (choice.shape is not None, "cfo")}
-    options["domain"] = (choice.domain is not None, "cfo")
-    options["exponent"] = (choice.exponent != 1, "cfo")
-    for key, (given, reader) in options.items():
-        if given and not choice.kind.endswith(reader):
+    given = {
+        "laws": bool(choice.laws),
+        "h": choice.shape is not None,
+        "domain": choice.domain is not None,
+        "exponent": choice.exponent != 1,
+    }
+    for key, is_given in given.items():
+        if is_given and key not in OBSERVERS[choice.kind].options:
             found = f"`{key}` with `kind: {choice.kind}`, which does not use it"
-            raise BadInput(
-                spec.place(f"observer.{key}"), found, f"`kind: {reader}` or `kind: g{reader}`", code="SPEC020"
-            )
+            readers = " or ".join(f"`kind: {name}`" for name, kind in OBSERVERS.items() if key in kind.options)
+            raise BadInput(spec.place(f"observer.{key}"), found, readers, code="SPEC020")
 
 
 def _refuse_shared_names(spec: Spec, observer: Observer) -> None:
@@ -127,6 +117,7 @@ __all__ = [
     "Equation",
     "ErrorVariable",
     "Observer",
+    "ObserverKind",
     "build_observer",
     "observer_of",
     "refuse_unknown_words",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -16,6 +16,7 @@ from codegen.mechanics.system import Matrix, System
 from codegen.observers import parts
 from codegen.observers.equations import Cascade, Domain, Equation, Observer
 from codegen.observers.gains import GainMatrix, read_gain
+from codegen.observers.kind import ObserverKind
 from codegen.observers.velocity import States, velocity_of
 from codegen.spec.functions import Magnitude
 from codegen.spec.model import Spec, symbol
@@ -201,7 +202,7 @@ def read_shape(spec: Spec, system: System) -> Shape:
 def refuse_infinite_slope(spec: Spec) -> None:
     """Raise BadInput if the envelope contains v = 0 and h has an infinite slope there, so that Ψ is unbounded."""
     choice = spec.observer
-    if choice is None or not choice.kind.endswith("cfo"):
+    if choice is None:
         return
     if not all(low <= 0 <= high for low, high in (spec.envelope.get(v, (-1, 1)) for v in spec.velocities)):
         return
@@ -217,3 +218,7 @@ def _top_speed(spec: Spec, system: System) -> float:
     """An upper estimate of the slip speed in the envelope; at least 1e-3."""
     ends = [spec.envelope.get(v.name, (-10, 10)) for v in system.velocities]
     return max(1e-3, *[max(abs(float(lo)), abs(float(hi))) for lo, hi in ends]) * max(1, len(ends))
+
+
+_GENERAL = ObserverKind(coulomb_friction_observer, ("K_F", "K_v"), ("exponent", "h", "domain"))
+KINDS = {"cfo": replace(_GENERAL, general="gcfo"), "gcfo": _GENERAL}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import sympy
@@ -14,6 +14,7 @@ from codegen.mechanics.system import ContactFriction, Matrix, System
 from codegen.observers import parts
 from codegen.observers.equations import Equation, LawFunction, Observer
 from codegen.observers.gains import GainMatrix, read_gain
+from codegen.observers.kind import ObserverKind
 from codegen.observers.velocity import States, velocity_of
 from codegen.spec.model import Spec, symbol
 
@@ -275,3 +276,7 @@ def _gain_units(laws: list[AssumedLaw], system: System, gains: Gains) -> dict[sy
         | first.units(states, positions)
         | second.units([f"{state}*s".removeprefix("1*") for state in states], positions)
     )
+
+
+_GENERAL = ObserverKind(dynamic_friction_observer, ("K_a", "K_f1", "K_f2", "K_v"), ("laws",))
+KINDS = {"dfo": replace(_GENERAL, general="gdfo"), "gdfo": _GENERAL}

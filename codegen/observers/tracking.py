@@ -8,6 +8,7 @@ from codegen.mechanics.system import Matrix, System
 from codegen.observers import parts
 from codegen.observers.equations import Cascade, Equation, Observer
 from codegen.observers.gains import read_gain
+from codegen.observers.kind import ObserverKind
 from codegen.observers.velocity import States, velocity_of
 from codegen.spec.model import Spec
 
@@ -25,7 +26,7 @@ def tracking_observer(spec: Spec, system: System) -> Observer:
         BadInput: for gains of wrong shape or sign.
     """
     choice = spec.required_observer
-    by_contact = choice.kind == "mgto"
+    by_contact = KINDS[choice.kind].by_contact
     positions = [x.name for x in system.positions]
     names = parts.contact_names(system) if by_contact else positions
     units = parts.contact_units(system) if by_contact else parts.force_units(system)
@@ -77,3 +78,11 @@ def tracking_observer(spec: Spec, system: System) -> Observer:
         level_errors=False,
         cascade=None if by_contact else cascade,
     )
+
+
+GAINS = ("K_1", "K_2", "K_v")
+KINDS = {
+    "to": ObserverKind(tracking_observer, GAINS, general="gto", by_contact=False),
+    "gto": ObserverKind(tracking_observer, GAINS, by_contact=False),
+    "mgto": ObserverKind(tracking_observer, GAINS),
+}

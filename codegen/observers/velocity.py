@@ -95,7 +95,7 @@ class Velocity:
             own: states without those of the velocity estimate.
             errors: without v − v̂.
             gains: without K_v.
-            gain_units: of ``gains``; K_v is in 1/s.
+            gain_units: of all of ``gains``; K_v is in 1/s.
             more: other fields of ``Observer``.
         """
         system = self.system
@@ -108,6 +108,7 @@ class Velocity:
             rates = [*(-gain * self.symbols + weight * acceleration), *rates]
             initial = [*(-gain * system.x), *initial]
         values = {s: value for gain in (*gains, self.gain) if gain is not None for s, value in gain.values.items()}
+        unit_of = {**gain_units, **({} if self.gain is None else dict.fromkeys(self.gain.values, "1/s"))}
         return Observer(
             kind=choice.kind,
             velocity=choice.velocity,
@@ -121,7 +122,7 @@ class Velocity:
             true_friction=Matrix(true_friction),
             signs=tuple(symbol(f"s_{c.name}") for c in system.contacts),
             gains=values,
-            gain_units={s: gain_units.get(s, "1/s") for s in values},
+            gain_units={s: unit_of[s] for s in values},
             sample_time=choice.sample_time,
             **more,
         )

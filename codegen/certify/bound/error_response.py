@@ -144,7 +144,7 @@ def _unsupported(observer: Observer) -> str:
         return "the observer measures velocity, and the bound covers estimated velocity only"
     if observer.integration == "implicit":
         return "the step is implicit, and the bound covers euler and semi_implicit"
-    if observer.kind in ("dfo", "gdfo"):
+    if any(e.of == "state" for e in observer.errors):
         return "the error of a DFO's friction state is not linear, and the bound is a sum of linear responses"
     if varying := _names(observer.system.mass_matrix.xreplace(_numbers(observer))):
         return f"the mass matrix depends on {varying}, and the bound covers a constant one"
