@@ -199,13 +199,14 @@ def cutoff_with_segments(log: Log, motion: Motion, split: int) -> float | None:
     A segment is so many periods of the cutoff; free runs are compared with the unfiltered positions, so more noise in
     the filtered ones is no bias. None if the motion holds enough, none would help, or the log states its cutoff.
     """
-    if log.cutoff_hz or _holds_segments(log, motion, split):
+    if log.cutoff_hz or holds_segments(log, motion, split):
         return None
     higher = (hz for hz in reversed(CUTOFFS_HZ) if motion.cutoff_hz < hz <= 0.1 / log.sample_time)
-    return next((hz for hz in higher if _holds_segments(log, smooth_motion(log, hz), split)), None)
+    return next((hz for hz in higher if holds_segments(log, smooth_motion(log, hz), split)), None)
 
 
-def _holds_segments(log: Log, motion: Motion, split: int) -> bool:
+def holds_segments(log: Log, motion: Motion, split: int) -> bool:
+    """Whether the first ``split`` samples of a motion hold enough segments for free runs."""
     try:
         record_of(_restrict(motion, split), log)
     except BadInput:

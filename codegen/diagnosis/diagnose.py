@@ -20,10 +20,11 @@ from codegen.base.parallel import in_another_process
 from codegen.base.progress import steps_to
 from codegen.diagnosis import steady_runs
 from codegen.diagnosis.case import HELD_OUT_SHARE, Case, Findings, case_of
+from codegen.diagnosis.few_stretches import few_stretches
 from codegen.diagnosis.fit.credit import ALPHA, is_far, noise_ratio, share_far
 from codegen.diagnosis.fit.measure import RESTART_S, force_errors, measure
 from codegen.diagnosis.fit.output_error import BLOCKS, levels_at_zero
-from codegen.diagnosis.fit.record import is_shortened, position_noise, record_of
+from codegen.diagnosis.fit.record import FEW_STRETCHES, is_shortened, position_noise, record_of
 from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.search import Search, search_on
 from codegen.diagnosis.free_runs import Judge, select
@@ -101,10 +102,12 @@ def diagnose_log(
     if means is None:
         try:
             search = search_on(case.problem, lambda share: record_of(case.problem.motion, case.log, share))
-        except BadInput as error:  # of few stretches in motion; a problem of the preflight may be why
-            if case.unfit is None:
+        except BadInput as error:
+            if case.unfit is not None:  # which may be why there are few stretches in motion
+                raise case.unfit from error
+            if error.code != FEW_STRETCHES:
                 raise
-            raise case.unfit from error
+            raise few_stretches(case, error) from error
         if not case.faults:  # of which no effect is tried
             start_compiling(search)
         tell(case.findings_in_words)  # after the checks that refuse a short log

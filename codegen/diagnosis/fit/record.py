@@ -28,6 +28,8 @@ EDGE_S = 0.2
 STILL = 0.02
 """A segment whose speed stays below this share of the 95 % speed is not used."""
 LEAST_SEGMENTS = 12
+FEW_STRETCHES = "LOG009"
+"""Code of the refusal of a log with fewer."""
 SHORTENED = (1.0, 0.8, 0.64, 0.5, 0.4)
 """Shares of the usual segment length, tried in turn where a short log has too few segments: down to two periods. At a
 share of 0.32 two of six start–stop logs at 25 Hz, 16 samples a segment, were given a wrong effect."""
@@ -172,11 +174,10 @@ def record_of(motion: Motion, log: Log, shorter: float = 1.0) -> Record:
     else:
         found = f"{len(starts)} stretch{'es' * (len(starts) != 1)} of {tried * h:.2g} s in motion"
         expected = (
-            f"at least {LEAST_SEGMENTS}, so that friction in slip can be seen: more motion, or, as a stretch is "
-            f"at least {SHORTENED[-1] * PERIODS:g} periods of the cutoff of {motion.cutoff_hz:.3g} Hz, a higher "
-            "`cutoff_hz` in its description"
+            f"at least {LEAST_SEGMENTS}, each of {SHORTENED[-1] * PERIODS:g} periods or more of the cutoff of "
+            f"{motion.cutoff_hz:.3g} Hz, so that friction in slip can be seen"
         )
-        raise BadInput(log.where, found, expected, code="LOG009")
+        raise BadInput(log.where, found, expected, code=FEW_STRETCHES)
     steps = tried * max(1, int(np.ceil(h * STEPS_PER_PERIOD * motion.cutoff_hz)))
     most = max(PLENTY, MOST_STEPS // steps)
     if len(starts) > most:

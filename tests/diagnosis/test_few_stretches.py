@@ -1,0 +1,64 @@
+"""A log with too few stretches in motion is refused with the cutoff that lets it be judged, or how long it rests."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from codegen.base.errors import BadInput
+from codegen.diagnosis.case import case_of
+from codegen.diagnosis.diagnose import diagnose_log
+from codegen.diagnosis.fit.record import LEAST_SEGMENTS, record_of
+from codegen.logs import Log, read_log
+from tests.diagnosis.stage import log_of, stage, system_of
+
+
+def sampled(folder: Path, log: Log, every: int, meta: str = "{}\n") -> Log:
+    """Every so manieth row of a log, as a file with a description beside it."""
+    rows = np.column_stack([log.time, log.positions, log.inputs])[::every]
+    lines = [",".join(map(repr, row)) for row in rows.tolist()]
+    (folder / "slow.csv").write_text("\n".join(["t,x,w", *lines]) + "\n", encoding="utf-8")
+    (folder / "meta.yaml").write_text(meta, encoding="utf-8")
+    return read_log(folder / "slow.csv", stage())
+
+
+def refusal(log: Log) -> str:
+    with pytest.raises(BadInput) as told:
+        diagnose_log(stage(), system_of(stage()), log)
+    assert told.value.code == "LOG009" and f"at least {LEAST_SEGMENTS}" in str(told.value)
+    return str(told.value)
+
+
+@pytest.mark.parametrize(("every", "duration"), [(25, 14.0), (20, 12.0), (10, 5.0)])
+def test_the_proposed_cutoff_passes_the_check(tmp_path: Path, every: int, duration: float) -> None:
+    """20 to 50 Hz: a tenth of the sample rate makes the stretches too long for so short a log."""
+    log = log_of(stage(level=4.5, duration=duration), tmp_path, "log.csv")
+    words = refusal(sampled(tmp_path, log, every))
+    (key,) = re.findall(r"`(cutoff_hz: [\d.]+)`", words)
+    again = sampled(tmp_path, log, every, f"{key}\n")
+    case = case_of(stage(), system_of(stage()), again, None, 0.02)
+    assert len(record_of(case.problem.motion, case.log).start) >= LEAST_SEGMENTS
+    (needed,) = re.findall(r"about (\d+) s of such motion", words)
+    longer = log_of(stage(level=4.5, duration=float(needed)), tmp_path, "log.csv")
+    case = case_of(stage(), system_of(stage()), sampled(tmp_path, longer, every), None, 0.02)
+    assert len(record_of(case.problem.motion, case.log).start) >= LEAST_SEGMENTS
+
+
+def test_a_log_that_mostly_rests_is_told_so(tmp_path: Path) -> None:
+    """It moves in 1 of 12 s; no cutoff is proposed, since none passes."""
+    once = "0.1*(1 + tanh(8*(t - 6)))"
+    words = refusal(sampled(tmp_path, log_of(stage(level=4.5, reference=once, duration=12.0), tmp_path, "log.csv"), 20))
+    (share,) = re.findall(r"x rests in (\d+)% of the time", words)
+    assert 85 <= int(share) <= 99 and "without pauses" in words and "cutoff_hz" not in words
+
+
+def test_without_a_cutoff_that_passes_none_is_proposed(tmp_path: Path) -> None:
+    log = sampled(tmp_path, log_of(stage(level=4.5, duration=11.0), tmp_path, "log.csv"), 25)
+    words = refusal(log)
+    assert "cutoff_hz" not in words and "of such motion" in words
+    for cutoff in (2.5, 3.5, 5.0):
+        refusal(replace(log, cutoff_hz=cutoff))
