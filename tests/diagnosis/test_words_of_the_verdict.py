@@ -502,3 +502,17 @@ def test_a_time_that_seems_wrong_is_said_beside_an_effect() -> None:
             verdict, effects=(SPRING,), rivals=(PLAY,) if verdict == "ambiguous" else (), misread=[words]
         ).facts
         assert any(f.topic == "log" and f.words == f"The log itself may be the cause: {words}." for f in facts) is said
+
+
+@pytest.mark.parametrize("verdict", ["effect", "ambiguous"])
+def test_effects_on_two_coordinates_have_figures_of_both(verdict: str) -> None:
+    """The evidence was of the first one's coordinate alone. Effects that tie are compared on that one."""
+    second = {"by_force": False, "declared": 3e-3, "refit": 2e-3, "augmented": 1e-3, "unit": "rad", "where": "q2"}
+    effects = (replace(SPRING, on="q1"), replace(SPRING, kind="viscous", on="q2"))
+    said = statement_of(verdict, effects=effects, where="q1", elsewhere=[second])
+    (words,) = said.of("evidence")
+    assert words.startswith("Residual force on q1 on held-out data: 2 N as declared, 1 N with ")
+    of_second = " Simulation error of q2: 0.003 rad as declared, 0.002 rad with refitted values alone, 0.001 rad with"
+    assert (of_second in words) is (verdict == "effect")
+    (fact,) = [f for f in said.facts if f.topic == "evidence"]
+    assert "Residual force:" in fact.detail and ("Simulation error:" in fact.detail) is (verdict == "effect")

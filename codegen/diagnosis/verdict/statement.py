@@ -37,7 +37,7 @@ def statement(
     records: int = 0,
     training: Sequence[float] = (),
 ) -> Statement:
-    """The verdict in words, with figures of the coordinate on which the first effect acts.
+    """The verdict in words, with figures of the coordinates on which the effects act, that of the first at length.
 
     Args:
         refitted: name → value in the declared, refit and augmented model.
@@ -46,10 +46,7 @@ def statement(
     """
     system, material, findings = case.problem.system, case.material, case.findings["train"]
     most = worst(left, material)
-    i = acts_on(answer.effects[0], system) if answer.effects else 0
-    by_force = not answer.augmented.transmissions and all(isfinite(f.force_rms_rows[i]) for f in answer.figures)
-    by_force = by_force and answer.figures[2].force_rms_rows[i] <= answer.figures[1].force_rms_rows[i]
-    declared, refit, augmented = (f.force_rms_rows[i] if by_force else f.free_run_rmse_rows[i] for f in answer.figures)
+    first, *others = dict.fromkeys(acts_on(e, system) for e in answer.effects) or (0,)
     several = system.degrees_of_freedom > 1
     return stated(
         verdict=answer.verdict,
@@ -59,13 +56,9 @@ def statement(
         stroke=answer.stroke,
         errors=answer.errors,
         remarks=answer.remarks,
-        by_force=by_force,
-        declared=declared,
-        refit=refit,
-        augmented=augmented,
+        **_errors_on(first, answer, system),
+        elsewhere=[_errors_on(i, answer, system) for i in others],
         training=training,
-        unit=system.force_unit(i) if by_force else system.position_units[i],
-        where=system.positions[i].name if several else "",
         faults=[f.words for f in findings if f.severity == "problem"],
         misread=[f.words for f in findings if f.severity == "warning" and f.topic == SCALE_OF_TIME],
         doubts=[f.words for f in findings if f.severity == "warning" and f.topic in DOUBTFUL],
@@ -84,9 +77,30 @@ def statement(
     )
 
 
+def _errors_on(i: int, answer: Answer, system: System) -> dict[str, Any]:
+    """The errors on a coordinate: of force where they have figures that fall with the effects, else of position."""
+    by_force = not answer.augmented.transmissions and all(isfinite(f.force_rms_rows[i]) for f in answer.figures)
+    by_force = by_force and answer.figures[2].force_rms_rows[i] <= answer.figures[1].force_rms_rows[i]
+    declared, refit, augmented = (f.force_rms_rows[i] if by_force else f.free_run_rmse_rows[i] for f in answer.figures)
+    return {
+        "by_force": by_force,
+        "declared": declared,
+        "refit": refit,
+        "augmented": augmented,
+        "unit": system.force_unit(i) if by_force else system.position_units[i],
+        "where": system.positions[i].name if system.degrees_of_freedom > 1 else "",
+    }
+
+
 def stated(**given: Any) -> Statement:
     """The statement from plain values; names as in the templates."""
-    view = {"far_noise": credit.FAR, "near_noise": credit.NEAR_NOISE, "stroke": "", "misread": []} | given
+    view = {
+        "far_noise": credit.FAR,
+        "near_noise": credit.NEAR_NOISE,
+        "stroke": "",
+        "misread": [],
+        "elsewhere": [],
+    } | given
     headline = render("text/statement/headline.j2", **view).strip()
     facts = [f for f in _facts(view) if f.words]
     return Statement(headline, tuple(sorted(facts, key=lambda fact: TOPICS.index(fact.topic))))
