@@ -26,7 +26,7 @@ from codegen.spec.quantity import (
     read_share,
     refuse_other_unit,
 )
-from codegen.spec.reserved import is_device, is_identifier, is_macro, reserved, shadows_header
+from codegen.spec.reserved import is_device, is_function, is_identifier, is_macro, reserved, shadows_header
 from codegen.spec.schema import ObserverSection, SpecDocument
 from codegen.spec.simulation_section import read_simulation
 from codegen.spec.units import inertia_for, require_coherent, si_factor, unit_name
@@ -213,6 +213,9 @@ class _Reading:
         if is_macro(name, self.document.name):
             found = f"the name `{name}`, a macro of the generated code"
             raise BadInput(self.place(key), found, "another name", code="SPEC009")
+        if is_function(name, self.document.name):
+            found = f"the name `{name}`, a function of the generated code"
+            raise BadInput(self.place(key), found, "another name", f"{name}_", code="SPEC009")
         if reserved(name):
             of_formulas = "which complex.h and formulas use for the constants i and e"
             why = of_formulas if name in ("I", "E") else "a reserved word"

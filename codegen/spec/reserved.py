@@ -16,7 +16,7 @@ _C_WORDS = re.compile(
     r"stdin|stdout|stderr|errno|complex|imaginary|constexpr|nullptr|decltype|concept|and|or|not|"
     r"static_assert|alignas|alignof|and_eq|or_eq|not_eq|xor_eq|bitand|bitor|compl|noexcept|requires|thread_local|typeid|"
     r"char(8|16|32)_t|wchar_t|(const|dynamic|static|reinterpret)_cast|co_(await|return|yield)|const(eval|init)|export|"
-    r"typeof_unqual|offsetof|math_errhandling"
+    r"typeof_unqual|offsetof|math_errhandling|i386|AVR|WIN32|WIN64|WINNT|mips"
 )
 _C_MACROS = re.compile(
     r"(FLT|DBL|LDBL|DECIMAL|FP|MATH)_[A-Z0-9_]+|HUGE_VAL[FL]|BUFSIZ|SEEK_(CUR|END|SET)|L_(tmpnam|ctermid|cuserid)|P_tmpdir|"
@@ -61,6 +61,11 @@ def shadows_header(name: str) -> bool:
 def is_device(name: str) -> bool:
     """Whether a name is that of a device of Windows, where no file can have it, with any ending."""
     return re.fullmatch(r"con|prn|aux|nul|(com|lpt)[0-9]", name.lower()) is not None
+
+
+def is_function(name: str, machine: str) -> bool:
+    """Whether a name is that of the sign function in the generated C of a machine, which no proof takes for a field."""
+    return name == f"{machine}_sign"
 
 
 def is_macro(name: str, machine: str) -> bool:

@@ -137,6 +137,14 @@ FAULTS = {
         changed(ONE, "  m: {", "  NULL: {value: 1, unit: kg}\n  m: {"),
         ":9: parameters.null: the name `null`, a reserved word",
     ),
+    "a parameter called i386, a macro of gcc -m32": (
+        changed(ONE, "  m: {", "  i386: {value: 1, unit: kg}\n  m: {"),
+        ":9: parameters.i386: the name `i386`, a reserved word",
+    ),
+    "a contact called as its law's parameter": (
+        changed(ONE, "name: rail,", "name: a,"),
+        "the name `a_a` (formed from contact `a` and parameter `a` of its law), which the generated observer uses",
+    ),
     "the same effect again": (
         changed(ONE, "effects: []", "effects:\n" + "  - {kind: offset, on: x, parameters: {f0: 1}}\n" * 2),
         ":20: effects[1]: the same offset on x twice",

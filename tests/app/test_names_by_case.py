@@ -97,10 +97,14 @@ def test_every_verb_takes_them(folder):
 
 
 @pytest.mark.parametrize(
-    "name", ["CART_POLE_PARAMETERS", "CART_POLE_LANES", "CART_POLE_COLD", "SAMPLE_TIME", "fmi3True"]
+    "name", ["cart_pole_sign", "CART_POLE_PARAMETERS", "CART_POLE_LANES", "CART_POLE_COLD", "SAMPLE_TIME", "fmi3True"]
 )
-def test_macros_of_the_generated_code_are_refused_by_check(folder, name):
+def test_macros_and_functions_of_the_generated_code_are_refused_by_check(folder, name):
+    """A parameter NAME_sign had code, which `verify` bound to no certificate."""
     text = CART_POLE.replace("  M: {", f"  {name}: {{").replace("[M + m", f"[{name} + m")
     (folder / "s.yaml").write_text(text)
     result = stiction("check", "s.yaml")
-    assert result.code == 2 and f"the name `{name}`, a macro of the generated code" in result.err
+    assert (
+        result.code == 2
+        and f"the name `{name}`, a {'function' if name.islower() else 'macro'} of the generated code" in result.err
+    )

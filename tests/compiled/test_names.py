@@ -72,6 +72,16 @@ def test_no_macro_of_a_header_can_be_a_name():
     assert not {name for name in macros() if not reserved(name)}
 
 
+def test_no_macro_of_a_compiler_for_32_bits_can_be_a_name():
+    """`i386` is 1 with gcc -m32, so that `parameters->i386` did not compile."""
+    command = ["cc", "-m32", "-std=gnu11", "-dM", "-E", "-xc", "-"]
+    done = subprocess.run(command, input="", capture_output=True, text=True, check=False)
+    if done.returncode:
+        pytest.skip("cc has no -m32")
+    found = {re.split(r"\W", line.split()[1])[0] for line in done.stdout.splitlines()}
+    assert "unix" in found and not {name for name in found if not name.startswith("_") and not reserved(name)}
+
+
 @pytest.mark.parametrize("name", ["ONE_MASS_PARAMETERS", "STICTION_ONE_MASS_H", "static_assert", "DBL_MAX", "FLT_MAX"])
 @pytest.mark.parametrize("of", ["  m: {value", "  w: {unit", "velocity: v,", "name: rail"])
 def test_names_of_the_header_and_of_c(name, of):
