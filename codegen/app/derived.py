@@ -254,8 +254,11 @@ class Derived(Shown):
                 if not refused:
                     return turned
             names = " and ".join(angles)
-            words = f"V decreases for {names} in the envelope, the kernel proves this for a full turn of {names} only"
-            return replace(found, not_by_kernel=f"{words}, and no V was found for that: {found.not_by_kernel}")
+            words = (
+                f"V decreases for {names} in the envelope; of the C this is proved only for all values of the sine and "
+                f"cosine of {names}, and no V was found for these"
+            )
+            return replace(found, not_by_kernel=f"{words}: {found.not_by_kernel}")
         if outcome.regions is not None and "sliding.json" in outcome.regions.proofs:
             return _with_sliding_proof(outcome, outcome.regions.proofs["sliding.json"], self, sources)
         return outcome

@@ -384,7 +384,9 @@ class Writer:
         if e.is_Symbol:
             name = "sample_time" if e.name == "h" else e.name
             if name not in self._places:
-                raise NotCovered(f"the model uses {name}, which is no input, output, state or parameter of the code")
+                after_step = f" ({name.removesuffix('_next')} after the step)" if name.endswith("_next") else ""
+                what = f"{name}{after_step}"
+                raise NotCovered(f"the model uses {what}, which is no input, output, state or parameter of the code")
             return str(self._places[name])
         if e.is_Pow and e.exp.is_Integer and e.exp > 0:
             return "*".join([self._factor(e.base)] * int(e.exp))

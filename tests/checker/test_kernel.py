@@ -17,11 +17,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+import sympy
 
 from codegen.app.derived import Derived
 from codegen.cancellation import with_cancellation
 from codegen.certify.certify import Certificate
-from codegen.certify.kernel_form import NotCovered, proof_text
+from codegen.certify.kernel_form import NotCovered, Writer, proof_text
 from codegen.checker import counterexamples, errors, frame, kernel, verify
 from codegen.checker.enclosure import Refused
 from codegen.observers import observer_of
@@ -188,6 +189,14 @@ def test_what_the_kernel_has_no_words_for_is_said(name: str) -> None:
         proof(name)
 
 
+def test_a_quantity_after_the_step_is_told_as_that() -> None:
+    write = Writer(observer_of(read_spec(spec_path("one_mass"))), {})
+    with pytest.raises(NotCovered, match=r"the model uses v_next \(v after the step\), which is no input"):
+        write(sympy.Symbol("v_next"))
+    with pytest.raises(NotCovered, match="the model uses q, which is no input"):
+        write(sympy.Symbol("q"))
+
+
 @pytest.mark.parametrize(("force", "why"), [("w/(1 + abs(x)/d0)", "without a range"), ("w*abs(x)/d0", "")])
 def test_a_magnitude_of_a_position_is_read_and_a_quotient_with_it_is_not(force: str, why: str) -> None:
     """|x| in the force: the step is certified; that 1 + |x| is not 0 would need the sign of x."""
@@ -220,7 +229,9 @@ def test_a_narrow_range_of_an_angle_is_proved_of_the_c_with_a_v_for_all_angles(m
     monkeypatch.setattr("codegen.certify.certify.over_angles", lambda family, h: None)
     outcome, _ = generated(GANTRY)
     assert outcome.kernel is None
-    assert "a full turn of p" in outcome.not_by_kernel and "V may not fall" in outcome.not_by_kernel
+    assert (
+        "all values of the sine and cosine of p" in outcome.not_by_kernel and "V may not fall" in outcome.not_by_kernel
+    )
 
 
 WINCH = """name: winch
