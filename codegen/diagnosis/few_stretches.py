@@ -27,7 +27,7 @@ def few_stretches(case: Case, refused: BadInput) -> BadInput:
     cutoff = passing_cutoff(case)
     if cutoff is not None:
         expected += f", or try `cutoff_hz: {cutoff:g}` in meta.yaml beside the log"
-    return BadInput(refused.place, found, expected, code=refused.code)
+    return BadInput(refused.place, found, expected, code="LOG009")
 
 
 def passing_cutoff(case: Case) -> float | None:

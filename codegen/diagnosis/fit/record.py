@@ -28,8 +28,6 @@ EDGE_S = 0.2
 STILL = 0.02
 """A segment whose speed stays below this share of the 95 % speed is not used."""
 LEAST_SEGMENTS = 12
-FEW_STRETCHES = "LOG009"
-"""Code of the refusal of a log with fewer."""
 SHORTENED = (1.0, 0.8, 0.64, 0.5, 0.4)
 """Shares of the usual segment length, tried in turn where a short log has too few segments: down to two periods. At a
 share of 0.32 two of six start–stop logs at 25 Hz, 16 samples a segment, were given a wrong effect."""
@@ -177,7 +175,7 @@ def record_of(motion: Motion, log: Log, shorter: float = 1.0) -> Record:
             f"at least {LEAST_SEGMENTS}, each of {SHORTENED[-1] * PERIODS:g} periods or more of the cutoff of "
             f"{motion.cutoff_hz:.3g} Hz, so that friction in slip can be seen"
         )
-        raise BadInput(log.where, found, expected, code=FEW_STRETCHES)
+        raise BadInput(log.where, found, expected, code="LOG009")
     steps = tried * max(1, int(np.ceil(h * STEPS_PER_PERIOD * motion.cutoff_hz)))
     most = max(PLENTY, MOST_STEPS // steps)
     if len(starts) > most:
