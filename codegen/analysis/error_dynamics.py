@@ -16,9 +16,11 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
+import numpy as np
 import sympy
 
 from codegen.analysis.polynomials import expand_products
+from codegen.mechanics.casadi_form import to_casadi
 from codegen.mechanics.sparse import each, jacobian, scaled
 from codegen.mechanics.system import Matrix, System
 from codegen.observers.equations import LawFunction, Observer
@@ -27,6 +29,8 @@ from codegen.spec.model import symbol
 
 SHORT = 6
 """Most operations in the value or slope of a friction law that is inserted; a longer one stays a symbol."""
+ROUNDING = 1e-9
+"""Largest rate of a vanishing error where all quantities are about 1: what is not more is rounding."""
 
 
 @dataclass(frozen=True)
@@ -187,7 +191,7 @@ def _symbolic(observer: Observer) -> tuple[Any, ...]:
     errors = tuple((e.symbol, e.truth, e.of, e.contact) for e in observer.errors)
     own = (observer.states, observer.rates, observer.signs, observer.integration, observer.euler is None)
     machine = (system.positions, system.velocities, system.mass_matrix, system.slip_velocity)
-    return (tuple(equations), tuple(laws), errors, observer.level_errors, own, machine)
+    return (tuple(equations), tuple(laws), errors, observer.level_errors, observer.exact, own, machine)
 
 
 def _derive_anew(observer: Observer, longest: int, psi: bool, step: bool) -> ErrorDynamics:
@@ -283,13 +287,43 @@ def _linearise(observer: Observer, inverse_mass: Matrix, longest: int) -> _Linea
 
 
 def _flow(observer: Observer, linear: _Linearised) -> Matrix:
-    """Ψ = −∂/∂e (d/dt estimate(z, x, v)), by the chain rule with the observer's dz/dt and the plant's x' = v, v'."""
+    """Ψ = −∂/∂e (d/dt estimate(z, x, v)), by the chain rule with the observer's dz/dt and the plant's x' = v, v'.
+
+    Raises ValueError for an observer that is ``exact`` though e = 0 is no equilibrium of these equations.
+    """
     system, estimates = observer.system, _estimates_of_state(observer)
     states = dict(zip(observer.states, linear.states, strict=True))
     plant = dict(zip((*system.positions, *system.velocities), (*system.velocities, *system.accelerations), strict=True))
     flow = jacobian(estimates, observer.states) * Matrix(linear.rates)
     flow += jacobian(estimates, list(plant)) * Matrix(list(plant.values()))
-    return -linear.slope(flow.xreplace(states))
+    flow = flow.xreplace(states)
+    if observer.exact:
+        _require_equilibrium(observer, flow.xreplace(linear.at_truth))
+    return -linear.slope(flow)
+
+
+def _require_equilibrium(observer: Observer, flow: Matrix) -> None:
+    """Raise ValueError if e = 0 is no equilibrium: if an estimate without error has another rate than the true value.
+
+    The true rate is v' of a velocity and 0 of a friction force or level. The error of an estimate that leaks, for
+    example, tends to another value than 0, and a certificate of the decay of V(e) would be false. The state of a law
+    is left out: its rate is that of the law that the observer assumes, which the builder compares with the plant's.
+
+    Args:
+        flow: d/dt of the estimates at e = 0.
+    """
+    random, slips = np.random.default_rng(0), observer.system.slip_velocity
+    true_rates = dict(zip(observer.system.velocities, observer.system.accelerations, strict=True))
+    for error, rate in zip(observer.errors, flow, strict=True):
+        if error.of == "state":
+            continue
+        drift = true_rates.get(error.truth, 0) - rate
+        named = sorted((drift.free_symbols | slips.free_symbols) - {*observer.signs}, key=str)
+        values: dict[sympy.Symbol, Any] = dict(zip(named, random.uniform(0.5, 1.5, len(named)), strict=True))
+        values |= {s: np.sign(float(to_casadi(u, values))) for s, u in zip(observer.signs, slips, strict=True)}
+        if abs(float(to_casadi(drift, values))) > ROUNDING:
+            found = f"at e = 0 the error {error.symbol} of a {observer.kind} changes at the rate {drift}"
+            raise ValueError(f"{found}, so e = 0 is no equilibrium; an observer that is meant so has exact=False")
 
 
 def _explicit_step(observer: Observer, linear: _Linearised) -> tuple[Matrix, dict[sympy.Symbol, sympy.Symbol]]:

@@ -157,7 +157,9 @@ class Observer:
         truth_ranges: ranges of varying true values, such as a friction state, from their law.
         level_ranges: of a DFO: true level → its range in the envelope; these levels are variables of Ψ.
         cascade: form of Ψ for this kind if g does not depend on v; None if there is none.
-        exact: whether e = 0 is an equilibrium: the observer assumes the plant's laws and parameters (ξ₁ = ξ).
+        exact: whether e = 0 is an equilibrium: an estimate without error moves as the true value does, and the
+            observer assumes the plant's laws and parameters (ξ₁ = ξ). The error dynamics are not derived if it is not
+            so; without ``exact`` there is no bound, and the certificate says why.
         integration: method of the step; it also changes the equations of the velocity estimate.
         euler: the observer with explicit Euler, whose equations are the differential equations; None for this one.
         domain: region in which the code updates the level estimate; None: everywhere.

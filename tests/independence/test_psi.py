@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from codegen.analysis.error_dynamics import derive_error_dynamics
-from codegen.observers import Observer
+from codegen.observers import OBSERVERS, Observer
 from codegen.spec import Spec
 
 from .derived import Derived, random_point
@@ -42,6 +42,10 @@ ALL = variants()
 CASES = [
     pytest.param(v, marks=[] if is_fast(v, k) else [pytest.mark.slow], id=f"{k}-{v.name}") for k, v in enumerate(ALL)
 ]
+
+
+def test_every_kind_of_observer_is_among_them() -> None:
+    assert {v.kind for v in ALL} == set(OBSERVERS)
 
 
 def distance(found: Any, right: Any, floor: float) -> float:

@@ -12,6 +12,8 @@ import pytest
 import sympy
 
 from codegen.analysis.error_dynamics import derive_error_dynamics
+from codegen.app.derived import Derived
+from codegen.certify.outcome import Certificate
 from codegen.mechanics.sparse import diagonal
 from codegen.mechanics.system import Matrix, System
 from codegen.observers import OBSERVERS, Observer, ObserverKind, observer_of, parts
@@ -52,6 +54,7 @@ def leaky_observer(spec: Spec, system: System) -> Observer:
         (gain, leak),
         gain.units(units, [f"*s/{c.slip_unit}" for c in system.contacts]) | leak.units(["1/s"], [""]),
         level_errors=True,
+        exact=False,
     )
 
 
@@ -105,3 +108,17 @@ def test_an_observer_that_gives_a_gain_no_unit_is_a_fault() -> None:
         velocity_of(spec, spec.required_observer, system).observer(
             spec.required_observer, observer().equations, own, (), Matrix([0]), (leak,), {}, level_errors=True
         )
+
+
+def test_an_observer_that_moves_away_from_the_truth_must_say_so() -> None:
+    """At e = 0 the level leaks at K_L a: V(e) does not decay to 0, whatever the eigenvalues of Ψ are."""
+    with pytest.raises(ValueError, match=r"e_a_rail of a leaky changes at the rate .*K_L"):
+        derive_error_dynamics(replace(observer(), exact=True))
+
+
+def test_what_is_certified_of_it_says_that_its_error_does_not_vanish() -> None:
+    found = Derived(parse_spec(LEAKY, Path("leaky.yaml"))).outcome
+    assert isinstance(found, Certificate)
+    assert any("e = 0 is not an equilibrium" in each for each in found.content["assumptions"])
+    whole = Derived(parse_spec(ONE, Path("one.yaml"))).outcome
+    assert not any("equilibrium" in each for each in whole.content["assumptions"])

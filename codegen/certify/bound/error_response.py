@@ -146,6 +146,8 @@ def _unsupported(observer: Observer) -> str:
         return "the step is implicit, and the bound covers euler and semi_implicit"
     if any(e.of == "state" for e in observer.errors):
         return "the error of a DFO's friction state is not linear, and the bound is a sum of linear responses"
+    if not observer.exact:
+        return "e = 0 is no equilibrium of the observer's error, and the bound is a sum of responses about it"
     if varying := _names(observer.system.mass_matrix.xreplace(_numbers(observer))):
         return f"the mass matrix depends on {varying}, and the bound covers a constant one"
     if varying := _names(observer.system.distribution.xreplace(_numbers(observer))):
