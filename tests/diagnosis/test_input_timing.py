@@ -15,9 +15,24 @@ from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.signals import smooth_motion
 from codegen.logs import Log
 from codegen.logs.description import LogDescription
+from codegen.mechanics import build_system
+from codegen.spec import parse_spec
 from tests.diagnosis.stage import log_of, stage, system_of
 
 EVERY = 4
+TWO_AXES = """\
+name: two_axes
+coordinates: {x: {velocity: v, unit: m}, y: {velocity: u, unit: m}}
+inputs: {w: {unit: N}, z: {unit: N}}
+parameters: {m: {value: 2, unit: kg}, b: {value: 6, unit: N*s/m}}
+mass_matrix: [[m, 0], [0, m]]
+force: [w - b*v, z - b*u]
+friction:
+  distribution: [[1, 0], [0, 1]]
+  contacts:
+    - {name: rail, law: coulomb, a: 4, unit: N}
+    - {name: cross, law: coulomb, a: 4, unit: N}
+"""
 
 
 @pytest.fixture(scope="module")
@@ -180,6 +195,19 @@ def test_a_missing_force_does_not_hide_how_late_a_measured_input_is(fast: Log) -
     assert seen[0].figures["lead"] == pytest.approx(0.5 + 4 / EVERY, abs=0.2)
     assert found(late)[0].figures["lead"] == pytest.approx(0.5 + 4 / EVERY, abs=0.2)
     assert not replace(lead, expected=True, deviation=lead.estimate / 6).is_shown
+
+
+@pytest.mark.parametrize("lag", [7, -4])
+def test_each_axis_of_two_has_the_lead_that_it_has_alone(fast: Log, lag: int) -> None:
+    """A second estimate below 0 was replaced by that of the other axis, which the input does not move: no lead at all."""
+    late = measured(fast, lag * fast.sample_time) if lag > 0 else acting_earlier(every(fast, means=True), {0: lag})
+    twice = replace(late, positions=np.hstack([late.positions] * 2), inputs=np.hstack([late.inputs] * 2))
+    alone = lead_of(Problem(system_of(stage()), smooth_motion(late), {}), 0)
+    two = Problem(build_system(parse_spec(TWO_AXES, Path("two_axes.yaml"))), smooth_motion(twice), {})
+    for lead in (lead_of(two, 0), lead_of(two, 1)):
+        assert lead.rows == pytest.approx(alone.rows, rel=1e-6)
+        assert lead.deviation == pytest.approx(alone.deviation, rel=1e-3)
+    assert list(input_leads(two, twice)[0]) == ([0, 1] if lag > 0 else [])
 
 
 def test_a_delay_is_no_lead(fast: Log) -> None:

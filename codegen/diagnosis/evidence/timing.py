@@ -230,9 +230,10 @@ def _words(w: str, rows: float, h: float, stated: bool, measured: bool, most: fl
 
 
 def lead_of(problem: Problem, k: int) -> Lead:
-    """The lead of input k, by the coordinate where it is most significant."""
+    """The lead of input k, by the coordinate where its first estimate is most significant."""
     motion, system = problem.motion, problem.system
     before, explained = 0.0, 0.0
+    at: int | None = None  # A coordinate that the input does not move has no estimate; 0 would exceed one below 0.
     for _ in range(MOST_ESTIMATES):
         commands = earlier(motion.commands[:, k], before)
         held, moved = motion.inputs.copy(), motion.inputs.copy()
@@ -242,9 +243,11 @@ def lead_of(problem: Problem, k: int) -> Lead:
         # moved = held + (w[k+1] − w[k−1])/4, to first order the input with a further lead of half a row
         residual = inverse_dynamics_residual(system, replace(motion, inputs=held))
         change = inverse_dynamics_residual(system, replace(motion, inputs=moved)) - residual
-        leads = [_lead_at(problem, i, residual[:, i], change[:, i]) for i in range(residual.shape[1])]
-        i = max(range(len(leads)), key=lambda i: leads[i].rows / leads[i].deviation)
-        one, explained = leads[i], explained or leads[i].explained
+        if at is None:
+            leads = [_lead_at(problem, i, residual[:, i], change[:, i]) for i in range(residual.shape[1])]
+            at = max(range(len(leads)), key=lambda i: (leads[i] != Lead(), leads[i].rows / leads[i].deviation))
+        one = _lead_at(problem, at, residual[:, at], change[:, at])
+        explained = explained or one.explained
         rows = before + one.rows
         if abs(one.rows) <= SETTLED or not ABOUT_HALF < rows <= LARGEST_LEAD:
             break
