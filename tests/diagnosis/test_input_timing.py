@@ -199,7 +199,7 @@ def test_a_missing_force_does_not_hide_how_late_a_measured_input_is(fast: Log) -
 
 @pytest.mark.parametrize("lag", [7, -4])
 def test_each_axis_of_two_has_the_lead_that_it_has_alone(fast: Log, lag: int) -> None:
-    """A second estimate below 0 was replaced by that of the other axis, which the input does not move: no lead at all."""
+    """A second estimate below 0 was replaced by that of the other axis, which has none: no lead at all."""
     late = measured(fast, lag * fast.sample_time) if lag > 0 else acting_earlier(every(fast, means=True), {0: lag})
     twice = replace(late, positions=np.hstack([late.positions] * 2), inputs=np.hstack([late.inputs] * 2))
     alone = lead_of(Problem(system_of(stage()), smooth_motion(late), {}), 0)
