@@ -116,8 +116,13 @@ def _printer(language: str) -> Callable[[Any], Any]:
     def printed(value: Any) -> Any:
         if isinstance(value, UserText) and sanitised is not None:
             return sanitised(value.raw)
-        if isinstance(value, UserText | Undefined):
-            return str(value)  # raises: no function for this language, or a name that was not given
+        if isinstance(value, UserText):
+            raise TypeError(
+                f"a template in the language `{language}` prints text of a user, and PRINTED in base/user_text.py has "
+                "no function for that language; LANGUAGES in base/text.py gives a template's language by its ending"
+            )
+        if isinstance(value, Undefined):
+            return str(value)  # raises: a name that was not given
         if language in CODE:
             return _checked_code(value)
         if language == "terminal":

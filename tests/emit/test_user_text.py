@@ -381,7 +381,7 @@ def test_a_template_cannot_print_it_as_it_stands() -> None:
             with pytest.raises(TypeError):
                 environment(language).from_string(template).render(text=text)
     for name in ("text/derive.tex.j2", "text/claim.j2", "text/assumptions.j2"):
-        with pytest.raises(TypeError):
+        with pytest.raises(TypeError, match=f"the language `{language_of(name)}` .* PRINTED .* LANGUAGES"):
             environment(language_of(name)).from_string("{{ text }}").render(text=text)
     with pytest.raises(TypeError):
         environment("c").from_string("{{ name }}").render(name="a\x1b")
