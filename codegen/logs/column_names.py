@@ -27,6 +27,8 @@ _BEHIND_NAME = re.compile(r"(.+)_(ms|us|ns|mm|um|deg|rpm|mA|mV|kN|mNm)")
 """Unambiguous units at the end of a name."""
 AMBIGUOUS = ("grad",)
 """Degrees in German, gons elsewhere, and with a capital G a billion radians."""
+_WHOLE_NAME = re.compile(r"(mm|deg|rpm|mA|mV|kN|mNm)")
+"""Those that are names of columns by themselves, as a logger prints ``rpm``."""
 _TIME_IN = re.compile(r"(.+)_(s|sec|seconds|ms|msec|us|usec|ns)")
 _CLOCKS = {"millis": "ms", "micros": "us"}
 """Columns called after the function that reads a microcontroller's clock → the unit of its result."""
@@ -79,10 +81,12 @@ def _may_be_unit(text: str) -> bool:
 
 
 def unit_behind(symbol: str, name: str) -> str:
-    """The unit at the end of a column's name, such as ``t_ms`` or ``x_mm``; empty for none."""
+    """The unit at the end of a column's name, such as ``t_ms`` or ``x_mm``, or that is its name; empty for none."""
     bare = stated_unit(name)[0]
     if symbol == "t" and bare in _CLOCKS:
         return _CLOCKS[bare]
+    if symbol != "t" and _WHOLE_NAME.fullmatch(bare):
+        return bare
     found = (_TIME_IN if symbol == "t" else _BEHIND_NAME).fullmatch(bare.replace(" ", "_"))
     return found[2] if found else ""
 

@@ -9,6 +9,7 @@ import pytest
 
 from codegen.logs import read_log
 from codegen.logs.column_names import is_convertible
+from codegen.spec import parse_spec
 from tests.diagnosis.stage import stage
 
 TIME = np.arange(3000) * 2e-3
@@ -44,3 +45,29 @@ def test_an_index_in_brackets_is_no_unit(tmp_path: Path) -> None:
     path.write_text("t;state[2];w\n" + ROWS, encoding="utf-8")
     log = read_log(path, stage(), columns={"x": "state[2]"})
     assert not any("unit" in f.topic for f in log.raw_data.findings)
+
+
+WHEEL = """name: wheel
+coordinates: {x: {velocity: v, unit: rad}}
+inputs: {w: {unit: N*m}}
+parameters: {J: {value: 2, unit: kg*m^2}}
+mass_matrix: [[J]]
+force: [w]
+friction: {distribution: [[1]], contacts: [{name: axle, law: coulomb, a: 4, unit: N*m}]}
+"""
+
+
+@pytest.mark.parametrize(("name", "factor"), [("rpm", np.pi / 30), ("motor_rpm", np.pi / 30), ("turns", 1.0)])
+def test_a_column_that_is_called_by_its_unit_is_in_that_unit(tmp_path: Path, name: str, factor: float) -> None:
+    """A logger printed `millis,rpm,pwm`: the speed was taken in rad/s; `motor_rpm` was converted."""
+    spec = parse_spec(WHEEL, tmp_path / "wheel.yaml")
+    path = tmp_path / "log.csv"
+    path.write_text(f"millis;{name};w\n" + ROWS, encoding="utf-8")
+    log = read_log(path, spec, columns={"t": "millis", "v": name})
+    assert log.velocities is not None
+    np.testing.assert_allclose(log.velocities[:5, 0], factor * 100 * np.sin(3 * TIME[:5]), atol=1e-6)
+    assert any(f"as the name of `{name}` says" in note for note in log.notes) is (factor != 1)
+    (tmp_path / "meta.yaml").write_text("scale: {v: 0.5}\n", encoding="utf-8")
+    log = read_log(path, spec, columns={"t": "millis", "v": name})
+    assert log.velocities is not None
+    np.testing.assert_allclose(log.velocities[:5, 0], 50 * np.sin(3 * TIME[:5]), atol=1e-6)  # what is stated decides
