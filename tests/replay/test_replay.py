@@ -442,6 +442,15 @@ def test_what_a_diagnosis_would_say_of_signs_and_scales_is_said(
     assert not [line for line in replay(SPECS / "one_mass.yaml", log).warnings if line in problems]
 
 
+def test_an_input_without_its_sign_is_warned_of(tmp_path: Path) -> None:
+    """The preflight calls it a warning, since a weight that the spec lacks looks alike; a replay passed it over."""
+    t = np.arange(6000) * PERIOD
+    size = np.abs(0.4 * np.cos(2 * t) + 50 * np.sign(np.sin(2 * t)))
+    write_csv(tmp_path / "log.csv", np.column_stack([t, -0.1 * np.cos(2 * t), size]), "t,x,w")
+    result = replay(SPECS / "one_mass.yaml", tmp_path / "log.csv")
+    assert [line for line in result.warnings if "never negative" in line and "magnitude without its sign" in line]
+
+
 @pytest.mark.parametrize("seconds", [12, 39])
 def test_an_encoder_that_wraps_is_warned_of_with_the_key_that_unwraps_it(tmp_path: Path, seconds: int) -> None:
     """Only a speed outside the envelope was warned of. The axis moves on at 0.3 m/s, with a ripple; it wraps at 1 m."""

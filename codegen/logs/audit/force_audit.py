@@ -39,6 +39,8 @@ both forces, from which on an unlogged force must move the machine."""
 SWINGING = 0.5
 """Share of the inertia force, less such a function, that friction explains in a free oscillation."""
 
+SIGN_OF = "sign of "
+"""How the topic of a finding on a sign begins; the input's or coordinate's name follows."""
 EITHER_WAY, ALIKE = 10, 1.5
 """An input without sign: least samples in motion each way, and largest ratio of its mean sizes in the two."""
 
@@ -169,4 +171,4 @@ def _without_sign(forces: Forces, log: Log, spec: Spec) -> Iterator[Finding]:
             "some servos report their current: then no sign or scale restores it, and no dynamics can be learnt from "
             "it. Or a weight acts that the spec lacks."
         )
-        yield Finding("warning", f"sign of {i.name}", words, {"falling_over_rising": ratio})
+        yield Finding("warning", f"{SIGN_OF}{i.name}", words, {"falling_over_rising": ratio})

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from codegen.base.arrays import Array
 from codegen.logs.audit.envelope import Span
-from codegen.logs.audit.force_audit import audit_force
+from codegen.logs.audit.force_audit import SIGN_OF, audit_force
 from codegen.logs.audit.scales import LONGEST_STEP
 from codegen.logs.column_names import written_column
 from codegen.logs.log import Finding, Log, Severity
@@ -75,7 +75,8 @@ def preflight(log: Log, spec: Spec) -> tuple[Finding, ...]:
 
 def column_problems(log: Log, spec: Spec) -> tuple[Finding, ...]:
     """The problems of columns that ``preflight`` finds: numbers that are stored otherwise, or wrap, or else signs,
-    scales and the order of columns by the balance of forces, which needs a continuous position.
+    scales and the order of columns by the balance of forces, which needs a continuous position. Of its warnings that
+    on an input without its sign: the others are on the spec, or say that the columns are right.
 
     Raises:
         BadInput: if the spec's mechanics cannot be built.
@@ -86,7 +87,8 @@ def column_problems(log: Log, spec: Spec) -> tuple[Finding, ...]:
         return found
     motion = measured_motion(log)
     steady = frozenset(s.coordinate for s in steady_speeds(log, motion.velocities, motion.usable))
-    return tuple(f for f in audit_force(log, spec, motion, steady) if f.severity == "problem")
+    audited = audit_force(log, spec, motion, steady)
+    return tuple(f for f in audited if f.severity == "problem" or f.topic.startswith(SIGN_OF))
 
 
 def _kept(log: Log) -> Kept:
