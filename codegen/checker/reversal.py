@@ -44,7 +44,7 @@ HALF = [*QUARTER, *((-b, a) for a, b in QUARTER)]
 DIRECTIONS = [*HALF, *((-a, -b) for a, b in HALF)]
 RIGHT, TOP, LEFT, BOTTOM = range(0, 16, 4)
 GRID, MOST = 1 << 40, {"samples": 200, "turns": 20}
-ZERO, ONE = Fraction(0), Fraction(1)
+ZERO = Fraction(0)
 Point = tuple[int, int, int]  # (x, y, w): the point (x, y)/w, w > 0
 Shape = tuple[list[int], dict[int, int]]  # bounds in DIRECTIONS of (y, z) over their units, and the radii, times GRID
 

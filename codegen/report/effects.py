@@ -164,7 +164,7 @@ def example_residual(effect: Effect, parameters: dict[str, float]) -> Residual:
     n = plain.degrees_of_freedom
     commands = np.column_stack([COMMAND, -0.7 * np.roll(COMMAND, 700)])[:, :n]
     period = float(TIME[1])
-    drive = Feedback(n, n, feedforward=sampled(commands, period))
+    drive = Feedback(n, feedforward=sampled(commands, period))
     run = run_loop(system, SampledLoop(drive), period, len(TIME), substeps=SUBSTEPS)
     x = run.positions
     v = np.gradient(x, TIME, axis=0) if system.sensor_errors else run.true_velocities

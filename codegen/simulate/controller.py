@@ -64,7 +64,7 @@ class Feedback:
     further. This assumes one coordinate per input in K_i.
 
     Attributes:
-        inputs, coordinates: m and n.
+        inputs: their number m; n is that of the coordinates.
         feedforward: w_ff, t → (m,).
         reference, velocity_reference: x_r and v_r, t → (n,).
         position_gain, velocity_gain, integral_gain: K_x, K_v, K_i, each (m, n); zero if not given.
@@ -72,7 +72,6 @@ class Feedback:
     """
 
     inputs: int
-    coordinates: int
     feedforward: Signal = zero
     reference: Signal = zero
     velocity_reference: Signal = zero
@@ -206,7 +205,6 @@ def declared_controller(spec: Spec, simulation: Simulation, samples: int) -> Fee
         gains[section] = gain if gain.any() else None
     return Feedback(
         m,
-        n,
         feedforward=sampled(feedforward, period),
         reference=sampled(reference, period),
         limit=input_limit(spec, simulation) if gains["integral_gain"] is not None else None,

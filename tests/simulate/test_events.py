@@ -235,9 +235,7 @@ def test_both_time_steppers_converge_to_the_events(name: str):
 
 def test_closed_loop_by_events_is_the_one_by_steps():
     _, system = two_mass()
-    controller = Feedback(
-        1, 2, feedforward=lambda t: np.array([14 * np.sin(4 * t)]), velocity_gain=np.array([[0.0, 3.0]])
-    )
+    controller = Feedback(1, feedforward=lambda t: np.array([14 * np.sin(4 * t)]), velocity_gain=np.array([[0.0, 3.0]]))
     by_events = functools.partial(EventPlant, system)
     steps, events = (
         run_loop(system, SampledLoop(controller), 0.01, 150, substeps=200, make_plant=p) for p in (None, by_events)
@@ -294,7 +292,7 @@ def test_a_sliding_stack_comes_to_an_exact_rest():
 def test_no_contact_creates_energy_and_the_balance_closes(method: str):
     # ½v'Mv + ½k x² gains the input's work and loses what the contacts take, at every sample; none gives any back.
     _, system = two_mass()
-    controller = Feedback(1, 2, feedforward=lambda t: np.array([14 * np.sin(4 * t)]))
+    controller = Feedback(1, feedforward=lambda t: np.array([14 * np.sin(4 * t)]))
     plants = {"steps": None, "events": functools.partial(EventPlant, system)}
     period = 2e-4 if method == "steps" else 4e-3
     run = run_loop(system, SampledLoop(controller), period, round(1.5 / period), make_plant=plants[method])

@@ -100,7 +100,7 @@ def test_loop_is_the_one_that_scipy_and_the_twin_close_by_hand(delay: int):
     reference = 0.2
 
     gains = {"position_gain": np.array([[40.0]]), "velocity_gain": np.array([[8.0]])}
-    controller = Feedback(1, 1, reference=lambda t: np.array([reference]), **gains)
+    controller = Feedback(1, reference=lambda t: np.array([reference]), **gains)
     cancellation = Cancellation(np.array([[1.0]]), 0.7, delay)
     run = run_loop(system, SampledLoop(controller, observer, cancellation), 0.01, 60, substeps=200)
 
@@ -185,7 +185,7 @@ def test_sensor_noise_is_white_and_the_same_at_any_sample_time():
     sensors = Sensors(position_noise=np.array([1e-3]))
     _, system = rig()
     for period in (0.001, 0.01):
-        run = run_loop(system, SampledLoop(Feedback(1, 1), sensors=sensors, seed=3), period, 4000)
+        run = run_loop(system, SampledLoop(Feedback(1), sensors=sensors, seed=3), period, 4000)
         noise = (run.positions - run.true_positions)[:, 0]
         assert np.std(noise) == pytest.approx(1e-3, rel=0.05)
         assert abs(np.mean(noise[1:] * noise[:-1])) < 0.06 * 1e-6
@@ -198,12 +198,12 @@ def test_an_integral_removes_the_error_and_rests_at_the_limit():
     def reference(t: float) -> np.ndarray:
         return np.array([1.0])
 
-    load = Feedback(1, 1, lambda t: np.array([-3.0]), reference, integral_gain=np.array([[30.0]]), **gains)
+    load = Feedback(1, lambda t: np.array([-3.0]), reference, integral_gain=np.array([[30.0]]), **gains)
     late = run_loop(system, SampledLoop(load), 0.005, 4000).true_positions[-1, 0]
     assert late == pytest.approx(1, abs=1e-6)
     limit, far = np.array([2.0]), []
     for known in (None, limit):
-        controller = Feedback(1, 1, reference=reference, integral_gain=np.array([[30.0]]), limit=known, **gains)
+        controller = Feedback(1, reference=reference, integral_gain=np.array([[30.0]]), limit=known, **gains)
         far.append(run_loop(system, SampledLoop(controller, limit=limit), 0.005, 1200))
     over = [np.max(run.true_positions) - 1 for run in far]
     assert all(np.max(np.abs(run.inputs)) == 2 for run in far)
@@ -243,9 +243,9 @@ def test_an_observer_of_another_machine_is_refused():
     spec, _ = rig()
     _, system = two_mass()
     with pytest.raises(ValueError, match="an observer of `x`; expected one of x1"):
-        run_loop(system, SampledLoop(Feedback(1, 2), generated_observer(spec, observer_of(spec))), 0.002, 10)
+        run_loop(system, SampledLoop(Feedback(1), generated_observer(spec, observer_of(spec))), 0.002, 10)
     with pytest.raises(ValueError, match="without an observer"):
-        SampledLoop(Feedback(1, 2), cancellation=Cancellation(np.ones((1, 2))))
+        SampledLoop(Feedback(1), cancellation=Cancellation(np.ones((1, 2))))
 
 
 def test_peeking_leaves_the_observer_as_it_is():
@@ -278,8 +278,8 @@ PLANTS = {
 def test_a_compiled_plant_has_the_bits_of_the_interpreted_one(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Where there is no compiler, the run is the interpreted one."""
     system = PLANTS[name]()
-    n, m = system.degrees_of_freedom, len(system.inputs)
-    drive = Feedback(m, n, feedforward=lambda t: 9 * np.sin(5 * t + np.arange(m)))
+    m = len(system.inputs)
+    drive = Feedback(m, feedforward=lambda t: 9 * np.sin(5 * t + np.arange(m)))
     calls, compiled = [], observed_loop.compiled_in_place
 
     def prepared(*arguments):

@@ -204,7 +204,6 @@ def follow(
     position_gain, velocity_gain = loop_gains(search, centre, h)
     controller = Feedback(
         len(machine.inputs),
-        machine.degrees_of_freedom,
         reference=sampled(target, h),
         velocity_reference=sampled(rate, h),
         position_gain=position_gain,

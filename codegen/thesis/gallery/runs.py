@@ -78,7 +78,7 @@ def servo_run(
         observer = observer_of(setting.applied(observed) if observed is not None else from_zero(spec))
     outputs = observer.outputs if observer is not None else ()
     estimate = next((k for k, name in enumerate(outputs) if name == f"{spec.velocities[0]}_hat"), None)
-    servo = Servo(1, 1, reference=declared.reference, velocity=estimate)
+    servo = Servo(1, reference=declared.reference, velocity=estimate)
     servo.position_gain, servo.velocity_gain = declared.position_gain, declared.velocity_gain
     cancellation = None if cancel is None else Cancellation(np.eye(1), cancel, delay)
     loop = SampledLoop(servo, observer, cancellation, *noise_of(spec, setting))
@@ -151,7 +151,7 @@ def pid_run(
         sampled(values, spec.required_simulation.sample_time)
         for values in (ideal.inputs, ideal.true_positions, ideal.true_velocities)
     )
-    pid = Feedback(1, 1, feed, position, velocity, *(np.array([[gain]]) for gain in gains))
+    pid = Feedback(1, feed, position, velocity, *(np.array([[gain]]) for gain in gains))
     sensors, own = noise_of(spec, setting)
     return closed_loop(spec, SampledLoop(pid, sensors=sensors, seed=own if seed is None else seed), plant, substeps)
 
