@@ -11,12 +11,15 @@ from codegen.app.diagnose import Diagnosed, diagnose
 from codegen.app.generate import generate
 from codegen.app.simulate import simulate
 from codegen.app.verify import verify
+from codegen.base.progress import part_of
 from codegen.base.resources import resource_folder
 from codegen.base.text import render
 from codegen.certify.certify import Certificate
 
 SPEC = "belt_axis.yaml"
 PLANT = "plants/belt_axis.yaml"
+SIMULATED = 0.1
+"""Share of the two simulations in the progress; the diagnosis has the rest."""
 
 
 def run_demo(folder: Path, show: Callable[[str], None], progress: Callable[[str, float], None]) -> Diagnosed:
@@ -40,10 +43,10 @@ def run_demo(folder: Path, show: Callable[[str], None], progress: Callable[[str,
             render("text/demo_certify.txt.j2", certificate=generated.outcome, report=report.report, generated=generated)
         )
     log, test = folder / "train.csv", folder / "test.csv"
-    simulate(specs / PLANT, log, lambda step, share: progress(step, share / 2))
-    simulate(specs / "plants" / "belt_axis_test.yaml", test, lambda step, share: progress(step, (1 + share) / 2))
+    simulate(specs / PLANT, log, part_of(progress, 0, SIMULATED / 2))
+    simulate(specs / "plants" / "belt_axis_test.yaml", test, part_of(progress, SIMULATED / 2, SIMULATED))
     show(render("text/demo_log.txt.j2", log=log, test=test))
-    result = diagnose(spec, log, test, folder / "diagnosis", progress=progress)
+    result = diagnose(spec, log, test, folder / "diagnosis", progress=part_of(progress, SIMULATED, 1))
     show(result.text(paths=False))
     show(render("text/demo_paths.txt.j2", generated=generated, result=result))
     return result

@@ -54,6 +54,11 @@ def rising(progress: Callable[[str, float], None]) -> Callable[[str, float], Non
     return tell
 
 
+def part_of(progress: Callable[[str, float], None], start: float, end: float) -> Callable[[str, float], None]:
+    """The progress of a part of the work: its share s is the share ``start`` + s (``end`` − ``start``) of the whole."""
+    return lambda step, share: progress(step, start + share * (end - start))
+
+
 @contextmanager
 def steps_to(display: Callable[[str, float], None] | None) -> Iterator[None]:
     """A context within which ``begin`` reports to ``display``; None changes nothing."""

@@ -7,11 +7,12 @@ import pty
 import subprocess
 import sys
 from contextlib import suppress
+from types import SimpleNamespace
 
 import pytest
 
 import stiction
-from codegen.app import derived
+from codegen.app import demo, derived
 from codegen.app import diagnose as diagnosing
 from codegen.base import progress as told
 from codegen.base.errors import BadInput
@@ -135,6 +136,23 @@ def test_a_share_never_decreases(monkeypatch, tmp_path) -> None:
     with pytest.raises(BadInput, match="an end"):
         stiction.diagnose(SPECS / "one_mass.yaml", log, out=tmp_path / "out", progress=lambda *tell: told.append(tell))
     assert told == [("effect 3", 0.775), ("effect 3", 0.775), ("values and held-out error", 0.78)]
+
+
+def test_the_bar_of_the_demo_never_goes_back(monkeypatch, tmp_path) -> None:
+    """Its two simulations filled the bar, and the diagnosis after them began at 0 again."""
+    shares: list[float] = []
+
+    def work(*_, progress) -> None:
+        for share in (0.5, 1.0):
+            progress("a step", share)
+
+    monkeypatch.setattr(demo, "generate", lambda spec, folder: SimpleNamespace(outcome=None))
+    monkeypatch.setattr(demo, "simulate", lambda spec, log, progress: work(progress=progress))
+    result = SimpleNamespace(text=lambda paths: "")
+    monkeypatch.setattr(demo, "diagnose", lambda *_, progress: work(progress=progress) or result)
+    monkeypatch.setattr(demo, "render", lambda *_, **__: "")
+    demo.run_demo(tmp_path, lambda text: None, lambda step, share: shares.append(share))
+    assert len(shares) == 6 and shares == sorted(shares) and shares[-1] == 1
 
 
 def test_a_simulation_tells_step_and_share(tmp_path) -> None:
