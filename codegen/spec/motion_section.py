@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import sympy
 
-from codegen.base.errors import BadInput, Place, refuse_unknown
+from codegen.base.errors import BadInput, Faults, Place, refuse_unknown
 from codegen.spec.bodies_section import read_bodies, read_body_forces, read_equations, read_sliding
 from codegen.spec.expression import Expression, parse_expression
 from codegen.spec.missing_units import refuse_missing_units
@@ -91,20 +91,23 @@ class _MotionReader:
         d, n = self.document, len(self.coordinates)
         kind = self._form_kind()
         rows = d.force if d.force is not None else ["0"] * n
-        force = self._matrix("force", [[row] for row in rows], (n, 1), column=True)
-        names = self.position | self.velocity | self.constant | self.input
-        forces = _symbolic(force, names, "" if self.inputs else NO_INPUTS)
-        distribution = None
+        faults, constant = Faults(), self.position | self.constant
+        names = constant | self.velocity | self.input
+        hint = "" if self.inputs else NO_INPUTS
+        force, forces = self._matrix("force", [[row] for row in rows], (n, 1), names, faults, hint, column=True)
+        distribution = matrix_u = mass = mass_matrix = None
         if d.friction.distribution is not None:
             shape = n, len(d.friction.contacts)
-            distribution = self._matrix("friction.distribution", d.friction.distribution, shape)
-        matrix_u = None if distribution is None else _symbolic(distribution, self.position | self.constant)
+            distribution, matrix_u = self._matrix(
+                "friction.distribution", d.friction.distribution, shape, constant, faults
+            )
+        if d.mass_matrix is not None:
+            mass, mass_matrix = self._matrix("mass_matrix", d.mass_matrix, (n, n), constant, faults)
+        faults.raise_noted()
         units = Units(d, self.coordinates, self.inputs, self.place, assumed)
         no_slidings = (None,) * len(d.friction.contacts)
         if kind == "mass_matrix":
-            assert d.mass_matrix is not None and distribution is not None
-            mass = self._matrix("mass_matrix", d.mass_matrix, (n, n))
-            mass_matrix = _symbolic(mass, self.position | self.constant)
+            assert mass is not None and distribution is not None
             units.check_equation(mass, force, distribution)
             return Motion(mass_matrix, forces, matrix_u, None, no_slidings)
         units.check_rows(force, distribution)
@@ -113,8 +116,9 @@ class _MotionReader:
         if kind == "lagrangian":
             return Motion(None, forces, matrix_u, self._lagrangian(units), no_slidings)
         form = self._topology(units) if kind == "topology" else self._constraints(units)
-        names = self.position | self.constant
-        slidings = tuple(read_sliding(d, kind, form.bodies, k, names, units) for k in range(len(d.friction.contacts)))
+        slidings = tuple(
+            read_sliding(d, kind, form.bodies, k, constant, units) for k in range(len(d.friction.contacts))
+        )
         return Motion(None, forces, matrix_u, form, slidings)
 
     def _form_kind(self) -> str:
@@ -177,30 +181,46 @@ class _MotionReader:
     def _lagrangian(self, units: Units) -> Lagrangian:
         section = self.document.lagrangian
         assert section is not None
-        names = self.position | self.constant
-        kinetic = self._energy("kinetic", section.kinetic, names | self.velocity, units)
-        return Lagrangian(kinetic, self._energy("potential", section.potential, names, units))
+        names, faults = self.position | self.constant, Faults()
+        kinetic = self._energy("kinetic", section.kinetic, names | self.velocity, units, faults)
+        potential = self._energy("potential", section.potential, names, units, faults)
+        faults.raise_noted()
+        return Lagrangian(kinetic, potential)
 
-    def _energy(self, name: str, terms: list[str], names: Symbols, units: Units) -> sympy.Expr:
+    def _energy(self, name: str, terms: list[str], names: Symbols, units: Units, faults: Faults) -> sympy.Expr:
         total: sympy.Expr = sympy.S.Zero
         for k, text in enumerate(terms):
-            total += units.read(text, f"lagrangian.{name}[{k}]", names, units.energy, f"{name} energy")
+            with faults.noting():
+                total += units.read(text, f"lagrangian.{name}[{k}]", names, units.energy, f"{name} energy")
         return total
 
-    def _matrix(self, key: str, rows: list[list[str]], shape: tuple[int, int], column: bool = False) -> Rows:
-        if column and len(rows) != shape[0]:
-            expected = f"{shape[0]} entries, one a coordinate"
-            raise BadInput(self.place(key), f"{len(rows)} entries", expected, code="SPEC015")
-        meaning = " (coordinates by contacts)" if key == "friction.distribution" else ""
-        refuse_other_shape(rows, shape, key, self.place, meaning=meaning)
-        return [
-            [
-                parse_expression(x, self.place(f"{key}[{i}]" if column else f"{key}[{i}][{j}]"))
-                for j, x in enumerate(row)
-            ]
-            for i, row in enumerate(rows)
-        ]
+    def _matrix(
+        self,
+        key: str,
+        rows: list[list[str]],
+        shape: tuple[int, int],
+        names: Symbols,
+        faults: Faults,
+        hint: str = "",
+        column: bool = False,
+    ) -> tuple[Rows, sympy.ImmutableMatrix]:
+        """The parsed entries of a matrix, and their symbolic form over ``names``; faults of each entry are noted.
 
-
-def _symbolic(rows: Rows, symbols: Mapping[str, sympy.Symbol], hint: str = "") -> sympy.ImmutableMatrix:
-    return sympy.ImmutableMatrix([[x.symbolic(symbols, hint) for x in row] for row in rows])
+        Where a fault was noted, the parsed entries are incomplete and the symbolic form is empty.
+        """
+        before, parsed, values = len(faults.noted), list[list[Expression]](), list[list[sympy.Expr]]()
+        with faults.noting():
+            if column and len(rows) != shape[0]:
+                expected = f"{shape[0]} entries, one a coordinate"
+                raise BadInput(self.place(key), f"{len(rows)} entries", expected, code="SPEC015")
+            meaning = " (coordinates by contacts)" if key == "friction.distribution" else ""
+            refuse_other_shape(rows, shape, key, self.place, meaning=meaning)
+        for i, row in enumerate(rows):
+            parsed.append([])
+            values.append([])
+            for j, text in enumerate(row):
+                with faults.noting():
+                    entry = parse_expression(text, self.place(f"{key}[{i}]" if column else f"{key}[{i}][{j}]"))
+                    values[-1].append(entry.symbolic(names, hint))
+                    parsed[-1].append(entry)
+        return parsed, sympy.ImmutableMatrix([] if len(faults.noted) > before else values)

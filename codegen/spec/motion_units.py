@@ -10,7 +10,7 @@ from typing import Any
 
 import sympy
 
-from codegen.base.errors import Place
+from codegen.base.errors import Faults, Place
 from codegen.spec.expression import Expression, parse_expression
 from codegen.spec.model import Coordinate, Input
 from codegen.spec.motion import Body, position_name, rate_name
@@ -92,27 +92,38 @@ class Units:
 
     def check_rows(self, force: Entries, distribution: Entries | None) -> None:
         """Raise BadInput unless each force, and each U_ik λ_k, has the unit of energy over that of its coordinate."""
+        faults = Faults()
         for i, of in enumerate(self.coordinates):
-            self.check(force[i][0], self.energy / of, "force")
-            for words, place, found in self._friction(distribution[i] if distribution is not None else ()):
-                if found != self.energy / of:
-                    found_words = f"{words} gives {describe(found)}"
-                    raise UnitMismatch(place, found_words, describe(self.energy / of), found * of / self.energy)
+            with faults.noting():
+                self.check(force[i][0], self.energy / of, "force")
+                for words, place, found in self._friction(distribution[i] if distribution is not None else ()):
+                    if found != self.energy / of:
+                        found_words = f"{words} gives {describe(found)}"
+                        raise UnitMismatch(place, found_words, describe(self.energy / of), found * of / self.energy)
+        faults.raise_noted()
 
     def check_equation(self, mass: Entries, force: Entries, distribution: Entries) -> None:
-        """Raise BadInput at the first term of M v' = g − U λ whose dimension differs from that of its row."""
+        """Raise BadInput at the first term of M v' = g − U λ whose dimension differs from that of its row.
+
+        The faults of all rows are raised together.
+        """
+        faults = Faults()
         for i, row in enumerate(mass):
-            g, terms = force[i][0], list[Term]()
-            terms.append((f"force `{g.text}`", g.place, dimension_of(g, self.names)))
-            for m, velocity, of in zip(row, self._velocities, self.coordinates, strict=True):
-                found = dimension_of(m, self.names)
-                rate = None if found is None else found * of / self.second**2
-                terms.append((f"mass_matrix `{m.text}` times the rate of {velocity}", m.place, rate))
-            known = [term for term in (*terms, *self._friction(distribution[i])) if term[2] is not None]
-            for words, place, of in known:
-                if of != known[0][2]:
-                    expected = f"{describe(known[0][2])}, the unit of {known[0][0]} in the same row"
-                    raise UnitMismatch(place, f"{words} gives {describe(of)}", expected, of / known[0][2])
+            with faults.noting():
+                self._check_row(row, force[i][0], distribution[i])
+        faults.raise_noted()
+
+    def _check_row(self, mass: Sequence[Expression], g: Expression, distribution: Sequence[Expression]) -> None:
+        terms: list[Term] = [(f"force `{g.text}`", g.place, dimension_of(g, self.names))]
+        for m, velocity, of in zip(mass, self._velocities, self.coordinates, strict=True):
+            found = dimension_of(m, self.names)
+            rate = None if found is None else found * of / self.second**2
+            terms.append((f"mass_matrix `{m.text}` times the rate of {velocity}", m.place, rate))
+        known = [term for term in (*terms, *self._friction(distribution)) if term[2] is not None]
+        for words, place, of in known:
+            if of != known[0][2]:
+                expected = f"{describe(known[0][2])}, the unit of {known[0][0]} in the same row"
+                raise UnitMismatch(place, f"{words} gives {describe(of)}", expected, of / known[0][2])
 
     def _friction(self, row: Sequence[Expression]) -> list[Term]:
         """U_ik λ_k of a row of U, without its zeros."""

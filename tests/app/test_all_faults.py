@@ -133,3 +133,40 @@ def test_free_gains_are_no_obstacle(tmp_path: Path) -> None:
     law = ("law: coulomb, a: 50", "law: coulom, a: 50")
     text = spoilt(law, ("K_F: 10, K_v: 100", "K_G: {free: [1, 20]}, K_v: 100"))
     assert lines_told(tmp_path, text) == changed_lines(text)
+
+
+TWO = (SPECS / "two_mass.yaml").read_text()
+
+
+def test_faults_of_every_formula(tmp_path: Path) -> None:
+    """A sign that formulas do not have, an unknown name and a term of another unit, each in an entry of its own."""
+    wrong = {
+        "[m1, 0]": "[m1², mm]",
+        "[0, m2]": "[0, m2³]",
+        "-(eta2 + eta3)*x1": "-(eta2 + eta4)*x1",
+        "distribution: [[1, 0], [-1, 1]]": "distribution: [[1, 0], [-q, 1]]",
+    }
+    assert all(old in TWO for old in wrong)
+    text = TWO
+    for old, new in wrong.items():
+        text = text.replace(old, new, 1)
+    changed = [k for k, (a, b) in enumerate(zip(text.splitlines(), TWO.splitlines(), strict=True), 1) if a != b]
+    assert len(changed) == 4
+    assert lines_told(tmp_path, text) == [changed[0], *changed], "both entries of the first row"
+
+
+def test_units_of_every_row(tmp_path: Path) -> None:
+    text = TWO.replace("eta3*x2", "eta3*v2", 1).replace("eta3*x1 - ", "eta3*v1 - ", 1)
+    changed = [k for k, (a, b) in enumerate(zip(text.splitlines(), TWO.splitlines(), strict=True), 1) if a != b]
+    assert len(changed) == 2
+    assert lines_told(tmp_path, text) == changed
+
+
+def test_faults_of_every_energy(tmp_path: Path) -> None:
+    text = (SPECS / "two_link_arm.yaml").read_text()
+    spoilt_text = "\n".join(
+        line.replace("**2", "²") if line.startswith("    - ") else line for line in text.splitlines()
+    )
+    lines = [k for k, line in enumerate(spoilt_text.splitlines(), 1) if line.startswith("    - ") and "²" in line]
+    assert len(lines) > 1
+    assert lines_told(tmp_path, spoilt_text) == lines
