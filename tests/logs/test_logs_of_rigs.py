@@ -222,6 +222,50 @@ READ = {
         {"a.csv": "t;position;effort;units [-]\n" + lines("{t:.3f};[{x:.9f} 0.1];(0.2, {w:.9f});1")},
         "columns: {x: 'position[0]', w: 'effort[1]'}\n",
     ),
+    "registers as moteus prints them, behind the number of the servo": (
+        {"a.log": lines("2/{{MODE(0x000): 10, POSITION(0x001): {x:.9f}, TORQUE(0x003): {w:.9f}, FAULT(0x00f): 0}}")},
+        "columns: {x: POSITION(0x001), w: TORQUE(0x003)}\nsample_time: 2 ms\n",
+    ),
+    "members of an enumeration as Python prints them": (
+        {"a.log": lines("{{<Register.MODE: 0>: 10, <Register.POSITION: 1>: {x:.9f}, <Register.TORQUE: 3>: {w:.9f}}}")},
+        "columns: {x: Register.POSITION, w: Register.TORQUE}\nsample_time: 2 ms\n",
+    ),
+    "counters of two servos as the Dynamixel SDK prints them": (
+        {
+            "a.txt": "Succeeded to open the port\nSucceeded to change the baudrate\n"
+            + "".join(
+                f"[ID:001] GoalPos:{x + 9}  PresPos:{x}\t[ID:002] GoalPos:0  PresPos:{w:03d}\n"
+                for x, w in zip(np.round(X / COUNT).astype(int), np.round(1e3 * W).astype(int), strict=True)
+            )
+        },
+        "columns: {x: 3, w: 6}\nscale: {x: 1.0e-5, w: 0.001}\nsample_time: 2 ms\n",
+    ),
+    "times of Python's logging between commas": (
+        {"a.csv": "time,x,w\n" + lines("2026-03-04 10:15:{s:02d},{f:03d},{x:.9f},{w:.9f}")},
+        "",
+    ),
+    "the same without a header": (
+        {"a.log": lines("2026-03-04 10:15:{s:02d},{f:03d},{x:.9f},{w:.9f}")},
+        "columns: [t, x, w]\n",
+    ),
+    "milliseconds in a column with a name": (
+        {"a.csv": "Date,ms,x,w\n" + lines("2026-03-04 10:15:{s:02d},{f:03d},{x:.9f},{w:.9f}")},
+        "columns: {t: Date + 0.001*ms}\n",
+    ),
+    "a timetable of MATLAB": ({"a.csv": "Time,x,w\n" + lines("{t:.5g} sec,{x:.9f},{w:.9f}")}, ""),
+    "units behind each number": ({"a.csv": "t;x;w\n" + lines("{ms} ms;{mm:.9f} mm;{w:.9f} N")}, ""),
+    "properties of Simulink's Data Inspector": (
+        {"a.csv": "time,x,w\n,Type: double,Type: double\n,Unit: mm,Unit: N\n" + lines("{t:.3f},{mm:.9f},{w:.9f}")},
+        "",
+    ),
+    "the same with the header that is said": (
+        {"a.csv": "time,x,w\n,Unit: mm,\n,Interp: zoh,Interp: zoh\n" + lines("{t:.3f},{mm:.9f},{w:.9f}")},
+        "header: 1\n",
+    ),
+    "numbers of a Keysight oscilloscope's channels": (
+        {"a.csv": "x-axis,1,2\nsecond,Volt,Volt\n" + lines("{t:+.6E},{x:+.9E},{w:+.9E}")},
+        "columns: {t: x-axis, x: 2, w: 3}\nscale: {x: 1, w: 1}\n",
+    ),
     "hexadecimal counters": (
         {
             "a.csv": "t,x,w,on\n"
@@ -259,12 +303,21 @@ TWO_TOPICS = "__time,/axis/pos,/drive/force\n" + lines("16000{s:05d}.{f:03d},{x:
 SLOWER = T[::2] + 0.0007
 FILES = {
     "rows of one topic each": {"a.csv": TWO_TOPICS},
+    "a column of times before each signal": {
+        "a.csv": "t_ms,x,t_ms,w\n"
+        + "".join(
+            f"{1e3 * T[k]:.4f},{X[k]:.9f},"
+            + (f"{1e3 * SLOWER[k]:.4f},{np.interp(SLOWER[k], T, W):.9f}\n" if k < len(SLOWER) else ",\n")
+            for k in range(len(T))
+        )
+    },
     "a file for each topic": {
         "a.csv": "%time,position\n" + lines("{t:.4f},{x:.9f}"),
         "b.csv": "stamp;w\n" + "".join(f"{t:.4f};{np.interp(t, T, W):.9f}\n" for t in SLOWER),
     },
 }
 META = {
+    "a column of times before each signal": "columns: {x: x}\n",
     "rows of one topic each": "columns: {x: /axis/pos, w: /drive/force}\nmissing: join\n",
     "a file for each topic": "columns: {x: position, w: f.w}\nbeside: {f: {file: b.csv, time: stamp}}\n",
 }
@@ -334,7 +387,15 @@ REFUSED = {
     "echo.yaml": (b"header:\n  stamp:\n    sec: 1\nposition:\n- 0.1\n---\n", "LOG002 --csv bag"),
     "a.xyz": (b"\1\2\3", "LOG002 `.xyz` .csv"),
     "empty.log": (b"", "LOG009 empty.log"),
-    "units.csv": (b"t,x,w\n0 ms,1 mm,2 N\n2 ms,1 mm,2 N\n4 ms,1 mm,2 N\n", "LOG005 units.csv:2 `units:`"),
+    "units.csv": (b"t,x,w\n0 ms,1 mm,2 N\n2 ms,1 mm,2 N\n4 ms,1 cm,2 N\n", "LOG005 units.csv:2 `units:`"),
+    "other_unit.csv": (
+        b"t,x,w\n0 ms,9 mm,2 N\n2 ms,1 cm,2 N\n" + b"".join(b"%d ms,9 mm,2 N\n" % k for k in range(4, 9)),
+        "LOG005 other_unit.csv:3 `1 cm`",
+    ),
+    "other_number.log": (
+        b"".join(b"%d/{x: %d, w: 2, t: %d}\n" % (1 + (k > 4), k, k) for k in range(9)),
+        "LOG003 other_number.log",
+    ),
     "records.csv": (b"t,x,w\n0,1,2\n1,1,2\nt,x,w\n0,1,2\n1,1,2\n", "LOG007 records.csv:5 file record"),
 }
 

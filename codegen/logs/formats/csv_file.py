@@ -114,13 +114,14 @@ class CsvSource(LogFile):
         clock = next((name for name in wanted if name not in own), "")
         names = [str(j) for k in own.values() for j in (k, self.layout.times[k])]
         read = dict(zip(names, self._columns(names, list(map(int, names))).values.T, strict=True))
+        tick = self.layout.tick
         began = min(read[str(self.layout.times[k])][0] for k in own.values())
         signals = {}
         for name, k in own.items():
             time = read[str(self.layout.times[k])]
             valid = np.isfinite(time)
-            signals[name] = Signal(self.names[k], self.layout.tick * (time[valid] - began), read[str(k)][valid])
-        return joined(self, grouped_by_time(signals), wanted, clock)
+            signals[name] = Signal(self.names[k], (tick or 1.0) * (time[valid] - began), read[str(k)][valid])
+        return joined(self, grouped_by_time(signals), wanted, clock, in_seconds=tick is not None)
 
     def _columns(self, wanted: Sequence[str], indices: list[int]) -> Columns:
         """The columns with these indices, row by row as in the file, with the names in ``wanted``."""

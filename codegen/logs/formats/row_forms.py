@@ -16,6 +16,7 @@ from string import ascii_letters
 
 from codegen.logs.formats.source import listing
 from codegen.logs.formats.text_lines import LONGEST_LINE
+from codegen.spec.units import is_unit
 
 ROWS = 3
 MOST_SIGNALS, FEWEST_VALUES = 64, 200
@@ -25,7 +26,8 @@ _NUMBER = (
     r"[+-]?(?:\d++,\d++(?=\s|$)|\d++(?:\.\d*+)?|\.\d++)(?:[eE][+-]?\d++)?(?=[\s,;})\]]|$)"
     r"|[+-]?(?:nan|inf)(?=[\s,;})\]]|$)"
 )
-_NAME = r"[A-Za-z_][\w.\-/]*(?:\[\d+\])?"
+_NAME = r"[A-Za-z_][\w.\-/]*(?:\[\d+\]|\(0x[0-9A-Fa-f]+\))?"
+"""Also with an index or a register's number, ``q[0]`` or ``POSITION(0x001)``."""
 _NAMED = re.compile(rf"\s*({_NAME})(?:\s*[:=]\s*|\s+)({_NUMBER})[\s,;]*", re.ASCII | re.IGNORECASE)
 """``name:0.1``, ``name = 0.1`` or ``name 0,1``, with the separator after it."""
 _PAIR = re.compile(rf"""(?<![\w.\-/])({_NAME})["']?\s*[:=]\s*({_NUMBER})""", re.ASCII | re.IGNORECASE)
@@ -50,8 +52,14 @@ _CALL = re.compile(
     re.ASCII,
 )
 """A number or list as Python prints it: ``np.float64(0.1)``, ``array('d', [0.1, 0.2])``, ``tensor(0.1)``."""
+_ENUM = re.compile(r"<(\w+\.\w+): [^<>]*>", re.ASCII)
+"""A member of an enumeration as Python prints it: ``<Register.POSITION: 1>``."""
 _KEYWORD = re.compile(r", *(?:dtype|device|requires_grad|grad_fn)=")
 """Beginning of what Python prints behind the number or list."""
+_COMMA_TIME = re.compile(r"((?:^|,)\s*(?:\d{4}-\d\d-\d\d[T ])\d\d:\d\d:\d\d),(\d{3})(?=,)", re.ASCII)
+"""A field with date and time whose milliseconds stand behind a comma, as Python's logging writes them."""
+_QUANTITY = re.compile(r"([+-]?[\d.,]+(?:[eE][+-]?\d+)?)\s+([A-Za-z°µ%][\w°µ%/*^]*)")
+"""A number with its unit behind a blank, ``0.002 sec``."""
 STAMP = "stamp"
 """The column of the times with which lines begin."""
 _LIST = re.compile(r'"?[\[(]([^][()"]*)[\])]"?')
@@ -71,11 +79,13 @@ class Form:
     Attributes:
         split: line → the plain line, empty for no row, and the part of it that is not read.
         names: of the numbers, if each row names them; then ``index`` is the first row's.
+        units: (column counted from 0, its unit) where each row states it behind the number.
     """
 
     split: Callable[[str], tuple[str, str]]
     names: tuple[str, ...] = ()
     index: int = 0
+    units: tuple[tuple[int, str], ...] = ()
     notes: tuple[str, ...] = ()
 
     def plain_lines(self, lines: Sequence[str]) -> list[str]:
@@ -88,40 +98,47 @@ def find_form(
 ) -> Form | None:
     """The special form of a table; None for a plain one. Arguments as of ``find_layout``."""
     head = list(islice(lines, LINES_SEARCHED))
-    if sum(1 for line in head if _CALL.search(line)) >= ROWS:
+    if sum(1 for line in head if _CALL.search(line) or _ENUM.search(line)) >= ROWS:
         inner = find_form([_called(line) for line in head], delimiter_of, header, named) or Form(
             lambda line: (line, "")
         )
         return replace(inner, split=lambda line: inner.split(_called(line)))
     found = _named_rows(lines) if header is None and not named else None
-    return found or _list_rows(lines, delimiter_of) or _after_arrows(lines, delimiter_of) or _in_first_column(lines)
+    found = found or _list_rows(lines, delimiter_of) or _after_arrows(lines, delimiter_of) or _in_first_column(lines)
+    return found or _comma_times(lines, header, named) or _quantities(lines, delimiter_of)
 
 
 def _called(line: str) -> str:
-    """A line with its numbers and lists as they are without the calls that Python prints."""
-    return _CALL.sub(lambda found: _KEYWORD.split(found[1], maxsplit=1)[0].strip("'\""), line)
+    """A line with its numbers, lists and names as they are without the calls that Python prints."""
+    return _CALL.sub(lambda found: _KEYWORD.split(found[1], maxsplit=1)[0].strip("'\""), _ENUM.sub(r"\1", line))
 
 
 def _named_rows(lines: Sequence[str]) -> Form | None:
-    """Rows in which at least two numbers have names, such as ``angle:0.1,torque:0.2``."""
-    alike, names = 0, tuple[str, ...]()
-    for i, line in enumerate(islice(lines, LINES_SEARCHED)):
-        found = tuple(name for name, _ in _pairs(line))
+    """Rows in which at least two numbers have names, such as ``angle:0.1,torque:0.2``, and all others never change."""
+    head = list(islice(lines, LINES_SEARCHED))
+    alike, names, other = 0, tuple[str, ...](), ""
+    for i, line in enumerate(head):
         if not line.strip():
             continue
-        alike = alike + 1 if len(found) > 1 and found == names else int(len(found) > 1)
-        names = found
+        pairs, text = _pairs(line)
+        found = tuple(name for name, _ in pairs)
+        row = len(found) > 1
+        alike = alike + 1 if row and (found, text) == (names, other) else int(row)
+        names, other = found, text
         if alike == ROWS:
-            first = next(k for k in range(i + 1) if tuple(name for name, _ in _pairs(lines[k])) == names)
+            form = partial(_numbers_of, names, other)
+            first = next(k for k in range(i + 1) if form(lines[k])[0])
+            if other and not all(form(more)[0] for more in head[i:] if more.strip()):
+                return None  # its other numbers change
             words = f"each row names its numbers ({listing(names)})"
-            return Form(partial(_numbers_of, names), names, first, (words,))
+            return Form(form, names, first, notes=(words,))
     return None
 
 
-def _numbers_of(names: tuple[str, ...], line: str) -> tuple[str, str]:
+def _numbers_of(names: tuple[str, ...], other: str, line: str) -> tuple[str, str]:
     """The numbers of a row with these names, with tabs between them; nothing of a line that is no such row."""
-    pairs = _pairs(line)
-    if names != tuple(name for name, _ in pairs):
+    pairs, text = _pairs(line)
+    if names != tuple(name for name, _ in pairs) or text != other:
         return "", line
     return "\t".join(number for _, number in pairs), ""
 
@@ -144,8 +161,8 @@ def _first_field(line: str) -> tuple[str, str, bool]:
     return first, " ".join(text for text in rest if text.strip()), bool(rest) and not rest[0].strip()
 
 
-def _pairs(line: str) -> list[tuple[str, str]]:
-    """(name, number) pairs of a line, with the time at its beginning; empty if it has other numbers.
+def _pairs(line: str) -> tuple[list[tuple[str, str]], str]:
+    """(name, number) pairs of a line, with the time at its beginning; and its other text, empty if without numbers.
 
     Numbers between that time and the message, such as that of a process, do not count.
     """
@@ -157,16 +174,16 @@ def _pairs(line: str) -> list[tuple[str, str]]:
         pairs.append((found[1], found[2]))
         at = found.end()
     if at == len(line):
-        return pairs
+        return pairs, ""
     begun = _BEGUN.match(line)
     rest = line[begun.end() :] if begun else line
     first = _PAIR.search(rest) if begun else None
     if first is not None and rest[: first.start()].rstrip().endswith(_HEAD_ENDS):
         rest = rest[first.start() :]
     pairs = [(name, number) for name, number in _PAIR.findall(rest)]
-    if not pairs or re.search(r"(?<![\w.])[+-]?\d", _PAIR.sub("", rest)):
-        return []
-    return [(STAMP, begun[1]), *pairs] if begun else pairs
+    text = _PAIR.sub("", rest)
+    other = text if re.search(r"(?<![\w.])[+-]?\d", text) else ""
+    return ([(STAMP, begun[1]), *pairs] if begun and pairs else pairs), other
 
 
 def _after_arrows(lines: Sequence[str], delimiter_of: Callable[[str], str]) -> Form | None:
@@ -180,6 +197,48 @@ def _after_arrows(lines: Sequence[str], delimiter_of: Callable[[str], str]) -> F
         return None  # decimal commas between blanks
     put = rf"\1{delimiter if delimiter in rest else ' '}"
     return Form(lambda line: (_ARROW.sub(put, line, count=1), ""))
+
+
+def _comma_times(lines: Sequence[str], header: int | None, named: Sequence[str]) -> Form | None:
+    """Comma-separated rows with ``2026-03-04 23:59:58,002`` in a field, where the milliseconds have no name."""
+    head = list(islice(lines, LINES_SEARCHED))
+    places = [i for i, line in enumerate(head) if _COMMA_TIME.search(line)]
+    if len(places) < ROWS:
+        return None
+    above = [line for line in head[: places[0]] if line.strip()]
+    names = lines[header - 1] if header else above[-1] if above and header is None else ""
+    width = head[places[0]].count(",") + 1
+    if width in (len(named), names.count(",") + 1):
+        return None  # the milliseconds are a column of their own
+    words = "the comma in a date and time is that before the milliseconds"
+    return Form(lambda line: (_COMMA_TIME.sub(r"\1.\2", line), ""), notes=(words,))
+
+
+def _quantities(lines: Sequence[str], delimiter_of: Callable[[str], str]) -> Form | None:
+    """Rows in which the numbers of some columns have their unit behind them, ``0.002 sec,0.1``."""
+    last = [line for line in islice(lines, LINES_SEARCHED) if line.strip()][-ROWS:]
+    stated = {tuple(_units_behind(line, delimiter_of(line))) for line in last}
+    if len(last) < ROWS or len(stated) != 1:
+        return None
+    units, delimiter = next(iter(stated)), delimiter_of(last[0])
+    if not units:
+        return None
+
+    def split(line: str) -> tuple[str, str]:
+        texts = line.split(delimiter)
+        for k, unit in _units_behind(line, delimiter):
+            if (k, unit) in units:
+                texts[k] = texts[k].strip(' "').removesuffix(unit).rstrip()
+        return delimiter.join(texts), ""
+
+    return Form(split, units=units)
+
+
+def _units_behind(line: str, delimiter: str) -> list[tuple[int, str]]:
+    """(column counted from 0, unit) of the fields of a line that are a number, a blank and a unit."""
+    texts = enumerate(line.split(delimiter))
+    found = [(k, _QUANTITY.fullmatch(text.strip(' "'))) for k, text in texts]
+    return [(k, quantity[2]) for k, quantity in found if quantity and is_unit(quantity[2])]
 
 
 def whole_lines(lines: list[str]) -> list[str]:

@@ -15,6 +15,7 @@ from itertools import islice, product
 
 from codegen.base.errors import BadInput, Place
 from codegen.base.user_text import shown
+from codegen.logs.binding import time_columns
 from codegen.logs.formats.row_forms import Form, find_form
 from codegen.logs.formats.source import listing
 from codegen.logs.formats.stamps import restart_period, stamp
@@ -65,7 +66,7 @@ class Layout:
         started: column, counted from 0, that holds dates or times of day → that of the first row.
         form: conversion of the lines to plain ones, which all other attributes are about; None if lines are plain.
         times: column → column of its time, both counted from 0; empty if all columns have the same time.
-        tick: unit of ``times`` in s. The times in s are the first column.
+        tick: unit of ``times`` in s; the times in s are the first column. None: they keep the file's unit.
         unread: names of a line before the header that could be the header too, each with why it is no column.
     """
 
@@ -81,7 +82,7 @@ class Layout:
     started: tuple[tuple[int, datetime], ...] = ()
     form: Form | None = None
     times: tuple[int, ...] = ()
-    tick: float = 1.0
+    tick: float | None = 1.0
     unread: tuple[tuple[str, str], ...] = ()
 
     def plain(self, lines: list[str]) -> list[str]:
@@ -148,7 +149,11 @@ def find_layout(
     if form is not None and form.names:
         found = Layout(form.names, form.index + 1, form.index, "\t")
     else:
-        found = _with_units_above(_table(file, made, header, named, asked), made)
+        found = _with_own_times(_with_units_above(_table(file, made, header, named, asked), made))
+    if form is not None and form.units and not found.units:
+        stated = tuple((found.names[k], unit) for k, unit in form.units if k < len(found.names))
+        words = f"the unit behind each number ({listing([unit for _, unit in stated])})"
+        found = replace(found, units=stated, notes=(*found.notes, words))
     sign = "." if found.decimal_stated else decimal or _decimal(made[found.first :], found.delimiter)
     notes = [*found.notes, *(() if form is None else form.notes)]
     if sign == ",":
@@ -169,7 +174,7 @@ def find_layout(
         decimal=sign,
         decimal_stated=bool(decimal) or found.decimal_stated,
         head=head,
-        started=tuple(started),
+        started=tuple((k, min(at for _, at in started) if found.times else at) for k, at in started),
         form=form,
     )
 
@@ -351,7 +356,8 @@ def _above(file: str, lines: Sequence[str], rows: _Rows, asked: Collection[str])
     One word of a line of units may be no known unit, such as the `Inkr` of a drive's increments. Names in two lines of
     which both repeat some, as pandas writes a header of two levels, become ``joint1.pos``.
     """
-    split = {i: _names_of(line, rows) for i, line in enumerate(lines[: rows.index]) if line.strip()}
+    end, stated = _properties(lines, rows)
+    split = {i: _names_of(line, rows) for i, line in enumerate(lines[:end]) if line.strip()}
     above = [i for i, texts in split.items() if texts or not COMMENT.match(lines[i])]
     index = _index_name(lines[above[-1]], rows) if above else ""
     above = above[-3:-1] if index else above[-2:]
@@ -359,8 +365,15 @@ def _above(file: str, lines: Sequence[str], rows: _Rows, asked: Collection[str])
     if not near or near[0] != above[-1]:
         return None
     at = near[0]
-    units: tuple[tuple[str, str], ...] = ()
+    units = tuple(zip(_named(split[at]), stated, strict=False))
     unread: tuple[tuple[str, str], ...] = ()
+    numbered = _split(lines[above[0]], rows.delimiter) if len(near) < len(above) and _are_units(split[at]) else []
+    if len(numbered) == rows.width and not _is_number(numbered[0]) and all(map(_is_number, numbered[1:])):
+        names = _named([numbered[0], *[""] * (rows.width - 1)])
+        units = tuple(zip(names, map(_plain_unit, split[at]), strict=False))
+        words = f"line {above[0] + 1} numbers the columns after the first; they go by their place in a row, from 2"
+        layout = _with_notes(lines, Layout(names, above[0] + 1, rows.index, rows.delimiter, units))
+        return replace(layout, notes=(*layout.notes, words))
     if len(near) == 2:
         lower, upper = split[near[0]][: rows.width], split[near[1]]
         sought = [sum(name.strip() in asked for name in line) for line in (lower, upper)]
@@ -378,6 +391,32 @@ def _above(file: str, lines: Sequence[str], rows: _Rows, asked: Collection[str])
             why = f"line {at + 1} is the header; `header: {before}` in meta.yaml beside the log takes line {before}"
             unread = tuple((name, why) for name in _named(upper))
     return _with_notes(lines, Layout(_named(split[at]), at + 1, rows.index, rows.delimiter, units, unread=unread))
+
+
+_PROPERTY = re.compile(r"([A-Za-z]+): ?(.*)")
+"""A property of a column below its name, ``Unit: mm``, as Simulink's Data Inspector writes them."""
+
+
+def _properties(lines: Sequence[str], rows: _Rows) -> tuple[int, list[str]]:
+    """Index of the first of the lines of properties directly above the rows, or of the rows; and the units in them."""
+    at, units = rows.index, list[str]()
+    while at > 0 and (found := _property(_all_fields(lines[at - 1], rows.delimiter), rows.width)):
+        units = found[1] if found[0] in _UNIT else units
+        at -= 1
+    return at, units
+
+
+def _property(texts: Sequence[str], width: int) -> tuple[str, list[str]] | None:
+    """The key in lower case of a line ``,Unit: mm,Unit: N``, and its values; None for another line."""
+    found = [_PROPERTY.fullmatch(text.strip()) for text in texts]
+    keys = {pair[1].lower() for pair in found if pair}
+    if (
+        len(texts) != width
+        or len(keys) != 1
+        or any(text.strip() and not pair for text, pair in zip(texts, found, strict=True))
+    ):
+        return None
+    return keys.pop(), [_plain_unit(pair[2]) if pair else "" for pair in found]
 
 
 def _index_name(line: str, rows: _Rows) -> str:
@@ -425,6 +464,17 @@ def _scope(lines: Sequence[str], rows: _Rows) -> Layout | None:
     before = tuple(max(j for j in times if j <= k) for k in range(rows.width)) if own else ()
     tick = (1e-3 if in_ms else 1e-7) if _SAMPLE_TIME in about else 1.0
     return replace(layout, notes=(words, *layout.notes), times=before, tick=tick)
+
+
+def _with_own_times(found: Layout) -> Layout:
+    """The layout of ``time,x,time,w``: the times of columns logged at another rate stand before them."""
+    times = [k for k, name in enumerate(found.names) if name == found.names[0]]
+    if found.times or len(times) < 2 or not time_columns(found.names[:1]):
+        return found
+    names = tuple(str(k + 1) if k in times[1:] else name for k, name in enumerate(found.names))
+    before = tuple(max(j for j in times if j <= k) for k in range(len(names)))
+    words = f"{len(times)} columns `{shown(names[0])}`: each has the times of the columns after it"
+    return replace(found, names=names, times=before, tick=None, notes=(*found.notes, words))
 
 
 def _with_units_above(found: Layout, lines: Sequence[str]) -> Layout:
@@ -480,7 +530,8 @@ def _with_notes(lines: Sequence[str], layout: Layout) -> Layout:
         words.append(f"the header is line {layout.line} ({listing(layout.names)}), {before} before it")
     below = [i for i in range(layout.line, layout.first) if lines[i].strip()]
     if len(below) > 1:
-        words.append(f"lines {layout.line + 1} to {layout.first} between the header and the rows are not read")
+        but = ", but for units" if layout.units else ""
+        words.append(f"lines {layout.line + 1} to {layout.first} between the header and the rows are not read{but}")
     if layout.units:
         words.append(f"a line of units under the header ({listing([u or '-' for _, u in layout.units])})")
     return replace(layout, notes=tuple(words))
@@ -517,8 +568,11 @@ def _at_line(file: str, lines: Sequence[str], header: int) -> Layout:
     texts = {i: _split(lines[i], delimiter) for i in between}
     if not any(_is_number(t[0]) or stamp(t[0]) for t in texts.values() if t):
         first = header + rows.index if rows else header
-        for given in texts.values():
-            if (
+        for i, given in texts.items():
+            stated = _property(_all_fields(lines[i], delimiter), len(names))
+            if stated and stated[0] in _UNIT:
+                units = tuple(zip(names, stated[1], strict=True))
+            elif (
                 len(given) == len(names)
                 and not any(map(_is_number, given))
                 and (len(texts) == 1 or _is_line_of_units(given))
