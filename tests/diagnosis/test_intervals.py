@@ -202,6 +202,16 @@ def test_an_interval_stays_within_the_bounds_of_its_parameter() -> None:
     assert 0 < low < 900 and high > 5400
 
 
+@pytest.mark.parametrize("own", [3.14, -3.14, 0.5])
+def test_phases_that_differ_by_nearly_a_turn_are_near_each_other(own: float) -> None:
+    """An encoder's zero half a turn off gives +π by one criterion and −π by the other."""
+    wave = parts_of("cogging", ("amplitude", "period", "phase"))
+    near = own + 0.01 - (2 * np.pi if own > 3 else 0.0)
+    one, two = (Estimate({}, ({"phase": (v, (v - 0.02, v + 0.02))},)) for v in (own, near))
+    low, high = widened_by(one, two, wave, {0: 1.0}).effects[0]["phase"][1]
+    assert (own - low, high - own) == pytest.approx((float(np.hypot(0.02, 0.01)),) * 2)
+
+
 @pytest.mark.parametrize(("sigma", "wider"), [(1e6, False), (300.0, True)])
 def test_a_misfit_of_the_form_widens_the_interval_and_noise_does_not(sigma: float, wider: bool, tmp_path: Path) -> None:
     """Stiff presliding is friction that sticks; soft presliding, not in the model, biases viscous friction by force."""

@@ -67,6 +67,7 @@ def widened_by(own: Estimate, other: Estimate, parts: Sequence[Part], shares: Ma
     ``BLOCKS`` − 1 degrees of freedom. τ is what chance does not explain of Δ: the variance between two measurements of
     one quantity (DerSimonian and Laird 1986). Differences are of logarithms for a parameter that scales its effect, if
     both estimates have one sign, and of the fit's coordinates for a bounded one; so no end passes a bound or zero.
+    Those of phases are within half a turn.
 
     Args:
         shares: index of a part → c, the share of the squared residual that is no noise; parts without it are unchanged.
@@ -89,13 +90,16 @@ def _widened(
     here, half2 = inward(value), 0.5 * (high - low) * slope(second)
     below, above = sorted(inward(end) for end in ends)
     gap, half = inward(second) - here, 0.5 * (above - below)
+    is_phase = name in {phase for _, phase in part.effect.waves}
+    if is_phase:
+        gap = (gap + pi) % (2 * pi) - pi  # +π and −π are one phase
     if not np.isfinite([gap, half, half2]).all():
         return ends
     t = float(student.ppf(0.5 + CONFIDENCE / 2, BLOCKS - 1))
     chance = (half**2 + half2**2) / t**2
     more = sqrt(share * (gap**2 + t**2 * max(0.0, gap**2 - chance)))
     below, above = here - hypot(here - below, more), here + hypot(above - here, more)
-    if name in {phase for _, phase in part.effect.waves}:
+    if is_phase:
         below, above = max(below, here - pi), min(above, here + pi)
     first, last = sorted((outward(below), outward(above)))
     return first, last
