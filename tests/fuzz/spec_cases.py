@@ -15,6 +15,7 @@ from pathlib import Path
 from codegen.app import verbs
 from codegen.effects import CATALOGUE
 from codegen.friction import LAWS
+from codegen.observers import OBSERVERS
 
 from .case import Case, Stage
 from .hostile import EXPRESSIONS, NAMES, NUMBERS, TEXTS, UNITS
@@ -389,14 +390,12 @@ def transplant(tree: Node, dice: random.Random) -> Node:
     return tree
 
 
-GAINS = {"cfo": ("K_F",), "to": ("K_1", "K_2"), "dfo": ("K_a", "K_f1", "K_f2")}
 DOMAINS = ("{slip_speed: 1, settle: 0.3}", "{slip_speed: 0, settle: -1}", "{}", "{innovation: 1e-9}")
 
 
 def observer(tree: Node, dice: random.Random) -> Node:
     """Another kind of observer with its gains."""
-    kind = dice.choice(["cfo", "gcfo", "to", "gto", "mgto", "dfo", "gdfo"])
-    names = next(names for end, names in GAINS.items() if kind.endswith(end))
+    kind = dice.choice(list(OBSERVERS))
     texts = [
         *("1", "-1", "10", "-100", "1e-300", "1e300", "[1, 2]", "[[1, 0], [0, 1]]", "{free: [1, 100]}", "[]"),
         *(".nan", "0", "x"),
@@ -410,7 +409,7 @@ def observer(tree: Node, dice: random.Random) -> Node:
         "[{free: [1, 2]}, 3]",
         "1e-9",
     ]
-    gains = Mapping([(gain, Raw(dice.choice(texts))) for gain in [*names, "K_v"] if dice.random() < 0.95])
+    gains = Mapping([(gain, Raw(dice.choice(texts))) for gain in OBSERVERS[kind].gains if dice.random() < 0.95])
     choices = [
         ("kind", kind),
         ("velocity", dice.choice(["measured", "estimated"])),
