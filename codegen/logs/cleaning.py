@@ -13,6 +13,7 @@ from codegen.base.user_text import shown
 from codegen.logs.counters import WIDTHS, WRAP_SIZE
 from codegen.logs.description import LogDescription
 from codegen.logs.formats.source import Columns
+from codegen.logs.term import identifier
 from codegen.logs.uniform import held_means
 
 LARGEST_VALUE = 1e30
@@ -240,7 +241,8 @@ def _rising(raw: Columns, values: Array, notes: list[str]) -> Flags:
     other = repeats & ~same
     if other.sum() > SHARE_REPEATED * len(time):
         found = f"{int(other.sum())} of {len(time)} rows repeat a time stamp with other data, the first here"
-        expected = f"a different time in each row (written with more digits), {ONE_OF}"
+        parts = f"`columns: {{t: {identifier(raw.names[0])} + 0.001*MS}}` where a column MS holds the milliseconds"
+        expected = f"a different time in each row (written with more digits; or {parts}), {ONE_OF}"
         raise BadInput(raw.place(int(np.argmax(other)), 0), found, expected, code="LOG007")
     if same.any():
         notes.append(

@@ -60,11 +60,20 @@ OTHERS = (
     (rb"\x1f\x8b|\x28\xb5\x2f\xfd|BZh\d|\xfd7zXZ", "a compressed file", "the file unpacked"),
     (rb"\x80[\x02-\x05]", "a Python pickle, which could run any code", "its arrays saved by `numpy.savez`, or as CSV"),
     (rb"#ROSBAG", "a bag of ROS 1", "a bag of ROS 2, made of it by `rosbags-convert`"),
-    (rb"\(\d+\.\d+\) +\S+ +[0-9A-F]+#", "CAN frames of candump", "a column for each signal, decoded by its DBC"),
+    (
+        rb"\s*(\(\d+\.\d+\)|[a-z]*can\d) +(\S+ +)?[0-9A-F]{3,8}(#| +\[\d+\](?![^\n]*::))",
+        "CAN frames of candump",
+        "a column for each signal, decoded by its DBC, as `cantools decode` prints it behind each frame",
+    ),
     (
         rb"header: *\r?\n +(stamp|seq):",
-        "messages over several lines, as `ros2 topic echo` prints them",
-        "a bag, or `--csv` with it",
+        "messages over several lines, as `ros2 topic echo` or `rostopic echo` prints them",
+        "a bag; or `ros2 topic echo --csv`, `rostopic echo -p`",
+    ),
+    (
+        rb"header \{ *\r?\n +stamp \{",
+        "messages over several lines, as `gz topic -e` prints them",
+        "a row for each message, as CSV",
     ),
     (rb"FMT, ?\d+, ?\d+, ?FMT", "an ArduPilot log of several kinds of rows", "one kind as CSV, by `mavlogdump.py`"),
     (rb"MDF +\d", "an MDF file", "an MDF 4 file ending in .mf4"),
