@@ -9,17 +9,18 @@ from functools import cached_property
 
 from codegen.base.user_text import shown
 from codegen.logs.binding import time_columns
-from codegen.logs.column_names import COMMANDED, is_in_counts, words_of
+from codegen.logs.column_names import COMMANDED, is_in_counts, words_for, words_of
 from codegen.logs.formats.series import TIME
 from codegen.logs.formats.source import listing
 from codegen.logs.term import identifier
 
-QUANTITIES: Mapping[str, frozenset[str]] = {
-    "position": frozenset({"position", "positions", "pos", "q", "qpos", "angle", "theta", "x"}),
-    "velocity": frozenset({"velocity", "velocities", "vel", "qd", "dq", "qvel", "speed", "v"}),
-    "effort": frozenset({"effort", "efforts", "torque", "torques", "tau", "trq", "force", "w"}),
-    "current": frozenset({"current", "currents", "amps", "iq", "cur"}),
+OF_A_JOINT = {
+    "position": words_for("position", "length", "angle"),
+    "velocity": words_for("velocity"),
+    "effort": words_for("effort", "force", "torque"),
+    "current": words_for("current"),
 }
+"""What a robot's joint has → usual words of its columns."""
 
 
 @dataclass(frozen=True)
@@ -103,7 +104,7 @@ def _recognised(names: Sequence[str], joints: Mapping[str, str]) -> _Recognised:
         if COMMANDED & rest:
             commanded.append(name)
         elif joint is not None:
-            quantity = next((quantity for quantity, known in QUANTITIES.items() if known & rest), None)
+            quantity = next((quantity for quantity, known in OF_A_JOINT.items() if known & rest), None)
             if quantity is not None:
                 by_use.setdefault((quantity, joint), []).append(name)
     return _Recognised(names, by_use, commanded)

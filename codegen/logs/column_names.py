@@ -32,16 +32,29 @@ _WHOLE_NAME = re.compile(r"(mm|deg|rpm|mA|mV|kN|mNm)")
 _TIME_IN = re.compile(r"(.+)_(s|sec|seconds|ms|msec|us|usec|ns)")
 _CLOCKS = {"millis": "ms", "micros": "us"}
 """Columns called after the function that reads a microcontroller's clock → the unit of its result."""
-USUAL = {
-    "s": frozenset({"time", "t", "stamp", "timestamp"}),
-    "m": frozenset({"position", "pos", "x", "displacement", "way", "stroke", "weg", "lage"}),
-    "rad": frozenset({"position", "pos", "q", "angle", "theta", "phi", "winkel", "lage"}),
-    "A": frozenset({"current", "cur", "amps", "iq", "i", "strom"}),
-    "V": frozenset({"voltage", "volts", "volt", "u", "spannung"}),
-    "N": frozenset({"force", "thrust", "w", "kraft"}),
-    "N*m": frozenset({"torque", "trq", "tau", "moment", "effort", "drehmoment"}),
+QUANTITIES: Mapping[str, frozenset[str]] = {
+    "time": frozenset({"time", "t", "stamp", "timestamp"}),
+    "position": frozenset({"position", "positions", "pos", "lage"}),
+    "length": frozenset({"x", "displacement", "way", "stroke", "weg"}),
+    "angle": frozenset({"q", "qpos", "angle", "theta", "phi", "winkel"}),
+    "velocity": frozenset({"velocity", "velocities", "vel", "qd", "dq", "qvel", "speed", "v"}),
+    "force": frozenset({"force", "thrust", "w", "kraft"}),
+    "torque": frozenset({"torque", "torques", "trq", "tau", "moment", "drehmoment"}),
+    "effort": frozenset({"effort", "efforts"}),
+    "current": frozenset({"current", "currents", "cur", "amps", "iq", "i", "strom"}),
+    "voltage": frozenset({"voltage", "volts", "volt", "u", "spannung"}),
 }
-"""Unit → usual names of columns of such a quantity."""
+"""Quantity → usual words of columns of it. A position may be a length or an angle, an effort a force or a torque."""
+_OF_UNIT = {
+    "s": ("time",),
+    "m": ("position", "length"),
+    "rad": ("position", "angle"),
+    "A": ("current",),
+    "V": ("voltage",),
+    "N": ("force",),
+    "N*m": ("torque", "effort"),
+}
+"""Unit of a variable → the quantities that its columns are usually called by."""
 COMMANDED = frozenset(
     {
         *("command", "commands", "cmd", "desired", "target", "reference", "ref"),
@@ -55,6 +68,11 @@ COUNTED = frozenset({"sample", "samples", "index", "idx", "row", "line", "nr", "
 """Words of the name of a column of row numbers, which is no time."""
 COUNTS = frozenset({"counts", "count", "cnts", "cnt", "ticks", "tick", "increments", "incs", "inc", "pulses", "lsb"})
 """Words of a column's name that say that it holds the raw counts of a sensor."""
+
+
+def words_for(*quantities: str) -> frozenset[str]:
+    """Usual words of columns of any of these quantities."""
+    return frozenset().union(*(QUANTITIES[quantity] for quantity in quantities))
 
 
 def stated_unit(name: str) -> tuple[str, str]:
@@ -161,7 +179,7 @@ def _numbered(group: Sequence[str], left: Mapping[str, str], spec: Spec) -> list
     Returns:
         [] where there is no such set of columns, or more than one.
     """
-    usual, sets = USUAL.get(spec.units[group[0]], frozenset()), dict[str, list[str]]()
+    usual, sets = _usual(group[0], spec), dict[str, list[str]]()
     for name in left:
         words = words_of(re.sub(r"\d+", " ", name))
         if re.search(r"\d", name) and usual.intersection(words) and not _is_another(group[0], name, spec):
@@ -197,7 +215,12 @@ def _by_unit(symbol: str, name: str, left: Mapping[str, str], spec: Spec) -> boo
 
 
 def _by_usual_name(symbol: str, name: str, left: Mapping[str, str], spec: Spec) -> bool:
-    return bool(USUAL.get(spec.units[symbol], frozenset()) & _words(name)) and not _is_another(symbol, name, spec)
+    return bool(_usual(symbol, spec) & _words(name)) and not _is_another(symbol, name, spec)
+
+
+def _usual(symbol: str, spec: Spec) -> frozenset[str]:
+    """Usual words of columns of a variable, by its unit."""
+    return words_for(*_OF_UNIT.get(spec.units[symbol], ()))
 
 
 def _is_another(symbol: str, name: str, spec: Spec) -> bool:

@@ -44,6 +44,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         (["Time", "ShoulderPan_Angle", "shoulder pan torque (Nm)"],
          {"t": "Time", "shoulder_pan": "ShoulderPan_Angle", "w_shoulder_pan": "shoulder pan torque (Nm)"}),
         (["t", "elbow", "v_elbow", "w_elbow"], {"elbow": "elbow", "v_elbow": "v_elbow", "w_elbow": "w_elbow"}),
+        (["t", "elbow_winkel", "elbow_drehmoment"], {"elbow": "elbow_winkel", "w_elbow": "elbow_drehmoment"}),
         (["t", "elbow.position.desired", "elbow.position.actual"], {"elbow": "elbow.position.actual"}),
         (["t", "elbows_position", "shoulder_position"], {}),
     ],
