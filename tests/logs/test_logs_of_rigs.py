@@ -252,6 +252,14 @@ READ = {
         {"a.csv": "Date,ms,x,w\n" + lines("2026-03-04 10:15:{s:02d},{f:03d},{x:.9f},{w:.9f}")},
         "columns: {t: Date + 0.001*ms}\n",
     ),
+    "a script of MATLAB": (
+        {"a.m": "% rig 3\ndt = 0.002;\nrun = [\n" + lines("{t:.3f}, {x:.9f}, {w:.9f};") + "];\n"},
+        "columns: [t, x, w]\n",
+    ),
+    "a semicolon at the end of each line": (
+        {"a.txt": "ready\nt x w;\n" + lines("{t:.3f} {x:.9f} {w:.9f};")},
+        "",
+    ),
     "a timetable of MATLAB": ({"a.csv": "Time,x,w\n" + lines("{t:.5g} sec,{x:.9f},{w:.9f}")}, ""),
     "units behind each number": ({"a.csv": "t;x;w\n" + lines("{ms} ms;{mm:.9f} mm;{w:.9f} N")}, ""),
     "properties of Simulink's Data Inspector": (

@@ -105,7 +105,8 @@ def find_form(
         return replace(inner, split=lambda line: inner.split(_called(line)))
     found = _named_rows(lines) if header is None and not named else None
     found = found or _list_rows(lines, delimiter_of) or _after_arrows(lines, delimiter_of) or _in_first_column(lines)
-    return found or _comma_times(lines, header, named) or _quantities(lines, delimiter_of)
+    found = found or _comma_times(lines, header, named) or _quantities(lines, delimiter_of)
+    return found or _ended_by_semicolons(head)
 
 
 def _called(line: str) -> str:
@@ -212,6 +213,15 @@ def _comma_times(lines: Sequence[str], header: int | None, named: Sequence[str])
         return None  # the milliseconds are a column of their own
     words = "the comma in a date and time is that before the milliseconds"
     return Form(lambda line: (_COMMA_TIME.sub(r"\1.\2", line), ""), notes=(words,))
+
+
+def _ended_by_semicolons(lines: Sequence[str]) -> Form | None:
+    """Rows with a semicolon at their end only, as in a matrix of MATLAB or a serial protocol: ``0.1, 0.2;``."""
+    given = [line.strip() for line in lines if line.strip()]
+    ended = sum(line.endswith(";") and line.count(";") == 1 for line in given)
+    if ended < max(ROWS, len(given) / 2) or sum(line.count(";") > 1 for line in given):
+        return None
+    return Form(lambda line: (line.rstrip().removesuffix(";"), ""))
 
 
 def _quantities(lines: Sequence[str], delimiter_of: Callable[[str], str]) -> Form | None:
