@@ -127,7 +127,8 @@ def distinct_points(
 def rates_for_neighbours(dynamics: ErrorDynamics, envelope: Mapping[str, Any]) -> ErrorDynamics:
     """The dynamics with v_next = v + h v_dot for the velocity at the next sample, if the envelope bounds v_dot.
 
-    The same for a friction state f_rail and f_rail_dot. Terms with the difference v_next − v then have its small range.
+    A friction state f_rail is treated alike, if the envelope bounds f_rail_dot. With v and v_next as independent
+    variables, v_next − v would range over twice the envelope; so it is h v_dot, which is small.
     """
     h, bounded = symbol("h"), {}
     for neighbour, s in dynamics.next_velocity.items():
@@ -176,7 +177,7 @@ def operating_points(dynamics: ErrorDynamics, spec: Spec) -> OperatingPoints:
 def _consistent(
     dynamics: ErrorDynamics, variables: tuple[sympy.Symbol, ...], points: Array, generator: np.random.Generator
 ) -> Array:
-    """The points with consistent signs: slip signs ±1 as of the velocities, and a next velocity of the same sign."""
+    """The points made consistent: the sign of each slip is that of its velocities, and v_next is 0.6 to 1.4 times v."""
     column = {s: k for k, s in enumerate(variables)}
     share = generator.uniform(0.6, 1.4, len(points))
     for following, v in dynamics.next_velocity.items():

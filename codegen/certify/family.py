@@ -69,6 +69,7 @@ def build_family(dynamics: ErrorDynamics, ranges: Mapping[sympy.Symbol, tuple[An
             for M(x) or forces that are computed numerically from a robot file.
     """
     observer = dynamics.observer
+    # Numbers in place of constants, slips as variables, |u| in place of s u.
     numbers = {**observer.values, sympy.Symbol("h", real=True): observer.sample_time}
     matrix = dynamics.in_force(dynamics.sampled).xreplace(numbers)
     if matrix.has(ComputedEntry) or (dynamics.inverse_mass and observer.system.mass_matrix.has(ComputedEntry)):
@@ -82,6 +83,7 @@ def build_family(dynamics: ErrorDynamics, ranges: Mapping[sympy.Symbol, tuple[An
     sign_of |= {c.slip: s for c, s in zip(observer.system.contacts, observer.signs, strict=True) if c.slip in slips}
     sign_of |= {n: sign_of[v] for n, v in dynamics.next_velocity.items() if v in sign_of}
     matrix = matrix.applyfunc(lambda e: signed_slips(e, sign_of))
+    # Parameters for M⁻¹(x) and for the slopes of the force; sgn and tanh become variables in [−1, 1].
     inverse, varying = _inverse_mass(dynamics, numbers)
     bounded: dict[Any, sympy.Symbol] = {}
     varying |= {s: _bounded_functions(e.xreplace(numbers), bounded, ranges) for s, e in dynamics.slopes.items()}
@@ -89,6 +91,7 @@ def build_family(dynamics: ErrorDynamics, ranges: Mapping[sympy.Symbol, tuple[An
     varying = {w: e.xreplace({sympy.pi: PI}) for w, e in varying.items()}
     matrix = matrix.applyfunc(lambda e: _bounded_functions(e, bounded, ranges))
 
+    # Parameters for all other varying factors, and for products of signs.
     factors = _VaryingFactors({*varying, *observer.signs}, ranges)
     matrix = matrix.applyfunc(factors.replaced)
     parameters = factors.parameters | {w: e for w, e in varying.items() if matrix.has(w)}
@@ -97,6 +100,7 @@ def build_family(dynamics: ErrorDynamics, ranges: Mapping[sympy.Symbol, tuple[An
     parameters |= {name: product for product, name in rename.items()}
     matrix = Matrix(matrix.applyfunc(lambda e: _with_products(e, rename) if e.has(*observer.signs) else e))
 
+    # The variables on which the parameters depend, with their ranges.
     bounds = {s: (sympy.Integer(-1), sympy.Integer(1)) for s in (*bounded.values(), *observer.signs)}
     bounds = {**ranges, **bounds, PI: (PI_LOW, PI_LOW + sympy.Rational(1, 10**20))}
     used = {v for e in parameters.values() for v in e.free_symbols}
@@ -165,7 +169,7 @@ def _sign_products(matrix: Matrix, signs: tuple[sympy.Symbol, ...]) -> dict[Any,
 
 
 def _with_products(entry: Any, rename: Mapping[Any, sympy.Symbol]) -> Any:
-    """The expanded entry; in each term that contains a product of ``rename``, such as s u, what replaces it."""
+    """The entry, expanded, with each product of ``rename``, such as s u, replaced in the terms that contain it."""
     total = sympy.Integer(0)
     for term in sympy.Add.make_args(expand_products(entry)):
         for factors, name in rename.items():

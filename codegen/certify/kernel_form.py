@@ -44,7 +44,7 @@ def proof_text(observer: Observer, places: Mapping[str, str], content: Mapping[s
     """
     _refuse_uncovered(observer, content)
     system, write = observer.system, Writer(observer, places)
-    effective, shared = driven(observer)
+    effective, shared = driven(observer)  # shared: states that machine and code have alike, such as those of a delay
     force = (system.modelled_force - observer.true_friction).xreplace(effective)
     acceleration = inverse(system) * force
     shared |= {TIME: TIME + symbol("h")} if force.has(TIME) else {}

@@ -44,6 +44,7 @@ TURN = {"sign": "", "samples": "", "turns": "", "change": "", "jump": ""} | STAR
 FORM: dict[str, Any] = {"name": "", "forces?": "", "shifts": [""], "push": [[""]], "sets": [SET | {"friction?": ""}]}
 FORM |= {"noise": {"": ""}, "drift": {"": ""}, "friction?": {"": ""}, "reversals?": [TURN]}  # as files.py says
 GRID, LARGEST, MOST_SAMPLES, MOST_ROWS = 1 << 60, 84, 10_000, 1000
+# GRID: rows are kept in multiples of 1/GRID. LARGEST: bits of such a multiple. The others limit what a claim may ask.
 LEVELS = 4  # up to 2^LEVELS - 1 samples are shown at once
 MOST_ENTRIES = 1 << 22  # of rows, at all samples that are asked for
 Polys = list[list[Any]]

@@ -13,17 +13,22 @@ _SIGNS = str.maketrans(
     | {"\N{OHM SIGN}": "ohm", "Ω": "ohm", "°": "deg", "′": "arcmin", "″": "arcsec"}
 )
 _RAISED = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
+# Factors that are often written together, and how they are separated.
 _JOINED = {"Nm": "N*m", "Nms": "N*m*s", "Ns": "N*s", "Vs": "V*s", "As": "A*s", "Ws": "W*s", "Js": "J*s", "Pas": "Pa*s"}
 _JOINED |= {f"{prefix}Nm": f"{prefix}N*m" for prefix in ("m", "u", "c", "da", "k", "M")}
 _JOINED |= {f"N{prefix}m": f"N*{prefix}m" for prefix in ("m", "c")} | {"kgm": "kg*m", "gcm": "g*cm", "kgcm": "kg*cm"}
 _JOINED |= {"kgfcm": "kgf*cm", "kgfm": "kgf*m", "gfcm": "gf*cm", "ozin": "oz*in", "ozfin": "ozf*in", "lbin": "lb*in"}
 _JOINED |= {"lbfin": "lbf*in", "inlb": "in*lb", "inlbf": "in*lbf", "ftlb": "ft*lb", "ftlbf": "ft*lbf", "lbft": "lb*ft"}
 _JOINED |= {"lbfft": "lbf*ft", "ftoz": "ft*oz"}
+# Names after which a 2 or 3 is a power: m2, kgm2.
 _POWERED = ("m", "s", "g", "in", "ft", "cm", "mm", "rad", "kgm", "gcm", "kgcm", "Nm", "ozin", "lbin", "lbft")
+# A name, or names joined by hyphens, with its power and with the / before it.
 _COMPOUND = re.compile(
     r"(?P<over>/\s*)?(?P<words>[A-Za-z_]\w*+(?:-[A-Za-z_]\w*+)*)(?P<power>\s*(?:\^|\*\*)\s*(?:-?\d+|\([^()]*\)))?"
 )
+# a/b.c: the dot may multiply the quotient or its denominator.
 _AMBIGUOUS = re.compile(r"/\s*[A-Za-z_]\w*+(?:\^-?\d+)?\s*\.\s*[A-Za-z_]")
+# A normalised unit: names, 1, powers of at most two digits, and * / ( ).
 _POWER = r"(?:\^|\*\*)\s*(?:-?\d{1,2}(?:\.\d{1,4})?|\(\s*-?\d{1,2}\s*(?:/\s*\d{1,2}\s*)?\))(?!\s*(?:\^|\*\*|\d))"
 _PLAIN = re.compile(rf"(?:[A-Za-z_]\w*+|(?<!\w)1(?!\w)|{_POWER}|[*/() .])*+")
 

@@ -106,10 +106,11 @@ def _by_drive(declared: ErrorFigures, problem: Problem) -> Callable[[System], Re
 
 
 def settled(search: Search, outcome: Outcome, answer: Answer, measured: Measured) -> Answer:
-    """An answer without effects, with its wrong values estimated again, linearised at the estimates; others unchanged.
+    """The answer with its parameter errors estimated again, linearised at the estimates, if it names no effect.
 
-    The effects were compared with values that are linearised at the tolerance limits. There the tolerances favour an
-    effect: the motion of an inertia error is that of a wrong mass.
+    An answer that names effects, or has no parameter errors, is unchanged. The effects were compared with values that
+    are linearised at the tolerance limits. There the tolerances favour an effect: the motion of an inertia error is
+    that of a wrong mass.
     """
     if answer.verdict not in ("none", "unknown") or not answer.errors:
         return answer
@@ -225,6 +226,7 @@ def _judged(
     without_effect = with_values(system, without_it)
 
     def shown() -> bool:
+        """Whether the effects act on the held-out data."""
         return acts(measured(without_effect), plain.figures[1])
 
     places = sorted({p.effect.coordinate(problem.system, p.place) for p in fit.trial.parts})
@@ -273,9 +275,12 @@ def _examined(
 ) -> tuple[Outcome, Fit, tuple[FoundEffect, ...], tuple[Fact, ...]]:
     """The outcome with the effects that are left, their final fit, its effects, and the objections against them.
 
-    If all have objections, they are returned with these. With ``strict``, which ties are not, effects are fitted again
-    in the simplest form that their intervals contain, and single ones with objections are removed one at a time and the
-    others fitted again; if these are not credited over the refit, all effects are returned with the objections.
+    If every effect has an objection, all are returned with the objections.
+
+    Args:
+        strict: set unless candidates tie. Effects are then fitted again in the simplest form that their intervals
+            contain. Those with objections are removed one at a time, and the others fitted again; if these are not
+            credited over the refit, all effects are returned with the objections.
     """
     final = outcome.final
     while True:

@@ -46,8 +46,9 @@ problem, if friction distinguishes it from a wrong scale of the input."""
 INERTIA_SHOWN, FRICTION_SHOWN = 0.5, 0.15
 """Partial correlations with the input's force from which on a log shows the inertia and the friction."""
 INERTIA_OFF, SUSPECT, FRICTION_FITS = 10.0, 7.0, 3.0
-"""Least factor on the declared inertia that is no error of a mass; least one at which other units are tried (a power of
-ten, reduced by what else the model lacks); and largest factor on the declared friction that still agrees with it."""
+"""Least factor on the declared inertia that is no error of a mass; least one at which other units are tried, below the
+ten of a wrong unit, since other errors of the model may reduce it; largest factor on the declared friction that still
+agrees with it."""
 TOO_MUCH = 30.0
 """Ratio of the required force to the force of the inputs, near 1 in a right log, from which on a scale is wrong."""
 FITS, BETTER = 0.25, 0.5
@@ -105,7 +106,7 @@ def _wrong_positions(case: Case, steady: frozenset[int], outside: Outside | None
     unit = _other_unit(case, tried_anyway=bool(off))
     found = list(factors.values()) or off
     if unit is not None:
-        other = factors.get(unit.topic, unit)
+        other = factors.get(unit.topic, unit)  # the same coordinate, by a factor that need not be a unit's
         same = 1 / APPARENT < other.figures["factor"] / unit.figures["factor"] < APPARENT
         better = ALIKE * unit.figures["misfit_scaled"] < other.figures.get("misfit_scaled", 0.0)
         found = [unit if same or better else other]
@@ -287,8 +288,9 @@ def _other_inputs(case: Case, j: int, position: Explanation, found: Forces) -> t
         return [], ""
     if shows_friction and position.level_fits and not by_input.level_fits:
         return [], (
-            f" If {name} were {by_input.factor:.3g} times too small instead, it would be against {by_input.level:.2g} "
-            f"times the declared friction; now it is {position.level:.2g} times."
+            f" If {name} were {by_input.factor:.3g} times too small instead, the log would show {by_input.level:.2g} "
+            f"times the declared friction; with {case.spec.coordinates[j].name} corrected it shows "
+            f"{position.level:.2g} times."
         )
     line = case.log.scale_lines({name: by_input.factor}, case.spec)
     return [f"{name} is {by_input.factor:.3g} times too small ({line})"], ""

@@ -19,7 +19,7 @@ TIME = "time in s"
 def line(
     axes: Any, x: Array, y: Array, colour: str, label: str | None = None, width: float = 1.8, dashes: Any = "-"
 ) -> None:
-    """A curve of at most ``MOST_POINTS`` points."""
+    """A curve, thinned to fewer than twice ``MOST_POINTS`` points."""
     stride = max(1, len(x) // MOST_POINTS)
     style: dict[str, Any] = {"color": colour, "linewidth": width, "linestyle": dashes}
     axes.plot(x[::stride], y[::stride], label=label, solid_joinstyle="round", **style)
@@ -43,7 +43,7 @@ def frame(axes: Any, x: str, y: str, title: str = "") -> None:
 
 
 def limit(axes: Any, values: Array, room: float = 1.3) -> None:
-    """Vertical limits by ``values`` alone."""
+    """Vertical limits ± ``room`` times the largest magnitude of ``values``, whatever else the panel shows."""
     top = room * float(np.max(np.abs(values)))
     axes.set_ylim(-top, top)
 
