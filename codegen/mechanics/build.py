@@ -136,9 +136,11 @@ def _refuse_indefinite(system: System, spec: Spec, points: Any, entries: Any) ->
     varying = [x for x in system.positions if x in system.mass_matrix.free_symbols]
     where = ", ".join(f"{x} = {at[x]:.4g}" for x in varying) or "every point"
     if not finite[first]:
-        raise BadInput(
-            spec.place(key), f"no real number at {where}", "real entries in the whole envelope", code="SPEC012"
-        )
+        i, j = map(int, np.argwhere(~np.isfinite(entries[first]))[0])
+        entry = system.mass_matrix[i, j]
+        found = f"entry [{i}][{j}] `{entry}` is no real number at {where}" + _values_in(system, entry)
+        expected = "real entries in the whole envelope"
+        raise BadInput(spec.place(f"{key}[{i}][{j}]"), found, expected, code="SPEC012")
     expected = "a mass matrix that is positive definite in the whole envelope"
     i = int(np.argmin(np.diag(entries[first])))
     if entries[first][i, i] <= 0:

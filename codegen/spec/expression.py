@@ -17,6 +17,7 @@ import re
 import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from fractions import Fraction
 from itertools import accumulate
 from typing import Any
 
@@ -25,6 +26,7 @@ import sympy
 from codegen.base.errors import BadInput, Place, UnknownName, nearest_name
 from codegen.spec.decimal_comma import DECIMAL_COMMA, comma_in_expression, comma_in_value, with_point
 from codegen.spec.functions import CONSTANTS, FUNCTIONS, OTHER_NAMES, Magnitude, Sgn
+from codegen.spec.si_units import UNITS
 
 RANGE = "a finite number between 1e-300 and 1e300 in size"
 
@@ -120,9 +122,18 @@ def _written(node: ast.expr, text: str) -> str:
 
 
 def _with_operator(words: str) -> str | None:
-    """The first product without its ``*``, written with it: ``k*x`` for ``k x``, ``2*x`` for ``2x``; None for none."""
+    """The first product without its ``*``, written with it: ``k*x`` for ``k x``, ``2*x`` for ``2x``; None for none.
+
+    Of a number with a unit that has a prefix, such as ``60 mm``, the number in SI.
+    """
     pair = _WITHOUT_OPERATOR.search(words)
-    return f"{pair[1] or pair[3]}*{pair[2] or pair[4]}" if pair else None
+    if pair is None:
+        return None
+    first, second = pair[1] or pair[3], pair[2] or pair[4]
+    unit = UNITS.get(second)
+    if unit is not None and unit.factor != 1 and len(second) > 1 and re.fullmatch(r"\d+\.?\d*", first):
+        return str(float(Fraction(first) * unit.factor))
+    return f"{first}*{second}"
 
 
 _WITHOUT_OPERATOR = re.compile(

@@ -5,6 +5,7 @@ Names, units and expressions are checked afterwards, in ``reader``; here a value
 
 from __future__ import annotations
 
+import re
 from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, NonNegativeInt, WithJsonSchema
@@ -46,8 +47,14 @@ def _value_beside_unit(value: object) -> object:
     parts = split_quantity(value) if isinstance(value, str) else None
     if parts is not None:
         number, unit = parts
+        if _FORTRAN.fullmatch(unit):
+            raise ValueError(f"expected a number: {number}e{unit[1:]}")
         raise ValueError(f"expected a number alone, and its unit beside it: {{value: {number}, unit: {unit}}}")
     return _number_like(value)
+
+
+_FORTRAN = re.compile(r"[dD][-+]?\d+")
+"""The exponent of a double-precision number as Fortran and some drives write it: 2.5D-1."""
 
 
 def _unit_like(value: object) -> object:

@@ -32,6 +32,7 @@ _AMBIGUOUS = re.compile(r"/\s*[A-Za-z_]\w*+(?:\^-?\d+)?\s*\.\s*[A-Za-z_]")
 _POWER = r"(?:\^|\*\*)\s*(?:-?\d{1,2}(?:\.\d{1,4})?|\(\s*-?\d{1,2}\s*(?:/\s*\d{1,2}\s*)?\))(?!\s*(?:\^|\*\*|\d))"
 _PLAIN = re.compile(rf"(?:[A-Za-z_]\w*+|(?<!\w)1(?!\w)|{_POWER}|[*/() .])*+")
 
+_QUOTES = "“”„‟«»‘’‚\"'"
 _NUMBER = re.compile(r"(?<![\w.^(-])(?<!\*\*)(?!1(?![\w.^]))\d[\d.]*(?:[eE][+-]?\d+|(?:\^|\*\*)-?\d+)?")
 """A number other than 1 that is no power, such as 1e-3 or 10^-3."""
 
@@ -65,7 +66,8 @@ def spelled(text: str) -> str:
     if len(plain) > 200 or not plain.isascii() or not _PLAIN.fullmatch(plain):
         factor = _NUMBER.search(plain)
         instead = f", without the number {factor[0]}, which belongs into the value" if factor else ""
-        raise Unreadable(f"a unit such as N*m, kg*m^2 or 1{instead}")
+        unquoted = plain.strip(_QUOTES)
+        raise Unreadable(f"a unit such as N*m, kg*m^2 or 1{instead}", unquoted if _PLAIN.fullmatch(unquoted) else "")
     return plain
 
 

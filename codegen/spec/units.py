@@ -147,7 +147,8 @@ def _unit(text: str) -> SiUnit | Any:
         if re.search(pattern, plain) or re.search(pattern, signs):
             clear = inertia_for(meant)
             expected = "an unambiguous unit" + (f": {meant} for a torque, {clear} for an inertia" if clear else "")
-            raise refused(f", {meanings}", expected, meant)
+            whole = re.sub(pattern, meant, plain if re.search(pattern, plain) else signs)
+            raise refused(f", {meanings}", expected, whole if _is_unit(whole) else meant)
     try:
         return si_unit(plain) or _parse(plain)
     except ValueError:

@@ -130,9 +130,10 @@ def _explain(
             if joined := _without_colon(name, known):
                 expected = f"`{joined[0]}: {joined[1]}`, with `: ` between key and value"
                 return BadInput(place, f"unknown key `{name}`", expected, code="SPEC004")
-            return BadInput(
-                place, f"unknown key `{name}`", f"one of {', '.join(known)}", nearest_name(name, known), code="SPEC004"
-            )
+            nearest, expected = nearest_name(name, known), f"one of {', '.join(known)}"
+            if nearest is None and "parameters" in known and len(steps) > 1:
+                expected += f"; a parameter is given as `parameters: {{{name}: …}}`"
+            return BadInput(place, f"unknown key `{name}`", expected, nearest, code="SPEC004")
         case "value_error":
             expected = str(fault["ctx"]["error"]).removeprefix("expected ")
         case "literal_error":

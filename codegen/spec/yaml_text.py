@@ -29,6 +29,7 @@ FAULTS = {
     "expected ',' or '}'": ("`{` that is not closed", "`}`", True),
     "expected ',' or ']'": ("`[` that is not closed", "`]`", True),
     "found unexpected end of stream": ("a quote that is not closed", "the same quote at its end", True),
+    "but found another document": ("a second document, behind `---`", "one document in a file", False),
     "found character '\\t'": ("a tab", "spaces for indentation", False),
     UNEXPECTED_COLON: (
         "a `:` in a value, or a key that is indented too far",
@@ -127,6 +128,11 @@ def load_plain(text: str, file: str, example: str = "name: one_mass") -> tuple[A
 def _refused(error: MarkedYAMLError, file: str, text: str) -> BadInput:
     """The BadInput for an error of the YAML parser, in the user's terms, at the line of the fault."""
     problem = " ".join((error.problem or "malformed YAML").split())
+    if error.problem_mark and (line := _foreign_space(text.splitlines(), error.problem_mark.line)) is not None:
+        indent = _INDENTATION.match(text.splitlines()[line])
+        assert indent is not None
+        found = f"the space U+{ord(indent[1]):04X} in the indentation"
+        return BadInput(Place(file, line + 1), found, "plain spaces (U+0020) for indentation", code="SPEC001")
     if problem.startswith((UNEXPECTED_COLON, NO_END)) and error.problem_mark:
         bare = _key_without_colon(text.splitlines(), error.problem_mark.line)
         if bare is not None:
@@ -150,6 +156,16 @@ def _refused(error: MarkedYAMLError, file: str, text: str) -> BadInput:
     mark = next((m for m in (marks if where_it_begins else marks[::-1]) if m), None)
     return BadInput(Place(file, mark.line + 1 if mark else None), found, expected, code="SPEC001")
 
+
+def _foreign_space(lines: Sequence[str], at: int) -> int | None:
+    """The last line up to ``at`` that is indented with a space which YAML takes for a letter; None for none.
+
+    Pages of the web and word processors write no-break spaces.
+    """
+    return next((k for k in range(min(at, len(lines) - 1), -1, -1) if _INDENTATION.match(lines[k])), None)
+
+
+_INDENTATION = re.compile(r" *([^\S \t\r\n])")
 
 _BARE_KEY = re.compile(r"\s*(\w+)\s+([^\s:#][^:#]*)(#.*)?")
 _BARE_MAPPING = re.compile(r"\s*(\w+)\s+([{\[].*)")

@@ -8,6 +8,7 @@ import pytest
 
 import stiction
 from codegen.base.errors import BadInput
+from codegen.mechanics import build_system
 from codegen.spec import parse_spec, read_spec
 from codegen.spec.yaml_text import load_mapping
 from tests.expected_errors import refused
@@ -20,6 +21,12 @@ QUESTION = "or are these decimal commas?"
 def told(text: str) -> BadInput:
     with pytest.raises(BadInput) as caught:
         parse_spec(text, Path("slider.yaml"))
+    return caught.value
+
+
+def told_of_system(text: str) -> BadInput:
+    with pytest.raises(BadInput) as caught:
+        build_system(parse_spec(text, Path("slider.yaml")))
     return caught.value
 
 
@@ -206,3 +213,40 @@ def test_a_tolerance_of_a_contact_is_none_by_any_name() -> None:
     for key in ("tol", "tolerance", "tolerence"):
         fault = told(GOOD.replace("name: rail, ", f"name: rail, {key}: 5%, "))
         assert fault.code == "SPEC004" and f"`{key}`" in fault.found and not fault.others
+
+
+@pytest.mark.parametrize(("term", "right"), [("60 mm*sin(q)*k", "0.06"), ("2.5 kN", "2500.0"), ("2 k*x", "2*k")])
+def test_a_number_with_a_unit_in_a_formula_is_said_in_si(term: str, right: str) -> None:
+    fault = told(GOOD.replace("w - k*x", f"w - {term}"))
+    assert fault.nearest == right
+
+
+@pytest.mark.parametrize("space", ["\u00a0", "\u3000"])
+def test_a_space_that_yaml_does_not_take_as_indentation(space: str) -> None:
+    fault = told(GOOD.replace("  J: {", f"{space}{space}J: {{"))
+    assert fault.place.line == 10
+    assert f"U+{ord(space):04X}" in fault.found and "space" in fault.expected
+
+
+def test_two_documents_in_a_file() -> None:
+    fault = told(f"{GOOD}---\n{GOOD}")
+    assert fault.found == "a second document, behind `---`"
+    assert fault.place.line == len(GOOD.splitlines()) + 1
+
+
+def test_an_exponent_as_in_fortran() -> None:
+    fault = told(GOOD.replace("value: 2,", "value: 2.5D-1,"))
+    assert fault.expected == "a number: 2.5e-1" and fault.nearest is None
+
+
+def test_a_parameter_of_an_effect_beside_its_kind() -> None:
+    effect = "effects: [{kind: cogging, on: x, amplitude: 3}]\nobserver:"
+    fault = told(GOOD.replace("observer:", effect))
+    assert fault.place.key == "effects[0].amplitude"
+    assert "`parameters: {amplitude: …}`" in fault.expected
+
+
+def test_a_division_by_a_parameter_that_is_zero() -> None:
+    fault = told_of_system(GOOD.replace("[mass, 0]", "[mass + J/r**2, 0]").replace("r: {value: 1,", "r: {value: 0,"))
+    assert fault.place.line == 15
+    assert "`J/r**2 + mass`" in fault.found and "r = 0 m" in fault.found

@@ -228,12 +228,9 @@ def test_a_unit_is_written_in_one_way(written: str, name: str) -> None:
 @pytest.mark.parametrize(
     ("written", "clear"),
     [
-        *(
-            (unit, "kgf*cm")
-            for unit in ("kg-cm", "kg–cm", "kgcm", "kg·cm", "kg*cm", "kg.cm", "cm-kg", "kg-cm/A", "kgcm/V")
-        ),
-        *((unit, "gf*cm") for unit in ("g-cm", "gcm", "g·cm", "g*cm/A")),
-        *((unit, "kgf*m") for unit in ("kg-m", "kg‑m", "m-kg", "kg-m/A")),
+        *((unit, "kgf*cm") for unit in ("kg-cm", "kg–cm", "kgcm", "kg·cm", "kg*cm", "kg.cm", "cm-kg")),
+        *((unit, "gf*cm") for unit in ("g-cm", "gcm", "g·cm")),
+        *((unit, "kgf*m") for unit in ("kg-m", "kg‑m", "m-kg")),
     ],
 )
 def test_a_torque_in_kilograms_is_refused_with_the_unit_that_is_one(written: str, clear: str) -> None:
@@ -308,3 +305,23 @@ def test_a_misspelt_factor_of_a_unit_is_answered_with_the_nearest(written: str, 
         si_factor(written, Place("a.yaml"))
     assert (told.value.nearest, told.value.code) == (meant, "SPEC013")
     assert meant is None or si_factor(meant, Place("a.yaml"))
+
+
+@pytest.mark.parametrize(
+    ("unit", "meant"),
+    [
+        ("lb-in/A", "lbf*in/A"),
+        ("oz-in/A", "ozf*in/A"),
+        ("kg-cm/A", "kgf*cm/A"),
+        ("kgcm/V", "kgf*cm/V"),
+        ("g*cm/A", "gf*cm/A"),
+        ("kg-m/A", "kgf*m/A"),
+        ("mm/U", "mm/rev"),
+        ("“kg”", "kg"),
+    ],
+)
+def test_the_suggested_unit_is_the_whole_of_it(unit: str, meant: str) -> None:
+    with pytest.raises(BadInput) as told:
+        si_factor(unit, Place("s.yaml"))
+    assert told.value.nearest == meant
+    assert si_factor(meant, Place("s.yaml")) > 0
