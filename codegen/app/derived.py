@@ -266,6 +266,7 @@ class Derived(Shown):
     @cached_property
     def files(self) -> Mapping[str, str]:
         """File name → text of all files of generated/NAME/."""
+        from codegen.certify import REGION_PROOFS
         from codegen.certify.outcome import Certificate
         from codegen.checker.verify import PROOF, SETS
         from codegen.emit.package import emit_manifest, emit_readme
@@ -276,7 +277,14 @@ class Derived(Shown):
         bounds = outcome.bounds if isinstance(outcome, Certificate) and ellipsoid is not None else ()
         files = {**sources, **outcome.proofs}
         files["README.md"] = emit_readme(
-            self.program, self.header, result, tuple(sources), outcome.proofs, outcome.kernel is not None, bounds
+            self.program,
+            self.header,
+            result,
+            tuple(sources),
+            outcome.proofs,
+            outcome.kernel is not None,
+            bounds,
+            REGION_PROOFS,
         )
         if outcome.kernel is not None:
             files[PROOF] = outcome.kernel

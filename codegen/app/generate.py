@@ -341,11 +341,11 @@ def _with_solution(files: Mapping[str, str], name: str, proof: str) -> dict[str,
     """
     ours, theirs = json.loads(files[name]), json.loads(proof)
     rate, other = (f"alpha = {float(Fraction(c.get('decay_rate', 0))):.6g} 1/s" for c in (ours, theirs))
-    chosen = (*CHOSEN, *(REGION if name in REGION_PROOFS else ()))
+    of_region = name in REGION_PROOFS
+    chosen = (*CHOSEN, *(REGION if of_region else ()))
     content = ours | {"claim": ours["claim"].replace(rate, other)} | {key: theirs[key] for key in chosen if key in ours}
     result = {**files, name: json_text(content)}
-    lines = proof_lines(name, files[name])
-    now = (lines, proof_lines(name, proof)) if lines else (rate, other)
+    now = (proof_lines(name, files[name]), proof_lines(name, proof)) if of_region else (rate, other)
     result["README.md"] = files["README.md"].replace(*now)
     if name == PROOFS[0] and KERNEL_PROOF in files:
         result[KERNEL_PROOF] = with_solution(files[KERNEL_PROOF], content)

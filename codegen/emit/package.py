@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
 from codegen.base.files import sha256
 from codegen.base.text import render
-from codegen.certify import REGION_PROOFS
 from codegen.emit import ALWAYS, PRINTERS
 from codegen.emit.header import Header, make_header, manifest_text
 from codegen.emit.writer import entries
@@ -24,8 +23,8 @@ def emit_sources(program: Program, header: Header, targets: Sequence[str] = ALWA
 
 
 def proof_lines(name: str, proof: str) -> str:
-    """The README's lines on a region's proof, from the text of its file; empty for other proofs."""
-    return render("text/proof_lines.j2", name=name, content=json.loads(proof), regions=REGION_PROOFS)
+    """The README's lines on the proof of a region of the envelope, from the text of its file."""
+    return render("text/proof_lines.j2", name=name, content=json.loads(proof))
 
 
 def emit_readme(
@@ -36,6 +35,7 @@ def emit_readme(
     proofs: Mapping[str, str] | None = None,
     kernel: bool = False,
     bounds: Sequence[Any] = (),
+    regions: Collection[str] = (),
 ) -> str:
     """The README.md of generated/NAME/: its files, how to call the code, and what is certified.
 
@@ -45,6 +45,7 @@ def emit_readme(
         proofs: file → its text.
         kernel: whether the kernel's proof of the C is among the files.
         bounds: on each friction error, as proved of the C.
+        regions: which of the proofs are of a region of the envelope.
     """
     proofs = proofs or {}
     refused = certificate if isinstance(certificate, str) else None
@@ -60,7 +61,7 @@ def emit_readme(
         proofs=proofs,
         kernel=kernel,
         bounds=bounds,
-        proved="".join(proof_lines(name, text) for name, text in proofs.items()),
+        proved="".join(proof_lines(name, text) for name, text in proofs.items() if name in regions),
         largest=f"{LARGEST[program.precision]:.0e}",
     )
 

@@ -15,8 +15,12 @@ from numpy.typing import NDArray
 from codegen.base.arrays import Array
 from codegen.base.compiler import cached_library, find_compiler, load_library
 from codegen.base.text import render
-from codegen.program import Program
+from codegen.emit.package import emit_sources, make_header
+from codegen.observers.equations import Observer
+from codegen.program import Program, build_program
 from codegen.replay.samples import Block
+from codegen.spec.model import Spec
+from codegen.spec.schema import CodeChoice
 
 Faults = NDArray[np.intc]
 
@@ -26,6 +30,8 @@ class Engine(ABC):
 
     Attributes:
         name: in words.
+        outputs: names of its estimates, in their order.
+        inputs: names of what it reads, in their order.
         holds: whether it holds its estimates at invalid samples, and sets the fault flag.
     """
 
@@ -33,6 +39,8 @@ class Engine(ABC):
 
     def __init__(self, program: Program) -> None:
         self.holds = program.holds
+        self.inputs = tuple(field.name for field in program.inputs)
+        self.outputs = tuple(name for name, _, _ in program.outputs)
 
     @abstractmethod
     def start(self, row: Array) -> None:
@@ -65,6 +73,19 @@ def engine_for(program: Program, files: Mapping[str, str]) -> Engine:
     return CompiledEngine(program, files) if find_compiler() else TwinEngine(program, files)
 
 
+def engine_of(spec: Spec, observer: Observer, code: CodeChoice) -> Engine:
+    """The engine of an observer of a spec, whose code is generated for it alone.
+
+    Args:
+        code: precision and handling of invalid samples.
+
+    Raises:
+        BadInput: if the compiler refuses the code.
+    """
+    program = build_program(observer, code)
+    return engine_for(program, emit_sources(program, make_header(spec.path.name, spec.sha256, spec.source)))
+
+
 class CompiledEngine(Engine):
     """The generated C, compiled to a shared library and called by ctypes."""
 
@@ -92,7 +113,6 @@ class CompiledEngine(Engine):
         self._start.restype, self._start.argtypes = None, [pointer, pointer]
         self._run.restype, self._run.argtypes = None, [pointer, ctypes.c_size_t, pointer, pointer, pointer]
         self._memory = ctypes.create_string_buffer(size() + 64)
-        self._inputs, self._outputs = len(program.inputs), len(program.outputs)
 
     def _place(self) -> int:
         """Address of the observer's memory within its buffer, aligned to 64 bytes."""
@@ -104,9 +124,9 @@ class CompiledEngine(Engine):
 
     def run(self, rows: Array) -> tuple[Array, Faults]:
         rows = np.ascontiguousarray(rows, dtype=np.float64)
-        if rows.ndim != 2 or rows.shape[1] != self._inputs:
-            raise ValueError(f"rows of {self._inputs} inputs expected, got {rows.shape}")
-        estimates, faults = np.empty((len(rows), self._outputs)), np.empty(len(rows), dtype=np.intc)
+        if rows.ndim != 2 or rows.shape[1] != len(self.inputs):
+            raise ValueError(f"rows of {len(self.inputs)} inputs expected, got {rows.shape}")
+        estimates, faults = np.empty((len(rows), len(self.outputs))), np.empty(len(rows), dtype=np.intc)
         self._run(self._place(), len(rows), rows.ctypes.data, estimates.ctypes.data, faults.ctypes.data)
         return estimates, faults
 
@@ -128,18 +148,17 @@ class TwinEngine(Engine):
         self._parameters: Any = self._twin.Parameters()
         self._state: Any = None
         self._held: tuple[Any, ...] = ()
-        self._names = [name for name, _, _ in program.outputs]
 
     def start(self, row: Array) -> None:
         self._state = self._twin.init(self._parameters, inputs_of(self._twin, self._program, row.tolist()))
         self._held = (self._twin.Outputs(),) if self.holds else ()
 
     def run(self, rows: Array) -> tuple[Array, Faults]:
-        estimates, faults = np.empty((len(rows), len(self._names))), np.zeros(len(rows), dtype=np.intc)
+        estimates, faults = np.empty((len(rows), len(self.outputs))), np.zeros(len(rows), dtype=np.intc)
         for k, row in enumerate(rows.tolist()):
             inputs = inputs_of(self._twin, self._program, row)
             made = self._twin.step(self._state, self._parameters, inputs, *self._held)
-            estimates[k] = values_of(made, self._program, self._names)
+            estimates[k] = values_of(made, self._program, self.outputs)
             if self.holds:
                 faults[k] = made.fault
         return estimates, faults

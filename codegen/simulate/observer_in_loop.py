@@ -8,11 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from codegen.base.arrays import Array
-from codegen.emit.package import emit_sources, make_header
 from codegen.mechanics.system import System
 from codegen.observers import Observer
-from codegen.program import Program, build_program
-from codegen.replay.engine import Engine, engine_for
+from codegen.replay.engine import Engine, engine_of
 from codegen.spec.model import Spec
 
 FRICTION = "F_hat_on_"
@@ -24,19 +22,17 @@ class ObserverInLoop:
     """A generated observer, stepped once every ``every`` samples of the loop.
 
     Attributes:
-        program: for the names and order of inputs and outputs.
         engine: the compiled C or the Python twin.
         every: the observer's sample time over the loop's, a whole number.
     """
 
-    program: Program
     engine: Engine
     every: int = 1
 
     @property
     def outputs(self) -> tuple[str, ...]:
         """Names of the observer's outputs."""
-        return tuple(name for name, _, _ in self.program.outputs)
+        return self.engine.outputs
 
     @property
     def friction(self) -> tuple[str, ...]:
@@ -49,9 +45,7 @@ def generated_observer(spec: Spec, observer: Observer, every: int = 1) -> Observ
 
     Raises BadInput if the compiler refuses the code.
     """
-    program = build_program(observer, spec.code)
-    files = emit_sources(program, make_header(spec.path.name, spec.sha256, spec.source))
-    return ObserverInLoop(program, engine_for(program, files), every)
+    return ObserverInLoop(engine_of(spec, observer, spec.code), every)
 
 
 @dataclass(frozen=True)
@@ -85,11 +79,10 @@ class Estimator:
         """Raises ValueError for an input of the observer that the system does not have."""
         self._engine, self._every = observer.engine, observer.every
         names = [s.name for s in (*system.positions, *system.velocities, *system.inputs)]
-        fields = [f.name for f in observer.program.inputs]
-        for name in fields:
+        for name in self._engine.inputs:
             if name not in names:
                 raise ValueError(f"an observer of `{name}`; expected one of {', '.join(names)}")
-        self._columns = [names.index(name) for name in fields]
+        self._columns = [names.index(name) for name in self._engine.inputs]
         self._signals = np.zeros(len(names))  # positions, velocities, inputs
         self._inputs = self._signals[len(names) - len(system.inputs) :]
         self.latest = np.full(len(observer.outputs), np.nan)

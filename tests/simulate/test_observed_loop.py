@@ -11,7 +11,6 @@ import pytest
 
 from codegen.base import compiler
 from codegen.observers import observer_of
-from codegen.replay.engine import TwinEngine
 from codegen.simulate import observed_loop
 from codegen.simulate.closed_loop import simulate
 from codegen.simulate.controller import Feedback
@@ -59,7 +58,7 @@ simulation:
 
 def by_twin(function, *arguments):
     """The function's result where the generated observer is the Python twin, as without a C compiler."""
-    with patch("codegen.simulate.observer_in_loop.engine_for", TwinEngine):
+    with patch("codegen.replay.engine.find_compiler", return_value=None):
         return function(*arguments)
 
 

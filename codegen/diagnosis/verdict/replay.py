@@ -14,6 +14,7 @@ from codegen.diagnosis.fit.signals import Motion
 from codegen.diagnosis.results import Agreement
 from codegen.mechanics.system import System
 from codegen.spec.model import ObserverChoice, Spec
+from codegen.spec.schema import CodeChoice
 
 DAMPING = 0.9
 MOST_SAMPLES = 60_000
@@ -36,20 +37,15 @@ def tracking_choice(system: System, motion: Motion, bandwidth: float) -> Observe
 def tracked_friction(spec: Spec, system: System, motion: Motion, bandwidth: float) -> Array:
     """(N, n) generalised friction estimated by the generated tracking observer."""
     # The code generator is imported here, in the process in which the observer is replayed.
-    from codegen.emit.package import emit_sources, make_header
     from codegen.observers import build_observer
-    from codegen.program import build_program
-    from codegen.replay.engine import CompiledEngine
+    from codegen.replay.engine import engine_of
 
     choice = tracking_choice(system, motion, bandwidth)
-    observer = build_observer(replace(spec, observer=choice), system)
-    program = build_program(observer)
-    engine = CompiledEngine(program, emit_sources(program, make_header(spec.path.name, spec.sha256, ""), ("c",)))
+    engine = engine_of(spec, build_observer(replace(spec, observer=choice), system), CodeChoice())
     rows = np.hstack([motion.measured, motion.commands])[:MOST_SAMPLES]
     engine.start(rows[0])
     estimates, _ = engine.run(rows)
-    names = [name for name, _, _ in program.outputs]
-    return estimates[:, [names.index(f"F_hat_on_{x.name}") for x in system.positions]]
+    return estimates[:, [engine.outputs.index(f"F_hat_on_{x.name}") for x in system.positions]]
 
 
 def compare_residuals(spec: Spec, system: System, motion: Motion) -> Agreement | None:
