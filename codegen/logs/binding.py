@@ -11,20 +11,18 @@ from codegen.base.errors import BadInput, Place, nearest_name, refuse_unknown
 from codegen.base.user_text import shown
 from codegen.logs.column_names import (
     Proposed,
-    is_convertible,
     is_counter,
     is_in_counts,
     lines_of,
     proposed_columns,
     reasons,
     scale_of_counts,
-    stated_unit,
-    unit_behind,
 )
 from codegen.logs.description import LogDescription
 from codegen.logs.formats.source import LogFile, listing
 from codegen.logs.log import Finding
 from codegen.logs.term import OPERATORS, Term, find_term, identifier
+from codegen.spec.column_units import is_convertible, stated_unit, unit_behind
 from codegen.spec.model import Spec
 from codegen.spec.quantity import refuse_other_unit
 from codegen.spec.units import describe, dimension, parse_unit, same_dimension, si_factor

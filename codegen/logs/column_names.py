@@ -1,8 +1,7 @@
-"""Names of a log's columns: the unit in a name, and proposals of columns for variables that a log does not name.
+"""Names of a log's columns: usual words in them, and proposals of columns for variables that a log does not name.
 
-The unit in a name is written as ``x [mm]``, ``x (mm)``, ``x / mm``, ``x/mm`` or ``x_mm``. A column is proposed by its
-name, its unit, usual names of a quantity, numbers in the names, or since no other is left. A proposal is only shown in
-a message; no column is read because of it.
+A column is proposed by its name, its unit, usual names of a quantity, numbers in the names, or since no other is left.
+A proposal is only shown in a message; no column is read because of it.
 """
 
 from __future__ import annotations
@@ -14,24 +13,10 @@ from dataclasses import dataclass
 
 from codegen.base.errors import Place, nearest_name
 from codegen.base.user_text import shown
+from codegen.spec.column_units import may_be_unit, stated_unit, unit_behind
 from codegen.spec.model import Spec
-from codegen.spec.units import base_units, is_unit, same_dimension, si_factor
+from codegen.spec.units import is_unit, same_dimension, si_factor
 
-LONGEST_NAME = 1000
-"""Most letters of a column's name in which a unit is sought, since the search takes their square."""
-_IN_SQUARE = re.compile(r"(.*\S)\s*\[([^\[\]]*)\]\s*")
-_IN_ROUND = re.compile(r"(.*\S)\s*\(([^()]*)\)\s*")
-_BELOW_LINE = re.compile(r"(.+?)\s+/\s+(\S.*?)\s*|([^/\s]+)/(\S+)\s*")
-"""A unit after a slash, which without blanks around it must be the only one, since paths have several."""
-_BEHIND_NAME = re.compile(r"(.+)_(ms|us|ns|mm|um|deg|rpm|mA|mV|kN|mNm)")
-"""Unambiguous units at the end of a name."""
-AMBIGUOUS = ("grad",)
-"""Degrees in German, gons elsewhere, and with a capital G a billion radians."""
-_WHOLE_NAME = re.compile(r"(mm|deg|rpm|mA|mV|kN|mNm)")
-"""Those that are names of columns by themselves, as a logger prints ``rpm``."""
-_TIME_IN = re.compile(r"(.+)_(s|sec|seconds|ms|msec|us|usec|ns)")
-_CLOCKS = {"millis": "ms", "micros": "us"}
-"""Columns called after the function that reads a microcontroller's clock → the unit of its result."""
 QUANTITIES: Mapping[str, frozenset[str]] = {
     "time": frozenset({"time", "t", "stamp", "timestamp"}),
     "position": frozenset({"position", "positions", "pos", "lage"}),
@@ -73,55 +58,6 @@ COUNTS = frozenset({"counts", "count", "cnts", "cnt", "ticks", "tick", "incremen
 def words_for(*quantities: str) -> frozenset[str]:
     """Usual words of columns of any of these quantities."""
     return frozenset().union(*(QUANTITIES[quantity] for quantity in quantities))
-
-
-def stated_unit(name: str) -> tuple[str, str]:
-    """A column's name without the unit in it, and that unit: ``x [mm]``, ``x (mm)``, ``x/mm``; empty for none.
-
-    Text in square brackets is always taken as a unit; text after the other signs only if it is a known unit.
-    """
-    if len(name) > LONGEST_NAME:
-        return name, ""
-    square = _IN_SQUARE.fullmatch(name)
-    if square is not None:
-        return square[1], square[2].strip()
-    for form in (_BELOW_LINE, _IN_ROUND):
-        found = form.fullmatch(name)
-        bare, unit = (text.strip() for text in found.groups() if text) if found else ("", "")
-        if bare and _may_be_unit(unit):
-            return bare, unit
-    return name, ""
-
-
-def _may_be_unit(text: str) -> bool:
-    """Whether a text is a unit, or one that is refused since it has several meanings."""
-    return text.lower() in AMBIGUOUS or is_unit(text)
-
-
-def unit_behind(symbol: str, name: str) -> str:
-    """The unit at the end of a column's name, such as ``t_ms`` or ``x_mm``, or that is its name; empty for none."""
-    bare = stated_unit(name)[0]
-    if symbol == "t" and bare in _CLOCKS:
-        return _CLOCKS[bare]
-    if symbol != "t" and _WHOLE_NAME.fullmatch(bare):
-        return bare
-    found = (_TIME_IN if symbol == "t" else _BEHIND_NAME).fullmatch(bare.replace(" ", "_"))
-    return found[2] if found else ""
-
-
-def factor_in_name(symbol: str, name: str, spec: Spec) -> float:
-    """The factor from a column of this name to SI, by the unit that the name states; 1 for none."""
-    unit, own = stated_unit(name)[1] or unit_behind(symbol, name), spec.units[symbol]
-    stated = unit not in ("", "-", "1", own) and is_convertible(unit, own)
-    return float(si_factor(unit, Place(""))) if stated else 1.0
-
-
-def is_convertible(unit: str, own: str) -> bool:
-    """Whether values in ``unit`` can be converted to ``own``; counts are no angle, and hertz no angular speed."""
-    place = Place("")
-    if unit.lower() in AMBIGUOUS or not is_unit(unit) or not same_dimension(unit, own, place):
-        return False
-    return "rad" not in own or unit in ("1/s", "s^-1") or base_units(unit, place) == base_units(own, place)
 
 
 @dataclass(frozen=True)
@@ -273,7 +209,7 @@ def _unit(name: str, stated: str) -> str:
 def _behind(name: str) -> str:
     """The part of a name after its last _, if it is a unit; else empty."""
     front, _, last = name.rpartition("_")
-    return last if front and _may_be_unit(last) else ""
+    return last if front and may_be_unit(last) else ""
 
 
 def _fits(unit: str, own: str) -> bool:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from codegen.base.arrays import Array
 from codegen.base.files import write_atomically
-from codegen.logs.column_names import factor_in_name
+from codegen.spec.column_units import factor_in_name
 from codegen.spec.model import Spec
 
 

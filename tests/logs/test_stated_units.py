@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from codegen.logs import read_log
-from codegen.logs.column_names import is_convertible
 from codegen.spec import parse_spec
+from codegen.spec.column_units import is_convertible
 from tests.diagnosis.stage import stage
 
 TIME = np.arange(3000) * 2e-3

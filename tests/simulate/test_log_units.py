@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from codegen.logs import read_log
-from codegen.logs.column_names import factor_in_name
 from codegen.simulate.closed_loop import simulate
 from codegen.simulate.loop_run import write_log
 from codegen.spec import parse_spec
+from codegen.spec.column_units import factor_in_name
 from tests.diagnosis.stage import STAGE, TRAIN, system_of
 
 COLUMNS = """\

@@ -34,9 +34,9 @@ from codegen.base.significant import in_percent
 from codegen.logs.audit.changed_columns import Case
 from codegen.logs.audit.force_balance import Forces
 from codegen.logs.audit.input_audit import SCALE_OFF, TELLING, Outside
-from codegen.logs.column_names import is_convertible
 from codegen.logs.log import Finding, Log
 from codegen.logs.motion import Motion, scaled
+from codegen.spec.column_units import is_convertible
 from codegen.spec.model import Spec, symbol
 from codegen.spec.units import si_factor
 
