@@ -504,6 +504,15 @@ def test_a_time_that_seems_wrong_is_said_beside_an_effect() -> None:
         assert any(f.topic == "log" and f.words == f"The log itself may be the cause: {words}." for f in facts) is said
 
 
+@pytest.mark.parametrize(("structured", "said"), [(0.9, True), (0.0, False)])
+def test_what_a_slow_log_leaves_beside_an_effect_may_be_the_log_s(structured: float, said: bool) -> None:
+    """At 20 Hz Stribeck friction was found to 1 %, and 2.5 % of the force was left: `another effect is missing too`."""
+    words = "Sampled at 20 Hz (every 50 ms). That is slow for friction"
+    facts = statement_of("effect", remainder(structured), effects=(SPRING,), doubts=[words]).facts
+    found = [f.words for f in facts if f.topic == "log"]
+    assert found == ([f"What is left may come from the log itself: {words}."] if said else [])
+
+
 @pytest.mark.parametrize("verdict", ["effect", "ambiguous"])
 def test_effects_on_two_coordinates_have_figures_of_both(verdict: str) -> None:
     """The evidence was of the first one's coordinate alone. Effects that tie are compared on that one."""

@@ -132,6 +132,11 @@ def _facts(view: Mapping[str, Any]) -> Iterator[Fact]:
             yield from (_sentence(Fact("unexplained", words[0].upper() + words[1:])) for words in view["changes"])
     if verdict in ("effect", "ambiguous"):
         yield from (_sentence(Fact("log", f"The log itself may be the cause: {words}")) for words in view["misread"])
+        if view["left"] and view["left"].nature(view["material"]) == "structured":
+            others = [words for words in view["doubts"] if words not in view["misread"]]
+            yield from (
+                _sentence(Fact("log", f"What is left may come from the log itself: {words}")) for words in others
+            )
     if verdict == "unknown":
         yield from (_sentence(Fact("log", f"the log itself may be the cause: {words}")) for words in view["doubts"])
     yield _said("next", "next", view)
