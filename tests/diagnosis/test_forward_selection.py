@@ -10,48 +10,19 @@ from typing import Any
 import numpy as np
 import pytest
 
-from codegen.diagnosis.fit.credit import NEAR_NOISE
 from codegen.diagnosis.fit.search import Search
 from codegen.diagnosis.fit.trial import part_of
-from codegen.diagnosis.selection import candidate_fits, forward_selection, ranking, refusals, significance
-from codegen.diagnosis.selection.forward_selection import still_credited
-from codegen.diagnosis.selection.ranking import nearest_of_equal
+from codegen.diagnosis.selection import (
+    candidate_fits,
+    crediting,
+    forward_selection,
+    ranking,
+    significance,
+)
 from codegen.effects import CATALOGUE
 from codegen.effects.register import candidates
+from tests.diagnosis.fakes import fit, part_named
 from tests.diagnosis.stage import stage, system_of
-
-
-def fit(*parts: str) -> Any:
-    trial = SimpleNamespace(parts=parts)
-    return SimpleNamespace(runner=SimpleNamespace(trial=trial), trial=trial, part=parts[-1] if parts else None)
-
-
-def rival(*parts: str) -> Any:
-    return SimpleNamespace(found=SimpleNamespace(trial=SimpleNamespace(parts=parts)))
-
-
-@pytest.mark.parametrize("credited", [True, False])
-def test_what_is_left_of_several_effects_stands_only_if_it_is_credited(
-    credited: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """A dead zone in a real log: a lag and a Stribeck effect, each needed beside the other, together predicted held-out
-    segments 15 % worse than the refit, and one of them was named. And what tied beside another effect is no rival.
-    """
-    asked = []
-
-    def is_credited(search: Any, before: Any, after: Any) -> bool:
-        asked.append((before, after))
-        return credited
-
-    monkeypatch.setattr(forward_selection, "is_credited", is_credited)
-    base, one, both = fit(), fit("inertia_error"), fit("inertia_error", "cogging")
-    first, second = rival("spring"), rival("inertia_error", "stribeck")
-    none: Any = None
-    pair = still_credited(none, base, both, [first, second])
-    left = still_credited(none, base, one, [first, second])
-    assert asked == [(base, both), (base, one)]
-    assert pair == ((both, [first, second]) if credited else (base, []))
-    assert left == ((one, [first]) if credited else (base, []))
 
 
 @dataclass(frozen=True)
@@ -77,126 +48,6 @@ def test_segments_are_halved_while_free_runs_are_far_off(
     near, base = forward_selection.within_reach(search)
     assert (near.record, base) == (share, 1600.0 * share**2)
     assert near.shorter(0.5) == 0.5 * share
-
-
-def unreported(share: float) -> None:
-    """Progress that nobody watches."""
-
-
-def ranked(kind: str, share: float, names: tuple[str, ...] = ()) -> Any:
-    found = fit(part_named(kind, names))
-    found.trial.system = system_of(stage())
-    return SimpleNamespace(found=found, evidence=SimpleNamespace(share=share), why_not="")
-
-
-def part_named(kind: str, names: tuple[str, ...] = ()) -> Any:
-    """A part; with the names of its kind's usual form, or these."""
-    usual = tuple(p.name for p in CATALOGUE[kind].parameters) if kind in CATALOGUE else ()
-    return SimpleNamespace(kind=kind, on="x", place=0, names=names or usual)
-
-
-@pytest.mark.parametrize(("share", "whole"), [(0.85, True), (0.7, False)])
-def test_an_effect_like_the_best_that_leaves_nearly_as_little_gets_a_round_of_all(
-    share: float, whole: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """A second missing effect may make the wrong one of two springs the best: both then go on to a second round."""
-    asked: list[tuple[str, list[str]]] = []
-
-    def run_round(search: Any, base: Any, parts: Any, progress: Any, leading: bool) -> list[Any]:
-        asked.append((base.trial.parts[0].kind, [p.kind for p in parts]))
-        return []
-
-    everything = [part_named(kind) for kind in ("viscous_asymmetry", "cogging", "stribeck")]
-    monkeypatch.setattr(forward_selection, "run_round", run_round)
-    monkeypatch.setattr(forward_selection, "every_part", lambda search, taken: everything)
-    search: Any = SimpleNamespace(rigid=None, fitted_again=lambda fit: fit)
-    best = [ranked("hardening_spring", 0.875), ranked("spring", share), ranked("offset", 0.3)]
-    assert forward_selection._pair(search, best, unreported) == (None, False)
-    assert ("hardening_spring", ["offset"]) in asked
-    second = ["viscous_asymmetry", "cogging", "stribeck"] if whole else ["offset"]
-    assert ("spring", second) in asked
-
-
-def test_an_effect_of_another_signature_that_leaves_nearly_as_little_gets_a_round_of_all(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """A dead zone imitated a spring with viscous friction; the friction alone was not among the best candidates."""
-    asked: list[tuple[str, list[str]]] = []
-
-    def run_round(search: Any, base: Any, parts: Any, progress: Any, leading: bool) -> list[Any]:
-        asked.append((base.trial.parts[0].kind, [p.kind for p in parts]))
-        return []
-
-    monkeypatch.setattr(forward_selection, "run_round", run_round)
-    monkeypatch.setattr(forward_selection, "every_part", lambda search, taken: [part_named("viscous")])
-    search: Any = SimpleNamespace(rigid=None, fitted_again=lambda fit: fit)
-    best = [ranked("dead_zone", 0.74), ranked("spring", 0.72), ranked("offset", 0.3)]
-    forward_selection._pair(search, best, unreported)
-    assert ("spring", ["viscous"]) in asked
-
-
-def test_another_form_of_an_effect_gets_no_second_round_of_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A Stribeck friction with an exponent leaves what the usual form leaves: both are one candidate for a pair."""
-    asked: list[tuple[str, ...]] = []
-
-    def run_round(search: Any, base: Any, parts: Any, progress: Any, leading: bool) -> list[Any]:
-        asked.append(base.trial.parts[0].names)
-        return []
-
-    monkeypatch.setattr(forward_selection, "run_round", run_round)
-    monkeypatch.setattr(forward_selection, "every_part", lambda search, taken: [part_named("viscous")])
-    search: Any = SimpleNamespace(rigid=None, fitted_again=lambda fit: fit)
-    forms = ("delta", "v_s"), ("delta", "v_s", "exponent")
-    best = [ranked("stribeck", 0.99, names) for names in forms] + [ranked("offset", 0.3)]
-    forward_selection._pair(search, best, unreported)
-    assert asked == [forms[0]]
-
-
-def test_an_effect_with_the_motion_of_a_better_one_gets_no_second_round_of_its_own(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """A constant force is an asymmetric friction with another level: on an arm, a round beside each took twice as long.
-
-    The two are no pair either. The progress is reported meanwhile; it stood still for 25 s.
-    """
-    asked: list[tuple[str, list[str]]] = []
-    shares: list[float] = []
-
-    def run_round(search: Any, base: Any, parts: Any, progress: Any, leading: bool) -> list[Any]:
-        asked.append((base.trial.parts[0].kind, [p.kind for p in parts]))
-        progress(0.5)
-        return []
-
-    monkeypatch.setattr(forward_selection, "run_round", run_round)
-    monkeypatch.setattr(forward_selection, "every_part", lambda search, taken: [part_named("viscous")])
-    search: Any = SimpleNamespace(rigid=None, fitted_again=lambda fit: fit)
-    best = [ranked(kind, share) for kind, share in (("coulomb_asymmetry", 0.9), ("offset", 0.9), ("spring", 0.89))]
-    system = best[0].found.trial.system
-    best[0].found.part.on, best[1].found.part.on = system.contacts[0].name, system.positions[0].name
-    forward_selection._pair(search, best, shares.append)
-    assert asked == [("coulomb_asymmetry", ["spring"]), ("spring", ["viscous"])]
-    assert shares == [0.5, 0.5]
-
-
-@pytest.mark.parametrize("at_noise", [True, False])
-def test_no_pair_is_sought_beyond_one_that_leaves_only_noise(at_noise: bool, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Two effects of a stage left the noise alone; a round of all for a third first effect took a sixth of the time."""
-    asked: list[str] = []
-
-    def run_round(search: Any, base: Any, parts: Any, progress: Any, leading: bool) -> list[Any]:
-        asked.append(base.trial.parts[0].kind)
-        found = fit(base.trial.parts[0], parts[0])
-        found.cost = 10.0 - len(asked)
-        return [SimpleNamespace(found=found, why_not="")]
-
-    monkeypatch.setattr(forward_selection, "run_round", run_round)
-    monkeypatch.setattr(forward_selection, "every_part", lambda search, taken: [part_named("viscous")])
-    monkeypatch.setattr(forward_selection, "at_noise", lambda found: at_noise and found.cost == 8.0)
-    search: Any = SimpleNamespace(rigid=None, fitted_again=lambda fit: fit)
-    kinds = ("offset", "spring", "cogging", "stribeck")
-    pair, among_all = forward_selection._pair(search, [ranked(kind, 0.9) for kind in kinds], unreported)
-    assert asked == list(kinds[: 2 if at_noise else 3])
-    assert pair is not None and [p.kind for p in pair.trial.parts] == [asked[-1], "viscous"] and among_all
 
 
 @pytest.mark.parametrize(
@@ -240,204 +91,6 @@ def test_candidates_far_behind_are_not_fitted_on_all_segments_where_only_the_bes
     none: Any = None
     candidate_fits.fit_candidates(none, none, parts, none, none if present is None else present, leading)
     assert fitted == list(gains[:kept])
-
-
-def test_the_same_motion_under_another_name_replaces_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
-    """An offset found second is a Coulomb asymmetry: neither is a rival of the other."""
-    system = system_of(stage())
-    parts = {(e.kind, place): part_of(e, place, system) for e, place in candidates(system)}
-    drift, offset = parts["friction_drift", 0], parts["offset", 0]
-    monkeypatch.setattr(forward_selection, "every_part", lambda search, taken: list(parts.values()))
-    search: Any = SimpleNamespace(rigid=None, system=system)
-    assert "coulomb_asymmetry" in {c.other for c in offset.effect.confused_with}
-    for effects, k in (([drift, offset], 1), ([offset, drift], 0)):
-        assert "coulomb_asymmetry" not in {p.kind for p in forward_selection._others(search, effects, k)}
-
-
-def test_an_effect_that_was_not_chosen_beside_the_others_is_compared_with_all(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A dead zone and an unbalance, a pair of the first round, stood for a dead zone and a backlash: beside the dead
-    zone the backlash fitted 60 nats better and was not tried.
-    """
-    system = system_of(stage())
-    every = [part_of(e, place, system) for e, place in candidates(system)]
-    monkeypatch.setattr(forward_selection, "every_part", lambda search, taken: every)
-    search: Any = SimpleNamespace(rigid=None, system=system)
-    drag, drift = (next(p for p in every if p.kind == kind) for kind in ("quadratic_drag", "friction_drift"))
-    both, whole = [drag, drift], {p.kind for p in every}
-    for k, among_all in ((0, True), (0, False), (1, False)):
-        assert {p.kind for p in forward_selection._others(search, both, k, among_all)} == whole - {both[k].kind}
-    alike = {c.other for c in drift.effect.confused_with}
-    assert {p.kind for p in forward_selection._others(search, both, 1)} == alike & whole
-
-
-def test_rivals_of_a_later_effect_put_it_first(monkeypatch: pytest.MonkeyPatch) -> None:
-    """An inertia found second, of which the log says no more than that it could be a gain: the verdict is about it."""
-    gain = fit(part_named("input_gain"))
-    moves: list[int] = []
-
-    def put_first(search: Any, one: Any, k: int) -> Any:
-        moves.append(k)
-        return "reordered"
-
-    monkeypatch.setattr(forward_selection, "fit_candidates", lambda *_: [gain])
-    monkeypatch.setattr(forward_selection, "is_possible", lambda search, found: True)
-    monkeypatch.setattr(forward_selection, "matters", lambda *_: True)
-    monkeypatch.setattr(forward_selection, "_refused_by_force", lambda *_: False)
-    monkeypatch.setattr(forward_selection, "_others", lambda search, parts, k, paired: [gain.part] if k else [])
-    monkeypatch.setattr(forward_selection, "tied_by_free_runs", lambda *_: True)
-    monkeypatch.setattr(forward_selection, "tolerances_prefer", lambda *_: False)
-    monkeypatch.setattr(forward_selection, "most_left", lambda _: 1.0)
-    monkeypatch.setattr(forward_selection, "force_prefers", lambda *_: False)
-    monkeypatch.setattr(forward_selection, "as_replacement", lambda search, found, without: found)
-    monkeypatch.setattr(forward_selection, "_put_first", put_first)
-    search: Any = SimpleNamespace(rigid=None, without=lambda current, k: current)
-    current = fit(part_named("viscous_asymmetry"), part_named("inertia_error"))
-    current.cost = gain.cost = 5.0
-    assert forward_selection._reconsidered(search, current, []) == ("reordered", [gain])
-    assert moves == [1]
-    monkeypatch.setattr(forward_selection, "force_prefers", lambda *_: True)
-    assert forward_selection._reconsidered(search, current, []) == (current, [])
-
-
-@pytest.mark.parametrize(("noise", "gain", "rivals"), [(200.0, 0.95, 1), (200.0, 0.85, 0), (1.5, 0.95, 0)])
-def test_far_from_the_noise_a_replacement_that_is_nearly_alike_ties(
-    noise: float, gain: float, rivals: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """A motor far from the noise of its encoder: viscous friction and quadratic drag differed by 1.2 % of the square,
-    and the drag was named. In a round the two tie.
-    """
-    drag = fit(part_named("quadratic_drag"))
-    for name, value in {
-        "fit_candidates": [drag], "is_possible": True, "matters": True, "in_simplest_forms": [drag],
-        "_refused_by_force": False, "_force_speaks_for": True, "is_no_better_form": False,
-    }.items():  # fmt: skip
-        monkeypatch.setattr(forward_selection, name, lambda *_, value=value: value)
-    monkeypatch.setattr(forward_selection, "_others", lambda search, parts, k, paired: [] if k else [drag.part])
-    monkeypatch.setattr(ranking, "is_far", lambda _: noise > NEAR_NOISE)
-    monkeypatch.setattr(ranking, "runs_prefer", lambda *_: True)
-    monkeypatch.setattr(forward_selection, "force_prefers", lambda here, other, most: gain < most)
-    monkeypatch.setattr(forward_selection, "tolerances_prefer", lambda *_: False)
-    shares = {"viscous": 0.6, "quadratic_drag": 0.59}
-    monkeypatch.setattr(
-        forward_selection,
-        "as_replacement",
-        lambda search, found, _: SimpleNamespace(
-            found=found, evidence=SimpleNamespace(share=shares[found.runner.trial.parts[0].kind])
-        ),
-    )
-    search: Any = SimpleNamespace(rigid=None, without=lambda current, k: current)
-    current = fit(part_named("viscous"), part_named("cogging"))
-    current.cost = drag.cost = 100.0
-    _, tied = forward_selection._swapped(search, current, None)
-    assert [r.found for r in tied.get(0, [])] == [drag] * rivals
-
-
-@pytest.mark.parametrize(("cost", "rival"), [(96.0, False), (89.0, True)])
-def test_a_replacement_of_a_special_form_must_be_clearly_better_to_be_a_rival(
-    cost: float, rival: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Two equal lags beside a delay that was credited together with another effect: the delay was `ambiguous`."""
-    lags = fit(part_named("actuator_lag", ("tau_each",)))
-    monkeypatch.setattr(forward_selection, "fit_candidates", lambda *_: [lags])
-    monkeypatch.setattr(forward_selection, "is_possible", lambda search, found: True)
-    monkeypatch.setattr(forward_selection, "matters", lambda *_: True)
-    monkeypatch.setattr(forward_selection, "in_simplest_forms", lambda found: found)
-    monkeypatch.setattr(forward_selection, "_refused_by_force", lambda *_: False)
-    monkeypatch.setattr(forward_selection, "_force_speaks_for", lambda *_: True)
-    monkeypatch.setattr(forward_selection, "_others", lambda search, parts, k, paired: [] if k else [lags.part])
-    monkeypatch.setattr(forward_selection, "tied_by_free_runs", lambda *_: True)
-    monkeypatch.setattr(forward_selection, "tolerances_prefer", lambda *_: False)
-    monkeypatch.setattr(forward_selection, "most_left", lambda _: 1.0)
-    monkeypatch.setattr(forward_selection, "force_prefers", lambda *_: False)
-    monkeypatch.setattr(forward_selection, "as_replacement", lambda search, found, without: found)
-    search: Any = SimpleNamespace(rigid=None, without=lambda current, k: current)
-    current = fit(part_named("input_delay"), part_named("viscous_asymmetry"))
-    current.cost, lags.cost = 100.0, cost
-    assert forward_selection._swapped(search, current, None) == (None, {0: [lags]} if rival else {})
-
-
-@pytest.mark.parametrize(
-    ("near", "prefers", "speaks"), [(False, True, True), (True, True, False), (False, False, False)]
-)
-def test_a_replacement_that_the_force_residual_speaks_against_is_none_far_from_the_noise(
-    near: bool, prefers: bool, speaks: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """A saturation found to 0.4 % gave way to a soft compliance by a few nats of free runs at 25 times the noise."""
-    monkeypatch.setattr(forward_selection.credit, "near_noise", lambda found: near)
-    monkeypatch.setattr(forward_selection, "force_prefers", lambda here, other, most: prefers)
-    here: Any = SimpleNamespace(search=None)
-    assert forward_selection._force_speaks_for(here, fit(part_named("compliance"))) is speaks
-
-
-@pytest.mark.parametrize(
-    ("cost", "names", "level", "chosen"),
-    [(754.50, "b", 4.0, 1), (756.0, "b", 4.0, 0), (754.50, "b", 2.3, 0), (754.50, "b v_s", 4.0, 0)],
-)
-def test_of_replacements_that_fit_equally_the_one_nearest_to_the_declared_levels_is_chosen(
-    cost: float, names: str, level: float, chosen: int
-) -> None:
-    """Beside a gain, viscous friction and an inertia error are one motion: 1e-7 nats chose a level of 2.4 N of 4."""
-    search: Any = SimpleNamespace(
-        moved=("F", "m"), problem=SimpleNamespace(levels=("F",)), declared=np.array([4.0, 2.0])
-    )
-    found: list[Any] = [
-        SimpleNamespace(cost=one, part=SimpleNamespace(names=own.split()), values=(np.array([a, 2.0]), []))
-        for one, own, a in ((754.46, "delta", 2.4), (cost, names, level))
-    ]
-    assert nearest_of_equal(search, found) is found[chosen]
-    assert nearest_of_equal(search, []) is None
-
-
-def test_a_replacement_whose_period_the_log_cannot_show_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Part of a wave longer than the stroke fits a spring's line; it replaced the spring and was then refused."""
-    wave = fit(part_named("cogging"))
-    wave.cost, wave.model, wave.parameters = 0.0, None, {}
-    monkeypatch.setattr(forward_selection, "fit_candidates", lambda *_: [wave])
-    monkeypatch.setattr(forward_selection, "_others", lambda search, parts, k, paired: [wave.part])
-    monkeypatch.setattr(refusals, "hides_an_effect", lambda search, found: "")
-    monkeypatch.setattr(refusals, "admissible", lambda search, found: True)
-    monkeypatch.setattr(forward_selection, "matters", lambda *_: True)
-    refusing = "corrects_a_form", "contradicted_by_force"
-    for test in refusing:
-        monkeypatch.setattr(forward_selection, test, lambda *_: "")
-    monkeypatch.setattr(refusals, "acts_as_its_limit", lambda search, found: "")
-    monkeypatch.setattr(refusals, "unseen", lambda search, part, values: "longer than the stroke")
-    monkeypatch.setattr(refusals, "takes_the_level", lambda problem, system, model: "")
-    shared = {"problem": None, "system": None}
-    search: Any = SimpleNamespace(
-        rigid=None, without=lambda current, k: current, fitted_again=lambda fit: fit, **shared
-    )
-    monkeypatch.setattr(forward_selection, "as_replacement", lambda search, found, without: found)
-    monkeypatch.setattr(forward_selection, "most_left", lambda _: 1.0)
-    current = fit(part_named("spring"), part_named("viscous_asymmetry"))
-    current.cost = 100.0
-    assert forward_selection._swapped(search, current, []) == (None, {})
-    monkeypatch.setattr(refusals, "unseen", lambda search, part, values: "")
-    monkeypatch.setattr(forward_selection, "_force_speaks_for", lambda here, found: False)
-    assert forward_selection._swapped(search, current, [])[0] is wave
-    monkeypatch.setattr(forward_selection, "_force_speaks_for", lambda here, found: True)
-    monkeypatch.setattr(forward_selection, "tied_by_free_runs", lambda *_: False)
-    assert forward_selection._swapped(search, current, []) == (None, {})
-    monkeypatch.setattr(forward_selection, "_force_speaks_for", lambda here, found: False)
-    monkeypatch.setattr(forward_selection, "matters", lambda *_: False)  # a lag of 1e-15 s ties with anything
-    assert forward_selection._swapped(search, current, []) == (None, {})
-    monkeypatch.setattr(forward_selection, "matters", lambda *_: True)
-    for test in refusing:
-        monkeypatch.setattr(forward_selection, test, lambda *_: "leaves more than there was")
-        assert forward_selection._swapped(search, current, []) == (None, {})
-        monkeypatch.setattr(forward_selection, test, lambda *_: "")
-
-
-@pytest.mark.parametrize(("left", "kept"), [(("wave", "dead_zone"), True), (("dead_zone",), False)])
-def test_rivals_of_an_effect_that_is_dropped_are_dropped(
-    left: tuple[str, ...], kept: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """A third effect that ties with another came first and was pruned: its rival is none of the effect behind it."""
-    search: Any = None
-    before, after = (fit(*map(part_named, kinds)) for kinds in (("wave", "dead_zone"), left))
-    monkeypatch.setattr(forward_selection, "pruned", lambda search, current, candidates: after)
-    rivals: Any = [rival("hardening_spring")]
-    assert forward_selection._pruned_with_rivals(search, before, rivals) == (after, rivals if kept else [])
 
 
 @pytest.mark.parametrize(
@@ -515,30 +168,6 @@ def test_an_unknown_period_counts_as_many_hypotheses_and_sets_of_effects_each() 
     assert tried("cogging", "spring") == pytest.approx(190 * tried("cogging") / 20)
 
 
-@pytest.mark.parametrize(("sizes", "moved"), [((0.1, 0.3), 1), ((0.3, 0.1), None)])
-def test_the_effect_of_the_largest_force_is_named_first(
-    sizes: tuple[float, float], moved: int | None, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    system = system_of(stage())
-    parts = [part_of(effect, place, system) for effect, place in candidates(system) if effect.kind in LATE]
-    share_of = dict(zip(LATE, sizes, strict=True))
-    monkeypatch.setattr(forward_selection, "force_share", lambda search, part, values: share_of[part.kind])
-    monkeypatch.setattr(forward_selection, "_put_first", lambda search, fit, k: k)
-    trial = SimpleNamespace(parts=parts, changed=system, system=system, split=lambda theta: (None, [{}, {}]))
-    both: Any = SimpleNamespace(trial=trial, values=(None, [{}, {}]))
-    found: Any = forward_selection._largest_first(None, both)  # type: ignore[arg-type]
-    assert found == moved if moved is not None else found is both
-
-
-def test_without_an_effect_nothing_is_put_first() -> None:
-    """Where dropping one of two effects leaves the other without credit: an error that ended the diagnosis."""
-    none: Any = fit()
-    assert forward_selection._largest_first(none, none) is none
-
-
-LATE = ("input_delay", "actuator_lag")
-
-
 @pytest.mark.parametrize(("far", "paired"), [(0, False), (7, True)])
 def test_effects_are_tried_in_pairs_where_the_best_alone_is_far_off_in_some_segments(
     far: int, paired: bool, monkeypatch: pytest.MonkeyPatch
@@ -563,17 +192,15 @@ def test_effects_are_tried_in_pairs_where_the_best_alone_is_far_off_in_some_segm
         "credible": True,
         "worth_it": True,
         "explained_share": 1.0,
-        "_split": None,
-        "_reconsidered": (pair, []),
-        "_pruned_with_rivals": (pair, []),
-        "still_credited": (pair, []),
-        "_largest_first": pair,
+        "split_in_two": None,
     }.items():
         monkeypatch.setattr(forward_selection, name, lambda *_, value=value: value)
     monkeypatch.setattr(forward_selection, "leader_first", lambda search, some: some)
-    monkeypatch.setattr(forward_selection, "_in_simplest_forms", lambda search, one, rivals: (one, rivals))
-    monkeypatch.setattr(forward_selection, "_pair", in_pairs)
-    monkeypatch.setattr(forward_selection, "at_noise", lambda fit: fit is pair)
+    monkeypatch.setattr(forward_selection, "with_simplest_effects", lambda search, one, rivals: (one, rivals))
+    monkeypatch.setattr(forward_selection, "best_pair", in_pairs)
+    monkeypatch.setattr(forward_selection, "judged_together", lambda search, base, found, *_: (found, []))
+    for where in (forward_selection, crediting):
+        monkeypatch.setattr(where, "at_noise", lambda fit: fit is pair)
     monkeypatch.setattr(forward_selection.credit, "is_negligible", lambda fit: False)
     search: Any = SimpleNamespace(rigid=None, fitted_again=lambda one: one, record=SimpleNamespace(start=[0.0]))
     found = forward_selection.find_effects(search, fit(), lambda turn, share: None)
@@ -582,62 +209,10 @@ def test_effects_are_tried_in_pairs_where_the_best_alone_is_far_off_in_some_segm
     forward_selection.find_effects(search, fit(), lambda turn, share: None)
     assert asked == [[best]] * paired, "nothing is left that a pair could explain"
     monkeypatch.setattr(forward_selection.credit, "is_negligible", lambda fit: False)
-    monkeypatch.setattr(forward_selection, "at_noise", lambda fit: True)
+    for where in (forward_selection, crediting):
+        monkeypatch.setattr(where, "at_noise", lambda fit: True)
     forward_selection.find_effects(search, fit(), lambda turn, share: None)
     assert asked == [[best]] * paired, "the effects of the rounds leave only noise"
-
-
-@pytest.mark.parametrize(("cost", "kinds"), [(104.0, "c"), (111.0, "b")])
-def test_a_play_of_nothing_is_a_spring(cost: float, kinds: str) -> None:
-    """Beside an inertia error a play was named that came out as 6.6e-15 rad."""
-    system = system_of(stage())
-    play, spring, offset = (part_of(CATALOGUE[kind], 0, system) for kind in ("backlash", "compliance", "offset"))
-    own = {"k": 30.0, "c": 0.1, "load_fraction": 0.3}
-    current: Any = SimpleNamespace(
-        trial=SimpleNamespace(parts=(offset, play)),
-        values=([4.0], [{"f0": 1.0}, own | {"gap": 1e-15}]),
-        cost=100.0,
-    )
-
-    def with_parts(fit: Any, moved: Any, parts: Any, values: Any) -> Any:
-        assert (moved, parts, values) == ([4.0], [offset, spring], [{"f0": 1.0}, own])
-        return SimpleNamespace(trial=SimpleNamespace(parts=tuple(parts)), values=(moved, values), cost=cost)
-
-    search: Any = SimpleNamespace(system=system, rigid=None, with_parts=with_parts)
-    rivals: Any = [SimpleNamespace(found=SimpleNamespace(part=p)) for p in (spring, offset)]
-    found, left = forward_selection._in_simplest_forms(search, current, rivals)
-    assert found.trial.parts == ((offset, spring) if kinds == "c" else (offset, play))
-    assert left == (rivals[1:] if kinds == "c" else rivals)
-
-
-def test_a_replacement_without_its_gap_is_a_spring_too(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A play with a gap of 3e-17 rad took the place of a cogging, and was named beside a friction drift."""
-    first, play, spring = fit("drift", "cogging"), fit("drift", "backlash"), fit("drift", "compliance")
-    for one in (first, play, spring):
-        one.cost, one.by_segment, one.residual = 9.0, np.full(20, 40.0), np.zeros((20, 40))
-    best = SimpleNamespace(found=first, why_not="", unsure=False, contradicted=False)
-    for name, value in {
-        "every_part": [],
-        "run_round": [best],
-        "hypotheses": 1,
-        "ties": [],
-        "credible": True,
-        "nothing_left": True,
-        "explained_share": 1.0,
-        "_pair": None,
-        "_split": None,
-        "_reconsidered": (play, []),
-        "_pruned_with_rivals": (play, []),
-    }.items():
-        monkeypatch.setattr(forward_selection, name, lambda *_, value=value: value)
-    seen = lambda search, found, rivals: (spring if found is play else found, rivals)  # noqa: E731
-    monkeypatch.setattr(forward_selection, "_in_simplest_forms", seen)
-    monkeypatch.setattr(forward_selection, "leader_first", lambda search, some: some)
-    monkeypatch.setattr(forward_selection, "still_credited", lambda search, base, found, rivals: (found, []))
-    monkeypatch.setattr(forward_selection, "_largest_first", lambda search, found: found)
-    monkeypatch.setattr(forward_selection.credit, "near_noise", lambda fit: True)
-    search: Any = SimpleNamespace(rigid=None, fitted_again=lambda one: one, record=SimpleNamespace(start=[0.0]))
-    assert forward_selection.find_effects(search, fit(), lambda turn, share: None).final is spring
 
 
 @dataclass(frozen=True)
@@ -693,13 +268,10 @@ def test_each_joint_of_an_arm_has_rounds_of_its_own(monkeypatch: pytest.MonkeyPa
         "credible": lambda search, before, after, count: True,
         "nothing_left": lambda own: own.cost < 0.5,
         "explained_share": lambda search, before, after: 1.0,
-        "_pair": lambda search, some, progress: None,
-        "_split": lambda search, found, progress: None,
-        "_in_simplest_forms": lambda search, found, rivals: (found, rivals),
-        "_reconsidered": lambda search, found, rivals, among_all, progress: (found, []),
-        "_pruned_with_rivals": lambda search, found, rivals: (found, []),
-        "still_credited": lambda search, base, found, rivals: (found, []),
-        "_largest_first": lambda search, found: found,
+        "best_pair": lambda search, some, progress: None,
+        "split_in_two": lambda search, found, progress: None,
+        "with_simplest_effects": lambda search, found, rivals: (found, rivals),
+        "judged_together": lambda search, base, found, *_: (found, []),
         "leader_first": lambda search, some: some,
     }.items():
         monkeypatch.setattr(forward_selection, name, value)
@@ -755,8 +327,8 @@ def test_an_effect_that_passes_alone_is_tried_where_a_doubtful_one_gets_no_secon
     monkeypatch.setattr(forward_selection, "ties", lambda search, found: found[1:])
     monkeypatch.setattr(forward_selection, "nothing_left", lambda found: False)
     monkeypatch.setattr(forward_selection, "explained_share", lambda search, a, b: 1.0)
-    monkeypatch.setattr(forward_selection, "_split", lambda search, current, progress: None)
-    monkeypatch.setattr(forward_selection, "_in_simplest_forms", lambda search, current, rivals: (current, rivals))
+    monkeypatch.setattr(forward_selection, "split_in_two", lambda search, current, progress: None)
+    monkeypatch.setattr(forward_selection, "with_simplest_effects", lambda search, current, rivals: (current, rivals))
     monkeypatch.setattr(forward_selection, "refused_when_fitted_again", lambda first, chosen: first)
     monkeypatch.setattr(forward_selection.credit, "near_noise", lambda found: True)
     search: Any = SimpleNamespace(rigid=None, fitted_again=lambda fit: fit, record=SimpleNamespace(start=[]))

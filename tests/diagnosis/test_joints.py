@@ -312,7 +312,7 @@ def test_effects_on_a_joint_are_tried_in_pairs_for_what_is_left_there(
         raise AssertionError("effects were tried in pairs")
 
     monkeypatch.setattr(forward_selection, "every_part", few)
-    monkeypatch.setattr(forward_selection, "_pair", no_pair)
+    monkeypatch.setattr(forward_selection, "best_pair", no_pair)
     outcome = forward_selection.find_effects(search, search.refit(), lambda turn, share: None)
     assert ("viscous", "q_2") in [(p.kind, p.on) for p in outcome.parts]
     assert near_noise(outcome.final.of_joint(1))

@@ -25,8 +25,9 @@ from codegen.diagnosis.fit.search import Search, joint_of, joint_of_difference
 from codegen.diagnosis.fit.starting_values import ForceStart
 from codegen.diagnosis.fit.trial import Part, Trial, model_of, part_of
 from codegen.diagnosis.results import Fact
+from codegen.diagnosis.selection.crediting import MOST_EFFECTS
 from codegen.diagnosis.selection.force_fits import ForceFits
-from codegen.diagnosis.selection.forward_selection import MOST_EFFECTS, LaterRound
+from codegen.diagnosis.selection.forward_selection import LaterRound
 from codegen.diagnosis.selection.ranking import (
     Ranked,
     differ_in_time,

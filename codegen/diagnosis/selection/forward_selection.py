@@ -5,63 +5,39 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from itertools import combinations
 
-from codegen.diagnosis.evidence.force_gain import ForceCriterion
-from codegen.diagnosis.evidence.score_test import nested_evidence_of
 from codegen.diagnosis.fit import credit
-from codegen.diagnosis.fit.credit import evidence_of, noise_loss, noise_ratio
+from codegen.diagnosis.fit.credit import noise_ratio
 from codegen.diagnosis.fit.output_error import Fit
-from codegen.diagnosis.fit.search import Search, joint_of, where_they_differ
-from codegen.diagnosis.fit.shooting import hidden_states
-from codegen.diagnosis.fit.trial import Part, part_of
-from codegen.diagnosis.selection.candidate_fits import (
-    FORM_GAIN,
-    every_part,
-    fit_candidates,
-    in_simplest_forms,
-    simpler_forms,
+from codegen.diagnosis.fit.search import Search, joint_of
+from codegen.diagnosis.fit.trial import Part
+from codegen.diagnosis.selection.candidate_fits import every_part
+from codegen.diagnosis.selection.crediting import (
+    BETTER,
+    MOST_EFFECTS,
+    at_noise,
+    explained_share,
+    is_credited,
+    nothing_left,
+    worth_it,
 )
+from codegen.diagnosis.selection.pairs import best_pair, split_in_two
 from codegen.diagnosis.selection.ranking import (
-    CLOSE,
     Ranked,
     credible,
-    force_prefers,
-    is_no_better_form,
     leader_first,
-    leaves_as_little,
-    most_left,
-    nearest_of_equal,
     refused_when_fitted_again,
     run_round,
-    runs_prefer,
-    same_motion,
-    same_signature,
-    tied_by_free_runs,
     ties,
-    tolerances_prefer,
 )
-from codegen.diagnosis.selection.refusals import (
-    contradicted_by_force,
-    corrects_a_form,
-    force_share,
-    is_possible,
-    matters,
-)
+from codegen.diagnosis.selection.replacement import judged_together, with_simplest_effects
 from codegen.diagnosis.selection.significance import hypotheses
-from codegen.effects import CATALOGUE
-from codegen.effects.register import kinds_of, separating_experiment, twins_of
 
-MOST_EFFECTS = 3
 DIVERGING, SHORTEST = 100.0, 0.25
 """Ratio of the refit's error to the noise above which segments are halved, and least share of their length."""
-BEAM = 3
-"""Candidates of the first round that get a second round of their own."""
 PAIRED = 5
 """Number of the best candidates of the first round that are tried in pairs if the best leaves far more than the noise,
 at least in some segments."""
-BETTER = 10.0
-"""Nats by which another effect must fit better to replace one found earlier."""
 
 Progress = Callable[[int, float], None]
 
@@ -142,11 +118,11 @@ def find_effects(
             return rounds.outcome(base)
     confirmed, rivals, paired, among_all = rounds.confirmed, rounds.rivals, rounds.paired, rounds.among_all
     progress = partial(report_progress, rounds.taken)
-    pair = _split(search, confirmed, progress)
+    pair = split_in_two(search, confirmed, progress)
     if pair is not None:
         confirmed, rivals, paired, among_all = pair, [], True, False
     rivals = rivals if confirmed.trial.parts else []
-    current, rivals = _revised(search, base, confirmed, rivals, paired, among_all, progress)
+    current, rivals = judged_together(search, base, confirmed, rivals, paired, among_all, progress)
     lost = current is base and not refit_only and not credit.near_noise(base)
     unexplained = lost and credit.misfit(base) > credit.LEAST_SIZE
     explained, segments = explained_share(search, base, current), len(search.record.start)
@@ -173,7 +149,7 @@ class _Rounds:
             well. beside: the others of that round that may tie with them, the leader among them.
         leaders: the best of the first round, until pairs of them are tried. led: the fit with the first of them.
         alone: number of hypotheses of that round.
-        paired: whether the effects were found as a pair. among_all: as of ``_reconsidered``.
+        paired: whether the effects were found as a pair. among_all: as of ``reconsidered``.
     """
 
     search: Search
@@ -265,7 +241,7 @@ class _Rounds:
         possible = leader_first(search, possible)
         tied = ties(search, [*possible, *alike])
         current = search.fitted_again(possible[0].found)
-        self.current, self.rivals = _in_simplest_forms(search, current, tied if is_first else self.rivals)
+        self.current, self.rivals = with_simplest_effects(search, current, tied if is_first else self.rivals)
         self.taken += 1
         count = len(self.current.trial.parts)
         self.left[self.joint] = MOST_EFFECTS - count if falls_back else self.left[self.joint] - 1
@@ -304,40 +280,14 @@ class _Rounds:
         """A pair of the first round's best takes the place of the effects found, if it is better."""
         search = self.search
         progress = partial(self.report, self.taken)
-        pair, among_all = (None, False) if at_noise(self.confirmed) else _pair(search, self.leaders, progress)
+        pair, among_all = (None, False) if at_noise(self.confirmed) else best_pair(search, self.leaders, progress)
         self.leaders = []
         if pair is None or not _is_better_pair(pair, self.confirmed):
             return
         if worth_it(search, self.led, pair, self.alone):
-            self.current = self.confirmed = _in_simplest_forms(search, pair, [])[0]
+            self.current = self.confirmed = with_simplest_effects(search, pair, [])[0]
             self.rivals, self.paired, self.among_all, self.waiting = [], True, among_all, []
             self.left[self.joint] = MOST_EFFECTS - len(pair.trial.parts)
-
-
-def _revised(
-    search: Search,
-    base: Fit,
-    current: Fit,
-    rivals: list[Ranked],
-    paired: bool,
-    among_all: bool,
-    report_progress: Callable[[float], None] = lambda share: None,
-) -> tuple[Fit, list[Ranked]]:
-    """Several effects judged together, which rounds found one after another, and the rivals of the first of them.
-
-    Each may be replaced or removed, and is taken in its simplest form.
-
-    Args:
-        paired: whether the effects were found as a pair, so that rivals of the first one are unknown.
-        among_all: as of ``_reconsidered``.
-    """
-    if len(current.trial.parts) < 2:
-        return current, rivals
-    current, rivals = _reconsidered(search, current, None if paired else rivals, among_all, report_progress)
-    current, rivals = _pruned_with_rivals(search, current, rivals)
-    current, rivals = _in_simplest_forms(search, current, rivals)  # also of an effect that replaced another
-    current, rivals = still_credited(search, base, current, rivals)
-    return current if rivals else _largest_first(search, current), rivals
 
 
 def _unexplained(search: Search, fit: Fit, rounds: Mapping[int | None, int], begun: bool) -> list[int | None]:
@@ -351,273 +301,6 @@ def _unexplained(search: Search, fit: Fit, rounds: Mapping[int | None, int], beg
 def _is_better_pair(pair: Fit, confirmed: Fit) -> bool:
     """Whether a pair takes the place of the effects found in rounds: it fits better, by ``BETTER`` if these are two."""
     return pair.cost < confirmed.cost - (BETTER if len(confirmed.trial.parts) >= len(pair.trial.parts) else 0.0)
-
-
-def _pair(
-    search: Search, ranked: Sequence[Ranked], report_progress: Callable[[float], None]
-) -> tuple[Fit | None, bool]:
-    """The best fit with two effects, at least one of them among the best of the first round (a beam search).
-
-    It ends with a pair that leaves only noise, which no other pair explains better.
-
-    Two missing effects bias each other's fit. Effects with nearly as small a residual as the best get a second round of
-    all candidates; other pairs are of the best candidates with different signatures. Forms of one effect leave the same
-    for a second effect, as effects with the same motion do (``twins``), so only the best one is tried in pairs.
-
-    Returns:
-        The fit, None if there is none, and whether its last effect was chosen among all with the first kept.
-    """
-    best: Fit | None = None
-    among_all = False
-    for k, one in enumerate(ranked):
-        if any((one.found.part.kind, one.found.part.on) in same_motion(r.found) for r in ranked[:k]):
-            continue
-        every = 0 < k < BEAM and leaves_as_little(one, ranked[0])
-        if every:
-            others = every_part(search, [one.found.part])
-        else:
-            others = [r.found.part for r in ranked[k + 1 :] if not same_signature(one.found.part, r.found.part)]
-        own, same = joint_of(search, one.found.part), same_motion(one.found)
-        others = [p for p in others if joint_of(search, p) == own and (p.kind, p.on) not in same]
-        if others:
-            both = run_round(search, search.fitted_again(one.found), others, report_progress, leading=True)
-            for found in [search.fitted_again(r.found) for r in both if not r.why_not][:1]:
-                if best is None or found.cost < best.cost:
-                    best, among_all = found, every
-        if best is not None and at_noise(best):
-            break
-    return best, among_all
-
-
-def _split(search: Search, current: Fit, report_progress: Callable[[float], None] = lambda share: None) -> Fit | None:
-    """The fit with two effects in place of one that is confused with both, if they explain more; else None.
-
-    Only pairs with no more parameters than the one are tried, so that the better fit decides. Example: within a part of
-    a turn, a spring and a constant force look like an unbalanced mass.
-    """
-    here = ForceCriterion(search, current)
-    for k, part in enumerate(current.trial.parts):
-        if len(part.names) < 2 or at_noise(current):
-            continue
-        rest = search.without(current, k)
-        alike = [p for p in every_part(search, rest.trial.parts) if _is_confused(search, part, p)]
-        for one, two in combinations(alike, 2):
-            if _same(one, two) or len(one.names) + len(two.names) > len(part.names):
-                continue
-            for first in fit_candidates(search, rest, [one], report_progress):
-                for both in fit_candidates(search, first, [two], report_progress):
-                    better = both.cost < current.cost - BETTER and runs_prefer(search, both, current)
-                    if better and is_possible(search, both) and not force_prefers(here, ForceCriterion(search, both)):
-                        return search.fitted_again(both)
-    return None
-
-
-def _is_confused(search: Search, one: Part, other: Part) -> bool:
-    """Whether the catalogue lists two effects on the same coordinate as having a similar signature."""
-    here, there = (p.effect.coordinate(search.system, p.place) for p in (one, other))
-    return here == there and bool(separating_experiment(one.kind, other.kind))
-
-
-def _in_simplest_forms(search: Search, current: Fit, rivals: list[Ranked]) -> tuple[Fit, list[Ranked]]:
-    """The fit with each effect at the joint of the last one in its simplest form that fits as well with all the others.
-
-    Each form was chosen before the later effects were found. Examples: a backlash with a gap of 1e-15 rad is a
-    compliance; viscous friction whose slope falls with speed may be a line once a spring is found. A simpler kind is
-    then removed from the rivals. A parameter of the other form starts from the one with its unit.
-    """
-    trial, (moved, values) = current.trial, current.values
-    if len(trial.parts) < 2:
-        return current, rivals
-    for k, part in enumerate(trial.parts):
-        own = {p.unit: values[k][p.name] for p in part.effect.parameters}
-        here = joint_of(search, part) == joint_of(search, trial.parts[-1])
-        for form in simpler_forms(part) if here else []:
-            simpler = part_of(form, part.place, search.system)
-            parts = [simpler if p is part else p for p in trial.parts]
-            start = {p.name: values[k].get(p.name, own.get(p.unit, 1.0)) for p in form.parameters}
-            other = search.with_parts(current, moved, parts, [*values[:k], start, *values[k + 1 :]])
-            if other.cost <= current.cost + FORM_GAIN:
-                return _in_simplest_forms(search, other, [r for r in rivals if not _same(r.found.part, simpler)])
-    return current, rivals
-
-
-def worth_it(search: Search, fit: Fit, richer: Fit, candidates: int) -> bool:
-    """Whether free runs credit the fit with more effects, which explains at least ``FURTHER`` of the remaining loss."""
-    much = explained_share(search, fit, richer) >= credit.FURTHER
-    return much and credible(search, fit, richer, candidates)
-
-
-def pruned(search: Search, fit: Fit, candidates: int, spared: int = 0) -> Fit:
-    """Backward elimination of effects that free runs do not credit; the last ``spared`` stay."""
-    for k in range(len(fit.trial.parts) - 1 - spared, -1, -1):
-        if len(fit.trial.parts) > 1:
-            without = search.without(fit, k)
-            fit = fit if worth_it(search, without, fit, candidates) else without
-    return fit
-
-
-def _pruned_with_rivals(search: Search, current: Fit, rivals: list[Ranked]) -> tuple[Fit, list[Ranked]]:
-    """Backward elimination; if the first effect is removed, so are its rivals."""
-    leader, kept = current.trial.parts[0], pruned(search, current, 1)
-    return kept, rivals if _same(leader, kept.trial.parts[0]) else []
-
-
-def still_credited(search: Search, base: Fit, current: Fit, rivals: Sequence[Ranked]) -> tuple[Fit, list[Ranked]]:
-    """A fit in which effects were replaced or removed, with its rivals; the refit if the fit is not credited.
-
-    Each effect may be needed in addition to the others although all together predict no better than the refit. A rival
-    that was tried in addition to an effect is no rival of a single effect.
-    """
-    if not is_credited(search, base, current):
-        return base, []
-    alone = len(current.trial.parts) == 1
-    return current, [r for r in rivals if not alone or len(r.found.trial.parts) == 1]
-
-
-def is_credited(search: Search, base: Fit, fit: Fit) -> bool:
-    """Whether free runs credit a fit over the refit, among all candidates of the first round, fitted or not."""
-    return credible(search, base, fit, hypotheses(every_part(search, base.trial.parts)))
-
-
-def nothing_left(fit: Fit) -> bool:
-    """Whether the search ends: only noise is left, or less than the smallest effect changes."""
-    return at_noise(fit) or credit.is_negligible(fit)
-
-
-def at_noise(fit: Fit) -> bool:
-    """Whether a model leaves only the noise of the positions."""
-    return bool(fit.held_out_losses.sum() <= (1 + credit.AT_NOISE) * noise_loss(fit))
-
-
-def _reconsidered(
-    search: Search,
-    current: Fit,
-    rivals: Sequence[Ranked] | None,
-    among_all: bool = True,
-    report_progress: Callable[[float], None] = lambda share: None,
-) -> tuple[Fit, list[Ranked]]:
-    """Compare each effect with its possible replacements, the others kept (stepwise selection with replacement).
-
-    Args:
-        rivals: of the first effect by the first round; None if they are unknown, as for a pair.
-        among_all: whether the last effect was chosen among all candidates with the others kept, as replacements are.
-
-    Returns:
-        The better fit, and the rivals that still tie with its first effect. If only a later effect has rivals, it is
-        put first.
-    """
-    for _ in range(MOST_EFFECTS):
-        leader = current.trial.parts[0]
-        better, tied = _swapped(search, current, rivals, among_all, report_progress)
-        if better is None:
-            k = min(tied, default=0)
-            return (_put_first(search, current, k) if k else current), tied.get(k, [])
-        current, among_all = better, True
-        if rivals and not _same(leader, current.trial.parts[0]):
-            rivals = []
-    return current, []
-
-
-def _swapped(
-    search: Search,
-    current: Fit,
-    rivals: Sequence[Ranked] | None,
-    among_all: bool = True,
-    report_progress: Callable[[float], None] = lambda share: None,
-) -> tuple[Fit | None, dict[int, list[Ranked]]]:
-    """The fit with one effect replaced (the new one is last), or None; and index of an effect → rivals that tie.
-
-    If the first round has rivals of the first effect, only these are tested.
-    """
-    tied: dict[int, list[Ranked]] = {}
-    parts, here = current.trial.parts, ForceCriterion(search, current)
-    for k in range(len(parts)):
-        others = _others(search, parts, k, among_all)
-        if not others:
-            continue
-        without = search.without(current, k)
-        tried = fit_candidates(search, without, others, report_progress, current)
-        good = [f for f in tried if is_possible(search, f) and matters(search, f, without)]
-        good = in_simplest_forms([f for f in good if not _refused_by_force(search, without, f)])
-        better = (f for f in good if f.cost < current.cost - BETTER and not _force_speaks_for(here, f))
-        simpler = (f for f in good if _is_as_good_and_simpler(here, f, parts[k]))
-        best = nearest_of_equal(search, better) or nearest_of_equal(search, simpler)
-        if best is not None:
-            return search.fitted_again(best), {}
-        own = (f for f in good if CATALOGUE[f.part.kind].extends != parts[k].kind)
-        own = (f for f in own if not is_no_better_form(f, current, parts[k]))
-        as_it_is = as_replacement(search, current, without)
-        same = [f for f in own if tied_by_free_runs(search, as_it_is, as_replacement(search, f, without))]
-        if k or rivals is None:
-            most = most_left(current)
-            alike = (f for f in same if not force_prefers(here, ForceCriterion(search, f), most))
-            alike = (f for f in alike if not tolerances_prefer(search, current, f))
-            tied[k] = [as_replacement(search, f, without) for f in alike]
-        else:
-            tied[k] = [r for r in rivals if any(_same(f.part, r.found.part) for f in same)]
-    return None, {k: found for k, found in tied.items() if found}
-
-
-def _is_as_good_and_simpler(here: ForceCriterion, found: Fit, part: Part) -> bool:
-    """Whether a replacement has fewer parameters than the effect ``part``, and neither criterion prefers that effect.
-
-    Example: a load that a damper hardly moves is an inertia error and viscous friction, two effects in one.
-    """
-    search, current = here.search, here.fit
-    if len(found.part.names) >= len(part.names) or found.cost > current.cost + FORM_GAIN:
-        return False
-    return not runs_prefer(search, current, found) and not force_prefers(here, ForceCriterion(search, found))
-
-
-def _force_speaks_for(here: ForceCriterion, found: Fit) -> bool:
-    """Whether the force residual prefers the present effects to a replacement far from the noise."""
-    return not credit.near_noise(found) and force_prefers(here, ForceCriterion(here.search, found), 1 / CLOSE)
-
-
-def _refused_by_force(search: Search, without: Fit, found: Fit) -> bool:
-    """Whether the force residual contradicts a replacement."""
-    before, after = ForceCriterion(search, without), ForceCriterion(search, found)
-    return bool(corrects_a_form(before, after) or contradicted_by_force(before, after))
-
-
-def _largest_first(search: Search, fit: Fit) -> Fit:
-    """The fit with the effect of the largest force first; unchanged without effects, or with one that adds states."""
-    trial = fit.trial
-    if not trial.parts or hidden_states(trial.changed) > hidden_states(trial.system):
-        return fit
-    sizes = [force_share(search, p, v) for p, v in zip(trial.parts, fit.values[1], strict=True)]
-    k = max(range(len(sizes)), key=sizes.__getitem__)
-    return _put_first(search, fit, k) if k else fit
-
-
-def _put_first(search: Search, fit: Fit, k: int) -> Fit:
-    """The fit with its k-th effect before the others."""
-    moved, found = fit.values
-    order = sorted(range(len(found)), key=lambda j: j != k)
-    return search.with_parts(fit, moved, [fit.trial.parts[j] for j in order], [found[j] for j in order])
-
-
-def as_replacement(search: Search, found: Fit, without: Fit) -> Ranked:
-    """A replacement with its evidence over the fit without it."""
-    before, after = where_they_differ(search, without, found)
-    ratio = noise_ratio(after) / noise_ratio(before)
-    return Ranked(found, nested_evidence_of(before, after), ratio, float("nan"), "")
-
-
-def _others(search: Search, parts: Sequence[Part], k: int, among_all: bool = True) -> list[Part]:
-    """Possible replacements of effect ``k``; of a last one chosen ``among_all``, only those confused with it."""
-    rest = [p for j, p in enumerate(parts) if j != k]
-    same = {(parts[k].kind, parts[k].on), *twins_of(parts[k].effect, search.system, parts[k].place)}
-    possible = [p for p in every_part(search, rest) if (p.kind, p.on) not in same]
-    possible = [p for p in possible if joint_of(search, p) == joint_of(search, parts[k])]
-    if k < len(parts) - 1 or not among_all:
-        return possible
-    alike = {c.other for c in CATALOGUE[parts[k].kind].confused_with}
-    return [p for p in possible if kinds_of(p.kind) & alike]
-
-
-def _same(one: Part, other: Part) -> bool:
-    return (one.kind, one.on) == (other.kind, other.on)
 
 
 def common_effects(search: Search, outcome: Outcome) -> tuple[Search, Outcome] | None:
@@ -640,14 +323,3 @@ def common_effects(search: Search, outcome: Outcome) -> tuple[Search, Outcome] |
     if not is_credited(search, base, common):
         return None
     return search, replace(outcome, base=base).with_final(search, common, ())
-
-
-def explained_share(search: Search, base: Fit, final: Fit) -> float:
-    """Share of the squared residual removed, or share of the loss above noise removed, whichever is larger."""
-    if final is base:
-        return 0.0
-    soft, before = search.with_noise_floor(base)
-    before, after = where_they_differ(search, before, soft.fitted_again(final))
-    one = evidence_of(before, after, floored=False)
-    excess = float(before.held_out_losses.sum()) - noise_loss(before)
-    return max(one.share, one.gain / excess if excess > 0 else 0.0)

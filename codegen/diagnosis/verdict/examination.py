@@ -20,8 +20,9 @@ from codegen.diagnosis.fit.residual import Problem, drive_shares
 from codegen.diagnosis.fit.search import Search, joint_of, tolerances_away
 from codegen.diagnosis.fit.trial import Part, in_unit, part_of, with_effects, with_values
 from codegen.diagnosis.results import ErrorFigures, Fact, FoundEffect, Remainder, Verdict
+from codegen.diagnosis.selection.crediting import is_credited
 from codegen.diagnosis.selection.force_fits import ForceFits
-from codegen.diagnosis.selection.forward_selection import Outcome, is_credited
+from codegen.diagnosis.selection.forward_selection import Outcome
 from codegen.diagnosis.selection.ranking import Ranked, less_probable
 from codegen.diagnosis.selection.significance import dispersion
 from codegen.diagnosis.verdict.admission import (

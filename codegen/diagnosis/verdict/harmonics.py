@@ -22,7 +22,8 @@ from codegen.diagnosis.fit.search import Search
 from codegen.diagnosis.fit.signals import low_pass
 from codegen.diagnosis.fit.trial import Part, part_of
 from codegen.diagnosis.selection.candidate_fits import NEAR, SHORTEST
-from codegen.diagnosis.selection.forward_selection import Outcome, at_noise, explained_share, pruned, worth_it
+from codegen.diagnosis.selection.crediting import at_noise, explained_share, pruned, worth_it
+from codegen.diagnosis.selection.forward_selection import Outcome
 from codegen.diagnosis.selection.ranking import Ranked, credible
 from codegen.diagnosis.selection.refusals import relative_size
 from codegen.diagnosis.selection.significance import chance

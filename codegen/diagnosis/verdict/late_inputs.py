@@ -22,7 +22,7 @@ from codegen.diagnosis.fit.output_error import Fit, segment_cost
 from codegen.diagnosis.fit.search import Search
 from codegen.diagnosis.fit.shooting import hidden_states
 from codegen.diagnosis.fit.trial import model_of
-from codegen.diagnosis.selection.forward_selection import BETTER
+from codegen.diagnosis.selection.crediting import BETTER
 from codegen.logs.uniform import earlier
 
 

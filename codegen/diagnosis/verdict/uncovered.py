@@ -14,7 +14,8 @@ from codegen.diagnosis.evidence.reservations import objections
 from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.search import Search
 from codegen.diagnosis.results import Fact
-from codegen.diagnosis.selection.forward_selection import BETTER, Outcome
+from codegen.diagnosis.selection.crediting import BETTER
+from codegen.diagnosis.selection.forward_selection import Outcome
 from codegen.diagnosis.selection.ranking import Ranked, force_prefers, same_signature
 from codegen.diagnosis.verdict.answer import Answer
 

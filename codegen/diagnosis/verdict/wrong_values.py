@@ -26,7 +26,8 @@ from codegen.diagnosis.fit.residual import Problem, evaluate_forces, inverse_dyn
 from codegen.diagnosis.fit.search import Search, tolerances_away
 from codegen.diagnosis.fit.trial import in_unit, with_effects, with_values
 from codegen.diagnosis.results import Fact, FoundEffect
-from codegen.diagnosis.selection.forward_selection import BETTER, Outcome
+from codegen.diagnosis.selection.crediting import BETTER
+from codegen.diagnosis.selection.forward_selection import Outcome
 from codegen.diagnosis.verdict.admission import Measured, is_shown_worse
 from codegen.diagnosis.verdict.answer import Answer
 from codegen.mechanics.system import System

@@ -1,0 +1,218 @@
+"""Stepwise selection with replacement: each effect against others in its place, simplest forms, and their order."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from codegen.diagnosis.evidence.force_gain import ForceCriterion
+from codegen.diagnosis.evidence.score_test import nested_evidence_of
+from codegen.diagnosis.fit import credit
+from codegen.diagnosis.fit.credit import noise_ratio
+from codegen.diagnosis.fit.output_error import Fit
+from codegen.diagnosis.fit.search import Search, joint_of, where_they_differ
+from codegen.diagnosis.fit.shooting import hidden_states
+from codegen.diagnosis.fit.trial import Part, part_of
+from codegen.diagnosis.selection.candidate_fits import (
+    FORM_GAIN,
+    every_part,
+    fit_candidates,
+    in_simplest_forms,
+    simpler_forms,
+)
+from codegen.diagnosis.selection.crediting import BETTER, MOST_EFFECTS, are_same, pruned_with_rivals, still_credited
+from codegen.diagnosis.selection.ranking import (
+    CLOSE,
+    Ranked,
+    force_prefers,
+    is_no_better_form,
+    most_left,
+    nearest_of_equal,
+    runs_prefer,
+    tied_by_free_runs,
+    tolerances_prefer,
+)
+from codegen.diagnosis.selection.refusals import (
+    contradicted_by_force,
+    corrects_a_form,
+    force_share,
+    is_possible,
+    matters,
+)
+from codegen.effects import CATALOGUE
+from codegen.effects.register import kinds_of, twins_of
+
+
+def judged_together(
+    search: Search,
+    base: Fit,
+    current: Fit,
+    rivals: list[Ranked],
+    paired: bool,
+    among_all: bool,
+    report_progress: Callable[[float], None] = lambda share: None,
+) -> tuple[Fit, list[Ranked]]:
+    """Several effects judged together, which rounds found one after another, and the rivals of the first of them.
+
+    Each may be replaced or removed, and is taken in its simplest form.
+
+    Args:
+        paired: whether the effects were found as a pair, so that rivals of the first one are unknown.
+        among_all: as of ``reconsidered``.
+    """
+    if len(current.trial.parts) < 2:
+        return current, rivals
+    current, rivals = reconsidered(search, current, None if paired else rivals, among_all, report_progress)
+    current, rivals = pruned_with_rivals(search, current, rivals)
+    current, rivals = with_simplest_effects(search, current, rivals)  # also of an effect that replaced another
+    current, rivals = still_credited(search, base, current, rivals)
+    return current if rivals else largest_first(search, current), rivals
+
+
+def reconsidered(
+    search: Search,
+    current: Fit,
+    rivals: Sequence[Ranked] | None,
+    among_all: bool = True,
+    report_progress: Callable[[float], None] = lambda share: None,
+) -> tuple[Fit, list[Ranked]]:
+    """Compare each effect with its possible replacements, the others kept (stepwise selection with replacement).
+
+    Args:
+        rivals: of the first effect by the first round; None if they are unknown, as for a pair.
+        among_all: whether the last effect was chosen among all candidates with the others kept, as replacements are.
+
+    Returns:
+        The better fit, and the rivals that still tie with its first effect. If only a later effect has rivals, it is
+        put first.
+    """
+    for _ in range(MOST_EFFECTS):
+        leader = current.trial.parts[0]
+        better, tied = swapped(search, current, rivals, among_all, report_progress)
+        if better is None:
+            k = min(tied, default=0)
+            return (put_first(search, current, k) if k else current), tied.get(k, [])
+        current, among_all = better, True
+        if rivals and not are_same(leader, current.trial.parts[0]):
+            rivals = []
+    return current, []
+
+
+def swapped(
+    search: Search,
+    current: Fit,
+    rivals: Sequence[Ranked] | None,
+    among_all: bool = True,
+    report_progress: Callable[[float], None] = lambda share: None,
+) -> tuple[Fit | None, dict[int, list[Ranked]]]:
+    """The fit with one effect replaced (the new one is last), or None; and index of an effect → rivals that tie.
+
+    If the first round has rivals of the first effect, only these are tested.
+    """
+    tied: dict[int, list[Ranked]] = {}
+    parts, here = current.trial.parts, ForceCriterion(search, current)
+    for k in range(len(parts)):
+        others = possible_replacements(search, parts, k, among_all)
+        if not others:
+            continue
+        without = search.without(current, k)
+        tried = fit_candidates(search, without, others, report_progress, current)
+        good = [f for f in tried if is_possible(search, f) and matters(search, f, without)]
+        good = in_simplest_forms([f for f in good if not _refused_by_force(search, without, f)])
+        better = (f for f in good if f.cost < current.cost - BETTER and not force_speaks_for(here, f))
+        simpler = (f for f in good if _is_as_good_and_simpler(here, f, parts[k]))
+        best = nearest_of_equal(search, better) or nearest_of_equal(search, simpler)
+        if best is not None:
+            return search.fitted_again(best), {}
+        own = (f for f in good if CATALOGUE[f.part.kind].extends != parts[k].kind)
+        own = (f for f in own if not is_no_better_form(f, current, parts[k]))
+        as_it_is = as_replacement(search, current, without)
+        same = [f for f in own if tied_by_free_runs(search, as_it_is, as_replacement(search, f, without))]
+        if k or rivals is None:
+            most = most_left(current)
+            alike = (f for f in same if not force_prefers(here, ForceCriterion(search, f), most))
+            alike = (f for f in alike if not tolerances_prefer(search, current, f))
+            tied[k] = [as_replacement(search, f, without) for f in alike]
+        else:
+            tied[k] = [r for r in rivals if any(are_same(f.part, r.found.part) for f in same)]
+    return None, {k: found for k, found in tied.items() if found}
+
+
+def possible_replacements(search: Search, parts: Sequence[Part], k: int, among_all: bool = True) -> list[Part]:
+    """Possible replacements of effect ``k``; of a last one chosen ``among_all``, only those confused with it."""
+    rest = [p for j, p in enumerate(parts) if j != k]
+    same = {(parts[k].kind, parts[k].on), *twins_of(parts[k].effect, search.system, parts[k].place)}
+    possible = [p for p in every_part(search, rest) if (p.kind, p.on) not in same]
+    possible = [p for p in possible if joint_of(search, p) == joint_of(search, parts[k])]
+    if k < len(parts) - 1 or not among_all:
+        return possible
+    alike = {c.other for c in CATALOGUE[parts[k].kind].confused_with}
+    return [p for p in possible if kinds_of(p.kind) & alike]
+
+
+def as_replacement(search: Search, found: Fit, without: Fit) -> Ranked:
+    """A replacement with its evidence over the fit without it."""
+    before, after = where_they_differ(search, without, found)
+    ratio = noise_ratio(after) / noise_ratio(before)
+    return Ranked(found, nested_evidence_of(before, after), ratio, float("nan"), "")
+
+
+def _is_as_good_and_simpler(here: ForceCriterion, found: Fit, part: Part) -> bool:
+    """Whether a replacement has fewer parameters than the effect ``part``, and neither criterion prefers that effect.
+
+    Example: a load that a damper hardly moves is an inertia error and viscous friction, two effects in one.
+    """
+    search, current = here.search, here.fit
+    if len(found.part.names) >= len(part.names) or found.cost > current.cost + FORM_GAIN:
+        return False
+    return not runs_prefer(search, current, found) and not force_prefers(here, ForceCriterion(search, found))
+
+
+def force_speaks_for(here: ForceCriterion, found: Fit) -> bool:
+    """Whether the force residual prefers the present effects to a replacement far from the noise."""
+    return not credit.near_noise(found) and force_prefers(here, ForceCriterion(here.search, found), 1 / CLOSE)
+
+
+def _refused_by_force(search: Search, without: Fit, found: Fit) -> bool:
+    """Whether the force residual contradicts a replacement."""
+    before, after = ForceCriterion(search, without), ForceCriterion(search, found)
+    return bool(corrects_a_form(before, after) or contradicted_by_force(before, after))
+
+
+def with_simplest_effects(search: Search, current: Fit, rivals: list[Ranked]) -> tuple[Fit, list[Ranked]]:
+    """The fit with each effect at the joint of the last one in its simplest form that fits as well with all the others.
+
+    Each form was chosen before the later effects were found. Examples: a backlash with a gap of 1e-15 rad is a
+    compliance; viscous friction whose slope falls with speed may be a line once a spring is found. A simpler kind is
+    then removed from the rivals. A parameter of the other form starts from the one with its unit.
+    """
+    trial, (moved, values) = current.trial, current.values
+    if len(trial.parts) < 2:
+        return current, rivals
+    for k, part in enumerate(trial.parts):
+        own = {p.unit: values[k][p.name] for p in part.effect.parameters}
+        here = joint_of(search, part) == joint_of(search, trial.parts[-1])
+        for form in simpler_forms(part) if here else []:
+            simpler = part_of(form, part.place, search.system)
+            parts = [simpler if p is part else p for p in trial.parts]
+            start = {p.name: values[k].get(p.name, own.get(p.unit, 1.0)) for p in form.parameters}
+            other = search.with_parts(current, moved, parts, [*values[:k], start, *values[k + 1 :]])
+            if other.cost <= current.cost + FORM_GAIN:
+                return with_simplest_effects(search, other, [r for r in rivals if not are_same(r.found.part, simpler)])
+    return current, rivals
+
+
+def largest_first(search: Search, fit: Fit) -> Fit:
+    """The fit with the effect of the largest force first; unchanged without effects, or with one that adds states."""
+    trial = fit.trial
+    if not trial.parts or hidden_states(trial.changed) > hidden_states(trial.system):
+        return fit
+    sizes = [force_share(search, p, v) for p, v in zip(trial.parts, fit.values[1], strict=True)]
+    k = max(range(len(sizes)), key=sizes.__getitem__)
+    return put_first(search, fit, k) if k else fit
+
+
+def put_first(search: Search, fit: Fit, k: int) -> Fit:
+    """The fit with its k-th effect before the others."""
+    moved, found = fit.values
+    order = sorted(range(len(found)), key=lambda j: j != k)
+    return search.with_parts(fit, moved, [fit.trial.parts[j] for j in order], [found[j] for j in order])
