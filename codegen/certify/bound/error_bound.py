@@ -13,7 +13,7 @@ the C in rationals.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any
@@ -168,52 +168,97 @@ def error_bounds(
     if sums is None:
         return f"the error has not decayed after {LONGEST} samples, the most that are summed"
     bounds = steady_bounds(response, sums, sizes)
-    n, h = system.degrees_of_freedom, float(observer.sample_time)
     steady = [b.bound for b in bounds]
     other_bounds = {cause: steady_bounds(response, sums, size) for cause, size in other_sizes.items()}
-    largest = [x for x in largest_friction(spec, observer) if x is not None]
     # ``disturbances`` has a bound for each contact, so each has a slope.
     slides = [s for s in (sliding(observer, contact) for contact in system.contacts) if s is not None]
-    levels = [s.level for s in slides]
-    _, gamma, rows, columns = lyapunov_tail(certificate)
-    reach = np.outer(rows, columns) * (1 + ROUNDING)
-    domain: DomainBound | str | None = None
-    tolerated: dict[str, float] = {}
-    if observer.domain is not None:
-        inside = _bounds_in_domain(observer, response, sums, reach, gamma, observer.domain.samples)
-        domain = inside(sizes)
-        tolerated = {cause: _tolerated(spec, observer, response, OFF[cause], inside) for cause in other_sizes}
-    best_rate = certificate.best_rate or certificate.decay_rate
-    counts = [math.ceil(share / best_rate / h) for share in SHARES]
-    # The true friction jumps at a reversal by twice the level where sliding begins.
-    jumps = {j: 2 * float(of_friction(observer, e, levels)) for j, e in list(enumerate(observer.errors))[n:]}
-    together = [j for j in jumps if observer.errors[j].contact is None]  # a contact may act on several coordinates
+    largest = [x for x in largest_friction(spec, observer) if x is not None]
+    of_friction_errors = list(enumerate(observer.errors))[system.degrees_of_freedom :]
+    levels = {i: float(of_friction(observer, e, [s.level for s in slides])) for i, e in of_friction_errors}
+    starts = _at_reversal(observer, steady, levels)
+    after = _after_reversal(observer, response, certificate, steady, starts)
     speeds = _slip_speeds(observer, steady, slides)
-    result = []
-    for i, error in list(enumerate(observer.errors))[n:]:
-        start = [s + (jumps[j] if j in (i, *together) else 0.0) for j, s in enumerate(steady)]
+    domain, tolerated = _in_domain(spec, observer, response, certificate, sums, sizes, [*other_sizes])
+    return tuple(
+        ErrorBound(
+            name=error.symbol.name,
+            unit=error.unit,
+            steady=steady[i],
+            parts=bounds[i].parts,
+            start=starts[i][i],
+            starts=starts[i],
+            after=after[i],
+            worst=bounds[i].worst,
+            slip_speeds=speeds,
+            domain=domain,
+            percent={cause: b[i].bound - steady[i] for cause, b in other_bounds.items()},
+            largest_model_error=tolerated,
+            largest=float(of_friction(observer, error, largest)) if len(largest) == len(slides) else None,
+            level=levels[i],
+            without_noise=tuple(x.name for x in system.positions if f"{x}_noise" not in spec.envelope),
+        )
+        for i, error in of_friction_errors
+    )
+
+
+def _at_reversal(
+    observer: Observer, steady: Sequence[float], levels: Mapping[int, float]
+) -> dict[int, tuple[float, ...]]:
+    """Index of a friction error → bound on |error| of each component just after a reversal, at which that one jumps.
+
+    The true friction jumps there by twice the level where sliding begins. A contact may act on several coordinates, so
+    errors that are of coordinates jump together.
+
+    Args:
+        steady: bound on each error component in the long run.
+        levels: index of a friction error → the level.
+    """
+    together = [j for j in levels if observer.errors[j].contact is None]
+    return {i: tuple(s + (2 * levels[j] if j in (i, *together) else 0.0) for j, s in enumerate(steady)) for i in levels}
+
+
+def _after_reversal(
+    observer: Observer,
+    response: Response,
+    certificate: Certificate,
+    steady: Sequence[float],
+    starts: Mapping[int, tuple[float, ...]],
+) -> dict[int, tuple[tuple[float, float], ...]]:
+    """Index of a friction error → (seconds since a reversal, bound on that error), at 0 and at ``SHARES`` of 1/α."""
+    h, best_rate = float(observer.sample_time), certificate.best_rate or certificate.decay_rate
+    counts = [math.ceil(share / best_rate / h) for share in SHARES]
+    reach, gamma = _reach(certificate)
+    after = {}
+    for i, start in starts.items():
         falling = _decay_of_start(response, i, np.array(start), counts, reach[i], gamma)
         later = [(k * h, left * (1 + ROUNDING) + steady[i]) for k, left in zip(counts, falling, strict=True)]
-        result.append(
-            ErrorBound(
-                name=error.symbol.name,
-                unit=error.unit,
-                steady=steady[i],
-                parts=bounds[i].parts,
-                start=start[i],
-                starts=tuple(start),
-                after=((0.0, start[i]), *later),
-                worst=bounds[i].worst,
-                slip_speeds=speeds,
-                domain=domain,
-                percent={cause: b[i].bound - steady[i] for cause, b in other_bounds.items()},
-                largest_model_error=tolerated,
-                largest=float(of_friction(observer, error, largest)) if len(largest) == len(levels) else None,
-                level=jumps[i] / 2,
-                without_noise=tuple(x.name for x in system.positions if f"{x}_noise" not in spec.envelope),
-            )
-        )
-    return tuple(result)
+        after[i] = ((0.0, start[i]), *later)
+    return after
+
+
+def _in_domain(
+    spec: Spec,
+    observer: Observer,
+    response: Response,
+    certificate: Certificate,
+    sums: Sums,
+    sizes: Sizes,
+    causes: Sequence[str],
+) -> tuple[DomainBound | str | None, dict[str, float]]:
+    """Bounds in the observer's domain, or why there are none, and cause → the model error up to which there are.
+
+    Without a domain: None, and no causes.
+    """
+    if observer.domain is None:
+        return None, {}
+    inside = _bounds_in_domain(observer, response, sums, *_reach(certificate), observer.domain.samples)
+    return inside(sizes), {cause: _tolerated(spec, observer, response, OFF[cause], inside) for cause in causes}
+
+
+def _reach(certificate: Certificate) -> tuple[Any, float]:
+    """(R, γ) with |(Φ^k)_ij| ≤ γ^k R_ij; rounded up."""
+    _, gamma, rows, columns = lyapunov_tail(certificate)
+    return np.outer(rows, columns) * (1 + ROUNDING), gamma
 
 
 def _slip_speeds(observer: Observer, steady: Sequence[float], slides: Sequence[Sliding]) -> tuple[SlipSpeed, ...]:
