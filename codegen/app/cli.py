@@ -16,6 +16,7 @@ from typing import Any, NoReturn
 
 from codegen.base.errors import TRACEBACK, BadInput, InternalError
 from codegen.base.interrupt import interrupted, interrupts_noted
+from codegen.base.python_words import within
 
 INTERNAL, INTERRUPTED = 70, 130
 MOST_FAULTS = 20
@@ -33,7 +34,7 @@ def main() -> None:
         )  # a file name may be no text, a screen lack a sign
     traced = bool(os.environ.get(TRACEBACK))
     try:
-        with interrupts_noted():
+        with interrupts_noted(), within():
             try:
                 if (status := _verified(sys.argv[1:])) is not None:
                     sys.exit(status)

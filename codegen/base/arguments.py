@@ -40,8 +40,10 @@ def refuse_wrong_arguments(work: Callable[..., object], given: tuple[object, ...
     try:
         bound = signature.bind(*given, **named)
     except TypeError as error:
-        known = "" if "missing" in str(error) else _known(signature, named)
-        raise TypeError(f"{work.__name__}(): {error}{known}") from None
+        unknown = next((n for n in named if n not in signature.parameters), None)
+        known = _known(signature, unknown) if unknown or "missing" not in str(error) else ""
+        words = f"got an unexpected keyword argument {unknown!r}" if unknown else error
+        raise TypeError(f"{work.__name__}(): {words}{known}") from None
     try:
         hints = get_type_hints(work)
     except NameError:  # of a type that is imported for the type checker alone
@@ -51,10 +53,13 @@ def refuse_wrong_arguments(work: Callable[..., object], given: tuple[object, ...
             raise BadInput(f"{work.__name__}(): `{name}`", _found(value), _words(hints[name]), code="CALL001")
 
 
-def _known(signature: inspect.Signature, named: Mapping[str, object]) -> str:
-    """The arguments that a verb has, after an unknown one or too many, and the one that was probably meant."""
-    known = [name for name in signature.parameters if name != "source"]
-    unknown = next((name for name in named if name not in signature.parameters), None)
+def _known(signature: inspect.Signature, unknown: str | None) -> str:
+    """The arguments that a verb has, after an unknown one or too many, and the one that was probably meant.
+
+    The first one of most verbs, ``source``, is the machine itself where the verb is a method.
+    """
+    first, *others = signature.parameters
+    known = others if first == "source" else [first, *others]
     nearest = nearest_name(unknown, known) if unknown else None
     meant = f" (did you mean {nearest!r}?)" if nearest else ""
     return f"; it has {', '.join(known) or 'no arguments'}{meant}"

@@ -18,6 +18,7 @@ from typing import Any, ParamSpec, TypeVar
 
 from codegen.base.arguments import refuse_wrong_arguments
 from codegen.base.errors import BadInput, InternalError, Place
+from codegen.base.python_words import in_words_of_caller
 
 Given = ParamSpec("Given")
 Result = TypeVar("Result")
@@ -98,7 +99,7 @@ def verb_that_raises(
             values: Any = [marked.get(id(value), _in_order(value)) for value in given]
             options: Any = {name: marked.get(id(value), _in_order(value)) for name, value in named.items()}
             try:
-                with threadpool_limits(limits=1, user_api="blas"):
+                with threadpool_limits(limits=1, user_api="blas"), in_words_of_caller(work):
                     return work(*values, **options)
             except _RaisedByCaller as told:
                 if told.given not in marked.values():

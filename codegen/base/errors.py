@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from difflib import SequenceMatcher
@@ -67,8 +67,17 @@ class BadInput(Exception):
         self.others: tuple[BadInput, ...] = ()
         self.place = place if isinstance(place, Place) else Place(place)
         self.found, self.expected, self.nearest, self.about, self.code = found, expected, nearest, about, code
-        message = f"{self.place}: {brief(found)}; expected {brief(expected, 3 * LONGEST_PART)}"
-        super().__init__(f"{message} (did you mean {brief(nearest)!r}?)" if nearest else message)
+        super().__init__(self._message)
+
+    @property
+    def _message(self) -> str:
+        message = f"{self.place}: {brief(self.found)}; expected {brief(self.expected, 3 * LONGEST_PART)}"
+        return f"{message} (did you mean {brief(self.nearest)!r}?)" if self.nearest else message
+
+    def reword(self, placed: Callable[[Place], Place], said: Callable[[str], str]) -> None:
+        """Change the place, and the words of what was found and expected."""
+        self.place, self.found, self.expected = placed(self.place), said(self.found), said(self.expected)
+        self.args = (self._message,)
 
     @property
     def parts(self) -> dict[str, str | int | None]:

@@ -294,7 +294,7 @@ def test_choices_of_the_command_change_the_code_and_share_the_mechanics(one: api
     single = one.with_overrides(api.Overrides(precision="single"))
     assert single.system is one.system and one.with_overrides(None) is one
     assert "float x;" in single.sources["one_mass.h"] and "double x;" in one.sources["one_mass.h"]
-    with pytest.raises(api.BadInput, match="--precision"):
+    with pytest.raises(api.BadInput, match="`precision`"):
         one.generate(overrides=api.Overrides(precision="half"))
 
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import sympy
 
-from codegen.base.errors import BadInput, refuse_unknown
+from codegen.base.errors import BadInput, Place, refuse_unknown
 from codegen.observers import Observer, build_observer
 from codegen.spec.expression import exact_number
 from codegen.spec.free_gains import GainEntry, at_middle, free_entries, gain_entries, with_gains
@@ -129,11 +129,14 @@ def chosen_axes(names: Sequence[str], axes: Sequence[GainAxis], observer: Observ
     known = {a.name: a for a in (*axes, sample_time_axis(observer))}
     for name in names:
         expected = f"two of {', '.join(known)}"
-        refuse_unknown(name, known, f"{spec.path}: --over", "unknown gain", expected, code="CALL001")
+        refuse_unknown(name, known, Place(str(spec.path), key="--over"), "unknown gain", expected, code="CALL001")
     picked = list(dict.fromkeys(names))
     if names and len(picked) != 2:
         raise BadInput(
-            f"{spec.path}: --over", f"`{' '.join(names)}`", f"two different of {', '.join(known)}", code="CALL002"
+            Place(str(spec.path), key="--over"),
+            f"`{' '.join(names)}`",
+            f"two different of {', '.join(known)}",
+            code="CALL002",
         )
     pair = picked or list(known)[:2]
     return known[pair[0]], known[pair[1]]

@@ -1,0 +1,118 @@
+"""Messages of a verb that is called from Python: its arguments in place of the command's options.
+
+A message is written for the command, ``--plant: …``. Where no command is running, the outermost verb rewrites it:
+``simulate(): `plant`: …``, and ``columns={"x": "…"}`` for ``--column x=…``. A whole command in quotes, such as
+```stiction gains axis.yaml```, is left as it is.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import fields, is_dataclass
+from inspect import signature
+from typing import Any, get_args, get_type_hints
+
+from codegen.base.errors import BadInput, Place
+
+_WITHIN: ContextVar[bool] = ContextVar("within", default=False)
+"""Whether a command or another verb is running, so that a verb's message is not for a caller from Python."""
+_OTHER_NAMES = {"fmi": "version", "from": "source", "check": "check_only"}
+"""Option → argument, where neither is the other or its plural."""
+_QUOTED_COMMAND = r"`stiction [^`]*`"
+_OPTION = re.compile(
+    rf"{_QUOTED_COMMAND}|`--(?P<quoted>[a-z][a-z-]*)(?:[ =](?P<value>[^`]*))?`"
+    r"|(?<![\w-])--(?P<bare>[a-z][a-z-]*)(?: (?P<last>[\w.-]+)(?=$|;))?"
+)
+
+
+@contextmanager
+def within() -> Iterator[bool]:
+    """A context of a command or a verb; whether it is the outermost one."""
+    outermost = not _WITHIN.get()
+    token = _WITHIN.set(True)
+    try:
+        yield outermost
+    finally:
+        _WITHIN.reset(token)
+
+
+@contextmanager
+def in_words_of_caller(work: Callable[..., object]) -> Iterator[None]:
+    """A context in which a verb runs: what it refuses is said in its arguments, unless a command or verb called it."""
+    with within() as outermost:
+        try:
+            yield
+        except BadInput as fault:
+            if outermost:
+                reword(fault, work)
+            raise
+
+
+def reword(fault: BadInput, work: Callable[..., object]) -> None:
+    """Put a verb's arguments in place of the command's options, in a fault and the further ones that it holds.
+
+    Args:
+        work: the verb that was called.
+    """
+    arguments = _arguments(work)
+
+    def placed(place: Place) -> Place:
+        option = re.fullmatch(r"--([a-z-]+)", place.file)
+        name = option[1] if option else place.file.lower() if place.file.isupper() else ""
+        if found := _argument(name, arguments):
+            owner, argument = found
+            return Place(f"{owner}(): `{argument}`", place.line, said(place.key))
+        return Place(place.file, place.line, said(place.key))
+
+    def said(text: str) -> str:
+        return _OPTION.sub(replaced, text)
+
+    def replaced(found: re.Match[str]) -> str:
+        option, value = found["quoted"] or found["bare"], found["value"] or found["last"]
+        known = _argument(option, arguments) if option else None
+        if known is None:
+            return found[0]
+        argument, kind = known[1], arguments[known[1]][1]
+        if value and "=" in value:
+            key, _, column = value.partition("=")
+            given = f'{argument}={{"{key}": "{column}"}}'
+        elif value:
+            given = f'{argument}="{value}"'
+        elif kind is bool:
+            given = f"{argument}=True"
+        else:
+            return f"`{argument}`"
+        return f"`{given}`" if found["quoted"] else given
+
+    for one in (fault, *fault.others):
+        one.reword(placed, said)
+
+
+Arguments = dict[str, tuple[str, Any]]
+"""Argument → the function or class that takes it, and its type."""
+
+
+def _arguments(work: Callable[..., object]) -> Arguments:
+    """The arguments of a verb, and those of the dataclasses that it takes as an argument."""
+    try:
+        hints = get_type_hints(work)
+    except NameError:  # of a type that is imported for the type checker alone
+        hints = {}
+    found: Arguments = {}
+    for name in signature(work).parameters:
+        found[name] = work.__name__, hints.get(name)
+    for hint in hints.values():
+        for kind in get_args(hint):
+            if isinstance(kind, type) and is_dataclass(kind):
+                found = {field.name: (kind.__name__, None) for field in fields(kind)} | found
+    return found
+
+
+def _argument(option: str, arguments: Arguments) -> tuple[str, str] | None:
+    """(function or class, argument) of an option; None where it has no counterpart."""
+    name = option.replace("-", "_")
+    chosen = next((n for n in (name, f"{name}s", _OTHER_NAMES.get(name, "")) if n and n in arguments), None)
+    return (arguments[chosen][0], chosen) if chosen else None
