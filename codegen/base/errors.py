@@ -17,7 +17,7 @@ LONGEST_NUMBER = 25
 LONGEST_PART = 200
 """Characters of where, of what was found, and of the nearest right thing; three times that of what was expected."""
 LIKE = 0.66
-"""Share of the letters that a suggested name has in common with the written one, in their order; two of three do."""
+"""Least share of letters, in their order, that a suggested name has in common with the written one: two of three."""
 
 
 @dataclass(frozen=True)

@@ -169,11 +169,13 @@ class _Claim:
             """Each row alone, or all rows together if there are more than ``FEW`` errors."""
             return [[each] for each in asked] if len(step) <= FEW else [asked]
 
+        # Sets that hold for any friction: of trackers, whose proof has no signs.
         units = [] if proof["signs"] or not friction else sympy.eye(len(step)).tolist()
         every = grouped([(row, None) for row in units]) if units else []
         any_friction_sets = [_set(step, columns, free, group) | {ellipsoid.FRICTION: "any"} for group in every]
         noise = [float(dot(row, self.sizes["noise"])) for row in response.direct.tolist()]
         level_signs, truths = ([e[part] for e in proof["errors"]] for part in ("sign", "truth"))
+        # The largest errors in these sets, from which the bounds after a reversal start.
         whole = [fraction(row[-1]) for ball in any_friction_sets for row in ball["rows"]]
         worst = [
             upwards(float(most + friction.get(truth, 0)) + x, START_DIGITS)
@@ -193,8 +195,10 @@ class _Claim:
             "push": [[d.entry(i) for d in of] for i in range(len(step))],
             "sets": [],
         }
+        # Sets of the long run: rows of the slip velocities and of the friction errors.
         groups = grouped([(row, None) for row in rows] + list(zip(errors, bounds, strict=True)))
         ellipsoids = [(group, _set(step, columns, acting, group)) for group in groups]
+        # Errors right after a reversal: those for any friction, else assumed; of a (G)CFO as ``reversals`` proves them.
         starts = {b.name: worst or [upwards(s, START_DIGITS) for s in b.starts] for b in bounds}
         if friction and level_signs[-1]:
             known = {tuple(row): float(bound) for _, ball in ellipsoids for *row, bound in map(_numbers, ball["rows"])}

@@ -29,7 +29,7 @@ from codegen.thesis.gallery.setting import Setting, with_observer
 
 LETTERS = "abcd"
 PRINTED_NOISE = 0.1
-"""m."""
+"""Position noise that the thesis prints, m."""
 HALF_PERIOD = 1.0
 """s between jumps of the reference."""
 TRANSIENT, SETTLED = 0.4, 0.7
