@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from math import isfinite
 from pathlib import Path
@@ -18,7 +18,7 @@ from codegen.certify.bound.bounds import ErrorBound
 from codegen.certify.outcome import Certificate, Refusal
 from codegen.replay.engine import engine_for
 from codegen.replay.live import Stop, called, is_recorded, live_blocks, pieces
-from codegen.replay.samples import Samples
+from codegen.replay.samples import Block, Samples
 from codegen.replay.watch import Alarm, Limit, Tally, Watch, is_watchable, too_slow
 from codegen.spec.quantity import read_quantity
 
@@ -100,44 +100,22 @@ def watch(
         BadInput: for a bad spec, one without a certified bound, or a log without a usable row.
     """
     machine = derived_from(source)
-    spec, system, program = machine.spec, machine.system, machine.program
     bounds = _usable_bounds(machine)
     period = float(machine.observer.sample_time)
     patience = DWELL if dwell is None else max(round(_seconds(dwell) / period), 1)
-    engine = engine_for(program, machine.sources)
-    watched = Watch(spec, system, program, bounds, engine, period, patience)
-    ended, stop, fault = "the rows ended", Stop(), None
-    notes: list[str] = []
-    samples = None
-    if given is None and is_recorded(log):
-        if follow:
-            found, expected = f"{log}, which is no text", "a CSV file, whose rows are appended"
-            raise BadInput("--follow", found, expected, code="CALL002")
-        samples = Samples(spec, program, period, Path(log), None, columns)
-        blocks = stop.until_requested(samples.whole(None))
-    else:
-        rows = stop.until_requested(_bytes_of(given) if given is not None else pieces(str(log), follow))
-        blocks = live_blocks(spec, program, period, str(log), rows, columns, notes)
-    with on_interrupt(stop.request):
-        try:
-            for block in blocks:
-                for alarm in watched.take(block):
-                    if tell is not None:
-                        tell(alarm)
-        except KeyboardInterrupt:
-            ended = "interrupted"
-        except BadInput as error:
-            if not watched.tally.samples:
-                raise
-            ended, fault = "a row could not be read", error
-    notes = notes if samples is None else list(samples.notes)
+    engine = engine_for(machine.program, machine.sources)
+    watched = Watch(machine.spec, machine.system, machine.program, bounds, engine, period, patience)
+    stop = Stop()
+    blocks, read_notes = _opened(machine, log, columns, follow, given, stop)
+    ended, fault = _run(watched, blocks, stop, tell)
+    notes = [*read_notes()]
     why, useless = watched.uncompared(), None
     if why is not None:
         notes.append(why)
         expected = f"sliding in one direction for more than {watched.settle * period:.4g} s, within the envelope"
         useless = BadInput(Place(called(str(log))), NOTHING, expected, code="LOG015")
     return Watched(
-        spec.name,
+        machine.spec.name,
         watched.limits,
         watched.settle * period,
         patience * period,
@@ -148,6 +126,54 @@ def watch(
         useless,
         tuple(notes),
     )
+
+
+def _opened(
+    machine: Derived,
+    log: str | Path,
+    columns: Mapping[str, str] | None,
+    follow: bool,
+    given: Iterator[bytes] | None,
+    stop: Stop,
+) -> tuple[Iterator[Block], Callable[[], Sequence[str]]]:
+    """The samples of a log in blocks until Ctrl-C, and, once they were read, the notes on how; arguments as ``watch``.
+
+    Raises:
+        BadInput: for ``follow`` with a log that is no text.
+    """
+    spec, program, period = machine.spec, machine.program, float(machine.observer.sample_time)
+    if given is None and is_recorded(log):
+        if follow:
+            found, expected = f"{log}, which is no text", "a CSV file, whose rows are appended"
+            raise BadInput("--follow", found, expected, code="CALL002")
+        samples = Samples(spec, program, period, Path(log), None, columns)
+        return stop.until_requested(samples.whole(None)), lambda: samples.notes
+    notes: list[str] = []
+    rows = stop.until_requested(_bytes_of(given) if given is not None else pieces(str(log), follow))
+    return live_blocks(spec, program, period, str(log), rows, columns, notes), lambda: notes
+
+
+def _run(
+    watched: Watch, blocks: Iterator[Block], stop: Stop, tell: Callable[[Alarm], None] | None
+) -> tuple[str, BadInput | None]:
+    """Run the observer over all blocks; how they ended, in words, and the error that ended them, if it was one.
+
+    Raises:
+        BadInput: for an error before the first sample.
+    """
+    with on_interrupt(stop.request):
+        try:
+            for block in blocks:
+                for alarm in watched.take(block):
+                    if tell is not None:
+                        tell(alarm)
+        except KeyboardInterrupt:
+            return "interrupted", None
+        except BadInput as error:
+            if not watched.tally.samples:
+                raise
+            return "a row could not be read", error
+    return "the rows ended", None
 
 
 def _usable_bounds(machine: Derived) -> tuple[ErrorBound, ...]:

@@ -154,11 +154,7 @@ def assess(
             code="SPEC033",
         )
     noise = NoiseModel(observer, spec, position_noise(spec))
-    shares = np.random.default_rng(SEED).uniform(0, 1, (SPREAD, len(axes)))
-    spread = nominal
-    for k, axis in enumerate(axes):
-        spread = spread.along(axis, axis.at(shares[:, k]))
-    dynamics.start(spread)
+    dynamics.start(_spread(nominal, axes))
     free = any(axis.chosen is None for axis in axes)
     searched = suggest(dynamics, noise, nominal, axes)
     first = suggestion = searched if isinstance(searched, Suggestion) else None
@@ -190,6 +186,15 @@ def assess(
         region=region,
         noise_share=noise.share(region.settings, region.radius.ravel() < 1).reshape(region.radius.shape),
     )
+
+
+def _spread(nominal: Settings, axes: Sequence[GainAxis]) -> Settings:
+    """``SPREAD`` random gain sets over the whole range of all axes, to find the deciding operating points."""
+    shares = np.random.default_rng(SEED).uniform(0, 1, (SPREAD, len(axes)))
+    spread = nominal
+    for k, axis in enumerate(axes):
+        spread = spread.along(axis, axis.at(shares[:, k]))
+    return spread
 
 
 def _outside(
