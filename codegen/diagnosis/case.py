@@ -75,6 +75,11 @@ class Case:
     material: float
     leads: Mapping[int, float] = field(default_factory=dict)
 
+    @property
+    def log_of_test(self) -> Log:
+        """The log that has the held-out data."""
+        return self.log if self.test_log is None else self.test_log
+
     @cached_property
     def steady(self) -> bool:
         """Whether every coordinate runs at constant speed."""

@@ -30,6 +30,7 @@ from codegen.diagnosis.selection.forward_selection import Outcome, common_effect
 from codegen.diagnosis.verdict import wrong_values
 from codegen.diagnosis.verdict.across_joints import credited_across_joints
 from codegen.diagnosis.verdict.answer import Answer, by_remainder, is_small, unknown_above_drive, verdict_of
+from codegen.diagnosis.verdict.by_events import shown_in_events, unknown_for_an_event
 from codegen.diagnosis.verdict.examination import examine, refused_at_limit, settled
 from codegen.diagnosis.verdict.final_check import FinalCheck
 from codegen.diagnosis.verdict.force_led import ForceLed
@@ -128,7 +129,7 @@ class Judge:
     def restart_s(self) -> float:
         """Seconds between restarts of free runs on held-out data."""
         case = self.case
-        longest = (case.test_log or case.log).description.evaluation.restart_s or RESTART_S
+        longest = case.log_of_test.description.evaluation.restart_s or RESTART_S
         return restart_within_reach(case.problem.system, case.test.motion, case.window, longest)
 
     def measured(self, model: System) -> ErrorFigures:
@@ -168,6 +169,8 @@ class Judge:
         if another is None:  # that force is there, however much of it a curve over the motion predicts
             answer = replace(answer, verdict=by_remainder(answer.verdict, left, case.material))
             answer = unknown_above_drive(answer, left, case.problem)
+            held_out = self.held_out.problem, case.log_of_test
+            answer = unknown_for_an_event(answer, {"training": (case.problem, case.log), "held-out": held_out})
         if wave is None and another is None and answer.verdict in ("none", "unknown"):
             wave = better_than_refused(chosen.search, chosen.tried, outcome, case.material)
         if wave is not None:
@@ -180,6 +183,11 @@ class Judge:
         chosen, case, search = self.selection, self.case, self.selection.search
         leader = chosen.outcome.parts[0] if chosen.outcome.rivals else None
         answer, outcome = self._examined(chosen.last, chosen.outcome)
+        if not chosen.outcome.parts and not case.faults:
+            rare = shown_in_events(search, chosen.tried, self.held_out.problem, case.log_of_test)
+            if rare is not None:
+                answer, outcome = self._examined(search, rare[0])
+                answer = answer.noted(rare[1])
         far = is_far(outcome.final if answer.verdict in ("effect", "ambiguous") else chosen.base)
 
         def examined(found: Outcome) -> tuple[Answer, Outcome]:
@@ -320,7 +328,7 @@ def _once_on_held_out(answer: Answer, case: Case) -> tuple[Fact, ...]:
     within = np.zeros(len(motion.time), dtype=bool)
     within[case.window] = True
     residual, acting = residual_at_drive(answer.adopted, motion), acting_force(answer.adopted, motion)
-    log, facts = case.log if case.test_log is None else case.test_log, list[Fact]()
+    log, facts = case.log_of_test, list[Fact]()
     for i, x in enumerate(answer.adopted.positions):
         rows = case.test.used[:, i] & within
         found = half_of_squares(residual[:, i], rows)

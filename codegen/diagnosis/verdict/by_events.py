@@ -1,0 +1,94 @@
+"""What single events say of a verdict: an effect that predicts those of held-out data, and an event that nothing does.
+
+The tests on blocks cannot credit an effect that acts in one or two of them. Forward selection then ends with a best
+candidate that fails the test of significance alone. It is credited if, with the values of the training log, it predicts
+the force residual in its events of the held-out data, and explains those of the training log (``single_events``). An
+event that is left is no noise, so the verdict is not ``none``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+from codegen.base.significant import in_percent
+from codegen.diagnosis.evidence.single_events import Event, Prediction, largest_event, predicted
+from codegen.diagnosis.fit import credit
+from codegen.diagnosis.fit.output_error import Fit
+from codegen.diagnosis.fit.residual import Problem
+from codegen.diagnosis.fit.search import Search
+from codegen.diagnosis.results import Fact
+from codegen.diagnosis.selection.forward_selection import Outcome
+from codegen.diagnosis.selection.ranking import leader_first, ties
+from codegen.diagnosis.verdict.answer import Answer
+from codegen.diagnosis.verdict.statement import interval_in_words
+from codegen.logs import Log
+
+
+def shown_in_events(search: Search, outcome: Outcome, held_out: Problem, log: Log) -> tuple[Outcome, Fact] | None:
+    """The outcome with the effect that events of the held-out data credit, and the fact that says so; None without one.
+
+    Only the leader of the first round is tested, so that there is one hypothesis. ``log``: the held-out one.
+    """
+    in_doubt = [r for r in outcome.first if r.unsure]
+    if outcome.parts or not in_doubt:
+        return None
+    leader, *others = leader_first(search, in_doubt)
+    found = search.fitted_again(leader.found)
+    shown = _prediction(search, outcome.base, found, held_out)
+    if shown is None or shown.p > credit.ALPHA:
+        return None
+    alike = ties(search, [leader, *others])
+    rivals = [r for r in alike if _prediction(search, outcome.base, r.found, held_out) is not None]
+    named = replace(leader, why_not="", unsure=False, p=shown.p)
+    first = (named, *(r for r in outcome.first if r is not leader))
+    credited = replace(outcome, first=first, unexplained=False).with_final(search, found, rivals)
+    return credited, _in_words(f"{found.part.kind} on {found.part.on}", shown, log)
+
+
+def _prediction(search: Search, base: Fit, found: Fit, held_out: Problem) -> Prediction | None:
+    """That of held-out events by an effect that explains those of the training log as exactly; None if it does not.
+
+    An effect with states is not judged, since no log holds these.
+    """
+    if found.trial.adds_states:
+        return None
+    i = found.part.effect.coordinate(search.system, found.part.place)
+    own, other = (predicted(problem, base.model, found.model, i) for problem in (search.problem, held_out))
+    return other if own.is_exact and other.is_exact else None
+
+
+def _in_words(named: str, shown: Prediction, log: Log) -> Fact:
+    (start, stop), many = shown.spans[0], len(shown.spans)
+    events, first = ("one event", "") if many == 1 else (f"{many} events", "the first ")
+    return Fact(
+        "evidence",
+        f"{named} acts in {events} of the held-out data, {first}{interval_in_words(start, stop, log)}. With the values "
+        f"of the training log it leaves {in_percent(1 - shown.share)} of the squared residual force there",
+        f"p = {shown.p:.2g} for a disturbance in its place.",
+    )
+
+
+def unknown_for_an_event(answer: Answer, problems: Mapping[str, tuple[Problem, Log]]) -> Answer:
+    """The answer, ``unknown`` in place of ``none`` if its model leaves an event far above the usual residual.
+
+    Args:
+        problems: `training`, `held-out` → those data, and their log.
+    """
+    if answer.verdict != "none":
+        return answer
+    found: list[tuple[Event, str]] = []
+    for data, (problem, log) in problems.items():
+        for i, x in enumerate(answer.refit.positions):
+            event = largest_event(problem, answer.refit, i)
+            if event is not None:
+                on = f" on {x.name}" if problem.used.shape[1] > 1 else ""
+                found.append((event, f"{interval_in_words(event.start, event.stop, log)} of the {data} data{on}"))
+    if not found:
+        return answer
+    event, where = max(found, key=lambda one: one[0].over_drive)
+    words = (
+        f"The residual force {where} is {in_percent(event.over_drive)} of the drive force, and {event.over_usual:.2g} "
+        "times the usual one: a push, or an effect that acts there alone"
+    )
+    return replace(answer, verdict="unknown").noted(Fact("unexplained", words))
