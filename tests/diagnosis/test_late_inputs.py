@@ -11,6 +11,7 @@ from unittest.mock import patch
 import numpy as np
 import pytest
 
+from codegen.diagnosis import case as case_module
 from codegen.diagnosis import diagnose, free_runs
 from codegen.diagnosis.case import Case, Findings, case_of
 from codegen.diagnosis.fit.output_error import Fit
@@ -151,3 +152,34 @@ def test_joints_of_an_arm_are_not_searched_twice_where_an_input_is_late(
     _, outcome, _ = free_runs._sought(none, none, lambda turn, share: None, case, may_be_late=rigid)
     assert outcome.final == ("late" if rigid else "third")
     assert asked == (["first", "late", "late"] if rigid else [])
+
+
+@pytest.mark.parametrize(("rows", "left"), [(0.5, 0.0), (1.0, 0.0), (2.0, None)])
+def test_a_delay_that_cancels_a_lead_gives_way_to_a_smaller_one(
+    tmp_path: Path, rows: float, left: float | None
+) -> None:
+    """Held commands that were taken earlier need a delay of as much; a longer delay is that of the machine."""
+    effects = "[]" if left is not None else "[{kind: input_delay, on: w, parameters: {T: 0.002}}]"
+    lead = rows if left is not None else 1.0
+    log = log_of(stage(effects), tmp_path, "train.csv")
+    with patch.object(case_module, "input_leads", lambda problem, log: ({0: lead}, ())):
+        case, search, final = fitted(log, {"input_delay": {"T": rows * log.sample_time}})
+    (values,) = final.values[1]
+    assert values["T"] == pytest.approx(rows * log.sample_time, rel=0.05)
+    corrected = corrected_for_leads(case, search, final)
+    assert (corrected is None) == (left is None)
+    if corrected is not None:
+        assert corrected.leads[0] == left
+        (found,) = (f for f in corrected.findings["train"] if f.topic == "timing of w")
+        assert "no effect of the machine" in found.words and "taken as a command that is held" in found.words
+        held = log.inputs[10:-10]
+        assert np.abs(corrected.log.inputs[10:-10] - held).max() < 0.05 * np.abs(held).max()
+
+
+def test_a_lead_that_was_estimated_too_large_names_no_delay(tmp_path: Path) -> None:
+    """The offset was named with a delay that cancels the lead of half a row, which a short log seemed to have."""
+    log = log_of(stage("[{kind: offset, on: x, parameters: {f0: 0.8}}]"), tmp_path, "train.csv")
+    too_early = patch.object(case_module, "input_leads", lambda problem, log: ({0: 0.5}, ()))
+    with too_early, among("offset", "input_delay", "actuator_lag", "viscous"):
+        found = diagnose.diagnose_log(stage(), system_of(stage()), log)[0]
+    assert found.verdict == "effect" and [e.kind for e in found.effects] == ["offset"], found.sentence

@@ -172,6 +172,22 @@ def further_finding(w: str, lead: Lead, log: Log, replaced: Sequence[str]) -> Fi
     return replace(found, words=f"{found.words} With it {' and '.join(replaced)} {are} not needed.")
 
 
+def overcorrection_finding(w: str, kind: str, lead: float, delay: float, left: float, log: Log) -> Finding:
+    """The finding on a lead that was estimated too large.
+
+    Args:
+        lead: that was corrected. delay: of the effect ``kind`` that free runs find then. left: the lead in its place;
+            all in rows.
+    """
+    before, shown, after = (f"{1e3 * rows * log.sample_time:.3g} ms" for rows in (lead, delay, left))
+    taken = f"{after} earlier" if left else "as a command that is held from row to row"
+    words = (
+        f"By the force balance {w} acts {before} earlier than a held command, but with that simulations need {kind} of "
+        f"{shown}. That is how the input was sampled, and no effect of the machine. So it is taken {taken}."
+    )
+    return Finding("warning", f"timing of {w}", words, {"lead": left, "before": lead, "delay": delay})
+
+
 def _finding(w: str, lead: Lead, log: Log, stated: bool, most: float = LARGEST_LEAD) -> Finding:
     """The finding on the lead of an input; ``stated`` and ``most`` as of ``_words``."""
     figures = {"lead": lead.rows, "deviation": lead.deviation, "explained": lead.explained}

@@ -7,6 +7,10 @@ the effects that add states do, the lead is corrected, and the effects are sough
 
 Where free runs then still leave far more than the noise, another force is missing, of which a lead explains a part, as
 a compliance does. There it must also explain a share of the residual force, as an effect must.
+
+The estimate of a lead before effects are sought may also be too large. Free runs then find a delay or lag of the same
+input that is about as long or shorter. It is no effect of the machine: the lead is reduced by it, and the effects are
+sought again.
 """
 
 from __future__ import annotations
@@ -15,7 +19,13 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from codegen.diagnosis.case import Case
-from codegen.diagnosis.evidence.timing import Lead, further_finding, further_leads
+from codegen.diagnosis.evidence.timing import (
+    LEAST_LEAD,
+    Lead,
+    further_finding,
+    further_leads,
+    overcorrection_finding,
+)
 from codegen.diagnosis.fit.credit import LEAST_SHARE, independent_share, is_far
 from codegen.diagnosis.fit.identity_cache import identity_cache
 from codegen.diagnosis.fit.output_error import Fit, segment_cost
@@ -23,6 +33,7 @@ from codegen.diagnosis.fit.search import Search
 from codegen.diagnosis.fit.shooting import hidden_states
 from codegen.diagnosis.fit.trial import model_of
 from codegen.diagnosis.selection.crediting import BETTER
+from codegen.logs import Finding
 from codegen.logs.uniform import earlier
 
 
@@ -30,11 +41,15 @@ from codegen.logs.uniform import earlier
 def corrected_for_leads(case: Case, search: Search, final: Fit) -> Case | None:
     """The case with inputs taken earlier in place of the effects of a fit that add states; None if those stay.
 
-    They stay if no input has a significant lead without them, if free runs gain more than ``BETTER`` nats by each of
-    them over the lead, tempered by the share of independent residuals, or if these end far from the noise and a lead
-    explains less than ``LEAST_SHARE`` of the squared residual force. They are left out together, since a lead may have
-    been named as two of them.
+    Or with inputs taken less early, in place of a delay or lag that cancels the correction (``_overcorrected``).
+
+    Effects that add states stay if no input has a significant lead without them, if free runs gain more than ``BETTER``
+    nats by each of them over the lead, tempered by the share of independent residuals, or if these end far from the
+    noise and a lead explains less than ``LEAST_SHARE`` of the squared residual force. They are left out together, since
+    a lead may have been named as two of them.
     """
+    if over := _overcorrected(case, final):
+        return case.with_leads({k: rows for k, (rows, _) in over.items()}, [finding for _, finding in over.values()])
     with_states = [k for k in range(len(final.trial.parts)) if _adds_states(final, k)]
     if not with_states:
         return None
@@ -56,6 +71,22 @@ def corrected_for_leads(case: Case, search: Search, final: Fit) -> Case | None:
     replaced = [f"{part.kind} on {part.on}" for part in (final.trial.parts[k] for k in with_states)]
     found = [further_finding(names[k], lead, case.log, replaced) for k, lead in leads.items()]
     return case.with_leads({k: lead.rows for k, lead in leads.items()}, found)
+
+
+def _overcorrected(case: Case, final: Fit) -> dict[int, tuple[float, Finding]]:
+    """Inputs whose correction is cancelled by a delay or lag of a fit: index → the lead that is left, and the finding.
+
+    A machine may delay its input, but not by chance by as much as the input was taken earlier, to ``LEAST_LEAD`` rows:
+    the estimate of the lead was too large.
+    """
+    h, found = case.log.sample_time, dict[int, tuple[float, Finding]]()
+    for part, values in zip(final.trial.parts, final.values[1], strict=True):
+        delay = part.effect.delay(values) / h
+        lead = case.leads.get(part.place, 0.0)
+        if delay > 0 and lead > 0 and delay <= lead + LEAST_LEAD:
+            left = lead - delay if lead - delay >= LEAST_LEAD else 0.0
+            found[part.place] = left, overcorrection_finding(part.on, part.kind, lead, delay, left, case.log)
+    return found
 
 
 def _adds_states(fit: Fit, k: int) -> bool:
