@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from fractions import Fraction
 from itertools import combinations, islice
 from math import comb
 from typing import Any
@@ -17,8 +16,7 @@ from codegen.base.arrays import Array
 from codegen.base.errors import BadInput
 from codegen.cancellation.optimum import SINGULAR, best_inputs, whitener
 from codegen.cancellation.reach import Reach
-from codegen.certify.certificate_text import rational_text, to_prefix
-from codegen.checker import verify
+from codegen.certify.nonzero import some_is_nonzero
 from codegen.mechanics.casadi_form import at_points, function_of
 from codegen.mechanics.compact import compact
 from codegen.mechanics.system import Matrix
@@ -32,14 +30,10 @@ NEGLIGIBLE = 1e-9
 """Share of a direction's length below which a deviation from it counts as rounding."""
 MOST_MINORS = 40
 """Most minors of the size of the rank; for a matrix with more, constant rank is not proven."""
-MOST_BOXES = 4000
-"""Most boxes that are examined for a proof."""
 VANISHING = 1e-7
 """Share of the largest singular value below which one counts as zero."""
 STARTS = 5
 """Number of local minimisations of a singular value, from the sampled points at which it is smallest."""
-
-Box = tuple[tuple[Fraction, Fraction], ...]
 
 
 class RankFalls(BadInput):
@@ -234,10 +228,7 @@ def keeps_rank(
         return Regularity(False, falls)
     if comb(inside.rows, rank) * comb(inside.cols, rank) > MOST_MINORS:
         return Regularity(False)
-    try:
-        return Regularity(_proven(_minors(inside, rank), used, bounds))
-    except (TypeError, verify.Refused):
-        return Regularity(False)
+    return Regularity(some_is_nonzero(_minors(inside, rank), used, bounds))
 
 
 def _minors(matrix: Any, rank: int) -> list[Any]:
@@ -249,39 +240,6 @@ def _minors(matrix: Any, rank: int) -> list[Any]:
         for j in combinations(columns, rank)
     ]
     return [m for m in found if m != 0]
-
-
-def _proven(minors: list[Any], variables: tuple[sympy.Symbol, ...], bounds: list[tuple[float, float]]) -> bool:
-    """Whether some minor differs from zero at every point of the bounds, by branch and bound on exact intervals."""
-    known = [v.name for v in variables]
-    values = [verify.parse(to_prefix(m), known, "minor")[1] for m in minors]
-    ends = [tuple(Fraction(rational_text(sympy.Rational(b))) for b in pair) for pair in bounds]
-    boxes: list[Box] = [tuple((low, high) for low, high in ends)]
-    for _ in range(MOST_BOXES):
-        if not boxes:
-            return True
-        box = boxes.pop()
-        if not any(_away_from_zero(value, dict(zip(known, box, strict=True))) for value in values):
-            boxes += _halves(box, ends)
-    return False
-
-
-def _away_from_zero(value: Any, box: dict[str, tuple[Fraction, Fraction]]) -> bool:
-    """Whether the enclosure of a value on a box excludes zero."""
-    try:
-        low, high = value(box)
-    except verify.Refused:
-        return False
-    return bool(low > 0 or high < 0)
-
-
-def _halves(box: Box, ends: list[Any]) -> list[Box]:
-    """The box, bisected along the side that is the longest relative to the whole range."""
-    widths = [(high - low) / (end[1] - end[0]) for (low, high), end in zip(box, ends, strict=True)]
-    k = widths.index(max(widths))
-    low, high = box[k]
-    middle = (low + high) / 2
-    return [(*box[:k], part, *box[k + 1 :]) for part in ((low, middle), (middle, high))]
 
 
 def _rank_deficient_point(
