@@ -50,6 +50,8 @@ BARS = {
     "hard": {FIRST: Bar(0.88), BOTH: Bar(0.75), **ANY_TIER},
 }
 """Tier → rate → its bar."""
+NEWEST = 10
+"""Seeds of a tier of which the page has the details; seeds.json has them of all."""
 SHORT = {
     FIRST: "first place",
     BOTH: "both of two",
@@ -97,7 +99,7 @@ def section(scores: Sequence[Tally]) -> str:
         seen = {name for score in own for name, rate in score.rates.items() if rate.trials}
         heads, further = ([(n, w) for n, w in some.items() if n in seen] for some in (SHORT, FURTHER))
         tiers.append({"tier": tier, "scores": own, "latest": latest, "rows": rows, "heads": heads, "further": further})
-    text = render("text/practice_seeds.md.j2", tiers=tiers, as_well=round(100 * (AS_WELL - 1)))
+    text = render("text/practice_seeds.md.j2", tiers=tiers, as_well=round(100 * (AS_WELL - 1)), newest=NEWEST)
     return f"{BEGIN}\n{text}{END}\n"
 
 
