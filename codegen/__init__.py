@@ -2,14 +2,8 @@
 
 The stations of the line, each one function with one typed value in and one out::
 
-    read_spec -> build_system -> build_observer -> analyse -> certify -> build_program -> write_package
-    read_log -> diagnose -> augmented spec, and round again
+    read_spec -> build_system -> build_observer -> analyse -> certify -> build_program -> emit_sources
+    read_log -> diagnose_log -> augmented_text, and round again
 
-See docs/architecture.md.
+See docs/architecture.md; ``stiction.py`` beside this folder is the public API.
 """
-
-from codegen.base.errors import BadInput
-from codegen.base.version import VERSION
-
-__all__ = ["VERSION", "BadInput"]
-__version__ = VERSION

@@ -19,7 +19,6 @@ from codegen.base.version import VERSION
 from codegen.certify.certificate_text import rational_text, rounded, rounded_matrix, texts, to_prefix
 from codegen.certify.family import Family
 from codegen.checker import verify
-from codegen.friction import DynamicLaw
 from codegen.observers.equations import ErrorVariable, Observer
 from codegen.spec.model import Spec
 
@@ -154,7 +153,7 @@ def _content(
                 reversals.append(reversal_entry(exact, observer.system.contacts[contact].name, flips, decay))
     words = {"observer": observer, "reversals": reversals, "rate": float(rate), "period": float(h), "turning": turning}
     words["bounded"] = ()  # ellipsoid.json, made from this certificate, adds the contacts (with_reversals)
-    words["stateful"] = [(c.name, c.law.name) for c in observer.system.contacts if isinstance(c.law, DynamicLaw)]
+    words["stateful"] = [(c.name, c.law.name) for c in observer.system.contacts if c.law.states]
     words["variables"] = {v.name: (float(lo), float(hi)) for v, (lo, hi) in found.family.variables.items()}
     words["functions"] = {s.name: e for s, e in found.family.bounded.items()}
     return {

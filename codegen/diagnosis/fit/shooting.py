@@ -19,7 +19,6 @@ from codegen.base.compiler import loaded
 from codegen.base.parallel import in_background
 from codegen.base.text import render
 from codegen.diagnosis.fit.record import Record
-from codegen.friction import DynamicLaw
 from codegen.mechanics.casadi_form import symbol_values, to_casadi
 from codegen.mechanics.numpy_form import numpy_function
 from codegen.mechanics.solve import factorised
@@ -77,8 +76,7 @@ def law_function(name: str, system: System, free: Sequence[sympy.Symbol], states
 
 def hidden_states(system: System) -> int:
     """Number of states of a free run besides positions and velocities."""
-    laws = (c.law for c in system.contacts)
-    return 2 * len(system.transmissions) + sum(len(law.states) for law in laws if isinstance(law, DynamicLaw))
+    return 2 * len(system.transmissions) + sum(len(contact.law.states) for contact in system.contacts)
 
 
 class Structures:
