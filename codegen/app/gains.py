@@ -49,9 +49,9 @@ class GainReport(Result):
     def summary(self) -> Mapping[str, object]:
         found = self.feasibility
         varied = {"varied": ", ".join(axis.name for axis in found.axes)}
-        if found.suggestion is None:
+        if found.suggested is None:
             return {**varied, "stable gains": "none in the range"}
-        return {**varied, "suggested": ", ".join(f"{name} = {v:g}" for name, v in found.suggestion.numbers.items())}
+        return {**varied, "suggested": ", ".join(f"{name} = {v:g}" for name, v in found.suggested.gains.items())}
 
     @property
     def notes(self) -> tuple[str, ...]:

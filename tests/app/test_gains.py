@@ -10,6 +10,7 @@ import matplotlib.image
 import numpy as np
 import pytest
 
+import stiction as api
 from codegen.spec import read_spec
 
 from .command import SPECS, Result, contents, is_one_message, stiction
@@ -323,3 +324,12 @@ def test_stable_gains_outside_the_range_are_named(tmp_path: Path) -> None:
     assert 0 < outside["K_F"] < 1
     (tmp_path / "right.yaml").write_text(text.replace("{free: [10, 1000]}", str(outside["K_F"])))
     assert stiction("certify", tmp_path / "right.yaml").code == 0
+
+
+def test_the_line_of_a_result_has_gains_and_no_factors(tmp_path: Path) -> None:
+    """two_mass has gains of its own, which the map scales by a common factor."""
+    report = api.load(SPECS / "two_mass.yaml").gains()
+    assert "suggested" in str(report) and report.feasibility.suggested is not None
+    name, value = next(iter(report.feasibility.suggested.gains.items()))
+    assert f"suggested {name} = {value:g}, " in str(report)
+    assert "K_F = " not in str(report)
