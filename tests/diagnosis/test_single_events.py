@@ -20,6 +20,7 @@ from codegen.diagnosis.results import FoundEffect
 from codegen.diagnosis.verdict.answer import Answer
 from codegen.diagnosis.verdict.by_events import unknown_for_an_event
 from codegen.logs import Log
+from codegen.spec import Spec, parse_spec
 from tests.diagnosis.stage import TEST, TRAIN, log_of, stage, system_of
 
 LIMIT, NOISE = 35.0, 0.6
@@ -101,3 +102,24 @@ def test_an_event_that_nothing_explains_is_not_none(tmp_path: Path, push: float,
     assert [fact.words.split(" is ")[0] for fact in told.remarks] == (
         [f"The residual force from {event.start:.4g} s to {event.stop:.4g} s of the held-out data"] if event else []
     )
+
+
+def test_a_limit_that_commands_exceed_many_times_is_found(tmp_path: Path) -> None:
+    """Of a stiff position loop after a step: less than a tenth of the commands is left, and it moves the machine."""
+
+    def stiff(effects: str, reference: str, duration: float) -> Spec:
+        text = stage(effects, 4.5, reference, duration).text
+        for usual, gain in (("{w: 900}", "{w: 20000}"), ("{w: 30}", "{w: 400}")):
+            assert text.count(usual) == 1
+            text = text.replace(usual, gain)
+        return parse_spec(text, Path("stage.yaml"))
+
+    step = " + 0.1*tanh(200*(t - {at}))"
+    train = log_of(stiff(LIMITED, TRAIN + step.format(at=AT[0]), 14.0), tmp_path, "0.csv")
+    test = log_of(stiff(LIMITED, TEST + step.format(at=AT[1]), 10.0), tmp_path, "1.csv")
+    moved = train.inputs[train.time > TRIM_S]
+    assert np.mean(np.clip(moved, -LIMIT, LIMIT) ** 2) < 0.01 * np.mean(moved**2)
+    found = diagnose_log(stage(), system_of(stage()), train, test)[0]
+    assert found.verdict == "effect", found.sentence
+    (effect,) = found.effects
+    assert effect.kind == "saturation" and effect.parameters["limit"] == pytest.approx(LIMIT, rel=0.01)

@@ -451,6 +451,11 @@ def drive_shares(system: System, other: System, motion: Motion, rows: NDArray[np
     return shares
 
 
+def drive_in_motion(system: System, motion: Motion, used: NDArray[np.bool_], i: int) -> Array:
+    """(M,) effect of the inputs on row i of g − U λ at the samples ``used``, after regression on friction levels."""
+    return without_levels(system, motion, used, motion.low_pass(_drive(system, motion))[:, i], i)[used]
+
+
 def _ratio_of_rms(values: Array, others: Array) -> Array:
     """RMS of each column over that of another array's; 1 where that is zero."""
     one, other = (np.sqrt(np.mean(v**2, axis=0)) for v in (values, others))

@@ -18,7 +18,13 @@ from codegen.diagnosis.evidence.residual_regression import inertia_noise
 from codegen.diagnosis.fit import credit
 from codegen.diagnosis.fit.credit import Evidence, is_far, size_of
 from codegen.diagnosis.fit.output_error import Fit
-from codegen.diagnosis.fit.residual import drive_left, drive_shares, inverse_dynamics_residual, residual_at_drive
+from codegen.diagnosis.fit.residual import (
+    drive_in_motion,
+    drive_left,
+    drive_shares,
+    inverse_dynamics_residual,
+    residual_at_drive,
+)
 from codegen.diagnosis.fit.search import Search
 from codegen.diagnosis.fit.trial import Part, with_effects, with_values
 from codegen.diagnosis.results import FoundEffect
@@ -191,7 +197,7 @@ def only_reduces_drive(before: ForceCriterion, after: ForceCriterion, e: Evidenc
     tests with q skip coordinates whose drive force the effect does not reduce. Refused are
 
     - less than ``LEAST_DRIVE`` of the drive force: with a dead zone wider than the commands, only inertia remains to be
-      explained, which slow motion hardly shows;
+      explained, which slow motion hardly shows; not if the motion takes what is left (``_explains_its_drive``);
     - r² > ``CONTRADICTED`` (q² r₀² + (1 − q²) n²), with r and r₀ the RMS force residual with and without the effect and
       n the noise of M a. With a saturation far below the commands the free runs of a heavy machine end near the noise
       although almost no force is left: they continue at their start speed;
@@ -202,10 +208,10 @@ def only_reduces_drive(before: ForceCriterion, after: ForceCriterion, e: Evidenc
     motion = before.search.motion
     acting = drive_shares(after.fit.model, before.fit.model, motion, before.search.problem.used)
     least = float(np.min(acting))
-    if least < LEAST_DRIVE:
-        return f"weakens the drive force to {in_percent(least)}: too little to move the machine"
     left, had = drive_left(after.fit.model, motion), drive_left(before.fit.model, motion)
     scales = left / had  # p
+    if least < LEAST_DRIVE and not _explains_its_drive(after, acting, scales):
+        return f"weakens the drive force to {in_percent(least)}: too little to move the machine"
     remaining = acting / scales  # q
     if _leaves_more(before, after, remaining, CONTRADICTED):
         return f"weakens the drive force to {in_percent(least)}, of which a larger share stays unexplained"
@@ -219,6 +225,23 @@ def only_reduces_drive(before: ForceCriterion, after: ForceCriterion, e: Evidenc
     if after.over(before).left <= 1 - credit.LEAST_SHARE:
         return ""
     return f"weakens the drive force for the motion to {in_percent(left.min())}, of which it explains no larger share"
+
+
+def _explains_its_drive(after: ForceCriterion, acting: Array, scales: Array) -> bool:
+    """Whether the motion takes the drive force that an effect leaves, where that is little; not for a constant factor.
+
+    A limit that commands exceed many times, as those of a stiff position loop after a step, leaves little of them, but
+    that moves the machine: of what friction levels do not explain of it, ``credit.LEAST_SHARE`` is left at most.
+    """
+    search, model = after.search, after.fit.model
+    for i in np.flatnonzero(acting < LEAST_DRIVE).tolist():
+        used = search.problem.used[:, i]
+        if scales[i] < 1 - credit.LEAST_SHARE or not used.any():
+            return False
+        drive = drive_in_motion(model, search.motion, used, i)
+        if np.sum(after.without_levels[used, i] ** 2) > credit.LEAST_SHARE * np.sum(drive**2):
+            return False
+    return True
 
 
 def _leaves_more(before: ForceCriterion, after: ForceCriterion, remaining: Array, times: float) -> bool:
