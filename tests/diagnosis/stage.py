@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from unittest.mock import patch
 
@@ -11,7 +11,7 @@ from codegen.diagnosis.diagnose import Models, diagnose_log
 from codegen.diagnosis.fit.search import Search
 from codegen.diagnosis.fit.trial import Part
 from codegen.diagnosis.results import Diagnosis
-from codegen.diagnosis.selection import force_fits, forward_selection
+from codegen.diagnosis.selection import crediting, force_fits, forward_selection, pairs, replacement
 from codegen.diagnosis.selection.candidate_fits import every_part
 from codegen.effects.declare import add_declared_effects
 from codegen.logs import Log, read_log
@@ -125,5 +125,7 @@ def among(*kinds: str) -> Iterator[None]:
     def few(search: Search, taken: Sequence[Part]) -> list[Part]:
         return [part for part in every_part(search, taken) if not kinds or part.kind in kinds]
 
-    with patch.object(forward_selection, "every_part", few), patch.object(force_fits, "every_part", few):
+    with ExitStack() as patched:
+        for asking in (forward_selection, pairs, replacement, crediting, force_fits):
+            patched.enter_context(patch.object(asking, "every_part", few))
         yield

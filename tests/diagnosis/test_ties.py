@@ -19,8 +19,9 @@ from codegen.diagnosis.fit.trial import part_of
 from codegen.diagnosis.results import Fact
 from codegen.diagnosis.selection import ranking
 from codegen.diagnosis.selection.candidate_fits import FORM_GAIN, is_simpler_form
-from codegen.diagnosis.selection.forward_selection import _reconsidered, find_effects
+from codegen.diagnosis.selection.forward_selection import find_effects
 from codegen.diagnosis.selection.refusals import acts_as_its_limit
+from codegen.diagnosis.selection.replacement import reconsidered
 from codegen.diagnosis.verdict import examination
 from codegen.diagnosis.verdict.answer import Answer
 from codegen.diagnosis.verdict.examination import examine
@@ -380,7 +381,7 @@ def test_the_first_effect_of_a_pair_has_rivals_too(tmp_path: Path) -> None:
     parts = [part_of(CATALOGUE[kind], 0, search.system) for kind in ("inertia_error", "spring")]
     both = search.with_parts(base, base.theta, parts, [{"delta": 0.2}, {"k": 60.0}])
     for rivals, tied in ((None, ["input_gain"]), ([], [])):
-        fit, found = _reconsidered(search, both, rivals)
+        fit, found = reconsidered(search, both, rivals)
         assert [r.found.part.kind for r in found] == tied
         assert [p.kind for p in fit.runner.trial.parts] == ["inertia_error", "spring"]
 
@@ -429,7 +430,7 @@ def test_an_effect_with_fewer_parameters_that_fits_as_well_replaces_another(tmp_
     values = [{"k": 0.02, "c": 2.7, "load_fraction": 0.13}, {"gain": 1.0}]
     both = search.with_parts(base, base.theta, parts, values)
     assert credit.near_noise(both)
-    fit, rivals = _reconsidered(search, both, [])
+    fit, rivals = reconsidered(search, both, [])
     assert sorted(p.kind for p in fit.trial.parts) == ["input_gain", "viscous"] and not rivals
     assert fit.cost < both.cost + FORM_GAIN
 
