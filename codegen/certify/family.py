@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from itertools import product
+from itertools import combinations, permutations, product
 from typing import Any
 
 import sympy
@@ -83,6 +83,8 @@ def build_family(dynamics: ErrorDynamics, ranges: Mapping[sympy.Symbol, tuple[An
     sign_of |= {c.slip: s for c, s in zip(observer.system.contacts, observer.signs, strict=True) if c.slip in slips}
     sign_of |= {n: sign_of[v] for n, v in dynamics.next_velocity.items() if v in sign_of}
     matrix = matrix.applyfunc(lambda e: signed_slips(e, sign_of))
+    moved = {x: ends for x, ends in ranges.items() if x not in observer.system.positions}
+    matrix = matrix.applyfunc(lambda e: small_differences(e, moved))
     # Parameters for M⁻¹(x) and for the slopes of the force; sgn and tanh become variables in [−1, 1].
     inverse, varying = _inverse_mass(dynamics, numbers)
     bounded: dict[Any, sympy.Symbol] = {}
@@ -264,6 +266,56 @@ def signed_slips(entry: Any, sign_of: Mapping[sympy.Symbol, sympy.Symbol]) -> An
     divisors = [p for p in entry.atoms(sympy.Pow) if p.exp.is_negative and not p.base.is_Symbol]
     entry = entry.subs({p: signed_slips(p.base, sign_of) ** p.exp for p in divisors})
     return _with_products(entry, {s * u: Magnitude(u) for u, s in sign_of.items()})
+
+
+def small_differences(entry: Any, ranges: Mapping[sympy.Symbol, tuple[Any, Any]]) -> Any:
+    """The expanded entry with products in place of differences of sines, or of cosines, of angles that are close:
+
+        cos a − cos b = −2 sin((a − b)/2) sin((a + b)/2),    sin a − sin b = 2 sin((a − b)/2) cos((a + b)/2)
+
+    A distribution U(x) gives (cos(x + hv) − cos x)/h. Interval arithmetic would treat both cosines as independent: the
+    difference could then be as large as 2/h, and on cells of width d still d/h; the product is at most |v|.
+
+    Of c cos a − d cos b, c > d > 0, that is d times the difference, and (c − d) cos a.
+
+    Args:
+        ranges: variable other than a position → (low, high); a and b are close if a − b is linear in these, ±1 at most.
+    """
+    every = sorted(entry.atoms(sympy.sin, sympy.cos), key=str)
+    close = {
+        (f, g) for f, g in permutations(every, 2) if f.func is g.func and _within_one(f.args[0] - g.args[0], ranges)
+    }
+    if not close:
+        return entry
+    terms = [*sympy.Add.make_args(expand_products(entry))]
+    products = []
+    for i, j in combinations(range(len(terms)), 2):
+        for f, g in product(_waves(terms[i]), _waves(terms[j])):
+            one, other = terms[i] / f, terms[j] / g
+            ratio = -one / other if (f, g) in close else sympy.Integer(0)
+            if ratio.is_Rational and ratio > 0:
+                apart, middle = ((f.args[0] + way * g.args[0]) / 2 for way in (-1, 1))
+                slope = sympy.cos(middle) if f.func is sympy.sin else -sympy.sin(middle)
+                shared = min(ratio, 1) / ratio * one
+                products.append(2 * shared * sympy.sin(apart) * slope)
+                terms[i], terms[j] = terms[i] - shared * f, terms[j] + shared * g
+                break
+    return sympy.Add(*terms, *products)
+
+
+def _waves(term: Any) -> list[Any]:
+    """The sines and cosines of which a product has a whole power above 0 as a factor, sorted."""
+    powers = term.as_powers_dict().items()
+    return sorted((f for f, n in powers if f.func in (sympy.sin, sympy.cos) and n.is_Integer and n > 0), key=str)
+
+
+def _within_one(x: Any, ranges: Mapping[sympy.Symbol, tuple[Any, Any]]) -> bool:
+    """Whether an expression is linear in variables with ranges, and within −1 and 1 there."""
+    inside = x.free_symbols
+    if not inside or not inside <= {*ranges} or any(x.diff(v).free_symbols for v in inside):
+        return False
+    low, high = range_of(sympy.expand(x), ranges)
+    return bool(low >= -1 and high <= 1)
 
 
 def _bounded_functions(entry: Any, bounded: dict[Any, sympy.Symbol], ranges: Mapping[sympy.Symbol, Any]) -> Any:

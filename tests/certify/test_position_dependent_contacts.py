@@ -9,9 +9,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import sympy
 
 import stiction
 from codegen.certify.certify import Certificate
+from codegen.certify.family import small_differences
 from codegen.checker import verify
 from tests.slow_cases import slow_except
 
@@ -64,6 +66,34 @@ def test_the_sign_of_a_slip_one_sample_later_is_that_of_now(tmp_path: Path) -> N
     assert isinstance(outcome, Certificate)
     assert outcome.functions == () and float(Fraction(outcome.content["decay_rate"])) > 2.9
     assert [line for line in outcome.content["assumptions"] if "operating point stays within q in" in line]
+
+
+@pytest.mark.parametrize("h", [0.001, 0.0002])
+def test_the_turn_of_a_contact_within_a_sample_is_as_small_as_it_is(h: float, tmp_path: Path) -> None:
+    """(cos(q + hw) - cos q)/h was enclosed as if both cosines were independent: 2.98 1/s at 1 ms, refused at 0.2 ms."""
+    path = tmp_path / "crank.yaml"
+    path.write_text(CRANK.replace("sample_time: 0.001", f"sample_time: {h}"))
+    outcome = stiction.load(path).outcome
+    assert isinstance(outcome, Certificate)
+    verify.check(outcome.text)
+    assert float(Fraction(outcome.content["decay_rate"])) > 7
+
+
+def test_a_difference_of_waves_is_the_same_number_as_a_product() -> None:
+    q, w, z = sympy.symbols("q w z", real=True)
+    sin, cos, close = sympy.sin, sympy.cos, {w: (-5, 5)}
+    entries = [
+        4000 * cos(q) - 3760 * cos(q + w / 1000),
+        7 * w * sin(q - w / 100) ** 2 - 9 * w * sin(q) * sin(q - w / 100) + sin(q) * cos(z),
+        cos(q) - cos(z) + sin(q + w / 500) - 2 * sin(q) - cos(2 * q + w / 40) + cos(2 * q),
+    ]
+    values = np.random.default_rng(3).uniform(-3, 3, (3, 50))
+    for entry in entries:
+        found = small_differences(entry, close)
+        before, after = (sympy.lambdify([q, w, z], e, "numpy")(*values) for e in (entry, found))
+        assert found != entry and np.allclose(before, after, rtol=0, atol=1e-9)
+    far = cos(q) - cos(z) + sin(q) - sin(q + w)
+    assert small_differences(far, close) == far and small_differences(entries[0], {w: (-2000, 5)}) == entries[0]
 
 
 def test_a_bounded_function_is_named_as_an_expression(tmp_path: Path) -> None:
