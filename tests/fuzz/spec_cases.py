@@ -16,6 +16,7 @@ from codegen.app import verbs
 from codegen.effects import CATALOGUE
 from codegen.friction import LAWS
 from codegen.observers import OBSERVERS
+from codegen.observers.velocity import INTEGRATIONS
 
 from .case import Case, Stage
 from .hostile import EXPRESSIONS, NAMES, NUMBERS, TEXTS, UNITS
@@ -415,7 +416,7 @@ def observer(tree: Node, dice: random.Random) -> Node:
         ("velocity", dice.choice(["measured", "estimated"])),
         ("gains", gains),
         ("sample_time", Raw(dice.choice(["0.001", "0.01", "1", *NUMBERS]))),
-        ("integration", dice.choice(["euler", "semi_implicit", "exponential", "implicit"])),
+        ("integration", dice.choice(list(INTEGRATIONS))),
         ("exponent", dice.choice(["0", "1", "0.5", "2", "-1", "1e9"])),
         ("h", dice.choice(["s", "s + 0.1*s**2", "-s", "1", "s**0.5", "log(s)", "1/s", *EXPRESSIONS])),
         ("domain", Raw(dice.choice(DOMAINS))),
