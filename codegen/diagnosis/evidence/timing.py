@@ -29,6 +29,9 @@ from codegen.logs.uniform import earlier
 
 LEAST_LEAD, ABOUT_HALF, LARGEST_LEAD = 0.25, 0.75, 2.5
 """In rows: the least lead that is corrected, the greatest that counts as half a row, the greatest that is corrected."""
+SHORTEST_LEAD = 0.15
+"""Rows: the least lead that is corrected where it explains ``EXPLAINED``. The estimate of a held command, which has
+none, is up to 0.1 rows off."""
 LARGEST_IN_PLACE = 10.0
 """Rows: the greatest lead that is corrected in place of effects that add states, since free runs compare the two."""
 USUAL = 0.5, 1.0
@@ -41,8 +44,8 @@ CERTAIN = 7.0
 """The same of an input that is stated as measured, for a lead above ``ABOUT_HALF`` that explains less than
 ``EXPLAINED``: it is expected to be late, and a missing force does not hide it."""
 EXPLAINED = 0.5
-"""Least share of the squared force residual, after regression on the other terms, that a lead above ``ABOUT_HALF``
-explains. Of a force that the model lacks it explains a part only."""
+"""Least share of the squared force residual, after regression on the other terms, that a lead above ``ABOUT_HALF`` or
+below ``LEAST_LEAD`` explains. Of a force that the model lacks it explains a part only."""
 LEAST_OWN_SHARE = 1e-4
 """Least share of the squared change by a lead that the other terms cannot represent; below it there is no estimate."""
 SETTLED = 0.1
@@ -84,7 +87,8 @@ class Lead:
     @property
     def is_significant(self) -> bool:
         """Whether its estimate is significant, and the lead is as long as the least that is corrected."""
-        return self.estimate > SURE * self.deviation and self.rows >= LEAST_LEAD
+        least = SHORTEST_LEAD if self.explained >= EXPLAINED else LEAST_LEAD
+        return self.estimate > SURE * self.deviation and self.rows >= least
 
     @property
     def is_shown(self) -> bool:
@@ -225,7 +229,7 @@ def _words(w: str, rows: float, h: float, stated: bool, measured: bool, most: fl
     early = f"{w} acts {by} earlier than " + (
         "it was measured by the log" if measured else "a command that is held from row to row"
     )
-    if rows <= ABOUT_HALF and not measured:
+    if LEAST_LEAD <= rows <= ABOUT_HALF and not measured:
         return (
             f"{early}, about half a row ({1e3 * h / 2:.2g} ms). So it is treated as a measurement: between two rows a "
             "mean of both is used. If it is a held command, set `input_hold: zero-order` in the log description."
