@@ -248,6 +248,18 @@ READ = {
         {"a.log": lines("2026-03-04 10:15:{s:02d},{f:03d},{x:.9f},{w:.9f}")},
         "columns: [t, x, w]\n",
     ),
+    "numbers behind a logger's name and level": (
+        {"a.log": "starting\n" + lines("2026-03-04 10:15:{s:02d},{f:03d} - axis - INFO - {x:.9f}, {w:.9f}")},
+        "columns: {t: 1, x: 2, w: 3}\n",
+    ),
+    "the same between colons": (
+        {"a.log": lines("2026-03-04 10:15:{s:02d},{f:03d} INFO:root:{x:.9f};{w:.9f}")},
+        "columns: {t: 1, x: 2, w: 3}\n",
+    ),
+    "times in brackets with a comma": (
+        {"a.log": lines("[10:15:{s:02d},{f:03d}] {x:.9f},{w:.9f}")},
+        "columns: {t: 1, x: 2, w: 3}\n",
+    ),
     "milliseconds in a column with a name": (
         {"a.csv": "Date,ms,x,w\n" + lines("2026-03-04 10:15:{s:02d},{f:03d},{x:.9f},{w:.9f}")},
         "columns: {t: Date + 0.001*ms}\n",
@@ -390,6 +402,10 @@ REFUSED = {
     "a.pkl": (b"\x80\x04\x95\x10\0\0\0", "LOG002 pickle numpy.savez"),
     "a.csv.gz": (b"\x1f\x8b\x08\0\0", "LOG002 compressed unpacked"),
     "a.bag": (b"#ROSBAG V2.0\n\0", "LOG002 rosbags-convert"),
+    "sign_or_dash.log": (
+        b"".join(b"2026-03-04 10:15:0%d,000 INFO -0.1,2\n" % k for k in range(9)),
+        "LOG001 sign_or_dash.log",
+    ),
     "candump.log": (b"(1600000000.002000) can0 141#0000FF\n", "LOG002 candump DBC"),
     "candump_on_a_terminal.log": (b"  can0  201   [3]  11 22 33\n  can0  201   [3]  11 22 34\n", "LOG002 candump DBC"),
     "candump_with_times.log": (b" (1600000000.002)  can0  201   [2]  11 22\n", "LOG002 candump DBC"),

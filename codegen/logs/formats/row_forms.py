@@ -46,6 +46,13 @@ _ARROW = re.compile(
     re.ASCII,
 )
 """Beginning of a line of a serial monitor or terminal: a time, with an arrow or before a row with separators."""
+_LOGGED = re.compile(
+    r"\W*((?:\d{4}-\d\d-\d\d[ T])?\d\d?:\d\d:\d\d[.,]\d+)[^\w\n]+[A-Za-z][^\d\n]*?(?:[:\]>]\s*|-\s+)"
+    r"(?=[+-]?\.?\d[^;,\t]*[;,\t])",
+    re.ASCII,
+)
+"""Beginning of a logger's line with numbers as its message: a time, and names without digits. A dash has a blank
+behind it, or it is the sign of a number."""
 _CALL = re.compile(
     r"\b(?:np\.|numpy\.|torch\.)?(?:float\d*|u?int\d*|array|tensor|Decimal)\((?:'\w', *)?"
     r"([^()]*)\)",
@@ -62,8 +69,8 @@ _QUANTITY = re.compile(r"([+-]?[\d.,]+(?:[eE][+-]?\d+)?)\s+([A-Za-z°µ%][\w°µ
 """A number with its unit behind a blank, ``0.002 sec``."""
 STAMP = "stamp"
 """The column of the times with which lines begin."""
-_LIST = re.compile(r'"?[\[(]([^][()"]*)[\])]"?')
-"""``[0.1, 0.2]``, ``(0.1, 0.2)`` or ``[0.1 0.2]``, in quotes or not."""
+_LIST = re.compile(r'"?[\[(]([^][():"]*)[\])]"?')
+"""``[0.1, 0.2]``, ``(0.1, 0.2)`` or ``[0.1 0.2]``, in quotes or not; no time of day."""
 _SEPARATED = re.compile(r"\s*[,;\s]\s*")
 _DECIMAL_COMMA = re.compile(r"\d,\d+\s*;|\d,\d+\s+[+-]?\d+,\d")
 """A comma in a list whose elements are separated by something else."""
@@ -188,16 +195,17 @@ def _pairs(line: str) -> tuple[list[tuple[str, str]], str]:
 
 
 def _after_arrows(lines: Sequence[str], delimiter_of: Callable[[str], str]) -> Form | None:
-    """Lines of a serial monitor, such as ``12:00:00.002 -> 0.1,0.2`` or ``[12:00:00.002] 0.1,0.2``."""
+    """Lines of a serial monitor or logger, ``12:00:00.002 -> 0.1,0.2`` or ``12:00:00.002 - axis - INFO - 0.1,0.2``."""
     first = [line for line in islice(lines, LINES_SEARCHED) if line.strip()]
-    if len(first) < ROWS or not all(map(_ARROW.match, first[-ROWS:])):
+    begun = next((form for form in (_LOGGED, _ARROW) if all(map(form.match, first[-ROWS:]))), None)
+    if len(first) < ROWS or begun is None:
         return None
-    rest = _ARROW.sub("", first[-1], count=1)
+    rest = begun.sub("", first[-1], count=1)
     delimiter = delimiter_of(rest)
     if any(len(text.split()) > 1 for text in rest.split(delimiter)) or (rest.count(",") == 1 and "." not in rest):
         return None  # decimal commas between blanks
-    put = rf"\1{delimiter if delimiter in rest else ' '}"
-    return Form(lambda line: (_ARROW.sub(put, line, count=1), ""))
+    mark = delimiter if delimiter in rest else " "
+    return Form(lambda line: (begun.sub(lambda found: found[1].replace(",", ".") + mark, line, count=1), ""))
 
 
 def _comma_times(lines: Sequence[str], header: int | None, named: Sequence[str]) -> Form | None:
