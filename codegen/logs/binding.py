@@ -30,8 +30,6 @@ from codegen.spec.velocity_names import meant_velocity
 
 NO_COLUMN = "none"
 """What a description says in place of a position's column where the log has the speed alone."""
-KEYWORD = ", in Python `columns=`"
-"""What a message says after an option whose keyword has another name."""
 MOST_COLUMNS = 10_000
 """Most columns of a log: the search for a name takes time for each of them."""
 _TIME = re.compile(r"t|_*(?i:time|timestamp|stamp|time_stamp|datetime|elapsed_time|zeit)")
@@ -214,8 +212,7 @@ class _Search:
         if likely:
             which = ", ".join(f"`{shown(n)}`" for n in likely)
             found = f"no column `{symbol}`, and {len(likely)} that may be it: {which}"
-            option = f"`--column {symbol}=NAME`{KEYWORD}"
-            expected = f"`columns: {{{symbol}: NAME}}` in meta.yaml beside the log, or {option}"
+            expected = f"`columns: {{{symbol}: NAME}}` in meta.yaml beside the log, or `--column {symbol}=NAME`"
             raise BadInput(self.place, found, expected, code="LOG003")
         error = self._absent(symbol, text, origin)
         if not by_name or (symbol not in self.spec.positions and origin is not None):
@@ -240,7 +237,7 @@ class _Search:
         reason = f", which {origin} asks for as `{symbol}`" if origin else ""
         expected = (
             f"one of the columns {listing(self.names)} (or `columns: {{{symbol}: ...}}` in meta.yaml beside the log"
-            f"{'' if symbol in self.explicit else f', or `--column {symbol}=...`{KEYWORD}'})"
+            f"{'' if symbol in self.explicit else f', or `--column {symbol}=...`'})"
         )
         if isinstance(origin, Place) and origin.file != self.spec.place("log").file:
             expected += (
@@ -499,6 +496,6 @@ def _options(proposed: Sequence[Proposed], lacking: Sequence[str], blank: str) -
     if any(one.unit or not one.column.isprintable() for one in proposed):
         return ""
     if len(proposed) < len(lacking):
-        return f", or `--column {lacking[0]}={blank}` for each{KEYWORD}"
+        return f", or `--column {lacking[0]}={blank}` for each"
     options = " ".join(f"--column {quote(f'{one.symbol}={one.column}')}" for one in proposed)
-    return f", or `{options}`{KEYWORD}"
+    return f", or `{options}`"

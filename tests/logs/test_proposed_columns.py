@@ -79,7 +79,7 @@ def test_the_proposed_line_reads_the_log(tmp_path, motor, header):
     (tmp_path / "meta.yaml").write_text(line + "\n")
     assert read_log(path, motor).size > 2
     (tmp_path / "meta.yaml").unlink()
-    (option,) = re.findall(r", or `(--column .*?)`, in Python `columns=` \(", caught.value.expected)
+    (option,) = re.findall(r", or `(--column .*?)` \(", caught.value.expected)
     words = shlex.split(option)
     assert words[::2] == ["--column"] * len(said)
     assert read_log(path, motor, columns=dict(word.split("=", 1) for word in words[1::2])).size > 2
@@ -88,7 +88,7 @@ def test_the_proposed_line_reads_the_log(tmp_path, motor, header):
 def test_a_column_that_nothing_tells_is_asked_for_as_an_option_too(tmp_path, motor):
     """A description that is of another log is named, with the option that replaces it."""
     path = write(tmp_path, "t,phi,a,b,c")
-    with refused("LOG003 `i` `--column i=...`, in Python `columns=`"):
+    with refused("LOG003 `i` `--column i=...`"):
         read_log(path, motor)
     (tmp_path / "meta.yaml").write_text("columns: {i: Strom}\n")
     with refused("LOG003 `Strom` meta.yaml `--description`"):
