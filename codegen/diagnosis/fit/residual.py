@@ -422,17 +422,21 @@ def drive_gain(system: System, other: System, motion: Motion) -> Array:
     """
     if not system.inputs:
         return np.ones(system.degrees_of_freedom)
-    inputs = Matrix(system.inputs)
-    drives = (
-        evaluate_forces(s, [Matrix(s.force.jacobian(inputs) * inputs)], motion, motion.inputs)[0]
-        for s in (system, other)
-    )
-    own, its = (np.sqrt(np.mean(d[motion.usable] ** 2, axis=0)) for d in drives)
+    own, its = (_drive_rms(s, motion) for s in (system, other))
     driven = (own > 0) & (its > 0)
     gains = own[driven] / its[driven]
     found = np.full(len(its), float(np.exp(np.log(gains).mean())) if len(gains) else 1.0)
     found[driven] = gains
     return found
+
+
+@identity_cache(OF_MODELS)
+def _drive_rms(system: System, motion: Motion) -> Array:
+    """(n,) RMS of Σ w ∂g/∂w by the logged inputs."""
+    inputs = Matrix(system.inputs)
+    column = Matrix(system.force.jacobian(inputs) * inputs)
+    drive = evaluate_forces(system, [column], motion, motion.inputs)[0]
+    return np.asarray(np.sqrt(np.mean(drive[motion.usable] ** 2, axis=0)))
 
 
 def drive_shares(system: System, other: System, motion: Motion, rows: NDArray[np.bool_]) -> Array:

@@ -28,11 +28,12 @@ from codegen.diagnosis.fit.residual import (
 )
 from codegen.diagnosis.fit.search import ROUNDS, Search, joint_of_difference
 from codegen.diagnosis.fit.shooting import hidden_states
+from codegen.diagnosis.fit.signals import Motion
 from codegen.diagnosis.fit.starting_values import STEP
 from codegen.diagnosis.fit.trial import Part, Trial, model_of
 from codegen.diagnosis.selection.candidate_fits import CandidateFits, every_part
 from codegen.diagnosis.selection.ranking import CLOSE
-from codegen.mechanics.system import Matrix
+from codegen.mechanics.system import Matrix, System
 
 LEVEL = 10.0
 """RMS to which the residual of the model without effects is scaled: far above 1, where the loss of a block is
@@ -41,6 +42,31 @@ FIXED = 1e-9
 """Prior deviation, in sizes of a parameter, of the values of effects that are fixed in free runs."""
 STEPS, DAMPED = 5, 4
 """Most Gauss–Newton steps, and most attempts at one step with increasing damping."""
+
+
+class DriveGain:
+    """``drive_gain`` of a trial's models over a system, once for all values on which the drive force depends.
+
+    A fit takes slopes by many other parameters, with which it does not change.
+    """
+
+    def __init__(self, trial: Trial, other: System, motion: Motion) -> None:
+        self._trial, self._other, self._motion = trial, other, motion
+        acting, first = drive_symbols(trial.changed), len(trial.moved)
+        places = [k for k, s in enumerate(trial.moved) if s in acting]
+        for part in trial.parts:  # the values of a part are computed from its coordinates together
+            own = range(first, first + len(part.names))
+            places += own if acting.intersection(part.symbols) else []
+            first = own.stop
+        self._places = list(range(first)) if moves_sensors(trial) else places
+        self._known: dict[bytes, Array] = {}
+
+    def at(self, theta: Array) -> Array:
+        """(n,) the gain with the values of ``theta``."""
+        key = theta[self._places].tobytes()
+        if key not in self._known:
+            self._known[key] = drive_gain(model_of(self._trial, theta), self._other, self._motion)
+        return self._known[key]
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,6 +82,7 @@ class ForceFits:
     base: Fit
     _along: dict[Trial, ResidualAlong] = field(default_factory=dict)
     _left: dict[Trial, DriveLeft] = field(default_factory=dict)
+    _drives: dict[Trial, DriveGain] = field(default_factory=dict)
 
     @cached_property
     def _rows(self) -> list[NDArray[np.int_]]:
@@ -132,7 +159,10 @@ class ForceFits:
         motion = self.search.motion
         moved = moves_sensors(trial)
         left = drive_left(model_of(trial, theta), motion) if moved else self._left_of(trial).at(theta)
-        return left * drive_gain(model_of(trial, theta), self.search.system, motion) if self._moves_drive else left
+        if not self._moves_drive:
+            return left
+        drive = self._drives.get(trial) or self._drives.setdefault(trial, DriveGain(trial, self.search.system, motion))
+        return left * drive.at(theta)
 
     def _left_of(self, trial: Trial) -> DriveLeft:
         return self._left.get(trial) or self._left.setdefault(trial, DriveLeft(trial, self.search.motion))
