@@ -43,7 +43,7 @@ PROOF, SETS, by_kernel, of_its_proof = theorem.PROOF, theorem.SETS, agreement.bo
 by_kernel_alone = theorem.proved
 integers, require = kernel.integers, forms.require
 CERTIFICATE = "certificate.json"
-MAX_TEXT, MAX_SIZE, MAX_FILES = 5_000_000, 32, 1000
+MAX_TEXT, MAX_SIZE, MAX_FILES, MAX_PARTS = 5_000_000, 32, 1000, 50_000
 FORMS = json.loads(r"""{"FORMAT": "stiction-certificate/1", "TEXT": ".*",
     "NAME": "[A-Za-z][A-Za-z0-9_]*", "WORD": "[A-Za-z0-9_]{1,200}",
     "FILE": "[A-Za-z0-9_][A-Za-z0-9_.+-]{0,127}", "WHOLE": "0|[1-9][0-9]{0,8}",
@@ -192,7 +192,18 @@ def parsed(text: str) -> dict[str, Any]:
     known = isinstance(raw, dict) and raw.get("format") == FORMS["FORMAT"]
     demand(known, f"found {theorem.instead(raw)}; {expected}")
     top: dict[str, Any] = files.conform(raw, SCHEMA, "certificate", leaf)
+    found = parts_of([*top["matrix"], *(e["expression"] for e in top["parameters"])])
+    demand(found <= MAX_PARTS, f"{found} operators, names and numbers, more than {MAX_PARTS}")
     return top
+
+
+def parts_of(expressions: list[Any]) -> int:
+    """How many lists, names and numbers there are in expressions: each takes some 700 bytes once it is parsed."""
+    found, left = 0, [*expressions]
+    while left:
+        found, part = found + 1, left.pop()
+        left += part if isinstance(part, list) else ()
+    return found
 
 
 def check(
