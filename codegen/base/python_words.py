@@ -13,6 +13,7 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import fields, is_dataclass
 from inspect import signature
+from shlex import split
 from typing import Any, get_args, get_type_hints
 
 from codegen.base.errors import BadInput, Place
@@ -77,8 +78,8 @@ def reword(fault: BadInput, work: Callable[..., object]) -> None:
             return found[0]
         argument, kind = known[1], arguments[known[1]][1]
         if value and "=" in value:
-            key, _, column = value.partition("=")
-            given = f'{argument}={{"{key}": "{column}"}}'
+            pairs = [pair.partition("=") for pair in split(f"--{option} {value}") if "=" in pair]
+            given = f"{argument}={{{', '.join(f'{_text(name)}: {_text(column)}' for name, _, column in pairs)}}}"
         elif value:
             given = f'{argument}="{value}"'
         elif kind is bool:
@@ -109,6 +110,11 @@ def _arguments(work: Callable[..., object]) -> Arguments:
             if isinstance(kind, type) and is_dataclass(kind):
                 found = {field.name: (kind.__name__, None) for field in fields(kind)} | found
     return found
+
+
+def _text(words: str) -> str:
+    """Words as a literal of Python, in the quotes of the docs."""
+    return repr(words) if '"' in words or "\\" in words else f'"{words}"'
 
 
 def _argument(option: str, arguments: Arguments) -> tuple[str, str] | None:

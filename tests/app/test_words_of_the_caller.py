@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import re
 from collections.abc import Callable
 from pathlib import Path
@@ -59,6 +60,16 @@ CALLS: dict[str, tuple[Callable[[api.Machine, Path], Any], str, str]] = {
         "",
     ),
 }
+
+
+def test_all_columns_of_a_log_are_proposed_as_one_argument(tmp_path: Path) -> None:
+    """As the message says it: the call with what is in its quotes reads the log."""
+    (tmp_path / "log.csv").write_text(LOG.replace("x,u", "Weg [mm],Kraft [N]"))
+    machine = api.load(ONE)
+    with pytest.raises(api.BadInput) as told:
+        machine.replay(tmp_path / "log.csv")
+    (proposed,) = re.findall(r"or `columns=(\{.*?\})`", told.value.expected)
+    assert machine.replay(tmp_path / "log.csv", columns=ast.literal_eval(proposed)).samples == 50
 
 
 @pytest.mark.parametrize("case", CALLS)
