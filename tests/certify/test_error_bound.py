@@ -320,6 +320,17 @@ def test_the_reason_for_no_bound_is_this_spec_s(case: str) -> None:
     assert isinstance(bounds, str) and said in bounds
 
 
+def test_a_full_k_f_is_the_reason_for_no_bound() -> None:
+    """It was said to be "the slope of the gain function h", which is constant."""
+    path = Path(__file__).parents[2] / "specs" / "two_mass.yaml"
+    spec = parse_spec(path.read_text("utf-8").replace("K_F: [500, 700]", "K_F: [[500, 20], [30, 700]]"), path)
+    analysis = analyse(spec, build_observer(spec, build_system(spec)))
+    found = certify(spec, analysis, {}, "none", further=False)
+    assert isinstance(found, Certificate)
+    bounds = error_bounds(spec, analysis, found)
+    assert isinstance(bounds, str) and bounds.startswith("K_F couples contacts")
+
+
 def test_a_bound_that_is_of_little_use_is_told_from_one_that_is() -> None:
     """Friction of 30 N is within 30 N of zero; ten times the acceleration makes the bound ten times as large."""
     bounds = {}

@@ -189,8 +189,11 @@ def _not_constant(observer: Observer, matrices: Mapping[str, Matrix]) -> str:
         return ""
     if observer.integration == "exponential":
         return "the step is exponential, and the bound covers euler and semi_implicit"
+    free = {x for e in varying.values() for x in e.free_symbols}
+    if free and free <= {*observer.signs}:
+        return "K_F couples contacts, so that each direction of slip has another error matrix, and the bound covers one"
     slopes = [words for name, words in SLOPES.items() if name in varying and varying[name].free_symbols]
-    if slopes or any(e.free_symbols for e in varying.values()):
+    if slopes or free:
         what = slopes[0] if slopes else "the slope of the gain function h"
         reason = f"{what} is not constant, and the bound covers a constant one"
         curved = _curved_contacts(observer) if what == SLOPES["by_velocity"] else []
