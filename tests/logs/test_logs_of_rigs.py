@@ -457,7 +457,15 @@ def test_channels_of_a_scope_at_rates_of_their_own(tmp_path, spec, began):
 
 def test_named_rows_and_lists_are_read_in_blocks_too(tmp_path, spec, monkeypatch):
     monkeypatch.setattr("codegen.logs.formats.csv_file.BLOCK_BYTES", 5000)
-    for case, column in (("a serial plotter", "angle"), ("lists in quotes", "position[0]")):
+    for case, column in (
+        ("a serial plotter", "angle"),
+        ("lists in quotes", "position[0]"),
+        ("registers as moteus prints them, behind the number of the servo", "POSITION(0x001)"),
+        ("times of Python's logging between commas", "x"),
+        ("a timetable of MATLAB", "x"),
+        ("a script of MATLAB", "2"),
+        ("numbers behind a logger's name and level", "2"),
+    ):
         (tmp_path / case).mkdir()
         parts = [block.values[:, 0] for block in open_stream(put(tmp_path / case, case)).blocks([column])]
         assert len(parts) > 3 and np.allclose(np.concatenate(parts), X, atol=1e-8)
