@@ -17,6 +17,7 @@ from codegen.base.arrays import Array
 from codegen.base.errors import BadInput
 from codegen.base.progress import begin
 from codegen.diagnosis.evidence.residual_regression import inertia_noise
+from codegen.diagnosis.evidence.single_events import events_of
 from codegen.diagnosis.evidence.timing import acting_earlier, input_leads, late_speeds
 from codegen.diagnosis.fit.force_rows import force_rows, information, residual_sizes
 from codegen.diagnosis.fit.linear import inverse
@@ -79,6 +80,11 @@ class Case:
     def log_of_test(self) -> Log:
         """The log that has the held-out data."""
         return self.log if self.test_log is None else self.test_log
+
+    @cached_property
+    def events(self) -> tuple[int, ...]:
+        """Samples of the training log in single events (``events_of``)."""
+        return events_of(self.problem)
 
     @cached_property
     def steady(self) -> bool:

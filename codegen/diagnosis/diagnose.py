@@ -101,7 +101,7 @@ def diagnose_log(
     means = steady_runs.means_of(case.log) if steady_runs.is_static(case.problem.system) and not case.faults else None
     if means is None:
         try:
-            search = search_on(case.problem, lambda share: record_of(case.problem.motion, case.log, share))
+            search = search_on(case.problem, lambda share: record_of(case.problem.motion, case.log, share, case.events))
         except BadInput as error:
             if case.unfit is not None:  # which may be why there are few stretches in motion
                 raise case.unfit from error

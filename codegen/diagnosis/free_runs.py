@@ -108,7 +108,7 @@ def select(case: Case, search: Search, report: Report, tell: Callable[[Findings]
         known = case.findings_in_words["train"]
         tell({"train": tuple(words for words in corrected.findings_in_words["train"] if words not in known)})
         case, compiled = corrected, search.compiled
-        search = search_on(case.problem, lambda share: record_of(case.problem.motion, case.log, share))
+        search = search_on(case.problem, lambda share: record_of(case.problem.motion, case.log, share, case.events))
         search, base = _refit(case.spec, replace(search, compiled=compiled), case)
         search, outcome, in_place = _sought(search, base, effects, case)
     with_sums, last = with_harmonics(search, outcome) if not case.faults else (outcome, search)

@@ -11,8 +11,10 @@ import numpy as np
 import pytest
 
 from codegen.diagnosis import free_runs
+from codegen.diagnosis.case import case_of
 from codegen.diagnosis.diagnose import diagnose_log
 from codegen.diagnosis.evidence.single_events import LEAST_PREDICTED, largest_event, predicted
+from codegen.diagnosis.fit.record import record_of
 from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.signals import TRIM_S, smooth_motion
 from codegen.diagnosis.fit.trial import with_effects
@@ -123,3 +125,24 @@ def test_a_limit_that_commands_exceed_many_times_is_found(tmp_path: Path) -> Non
     assert found.verdict == "effect", found.sentence
     (effect,) = found.effects
     assert effect.kind == "saturation" and effect.parameters["limit"] == pytest.approx(LIMIT, rel=0.01)
+
+
+@pytest.mark.parametrize("push", [40.0, 0.0])
+def test_a_segment_lies_about_each_event(tmp_path: Path, push: float) -> None:
+    """Wherever it is: segments begin at a fast sample nearby, so that gaps remain between some of them."""
+    log, spec = log_of(stage(level=4.5), tmp_path, "plain.csv"), stage()
+    lacking = 0
+    for first in range(1500, 4600, 100):
+        inputs = log.inputs.copy()
+        inputs[first : first + 30, 0] += push
+        case = case_of(spec, system_of(spec), replace(log, inputs=inputs), None, 0.02)
+        motion = case.problem.motion
+        plain, record = record_of(motion, case.log), record_of(motion, case.log, 1.0, case.events)
+        if not push or np.abs(motion.velocities[first : first + 30, 0]).min() < 0.2:  # about a reversal
+            continue
+        inside = [any(s <= first + 15 < s + r.length for s in r.start) for r in (plain, record)]
+        lacking += not inside[0]
+        assert inside[1] and len(record.start) == len(plain.start) + (not inside[0])
+        assert (np.diff(record.start) > 0).all()
+    assert case.events == () or push
+    assert bool(lacking) is bool(push)

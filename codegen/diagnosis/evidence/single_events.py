@@ -20,7 +20,12 @@ from numpy.typing import NDArray
 from codegen.base.arrays import Array
 from codegen.diagnosis.evidence.residual_regression import LEAST_ROWS, acting_force
 from codegen.diagnosis.fit.linear import correlation, independent, rms
-from codegen.diagnosis.fit.residual import Problem, inverse_dynamics_residual, residual_at_drive
+from codegen.diagnosis.fit.residual import (
+    Problem,
+    inverse_dynamics_residual,
+    residual_at_drive,
+    residual_without_levels,
+)
 from codegen.mechanics.system import System
 
 ACTS = 0.05
@@ -107,23 +112,47 @@ def largest_event(problem: Problem, system: System, i: int) -> Event | None:
     Periods in which the velocity changes its sign are left out: there friction whose sign changes one sample early
     leaves a large residual.
     """
-    motion, rows = problem.motion, problem.used[:, i]
-    width = max(2, motion.step(1))
-    turns = np.abs(np.diff(np.sign(motion.velocities[:, i]), prepend=0.0)) > 0
-    used = rows & (_moving_sum(turns.astype(float), 2 * width + 1) < 0.5)
-    r = np.where(used, residual_at_drive(system, motion)[:, i], 0.0)
-    whole = _moving_sum(used.astype(float), width) > width - 0.5
-    if whole.sum() < LEAST_ROWS:
+    motion = problem.motion
+    sizes, usual, drive = _by_period(problem, residual_at_drive(system, motion)[:, i], system, i)
+    k = int(np.argmax(sizes))
+    if not _is_event(sizes[k], usual, drive):
         return None
-    sizes = np.sqrt(np.maximum(_moving_sum(r**2, width), 0.0) / width) * whole
-    usual, drive, k = float(np.median(sizes[whole])), rms(acting_force(system, motion)[rows, i]), int(np.argmax(sizes))
-    size = float(sizes[k])
-    if size < FAR_ABOVE * usual or not size >= OF_DRIVE * drive or drive <= 0:
-        return None
+    size, width = float(sizes[k]), max(2, motion.step(1))
     event = next(e for e in _joined(np.flatnonzero(sizes >= FAR_ABOVE * usual), width) if e[0] <= k <= e[-1])
     start, stop = (float(motion.time[place]) for place in (event[0], event[-1]))
     half = 0.5 * width * motion.sample_time
     return Event(start - half, stop + half, size, size / drive, size / max(usual, 1e-300))
+
+
+def events_of(problem: Problem) -> tuple[int, ...]:
+    """The middle sample of each event of the declared model, friction levels refitted, ascending."""
+    motion, system, found = problem.motion, problem.system, set[int]()
+    for i, residual in enumerate(residual_without_levels(problem, system).T):
+        sizes, usual, drive = _by_period(problem, residual, system, i)
+        if _is_event(float(sizes.max()), usual, drive):
+            far = np.flatnonzero((sizes >= FAR_ABOVE * usual) & (sizes >= OF_DRIVE * drive))
+            found |= {int(e[len(e) // 2]) for e in _joined(far, max(2, motion.step(1)))}
+    return tuple(sorted(found))
+
+
+def _is_event(size: float, usual: float, drive: float) -> bool:
+    return size >= FAR_ABOVE * usual and size >= OF_DRIVE * drive > 0
+
+
+def _by_period(problem: Problem, residual: Array, system: System, i: int) -> tuple[Array, float, float]:
+    """(N,) RMS of a residual of coordinate i in the period of the cutoff about each sample; the median; the RMS drive.
+
+    The RMS is zero where not all of the period is used or where it has a reversal; all is zero if little is left.
+    """
+    motion, rows = problem.motion, problem.used[:, i]
+    width = max(2, motion.step(1))
+    turns = np.abs(np.diff(np.sign(motion.velocities[:, i]), prepend=0.0)) > 0
+    used = rows & (_moving_sum(turns.astype(float), 2 * width + 1) < 0.5)
+    whole = _moving_sum(used.astype(float), width) > width - 0.5
+    if whole.sum() < LEAST_ROWS:
+        return np.zeros(len(rows)), 0.0, 0.0
+    sizes = np.sqrt(np.maximum(_moving_sum(np.where(used, residual, 0.0) ** 2, width), 0.0) / width) * whole
+    return sizes, float(np.median(sizes[whole])), rms(acting_force(system, motion)[rows, i])
 
 
 def _moving_sum(values: Array, width: int) -> Array:

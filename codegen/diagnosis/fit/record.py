@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
@@ -147,8 +148,11 @@ def _averaging(group: int, n: int) -> Array:
     return np.tile(np.eye(n) / group, (group, 1))
 
 
-def record_of(motion: Motion, log: Log, shorter: float = 1.0) -> Record:
+def record_of(motion: Motion, log: Log, shorter: float = 1.0, events: Sequence[int] = ()) -> Record:
     """Segments of a motion, each from a fast sample nearby, since a run that starts at rest may stick.
+
+    Between two of them up to half a length may be left out. A segment is added about each of ``events``, samples in
+    events of the force balance, that lies in none: an effect that acts there alone would not be seen.
 
     Raises:
         BadInput: if too few segments move, even ``SHORTENED``, times the factor ``shorter``.
@@ -180,6 +184,11 @@ def record_of(motion: Motion, log: Log, shorter: float = 1.0) -> Record:
     most = max(PLENTY, MOST_STEPS // steps)
     if len(starts) > most:
         starts = [starts[k] for k in np.linspace(0, len(starts) - 1, most).round().astype(int)]
+    for k in events:
+        first = min(max(k - tried // 2, 0), count - tried)
+        within = any(start <= first and first + tried <= stop for start, stop in stretches)
+        if within and usable[first : first + tried].all() and not any(s <= k < s + tried for s in starts):
+            starts = sorted([*starts, first])
     along = motion.measured, motion.positions, motion.velocities, motion.commands
     return Record(
         *along,
