@@ -40,7 +40,23 @@ class Place:
         return f"{spot}: {brief(self.key)}" if self.key else spot
 
 
-class BadInput(Exception):
+class _Pickled(Exception):
+    """An exception that pickles with its attributes: a worker's reaches the caller of a pool of processes.
+
+    ``Exception`` calls the class with the message alone.
+    """
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return _restored, (type(self), self.args, vars(self))
+
+
+def _restored(kind: type[_Pickled], args: tuple[object, ...], attributes: dict[str, object]) -> _Pickled:
+    error = kind.__new__(kind, *args)
+    error.__dict__.update(attributes)
+    return error
+
+
+class BadInput(_Pickled):
     """Input that cannot be used: where, what was found, what was expected, and the nearest valid name or value.
 
     Args:
@@ -129,7 +145,7 @@ class Faults:
             raise first
 
 
-class InternalError(Exception):
+class InternalError(_Pickled):
     """A fault of the tool itself, or of a library below it: no input should be able to cause it.
 
     Args:
