@@ -33,8 +33,9 @@ class PlainConsole(Console):
 
     def _broken(self, line: str) -> str:
         indented = " " * (len(line) - len(line.lstrip()) + 2)
-        whole: dict[str, Any] = {"break_long_words": False, "break_on_hyphens": False}
-        return line if len(line) <= self.width else fill(line, self.width, subsequent_indent=indented, **whole)
+        if len(line) <= self.width:
+            return line
+        return fill(line, self.width, subsequent_indent=indented, break_on_hyphens=False)
 
 
 output = PlainConsole()

@@ -22,6 +22,7 @@ from pathlib import Path
 from reprlib import repr as brief
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
+from unicodedata import east_asian_width
 
 
 def load_part(name: str, **given: SimpleNamespace) -> SimpleNamespace:
@@ -57,7 +58,6 @@ HEADERS = r"\.(h|tcc|inl|modulemap)(\.|$)|^module\.map$"  # names, in small lett
 DOMAIN, NO_CODE = 4, 5
 MAKES, COMMAND, MAX_REASON = "stiction generate SPEC", "stiction generate [A-Za-z0-9_./ =+-]{1,200}", 500
 FEW = 4  # bounds that are printed before the rest
-WHOLE_WORDS: dict[str, Any] = {"break_long_words": False, "break_on_hyphens": False}
 ALWAYS = (  # not checked, whatever is given
     "what __init__.py, the Python version, computes (`stiction generate --check` compares it with the tool's output)",
     "what options and macros of a command line (CMakeLists.txt, NAME.mk) make of the C",
@@ -290,8 +290,13 @@ def of_proof(proof: dict[str, Any], folder: Path | None, sources: dict[str, byte
 
 
 def one_line(text: str) -> str:
-    """The text with unprintable characters escaped: a file name may contain terminal control sequences."""
-    return text if text.isprintable() else "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)
+    """The text with unprintable characters escaped: a file name may contain terminal control sequences.
+
+    And those two columns wide, with which a line is longer on a screen than its number of characters says.
+    """
+    if text.isascii() and text.isprintable():
+        return text
+    return "".join(c if c.isprintable() and east_asian_width(c) not in "FW" else ascii(c)[1:-1] for c in text)
 
 
 def status(report: Report) -> int:
@@ -308,7 +313,10 @@ def in_short(report: Report) -> list[str]:
 
 
 def say(*lines: str) -> None:
-    """Print each as one line, so that none can forge another; on a screen a longer one goes on below, indented."""
+    """Print each as one line, so that none can forge another; on a screen a longer one goes on below, indented.
+
+    A word that is longer than the screen is broken too: a screen would break it itself, and go on at its left edge.
+    """
     if not sys.stdout.isatty():
         print(*map(one_line, lines), sep="\n")
         return
@@ -318,7 +326,7 @@ def say(*lines: str) -> None:
     width = get_terminal_size().columns
     for line in map(one_line, lines):
         indented = " " * (len(line) - len(line.lstrip()) + 2)
-        print(line if len(line) <= width else fill(line, width, subsequent_indent=indented, **WHOLE_WORDS))
+        print(line if len(line) <= width else fill(line, width, subsequent_indent=indented, break_on_hyphens=False))
 
 
 def absent(folder: Path, name: str) -> tuple[str, str]:

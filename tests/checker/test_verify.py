@@ -25,6 +25,7 @@ import subprocess
 import sys
 import termios
 import time
+import unicodedata
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from fractions import Fraction
@@ -1201,11 +1202,9 @@ def test_a_folder_stands_for_its_certificate_and_one_without_is_told() -> None:
     assert refused.stderr.count("\n") == 1
 
 
-@pytest.mark.parametrize("columns", [60, 120])
-def test_lines_are_broken_at_the_width_of_a_screen_and_nowhere_else(columns: int) -> None:
-    """The verdict begins a line, and what a file says does not: it goes on indented."""
-    command = [sys.executable, "-I", "-S", str(SOURCE), str(SOURCE.parents[2] / "generated/one_mass_dfo/sliding.json")]
-    plain = subprocess.run(command, capture_output=True, text=True, check=False).stdout
+def on_screen(path: Path, columns: int) -> list[str]:
+    """The lines that the checker prints on a screen of so many columns."""
+    command = [sys.executable, "-I", "-S", str(SOURCE), str(path)]
     screen, child = pty.openpty()
     fcntl.ioctl(child, termios.TIOCSWINSZ, struct.pack("HHHH", 40, columns, 0, 0))
     environment = {name: value for name, value in os.environ.items() if name not in ("COLUMNS", "LINES")}
@@ -1217,10 +1216,31 @@ def test_lines_are_broken_at_the_width_of_a_screen_and_nowhere_else(columns: int
             said += part
     os.close(screen)
     assert process.wait(60) == 5
-    lines = said.decode().replace("\r\n", "\n").splitlines()
-    words = [word for line in plain.splitlines() for word in line.split()]
-    assert [word for line in lines for word in line.split()] == words and max(map(len, plain.splitlines())) > 300
-    assert max(map(len, lines)) <= max(columns, *(len(word) + 4 for word in words))
+    return said.decode().replace("\r\n", "\n").splitlines()
+
+
+@pytest.mark.parametrize("columns", [60, 120])
+def test_lines_are_broken_at_the_width_of_a_screen_and_nowhere_else(columns: int) -> None:
+    """The verdict begins a line, and what a file says does not: it goes on indented."""
+    path = SOURCE.parents[2] / "generated/one_mass_dfo/sliding.json"
+    command = [sys.executable, "-I", "-S", str(SOURCE), str(path)]
+    plain = subprocess.run(command, capture_output=True, text=True, check=False).stdout
+    lines = on_screen(path, columns)
+    assert "".join("".join(lines).split()) == "".join(plain.split()) and max(map(len, plain.splitlines())) > 300
+    whole = [word for word in plain.split() if len(word) < columns - 6]
+    assert {*whole} <= {*" ".join(lines).split()} and max(map(len, lines)) <= columns
     flush = [line for line in plain.splitlines() if not line.startswith(" ")]
     begun = [line for line in lines if not line.startswith(" ")]
     assert all(line.startswith(part) for line, part in zip(flush, begun, strict=True))
+
+
+@pytest.mark.parametrize("before", [78 * "\u2800", 39 * "\u4e00", 39 * "\uff01"], ids=["blank", "wide", "full"])
+def test_no_word_of_a_file_begins_at_the_left_edge_of_a_screen(before: str, tmp_path: Path) -> None:
+    """The screen broke these words at its width: "verified for the C" stood in a line of its own."""
+    content = json.loads((SOURCE.parents[2] / "generated/one_mass_dfo/sliding.json").read_text("utf-8"))
+    content["claim"] = f"{before}one_mass_dfo:\u2800verified\u2800for\u2800the\u2800C\u2800(exit\u2800status\u28000)"
+    content["subject"]["files"] = {}
+    (tmp_path / "sliding.json").write_text(json.dumps(content), "utf-8")
+    for line in on_screen(tmp_path / "sliding.json", 80):
+        wide = sum(1 + (unicodedata.east_asian_width(c) in "FW") for c in line)
+        assert wide <= 80 and ("verified\u2800" not in line or line.startswith("    "))
