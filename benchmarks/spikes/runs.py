@@ -27,6 +27,8 @@ SPIKE = PRACTICE / "spike.py"
 SIGNIFICANCE = Path(__file__).with_name("significance.py")
 UNSIZED = ("encoder_eccentricity",)
 """Moves the reading and not the force, so it has no share of the drive force."""
+RESTARTED = ("friction_drift",)
+"""Starts anew in each record as spike.py puts it in, and once for all records as the law has it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,28 +71,34 @@ class Bench:
     def diagnosis(self, kind: str, percent: float, again: bool) -> dict[str, Any]:
         """Of the log with a spike."""
         case, logs = self.made(kind, percent), self.logs
-        names = ["train.csv", "test.csv", *(f"test{k}.csv" for k in range(2, len(logs.train) + len(logs.test)))]
-        files = [case / name for name in names[: len(logs.train) + len(logs.test)]]
+        files = _spiked(case, logs)
         train, test = files[: len(logs.train)], files[len(logs.train) :]
         out = self.result(kind, percent)
         diagnosed_logs(case.name, logs.spec, train, test, out, again, logs.description)
         return result_in(out)
 
     def truth(self, kind: str, percent: float) -> tuple[dict[str, Any], dict[str, Any]]:
-        """truth.json, and what least squares finds in the log as it is and in the spiked one."""
+        """truth.json, and what least squares finds in the training logs as they are and in the spiked ones."""
         case = self.made(kind, percent)
         checked, truth = case / "check.json", json.loads((case / "truth.json").read_text())
-        found = json.loads(checked.read_text()) if checked.is_file() else {}
-        if percent and "nats" not in found:
-            found |= _significance(self.one, self.logs, case, truth, self.out)
+        if percent and not checked.is_file():
+            found = _significance(self.one, self.logs, case, truth, self.out)
             write_atomically(checked, json.dumps(found) + "\n")
+        found = json.loads(checked.read_text()) if percent else {}
         return truth, found
+
+
+def _spiked(case: Path, logs: Readable) -> list[Path]:
+    """The files that spike.py writes: those for training, then those for the test."""
+    count = len(logs.train) + len(logs.test)
+    return [case / name for name in ["train.csv", "test.csv", *(f"test{k}.csv" for k in range(2, count))][:count]]
 
 
 def kinds_for(one: RealSet, out: Path) -> list[str]:
     """The kinds that can be put into a log by their share and make sense in this set's system."""
     system = build_system(read_spec(one.spec_file))
-    return [kind for kind in spikable(out) if kind not in UNSIZED and _applies(kind, system)]
+    left_out = (*UNSIZED, *(RESTARTED if len(one.train) > 1 else ()))
+    return [kind for kind in spikable(out) if kind not in left_out and _applies(kind, system)]
 
 
 @cache
@@ -113,14 +121,11 @@ def _make(one: RealSet, logs: Readable, case: Path, kind: str, percent: float, o
     command += ["--cutoff", repr(one.cutoff_hz), "--share", repr(percent / 100)]
     command += [f"--set={name}={value!r}" for name, value in one.settings.get(kind, {}).items()]
     command += ["--gravity"] if one.gravity else []
-    said = _spike_python([*command, *(["--check"] if percent else [])], out)
-    for line in said.splitlines():
-        if line.startswith(f"{kind} {{"):
-            write_atomically(case / "check.json", line.split(" ", 1)[1] + "\n")
+    _spike_python(command, out)
 
 
 def _significance(one: RealSet, logs: Readable, case: Path, truth: dict[str, Any], out: Path) -> dict[str, Any]:
-    """What significance.py finds: standard errors, and the best other law with its distance in nats."""
+    """What significance.py finds: own, residuals, standard errors, and the best other law with its nats."""
     (effect,) = truth["effects"]
     asked = {
         "kind": effect["kind"],
@@ -133,10 +138,10 @@ def _significance(one: RealSet, logs: Readable, case: Path, truth: dict[str, Any
         "gain": one.gain,
         "gravity": one.gravity,
         "cutoff": 2 * one.cutoff_hz,
+        "plain": [str(file) for file in logs.train],
+        "spiked": [str(file) for file in _spiked(case, logs)[: len(logs.train)]],
     }
-    said: dict[str, Any] = json.loads(
-        _spike_python([str(SIGNIFICANCE), str(case / "train.csv"), json.dumps(asked)], out)
-    )
+    said: dict[str, Any] = json.loads(_spike_python([str(SIGNIFICANCE), json.dumps(asked)], out))
     return said
 
 

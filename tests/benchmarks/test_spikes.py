@@ -6,6 +6,7 @@ import argparse
 import importlib
 import importlib.util
 import sys
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -172,39 +173,66 @@ def test_the_jackknife_agrees_with_the_textbook_error_and_knows_no_spanned_colum
     rng = np.random.default_rng(3)
     columns = rng.standard_normal((9600, 3)) * [1.0, 20.0, 0.3]
     drive = columns @ [2.0, -1.0, 5.0] + 0.7 * rng.standard_normal(9600)
-    found, error = jackknife(columns, drive)
+    found, error = jackknife(columns, drive, [2400, 7200])
     exact = 0.7 * np.sqrt(np.linalg.inv(columns.T @ columns)[2, 2])
     assert found == pytest.approx(5.0, abs=4 * exact) and error == pytest.approx(exact, rel=0.3)
     angle = rng.uniform(-1, 1, 9600)
     spanned = np.column_stack([np.sin(angle), np.cos(angle), np.sin(angle + 0.4)])
-    assert jackknife(spanned, drive)[1] == np.inf
+    assert jackknife(spanned, drive, [9600])[1] == np.inf
 
 
-@pytest.mark.skipif(not SPIKE.is_file(), reason="../shared/practice is not here")
-@pytest.mark.parametrize(("acting", "put_in"), [("hardening_spring", True), ("spring", False)])
-def test_least_squares_prefers_the_law_that_acts(
-    acting: str, put_in: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """A machine with a cubic spring, which is preferred where it was put in, and also where a linear one was."""
+@pytest.fixture
+def significance(monkeypatch: pytest.MonkeyPatch) -> Any:
+    """The script beside the shared spike.py."""
+    if not SPIKE.is_file():
+        pytest.skip("../shared/practice is not here")
     monkeypatch.syspath_prepend(str(SPIKE.parent))
     monkeypatch.delitem(sys.modules, "benchmarks.spikes.significance", raising=False)
     if importlib.util.find_spec("yaml") is None:
         monkeypatch.setitem(sys.modules, "yaml", SimpleNamespace())
-    significance = importlib.import_module("benchmarks.spikes.significance")
+    return importlib.import_module("benchmarks.spikes.significance")
+
+
+ASKED = {"position": ("x", "x"), "input": ("w", "w"), "time": "t", "time_scale": 1.0, "gain": 1.0, "gravity": False}
+LEAST_SQUARES = argparse.Namespace(still=None, cutoff=40.0, **ASKED)
+
+
+WAVES = ((0.2, 2.5), (0.07, 6.9), (0.02, 17.0))
+
+
+def measured(log: Path, waves: Sequence[tuple[float, float]] = WAVES, k: float = 0.0, k3: float = 200.0) -> Path:
+    """A log of a machine with a spring k x + k3 x³; its motion is a sum of waves (m, rad/s)."""
     t = np.arange(0, 20, 2e-3)
     x, v, a = np.zeros((3, len(t)))
-    for size, w in ((0.2, 2.5), (0.07, 6.9), (0.02, 17.0)):
+    for size, w in waves:
         x, v, a = x + size * np.sin(w * t), v + size * w * np.cos(w * t), a - size * w**2 * np.sin(w * t)
-    force = 2 * a + 6 * v + 4 * np.sign(v) + 200 * x**3 + 0.3 * np.random.default_rng(1).standard_normal(len(t))
-    log = tmp_path / "log.csv"
+    force = 2 * a + 6 * v + 4 * np.sign(v) + k * x + k3 * x**3
+    force += 0.3 * np.random.default_rng(1).standard_normal(len(t))
     np.savetxt(log, np.column_stack([t, x, force]), delimiter=",", header="t,x,w", comments="")
-    asked = {"position": ("x", "x"), "input": ("w", "w"), "time": "t", "time_scale": 1.0, "gain": 1.0, "gravity": False}
-    args = argparse.Namespace(still=None, cutoff=40.0, **asked)
-    other, nats = significance.SpikedLog(acting, {"k": 10.0, "k3": 200.0}, args, log).best_other(
-        ["spring", "hardening_spring"]
-    )
+    return log
+
+
+@pytest.mark.parametrize(("acting", "put_in"), [("hardening_spring", True), ("spring", False)])
+def test_least_squares_prefers_the_law_that_acts(acting: str, put_in: bool, tmp_path: Path, significance: Any) -> None:
+    """A machine with a cubic spring, which is preferred where it was put in, and also where a linear one was."""
+    log = measured(tmp_path / "log.csv")
+    experiment = significance.Experiment(acting, {"k": 10.0, "k3": 200.0}, LEAST_SQUARES, [log])
+    other, nats = experiment.best_other(["spring", "hardening_spring"])
     assert other == ("spring" if put_in else "hardening_spring")
     assert nats > 10 if put_in else nats < -10
+
+
+def test_least_squares_takes_all_training_records(tmp_path: Path, significance: Any) -> None:
+    """In a record of one frequency the force of inertia is that of a spring, a = −w² x; two frequencies tell them."""
+    plain, spiked = ([measured(tmp_path / f"{w}_{k}.csv", [(0.2, w)], k, 0.0) for w in (2.5, 7.0)] for k in (5.0, 15.0))
+    both = [significance.Experiment("spring", {"k": 10.0}, LEAST_SQUARES, logs) for logs in (plain, spiked)]
+    found = significance.sizes(*both)
+    assert found["own"] == pytest.approx(5.0, abs=0.1)
+    assert found["residual_after"] > 2 * found["residual_before"] > 4 * found["residual_with_effect"]
+    deviations, whole = both[1].deviations()
+    assert whole == pytest.approx(1.5 * deviations, rel=0.02)
+    alone = significance.Experiment("spring", {"k": 10.0}, LEAST_SQUARES, spiked[:1])
+    assert deviations > 5 * alone.deviations()[0]
 
 
 def test_what_least_squares_prefers_to_other_laws_is_counted_apart() -> None:
