@@ -37,6 +37,7 @@ class RealSet:
     gravity: bool = False
     description: str = ""
     converted: bool = False
+    steady: list[str] = field(default_factory=list)
     refitted: dict[str, str] = field(default_factory=dict)
     settings: dict[str, dict[str, float]] = field(default_factory=dict)
 

@@ -59,9 +59,8 @@ def pairs(kinds: int, only: Sequence[str] = ()) -> list[Pair]:
         if case.title in only or (not only and (not kind or (kind not in seen and len(seen) < kinds))):
             found.append(_of_case(case, kind))
         seen |= {kind} - {""}
-    chosen = {
-        f"real/{name}": one for name, one in real_sets().items() if one.is_here and one.test and _is_told(one.spec_file)
-    }
+    here = {name: one for name, one in real_sets().items() if one.is_here and one.test and not one.steady}
+    chosen = {f"real/{name}": one for name, one in here.items() if _is_told(one.spec_file)}
     return found + [_of_set(title, one) for title, one in chosen.items() if not only or title in only]
 
 

@@ -13,10 +13,13 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from benchmarks.practice.cases import PRACTICE
 from benchmarks.practice.fresh import environment
 from benchmarks.practice.runs import code_version, diagnosed_logs, result_in
 from benchmarks.real.spiked import Readable, RealSet, readable
+from benchmarks.spikes.outcome import MULTIPLIES
 from codegen.base.files import write_atomically
 from codegen.effects import CATALOGUE
 from codegen.effects.declare import places_of
@@ -27,6 +30,10 @@ SPIKE = PRACTICE / "spike.py"
 SIGNIFICANCE = Path(__file__).with_name("significance.py")
 UNSIZED = ("encoder_eccentricity",)
 """Moves the reading and not the force, so it has no share of the drive force."""
+BLOCKS = 48
+"""Of the jackknife; a record at one speed is one block, since only its mean counts."""
+MOST_TRIES, SAME_SHARE = 8, 0.01
+"""Strengths that are tried, and the relative difference up to which a share is the one that was asked for."""
 RESTARTED = ("friction_drift",)
 """Starts anew in each record as spike.py puts it in, and once for all records as the law has it."""
 
@@ -98,7 +105,8 @@ def kinds_for(one: RealSet, out: Path) -> list[str]:
     """The kinds that can be put into a log by their share and make sense in this set's system."""
     system = build_system(read_spec(one.spec_file))
     left_out = (*UNSIZED, *(RESTARTED if len(one.train) > 1 else ()))
-    return [kind for kind in spikable(out) if kind not in left_out and _applies(kind, system)]
+    shown = one.steady or spikable(out)
+    return [kind for kind in spikable(out) if kind in shown and kind not in left_out and _applies(kind, system)]
 
 
 @cache
@@ -115,13 +123,38 @@ def _applies(kind: str, system: System) -> bool:
 
 
 def _make(one: RealSet, logs: Readable, case: Path, kind: str, percent: float, out: Path) -> None:
+    """The spiked log; of several training records by the strength that has the share over all of them."""
     command = [str(SPIKE), *map(str, [*logs.train, *logs.test]), "-o", str(case), "--kind", kind]
     command += ["--position", "=".join(logs.position), "--input", "=".join(logs.input), "--time", logs.time[1]]
     command += ["--time-scale", repr(logs.time_scale), "--gain", repr(one.gain), "--contact", one.contact]
     command += ["--cutoff", repr(one.cutoff_hz), "--share", repr(percent / 100)]
-    command += [f"--set={name}={value!r}" for name, value in one.settings.get(kind, {}).items()]
     command += ["--gravity"] if one.gravity else []
-    _spike_python(command, out)
+    settings = one.settings.get(kind, {})
+    for _ in range(MOST_TRIES):
+        _spike_python([*command, *(f"--set={name}={value!r}" for name, value in settings.items())], out)
+        share = _share(logs, case) if percent and len(logs.train) > 1 else percent / 100
+        if abs(share - percent / 100) <= SAME_SHARE * share:
+            return
+        (effect,) = json.loads((case / "truth.json").read_text())["effects"]
+        name, neutral = CATALOGUE[kind].parameters[0].name, 1.0 if kind in MULTIPLIES else 0.0
+        found = effect["parameters"]
+        settings = {**found, name: neutral + (found[name] - neutral) * percent / 100 / share}
+    raise RuntimeError(f"{case}: no strength of {kind} has a share of {percent:g} % over all training records")
+
+
+def _share(logs: Readable, case: Path) -> float:
+    """RMS of the force that the spike adds, over that of the drive force, in all training records (CSV)."""
+    before, after = (
+        np.concatenate([_column(file, logs.input[1]) for file in files])
+        for files in (logs.train, _spiked(case, logs)[: len(logs.train)])
+    )
+    return float(np.sqrt(np.mean((after - before) ** 2) / np.mean(before**2)))
+
+
+def _column(file: Path, name: str) -> np.ndarray:
+    with file.open() as lines:
+        names = [one.strip().strip('"') for one in lines.readline().split(",")]
+        return np.loadtxt(lines, delimiter=",", usecols=names.index(name))
 
 
 def _significance(one: RealSet, logs: Readable, case: Path, truth: dict[str, Any], out: Path) -> dict[str, Any]:
@@ -138,6 +171,7 @@ def _significance(one: RealSet, logs: Readable, case: Path, truth: dict[str, Any
         "gain": one.gain,
         "gravity": one.gravity,
         "cutoff": 2 * one.cutoff_hz,
+        "blocks": len(one.train) if one.steady else BLOCKS,
         "plain": [str(file) for file in logs.train],
         "spiked": [str(file) for file in _spiked(case, logs)[: len(logs.train)]],
     }

@@ -29,7 +29,6 @@ import numpy as np
 import spike  # the shared script; its folder is on the path
 from scipy.signal import butter, filtfilt
 
-BLOCKS = 48
 PERIODS = np.geomspace(1 / 40, 2.0, 40)
 """Of a wave that is tried as another law, over the stroke."""
 SPEEDS = np.geomspace(0.02, 0.7, 8)
@@ -113,7 +112,7 @@ class Experiment:
         """(N, 1) the force of the spike's law for a unit of its strength."""
         return self.matrix(lambda record: [record.column(self.kind, self.parameters)])
 
-    def deviations(self) -> tuple[float, float]:
+    def deviations(self, blocks: int) -> tuple[float, float]:
         """(s/σ(c), abs(c)/σ(c)): of the spike, and of all that the records have of the effect.
 
         Of a delay the column is dF/dt, to first order in the delay; a gain is found from the inertia, which it scales:
@@ -121,7 +120,7 @@ class Experiment:
         """
         size = self.parameters[spike.STRENGTH[self.kind]]
         columns = np.hstack([self.matrix(_base), self.effect()])
-        found, error = jackknife(columns, self.drive, [len(record.rows) for record in self.records])
+        found, error = jackknife(columns, self.drive, [len(record.rows) for record in self.records], blocks)
         if not error < np.inf:
             return 0.0, 0.0
         if self.kind == "input_gain":
@@ -244,11 +243,11 @@ def _delay(plain: Experiment, base: np.ndarray) -> float:
     return float(-curve[1] / 2 / curve[0])
 
 
-def jackknife(columns: np.ndarray, drive: np.ndarray, lengths: Sequence[int]) -> tuple[float, float]:
+def jackknife(columns: np.ndarray, drive: np.ndarray, lengths: Sequence[int], blocks: int) -> tuple[float, float]:
     """The last column's coefficient by least squares and its standard error, infinite where the others span it.
 
     Args:
-        lengths: of the records; each is cut into a number of the blocks that is proportional to it, one at least.
+        lengths: of the records. Each is cut into a number of the ``blocks`` that is proportional to it, one at least.
     """
     scale = np.sqrt(np.mean(columns**2, axis=0))
     columns = columns / scale
@@ -258,7 +257,7 @@ def jackknife(columns: np.ndarray, drive: np.ndarray, lengths: Sequence[int]) ->
     if np.linalg.norm(rest) < SPANNED * np.linalg.norm(last):
         return 0.0, np.inf
     records = np.split(np.arange(len(drive)), np.cumsum(lengths)[:-1])
-    counts = [max(1, round(BLOCKS * length / len(drive))) for length in lengths]
+    counts = [max(1, round(blocks * length / len(drive))) for length in lengths]
     parts = [part for rows, count in zip(records, counts, strict=True) for part in np.array_split(rows, count)]
     matrices = np.array([columns[k].T @ columns[k] for k in parts])
     vectors = np.array([columns[k].T @ drive[k] for k in parts])
@@ -274,12 +273,13 @@ def jackknife(columns: np.ndarray, drive: np.ndarray, lengths: Sequence[int]) ->
 def main() -> None:
     asked = json.loads(sys.argv[1])
     kind, parameters, kinds = asked.pop("kind"), asked.pop("parameters"), asked.pop("kinds")
+    blocks = asked.pop("blocks")
     plain, spiked = ([Path(log) for log in asked.pop(name)] for name in ("plain", "spiked"))
     args = argparse.Namespace(still=None, **asked)
     experiment = Experiment(kind, parameters, args, spiked)
     found = sizes(Experiment(kind, parameters, args, plain), experiment)
     names = "deviations", "found_deviations", "other", "nats"
-    beside = zip(names, (*experiment.deviations(), *experiment.best_other(kinds)), strict=True)
+    beside = zip(names, (*experiment.deviations(blocks), *experiment.best_other(kinds)), strict=True)
     print(json.dumps({**found, **dict(beside)}))
 
 

@@ -134,7 +134,7 @@ def _practice() -> Iterator[Source]:
 
 def _real() -> Iterator[Source]:
     for name, one in real_sets().items():
-        if one.is_here:
+        if one.is_here and not one.steady:
             yield Source(name, name, one.read)
 
 

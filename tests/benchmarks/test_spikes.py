@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 from benchmarks.rates import Rate
-from benchmarks.real.spiked import real_sets
+from benchmarks.real.spiked import Readable, RealSet, real_sets
 from benchmarks.spikes.__main__ import codes_of, page, rates
 from benchmarks.spikes.outcome import (
     DETECTED,
@@ -33,7 +33,7 @@ from benchmarks.spikes.outcome import (
     totals,
 )
 from benchmarks.spikes.rows import Part, Row, merged, parts_in, text_of
-from benchmarks.spikes.runs import SPIKE
+from benchmarks.spikes.runs import SPIKE, _make, kinds_for
 from tests.benchmarks.diagnoses import diagnosis, effect
 
 COGGING = Spike("cogging", "amplitude", 10.0, frozenset({"cogging"}), own=1.0)
@@ -173,12 +173,12 @@ def test_the_jackknife_agrees_with_the_textbook_error_and_knows_no_spanned_colum
     rng = np.random.default_rng(3)
     columns = rng.standard_normal((9600, 3)) * [1.0, 20.0, 0.3]
     drive = columns @ [2.0, -1.0, 5.0] + 0.7 * rng.standard_normal(9600)
-    found, error = jackknife(columns, drive, [2400, 7200])
+    found, error = jackknife(columns, drive, [2400, 7200], 48)
     exact = 0.7 * np.sqrt(np.linalg.inv(columns.T @ columns)[2, 2])
     assert found == pytest.approx(5.0, abs=4 * exact) and error == pytest.approx(exact, rel=0.3)
     angle = rng.uniform(-1, 1, 9600)
     spanned = np.column_stack([np.sin(angle), np.cos(angle), np.sin(angle + 0.4)])
-    assert jackknife(spanned, drive, [9600])[1] == np.inf
+    assert jackknife(spanned, drive, [9600], 48)[1] == np.inf
 
 
 @pytest.fixture
@@ -229,10 +229,35 @@ def test_least_squares_takes_all_training_records(tmp_path: Path, significance: 
     found = significance.sizes(*both)
     assert found["own"] == pytest.approx(5.0, abs=0.1)
     assert found["residual_after"] > 2 * found["residual_before"] > 4 * found["residual_with_effect"]
-    deviations, whole = both[1].deviations()
+    deviations, whole = both[1].deviations(48)
     assert whole == pytest.approx(1.5 * deviations, rel=0.02)
     alone = significance.Experiment("spring", {"k": 10.0}, LEAST_SQUARES, spiked[:1])
-    assert deviations > 5 * alone.deviations()[0]
+    assert deviations > 5 * alone.deviations(48)[0]
+
+
+@pytest.mark.skipif(not SPIKE.is_file(), reason="../shared/practice is not here")
+@pytest.mark.parametrize("kind", ["spring", "load_dependent_friction", "input_gain"])
+def test_a_spike_has_its_share_over_all_training_records(kind: str, tmp_path: Path) -> None:
+    """A spring of the strength that the first record asks for would be 4 % of the drive force of both."""
+    train = [measured(tmp_path / f"{w}.csv", [(0.2, w)], 5.0, 0.0) for w in (2.5, 7.0)]
+    columns = ("t", "t"), ("x", "x"), ("w", "w")
+    one = RealSet("", [], [], {}, {}, {}, "contact")
+    _make(one, Readable(SPIKE, train, [], *columns, 1.0, None), tmp_path / "case", kind, 10.0, tmp_path)
+    plain, spiked = (
+        np.concatenate([np.loadtxt(file, delimiter=",", skiprows=1)[:, 2] for file in files])
+        for files in (train, [tmp_path / "case" / name for name in ("train.csv", "test.csv")])
+    )
+    assert np.sqrt(np.mean((spiked - plain) ** 2) / np.mean(plain**2)) == pytest.approx(0.1, rel=0.01)
+
+
+def test_records_at_one_speed_get_the_effects_that_a_speed_shows(tmp_path: Path) -> None:
+    if not SPIKE.is_file():
+        pytest.skip("../shared/practice is not here")
+    ladder = real_sets(["screw_drive_1"])["screw_drive_1"]
+    assert set(kinds_for(ladder, tmp_path)) == set(ladder.steady)
+    moving = replace(ladder, steady=[])
+    assert "cogging" in kinds_for(moving, tmp_path) and "friction_drift" not in kinds_for(moving, tmp_path)
+    assert "friction_drift" in kinds_for(replace(moving, train=moving.train[:1]), tmp_path)
 
 
 def test_what_least_squares_prefers_to_other_laws_is_counted_apart() -> None:
