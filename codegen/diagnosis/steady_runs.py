@@ -24,6 +24,7 @@ from scipy.stats import t as student
 
 from codegen.base.arrays import Array
 from codegen.base.significant import in_percent
+from codegen.diagnosis.evidence.adoption import AWAY
 from codegen.diagnosis.evidence.coverage import Survey, survey
 from codegen.diagnosis.evidence.estimate import CONFIDENCE, effect_of
 from codegen.diagnosis.evidence.reservations import may_be_absent
@@ -32,7 +33,7 @@ from codegen.diagnosis.fit.linear import fitted, inverse, rms
 from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.shooting import hidden_states
 from codegen.diagnosis.fit.signals import Motion
-from codegen.diagnosis.fit.trial import Part, Trial, model_of, part_of
+from codegen.diagnosis.fit.trial import Part, Trial, in_unit, model_of, part_of
 from codegen.diagnosis.results import Candidate, ErrorFigures, Fact, FoundEffect, Interval, Remainder, Round, Verdict
 from codegen.diagnosis.verdict.admission import Measured, Reference, admitted, merged
 from codegen.diagnosis.verdict.answer import Answer
@@ -210,11 +211,17 @@ class Tried:
 
 @dataclass(frozen=True, eq=False)
 class SteadySearch:
-    """Fits on the means of steady records; ``problem`` is of the declared system on the log's motion."""
+    """Fits on the means of steady records.
+
+    Attributes:
+        problem: of the declared system on the log's motion.
+        held: whether a tolerance holds a parameter near its declared value.
+    """
 
     problem: Problem
     means: Means
     noise: Array
+    held: bool = True
 
     @property
     def system(self) -> System:
@@ -235,7 +242,10 @@ class SteadySearch:
 
     def _fit_from(self, trial: Trial, error: Callable[[Array], Array], theta: Array) -> SteadyFit:
         none = np.zeros(len(theta) - len(self.problem.moved))
-        prior, centre = np.append(self.problem.prior_precision, none), np.append(self.problem.declared, none)
+        prior, centre = (
+            np.append(self.held * self.problem.prior_precision, none),
+            np.append(self.problem.declared, none),
+        )
         least = 1e-12 * max(float(np.abs(self.drive).max()), 1e-300)
         scale = max(rms(error(theta)), least)
         size = np.where(theta != 0, np.abs(theta), np.where(prior > 0, 1 / np.sqrt(np.maximum(prior, 1e-300)), 1.0))
@@ -267,11 +277,39 @@ class SteadySearch:
         kept = [one for one in tried if not any(_is_simpler_form(other, one) for other in tried)]
         return sorted(kept, key=lambda a: (not a.row.accepted, a.fit.squares))
 
-    def ties(self, ranked: Sequence[Tried]) -> list[Tried]:
-        """Credited candidates that the records cannot tell from the best, its twins left out."""
+    def ties(self, ranked: Sequence[Tried], base: SteadyFit) -> list[Tried]:
+        """Credited candidates that are no worse than the best, its twins left out.
+
+        They are those that the records cannot tell from the best; then those that are better than it by ``TIE_NATS``
+        where no tolerance holds a parameter. A parameter that is several tolerances off leaves a force that another
+        law takes up, and the law that acts needs the parameter's own value to fit.
+        """
         best, *others = ranked
-        alike = (a for a in others if a.row.accepted and (a.row.kind, a.row.on) not in best.row.also)
-        return [a for a in alike if a.fit.nats < best.fit.nats + TIE_NATS]
+        known = {_effect(best), *best.row.also}
+        alike = [a for a in others if a.row.accepted and _effect(a) not in known]
+        tied = [a for a in alike if a.fit.nats < best.fit.nats + TIE_NATS]
+        if not self.problem.prior_precision.any():
+            return tied
+        known |= {_effect(a) for a in tied}
+        free = replace(self, held=False)
+        others = free.ranked_candidates(free.fit(base.trial, [base.theta]))
+        least = min((a.fit.nats for a in others if _effect(a) == _effect(best)), default=np.inf) - TIE_NATS
+        return tied + [a for a in others if a.row.accepted and _effect(a) not in known and a.fit.nats < least]
+
+    def values_away(self, tried: Sequence[Tried]) -> tuple[Fact, ...]:
+        """The value that each fit moves furthest from the declared one, if by more than ``AWAY`` tolerances."""
+        count, facts = len(self.problem.moved), []
+        for one in tried if count else ():
+            away = np.abs(one.fit.theta[:count] - self.problem.declared) * np.sqrt(self.problem.prior_precision)
+            k = int(np.argmax(away))
+            if away[k] > AWAY:
+                symbol, declared = self.problem.moved[k], self.problem.declared[k]
+                value = f"{symbol} = {one.fit.theta[k]:.3g}{in_unit(self.system, symbol)}"
+                words = (
+                    f"{one.row.kind} on {one.row.on} fits with {value}, {away[k]:.2g} tolerances from {declared:.3g}"
+                )
+                facts.append(Fact("note", words))
+        return tuple(facts)
 
     def _tried(self, trial: Trial, base: SteadyFit, count: int) -> Tried | None:
         starts = self._starts(trial, base)
@@ -350,6 +388,10 @@ class SteadySearch:
     @cached_property
     def _survey(self) -> Survey:
         return survey(self.system, self.problem.motion)
+
+
+def _effect(one: Tried) -> tuple[str, str]:
+    return one.row.kind, one.row.on
 
 
 def _is_simpler_form(other: Tried, one: Tried) -> bool:
@@ -452,7 +494,8 @@ def select_effects(search: SteadySearch) -> SteadyOutcome:
             break
         current = ranked[0].fit
         fits.append(current)
-        rivals = rivals if turn else tuple(search.ties(ranked))
+        if not turn and (rivals := tuple(search.ties(ranked, base))):
+            break  # what is missing besides would be another effect for each of those that tie
     return SteadyOutcome(base, tuple(fits), tuple(rounds), rivals)
 
 
@@ -491,7 +534,7 @@ def answer_of(search: SteadySearch, measured: Measured) -> tuple[Answer, SteadyO
         else []
     )
     figures = (*figures[:2], measured(named.model))
-    effects, remarks = effects_of(named, refit), (*remarks, *refused)
+    effects, remarks = effects_of(named, refit), (*remarks, *refused, *search.values_away(found.rivals))
     return replace(
         answer, verdict=verdict, effects=effects, augmented=named.model, figures=figures, remarks=remarks
     ), found
