@@ -165,6 +165,7 @@ def named(diagnosis: Mapping[str, Any]) -> tuple[str, ...]:
         return ()
     pairs = (diagnosis.get("separation") or {}).get("pairs", [])
     tied = [pair[side]["kind"] for pair in pairs for side in ("first", "other")]
+    tied = tied or [effect["kind"] for effect in diagnosis.get("tied", [])]
     return tuple(dict.fromkeys(tied)) or tuple(c["kind"] for c in diagnosis["candidates"][:2])
 
 

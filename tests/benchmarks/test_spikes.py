@@ -73,6 +73,12 @@ def test_rivals_are_those_that_the_separation_names() -> None:
     assert outcome_of(COGGING, NOTHING, tied) == Outcome(WITH, ("spring", "offset", "cogging"))
 
 
+def test_rivals_of_records_at_one_speed_are_those_that_are_said_to_tie() -> None:
+    """They have no motion that separates them, and candidates that were refused may stand above a rival."""
+    said = {**diagnosis("ambiguous", tied=["spring", "cogging"]), "tied": [{"kind": "spring"}, {"kind": "stribeck"}]}
+    assert outcome_of(COGGING, NOTHING, said) == Outcome(WITHOUT, ("spring", "stribeck"))
+
+
 def test_a_name_that_the_plain_log_got_counts_only_where_its_parameter_moved_by_the_spike() -> None:
     plain = diagnosis("effect", wave(4.0))
     assert outcome_of(COGGING, plain, diagnosis("effect", wave(5.0))).outcome == PLAIN
