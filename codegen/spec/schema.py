@@ -27,9 +27,22 @@ def _number_like(value: object) -> object:
     try:
         float(value) if isinstance(value, str) else str(value)  # a whole number may be too large for a double
     except ValueError:
-        alone = " alone, without its unit" if isinstance(value, str) and value[:1].isdigit() else ""
-        raise ValueError(f"expected a number{alone}") from None
+        raise ValueError(f"expected a number{_about_text(str(value))}") from None
     return str(value)
+
+
+def _about_text(text: str) -> str:
+    """What the message on a text in place of a number adds: how it is written."""
+    if _GROUPED.fullmatch(text):
+        return f" without separators: {text.translate(_SEPARATORS)}"
+    if text[:1].isdigit():
+        return " alone, without a formula" if re.search(r"[-+*/:]", text) else " alone, without its unit"
+    return ""
+
+
+_SEPARATORS = str.maketrans("", "", "' ")
+_GROUPED = re.compile(r"\d{1,3}(?:[' ]\d{3})+(?:\.\d+)?")
+"""A number with its thousands apart."""
 
 
 def _quantity_like(value: object) -> object:
@@ -62,11 +75,16 @@ def _unit_like(value: object) -> object:
     return "1" if value == 1 and not isinstance(value, bool) else value
 
 
+_SIGNS = re.compile(r"^\s*(?:±|\+\s*/?\s*-|-)\s*")
+_SIZE = re.compile(r"\d[\d.]*(?:[eE][-+]?\d+)?(?:\s*[^\s\d.][^\s.]*)?")
+"""A number, with or without a unit."""
+
+
 def _range_like(value: object) -> object:
     if not isinstance(value, list) or len(value) != 2:
         question = f"; {QUESTION}" if isinstance(value, list) and maybe_commas(value, 2) else ""
-        size = str(value).removeprefix("-") if isinstance(value, (str, int, float)) else ""
-        example = f", as in `[-{size}, {size}]`" if size[:1].isdigit() and len(size) <= 20 else ""
+        size = _SIGNS.sub("", str(value)) if isinstance(value, (str, int, float)) else ""
+        example = f", as in `[-{size}, {size}]`" if _SIZE.fullmatch(size) and len(size) <= 20 else ""
         raise ValueError(f"expected a range [low, high]{example}{question}")
     return value
 

@@ -53,6 +53,7 @@ _TWO_MEANINGS = (
     (r"\bPS\b", "a horsepower or petasiemens", "metric_horsepower"),
     (r"\bton\b", "one of three masses", "tonne"),
     (r"^\(?1/\(?min\)?\)?$|^min\s*\^\s*\(?-1\)?$", "revolutions or radians in a minute", "rpm"),
+    (r"/\s*(\(\s*1\s*/\s*min\s*\)|\(?\s*min\s*\^\s*\(?-1\)?\)?)", "revolutions or radians in a minute", "/rpm"),
     (r"\boz\*in\b(?!\s*\^)|\bin\*oz\b", "a torque or a mass times a length", "ozf*in"),
     (r"\blb\*in\b(?!\s*\^)|\bin\*lb\b", "a torque or a mass times a length", "lbf*in"),
     (r"\b(lb\*ft|ft\*lb)\b(?!\s*\^)", "a torque or a mass times a length", "lbf*ft"),

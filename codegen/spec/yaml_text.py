@@ -142,6 +142,10 @@ def _refused(error: MarkedYAMLError, file: str, text: str) -> BadInput:
         line = text.splitlines()[error.problem_mark.line]
         if unlike := _no_blank_before_bracket(line) or _entries_without_braces(line):
             return BadInput(Place(file, error.problem_mark.line + 1), *unlike, code="SPEC001")
+    begun = text.splitlines()[error.context_mark.line :][:1] if error.context_mark else []
+    if begun and (dashed := _DASH.fullmatch(begun[0])):
+        words = f"`-{dashed[1]}` without a blank behind the dash", f"`- {dashed[1]}`"
+        return BadInput(Place(file, error.context_mark.line + 1), *words, code="SPEC001")
     if error.problem_mark and (apart := _no_comma(text.splitlines(), error.problem_mark)):
         return BadInput(Place(file, error.problem_mark.line + 1), *apart, code="SPEC001")
     if problem.startswith(NO_END) and error.problem_mark and (shut := _closed_too_early(text, error.problem_mark)):
@@ -165,6 +169,8 @@ def _foreign_space(lines: Sequence[str], at: int) -> int | None:
     return next((k for k in range(min(at, len(lines) - 1), -1, -1) if _INDENTATION.match(lines[k])), None)
 
 
+_DASH = re.compile(r"\s*-([^\s-][^:#]*?)\s*(?:#.*)?")
+"""An entry of a list whose dash has no blank behind it, so that it is a part of the text above."""
 _INDENTATION = re.compile(r" *([^\S \t\r\n])")
 
 _BARE_KEY = re.compile(r"\s*(\w+)\s+([^\s:#][^:#]*)(#.*)?")
@@ -232,7 +238,9 @@ def _no_comma(lines: Sequence[str], mark: Any) -> tuple[str, str] | None:
     """(found, expected) for ``{velocity: om unit: rad}``, at whose second colon the parser stops; None otherwise."""
     line = lines[mark.line] if mark.line < len(lines) else ""
     pair = _PAIR_WITHOUT_COMMA.search(line[: mark.column])
-    if line[mark.column : mark.column + 1] != ":" or pair is None:
+    before = "\n".join([*lines[: mark.line], line[: mark.column]])
+    outside = before.count("{") <= before.count("}")  # a text that holds a colon
+    if line[mark.column : mark.column + 1] != ":" or pair is None or outside:
         return None
     return f"no comma between `{pair[1]}` and `{pair[2]}:`", f"`{pair[1]}, {pair[2]}: …`"
 

@@ -250,3 +250,36 @@ def test_a_division_by_a_parameter_that_is_zero() -> None:
     fault = told_of_system(GOOD.replace("[mass, 0]", "[mass + J/r**2, 0]").replace("r: {value: 1,", "r: {value: 0,"))
     assert fault.place.line == 15
     assert "`J/r**2 + mass`" in fault.found and "r = 0 m" in fault.found
+
+
+def test_a_colon_in_a_text_needs_quotes_and_no_comma() -> None:
+    fault = told(GOOD.replace("source: a test", "source: own machine: a test"))
+    assert fault.place.line == 2
+    assert "comma" not in str(fault) and "quotes" in fault.expected
+
+
+def test_an_entry_of_a_list_without_its_blank() -> None:
+    fault = told(GOOD.replace("  - w - k*x\n  - -J*om/tau", "  - w - k*x\n  -J*om/tau"))
+    assert fault.place.line == 19
+    assert fault.found == "`-J*om/tau` without a blank behind the dash" and fault.expected == "`- J*om/tau`"
+
+
+@pytest.mark.parametrize("written", ["±2", "+-2", "+/- 2"])
+def test_a_range_with_plus_and_minus(written: str) -> None:
+    fault = told(GOOD.replace("x: [-1, 1]", f"x: {written}"))
+    assert "as in `[-2, 2]`" in fault.expected
+
+
+def test_no_example_of_a_range_is_made_of_a_range() -> None:
+    fault = told(GOOD.replace("x: [-1, 1]", "x: 2 mm .. 20 mm"))
+    assert "as in" not in fault.expected
+    assert "as in `[-2 mm, 2 mm]`" in told(GOOD.replace("x: [-1, 1]", "x: 2 mm")).expected
+
+
+@pytest.mark.parametrize(
+    ("written", "right"),
+    [("1'200", "1200"), ("1 200.5", "1200.5"), ("50:1", "without a formula"), ("100/2", "without a formula")],
+)
+def test_a_number_that_is_none(written: str, right: str) -> None:
+    fault = told(GOOD.replace("value: 2,", f"value: {written},"))
+    assert right in fault.expected and "its unit" not in fault.expected

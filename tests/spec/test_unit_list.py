@@ -325,3 +325,13 @@ def test_the_suggested_unit_is_the_whole_of_it(unit: str, meant: str) -> None:
         si_factor(unit, Place("s.yaml"))
     assert told.value.nearest == meant
     assert si_factor(meant, Place("s.yaml")) > 0
+
+
+@pytest.mark.parametrize("unit", ["N·m/min⁻¹", "Nm/(1/min)", "V/min^-1", "mV/(min^-1)"])
+def test_a_speed_in_turns_a_minute_below_the_line_is_refused_as_alone(unit: str) -> None:
+    """Read as 1/min it would be a speed in radians, off by 2 pi."""
+    with pytest.raises(BadInput) as told:
+        si_factor(unit, Place("s.yaml"))
+    assert "revolutions or radians" in told.value.found
+    assert str(told.value.nearest).endswith("/rpm") and si_factor(str(told.value.nearest), Place("s.yaml")) > 0
+    assert si_factor("m*min^-1", Place("s.yaml")) == sympy.Rational(1, 60)
