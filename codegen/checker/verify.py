@@ -60,7 +60,8 @@ MAKES, COMMAND, MAX_REASON = "stiction generate SPEC", "stiction generate [A-Za-
 FEW = 4  # bounds that are printed before the rest
 ALWAYS = (  # not checked, whatever is given
     "what __init__.py, the Python version, computes (`stiction generate --check` compares it with the tool's output)",
-    "what options and macros of a command line (CMakeLists.txt, NAME.mk) make of the C",
+    "what options and macros of a command line (CMakeLists.txt, NAME.mk) make of the C, such as -ffast-math, with which"
+    " a compiler may leave out the test for invalid samples",
     "any other C beside it, such as a main program or NAME_lanes.c",
     "that the model (M, g, input gain) describes the real machine, and that the envelope is that of the specification",
     "that the units of forces, levels and inputs in NAME.h fit the machine's (that of a velocity fits its position's)",
