@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import sympy
 
-from codegen.base.errors import BadInput, refuse_unknown
+from codegen.base.errors import BadInput, Faults, refuse_unknown
 from codegen.spec.expression import NAME, Expression, parse_expression
 from codegen.spec.model import symbol
 from codegen.spec.motion import DIRECTIONS, GROUND, TRANSLATIONS, Body, Sliding, position_name, rate_name
@@ -32,17 +32,24 @@ def read_bodies(
             found = f"the body `{name}`"
             expected = f"letters, digits and _, and not `{GROUND}`"
             raise BadInput(units.place(f"{key}.bodies.{name}"), found, expected, code="SPEC009")
-    return tuple(_body(f"{key}.bodies.{name}", name, s, position, units, constant) for name, s in sections.items())
+    faults, bodies = Faults(), []
+    for name, section in sections.items():
+        with faults.noting():
+            bodies.append(_body(f"{key}.bodies.{name}", name, section, position, units, constant))
+    faults.raise_noted()
+    return tuple(bodies)
 
 
 def _body(key: str, name: str, section: BodySection, position: Symbols, units: Units, constant: Symbols) -> Body:
-    positions = {}
+    positions, faults = {}, Faults()
     for direction in DIRECTIONS:
         text = getattr(section, direction)
         if text is None:
             continue
         of, what = units.of_direction(direction), f"position {direction} of {name}"
-        positions[direction] = units.read(text, f"{key}.{direction}", position, of, what)
+        positions[direction] = sympy.S.Zero
+        with faults.noting():
+            positions[direction] = units.read(text, f"{key}.{direction}", position, of, what)
     if not positions:
         expected = f"one or more of {', '.join(DIRECTIONS)}"
         raise BadInput(units.place(key), f"body {name} without a position", expected, code="SPEC003")
@@ -61,7 +68,9 @@ def _body(key: str, name: str, section: BodySection, position: Symbols, units: U
         weights[quantity] = sympy.S.Zero
         if text is not None:
             of = units.kilogram * units.metre**2 if quantity == "inertia" else units.kilogram
-            weights[quantity] = units.read(text, f"{key}.{quantity}", constant, of, f"{quantity} of {name}")
+            with faults.noting():
+                weights[quantity] = units.read(text, f"{key}.{quantity}", constant, of, f"{quantity} of {name}")
+    faults.raise_noted()
     return Body(name, weights["mass"], weights["inertia"], positions)
 
 
@@ -76,16 +85,18 @@ def read_body_forces(
     known = {b.name: b for b in bodies}
     symbols = dict(names) | _body_symbols(bodies, names, units)
     dimensions = units.with_bodies(bodies)
-    result = {}
+    result, faults = {}, Faults()
     for name, parts in sections.items():
         key = f"constraints.force.{name}"
         _require(name, list(known), "body", key, units)
         for direction, text in parts.items():
-            _require(direction, list(known[name].positions), f"direction of {name}", f"{key}.{direction}", units)
-            expression = parse_expression(text, units.place(f"{key}.{direction}"))
-            result[name, direction] = expression.symbolic(symbols)
-            wanted = units.energy / units.of_direction(direction)
-            units.check(expression, wanted, f"force on {name}", dimensions)
+            with faults.noting():
+                _require(direction, list(known[name].positions), f"direction of {name}", f"{key}.{direction}", units)
+                expression = parse_expression(text, units.place(f"{key}.{direction}"))
+                result[name, direction] = expression.symbolic(symbols)
+                wanted = units.energy / units.of_direction(direction)
+                units.check(expression, wanted, f"force on {name}", dimensions)
+    faults.raise_noted()
     return result
 
 

@@ -116,10 +116,12 @@ class _MotionReader:
         if kind == "lagrangian":
             return Motion(None, forces, matrix_u, self._lagrangian(units), no_slidings)
         form = self._topology(units) if kind == "topology" else self._constraints(units)
-        slidings = tuple(
-            read_sliding(d, kind, form.bodies, k, constant, units) for k in range(len(d.friction.contacts))
-        )
-        return Motion(None, forces, matrix_u, form, slidings)
+        slidings: list[Sliding | None] = []
+        for k in range(len(d.friction.contacts)):
+            with faults.noting():
+                slidings.append(read_sliding(d, kind, form.bodies, k, constant, units))
+        faults.raise_noted()
+        return Motion(None, forces, matrix_u, form, tuple(slidings))
 
     def _form_kind(self) -> str:
         """The name in ``FORMS`` that the spec uses; BadInput for keys that are missing or not allowed with it."""

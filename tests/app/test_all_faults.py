@@ -170,3 +170,82 @@ def test_faults_of_every_energy(tmp_path: Path) -> None:
     lines = [k for k, line in enumerate(spoilt_text.splitlines(), 1) if line.startswith("    - ") and "²" in line]
     assert len(lines) > 1
     assert lines_told(tmp_path, spoilt_text) == lines
+
+
+ARM = """\
+name: arm
+source: a test
+coordinates:
+  theta1: {velocity: omega1, unit: rad}
+  theta2: {velocity: omega2, unit: rad}
+inputs:
+  w1: {unit: N*m}
+  w2: {unit: N*m}
+parameters:
+  m1: {value: 1, unit: kg}
+  m2: {value: 1, unit: kg}
+  I1: {value: 0.01, unit: kg*m^2}
+  I2: {value: 0.01, unit: kg*m^2}
+  b1: {value: 0.1, unit: m}
+  b2: {value: 0.1, unit: m}
+  l1: {value: 0.2, unit: m}
+  gravity: {value: 9.81, unit: m/s^2}
+constraints:
+  bodies:
+    upper:
+      mass: m1
+      inertia: I1
+      x: b1*cos(theta1)
+      y: b1*sin(theta1)
+      angle: theta1
+    fore:
+      mass: m2
+      inertia: I2
+      x: l1*cos(theta1) + b2*cos(theta1 + theta2)
+      y: l1*sin(theta1) + b2*sin(theta1 + theta2)
+      angle: theta1 + theta2
+  force:
+    upper: {y: -m1*gravity}
+    fore: {y: -m2*gravity}
+force: [w1, w2]
+friction:
+  contacts:
+    - {name: shoulder, bodies: upper, along: angle, law: coulomb, a: 0.001, unit: N*m}
+    - {name: elbow, bodies: [fore, upper], along: angle, law: coulomb, a: 0.005, unit: N*m}
+observer:
+  kind: gcfo
+  velocity: estimated
+  gains: {K_F: 1, K_v: 10}
+  sample_time: 1 ms
+envelope:
+  theta1: [-1, 1]
+"""
+
+
+def test_faults_of_every_body_force_and_contact(tmp_path: Path) -> None:
+    good = ARM
+    wrong = {
+        "y: b1*sin(theta1)": "y: b1*sine(theta1)",
+        "inertia: I1": "inertia: m1",
+        "x: l1*cos(theta1) + b2": "x: l1*cos(theta1) + bb",
+        "y: -m1*gravity": "y: -m1*gravitty",
+        "y: -m2*gravity": "y: -m2*l1",
+        "bodies: upper,": "bodies: uper,",
+        "bodies: [fore, upper], along: angle": "bodies: [fore, upper], along: angel",
+    }
+    text = good
+    for old, new in wrong.items():
+        assert old in text
+        text = text.replace(old, new, 1)
+    pairs = zip(text.splitlines(), good.splitlines(), strict=True)
+    lines = [k for k, (a, b) in enumerate(pairs, 1) if a != b]
+    assert len(lines) == len(wrong)
+    (tmp_path / "good.yaml").write_text(good)
+    assert stiction("check", tmp_path / "good.yaml").code == 0
+    assert lines_told(tmp_path, text) == sorted(lines[:3]), "forces and contacts wait for the bodies that they name"
+    for old, new in list(wrong.items())[:3]:
+        text = text.replace(new, old, 1)
+    assert lines_told(tmp_path, text) == lines[3:5]
+    for old, new in list(wrong.items())[3:5]:
+        text = text.replace(new, old, 1)
+    assert lines_told(tmp_path, text) == lines[5:]
