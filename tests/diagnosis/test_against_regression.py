@@ -125,6 +125,20 @@ def test_a_constant_force_does_not_stand_for_one_that_grows(plain: Log, grows: b
     assert ("a slow change in time" in words) == grows and bool(words) == grows
 
 
+@pytest.mark.parametrize("force", [0.0, 1.0])
+def test_the_constant_of_a_regression_does_not_stand_for_an_offset(plain: Log, force: float) -> None:
+    """Beside a vibration an offset was refused: the constant of the vibration's regression explained it."""
+    log = shaken(plain)
+    problem = Problem(system_of(stage(reference=MOTION)), smooth_motion(replace(log, inputs=log.inputs - force)), {})
+    offset = FoundEffect("offset", "x", {"f0": 1.0}, {}, (), {})
+    augmented = with_effects(problem.system, (offset,))
+    far = SimpleNamespace(by_segment=np.array([1e6]), residual=np.zeros((1, 40)))
+    words = against_regression(far, problem, problem.system, augmented, (offset,))  # type: ignore[arg-type]
+    assert bool(words) == (force == 0)
+    one = force_evidence(problem, problem.system, augmented, ["offset"], [0])[0]
+    assert one.line == pytest.approx(1.5**2 / 2 / (1.5**2 / 2 + force**2), abs=0.05)
+
+
 def pushed(log: Log) -> Log:
     """The log of a machine that is pushed for half a second every 4 s, and whose controller balances each push."""
     inputs, rows = log.inputs.copy(), round(0.5 / log.sample_time)

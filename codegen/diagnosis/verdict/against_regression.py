@@ -56,8 +56,8 @@ class ForceEvidence:
         removed: share of the refit's squared residual that the augmented model removes.
         own: share that a flexible regression on the effects' own variables explains on held-out parts.
         alone: share that a regression on the force of the effects explains there.
-        line, with_line: the same for the highest line of the residual's spectrum, at ``line_hz``, and for both; zero if
-            the motion has that line too.
+        line, with_line: the same for the highest line of the residual's spectrum, at ``line_hz``, without a constant in
+            proportion to that of the effects' force, and for both; zero if the motion has that line too.
         time, with_time: the same for a smooth curve over time, and for both; zero if the motion is as slow.
         intervals: number of intervals of time in which the force balance differs.
         events, with_events, by_law: share of the square that what differs in these intervals explains, that with the
@@ -101,6 +101,9 @@ def force_evidence(
             moves = explained_over(speed, used, [columns]) > most
             shares += [0.0 if moves else explained_over(r, used, group) for group in ([columns], [columns, force])]
         alone, line, with_line, time, with_time = shares
+        # the constant of the regression over the line is not the vibration's, where the law's own force is constant
+        own_constant = float(np.mean(force[used])) ** 2 * explained_over(r, used, [np.ones_like(force)])
+        line = max(0.0, line - own_constant)
         hz = peak_hz(before[:, i], used, motion)
         intervals = _in_intervals(refit, motion, r, used, variables, i)
         of_events = (fitted_share(r, used, columns) for columns in (intervals, [*intervals, force], [force]))
