@@ -14,6 +14,7 @@ from math import pi
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from codegen.base.arguments import one
 from codegen.base.errors import Faults, refuse_unknown
 from codegen.base.files import sha256
 from codegen.base.progress import begin
@@ -52,8 +53,13 @@ class Overrides:
             if not isinstance(value, str | None):
                 raise TypeError(f"Overrides: `{name}` is text or None, not {type(value).__name__}")
         targets: object = self.targets
-        if not isinstance(targets, tuple | list) or not all(isinstance(target, str) for target in targets):
-            raise TypeError("Overrides: `targets` is a tuple of text")
+        expected = "Overrides: `targets` is a tuple of text, not"
+        if isinstance(targets, str):
+            raise TypeError(f"{expected} {targets!r}: {(targets,)!r}")
+        if not isinstance(targets, tuple | list):
+            raise TypeError(f"{expected} {type(targets).__name__}")
+        if wrong := [target for target in targets if not isinstance(target, str)]:
+            raise TypeError(f"{expected} with {one(type(wrong[0]).__name__)} in it")
 
     @property
     def printers(self) -> tuple[str, ...]:

@@ -74,7 +74,7 @@ def _found(value: object) -> str:
             return f"a function with the arguments {str(inspect.signature(value)).partition(' ->')[0]}"
     parts = value.values() if isinstance(value, Mapping) else value if isinstance(value, list | tuple | Set) else ()
     inner = next((_type(part) for part in parts if not isinstance(part, str | os.PathLike)), None)
-    return f"an object of the type {_type(value)}" + (f" with {_one(inner)} in it" if inner else "")
+    return f"an object of the type {_type(value)}" + (f" with {one(inner)} in it" if inner else "")
 
 
 def _type(value: object) -> str:
@@ -83,7 +83,7 @@ def _type(value: object) -> str:
     return type(value).__name__ if library in ("builtins", "codegen") else f"{library}.{type(value).__name__}"
 
 
-def _one(noun: str) -> str:
+def one(noun: str) -> str:
     """A noun with its indefinite article."""
     return f"{'an' if noun[0] in 'aeioAEIO' else 'a'} {noun}"
 
@@ -150,5 +150,5 @@ def _words(hint: Any) -> str:
         elif kind is Callable:
             words.append(f"a function of {' and '.join(map(_words, inner[0]))}")
         else:
-            words.append(_NAMES[kind][1] if kind in _NAMES else getattr(kind, "_in_words", _one(kind.__name__)))
+            words.append(_NAMES[kind][1] if kind in _NAMES else getattr(kind, "_in_words", one(kind.__name__)))
     return " or ".join([*words, *(["None"] if type(None) in parts else [])])

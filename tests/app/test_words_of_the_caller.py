@@ -103,3 +103,11 @@ def test_the_source_of_a_copy_is_an_argument_and_named_as_one() -> None:
 def test_an_unknown_argument_is_told_before_a_missing_one() -> None:
     with pytest.raises(TypeError, match=r"unexpected keyword argument 'progess'; .*\(did you mean 'progress'\?\)"):
         api.simulate(ONE, progess=print)  # type: ignore[call-arg]
+
+
+@pytest.mark.parametrize(
+    ("targets", "told"), [("c", r"not 'c': \('c',\)"), (("c", 3), "not with an int in it"), (3, "not int")]
+)
+def test_targets_of_another_type_are_said(targets: Any, told: str) -> None:
+    with pytest.raises(TypeError, match=r"Overrides: `targets` is a tuple of text, " + told):
+        api.Overrides(targets=targets)
