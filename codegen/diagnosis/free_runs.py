@@ -29,7 +29,14 @@ from codegen.diagnosis.results import ErrorFigures, Fact, Remainder, Separation
 from codegen.diagnosis.selection.forward_selection import Outcome, common_effects, find_effects, within_reach
 from codegen.diagnosis.verdict import wrong_values
 from codegen.diagnosis.verdict.across_joints import credited_across_joints
-from codegen.diagnosis.verdict.answer import Answer, by_remainder, is_small, unknown_above_drive, verdict_of
+from codegen.diagnosis.verdict.answer import (
+    Answer,
+    by_remainder,
+    is_small,
+    unknown_above_drive,
+    unknown_for_a_candidate,
+    verdict_of,
+)
 from codegen.diagnosis.verdict.by_events import shown_in_events, unknown_for_an_event
 from codegen.diagnosis.verdict.examination import examine, refused_at_limit, settled
 from codegen.diagnosis.verdict.final_check import FinalCheck
@@ -169,6 +176,7 @@ class Judge:
         if another is None:  # that force is there, however much of it a curve over the motion predicts
             answer = replace(answer, verdict=by_remainder(answer.verdict, left, case.material))
             answer = unknown_above_drive(answer, left, case.problem)
+            answer = unknown_for_a_candidate(answer, chosen.tried.first, case.material)
             held_out = self.held_out.problem, case.log_of_test
             answer = unknown_for_an_event(answer, {"training": (case.problem, case.log), "held-out": held_out})
         if wave is None and another is None and answer.verdict in ("none", "unknown"):

@@ -15,7 +15,12 @@ from codegen.diagnosis.fit.output_error import Fit
 from codegen.diagnosis.fit.residual import Problem, residual_without_levels
 from codegen.diagnosis.results import ErrorFigures, Fact, FoundEffect, ParameterError, Remainder, Verdict
 from codegen.diagnosis.selection.forward_selection import Outcome
+from codegen.diagnosis.selection.ranking import Ranked
 from codegen.mechanics.system import System
+
+MOST_UNCREDITED = 0.7
+"""Largest share of the squared simulation error that a candidate without significance may remove where nothing is
+missing. A period is searched on the whole training log, so noise is fitted to some extent on held-out parts too."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,5 +149,28 @@ def unknown_above_drive(answer: Answer, left: Sequence[Remainder], problem: Prob
     words = (
         f"The residual force is {in_percent(relative)} of the drive force: noise, wrong masses, a wrong gain of the "
         "input or wrong units. Too few samples are in motion to tell on what it depends"
+    )
+    return replace(answer, verdict="unknown").noted(Fact("unexplained", words))
+
+
+def unknown_for_a_candidate(answer: Answer, tried: Sequence[Ranked], material: float) -> Answer:
+    """The answer, ``unknown`` in place of ``none`` if a candidate explains most of what the model leaves.
+
+    Such a candidate fails the test of significance alone: the log has too few parts for the number of hypotheses, or
+    few of them decide. It may not be named, but neither does the log show that nothing is missing.
+
+    Args:
+        tried: candidates of the first round. material: least share of the drive force that counts.
+    """
+    if answer.verdict != "none":
+        return answer
+    found = [r for r in tried if r.unsure and r.evidence.share > MOST_UNCREDITED and r.size >= material]
+    if not found:
+        return answer
+    best = max(found, key=lambda r: r.evidence.share)
+    words = (
+        f"{best.found.part.kind} on {best.found.part.on} removes {in_percent(best.evidence.share)} of the squared "
+        f"simulation error on held-out parts, so something may be missing. The log has too few parts to tell: record a "
+        "longer one, or several"
     )
     return replace(answer, verdict="unknown").noted(Fact("unexplained", words))
