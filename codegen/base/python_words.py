@@ -23,8 +23,10 @@ _WITHIN: ContextVar[bool] = ContextVar("within", default=False)
 _OTHER_NAMES = {"fmi": "version", "from": "source", "check": "check_only"}
 """Option → argument, where neither is the other or its plural."""
 _QUOTED_COMMAND = r"`stiction [^`]*`"
+_VALUE = r"""(?:'[^']*'|"[^"]*"|[^'"`])*|[^`]*"""
+"""The value of an option between backquotes; a name within quotation marks may have a backquote itself."""
 _OPTION = re.compile(
-    rf"{_QUOTED_COMMAND}|`--(?P<quoted>[a-z][a-z-]*)(?:[ =](?P<value>[^`]*))?`"
+    rf"{_QUOTED_COMMAND}|`--(?P<quoted>[a-z][a-z-]*)(?:[ =](?P<value>{_VALUE}))?`"
     r"|(?<![\w-])--(?P<bare>[a-z][a-z-]*)(?: (?P<last>[\w.-]+)(?=$|;))?"
 )
 
@@ -78,7 +80,11 @@ def reword(fault: BadInput, work: Callable[..., object]) -> None:
             return found[0]
         argument, kind = known[1], arguments[known[1]][1]
         if value and "=" in value:
-            pairs = [pair.partition("=") for pair in split(f"--{option} {value}") if "=" in pair]
+            try:
+                words = split(f"--{option} {value}")
+            except ValueError:  # a quotation mark without its end: a text of the user, and no option of ours
+                return found[0]
+            pairs = [word.partition("=") for word in words if "=" in word]
             given = f"{argument}={{{', '.join(f'{_text(name)}: {_text(column)}' for name, _, column in pairs)}}}"
         elif value:
             given = f'{argument}="{value}"'

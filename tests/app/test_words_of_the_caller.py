@@ -62,14 +62,22 @@ CALLS: dict[str, tuple[Callable[[api.Machine, Path], Any], str, str]] = {
 }
 
 
-def test_all_columns_of_a_log_are_proposed_as_one_argument(tmp_path: Path) -> None:
+@pytest.mark.parametrize("columns", ["Weg [mm],Kraft [N]", "Weg`s [mm],it's`Kraft [N]"])
+def test_all_columns_of_a_log_are_proposed_as_one_argument(columns: str, tmp_path: Path) -> None:
     """As the message says it: the call with what is in its quotes reads the log."""
-    (tmp_path / "log.csv").write_text(LOG.replace("x,u", "Weg [mm],Kraft [N]"))
+    (tmp_path / "log.csv").write_text(LOG.replace("x,u", columns))
     machine = api.load(ONE)
     with pytest.raises(api.BadInput) as told:
         machine.replay(tmp_path / "log.csv")
     (proposed,) = re.findall(r"or `columns=(\{.*?\})`", told.value.expected)
     assert machine.replay(tmp_path / "log.csv", columns=ast.literal_eval(proposed)).samples == 50
+
+
+def test_text_of_a_user_that_looks_like_an_option_is_left(tmp_path: Path) -> None:
+    """Its quotation mark has no end, which was an internal error."""
+    (tmp_path / "a.yaml").write_text(ONE.read_text().replace("name: one_mass", 'name: "--column x=\'"'))
+    with pytest.raises(api.BadInput, match=re.escape("`--column x='`")):
+        api.replay(tmp_path / "a.yaml", tmp_path / "log.csv")
 
 
 @pytest.mark.parametrize("case", CALLS)
