@@ -32,7 +32,7 @@ class NotCovered(Exception):
 
 
 def proof_text(observer: Observer, places: Mapping[str, str], content: Mapping[str, Any]) -> str:
-    """The proof for the kernel, as JSON; its fields are those of docs/certificate_theory.md, "proof.json".
+    """The proof for the kernel, as JSON; its fields are those of docs/certificate_kernel.md, "proof.json".
 
     Args:
         observer: with its machine.

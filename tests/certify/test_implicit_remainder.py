@@ -1,7 +1,7 @@
 """What two Newton steps of a backward Euler step leave: ``one_mass_dfo_implicit``, by a solver written by hand.
 
 The certificate is about the solution of the equations; the code makes two Newton steps towards it.
-docs/certificate_theory.md states what that costs, and these tests compute it.
+docs/certificate_kernel.md states what that costs, and these tests compute it.
 """
 
 from __future__ import annotations
@@ -161,8 +161,8 @@ def certified(h: float = H) -> float:
 
 
 def stated() -> dict[str, float]:
-    """The figures of docs/certificate_theory.md."""
-    text = " ".join((ROOT / "docs/certificate_theory.md").read_text("utf-8").split())
+    """The figures of docs/certificate_kernel.md."""
+    text = " ".join((ROOT / "docs/certificate_kernel.md").read_text("utf-8").split())
     names = {
         "points": r"at (\d+) points of a grid",
         "code": r"V falls by the factor (0\.\d+) at the worst",
