@@ -65,17 +65,17 @@ def certificate_in(path: str | Path) -> Path:
 
 
 @verb_that_raises(checker.Refused)
-def verify(path: str | Path, spec: str | Path | None = None) -> Verified:
+def verify(certificate: str | Path, spec: str | Path | None = None) -> Verified:
     """Check a certificate or a proof by the independent checker, with the files in the same folder.
 
     Args:
-        path: of the file, or of the folder with a certificate.json.
+        certificate: the file, or the folder with a certificate.json.
 
     Raises:
         BadInput: if the file cannot be read.
         codegen.checker.verify.Refused: if the claim does not hold.
     """
-    path, spec = certificate_in(path), None if spec is None else Path(spec)
+    path, spec = certificate_in(certificate), None if spec is None else Path(spec)
     try:
         return Verified(checker.check(read_text(path, CERTIFICATE, checker.MAX_TEXT), path.parent, spec))
     except json.JSONDecodeError as error:
@@ -118,14 +118,14 @@ def print_verification(path: str | Path, spec: str | Path | None = None) -> int:
 
 
 @verb
-def verification_json(path: str | Path, spec: str | Path | None = None) -> tuple[dict[str, Any], int]:
+def verification_json(certificate: str | Path, spec: str | Path | None = None) -> tuple[dict[str, Any], int]:
     """The JSON object of ``stiction verify --json``, and the command's exit status.
 
     Raises:
         BadInput: if the file cannot be read.
     """
     try:
-        found = verify(path, spec)
+        found = verify(certificate, spec)
     except checker.Refused as error:
         return _outcome(REFUSED) | {"refused": str(error)}, REFUSED
     return found.content, checker.status(found.report)

@@ -48,6 +48,13 @@ def test_a_missing_or_unknown_argument_is_pythons_own_error(one: stiction.Machin
         verb(*["x"] * len(needed), no_such=1)
 
 
+def test_a_verb_calls_its_argument_as_the_method_does(one: stiction.Machine) -> None:
+    """Machine.verify has a signature of its own, which docs/how-to/python.md shows."""
+    with pytest.raises(stiction.BadInput, match=r"^verify\(\): `certificate`: an object of the type int"):
+        one.verify(3)  # type: ignore[arg-type]
+    assert "certificate" in inspect.signature(stiction.verify).parameters
+
+
 def _each_argument() -> list[Any]:
     made = []
     for name in VERBS:
