@@ -27,6 +27,9 @@ from codegen.spec.motion import Form, KinematicTree
 from codegen.spec.numerics import numerical
 from codegen.spec.places import with_place
 
+MOST_TURNS = 4
+"""Range of a link's angle, in turns, above which it is noted; this is the number of a range of 25 degrees."""
+
 
 @verb
 def check(source: Source) -> Derived:
@@ -87,6 +90,7 @@ def notes_on(machine: Derived) -> list[str]:
     return [
         *_notes_on_friction(machine.system),
         *_notes_on_angles(machine.system),
+        *_notes_on_turns(machine),
         *_notes_on_sample_time(machine),
     ]
 
@@ -112,6 +116,29 @@ def _notes_on_angles(system: System) -> Iterator[str]:
             yield (
                 f"{angle} = {value:.6g} in {constant[angle]} is in rad, and more than a turn. If it is meant in "
                 f"degrees, write `unit: deg`."
+            )
+
+
+def _notes_on_turns(machine: Derived) -> Iterator[str]:
+    """The notes on a link's angle whose range is of more than ``MOST_TURNS`` turns, as if given in degrees.
+
+    A link's angle q is in the equations by sin and cos of p q + ... alone: gravity on a link has p = 1, its inertia
+    p = 1 or 2. The equations then repeat after a turn, which a range need not exceed. A motor's angle, with cogging of
+    a higher p or as the position of a spring, may have a range of many turns, and is not noted.
+    """
+    spec, system = machine.spec, machine.system
+    waves = sorted(system.equation_error.atoms(sympy.sin, sympy.cos), key=str)
+    for q, unit in zip(system.positions, system.position_units, strict=True):
+        low, high = map(float, spec.envelope.get(q.name, (0, 0)))
+        if unit != "rad" or high - low <= MOST_TURNS * 2 * pi:
+            continue
+        own = [wave for wave in waves if wave.has(q)]
+        rest = system.equation_error.xreplace({wave: sympy.Dummy() for wave in own})
+        if own and not rest.has(q) and all(wave.args[0].diff(q) in (-2, -1, 1, 2) for wave in own):
+            yield (
+                f"{q}: the envelope's range, {low:.6g} to {high:.6g} rad, is of {(high - low) / (2 * pi):.3g} turns, "
+                f"and the equations repeat after one. "
+                f"If it is meant in degrees, write `[{low:.6g} deg, {high:.6g} deg]`."
             )
 
 

@@ -64,6 +64,44 @@ def test_a_constant_angle_of_more_than_a_turn_is_noted(tmp_path: Path, unit: str
     assert len(found) == noted and all(note.startswith("tilt = 30") and term in note for note in found)
 
 
+PENDULUM = """\
+name: pendulum
+coordinates: {phi: {velocity: w, unit: rad}}
+inputs: {u: {unit: N*m}}
+parameters:
+  J: {value: 0.01, unit: kg*m^2}
+  G: {value: 2, unit: N*m}
+mass_matrix: [[MASS]]
+force: [u - TERM]
+friction:
+  distribution: [[1]]
+  contacts: [{name: bearing, law: coulomb, a: 0.1, unit: N*m}]
+envelope: {phi: RANGE}
+"""
+
+
+@pytest.mark.parametrize(
+    ("mass", "term", "range_", "noted"),
+    [
+        ("J", "G*sin(phi)", "[-80, 80]", True),
+        ("J", "G*sin(phi + 1)", "[0, 30]", True),
+        ("J*(2 + cos(phi)**2)", "G*sin(phi)", "[-80, 80]", True),  # a crank
+        ("J", "G*sin(phi)", "[-80 deg, 80 deg]", False),
+        ("J", "G*sin(phi)", "[-12, 12]", False),
+        ("J", "G*sin(12*phi)", "[-80, 80]", False),  # cogging of a motor, whose turns are many
+        ("J", "G*sin(phi) + G*phi/10", "[-80, 80]", False),  # a spiral spring does not repeat
+        ("J", "G", "[-80, 80]", False),
+    ],
+)
+def test_a_links_range_of_many_turns_is_noted(tmp_path: Path, mass: str, term: str, range_: str, noted: bool) -> None:
+    """A pendulum with `phi: [-80, 80]` had a range of 25 turns, without a word."""
+    spec = tmp_path / "pendulum.yaml"
+    spec.write_text(PENDULUM.replace("MASS", mass).replace("TERM", term).replace("RANGE", range_))
+    found = check_json(check(spec))["notes"]
+    assert len(found) == noted
+    assert all(note.startswith("phi: ") and note.endswith(" deg]`.") for note in found)
+
+
 @pytest.mark.parametrize(
     ("old", "new"), [(LEVEL, LEVEL), (LEVEL, OTHER_LAW.format(20, 50)), (LEVEL, OTHER_LAW.format(0, 5))]
 )
