@@ -163,6 +163,7 @@ def test_far_from_the_noise_force_decides_only_clearly(
     gain: float, preferred: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(ranking, "is_far", lambda fit: True)
+    monkeypatch.setattr(ranking, "are_one_motion", lambda *_: False)
     monkeypatch.setattr(ranking, "adds_load", lambda _: False)
     one, other = ranked("spring", 0.41), ranked("offset", 0.42)
     told = SimpleNamespace(left=gain, p_of_rivals=lambda more, against: 1e-9)
@@ -221,6 +222,7 @@ def test_at_the_noise_nats_of_free_runs_count_against_those_of_the_force(
     """A lag of 4 ms was named a delay: 4.9 nats of the force residual against 4.1 of the free runs."""
     monkeypatch.setattr(ranking, "is_far", lambda fit: False)
     monkeypatch.setattr(ranking, "adds_load", lambda _: False)
+    monkeypatch.setattr(ranking, "are_one_motion", lambda *_: False)
     monkeypatch.setattr(ranking.credit, "near_noise", lambda fit: True)
     lag, delay = ranked("actuator_lag", 0.1), ranked("input_delay", 0.1)
     lag.found.held_out_losses, delay.found.held_out_losses = np.array([480.0]), np.array([480.0 + against])
