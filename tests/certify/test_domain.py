@@ -228,6 +228,46 @@ def test_the_code_says_when_it_is_outside() -> None:
     assert 0 < total < 40 * 2000
 
 
+def turned_unseen(machine: Machine, speed: float, lost: int) -> tuple[float, Any]:
+    """(largest friction error where in_domain is 1, in_domain of the samples after the gap).
+
+    The mass slides at ``speed``, turns round while ``lost`` samples are invalid, and slides back.
+    """
+    samples, begun, level = 2000 + lost, 600, HIGH
+    x, v, w = (np.zeros(samples) for _ in range(3))
+    for k in range(samples):
+        target = speed if k < begun else -speed
+        against = level * np.sign(v[k] or target)
+        w[k] = np.clip((target - v[k]) / H * MASS + against, -TOP * MASS + level, TOP * MASS - level)
+        if k + 1 < samples:
+            step, after = moved(v[k : k + 1], w[k], level, H)
+            x[k + 1], v[k + 1] = x[k] + step[0], after[0]
+    gone = np.zeros(samples, dtype=bool)
+    gone[begun : begun + lost] = True
+    out = machine.run(np.where(gone, np.nan, x), w)
+    gone[begun + lost] = True  # it sets the states, with fault 1
+    inside = (out["in_domain"] > 0.5) & ~gone
+    error = np.abs(level * np.sign(v) - out["F_hat_rail"])
+    return float(error[inside].max()), inside[begun + lost :]
+
+
+@pytest.mark.parametrize("speed", [1.0, 2.0, 4.0])
+def test_a_turn_that_was_not_seen_is_outside_the_domain_if_innovations_are_bounded(speed: float) -> None:
+    """The level is then learnt with the old sign of slip, and in_domain counts meanwhile. Only the innovation shows it.
+
+    So the documentation says that without an innovation nothing is claimed after such a gap (the last case shows why).
+    """
+    plain = Machine()
+    bound = plain.bound
+    assert isinstance(bound, DomainBound) and bound.inside is not None
+    bounded = Machine(inner=f", innovation: {1.01 * bound.innovation:.3g}")
+    for lost in (3, 50, 100, 150, 300):
+        error, inside = turned_unseen(bounded, speed, lost)
+        assert error <= bound.inside and inside.sum() > 1000, (speed, lost, error)
+    if speed == 4:
+        assert turned_unseen(plain, speed, 300)[0] > 3 * bound.inside
+
+
 def test_a_measurement_that_jumps_is_reported() -> None:
     """More noise than the certificate allows: outside at once, and until the estimate has settled again."""
     samples = 1000
