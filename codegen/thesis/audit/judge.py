@@ -57,7 +57,7 @@ def judge(claim: Claim) -> Finding:
         return Finding(claim, "holds")
     name, _, quantity = claim.entry.against.partition(".")
     refuse_unknown(name, DERIVATIONS, claim.place, "no derivation", ", ".join(DERIVATIONS), code="CALL001")
-    ours = _derivations(name)
+    ours = derivations_of(name)
     if claim.test in ("inequality", "implies"):
         return judge_inequality(claim, ours)
     refuse_unknown(quantity, ours.derived, claim.place, f"`{name}` derives no", code="CALL001")
@@ -68,7 +68,8 @@ def judge(claim: Claim) -> Finding:
 
 
 @cache
-def _derivations(name: str) -> Derivations:
+def derivations_of(name: str) -> Derivations:
+    """What our derivation of that name gives, derived once; each closed form in it is proved first."""
     ours = DERIVATIONS[name]()
     for derived in ours.derived.values():
         if derived.form:

@@ -7,7 +7,7 @@ import pytest
 
 from codegen.base.errors import BadInput, Place
 from codegen.thesis.audit.formula import evaluate, inequalities
-from codegen.thesis.audit.judge import _derivations
+from codegen.thesis.audit.judge import derivations_of
 from tests.thesis.audit.printed import claim, claims, findings, reprinted
 
 MUTATIONS = [
@@ -70,7 +70,7 @@ def test_counterexamples_by_numpy():
     for finding in counterexamples():
         entry = finding.claim.entry
         name, _, quantity = entry.against.partition(".")
-        ours = _derivations(name)
+        ours = derivations_of(name)
         numbers = {k: v for k, v in finding.counterexample.items() if k != "eigenvalue"}
         symbols = {s.name: s for s in ours.derived[quantity].value.free_symbols}
         matrix = ours.derived[quantity].value.subs({symbols[k]: v for k, v in numbers.items() if k in symbols})
