@@ -83,8 +83,8 @@ class Replayed(Result):
     def estimates(self) -> dict[str, Array]:
         """Name → array (samples,): ``t`` in s, the outputs, ``fault`` where the observer has it.
 
-        Read from ``path`` when first asked for, and kept. Raises BadInput for a replay without ``out``, which writes no
-        estimates, or a file that cannot be read.
+        Read from ``path`` when first asked for, and kept, so the arrays are read-only. Raises BadInput for a replay
+        without ``out``, which writes no estimates, or a file that cannot be read.
         """
         if self.path is None:
             expected = "a file as `out`, a .csv or .npy, from which they are read"

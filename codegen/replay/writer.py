@@ -64,7 +64,7 @@ def _refuse_foreign_units(path: Path) -> None:
 
 
 def read_estimates(path: Path) -> dict[str, Array]:
-    """The columns of a file that ``open_writer`` wrote, by name: ``t`` in s, the estimates, and ``fault``.
+    """The columns of a file that ``open_writer`` wrote, by name: ``t`` in s, the estimates, and ``fault``; read-only.
 
     Raises BadInput if it cannot be read.
     """
@@ -73,7 +73,7 @@ def read_estimates(path: Path) -> dict[str, Array]:
             table = np.load(path)
             if table.dtype.names is None:
                 raise ValueError("an array without names of columns")
-            return {name: table[name] for name in table.dtype.names}
+            return _read_only({name: table[name] for name in table.dtype.names})
         with path.open(encoding="utf-8") as file:
             names = file.readline().strip().split(",")
             if names[0] != "t":
@@ -81,10 +81,19 @@ def read_estimates(path: Path) -> dict[str, Array]:
             columns = np.loadtxt(file, delimiter=",", ndmin=2, comments=None).T
     except (OSError, ValueError) as error:
         raise BadInput(str(path), f"unreadable ({error})", "the estimates that replay wrote", code="FILE001") from None
-    return {
-        name: column.astype(np.intc) if name == "fault" else column.copy()
-        for name, column in zip(names, columns, strict=True)
-    }
+    return _read_only(
+        {
+            name: column.astype(np.intc) if name == "fault" else column.copy()
+            for name, column in zip(names, columns, strict=True)
+        }
+    )
+
+
+def _read_only(columns: dict[str, Array]) -> dict[str, Array]:
+    """The columns, which a result keeps, so a change of one in place would be in all later readings of the result."""
+    for column in columns.values():
+        column.setflags(write=False)
+    return columns
 
 
 def _csv_writer(file: Waiting, columns: Sequence[Column], flagged: bool) -> tuple[Add, Callable[[], None]]:

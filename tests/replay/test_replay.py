@@ -149,6 +149,9 @@ def test_the_result_gives_the_estimates_by_name(tmp_path: Path, ending: str) -> 
         assert (found[name] == expected[:, k]).all() and len(found[name]) == 3000
     if "fault" in found:
         assert found["fault"].dtype.kind == "i"
+    for values in found.values():  # the result keeps them
+        with pytest.raises(ValueError, match="read-only"):
+            values[0] = 1
     part, lost = (replay(SPEC, log, tmp_path / f"{name}{ending}", only=["v1_hat"]) for name in ("part", "lost"))
     assert "F_hat_ground" not in part.estimates and (part.estimates["v1_hat"] == found["v1_hat"]).all()
     for one in (part, lost):
