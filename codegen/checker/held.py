@@ -8,7 +8,8 @@ Then, as identities of polynomials:
 
 - after `init` at x the states are G(e, x) with velocities of zero and all other estimates constant;
 - `predict` makes G(e, x + h v) of G(e, x), v the held velocities: if the machine goes on at these, the estimates of the
-  next sample are what they would have been without the invalid one;
+  next sample are what they would have been without the invalid one. Where one invalid sample already leads to HOLDING,
+  `resume` follows `predict` before any step, and this is not needed;
 - after `resume` at x they are G(e, x + h v), e the held estimates, which are then those of the next sample.
 """
 
@@ -93,7 +94,9 @@ def require_constant_start(modes: Modes) -> None:
 def require_held_estimates(modes: Modes) -> None:
     """Raises ValueError unless `predict` and `resume` give the states of the held estimates at x + h v.
 
-    C that detects no invalid samples calls neither; they are computed all the same, since their divisions count.
+    C that detects no invalid samples calls neither, and no step follows a `predict` that leads to HOLDING at once; they
+    are computed all the same, since their divisions count. `resume` sets every state that the estimates depend on, from
+    what was held and measured: a text that reads such a state is not the one demanded.
     """
     c, names, estimates = modes.shown["c"], modes.names, modes.estimates.values()
     held = names | {y: kernel.term(1, f"held {y}") for y in estimates}
@@ -106,7 +109,8 @@ def require_held_estimates(modes: Modes) -> None:
         ("resume", modes.after(c.resume, {y: names[y] for y in estimates}), modes.states(modes.moved(names))),
     ):
         wrong = [z for z in modes.shown["moving"] if found[z] != wanted[z]]
-        kernel.demand(not (wrong and c.sums), f"{what}: {wrong[:3]} do not go on with what was held")
+        needed = c.sums and (what == "resume" or c.most > 1)
+        kernel.demand(not (wrong and needed), f"{what}: {wrong[:3]} do not go on with what was held")
 
 
 def quotients(known: dict[Any, Any], c: Any) -> dict[str, Any]:

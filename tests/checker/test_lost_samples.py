@@ -10,11 +10,15 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
+from codegen.app.derived import Derived
+from codegen.certify.certify import Certificate
 from codegen.checker import errors, verify
 from codegen.checker.verify import Refused
-from codegen.replay.engine import load_twin
+from codegen.replay.engine import engine_for, load_twin
+from codegen.spec import parse_spec
 from tests.checker.forged import GENERATED, POINT, certificate, changed, check, replace_once, sources
 from tests.slow_cases import slow_except
 
@@ -49,6 +53,37 @@ ATTACKS = {
 def test_what_no_observer_does_between_steps_is_refused(case: str) -> None:
     with pytest.raises(Refused, match=f"of the C: {case.split(':')[0]}: .*(more than a constant|what was held)"):
         check(*changed("one_mass", ATTACKS[case]))
+
+
+FAST = "gains: {K_F: 10, K_v: 1000}"
+WAITING = "    (void)parameters;\n    /* after 1 invalid"
+
+
+@pytest.mark.parametrize("invalid", [1, 2, 30])
+def test_where_every_valid_sample_after_an_invalid_one_sets_the_states_none_is_predicted(invalid: int) -> None:
+    """At h K_v = 1 no prediction is stable, so `resume` follows a single invalid sample. `predict` does nothing then,
+    and may do anything: `resume` sets the states from what was held. It was demanded to go on with the estimates."""
+    text = (GENERATED.parent / "specs" / "one_mass.yaml").read_text("utf-8")
+    machine = Derived(parse_spec(text.replace("gains: {K_F: 10, K_v: 100}", FAST), Path("one_mass.yaml")))
+    files, outcome = machine.files, machine.outcome
+    assert isinstance(outcome, Certificate) and outcome.kernel is not None, outcome
+    given = {name: text.encode() for name, text in files.items()}
+    assert verify.status(verify.check(files["certificate.json"], sources=given)) == 0
+    proof, code = json.loads(files["proof.json"]), files["one_mass.c"]
+    assert "state->invalid_samples >= 1u" in code and WAITING in code
+    moved = code.replace(WAITING, MISSED + MISSED + "    /* after 1 invalid")
+    assert check(proof, {"one_mass.c": moved.encode(), "one_mass.h": given["one_mass.h"]}).proved
+    counted = moved.replace(">= 1u", ">= 2u")
+    with pytest.raises(Refused, match=r"of the C: predict: .* do not go on with what was held"):
+        check(proof, {"one_mass.c": counted.encode(), "one_mass.h": given["one_mass.h"]})
+    engine = engine_for(machine.program, machine.sources)
+    rows = np.column_stack([np.linspace(0.0, 0.1, 100 + invalid), np.full(100 + invalid, 50.0)])
+    held = slice(60, 60 + invalid)
+    rows[held] = np.nan
+    engine.start(rows[0])
+    out = engine.run(rows)[0]
+    assert (out[60 : 62 + invalid] == out[59]).sum() >= out.shape[1] * (invalid + 1)
+    assert out[61 + invalid] == pytest.approx(out[59], rel=0.02)
 
 
 @pytest.mark.parametrize("level", ["1e+99 * 1e+99", "1e+99 * parameters->sample_time * 1e+99"])
