@@ -136,3 +136,16 @@ def test_three_waves_of_the_belt_axis(tmp_path: Path) -> None:
     assert result.augmented.free_run_rmse < 0.1 * result.refit.free_run_rmse
     assert result.augmented.relative_force < 0.1 * result.refit.relative_force
     assert read_spec(tmp_path / "out" / "spec.yaml").effects[0].kind == "cogging_harmonics"
+
+
+def test_what_is_left_of_a_sum_is_judged_on_its_segments(tmp_path: Path) -> None:
+    """An effect beside harmonics was removed, and the rest compared with a refit on longer segments: a ValueError."""
+    log = log_of(stage(level=4.5), tmp_path, "train.csv")
+    problem = Problem(system_of(stage()), smooth_motion(log), {})
+    search = search_on(problem, lambda share: record_of(problem.motion, log, share))
+    base, near = search.refit(), search.on_shorter(0.25)
+    final = near.on_another_record(base)
+    assert len(final.offsets) > len(base.offsets)
+    outcome = Outcome(base, base, (), (), 0.0, len(base.offsets)).with_final(near, final, ())
+    assert outcome.final is final and outcome.explained == pytest.approx(0.0, abs=1e-6)
+    assert near.on_its_record(final) is final and len(near.on_its_record(base).offsets) == len(final.offsets)

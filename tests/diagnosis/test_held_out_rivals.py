@@ -34,6 +34,11 @@ TRUTHS = {
 }
 
 
+def of_one_record(**methods: Any) -> Any:
+    """A search with these methods, whose fits are all of its own segments."""
+    return SimpleNamespace(on_its_record=lambda fit: fit, **methods)
+
+
 def hanging(effects: str, reference: str, duration: float) -> Spec:
     """The stage with a weight of 20 N, which the drive holds: in slow motion the input does not change its sign."""
     text = STAGE.format(effects=effects, level=4, reference=reference, duration=duration, noise=0)
@@ -126,10 +131,10 @@ def test_what_is_explained_is_that_of_the_rival_that_is_left(monkeypatch: pytest
     leader, rivals = fits["leader"], ("rival", "other")
     outcome = Outcome(none, leader, (), rivals, shares["leader"], 10)  # type: ignore[arg-type]
     refused: Any = SimpleNamespace(refused=lambda fits: {0: (1, 2.0)})
-    left, words = rules.without_refused(none, outcome, refused)
+    left, words = rules.without_refused(of_one_record(), outcome, refused)
     assert left.final is fits["rival"] and left.rivals == ("other",) and left.explained == 0.4 and len(words) == 1
     refused = SimpleNamespace(refused=lambda fits: {1: (0, 2.0)})
-    left, _ = rules.without_refused(none, outcome, refused)
+    left, _ = rules.without_refused(of_one_record(), outcome, refused)
     assert left.final is leader and left.rivals == ("other",) and left.explained == 0.9
     after = list(separation.without_leader(none, outcome))
     assert [(o.final, o.explained) for o in after] == [(fits["rival"], 0.4), (fits["other"], 0.3)]
@@ -160,7 +165,7 @@ def test_what_is_explained_is_that_of_the_effects_without_the_one_that_is_refuse
     monkeypatch.setattr(examination, "replace", lambda one, **changes: SimpleNamespace(**{**vars(one), **changes}))
     monkeypatch.setattr(examination, "at_limit", lambda fit: [()] * len(fit.trial.parts))
     monkeypatch.setattr(examination, "objections", lambda found, part, problem: ["zero"] * (part.kind == "offset"))
-    search: Any = SimpleNamespace(polished=lambda fit: (fit, fit), without=lambda fit, k: one, problem=None)
+    search: Any = of_one_record(polished=lambda fit: (fit, fit), without=lambda fit, k: one, problem=None)
     none: Any = None
     outcome = Outcome(none, both, (), (), 0.9, 10)
     left, last, _, against = examination._examined(search, outcome, none, True)
@@ -202,7 +207,7 @@ def test_an_effect_is_fitted_again_in_the_form_that_its_intervals_contain(monkey
         monkeypatch.setattr(examination, name, lambda *_, value=value: value)
     monkeypatch.setattr(examination, "at_limit", lambda fit: [()] * len(fit.trial.parts))
     monkeypatch.setattr(examination, "objections", lambda found, part, problem: [])
-    search: Any = SimpleNamespace(polished=lambda fit: (fit, fit), with_parts=with_parts, system=system, problem=None)
+    search: Any = of_one_record(polished=lambda fit: (fit, fit), with_parts=with_parts, system=system, problem=None)
     outcome = Outcome(cast(Any, None), both, (), (), 0.9, 10)
     none: Any = None
     left, last, (found,), against = examination._examined(search, outcome, none, True)
@@ -250,7 +255,7 @@ def test_each_of_several_effects_is_judged_on_held_out_data(
 
     monkeypatch.setattr(examination, "drive_shares", lambda *_: np.array([drive]))
     problem = SimpleNamespace(motion=None, used=None)
-    search: Any = SimpleNamespace(without=lambda final, k: fit(kinds[k]), problem=problem)
+    search: Any = of_one_record(without=lambda final, k: fit(kinds[k]), problem=problem)
     found = examination._harmful(search, fit("", *kinds), measured)
     assert (found[0] if found else None) == (kinds.index(harmful) if harmful else None)
     if found is not None:
@@ -276,7 +281,7 @@ def test_harmonics_are_sought_again_without_an_effect_that_held_out_data_refuse(
     def harm(search: Any, final: Any, measured: Any) -> Any:
         return (2, Fact("not credited", "worse")) if "compliance" in final.trial.parts else None
 
-    start = SimpleNamespace(without=lambda final, k: [p for i, p in enumerate(final.trial.parts) if i != k])
+    start = of_one_record(without=lambda final, k: [p for i, p in enumerate(final.trial.parts) if i != k])
     sought: list[Any] = []
 
     def with_harmonics(search: Any, one: Any) -> Any:

@@ -21,10 +21,11 @@ from codegen.diagnosis.evidence.estimate import (
     widened_by,
 )
 from codegen.diagnosis.fit.output_error import Fit, Prior
+from codegen.diagnosis.fit.search import Search
 from codegen.diagnosis.fit.trial import Part, part_of
 from codegen.diagnosis.results import Interval
 from codegen.diagnosis.selection.force_fits import ForceFits
-from codegen.diagnosis.verdict.examination import _by_both, _on_its_record
+from codegen.diagnosis.verdict.examination import _by_both
 from codegen.effects import CATALOGUE
 from codegen.spec import Spec, parse_spec
 from tests.diagnosis.stage import log_of, stage, system_of
@@ -241,5 +242,5 @@ def test_the_force_residual_is_fitted_beside_free_runs_of_the_searchs_own_segmen
     record = SimpleNamespace(at_rest=np.zeros((12, 2)))
     search: Any = SimpleNamespace(record=record, on_another_record=lambda fit: again.append(fit) or "fitted again")
     base: Any = SimpleNamespace(offsets=np.zeros((segments, 2)))
-    used: Any = _on_its_record(search, base)
+    used: Any = Search.on_its_record(search, base)
     assert (used, again) == ((base, []) if segments == 12 else ("fitted again", [base]))

@@ -226,6 +226,10 @@ class Search:
         runner = replace(fit.runner, substeps=self.substeps)
         return self.fitted_again(replace(fit, runner=runner, offsets=self.record.at_rest))
 
+    def on_its_record(self, fit: Fit) -> Fit:
+        """The fit, repeated on this search's record if it is of other segments: harmonics have shorter ones."""
+        return fit if len(fit.offsets) == len(self.record.at_rest) else self.on_another_record(fit)
+
     def fit_from(
         self,
         runner: Runner,

@@ -81,7 +81,7 @@ class Outcome:
 
     def with_final(self, search: Search, final: Fit, rivals: Sequence[Ranked]) -> Outcome:
         """The outcome with another last fit, and these rivals of its first effect."""
-        explained = explained_share(search, self.base, final)
+        explained = explained_share(search, search.on_its_record(self.base), final)
         return replace(self, final=final, rivals=tuple(rivals), explained=explained)
 
 

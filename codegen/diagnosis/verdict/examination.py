@@ -164,7 +164,7 @@ def _with_effects(final_search: Search, outcome: Outcome, plain: Answer, measure
     harm = _harmful(final_search, outcome.final, measured) if plain.verdict == "effect" else None
     if harm is not None:
         final = final_search.without(outcome.final, harm[0])
-        if not is_credited(final_search, outcome.base, final):
+        if not is_credited(final_search, final_search.on_its_record(outcome.base), final):
             return plain.unknown(found, (harm[1],)), outcome
         fewer, last = with_harmonics(final_search, outcome.with_final(final_search, final, outcome.rivals))
         answer, fewer = _with_effects(last, fewer, plain, measured)
@@ -305,7 +305,7 @@ def _examined(
         if all(raised):
             return outcome, fit, found, against
         final = search.without(final, next(k for k, one in enumerate(raised) if one))
-        if not is_credited(search, outcome.base, final):
+        if not is_credited(search, search.on_its_record(outcome.base), final):
             return outcome, fit, found, against
 
 
@@ -332,13 +332,8 @@ def _by_both(search: Search, base: Fit, final: Fit, polished: Fit, own: Estimate
     }
     if not shares:
         return own
-    by_force = ForceFits(search, _on_its_record(search, base)).fit(polished.trial, polished.theta)
+    by_force = ForceFits(search, search.on_its_record(base)).fit(polished.trial, polished.theta)
     return widened_by(own, estimate(by_force), polished.trial.parts, shares)
-
-
-def _on_its_record(search: Search, base: Fit) -> Fit:
-    """The fit on the search's record; harmonics are sought on segments shorter than those of the outcome's base."""
-    return base if len(base.offsets) == len(search.record.at_rest) else search.on_another_record(base)
 
 
 def _objections(own: FoundEffect, found: FoundEffect, part: Part, problem: Problem) -> list[str]:
