@@ -10,7 +10,14 @@ import pytest
 from scipy.signal import lfilter
 
 from codegen.diagnosis.case import case_of
-from codegen.diagnosis.evidence.timing import Lead, acting_earlier, common_lead, input_leads, lead_of
+from codegen.diagnosis.evidence.timing import (
+    Lead,
+    acting_earlier,
+    common_lead,
+    input_leads,
+    lead_of,
+    overcorrection_finding,
+)
 from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.signals import smooth_motion
 from codegen.logs import Log
@@ -265,3 +272,10 @@ def test_a_lead_that_is_too_long_to_be_corrected_is_a_warning(fast: Log) -> None
     leads, (finding,) = leads_of(late)
     assert not leads and finding.severity == "warning" and finding.figures["lead"] > 2.5
     assert "only leads up to 2.5 rows are" in finding.words and "`late: {w: " in finding.words
+
+
+def test_a_measured_input_that_is_taken_less_early_is_no_held_command(fast: Log) -> None:
+    measured = replace(fast, description=LogDescription(input_hold="linear"))
+    for log, said in ((fast, "held"), (measured, "measured")):
+        words = overcorrection_finding("w", "input_delay", 1.0, 1.0, 0.0, log).words
+        assert words.count(said) == 2 and ("command" in words) == (log is fast)

@@ -10,10 +10,17 @@ from unittest.mock import patch
 import numpy as np
 import pytest
 
+from codegen.base.errors import BadInput
 from codegen.diagnosis import free_runs
 from codegen.diagnosis.case import case_of
 from codegen.diagnosis.diagnose import diagnose_log
-from codegen.diagnosis.evidence.single_events import LEAST_PREDICTED, largest_event, predicted
+from codegen.diagnosis.evidence.single_events import (
+    LEAST_PREDICTED,
+    _chance,
+    events_of,
+    largest_event,
+    predicted,
+)
 from codegen.diagnosis.fit.record import record_of
 from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.signals import TRIM_S, smooth_motion
@@ -146,3 +153,22 @@ def test_a_segment_lies_about_each_event(tmp_path: Path, push: float) -> None:
         assert (np.diff(record.start) > 0).all()
     assert case.events == () or push
     assert bool(lacking) is bool(push)
+
+
+def test_a_log_of_less_than_two_periods_of_the_cutoff_has_no_events(tmp_path: Path) -> None:
+    """Its refusal was an internal error; so was the diagnosis with a held-out log that is as short."""
+    log, system = log_of(stage(level=4.5, duration=6.0), tmp_path, "short.csv"), system_of(stage())
+    problem = Problem(system, smooth_motion(log, 0.3), {})
+    assert 2 * problem.motion.step(1) > len(problem.motion.time)
+    assert events_of(problem) == () and largest_event(problem, system, 0) is None
+    with pytest.raises(BadInput, match=r"short\.csv"):
+        diagnose_log(stage(), system, replace(log, cutoff_hz=0.3), None)
+
+
+@pytest.mark.parametrize("events", [1, 2, 5])
+def test_the_p_of_several_events_is_as_likely_as_it_says(events: int) -> None:
+    """Of chance alone; that the product of two is below 1 % has a probability of 5.6 %."""
+    nats = np.random.default_rng(1).exponential(size=(20_000, events)).sum(axis=1)
+    found = np.array([_chance(float(x), events) for x in nats])
+    assert np.mean(found <= 0.01) == pytest.approx(0.01, abs=0.003)
+    assert np.mean(found <= 0.3) == pytest.approx(0.3, abs=0.02) and _chance(0.0, 0) == 1

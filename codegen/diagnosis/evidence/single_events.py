@@ -3,19 +3,21 @@
 A test on blocks of the log cannot credit an effect that acts in one or two of them. But in such an event the effect
 predicts the course of the residual: with b and a the residuals without and with the effect, and the values of another
 log, a/b is small only if size, beginning and course agree. Let r = Σa²/Σb² in an event, and n its number of independent
-values. If the effect is not there and b is a disturbance with any direction in these n dimensions, r is as small with a
-probability of at most r^(n/2), since no value is fitted. So over all events
+values. If the effect is not there and b is a disturbance in these n dimensions, of any direction and size (uniform in a
+ball about zero with all b of so small an r), r is as small with a probability of at most r^(n/2), since no value is
+fitted. Over k events (Fisher 1932)
 
-    p = Π r_i^(n_i/2)
+    p = P(χ²_2k ≥ −2 ln Π r_i^(n_i/2)) = gammaincc(k, −ln Π r_i^(n_i/2)),    for one event r^(n/2)
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import exp, log
+from math import log
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import gammaincc
 
 from codegen.base.arrays import Array
 from codegen.diagnosis.evidence.residual_regression import LEAST_ROWS, acting_force
@@ -77,7 +79,13 @@ def predicted(problem: Problem, plain: System, richer: System, i: int) -> Predic
         before, after = before + without, after + with_it
         nats += 0.5 * _independent_values(b[inside], motion.step(2)) * log(max(without, 1e-300) / max(with_it, 1e-300))
         spans.append((float(motion.time[inside[0]]), float(motion.time[inside[-1]])))
-    return Prediction(1 - after / max(before, 1e-300), exp(-max(nats, 0.0)), tuple(spans))
+    p = _chance(nats, len(spans))
+    return Prediction(1 - after / max(before, 1e-300), p, tuple(spans))
+
+
+def _chance(nats: float, events: int) -> float:
+    """p of several events from −ln of the product of theirs; 1 without an event."""
+    return float(gammaincc(events, max(nats, 0.0))) if events else 1.0
 
 
 def _joined(places: NDArray[np.intp], gap: int) -> list[NDArray[np.intp]]:
@@ -156,5 +164,5 @@ def _by_period(problem: Problem, residual: Array, system: System, i: int) -> tup
 
 
 def _moving_sum(values: Array, width: int) -> Array:
-    """(N,) sum over ``width`` samples about each."""
-    return np.asarray(np.convolve(values, np.ones(width), "same"))
+    """(N,) sum over ``width`` samples about each, also where ``width`` is above N."""
+    return np.asarray(np.convolve(values, np.ones(width))[(width - 1) // 2 :][: len(values)])

@@ -184,9 +184,12 @@ def overcorrection_finding(w: str, kind: str, lead: float, delay: float, left: f
             all in rows.
     """
     before, shown, after = (f"{1e3 * rows * log.sample_time:.3g} ms" for rows in (lead, delay, left))
-    taken = f"{after} earlier" if left else "as a command that is held from row to row"
+    measured = log.description.measured_inputs
+    logged = "it was measured by the log" if measured else "a held command"
+    as_logged = "as it was measured" if measured else "as a command that is held from row to row"
+    taken = f"{after} earlier" if left else as_logged
     words = (
-        f"By the force balance {w} acts {before} earlier than a held command, but with that simulations need {kind} of "
+        f"By the force balance {w} acts {before} earlier than {logged}, but with that simulations need {kind} of "
         f"{shown}. That is how the input was sampled, and no effect of the machine. So it is taken {taken}."
     )
     return Finding("warning", f"timing of {w}", words, {"lead": left, "before": lead, "delay": delay})
