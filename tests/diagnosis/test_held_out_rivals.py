@@ -136,7 +136,7 @@ def test_what_is_explained_is_that_of_the_rival_that_is_left(monkeypatch: pytest
     refused = SimpleNamespace(refused=lambda fits: {1: (0, 2.0)})
     left, _ = rules.without_refused(of_one_record(), outcome, refused)
     assert left.final is leader and left.rivals == ("other",) and left.explained == 0.9
-    after = list(separation.without_leader(none, outcome))
+    after = list(separation.without_leader(of_one_record(), outcome))
     assert [(o.final, o.explained) for o in after] == [(fits["rival"], 0.4), (fits["other"], 0.3)]
 
 
