@@ -8,6 +8,7 @@ import pytest
 
 from codegen.base.errors import BadInput, brief
 from codegen.spec import parse_spec
+from tests.mechanics.forms import ARM_CONSTRAINTS, swapped
 
 from .command import SPECS, stiction
 
@@ -172,61 +173,11 @@ def test_faults_of_every_energy(tmp_path: Path) -> None:
     assert lines_told(tmp_path, spoilt_text) == lines
 
 
-ARM = """\
-name: arm
-source: a test
-coordinates:
-  theta1: {velocity: omega1, unit: rad}
-  theta2: {velocity: omega2, unit: rad}
-inputs:
-  w1: {unit: N*m}
-  w2: {unit: N*m}
-parameters:
-  m1: {value: 1, unit: kg}
-  m2: {value: 1, unit: kg}
-  I1: {value: 0.01, unit: kg*m^2}
-  I2: {value: 0.01, unit: kg*m^2}
-  b1: {value: 0.1, unit: m}
-  b2: {value: 0.1, unit: m}
-  l1: {value: 0.2, unit: m}
-  gravity: {value: 9.81, unit: m/s^2}
-constraints:
-  bodies:
-    upper:
-      mass: m1
-      inertia: I1
-      x: b1*cos(theta1)
-      y: b1*sin(theta1)
-      angle: theta1
-    fore:
-      mass: m2
-      inertia: I2
-      x: l1*cos(theta1) + b2*cos(theta1 + theta2)
-      y: l1*sin(theta1) + b2*sin(theta1 + theta2)
-      angle: theta1 + theta2
-  force:
-    upper: {y: -m1*gravity}
-    fore: {y: -m2*gravity}
-force: [w1, w2]
-friction:
-  contacts:
-    - {name: shoulder, bodies: upper, along: angle, law: coulomb, a: 0.001, unit: N*m}
-    - {name: elbow, bodies: [fore, upper], along: angle, law: coulomb, a: 0.005, unit: N*m}
-observer:
-  kind: gcfo
-  velocity: estimated
-  gains: {K_F: 1, K_v: 10}
-  sample_time: 1 ms
-envelope:
-  theta1: [-1, 1]
-"""
-
-
 def test_faults_of_every_body_force_and_contact(tmp_path: Path) -> None:
-    good = ARM
+    good = swapped("two_link_arm", ARM_CONSTRAINTS)
     wrong = {
         "y: b1*sin(theta1)": "y: b1*sine(theta1)",
-        "inertia: I1": "inertia: m1",
+        "inertia: I2": "inertia: m2",
         "x: l1*cos(theta1) + b2": "x: l1*cos(theta1) + bb",
         "y: -m1*gravity": "y: -m1*gravitty",
         "y: -m2*gravity": "y: -m2*l1",
