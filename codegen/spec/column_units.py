@@ -1,4 +1,4 @@
-"""Units in the names of a log's columns: ``x [mm]``, ``x (mm)``, ``x / mm``, ``x/mm`` or ``x_mm``."""
+"""Units in the names of a log's columns: ``x [mm]``, ``x (mm)``, ``x/mm``, ``x in mm``, ``x, mm`` or ``x_mm``."""
 
 from __future__ import annotations
 
@@ -14,6 +14,10 @@ _IN_SQUARE = re.compile(r"(.*\S)\s*\[([^\[\]]*)\]\s*")
 _IN_ROUND = re.compile(r"(.*\S)\s*\(([^()]*)\)\s*")
 _BELOW_LINE = re.compile(r"(.+?)\s+/\s+(\S.*?)\s*|([^/\s]+)/(\S+)\s*")
 """A unit after a slash, which without blanks around it must be the only one, since paths have several."""
+_BEHIND_WORD = re.compile(r"(.*\S)(?:\s+in|,)\s+([msAVN]|[^A-Za-z\s]|\S\S+)\s*")
+"""``Drehmoment in Nm``, as DIN 461 labels axes, and ``Torque, Nm``. Other single letters are no unit: ``left, b``."""
+_BEFORE_LABEL = re.compile(r"([^()\[\]]*\S)\s+(?:\[([^()\[\]]*)\]|\(([^()\[\]]*)\))\s+(\S[^()\[\]]*)")
+"""A unit before the label of a run or channel, ``Angle (deg) Run #1``."""
 _BEHIND_NAME = re.compile(r"(.+)_(ms|us|ns|mm|um|deg|rpm|mA|mV|kN|mNm)")
 """Unambiguous units at the end of a name."""
 AMBIGUOUS = ("grad",)
@@ -28,18 +32,24 @@ _CLOCKS = {"millis": "ms", "micros": "us"}
 def stated_unit(name: str) -> tuple[str, str]:
     """A column's name without the unit in it, and that unit: ``x [mm]``, ``x (mm)``, ``x/mm``; empty for none.
 
-    Text in square brackets is always taken as a unit; text after the other signs only if it is a known unit.
+    Text in square brackets at the end is always taken as a unit; other text only if it is a known unit. A single
+    letter before a label without a number, ``Motor (A) left``, may name a part of the machine, and is no unit.
     """
     if len(name) > LONGEST_NAME:
         return name, ""
     square = _IN_SQUARE.fullmatch(name)
     if square is not None:
         return square[1], square[2].strip()
-    for form in (_BELOW_LINE, _IN_ROUND):
+    for form in (_BELOW_LINE, _IN_ROUND, _BEHIND_WORD):
         found = form.fullmatch(name)
         bare, unit = (text.strip() for text in found.groups() if text) if found else ("", "")
         if bare and may_be_unit(unit):
             return bare, unit
+    found = _BEFORE_LABEL.fullmatch(name)
+    if found is not None:
+        unit, label = (found[2] or found[3] or "").strip(), found[4].strip()
+        if may_be_unit(unit) and (not unit.isalpha() or len(unit) > 1 or re.search(r"\d", label)):
+            return f"{found[1]} {label}", unit
     return name, ""
 
 

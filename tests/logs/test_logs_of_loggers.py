@@ -98,6 +98,31 @@ READ = {
         "",
         "column `Uhrzeit` is t, by its name",
     ),
+    "units before the label of a run": (
+        "a.csv",
+        "Time (s) Run #1;Position (mm) Run #1;Force, Ch 01 (N) Run #1\n"
+        + lines("{t:.3f};{mm:.6f};{w:.9f}").replace(".", ","),
+        'columns: {t: "Time (s) Run #1", x: "Position (mm) Run #1", w: "Force, Ch 01 (N) Run #1"}\n',
+        "x is in mm, as the file says",
+    ),
+    "units behind a word": (
+        "a.csv",
+        '"Zeit in ms","x in mm","w, N"\n' + lines("{ms},{mm:.6f},{w:.9f}"),
+        "",
+        "x is in mm, as the file says",
+    ),
+    "numbered rows whose last column has no name": (
+        "a.csv",
+        "Take 2,,,\n,Body,Body,\nFrame,Time,X,\n" + lines("{k},{t:.4f},{x:.9f},{w:.9f}"),
+        "columns: {x: X, w: 4}\n",
+        "header is line 3 (Frame, Time, X, 4)",
+    ),
+    "decimal commas between tabs, three decimals at the end": (
+        "a.txt",
+        "Zeit\tx\tw\ttemp\n" + lines("{t:.4f}\t{x:.9f}\t{w:.9f}\t21.500").replace(".", ","),
+        "",
+        "decimal commas",
+    ),
     "a clock's function": ("a.csv", "millis,x,w\n" + "\n".join(ROWS), "", "t is in ms"),
     "seconds and nanoseconds": (
         "a.csv",

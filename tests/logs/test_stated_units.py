@@ -9,7 +9,7 @@ import pytest
 
 from codegen.logs import read_log
 from codegen.spec import parse_spec
-from codegen.spec.column_units import is_convertible
+from codegen.spec.column_units import is_convertible, stated_unit
 from tests.diagnosis.stage import stage
 
 TIME = np.arange(3000) * 2e-3
@@ -20,6 +20,25 @@ ROWS = "".join(f"{t:.4f};{1e3 * 0.1 * np.sin(3 * t):.6f};1\n" for t in TIME)
 def test_degrees_gons_and_billions_of_radians_are_not_told_apart(unit: str) -> None:
     assert not is_convertible(unit, "rad")
     assert is_convertible("deg", "rad")
+
+
+@pytest.mark.parametrize(
+    ("name", "bare", "unit"),
+    [
+        ("Angle (°) Run #1", "Angle Run #1", "°"),
+        ("x [mm] Run 2", "x Run 2", "mm"),
+        ("Current (A) Run #1", "Current Run #1", "A"),
+        ("Drehmoment in Nm", "Drehmoment", "Nm"),
+        ("Torque, Nm", "Torque", "Nm"),
+        ("Motor (A) left", "Motor (A) left", ""),  # a letter may name a part of the machine
+        ("Position, b", "Position, b", ""),  # not barn
+        ("f(s) of q (deg) b", "f(s) of q (deg) b", ""),
+        ("Force, Ch 01", "Force, Ch 01", ""),
+    ],
+)
+def test_a_unit_within_a_name(name: str, bare: str, unit: str) -> None:
+    """`Angle (°) Run #1` was read in rad without a word."""
+    assert stated_unit(name) == (bare, unit)
 
 
 def test_units_of_columns_in_an_expression_are_a_warning(tmp_path: Path) -> None:

@@ -185,9 +185,8 @@ def _decimal(lines: Sequence[str], delimiter: str) -> str:
     It is a comma if some comma cannot separate thousands. In a comma-separated file only quoted numbers count.
     """
     edge = re.escape(delimiter) if delimiter else r"\s"
-    before, behind = rf'(?:^|[{edge}"])\s*+[+-]?', rf'\s*+(?=$|[{edge}"])'
-    if not delimiter:  # each blank is an edge
-        before, behind = r'(?:^|[\s"])[+-]?', r'(?=$|[\s"])'
+    blanks = rf"[^\S{edge}]*+"  # but those that separate columns, such as tabs
+    before, behind = rf'(?:^|[{edge}"]){blanks}[+-]?', rf'{blanks}(?=$|[{edge}"])'
     point = re.compile(rf"{before}\d*\.\d+{behind}", re.ASCII)
     sign = ","
     if delimiter == ",":
@@ -382,7 +381,7 @@ def _above(file: str, lines: Sequence[str], rows: _Rows, asked: Collection[str])
             split[at] = [index or lower[0], *(".".join(filter(None, pair)) for pair in islice(pairs, 1, None))]
         elif _are_units(lower) or sought[1] > sought[0] or (sought[0] == sought[1] and _are_units(lower, but=1)):
             at, units = near[1], tuple(zip(_named(upper), map(_plain_unit, lower), strict=False))
-        elif sought[0] == sought[1] and not COMMENT.match(lines[near[1]]) and {*lower} & {*upper}:
+        elif sought[0] == sought[1] and not COMMENT.match(lines[near[1]]) and {*lower} & {*upper} - {""}:
             found = f"two lines that may be the header, this one and line {near[1] + 1} (`{shown(lines[near[1]])}`)"
             expected = f"`header: {near[0] + 1}` or `header: {near[1] + 1}` in meta.yaml beside the log"
             raise BadInput(Place(file, near[0] + 1), found, expected, code="LOG001")
@@ -501,19 +500,26 @@ def _names_of(line: str, rows: _Rows) -> list[str]:
     """
     text = line.strip(" " if rows.delimiter == "\t" else None).lstrip("#%/")  # a first name may be empty
     ways = [_split(text, rows.delimiter)]
+    count = len(_all_fields(text, rows.delimiter))
     spaced = [_split(text, ""), re.findall(rf"\S+(?:\s+[\[(][^\])]{{0,{LONGEST_UNIT}}}[\])])?", text)]
     if COMMENT.match(line):
         others = [_split(text.strip(), other) for other in SEPARATORS if other != rows.delimiter]
         ways = [*(ways if rows.delimiter else []), *others, *spaced]
     elif not rows.delimiter:
         ways = spaced
-    return next((names for names in (_as_names(texts, rows) for texts in ways) if names), [])
+    return next((names for names in (_as_names(texts, rows, count) for texts in ways) if names), [])
 
 
-def _as_names(texts: list[str], rows: _Rows) -> list[str]:
-    """The texts if they can be names of the columns; else []."""
-    if rows.numbered and len(texts) == rows.width - 1:
+def _as_names(texts: list[str], rows: _Rows, count: int) -> list[str]:
+    """The texts if they can be names of the columns; else [].
+
+    Args:
+        count: number of fields, empty ones at the end included: a few of the last columns may have no name.
+    """
+    if rows.numbered and len(texts) == rows.width - 1 and count < rows.width:
         texts = ["", *texts]
+    unnamed = min(count, rows.width) - len(texts)
+    texts = [*texts, *[""] * unnamed] if unnamed < len(texts) else texts
     if len(texts) == rows.width + 1 and texts[-1].strip().lower() == "comment":
         texts.pop()
     named = texts[: rows.width]  # behind them an oscilloscope writes its settings
