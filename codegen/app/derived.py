@@ -257,8 +257,7 @@ class Derived(Shown):
             other = of_spec(all_angles=True)
             if isinstance(other, Certificate):
                 turned, refused = _with_kernel_proof(with_bounds(self.spec, self.analysis, other), self, sources)
-                if not refused:
-                    return turned
+                return replace(found, not_by_kernel=turned.not_by_kernel) if refused else turned
             names = " and ".join(angles)
             words = (
                 f"V decreases for {names} in the envelope; of the C this is proved only for all values of the sine and "

@@ -39,6 +39,7 @@ if TYPE_CHECKING or __package__:
 FAR = 10**6  # an exponent of 2 beyond those of all values
 EXP, NAME = r"\bexp *\(", r"[A-Za-z_][\w.]*(?:\[[\d.]+\])?"
 LOST = "what is left of a sum is its rounding"
+VANISHED = 1000  # how often a formula or a divisor may have the sum of its terms in terms that cancel to 0
 PART, MOST = 2**4, 2**16  # floats hold all multiples of 1/PART up to MOST
 OTHERS = "prepare gives others: {} of the header differs from its formula by more than rounding"
 ANGLE = "{} has the sin or cos of a parameter, which is not evaluated: declare that sin or cos itself as a parameter"
@@ -108,7 +109,8 @@ def require(proof: dict[str, Any], shown: dict[str, Any]) -> None:
             del shown["other than 0"][x]
     for (function, q), _ in code.known.items():
         if function == "1/":  # where a divisor is less than that, it may be its rounding
-            least = total(put(magnitudes(q), code.ones())) / c.precision.cancelled
+            size = max(total(put(magnitudes(q), code.ones())), code.divisors.get(q, Fraction(0)))
+            least = size / c.precision.cancelled
             try:
                 kernel.semidefinite([[q]], shown["box"], proof["cover"], shown["known"], least)
             except ValueError as why:
@@ -120,7 +122,7 @@ def require(proof: dict[str, Any], shown: dict[str, Any]) -> None:
     said, rounded = Bounded(shown["names"], dict(shown["known"]), c.precision, code.bounds), of_exp(c.prepare)
     for formula in {*texts(proof)}:
         if re.search(EXP, formula) or rounded.intersection(re.findall(NAME, formula)):
-            said.kept(said.value(formula), said.latest[0], 1000)
+            said.kept(said.value(formula), said.latest[0], VANISHED)
     free = {x: shown["names"][x] for x in c.values}
     free |= {x: kernel.term(1, x) for x in (*c.inputs, *c.states, *c.outputs)}
     for program in (c.init, c.reset, c.predict, c.resume):
@@ -291,6 +293,7 @@ class Bounded(kernel.Text):
         self.spaced, self.spacings = (FAR, FAR), dict[str, tuple[int, int]]()
         self.digits = precision.rounding.denominator.bit_length() + 1  # 52 of doubles, 23 of floats
         self.reciprocals: dict[str, Any] = {}
+        self.divisors: dict[Any, Fraction] = {}  # divisor -> the sum of its bound's terms, all variables 1
         self.counted = 0  # of `known`, whose entries are never removed, those that `ones` has seen
         self.largest, self.smallest = dict[str, Any](), dict[str, Any]()  # of the C's quotients, see `ones`
         # Polynomial, bound and spacing of the parts of an expression, until the larger part that they are in has them.
@@ -453,7 +456,10 @@ class Bounded(kernel.Text):
             case ast.BinOp(left, operator, right):
                 (_, (a, n), _), (divisor, (b, m), _) = self.parts.pop(left), self.parts.pop(right)
                 if isinstance(operator, ast.Div):
-                    b = magnitudes(kernel.function("1/", divisor, self.known)) * kernel.term(self.kept(divisor, b))
+                    size = total(put(b, self.ones()))
+                    self.divisors[divisor] = max(size, self.divisors.get(divisor, size))
+                    lost = self.kept(divisor, b, VANISHED)
+                    b = magnitudes(kernel.function("1/", divisor, self.known)) * kernel.term(lost)
                 if not n and not m and self.exact(p):
                     return magnitudes(p), 0
                 return (a + b, max(n, m) + 1) if isinstance(operator, (ast.Add, ast.Sub)) else (a * b, n + m + 1)

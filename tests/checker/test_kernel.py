@@ -234,6 +234,37 @@ def test_a_narrow_range_of_an_angle_is_proved_of_the_c_with_a_v_for_all_angles(m
     )
 
 
+ARM = """name: arm
+coordinates: {q1: {velocity: o1, unit: rad}, q2: {velocity: o2, unit: rad}}
+inputs: {w1: {unit: N*m}, w2: {unit: N*m}}
+parameters:
+  a: {value: 0.9, unit: kg*m^2}
+  b: {value: 0.12, unit: kg*m^2}
+  c: {value: 0.35, unit: kg*m^2}
+mass_matrix: [[a + 2*b*cos(q2), c + b*cos(q2)], [c + b*cos(q2), c]]
+force: [w1 + b*sin(q2)*o2*(2*o1 + o2), w2 - b*sin(q2)*o1**2]
+friction:
+  distribution: [[1, 0], [0, 1]]
+  contacts: [{name: shoulder, a: 3, unit: N*m}, {name: elbow, a: 1.5, unit: N*m}]
+observer: {kind: gcfo, velocity: estimated, gains: {K_F: [8, 3], K_v: 60}, sample_time: 1 ms}
+envelope: {q1: [-3.2, 3.2], q2: [-2.5, 2.5], o1: [-2, 2], o2: [-3, 3]}
+"""
+
+
+def test_an_arm_of_which_a_term_of_the_determinant_cancels_is_proved_of_the_c() -> None:
+    """a c - c^2 - b^2 cos(q2)^2: 2 b c cos(q2) cancels, and is larger than what is left."""
+    outcome, _ = generated(ARM)
+    assert outcome.kernel is not None, outcome.not_by_kernel
+
+
+def test_a_refusal_for_another_reason_than_an_angle_is_stated_alone(monkeypatch) -> None:
+    """It said that no V was found for all angles, where one was found, and the kernel refused the C's rounding."""
+    monkeypatch.setattr("codegen.checker.rounding.VANISHED", 1)
+    outcome, _ = generated(ARM)
+    assert outcome.kernel is None
+    assert "rounding" in outcome.not_by_kernel and "no V was found" not in outcome.not_by_kernel
+
+
 WINCH = """name: winch
 coordinates: {th: {velocity: om, unit: rad}}
 inputs: {i: {unit: A}}

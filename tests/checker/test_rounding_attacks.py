@@ -315,3 +315,27 @@ def test_what_cancels_by_an_identity_or_in_a_power_is_seen(own: str, by: str) ->
     """Each was bound to its C with status 0; what the compiled C gave is said with each."""
     with pytest.raises(verify.Refused, match="is its rounding"):
         check(*changed("one_mass", (own, by)))
+
+
+NULL = "0.1 * s + 0.2 * s - 0.3 * s"
+
+
+@pytest.mark.parametrize(
+    ("divisor", "answer"),
+    [
+        ("1.000001 - c", ""),
+        (f"2.0 + c + 300.0 * ({NULL})", ""),  # as the terms with cos(q2) of a two-link arm's determinant, which cancel
+        (f"2.0 + c + 9000.0 * ({NULL})", rounding.LOST),
+        (f"1.000001 - c + 300.0 * ({NULL})", "a divisor: what is left of a sum is its rounding"),  # near 0 at x = 0
+    ],
+)
+def test_terms_of_a_divisor_that_cancel_are_admitted_where_it_is_far_from_their_rounding(
+    divisor: str, answer: str
+) -> None:
+    own, by = RATE, f"{COSINE}const double d = {divisor};\n    {RATE.replace('= ', '= d * ')} / d"
+    forged = changed("one_mass", (own, by))
+    if answer:
+        with pytest.raises(verify.Refused, match=answer):
+            check(*forged)
+    else:
+        assert check(*forged).whole
