@@ -188,6 +188,26 @@ def test_an_input_without_its_sign(tmp_path, machine, declared, magnitude, said)
     assert all("never negative" in text and "magnitude" in text and "weight" in text for text in words)
 
 
+def test_an_input_in_another_unit_is_not_taken_for_a_magnitude_beside_a_declared_weight(tmp_path):
+    """The input of a hoist in mN was said to have lost its sign, or to carry a weight that the spec lacks."""
+    columns = made()
+    columns["w"] = 1000 * (columns["w"] + WEIGHT)
+    spec = parse_spec(STANDING.replace("force: [w]", f"force: [{FORCES['hoist']}]"), Path("slider.yaml"))
+    found = preflight(read_log(write_csv(tmp_path / "a.csv", columns), spec), spec)
+    (one,) = [f for f in found if f.severity in ("problem", "warning")]
+    assert one.topic == "sign and scale of w" and "units: {w: mN}" in one.words
+
+
+@pytest.mark.parametrize("machine", ["plain", "hoist"])
+def test_of_a_constant_input_neither_sign_nor_scale_is_judged(tmp_path, machine):
+    """It was said to be off by a factor, or to have lost its sign, beside the true finding that it is constant."""
+    columns = made()
+    columns["w"] = np.full_like(columns["w"], 5.0)
+    spec = parse_spec(STANDING.replace("force: [w]", f"force: [{FORCES[machine]}]"), Path("slider.yaml"))
+    found = preflight(read_log(write_csv(tmp_path / "a.csv", columns), spec), spec)
+    assert [f.topic for f in found if f.severity in ("problem", "warning")] == ["input w"]
+
+
 @pytest.mark.parametrize(
     ("damping", "level", "times", "wrong"), [(60.0, 1, 1, False), (0.0, 12, 1, False), (0.0, 1, 6, True)]
 )

@@ -19,7 +19,7 @@ from codegen.base.significant import in_percent
 from codegen.effects.declare import system_of
 from codegen.logs.audit.changed_columns import Case, changed_columns
 from codegen.logs.audit.force_balance import Balance, Forces, unexplained
-from codegen.logs.audit.input_audit import SCALE_OFF, Outside, audit_inputs, audit_undriven, not_judged
+from codegen.logs.audit.input_audit import SCALE_OFF, Outside, audit_inputs, audit_undriven, is_constant, not_judged
 from codegen.logs.audit.scales import LONGEST_STEP, scales_of_velocities, wrong_scales
 from codegen.logs.log import Finding, Log
 from codegen.logs.motion import Motion
@@ -41,8 +41,9 @@ SWINGING = 0.5
 
 SIGN_OF = "sign of "
 """How the topic of a finding on a sign begins; the input's or coordinate's name follows."""
-EITHER_WAY, ALIKE = 10, 1.5
-"""An input without sign: least samples in motion each way, and largest ratio of its mean sizes in the two."""
+EITHER_WAY, ALIKE, ONE_WAY = 10, 1.5, 0.05
+"""An input without sign: least samples in motion each way, largest ratio of its mean sizes in the two, and share of
+the samples up to which the required force has the other sign, where no change of sign is expected."""
 
 
 def audit_force(log: Log, spec: Spec, motion: Motion, steady: frozenset[int] = frozenset()) -> Iterator[Finding]:
@@ -146,19 +147,23 @@ def _oscillates_freely(inertia: Array, against: Array) -> bool:
 def _without_sign(forces: Forces, log: Log, spec: Spec) -> Iterator[Finding]:
     """Findings on inputs that never change sign and are as large one way as the other, without a declared weight.
 
-    Against friction and inertia a drive pushes both ways; with a weight W and friction F it gives W + F and W − F.
+    Against friction and inertia a drive pushes both ways; with a weight W and friction F it gives W + F and W − F. A
+    weight is declared if it is half the input's force or more, or, where the input is in another unit, if the required
+    force does not change sign either. Of a constant input nothing is known.
     """
     n = len(spec.coordinates)
     for j, i in enumerate(spec.inputs):
         values, on = log.inputs[:, j], np.flatnonzero(np.any(forces.driven[j] != 0, axis=0))
-        if len(on) != 1 or (values.min() < 0 < values.max()) or i.name in log.raw_data.doubted:
+        if len(on) != 1 or is_constant(values) or (values.min() < 0 < values.max()) or i.name in log.raw_data.doubted:
             continue
         at = int(on[0])
         own, speed = np.abs(forces.driven[j, :, at]), forces.motion[:, n + at]
         up, down = speed > 0, speed < 0
         alone = not np.any(np.delete(forces.driven, j, axis=0)[:, :, at])
-        weight = abs(float(forces.static[:, at].mean())) if len(own) else 0.0
-        if min(up.sum(), down.sum()) < EITHER_WAY or not alone or weight > 0.5 * own.mean():
+        if min(up.sum(), down.sum()) < EITHER_WAY or not alone:
+            continue
+        weight, needed = abs(float(forces.static[:, at].mean())), forces.inertia[:, at] - forces.rest[:, at]
+        if weight > 0.5 * own.mean() or min(np.mean(needed < 0), np.mean(needed > 0)) <= ONE_WAY:
             continue
         rising, falling = float(own[up].mean()), float(own[down].mean())
         if max(rising, falling) > ALIKE * min(rising, falling):

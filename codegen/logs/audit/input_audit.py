@@ -52,7 +52,7 @@ class Outside:
 
 
 def audit_inputs(forces: Forces, spec: Spec, outside: Outside | None, log: Log) -> Iterator[Finding]:
-    """Findings on the sign and scale of each input, by least squares of the required force on the inputs' forces."""
+    """Findings on the sign and scale of each input that changes, by least squares of the required force on all."""
     if not len(forces.driven):
         return
     needed = forces.inertia - forces.rest
@@ -75,6 +75,8 @@ def audit_inputs(forces: Forces, spec: Spec, outside: Outside | None, log: Log) 
     parts = {what: stacked(force) for what, force in modelled.items()}
     for factor, j in zip(factors, acting, strict=True):
         name = spec.inputs[j].name
+        if is_constant(log.inputs[:, j]):
+            continue
         if name in log.raw_data.doubted:
             yield not_judged(name, name)
             continue
@@ -85,6 +87,12 @@ def audit_inputs(forces: Forces, spec: Spec, outside: Outside | None, log: Log) 
             found = _beside_losses(name, own, columns[j], losses, found)
         other_links = found.severity == "problem" and factor > 0 and _are_links_wrong(forces, spec, j, float(factor))
         yield _of_links(name, float(factor), found) if other_links else found
+
+
+def is_constant(values: Array) -> bool:
+    """Whether an input, (K,), has one value throughout, so that a log shows neither its sign nor its scale."""
+    low, high = float(values.min()), float(values.max())
+    return high - low <= 1e-9 * max(abs(low), abs(high))
 
 
 def _losses(forces: Forces, j: int) -> Iterator[Array]:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from codegen.base.arrays import Array
 from codegen.logs.audit.envelope import Span
 from codegen.logs.audit.force_audit import SIGN_OF, audit_force
+from codegen.logs.audit.input_audit import is_constant
 from codegen.logs.audit.scales import LONGEST_STEP
 from codegen.logs.column_names import written_column
 from codegen.logs.log import Finding, Log, Severity
@@ -361,7 +362,7 @@ def _on_input(log: Log, spec: Spec, kept: Kept) -> Iterator[Finding]:
         values, topic = log.inputs[kept, j], f"input {i.name}"
         low, high = float(values.min()), float(values.max())
         span, figures = high - low, {"min": low, "max": high, "rms": float(np.sqrt(np.mean(values**2)))}
-        if span <= 1e-9 * max(abs(low), abs(high)):
+        if is_constant(values):
             words = f"{i.name} is zero throughout" if high == 0 else f"{i.name} is constant at {low:.4g} {i.unit}"
             severity: Severity = "problem" if len(spec.inputs) == 1 else "warning"
             yield Finding(severity, topic, f"{words}: nothing can be learnt of how it acts.", figures)
