@@ -195,8 +195,8 @@ def _input(
             return Finding("warning", topic, words, figures)
         words = (
             f"The scale of input {name} is off by a factor of {factor:.3g}: the motion takes that many times its "
-            f"force. Check its unit, its factor in `force`, whether it saturates, and the declared masses and friction "
-            f"levels. "
+            f"force. Check its unit, its factor in `force`, whether it saturates, and the declared masses, friction "
+            f"levels, gravity and springs. "
             f"{_asked_unit(name, factor, spec, log)}"
         )
         return Finding("problem", topic, words, figures)
