@@ -177,7 +177,8 @@ def _by_means(case: Case, means: steady_runs.Means) -> tuple[Diagnosis, Models]:
         return plain if held is None else steady_runs.figures_of(model, held, plain)
 
     steady = steady_runs.SteadySearch(problem, means, position_noise(case.motion, case.log))
-    answer, found = steady_runs.answer_of(steady, measured)
+    by_force = (lambda model: steady_runs.by_force_alone(measured(model))) if held is not None else measured
+    answer, found = steady_runs.answer_of(steady, measured, by_force)
     left = steady_runs.remainders_of(answer.adopted or answer.refit, means)
     if answer.verdict == "none" and any(r.nature(case.material) == "structured" for r in left):
         answer = replace(answer, verdict="unknown")

@@ -499,14 +499,24 @@ def select_effects(search: SteadySearch) -> SteadyOutcome:
     return SteadyOutcome(base, tuple(fits), tuple(rounds), rivals)
 
 
-def answer_of(search: SteadySearch, measured: Measured) -> tuple[Answer, SteadyOutcome]:
-    """The answer, which held-out records may refuse by their force and by free runs."""
+def by_force_alone(figures: ErrorFigures) -> ErrorFigures:
+    """The errors of steady records with which models are compared: those of the mean force, free runs as not measured.
+
+    A free run by a mean input moves off by r/F'(v), with r the residual force and F' the slope of friction over speed.
+    It shows the same residual, weighted by the slope; where friction falls with speed it grows without limit from any
+    residual, which says that the motion is unstable and not which model is right.
+    """
+    return replace(figures, free_run_rmse_rows=(float("nan"),) * len(figures.free_run_rmse_rows))
+
+
+def answer_of(search: SteadySearch, measured: Measured, judged: Measured) -> tuple[Answer, SteadyOutcome]:
+    """The answer, which held-out records may refuse: by ``judged``, of the errors ``measured`` those that are asked."""
     system, found = search.system, select_effects(search)
-    declared, left = measured(system), mean_forces(system, search.means)[0].ravel()
+    declared, left = judged(system), mean_forces(system, search.means)[0].ravel()
     options = [("declared values", system)]
     if float(found.base.left_out @ found.base.left_out) < float(left @ left):
         options.insert(0, ("refitted values", found.base.model))
-    chosen = admitted(options, measured, Reference(declared))
+    chosen = admitted(options, judged, Reference(declared))
     refit = system if chosen.option is None else chosen.option[1]
     judged_by = f"Each of the {len(search.means)} records runs at one speed, so it is judged by its mean"
     if others := search.means.left_out:
@@ -517,9 +527,9 @@ def answer_of(search: SteadySearch, measured: Measured) -> tuple[Answer, SteadyO
     answer = Answer("none", (), refit, refit, figures, remarks=remarks)
     if not found.fits:
         return answer, found
-    named, before, against = None, measured(refit), tuple[Fact, ...]()
+    named, before, against = None, judged(refit), tuple[Fact, ...]()
     for fit in found.fits:
-        chosen = admitted([("refitted values", fit.model)], measured, Reference(declared, before))
+        chosen = admitted([("refitted values", fit.model)], judged, Reference(declared, before))
         against = merged(chosen.refusals)
         if chosen.option is None:
             break

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,8 +12,11 @@ import pytest
 from numpy.typing import NDArray
 
 import stiction
+from codegen.diagnosis import diagnose
 from codegen.diagnosis.diagnose import diagnose_log
+from codegen.diagnosis.fit.measure import measure
 from codegen.diagnosis.fit.trial import Trial, part_of
+from codegen.diagnosis.results import ErrorFigures
 from codegen.diagnosis.steady_runs import is_seen, is_static, means_of
 from codegen.effects import CATALOGUE
 from codegen.logs import read_logs
@@ -124,6 +128,30 @@ def test_a_peak_in_one_direction_only_is_found_as_such(tmp_path: Path) -> None:
 def test_a_ladder_without_a_peak_lacks_nothing(tmp_path: Path) -> None:
     found = without_report(tmp_path, 0.0)
     assert found["verdict"] == "none" and not found["effects"]
+
+
+@pytest.mark.parametrize("rise", [RISE, 0.0])
+def test_free_runs_of_steady_records_refuse_nothing(
+    rise: float, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In a screw drive a Stribeck peak reduced the held-out force errors to a third, and free runs refused it.
+
+    Where friction falls with speed a run leaves its speed, whichever small residual is left. Here the free runs of all
+    models but the declared one end three times as far off.
+    """
+    declared: list[object] = []
+
+    def leaving(model: Any, *about: Any) -> ErrorFigures:
+        declared[:] = declared or [model]
+        found = measure(model, *about)
+        rows = tuple(e if model is declared[0] else 3 * e + 1.0 for e in found.free_run_rmse_rows)
+        return replace(found, free_run_rmse=max(rows), free_run_rmse_rows=rows)
+
+    monkeypatch.setattr(diagnose, "measure", leaving)
+    found = without_report(tmp_path, rise)
+    assert [e["kind"] for e in found["effects"]] == (["stribeck"] if rise else [])
+    before, after = (found["error"][m]["free_run_position_rmse"] for m in ("declared", "augmented"))
+    assert after > before or not rise  # which is told all the same
 
 
 def warmed_up(folder: Path, held_rise: float) -> dict[str, Any]:
