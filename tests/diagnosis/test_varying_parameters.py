@@ -63,6 +63,19 @@ def test_the_variable_of_a_force_without_a_name_is_found(tmp_path: Path) -> None
     assert damping is not None and damping.over == "position"
 
 
+@pytest.mark.parametrize("b", [8.0, 4.0])
+@pytest.mark.parametrize(("rise", "refused"), [(0.04, False), (0.06, True)])
+def test_an_objection_counts_only_the_force_that_constant_values_leave(
+    rise: float, refused: bool, b: float, tmp_path: Path
+) -> None:
+    """Damping that depends on the position a little: 1.7 and 2.5 % of the drive force.
+
+    With half of the damping in the effect the residual force is ten times as large, but constant values explain it.
+    """
+    log = log_of(machine(f" - d*v*(1 + {rise}*x/p)"), tmp_path, "log.csv")
+    assert (judged(log, found("viscous", b=b)) is not None) == refused
+
+
 @pytest.mark.parametrize(
     ("kind", "on", "values", "missing"),
     [

@@ -86,10 +86,11 @@ class Varying:
 def varying(problem: Problem, augmented: System, named: Sequence[FoundEffect], material: float) -> Varying | None:
     """The effect of a model whose parameters vary most, if they do so by a material force; else None.
 
-    Varying parameters must explain ``MOST_OF_IT`` and a force of the share ``material`` of the drive force, and leave
-    less than ``MUCH_LESS`` of the square that a smooth curve over the same variable leaves beside constant parameters,
-    in each direction of motion: where such a curve explains it as well, another effect is missing beside this one. In
-    intervals of time the parameters have constant values, and the curve is a polynomial of degree 2 in each.
+    Of what constant parameters and levels leave, once these are fitted, varying ones must explain ``MOST_OF_IT`` and a
+    force of the share ``material`` of the drive force, and leave less than ``MUCH_LESS`` of the square that a smooth
+    curve over the same variable leaves beside constant parameters, in each direction of motion: where such a curve
+    explains it as well, another effect is missing beside this one. In intervals of time the parameters have constant
+    values, and the curve is a polynomial of degree 2 in each.
     """
     found = list[Varying]()
     motion, known = problem.motion, _symbols(problem.system, named)
@@ -106,6 +107,7 @@ def varying(problem: Problem, augmented: System, named: Sequence[FoundEffect], m
         slopes = {k: [c for c in columns if c.any()] for k, columns in slopes.items()}
         levels = [_unit(c, rows) for c in level_columns(augmented, motion, i).T]
         constant = [c[:, None] for c in (*levels, *(c for columns in slopes.values() for c in columns))]
+        left = sqrt(max(0.0, 1 - fitted_share(r, rows, constant))) * rms(r[rows])
         over = variables_of(augmented, motion, residual, i)
         sign = np.sign(over["speed"])[:, None]
         curves = {name: splines(over[name], KNOTS) for name in OVER}
@@ -119,7 +121,7 @@ def varying(problem: Problem, augmented: System, named: Sequence[FoundEffect], m
                 tests.append(("time", whole, events, np.hstack([one[:, :1] for one in events])))
             for name, added, beside, values in tests if columns else ():
                 share = added([c[:, None] * values for c in columns])
-                if share < MOST_OF_IT or sqrt(share) * rms(r[rows]) < material * drive:
+                if share < MOST_OF_IT or sqrt(share) * left < material * drive:
                     continue
                 if 1 - share < MUCH_LESS * (1 - added([*beside, *(curve * sign for curve in beside)])):
                     found.append(Varying(named[k], name, share))
