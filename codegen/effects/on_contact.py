@@ -33,8 +33,9 @@ class Viscous(Effect):
     """Viscous friction λ += b u, or with ``v_s`` the curve λ += b v_s ln(1 + |u|/v_s) sgn(u) + b_inf u.
 
     The slope of the curve falls from b + b_inf at standstill to b_inf, as with a shear-thinning lubricant: in harmonic
-    drives, servo gears and greased bearings friction grows less than in proportion to speed. Where the declared law
-    has a viscous term, b_inf may be negative and reduces it.
+    drives, servo gears and greased bearings friction grows less than in proportion to speed. Where the declared
+    model has a viscous term, b_inf may be negative and reduces it, at most to zero: a force that falls with speed
+    without limit would do positive work.
     """
 
     kind = "viscous"
@@ -51,11 +52,19 @@ class Viscous(Effect):
         Confusion("actuator_lag", "a speed ladder at constant speeds: a lag leaves nothing there"),
         Confusion("coupling", "one of the two coordinates held, the other moved"),
     )
-    demands = "b above 0 where v_s is given"
+    demands = "b above 0 where v_s is given, and b_inf no lower than minus the declared viscous coefficient"
 
     def admissible(self, system: System, place: int, values: Mapping[str, float]) -> bool:
-        """Within the bounds, and b is positive in the curve: with a negative b it would be a Stribeck curve."""
-        return super().admissible(system, place, values) and (THINNING_SPEED.name not in values or values["b"] > 0)
+        """Within the bounds, and a curve is one of viscous friction at all speeds.
+
+        With a negative b it would be a Stribeck curve. With b_inf below minus the declared coefficient the sum would
+        fall with speed without limit.
+        """
+        if not super().admissible(system, place, values):
+            return False
+        declared = _viscous_coefficient(system, place) if HIGH_SPEED_SLOPE.name in values else None
+        falls = declared is not None and values[HIGH_SPEED_SLOPE.name] < -declared
+        return not falls and (THINNING_SPEED.name not in values or values["b"] > 0)
 
     def add(self, system: System, place: int, p: Symbols) -> System:
         slip = system.contacts[place].slip
@@ -179,6 +188,12 @@ class Stribeck(Effect):
         changed = system.with_level(place, p["delta"] * curve)
         # (delta + d_delta sgn u) sgn u = delta sgn u + d_delta: a level delta and a force d_delta.
         return changed.with_contact_force(place, p["d_delta"] * curve) if RISE_DIFFERENCE.name in p else changed
+
+
+def _viscous_coefficient(system: System, place: int) -> float | None:
+    """The declared viscous coefficient along a contact, F s/q; None if it varies or the law may have one of its own."""
+    slope = damping(system, place).subs(system.values)
+    return -float(slope) if slope.is_number and type(system.contacts[place].law) is Coulomb else None
 
 
 def _level_at_rest(system: System, place: int) -> float | None:

@@ -22,6 +22,7 @@ from codegen.effects.start import Covered
 from codegen.mechanics import System, build_system
 from codegen.mechanics.system import TIME
 from codegen.spec import parse_spec
+from tests.diagnosis.stage import stage, system_of
 from tests.machines import TEXTS, bare_machine
 from tests.slow_cases import slow_except
 
@@ -291,6 +292,19 @@ def test_a_shape_without_a_start_is_tried_at_shares_of_the_force() -> None:
 
     # 0.8 m covered either way, and half a span takes 2 s at the top speed.
     assert [s["r"] for s in Wall().starts(COVERED)] == pytest.approx([0.1 * 0.8**2 / 2, 0.5 * 0.8**2 / 2])
+
+
+def test_a_viscous_curve_does_not_fall_with_speed_without_limit() -> None:
+    """It may take off what the model declares, and no more; where that is no constant there is no such limit."""
+    effect = CATALOGUE["viscous"].with_parameters(["b", "v_s", "b_inf"])
+    curve = {"b": 9.0, "v_s": 0.2}
+    damped = system_of(stage())  # 6 N s/m
+    assert effect.admissible(damped, 0, curve | {"b_inf": -5.9})
+    assert not effect.admissible(damped, 0, curve | {"b_inf": -6.1})
+    text = (
+        stage().text.replace("[w - b*v]", "[w - b*v*(1 + x/l)]").replace("  b: {", "  l: {value: 1, unit: m}\n  b: {")
+    )
+    assert effect.admissible(system_of(parse_spec(text, Path("stage.yaml"))), 0, curve | {"b_inf": -6.1})
 
 
 def test_an_inertia_stays_positive() -> None:

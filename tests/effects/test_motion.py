@@ -106,8 +106,8 @@ FORMS = {
         mass(level=lambda t, x, v, w, s: A + 3 * exp(-abs(v) / 0.2)),
     ),
     "viscous": (
-        "on: rail, parameters: {b: 9, v_s: 0.2, b_inf: -1.5}",
-        mass(lambda t, x, v, w: -9 * 0.2 * np.sign(v) * np.log1p(abs(v) / 0.2) + 1.5 * v),
+        "on: rail, parameters: {b: 9, v_s: 0.2, b_inf: 1.5}",
+        mass(lambda t, x, v, w: -9 * 0.2 * np.sign(v) * np.log1p(abs(v) / 0.2) - 1.5 * v),
     ),
 }
 
