@@ -23,7 +23,7 @@ from codegen.certify.content import Found, Frame, frame, proved
 from codegen.certify.enclosure import Cells, enclose_family
 from codegen.certify.family import Family, NotEnclosable, build_family
 from codegen.certify.levels import SHARES, about_declared
-from codegen.certify.lyapunov import common_lyapunov, least_growth_at_reversals, short_recovery
+from codegen.certify.lyapunov import common_lyapunov, least_growth_at_reversals, short_recovery, short_step
 from codegen.certify.outcome import Certificate, Proposal, Proposals, Refusal
 from codegen.certify.refute import refute, slowest_point
 from codegen.certify.region_proofs import Regions, find_regions
@@ -155,8 +155,9 @@ def _proposals(
         contacts = range(len(observer.signs))
         flips = ([k for k, e in enumerate(observer.errors) if e.contact == c] for c in contacts)
         turned = [each for each in flips if each]
-        fastest = least_growth_at_reversals(matrices[0], h, turned)
-        slower = short_recovery(matrices[0], h, turned, common.p if fastest is None else fastest)
+        step = h or short_step(matrices[0])
+        fastest = least_growth_at_reversals(matrices[0], step, turned)
+        slower = short_recovery(matrices[0], step, turned, common.p if fastest is None else fastest)
         if slower is not None:
             yield replace(common, p=slower[0], rate=slower[1], best_rate=SLOWER[1] * common.rate)
         if fastest is not None:

@@ -36,6 +36,8 @@ from codegen.certify.centre import (
     method_of_centres,
 )
 
+SHARE = 0.001
+"""Share of the rate that may be lost where the explicit condition is met in place of the implicit one."""
 LARGEST_TURNED = 8
 """Largest number of errors for which P is optimised for less growth at reversals."""
 RATE_KEPT = 0.95
@@ -284,6 +286,19 @@ def _positive_solution(a: Array, h: float, alpha: float) -> Array | None:
     return p if p is not None and np.linalg.eigvalsh(p)[0] > 0 else None
 
 
+def short_step(matrix: Array) -> float:
+    """A sample time at which the condition of the explicit step can serve for the implicit one, s.
+
+    The explicit condition A'P + PA + hA'PA ≤ −2αP implies the implicit one, since hA'PA ≥ 0. Per eigenvalue λ of A its
+    rate is lower by h|λ|²/2; at this h that is at most ``SHARE`` of −Re λ of the slowest.
+
+    Args:
+        matrix: A, whose eigenvalues have real parts below 0.
+    """
+    eigenvalues = np.linalg.eigvals(matrix)
+    return float(2 * SHARE * -eigenvalues.real.max() / (np.abs(eigenvalues) ** 2).max())
+
+
 def recovery_at_reversals(p: Array, matrix: Array, h: float, flips: Sequence[Sequence[int]]) -> Array:
     """For each reversal the dwell time in samples, not rounded, after which V = e'Pe is back at its value before.
 
@@ -325,11 +340,12 @@ def short_recovery(
 
     Args:
         matrix: A.
+        h: sample time, s; above 0 (``short_step`` for the implicit step).
         flips: for each reversal the indices of the errors that change their sign.
         fastest: a P with about the best rate.
     """
     limit = decay_rate_limit([matrix], h)
-    if h == 0 or limit <= 0 or len(matrix) > LARGEST_TURNED or not flips:
+    if limit <= 0 or len(matrix) > LARGEST_TURNED or not flips:
         return None
     scale, rate = balance([matrix]), RATE_KEPT * limit
     (scaled,), start = _scaled(scale, [matrix]), fastest * scale[None, :] * scale[:, None]
@@ -377,9 +393,10 @@ def least_growth_at_reversals(matrix: Array, h: float, flips: Sequence[Sequence[
 
     Args:
         matrix: A.
+        h: sample time, s; above 0 (``short_step`` for the implicit step).
         flips: for each reversal the indices of the errors that change their sign.
     """
-    if h == 0 or not flips:
+    if not flips:
         return None
     values, right = np.linalg.eig(np.eye(len(matrix)) + h * matrix)
     if np.linalg.cond(right) > LARGEST_CONDITION:
