@@ -61,7 +61,7 @@ class Certified(Result):
         bounds = () if isinstance(self.bounds, str) else self.bounds
         limits = {f"|{b.name}| at most": f"{rounded_to(b.stated, 4, ROUND_CEILING)} {b.unit}" for b in bounds}
         times = {
-            f"largest sample time, {step}": f"{h:g} s" if math.isfinite(h) else "any"
+            f"largest sample time ({step})": f"{h:g} s" if math.isfinite(h) else "any"
             for step, h in self.sample_times.items()
         }
         return {**self.outcome.summary, **limits, **times}

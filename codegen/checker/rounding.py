@@ -38,7 +38,7 @@ if TYPE_CHECKING or __package__:
 
 FAR = 10**6  # an exponent of 2 beyond those of all values
 EXP, NAME = r"\bexp *\(", r"[A-Za-z_][\w.]*(?:\[[\d.]+\])?"
-LOST = "what is left of a sum is its rounding"
+LOST = "terms of a sum cancel, and what is left is its rounding error"
 VANISHED = 1000  # how often a formula or a divisor may have the sum of its terms in terms that cancel to 0
 PART, MOST = 2**4, 2**16  # floats hold all multiples of 1/PART up to MOST
 OTHERS = "prepare gives others: {} of the header differs from its formula by more than rounding"
@@ -114,7 +114,7 @@ def require(proof: dict[str, Any], shown: dict[str, Any]) -> None:
             try:
                 kernel.semidefinite([[q]], shown["box"], proof["cover"], shown["known"], least)
             except ValueError as why:
-                raise ValueError(f"a divisor: {LOST}, where it is near 0 ({why})") from None
+                raise ValueError(f"in a divisor {LOST}, where it is near 0 ({why})") from None
     n = 2 + max(code.bounds[z][1] for z in stored)
     outlasts(proof, shown, code, {z: added[z] * kernel.term(n) for z in stored})
     # Of other functions, and of formulas with an exp, all terms are compared. In a formula the exp alone is rounded,
@@ -325,10 +325,10 @@ class Bounded(kernel.Text):
         self.parts[node] = p, self.bound(node, text, p), spacing
         return p
 
-    def kept(self, p: Any, bound: Any, more: int = 1) -> Fraction:
+    def kept(self, p: Any, bound: Any, more: int = 1, why: str = LOST) -> Fraction:
         """``compare``, and the same of what cancels in p by an identity (``apart``)."""
-        self.apart(p, LOST)
-        return self.compare(p, bound, LOST, more)
+        self.apart(p, why)
+        return self.compare(p, bound, why, more)
 
     def ones(self) -> dict[str, Any]:
         """Reciprocal -> 1 over the sum of the magnitudes of its divisor's terms, with all variables 1.
@@ -458,7 +458,8 @@ class Bounded(kernel.Text):
                 if isinstance(operator, ast.Div):
                     size = total(put(b, self.ones()))
                     self.divisors[divisor] = max(size, self.divisors.get(divisor, size))
-                    lost = self.kept(divisor, b, VANISHED)
+                    name = text[right.col_offset : right.end_col_offset]
+                    lost = self.kept(divisor, b, VANISHED, f"in the divisor {name} {LOST}")
                     b = magnitudes(kernel.function("1/", divisor, self.known)) * kernel.term(lost)
                 if not n and not m and self.exact(p):
                     return magnitudes(p), 0

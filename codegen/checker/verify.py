@@ -56,6 +56,7 @@ TEXTS = ("makefile", "license", "readme", "copying", "dockerfile")  # without a 
 HEADERS = r"\.(h|tcc|inl|modulemap)(\.|$)|^module\.map$"  # names, in small letters
 # Exit statuses: proved of the C where stated conditions hold; the inequalities hold, and were not bound to code.
 DOMAIN, NO_CODE = 4, 5
+CLAUSE = r"[:;] (?![^(]*\))"  # the end of a reason's first clause, outside brackets
 MAKES, COMMAND, MAX_REASON = "stiction generate SPEC", "stiction generate [A-Za-z0-9_./ =+-]{1,200}", 500
 FEW = 4  # bounds that are printed before the rest
 ALWAYS = (  # not checked, whatever is given
@@ -346,8 +347,8 @@ def absent(folder: Path, name: str) -> tuple[str, str]:
         listed, reason, command = False, "", MAKES
     found = f"no {name}"
     if reason:
-        found += f": stiction made none: {re.split('[:;] ', reason)[0][:MAX_REASON]}"
-        expected = f"`{command.replace('generate', 'certify')}` says what to change"
+        found += f": stiction made none: {re.split(CLAUSE, reason)[0][:MAX_REASON]}"
+        expected = f"`{command.replace('generate', 'certify')}` shows the reason in full"
     elif listed:
         found += ", which manifest.json lists: it was removed or moved since it was generated"
         expected = f"`{command}` writes it again"

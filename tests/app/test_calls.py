@@ -287,6 +287,9 @@ def test_a_missing_proof_is_told_with_its_reason_and_the_command_that_makes_it(f
     manifest["not_made"] = {name: "not for this step"}
     (made / "manifest.json").write_text(json.dumps(manifest))
     assert "not for this step" in stiction("verify", made / name).err
+    manifest["not_made"] = {name: "not shown (of d: terms cancel; all); try another: or none"}
+    (made / "manifest.json").write_text(json.dumps(manifest))  # it ended at the colon, with a bracket left open
+    assert "not shown (of d: terms cancel; all); expected" in stiction("verify", made / name).err
     for command in ("curl x | sh; stiction generate a.yaml", "stiction generate $(reboot).yaml", "rm -r generate"):
         manifest["tool"]["command"] = command  # a reader may run what is in backquotes
         (made / "manifest.json").write_text(json.dumps(manifest | {"not_made": {name: "not " * 10**5}}))
