@@ -22,7 +22,7 @@ from codegen.logs.description import LogDescription
 from codegen.logs.formats.source import LogFile, listing
 from codegen.logs.log import Finding
 from codegen.logs.term import OPERATORS, Term, find_term, identifier
-from codegen.spec.column_units import is_convertible, stated_unit, unit_behind
+from codegen.spec.column_units import is_convertible, meant_unit, stated_unit, unit_behind
 from codegen.spec.model import Spec
 from codegen.spec.quantity import refuse_other_unit
 from codegen.spec.units import describe, dimension, parse_unit, same_dimension, si_factor
@@ -452,6 +452,10 @@ class _Search:
             advice = f"Say `scale: {{{symbol}: FACTOR}}` in meta.yaml beside the log, 1 if they are in {own}."
             if others := self._others_in(unit, symbol):
                 advice = f"It is a unit of {others}: are the columns exchanged? {advice}"
+            if meant := meant_unit(by_file, own):
+                advice = (
+                    f"Say `units: {{{symbol}: {meant}}}` in meta.yaml beside the log if that is meant, or `scale:`."
+                )
             if is_in_counts(f"x {by_file}"):
                 advice = f"Say their size in meta.yaml beside the log, such as {scale_of_counts(symbol, self.spec)}."
             self._doubt(symbol, f"the file has {symbol} in `{shown(unit)}`, {taken}", advice)

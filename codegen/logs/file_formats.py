@@ -76,6 +76,7 @@ OTHERS = (
         "a row for each message, as CSV",
     ),
     (rb"FMT, ?\d+, ?\d+, ?FMT", "an ArduPilot log of several kinds of rows", "one kind as CSV, by `mavlogdump.py`"),
+    (rb"DIAEXTENDED", "the header of a DIAdem file, whose numbers lie in another file", "the samples as TDMS or CSV"),
     (rb"MDF +\d", "an MDF file", "an MDF 4 file ending in .mf4"),
     (rb"\x89HDF", "an HDF5 file", "the ending .h5"),
     (rb"SQLite format 3", "an SQLite database", "its table as CSV; a bag of ROS 2 ends in .db3"),

@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import re
 
-from codegen.base.errors import Place
+from codegen.base.errors import BadInput, Place
 from codegen.spec.model import Spec
-from codegen.spec.units import base_units, is_unit, same_dimension, si_factor
+from codegen.spec.units import base_units, has_two_meanings, is_unit, parse_unit, same_dimension, si_factor
 
+_ACTUAL = "act"
+"""Short for actual, and no atto-count."""
+LONGEST_UNIT = 24
+"""Most letters of a unit."""
 LONGEST_NAME = 1000
 """Most letters of a column's name in which a unit is sought, since the search takes their square."""
 _IN_SQUARE = re.compile(r"(.*\S)\s*\[([^\[\]]*)\]\s*")
@@ -18,11 +22,13 @@ _BEHIND_WORD = re.compile(r"(.*\S)(?:\s+in|,)\s+([msAVN]|[^A-Za-z\s]|\S\S+)\s*")
 """``Drehmoment in Nm``, as DIN 461 labels axes, and ``Torque, Nm``. Other single letters are no unit: ``left, b``."""
 _BEFORE_LABEL = re.compile(r"([^()\[\]]*\S)\s+(?:\[([^()\[\]]*)\]|\(([^()\[\]]*)\))\s+(\S[^()\[\]]*)")
 """A unit before the label of a run or channel, ``Angle (deg) Run #1``."""
-_BEHIND_NAME = re.compile(r"(.+)_(ms|us|ns|mm|um|deg|rpm|mA|mV|kN|mNm)")
+_BEHIND_NAME = re.compile(r"(.+)_(ms|us|ns|mm|cm|um|degrees?|deg|rpm|mA|mV|mN|kN|mNm|cNm|Ncm)")
 """Unambiguous units at the end of a name."""
+_IN_CAMEL_CASE = re.compile(r".*[a-z0-9_](Deg|Degrees|RPM|Rpm)")
+"""Those that end a name such as ``motorRPM``."""
 AMBIGUOUS = ("grad",)
 """Degrees in German, gons elsewhere, and with a capital G a billion radians."""
-_WHOLE_NAME = re.compile(r"(mm|deg|rpm|mA|mV|kN|mNm)")
+_WHOLE_NAME = re.compile(r"(mm|deg|rpm|RPM|mA|mV|kN|mNm)")
 """Those that are names of columns by themselves, as a logger prints ``rpm``."""
 _TIME_IN = re.compile(r"(.+)_(s|sec|seconds|ms|msec|us|usec|ns)")
 _CLOCKS = {"millis": "ms", "micros": "us"}
@@ -39,23 +45,43 @@ def stated_unit(name: str) -> tuple[str, str]:
         return name, ""
     square = _IN_SQUARE.fullmatch(name)
     if square is not None:
-        return square[1], square[2].strip()
+        return square[1], in_usual_case(square[2].strip())
     for form in (_BELOW_LINE, _IN_ROUND, _BEHIND_WORD):
         found = form.fullmatch(name)
         bare, unit = (text.strip() for text in found.groups() if text) if found else ("", "")
-        if bare and may_be_unit(unit):
+        if bare and may_be_unit(unit := in_usual_case(unit)):
             return bare, unit
     found = _BEFORE_LABEL.fullmatch(name)
     if found is not None:
-        unit, label = (found[2] or found[3] or "").strip(), found[4].strip()
+        unit, label = in_usual_case((found[2] or found[3] or "").strip()), found[4].strip()
         if may_be_unit(unit) and (not unit.isalpha() or len(unit) > 1 or re.search(r"\d", label)):
             return f"{found[1]} {label}", unit
     return name, ""
 
 
 def may_be_unit(text: str) -> bool:
-    """Whether a text is a unit, or one that is refused since it has several meanings."""
-    return text.lower() in AMBIGUOUS or is_unit(text)
+    """Whether a text is a unit, per cent, or a unit that is refused since it has several meanings, ``1/min``."""
+    if text.lower() in ("%", *AMBIGUOUS):
+        return True
+    return text != _ACTUAL and (is_unit(text) or (len(text) > 1 and has_two_meanings(text)))
+
+
+def in_usual_case(unit: str) -> str:
+    """A unit whose letters are those of a title, ``Degrees`` or ``DEG``, in lower case; other texts unchanged."""
+    word = unit.lower()
+    unread = 2 < len(word) <= LONGEST_UNIT and not is_unit(unit) and not has_two_meanings(unit)
+    return word if unread and is_unit(word) else unit
+
+
+def meant_unit(unit: str, own: str) -> str:
+    """The unit in ``own``'s dimension that one of several meanings probably means, ``1/min`` rpm; empty for none."""
+    if not has_two_meanings(unit):
+        return ""
+    try:
+        parse_unit(unit, Place(""))
+    except BadInput as error:
+        return error.nearest if error.nearest and is_convertible(error.nearest, own) else ""
+    return ""
 
 
 def unit_behind(symbol: str, name: str) -> str:
@@ -66,7 +92,8 @@ def unit_behind(symbol: str, name: str) -> str:
     if symbol != "t" and _WHOLE_NAME.fullmatch(bare):
         return bare
     found = (_TIME_IN if symbol == "t" else _BEHIND_NAME).fullmatch(bare.replace(" ", "_"))
-    return found[2] if found else ""
+    camel = None if found or symbol == "t" else _IN_CAMEL_CASE.fullmatch(bare)
+    return found[2] if found else camel[1].lower() if camel else ""
 
 
 def factor_in_name(symbol: str, name: str, spec: Spec) -> float:

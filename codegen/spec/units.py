@@ -219,6 +219,16 @@ def is_unit(text: str) -> bool:
         return False
 
 
+def has_two_meanings(text: str) -> bool:
+    """Whether a text is refused as a unit since data sheets use it in two senses."""
+    signs = with_plain_signs(text)
+    try:
+        plain = spelled(text)
+    except Unreadable:
+        return False
+    return any(re.search(pattern, plain) or re.search(pattern, signs) for pattern, _, _ in _TWO_MEANINGS)
+
+
 def si_factor(text: str, place: Place) -> sympy.Rational:
     """The factor from this unit to SI base units.
 

@@ -123,6 +123,34 @@ READ = {
         "",
         "decimal commas",
     ),
+    "names and values before the table": (
+        "a.csv",
+        '"Product","a recorder"\n"Data version","2"\n"I interval","32"\n"rollPID","45,80,40"\n"i","time","x","w"\n'
+        + lines("{k},{t:.4f},{x:.9f},{w:.9f}"),
+        "",
+        "the header is line 5",
+    ),
+    "properties of the columns below their names": (
+        "a.csv",
+        "format,Recording\npath,,rig/x,rig/w\nname,Time,pos,force\nunit,s,mm,N\ntype,double,double,double\n"
+        + lines(",{t:.4f},{mm:.6f},{w:.9f}"),
+        "columns: {t: Time, x: pos, w: force}\n",
+        "the header is line 3",
+    ),
+    "times of each channel and units above the header": (
+        "a.lvm",
+        "LabVIEW Measurement\t\nMulti_Headings\tYes\nX_Columns\tMulti\n***End_of_Header***\t\n\t\n"
+        "Channels\t2\t\t\t\nY_Unit_Label\tmm\t\tN\t\t\n***End_of_Header***\t\t\t\t\t\n"
+        "X_Value\tPosition\tX_Value\tForce\tComment\n" + lines("{t:.4f}\t{mm:.6f}\t{t:.4f}\t{w:.9f}"),
+        "columns: {t: X_Value, x: Position, w: Force}\n",
+        "the units of a line above the header (mm, N)",
+    ),
+    "units of several factors behind each number": (
+        "a.csv",
+        '"Time","x","w"\n' + lines('"{t:.4f} s","{mm:.6f} mm","{w:.9f} kg⋅m/s²"'),
+        "",
+        "the unit behind each number (s, mm, kg⋅m/s²)",
+    ),
     "a clock's function": ("a.csv", "millis,x,w\n" + "\n".join(ROWS), "", "t is in ms"),
     "seconds and nanoseconds": (
         "a.csv",

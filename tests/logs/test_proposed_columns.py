@@ -121,11 +121,11 @@ def test_nothing_is_proposed_where_nothing_tells(tmp_path, motor, header):
 
 
 def test_a_unit_that_nothing_reads_from_the_name_is_proposed_with_the_column(tmp_path, spec):
-    path = write(tmp_path, "t,rail_cm,w")
-    with refused("LOG003 `columns: {x: rail_cm}` `units: {x: cm}`"):
+    path = write(tmp_path, "t,rail_inch,w")
+    with refused("LOG003 `columns: {x: rail_inch}` `units: {x: inch}`"):
         read_log(path, spec)
-    (tmp_path / "meta.yaml").write_text("columns: {x: rail_cm}\nunits: {x: cm}\n")
-    assert abs(read_log(path, spec).positions).max() == pytest.approx(1e-3, rel=1e-3)
+    (tmp_path / "meta.yaml").write_text("columns: {x: rail_inch}\nunits: {x: inch}\n")
+    assert abs(read_log(path, spec).positions).max() == pytest.approx(2.54e-3, rel=1e-3)
 
 
 def test_a_speed_stands_for_its_position_beside_a_current_of_another_name(tmp_path, motor):

@@ -30,6 +30,13 @@ def test_degrees_gons_and_billions_of_radians_are_not_told_apart(unit: str) -> N
         ("Current (A) Run #1", "Current Run #1", "A"),
         ("Drehmoment in Nm", "Drehmoment", "Nm"),
         ("Torque, Nm", "Torque", "Nm"),
+        ("Angle (Degrees)", "Angle", "degrees"),
+        ("Speed (1/min)", "Speed", "1/min"),
+        ("n (r/min)", "n", "r/min"),
+        ("n (U/min)", "n", "U/min"),  # no atomic mass
+        ("Torque (%)", "Torque", "%"),
+        ("Position (act)", "Position (act)", ""),
+        ("Motor (U)", "Motor (U)", ""),
         ("Motor (A) left", "Motor (A) left", ""),  # a letter may name a part of the machine
         ("Position, b", "Position, b", ""),  # not barn
         ("f(s) of q (deg) b", "f(s) of q (deg) b", ""),
@@ -76,7 +83,30 @@ friction: {distribution: [[1]], contacts: [{name: axle, law: coulomb, a: 4, unit
 """
 
 
-@pytest.mark.parametrize(("name", "factor"), [("rpm", np.pi / 30), ("motor_rpm", np.pi / 30), ("turns", 1.0)])
+@pytest.mark.parametrize("unit", ["1/min", "min-1", "min⁻¹", "U/min"])
+def test_revolutions_or_radians_in_a_minute_are_asked_for(tmp_path: Path, unit: str) -> None:
+    """`Speed (min-1)` was read in rad/s without a word."""
+    spec = parse_spec(WHEEL, tmp_path / "wheel.yaml")
+    path = tmp_path / "log.csv"
+    path.write_text(f"t;Speed ({unit});w\n" + ROWS, encoding="utf-8")
+    (finding,) = read_log(path, spec, columns={"v": f"Speed ({unit})"}).raw_data.findings
+    meant = "rev/min" if unit == "U/min" else "rpm"
+    assert f"in `{unit}`" in finding.words and f"`units: {{v: {meant}}}`" in finding.words
+    (tmp_path / "meta.yaml").write_text(f"units: {{v: {meant}}}\n", encoding="utf-8")
+    log = read_log(path, spec, columns={"v": f"Speed ({unit})"})
+    assert log.velocities is not None and not log.raw_data.findings
+    np.testing.assert_allclose(log.velocities[:5, 0], np.pi / 30 * 100 * np.sin(3 * TIME[:5]), atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("name", "factor"),
+    [
+        ("rpm", np.pi / 30),
+        ("motor_rpm", np.pi / 30),
+        ("motorRPM", np.pi / 30),
+        ("turns", 1.0),
+    ],
+)
 def test_a_column_that_is_called_by_its_unit_is_in_that_unit(tmp_path: Path, name: str, factor: float) -> None:
     """A logger printed `millis,rpm,pwm`: the speed was taken in rad/s; `motor_rpm` was converted."""
     spec = parse_spec(WHEEL, tmp_path / "wheel.yaml")

@@ -46,7 +46,7 @@ _NUMBER_STARTS = frozenset("0123456789+-.")
 _NUMBER_START = re.compile(r"\s*[+-]?\.?\d", re.ASCII)
 _TRAILING_COMMENT = re.compile(r"(?:^|\s|(?<=\d))#(?!(n/a|nan|nv|value!|wert!|div/0!)).*", re.IGNORECASE)
 """A comment at the end of a row; #N/A, #NAN, #VALUE! and the like are missing values."""
-_WITH_UNIT = re.compile(r"[+-]?[\d.,]+\s*[A-Za-z°µ%][\w°µ%/*^]*")
+_WITH_UNIT = re.compile(r"[+-]?[\d.,]+\s*[A-Za-z°µ%][\w°µ%/*^·⋅]*")
 """A number followed by its unit."""
 _GROUPED = re.compile(r"[+-]?\d{1,3}([.,' \u00a0\u2009\u202f’]\d{3})+([.,]\d+)?", re.ASCII)
 """A number with separators between thousands."""
@@ -346,8 +346,8 @@ def _without_incomplete_end(source: CsvSource) -> CsvSource:
 def open_lines(file: str, lines: list[str], description: LogDescription, encoding: Sequence[str] = ()) -> CsvSource:
     """The table in lines of a file; raises as ``find_layout``."""
     named = tuple(description.columns) if description.listed else ()
-    asked = set(description.columns.values())
-    layout = find_layout(file, lines, description.header, named, description.decimal, asked)
+    asked, clock = set(description.columns.values()), description.columns.get("t", "")
+    layout = find_layout(file, lines, description.header, named, description.decimal, asked, clock)
     notes = [*encoding, *_left_out(layout, lines)]
     return CsvSource(file, layout, layout.plain(lines), layout.first, encoding=notes, description=description)
 

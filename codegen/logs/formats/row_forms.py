@@ -65,7 +65,7 @@ _KEYWORD = re.compile(r", *(?:dtype|device|requires_grad|grad_fn)=")
 """Beginning of what Python prints behind the number or list."""
 _COMMA_TIME = re.compile(r"((?:^|,)\s*(?:\d{4}-\d\d-\d\d[T ])\d\d:\d\d:\d\d),(\d{3})(?=,)", re.ASCII)
 """A field with date and time whose milliseconds stand behind a comma, as Python's logging writes them."""
-_QUANTITY = re.compile(r"([+-]?[\d.,]+(?:[eE][+-]?\d+)?)\s+([A-Za-z°µ%][\w°µ%/*^]*)")
+_QUANTITY = re.compile(r"([+-]?[\d.,]+(?:[eE][+-]?\d+)?)\s+([A-Za-z°µ%][\w°µ%/*^·⋅]*)")
 """A number with its unit behind a blank, ``0.002 sec``."""
 STAMP = "stamp"
 """The column of the times with which lines begin."""

@@ -20,13 +20,15 @@ from codegen.logs.formats.row_forms import Form, find_form
 from codegen.logs.formats.source import listing
 from codegen.logs.formats.stamps import restart_period, stamp
 from codegen.logs.formats.text_lines import EXPECTED
+from codegen.spec.column_units import LONGEST_UNIT, in_usual_case
 from codegen.spec.units import is_unit
 
 LINES_SEARCHED = 1000
 """Lines at the start of a file among which the first rows of numbers must stand."""
 ROWS_ALIKE = 3
+LONGEST_PREAMBLE = 20
+"""Most lines of a preamble that may look like a table of names and values."""
 SEPARATORS = (",", ";", "\t", "|")
-LONGEST_UNIT = 24
 COMMENT = re.compile(
     r"\s*+(#(?!(n/a|nan|nv|value!|wert!|div/0!))|%|//|(?=[^|+]*[|+])(?=.*---)[\s|+:=-]++$)", re.IGNORECASE
 )
@@ -133,6 +135,7 @@ def find_layout(
     named: Sequence[str],
     decimal: str = "",
     asked: Collection[str] = (),
+    clock: str = "",
 ) -> Layout:
     """Find the layout of the table, and the decimal separator.
 
@@ -140,6 +143,7 @@ def find_layout(
         header: line of the header counted from 1, 0 for a file without one; None if not stated.
         named: names of the columns of a file without a header, in their order; empty if not stated.
         asked: columns that a description names; of two possible headers, the one with more of them is taken.
+        clock: the column that a description names as the time.
 
     Raises:
         BadInput: for no header and no numbers, two lines that may be the header, or a header that is not there.
@@ -149,7 +153,7 @@ def find_layout(
     if form is not None and form.names:
         found = Layout(form.names, form.index + 1, form.index, "\t")
     else:
-        found = _with_own_times(_with_units_above(_table(file, made, header, named, asked), made))
+        found = _with_own_times(_with_units_above(_table(file, made, header, named, asked), made), clock)
     if form is not None and form.units and not found.units:
         stated = tuple((found.names[k], unit) for k, unit in form.units if k < len(found.names))
         words = f"the unit behind each number ({listing([unit for _, unit in stated])})"
@@ -218,9 +222,12 @@ def _table(
     if header:
         return _at_line(file, lines, header)
     plain = None if start is None or header == 0 else _first_line(file, lines, start)
-    if plain is not None and _is_table(lines, plain):
+    tabular = plain is not None and _is_table(lines, plain)
+    if plain is not None and tabular and not _ends_early(lines, plain):
         return plain
     rows = _find_rows(lines)
+    if plain is not None and tabular and (rows is None or rows.width <= len(plain.names)):
+        return plain
     if rows is None:
         if plain is not None and len(plain.names) == 1 and len(plain.names[0].split()) > 1:
             found = f"one column `{shown(plain.names[0])}`"
@@ -324,6 +331,12 @@ def _is_table(lines: Sequence[str], layout: Layout) -> bool:
     return True
 
 
+def _ends_early(lines: Sequence[str], layout: Layout) -> bool:
+    """Whether the rows after a header are few, as pairs of names and values before another table are."""
+    places = [layout.first + i for i in islice(_significant(lines[layout.first :]), LONGEST_PREAMBLE)]
+    return any(len(_split(lines[i], layout.delimiter)) != len(layout.names) for i in places)
+
+
 def _find_rows(lines: Sequence[str]) -> _Rows | None:
     """The first rows of numbers, times and missing values only; else of numbers and texts in the same columns."""
     places = list(islice(_significant(lines), LINES_SEARCHED))
@@ -353,19 +366,23 @@ def _above(file: str, lines: Sequence[str], rows: _Rows, asked: Collection[str])
     """The layout with the header above the first rows or a line of units; None if no line names each column.
 
     One word of a line of units may be no known unit, such as the `Inkr` of a drive's increments. Names in two lines of
-    which both repeat some, as pandas writes a header of two levels, become ``joint1.pos``.
+    which both repeat some, as pandas writes a header of two levels, become ``joint1.pos``. A line farther above is the
+    header if it has more of the names that are asked for, as in a recording with properties of its columns below them.
     """
     end, stated = _properties(lines, rows)
     split = {i: _names_of(line, rows) for i, line in enumerate(lines[:end]) if line.strip()}
+    sought = {i: sum(name.strip() in asked for name in texts) for i, texts in split.items()}
     above = [i for i, texts in split.items() if texts or not COMMENT.match(lines[i])]
     index = _index_name(lines[above[-1]], rows) if above else ""
     above = above[-3:-1] if index else above[-2:]
     near = [i for i in reversed(above) if split[i]]
+    best = max(sought, key=lambda i: (sought[i], i), default=end)
+    if sought.get(best, 0) > max((sought[i] for i in above), default=0):
+        return _at_line(file, lines, best + 1)
     if not near or near[0] != above[-1]:
         return None
     at = near[0]
     units = tuple(zip(_named(split[at]), stated, strict=False))
-    unread: tuple[tuple[str, str], ...] = ()
     numbered = _split(lines[above[0]], rows.delimiter) if len(near) < len(above) and _are_units(split[at]) else []
     if len(numbered) == rows.width and not _is_number(numbered[0]) and all(map(_is_number, numbered[1:])):
         names = _named([numbered[0], *[""] * (rows.width - 1)])
@@ -375,21 +392,21 @@ def _above(file: str, lines: Sequence[str], rows: _Rows, asked: Collection[str])
         return replace(layout, notes=(*layout.notes, words))
     if len(near) == 2:
         lower, upper = split[near[0]][: rows.width], split[near[1]]
-        sought = [sum(name.strip() in asked for name in line) for line in (lower, upper)]
+        more = sought[near[1]] - sought[near[0]]
         if (index or len({*lower}) < len(lower)) and len({*upper}) < len(upper):
             pairs = zip(upper[: rows.width], lower, strict=True)
             split[at] = [index or lower[0], *(".".join(filter(None, pair)) for pair in islice(pairs, 1, None))]
-        elif _are_units(lower) or sought[1] > sought[0] or (sought[0] == sought[1] and _are_units(lower, but=1)):
+        elif _are_units(lower) or more > 0 or (more == 0 and _are_units(lower, but=1)):
             at, units = near[1], tuple(zip(_named(upper), map(_plain_unit, lower), strict=False))
-        elif sought[0] == sought[1] and not COMMENT.match(lines[near[1]]) and {*lower} & {*upper} - {""}:
+        elif more == 0 and not COMMENT.match(lines[near[1]]) and {*lower} & {*upper} - {""}:
             found = f"two lines that may be the header, this one and line {near[1] + 1} (`{shown(lines[near[1]])}`)"
             expected = f"`header: {near[0] + 1}` or `header: {near[1] + 1}` in meta.yaml beside the log"
             raise BadInput(Place(file, near[0] + 1), found, expected, code="LOG001")
-        else:
-            before = near[1] + 1
-            why = f"line {at + 1} is the header; `header: {before}` in meta.yaml beside the log takes line {before}"
-            unread = tuple((name, why) for name in _named(upper))
-    return _with_notes(lines, Layout(_named(split[at]), at + 1, rows.index, rows.delimiter, units, unread=unread))
+    why = f"line {at + 1} is the header; `header: {{0}}` in meta.yaml beside the log takes line {{0}}"
+    others = [i for i in split if i < at and not _are_units(split[i])]
+    unread = {name: why.format(i + 1) for i in others for name in _named(split[i])}
+    names = _named(split[at])
+    return _with_notes(lines, Layout(names, at + 1, rows.index, rows.delimiter, units, unread=tuple(unread.items())))
 
 
 _PROPERTY = re.compile(r"([A-Za-z]+): ?(.*)")
@@ -465,10 +482,13 @@ def _scope(lines: Sequence[str], rows: _Rows) -> Layout | None:
     return replace(layout, notes=(words, *layout.notes), times=before, tick=tick)
 
 
-def _with_own_times(found: Layout) -> Layout:
-    """The layout of ``time,x,time,w``: the times of columns logged at another rate stand before them."""
+def _with_own_times(found: Layout, clock: str) -> Layout:
+    """The layout of ``time,x,time,w``: the times of columns logged at another rate stand before them.
+
+    The name that comes again is a usual one of a time, or ``clock``.
+    """
     times = [k for k, name in enumerate(found.names) if name == found.names[0]]
-    if found.times or len(times) < 2 or not time_columns(found.names[:1]):
+    if found.times or len(times) < 2 or not (time_columns(found.names[:1]) or found.names[0] == clock):
         return found
     names = tuple(str(k + 1) if k in times[1:] else name for k, name in enumerate(found.names))
     before = tuple(max(j for j in times if j <= k) for k in range(len(names)))
@@ -476,8 +496,15 @@ def _with_own_times(found: Layout) -> Layout:
     return replace(found, names=names, times=before, tick=None, notes=(*found.notes, words))
 
 
+_UNIT_LABEL = re.compile(r"(?:y[ _]?)?(?:units?|einheit(?:en)?)(?:[ _]?labels?)?:?", re.IGNORECASE)
+"""The first field of a line of units above the header, as LabVIEW writes ``Y_Unit_Label``."""
+
+
 def _with_units_above(found: Layout, lines: Sequence[str]) -> Layout:
-    """The layout with the units of a comment before the rows, ``# units: s, mm, N``, if there is no line of units."""
+    """The layout with the units of a line above the rows, if there is no line of units below the header.
+
+    It is a comment, ``# units: s, mm, N``, or a line with a label and the units in the places of their columns.
+    """
     if found.units:
         return found
     start = next((found.first + i for i in _significant(lines[found.first :])), found.first)
@@ -489,6 +516,12 @@ def _with_units_above(found: Layout, lines: Sequence[str]) -> Layout:
                 if len(texts) == len(found.names) and _are_units(texts):
                     units = tuple(zip(found.names, map(_plain_unit, texts), strict=True))
                     return replace(found, units=units, notes=(*found.notes, f"the units of a comment ({stated[1]})"))
+        label, *texts = (found.delimiter and _split(line, found.delimiter)) or [""]
+        if _UNIT_LABEL.fullmatch(label.strip()) and len(texts) < len(found.names) and _are_units(texts):
+            pairs = zip(found.names[1:], map(_plain_unit, texts), strict=False)
+            units = tuple((name, unit) for name, unit in pairs if unit)
+            words = f"the units of a line above the header ({listing([unit for _, unit in units])})"
+            return replace(found, units=units, notes=(*found.notes, words))
     return found
 
 
@@ -552,9 +585,7 @@ def _are_units(texts: Sequence[str], but: int = 0) -> bool:
 
 def _plain_unit(text: str) -> str:
     """A unit without brackets around it or a remark after it, as in ``deg (Angle)``; ``Sec`` becomes ``sec``."""
-    unit = re.sub(r"(?<=\S)\s+\([A-Za-z ]+\)$", "", text.strip()).strip("[](){}").strip()
-    word = unit.lower()
-    return word if 2 < len(word) <= LONGEST_UNIT and not is_unit(unit) and is_unit(word) else unit
+    return in_usual_case(re.sub(r"(?<=\S)\s+\([A-Za-z ]+\)$", "", text.strip()).strip("[](){}").strip())
 
 
 def _at_line(file: str, lines: Sequence[str], header: int) -> Layout:
