@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from textwrap import fill
 from typing import Any
@@ -22,8 +22,8 @@ LONGEST_ENTRY, LONGEST_PRINTED = 60, 400
 """Most operations of an entry of a printed matrix, and of any printed expression; longer ones are in --json alone."""
 OF_MODES = "lambda_of=product smallest_lambda=smallest largest_lambda=largest largest_sample_time=sample_time"
 """Attributes of ``Modes`` in --json."""
-WIDTH = 110
-"""Columns at which a long expression is continued on the next line."""
+WIDTH, WIDEST_ROW = 110, 150
+"""Columns at which a long expression is continued on the next line, and up to which Ψ is printed as a matrix."""
 
 
 @verb
@@ -52,10 +52,13 @@ def analysis_view(analysis: Analysis) -> dict[str, Any]:
     dynamics = analysis.dynamics
     only = analysis.blocks[0].polynomial if len(analysis.blocks) == 1 else None
     coefficients = {} if only is None else {f"c{len(only) - 1 - k}": c for k, c in enumerate(only)}
+    rows = [[_entry(e) for e in dynamics.jacobian.row(i)] for i in range(dynamics.jacobian.rows)]
+    wide = sum(max(map(len, column)) + 3 for column in zip(*rows, strict=True)) > WIDEST_ROW
     return {
         "analysis": analysis,
         "observer": dynamics.observer,
-        "rows": [[_entry(e) for e in dynamics.jacobian.row(i)] for i in range(dynamics.jacobian.rows)],
+        "rows": rows,
+        "equations": _equations([e.symbol.name for e in dynamics.observer.errors], rows) if wide else [],
         "same": dynamics.sampled == dynamics.in_force(dynamics.jacobian) or dynamics.sampled == dynamics.jacobian,
         "factors": [
             (_polynomial_words(f.polynomial), _powers(f.polynomial), [e.name for e in f.errors])
@@ -141,6 +144,16 @@ def _entry(expression: Any) -> str:
     """An entry of a printed matrix; of a long one, its number of operations."""
     operations = int(sympy.count_ops(expression))
     return str(expression) if operations <= LONGEST_ENTRY else f"({operations} operations: printed by --json)"
+
+
+def _equations(errors: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
+    """Each row of de/dt = Ψ e as an equation, ``e_v' = (-K_v - d/m)*e_v + (-1/m)*e_a_rail``, on several lines."""
+    equations = []
+    for error, row in zip(errors, rows, strict=True):
+        terms = [f"({entry})*{other}" for entry, other in zip(row, errors, strict=True) if entry != "0"]
+        text = f"{error}' = {' + '.join(terms) or '0'}"
+        equations.append(fill(text, WIDTH, subsequent_indent=" " * 8, break_long_words=False, break_on_hyphens=False))
+    return equations
 
 
 def _printed(expression: Any, indent: int) -> str:

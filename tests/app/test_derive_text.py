@@ -80,3 +80,15 @@ def test_long_entries_are_counted_and_short_ones_written(tmp_path, velocity):
 def test_a_condition_is_named_once():
     out = stiction("derive", str(SPECS / "thesis" / "two_mass_gto.yaml")).out
     assert "  -K_2_x1   > 0    holds (-K_2_x1 = " in out
+
+
+def test_a_matrix_too_wide_for_a_page_is_printed_as_equations() -> None:
+    """A row of the matrix of sixteen masses had 767 characters, of which most are zeros and blanks."""
+    chain = str(SPECS / "chain.yaml")
+    printed, content = stiction("derive", chain).out, json.loads(stiction("derive", chain, "--json").out)
+    assert max(map(len, printed.partition("Psi e between")[2].partition("with slip signs")[0].splitlines())) <= 112
+    errors = [error["name"] for error in content["error"]]
+    lines = printed.replace("\n        ", " ").splitlines()
+    for error, row in zip(errors, content["psi"], strict=True):
+        terms = [f"({entry})*{other}" for entry, other in zip(row, errors, strict=True) if entry != "0"]
+        assert f"  {error}' = {' + '.join(terms)}" in lines
