@@ -75,7 +75,7 @@ def check_json(machine: Derived) -> dict[str, Any]:
         "inputs": [{"name": w.name, "unit": u} for w, u in zip(system.inputs, system.input_units, strict=True)],
         "robot": _robot_json(spec.form),
         "mass_matrix": [[_readable(e) for e in system.mass_matrix.row(i)] for i in range(system.mass_matrix.rows)],
-        "force": [str(e) for e in system.force],
+        "force": [_readable(e) for e in system.force],
         "contacts": [dict(zip(("name", "slip", "law", "unit"), row, strict=True)) for row in contacts],
         "effects": [{"kind": e.kind, "on": list(e.on)} for e in spec.effects],
         "values": {name: number | tolerances.get(name, {}) for name, number in values.items()},
@@ -164,8 +164,19 @@ def _robot_json(form: Form | None) -> dict[str, Any] | None:
 
 
 def _readable(entry: Any) -> str:
-    """An entry of M as text; a constant as a decimal of 12 digits, since that of a robot file is a long fraction."""
-    return f"{float(entry):.12g}" if entry.is_Number else str(entry)
+    """An entry of M or g as text, its numbers as they are usually written: 10.791 for 10791/1000, but 1/2 and 1/12.
+
+    A decimal has 12 digits; those of a robot file have more.
+    """
+    if entry.is_Number:
+        return f"{float(entry):.12g}"
+    decimals = {r: sympy.Float(r, 12) for r in entry.atoms(sympy.Rational) if _is_decimal(r)}
+    return str(sympy.sstr(entry.xreplace(decimals), full_prec=False))
+
+
+def _is_decimal(number: Any) -> bool:
+    """Whether a fraction has a finite decimal, and is not as short as 3/8."""
+    return int(number.q) > 8 and 10**15 % int(number.q) == 0
 
 
 def _observer_json(machine: Derived, observer: Observer) -> dict[str, Any]:

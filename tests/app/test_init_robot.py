@@ -254,3 +254,13 @@ def test_a_column_in_counts_asks_for_their_size():
     assert found.columns["elbow"] == "elbow_pos_counts"
     (said,) = [remark for remark in found.remarks if "counts by its name" in remark]
     assert said.startswith("elbow: `elbow_pos_counts`") and "`scale: {elbow: 2*pi/4096}`" in said
+
+
+def test_a_weight_on_a_joint_is_printed_as_a_decimal(folder):
+    """The weight of a vertical slide was printed as 10791/1000."""
+    inertia = '<inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>'
+    quill = f'<link name="quill"><inertial><mass value="1.1"/>{inertia}</inertial></link>'
+    joint = '<joint name="z" type="prismatic"><parent link="base"/><child link="quill"/><axis xyz="0 0 1"/></joint>'
+    Path("slide.urdf").write_text(f'<robot name="slide"><link name="base"/>{quill}{joint}</robot>')
+    assert stiction("init", "slide.urdf").code == 0
+    assert json.loads(stiction("check", "slide.yaml", "--json").out)["force"] == ["w_z - 10.791"]
