@@ -18,7 +18,6 @@ import numpy as np
 from codegen.base.errors import BadInput
 from codegen.base.parallel import in_another_process
 from codegen.base.progress import steps_to
-from codegen.diagnosis import steady_runs
 from codegen.diagnosis.case import HELD_OUT_SHARE, Case, Findings, case_of
 from codegen.diagnosis.few_stretches import few_stretches
 from codegen.diagnosis.fit.credit import ALPHA, is_far, noise_ratio, share_far
@@ -33,6 +32,17 @@ from codegen.diagnosis.results import MATERIAL, Diagnosis, ErrorFigures, FoundEf
 from codegen.diagnosis.selection.candidate_fits import start_compiling
 from codegen.diagnosis.selection.forward_selection import Outcome
 from codegen.diagnosis.selection.refusals import admissible
+from codegen.diagnosis.steady.mean_answer import answer_of, effects_of
+from codegen.diagnosis.steady.mean_fits import SteadySearch
+from codegen.diagnosis.steady.record_means import (
+    Means,
+    by_force_alone,
+    figures_of,
+    is_static,
+    means_of,
+    remainders_of,
+    with_mean_inputs,
+)
 from codegen.diagnosis.verdict.answer import Answer
 from codegen.diagnosis.verdict.augment import augmented_text
 from codegen.diagnosis.verdict.proposal import propose_terms, refuse_without_pysindy
@@ -98,7 +108,7 @@ def diagnose_log(
     report = progress or (lambda station, share: None)
     with steps_to(progress):
         case = case_of(spec, system, log, test_log, material)
-    means = steady_runs.means_of(case.log) if steady_runs.is_static(case.problem.system) and not case.faults else None
+    means = means_of(case.log) if is_static(case.problem.system) and not case.faults else None
     if means is None:
         try:
             search = search_on(case.problem, lambda share: record_of(case.problem.motion, case.log, share, case.events))
@@ -156,12 +166,12 @@ def _by_free_runs(
     return diagnosis, models
 
 
-def _by_means(case: Case, means: steady_runs.Means) -> tuple[Diagnosis, Models]:
+def _by_means(case: Case, means: Means) -> tuple[Diagnosis, Models]:
     """The diagnosis of records at one steady speed each, by their means."""
     problem, count = replace(case.problem, motion=case.motion), len(means)
     data = _data(case, problem, RESTART_S)
     if case.test_log is not None:
-        held = steady_runs.means_of(case.test_log)
+        held = means_of(case.test_log)
     else:
         apart = np.arange(count) % HELD_OUT_EVERY == HELD_OUT_EVERY - 1
         held, means = means.of(apart), means.of(~apart)
@@ -169,17 +179,17 @@ def _by_means(case: Case, means: steady_runs.Means) -> tuple[Diagnosis, Models]:
     window = slice(0, len(case.test.motion.time))
     test = case.test.motion
     if held is not None:
-        test = steady_runs.with_mean_inputs(test, case.test_log or case.log)
+        test = with_mean_inputs(test, case.test_log or case.log)
         data |= {"simulated_by": "the mean inputs of each record"}
 
     def measured(model: System) -> ErrorFigures:
         plain = measure(model, test, case.test.used, window)
-        return plain if held is None else steady_runs.figures_of(model, held, plain)
+        return plain if held is None else figures_of(model, held, plain)
 
-    steady = steady_runs.SteadySearch(problem, means, position_noise(case.motion, case.log))
-    by_force = (lambda model: steady_runs.by_force_alone(measured(model))) if held is not None else measured
-    answer, found = steady_runs.answer_of(steady, measured, by_force)
-    left = steady_runs.remainders_of(answer.adopted or answer.refit, means)
+    steady = SteadySearch(problem, means, position_noise(case.motion, case.log))
+    by_force = (lambda model: by_force_alone(measured(model))) if held is not None else measured
+    answer, found = answer_of(steady, measured, by_force)
+    left = remainders_of(answer.adopted or answer.refit, means)
     if answer.verdict == "none" and any(r.nature(case.material) == "structured" for r in left):
         answer = replace(answer, verdict="unknown")
     first, *later = found.rounds
@@ -188,8 +198,8 @@ def _by_means(case: Case, means: steady_runs.Means) -> tuple[Diagnosis, Models]:
         case,
         answer,
         models,
-        [steady_runs.effects_of(one.fit, answer.refit)[0] for one in found.rivals],
-        lambda model: steady_runs.figures_of(model, means, answer.figures[0]).relative_force,
+        [effects_of(one.fit, answer.refit)[0] for one in found.rivals],
+        lambda model: figures_of(model, means, answer.figures[0]).relative_force,
         records=len(means),
         remainder=left,
         data=data | {"segments": len(means), "alpha": ALPHA},

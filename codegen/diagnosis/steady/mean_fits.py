@@ -1,10 +1,6 @@
-"""Diagnosis of records at one steady speed each: the mean force of each record at its mean speed.
+"""Fits of effects to the means of steady records: least squares with tolerances as prior.
 
-    r_k = g(v_k, w_k) − U λ(v_k, w_k),  k = 1 … R records,
-
-with v and w the means of speed and input over the record. Most of a model's residual within such a record is ripple
-over a turn, whose mean vanishes. Each record is one observation: parameters are fitted by least squares with tolerances
-as prior, and effects are tested by the F test and leave-one-out prediction (PRESS, Allen 1974).
+Effects are tested by the F test and by leave-one-out prediction (PRESS, Allen 1974).
 """
 
 from __future__ import annotations
@@ -12,12 +8,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
 
-import casadi
 import numpy as np
-import sympy
-from numpy.typing import NDArray
 from scipy.optimize import least_squares
 from scipy.stats import f as fisher
 from scipy.stats import t as student
@@ -26,30 +18,17 @@ from codegen.base.arrays import Array
 from codegen.base.significant import in_percent
 from codegen.diagnosis.evidence.adoption import AWAY
 from codegen.diagnosis.evidence.coverage import Survey, survey
-from codegen.diagnosis.evidence.estimate import CONFIDENCE, effect_of
+from codegen.diagnosis.evidence.estimate import CONFIDENCE
 from codegen.diagnosis.evidence.reservations import may_be_absent
 from codegen.diagnosis.fit import credit
 from codegen.diagnosis.fit.linear import fitted, inverse, rms
 from codegen.diagnosis.fit.residual import Problem
-from codegen.diagnosis.fit.shooting import hidden_states
-from codegen.diagnosis.fit.signals import Motion
 from codegen.diagnosis.fit.trial import Part, Trial, in_unit, model_of, part_of
-from codegen.diagnosis.results import Candidate, ErrorFigures, Fact, FoundEffect, Interval, Remainder, Round, Verdict
-from codegen.diagnosis.verdict.admission import Measured, Reference, admitted, merged
-from codegen.diagnosis.verdict.answer import Answer
-from codegen.diagnosis.verdict.table import TABLE_SIZE
+from codegen.diagnosis.results import Candidate, Fact, Interval
+from codegen.diagnosis.steady.record_means import Means, forces_of, is_static, mean_forces
 from codegen.effects.register import candidates, is_own, twins_of
-from codegen.logs import Log
-from codegen.logs.formats.source import listing
-from codegen.logs.motion import MOSTLY, measured_motion, steady_segments
-from codegen.mechanics.casadi_form import in_place, to_casadi
-from codegen.mechanics.system import TIME, Matrix, System
+from codegen.mechanics.system import Matrix, System
 
-LEAST_RUNS = 8
-"""Least number of records."""
-SETTLING = 0.1
-"""Share of each record that is left out at its start."""
-MOST_EFFECTS = 3
 WEIGHED = 3
 """Iterations of the weight of the prior, by the residual of the fit before."""
 TRIES, STEP = 100, 1e-5
@@ -58,80 +37,6 @@ STARTS = 3
 """Starting values of a candidate that are fitted."""
 TIE_NATS = float(-np.log(credit.TIE_LEVEL))
 """Nats of log-likelihood by which a fit must be better for two effects to be distinguished."""
-
-
-@dataclass(frozen=True, eq=False)
-class Means:
-    """Means of R steady records: speeds (R, n) and inputs (R, m), SI; ``left_out``: names of the other records."""
-
-    speeds: Array
-    inputs: Array
-    left_out: tuple[str, ...] = ()
-
-    def __len__(self) -> int:
-        return len(self.speeds)
-
-    def of(self, chosen: NDArray[np.bool_]) -> Means:
-        return replace(self, speeds=self.speeds[chosen], inputs=self.inputs[chosen])
-
-
-def means_of(log: Log) -> Means | None:
-    """The means of the steady records of an experiment; None if they are few, or hold less than ``MOSTLY`` of its rows.
-
-    A start, a stop or a reversal among many steady records is left out: free runs and force residual of all samples
-    show ripple over a turn and not its mean.
-    """
-    if len(log.records) < LEAST_RUNS:
-        return None
-    steady = _steady_records(log)
-    kept = [one for one, is_steady in zip(log.records, steady, strict=True) if is_steady]
-    if len(kept) < LEAST_RUNS or sum(one.size for one in kept) < MOSTLY * sum(one.size for one in log.records):
-        return None
-    speeds, inputs = [], []
-    for one in kept:
-        first = round(SETTLING * one.size)
-        way = one.positions[-1] - one.positions[first]
-        speeds.append(way / (one.time[-1] - one.time[first]))
-        inputs.append(one.inputs[first:].mean(axis=0))
-    left_out = (one.path.name for one, is_steady in zip(log.records, steady, strict=True) if not is_steady)
-    return Means(np.array(speeds), np.array(inputs), tuple(left_out))
-
-
-def _steady_records(log: Log) -> NDArray[np.bool_]:
-    """(records,) whether every coordinate runs at one speed, in all segments of a record."""
-    motion = measured_motion(log)
-    segments = steady_segments(log, motion.velocities, motion.usable)
-    steady = np.ones(len(log.records), dtype=bool)
-    np.logical_and.at(steady, _record_of(log), segments)
-    return steady
-
-
-def _record_of(log: Log) -> NDArray[np.intp]:
-    """(segments,) index of the record to which each belongs."""
-    return np.searchsorted([stop for _, stop in log.joints], [start for start, _ in log.segments], side="right")
-
-
-def with_mean_inputs(motion: Motion, log: Log) -> Motion:
-    """The motion of steady records with the mean input of each record throughout it, for free runs.
-
-    The input of a record balances ripple over a turn, a force that the model lacks. Between two restarts a free run
-    integrates it: a light rotor stops and starts, by an amount that says nothing of the friction at the mean speed. By
-    the mean input the run settles at the speed at which the model's friction is the mean force. Records that are not
-    steady keep their inputs.
-    """
-    commands, steady = motion.commands.copy(), _steady_records(log)
-    for (start, stop), record in zip(log.segments, _record_of(log), strict=True):
-        if steady[record]:
-            commands[start:stop] = commands[start + round(SETTLING * (stop - start)) : stop].mean(axis=0)
-    return replace(motion, commands=commands)
-
-
-def is_static(system: System) -> bool:
-    """Whether the mean force is a function of mean speeds and inputs: no dependence on position, time or history."""
-    away = {*system.positions, TIME}
-    moving = any(chain.has_memory for chain in system.actuators.values()) or bool(system.sensor_errors)
-    bristles = any(c.law.bristle_stiffness(c.law_parameters) != 0 for c in system.contacts)
-    return not moving and not bristles and hidden_states(system) == 0 and not away & system.equation_error.free_symbols
 
 
 def is_seen(trial: Trial) -> bool:
@@ -242,10 +147,8 @@ class SteadySearch:
 
     def _fit_from(self, trial: Trial, error: Callable[[Array], Array], theta: Array) -> SteadyFit:
         none = np.zeros(len(theta) - len(self.problem.moved))
-        prior, centre = (
-            np.append(self.held * self.problem.prior_precision, none),
-            np.append(self.problem.declared, none),
-        )
+        prior = np.append(self.held * self.problem.prior_precision, none)
+        centre = np.append(self.problem.declared, none)
         least = 1e-12 * max(float(np.abs(self.drive).max()), 1e-300)
         scale = max(rms(error(theta)), least)
         size = np.where(theta != 0, np.abs(theta), np.where(prior > 0, 1 / np.sqrt(np.maximum(prior, 1e-300)), 1.0))
@@ -312,17 +215,17 @@ class SteadySearch:
         return tuple(facts)
 
     def _tried(self, trial: Trial, base: SteadyFit, count: int) -> Tried | None:
+        """A candidate in addition to a fit; None without a starting value.
+
+        Args:
+            count: of the candidates, by which its p-value is multiplied (Bonferroni).
+        """
         starts = self._starts(trial, base)
         if not starts:
             return None
         fit = self.fit(trial, starts)
         before, after = base.left_out**2, fit.left_out**2
         gains = before - after
-        more, freedom = len(fit.theta) - len(base.theta), len(fit.residual) - len(fit.theta)
-        p = 1.0
-        if freedom > 0 and fit.squares > 0:
-            ratio = max(base.squares - fit.squares, 0.0) / more / (fit.squares / freedom)
-            p = min(1.0, count * float(fisher.sf(ratio, more, freedom)))
         forces = [mean_forces(one.model, self.means)[0].ravel() for one in (fit, base)]
         size = float(np.linalg.norm(forces[0] - forces[1]) / max(float(np.linalg.norm(self.drive)), 1e-300))
         part = fit.part
@@ -341,7 +244,7 @@ class SteadySearch:
             force=float(np.sqrt(fit.squares / max(base.squares, 1e-300))),
             size=size,
             own=is_own(part.kind),
-            p=p,
+            p=min(1.0, count * _chance(fit, base)),
             form=part.form,
         )
         why_not = self._why_not(fit, row, credit.FURTHER if base.trial.parts else credit.LEAST_SHARE)
@@ -390,6 +293,15 @@ class SteadySearch:
         return survey(self.system, self.problem.motion)
 
 
+def _chance(fit: SteadyFit, base: SteadyFit) -> float:
+    """p of the F test of a fit against one with fewer parameters; 1 where the fit has no residual to compare with."""
+    more, freedom = len(fit.theta) - len(base.theta), len(fit.residual) - len(fit.theta)
+    if freedom <= 0 or fit.squares <= 0:
+        return 1.0
+    ratio = max(base.squares - fit.squares, 0.0) / more / (fit.squares / freedom)
+    return float(fisher.sf(ratio, more, freedom))
+
+
 def _effect(one: Tried) -> tuple[str, str]:
     return one.row.kind, one.row.on
 
@@ -401,150 +313,7 @@ def _is_simpler_form(other: Tried, one: Tried) -> bool:
     return simpler and other.row.accepted >= one.row.accepted and other.fit.nats <= one.fit.nats + TIE_NATS
 
 
-def mean_forces(system: System, means: Means) -> tuple[Array, Array]:
-    """(R, n) force residual, and force of the inputs, of a system at mean speeds."""
-    return _forces_of(system, (), means)(np.zeros(0))
-
-
 def _residual_of(trial: Trial, means: Means) -> Callable[[Array], Array]:
     """theta → (R n) force residual."""
-    forces = _forces_of(trial.changed, trial.symbols, means)
+    forces = forces_of(trial.changed, trial.symbols, means)
     return lambda theta: forces(trial.numbers(theta))[0].ravel()
-
-
-def _forces_of(system: System, symbols: Sequence[sympy.Symbol], means: Means) -> Callable[[Array], tuple[Array, Array]]:
-    """The function ``mean_forces`` of the values of these symbols."""
-    n, m, count = system.degrees_of_freedom, len(system.inputs), len(means)
-    point, moved = casadi.SX.sym("point", n + m), casadi.SX.sym("moved", len(symbols))
-    names = {s: casadi.SX(float(v)) for s, v in system.values.items()}
-    names |= {s: moved[k] for k, s in enumerate(symbols)}
-    names |= dict.fromkeys([*system.positions, *system.accelerations, TIME], casadi.SX(0.0))
-    names |= {s: point[k] for k, s in enumerate((*system.velocities, *system.inputs))}
-    driven = Matrix(system.force - system.force.subs(dict.fromkeys(system.inputs, 0)))
-    outputs = [casadi.densify(to_casadi(term, names)) for term in (system.equation_error, driven)]
-    function = casadi.Function("means", [point, moved], outputs).map(count)
-    at, numbers = np.hstack([means.speeds, means.inputs]), np.zeros((count, len(symbols)))
-    residual, drive = np.zeros((count, n)), np.zeros((count, n))
-    given = [at, numbers] if symbols else [at]  # CasADi takes no empty memory
-    buffer, evaluate = in_place(function, given, [residual, drive])
-
-    def forces(values: Array, _kept: Any = buffer) -> tuple[Array, Array]:
-        numbers[:] = values
-        evaluate()
-        return residual.copy(), drive.copy()
-
-    return forces
-
-
-def figures_of(system: System, means: Means, measured: ErrorFigures) -> ErrorFigures:
-    """Force errors of the means in place of the measured ones; free-run errors as measured."""
-    residual, drive = mean_forces(system, means)
-    rows = tuple(float(v) for v in np.sqrt(np.mean(residual**2, axis=0)))
-    relative = float(np.linalg.norm(residual) / max(float(np.linalg.norm(drive)), 1e-300))
-    return replace(measured, force_rms=rms(residual), force_rms_rows=rows, relative_force=relative, free_run_parts=())
-
-
-def remainders_of(system: System, means: Means) -> tuple[Remainder, ...]:
-    """The remainder of a model on the means; its structured share is what linear interpolation over speed predicts."""
-    residual, drive = mean_forces(system, means)
-    found = []
-    for i in range(residual.shape[1]):
-        speed, r = means.speeds[:, i], residual[:, i]
-        before = after = 0.0
-        for way in (-1, 1):
-            chosen = np.flatnonzero(way * speed > 0)
-            order = chosen[np.argsort(speed[chosen])]
-            for k in range(1, len(order) - 1):
-                low, here, high = order[k - 1 : k + 2]
-                predicted = np.interp(speed[here], speed[[low, high]], r[[low, high]])
-                before, after = before + r[here] ** 2, after + (r[here] - predicted) ** 2
-        share = max(0.0, 1 - after / before) if before > 0 else 0.0
-        left, driven = rms(r), rms(drive[:, i])
-        found.append(Remainder(left, left / driven if driven > 0 else float("inf"), share, {"speed": share}))
-    return tuple(found)
-
-
-def effects_of(fit: SteadyFit, system: System) -> tuple[FoundEffect, ...]:
-    """The parts of a fit as effects, with their intervals."""
-    found = zip(fit.trial.parts, fit.parameters, fit.intervals(), strict=True)
-    return tuple(effect_of(part, values, system, spans) for part, values, spans in found)
-
-
-@dataclass(frozen=True, eq=False)
-class SteadyOutcome:
-    """Forward selection on the means: the refit, the fits with one effect more each, and rivals of the first one."""
-
-    base: SteadyFit
-    fits: tuple[SteadyFit, ...]
-    rounds: tuple[Round, ...]
-    rivals: tuple[Tried, ...]
-
-
-def select_effects(search: SteadySearch) -> SteadyOutcome:
-    """Forward selection: effects one after the other, while one is credited."""
-    base = current = search.refit()
-    fits: list[SteadyFit] = []
-    rounds: list[Round] = []
-    rivals: tuple[Tried, ...] = ()
-    for turn in range(MOST_EFFECTS):
-        ranked = search.ranked_candidates(current)
-        before = tuple((p.kind, p.on) for p in current.trial.parts)
-        rounds.append(Round(before, tuple(one.row for one in ranked[:TABLE_SIZE])))
-        if not ranked or not ranked[0].row.accepted:
-            break
-        current = ranked[0].fit
-        fits.append(current)
-        if not turn and (rivals := tuple(search.ties(ranked, base))):
-            break  # what is missing besides would be another effect for each of those that tie
-    return SteadyOutcome(base, tuple(fits), tuple(rounds), rivals)
-
-
-def by_force_alone(figures: ErrorFigures) -> ErrorFigures:
-    """The errors of steady records with which models are compared: those of the mean force, free runs as not measured.
-
-    A free run by a mean input moves off by r/F'(v), with r the residual force and F' the slope of friction over speed.
-    It shows the same residual, weighted by the slope; where friction falls with speed it grows without limit from any
-    residual, which says that the motion is unstable and not which model is right.
-    """
-    return replace(figures, free_run_rmse_rows=(float("nan"),) * len(figures.free_run_rmse_rows))
-
-
-def answer_of(search: SteadySearch, measured: Measured, judged: Measured) -> tuple[Answer, SteadyOutcome]:
-    """The answer, which held-out records may refuse: by ``judged``, of the errors ``measured`` those that are asked."""
-    system, found = search.system, select_effects(search)
-    declared, left = judged(system), mean_forces(system, search.means)[0].ravel()
-    options = [("declared values", system)]
-    if float(found.base.left_out @ found.base.left_out) < float(left @ left):
-        options.insert(0, ("refitted values", found.base.model))
-    chosen = admitted(options, judged, Reference(declared))
-    refit = system if chosen.option is None else chosen.option[1]
-    judged_by = f"Each of the {len(search.means)} records runs at one speed, so it is judged by its mean"
-    if others := search.means.left_out:
-        one = len(others) == 1
-        judged_by += f"; {listing(others)} {'does not, and takes' if one else 'do not, and take'} no part in the fit"
-    remarks = (Fact("note", judged_by), *chosen.remarks)
-    figures = (measured(system), measured(refit), measured(refit))
-    answer = Answer("none", (), refit, refit, figures, remarks=remarks)
-    if not found.fits:
-        return answer, found
-    named, before, against = None, judged(refit), tuple[Fact, ...]()
-    for fit in found.fits:
-        chosen = admitted([("refitted values", fit.model)], judged, Reference(declared, before))
-        against = merged(chosen.refusals)
-        if chosen.option is None:
-            break
-        named, before = fit, chosen.figures
-    if named is None:
-        return answer.unknown(effects_of(found.fits[0], refit), against), found
-    verdict: Verdict = "ambiguous" if found.rivals else "effect"
-    further = found.fits[len(named.trial.parts)].part if against else None
-    refused = (
-        [Fact("not credited", f"{further.kind} on {further.on}, a further effect: {against[0].words}")]
-        if further
-        else []
-    )
-    figures = (*figures[:2], measured(named.model))
-    effects, remarks = effects_of(named, refit), (*remarks, *refused, *search.values_away(found.rivals))
-    return replace(
-        answer, verdict=verdict, effects=effects, augmented=named.model, figures=figures, remarks=remarks
-    ), found

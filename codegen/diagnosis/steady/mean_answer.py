@@ -1,0 +1,93 @@
+"""The answer of a diagnosis of steady records: forward selection on their means, and what held-out ones refuse."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from codegen.diagnosis.evidence.estimate import effect_of
+from codegen.diagnosis.results import Fact, FoundEffect, Round, Verdict
+from codegen.diagnosis.steady.mean_fits import SteadyFit, SteadySearch, Tried
+from codegen.diagnosis.steady.record_means import mean_forces
+from codegen.diagnosis.verdict.admission import Measured, Reference, admitted, merged
+from codegen.diagnosis.verdict.answer import Answer
+from codegen.diagnosis.verdict.table import TABLE_SIZE
+from codegen.logs.formats.source import listing
+from codegen.mechanics.system import System
+
+MOST_EFFECTS = 3
+
+
+@dataclass(frozen=True, eq=False)
+class SteadyOutcome:
+    """Forward selection on the means: the refit, the fits with one effect more each, and rivals of the first one."""
+
+    base: SteadyFit
+    fits: tuple[SteadyFit, ...]
+    rounds: tuple[Round, ...]
+    rivals: tuple[Tried, ...]
+
+
+def select_effects(search: SteadySearch) -> SteadyOutcome:
+    """Forward selection: effects one after the other, while one is credited."""
+    base = current = search.refit()
+    fits: list[SteadyFit] = []
+    rounds: list[Round] = []
+    rivals: tuple[Tried, ...] = ()
+    for turn in range(MOST_EFFECTS):
+        ranked = search.ranked_candidates(current)
+        before = tuple((p.kind, p.on) for p in current.trial.parts)
+        rounds.append(Round(before, tuple(one.row for one in ranked[:TABLE_SIZE])))
+        if not ranked or not ranked[0].row.accepted:
+            break
+        current = ranked[0].fit
+        fits.append(current)
+        if not turn and (rivals := tuple(search.ties(ranked, base))):
+            break  # what is missing besides would be another effect for each of those that tie
+    return SteadyOutcome(base, tuple(fits), tuple(rounds), rivals)
+
+
+def answer_of(search: SteadySearch, measured: Measured, judged: Measured) -> tuple[Answer, SteadyOutcome]:
+    """The answer, which held-out records may refuse: by ``judged``, of the errors ``measured`` those that are asked."""
+    system, found = search.system, select_effects(search)
+    declared, left = judged(system), mean_forces(system, search.means)[0].ravel()
+    options = [("declared values", system)]
+    if float(found.base.left_out @ found.base.left_out) < float(left @ left):
+        options.insert(0, ("refitted values", found.base.model))
+    chosen = admitted(options, judged, Reference(declared))
+    refit = system if chosen.option is None else chosen.option[1]
+    judged_by = f"Each of the {len(search.means)} records runs at one speed, so it is judged by its mean"
+    if others := search.means.left_out:
+        one = len(others) == 1
+        judged_by += f"; {listing(others)} {'does not, and takes' if one else 'do not, and take'} no part in the fit"
+    remarks = (Fact("note", judged_by), *chosen.remarks)
+    figures = (measured(system), measured(refit), measured(refit))
+    answer = Answer("none", (), refit, refit, figures, remarks=remarks)
+    if not found.fits:
+        return answer, found
+    named, before, against = None, judged(refit), tuple[Fact, ...]()
+    for fit in found.fits:
+        chosen = admitted([("refitted values", fit.model)], judged, Reference(declared, before))
+        against = merged(chosen.refusals)
+        if chosen.option is None:
+            break
+        named, before = fit, chosen.figures
+    if named is None:
+        return answer.unknown(effects_of(found.fits[0], refit), against), found
+    verdict: Verdict = "ambiguous" if found.rivals else "effect"
+    further = found.fits[len(named.trial.parts)].part if against else None
+    refused = (
+        [Fact("not credited", f"{further.kind} on {further.on}, a further effect: {against[0].words}")]
+        if further
+        else []
+    )
+    figures = (*figures[:2], measured(named.model))
+    effects, remarks = effects_of(named, refit), (*remarks, *refused, *search.values_away(found.rivals))
+    return replace(
+        answer, verdict=verdict, effects=effects, augmented=named.model, figures=figures, remarks=remarks
+    ), found
+
+
+def effects_of(fit: SteadyFit, system: System) -> tuple[FoundEffect, ...]:
+    """The parts of a fit as effects, with their intervals."""
+    found = zip(fit.trial.parts, fit.parameters, fit.intervals(), strict=True)
+    return tuple(effect_of(part, values, system, spans) for part, values, spans in found)
