@@ -228,8 +228,9 @@ def _rising(raw: Columns, values: Array, notes: list[str]) -> Flags:
         found = f"time runs backwards, from {float(time[k])!r} to {float(time[k + 1])!r}"
         more = f" ({count} times in the file, the first here)" if count > 1 else ""
         expected = f"rows in the order of time; a file for each record, {ONE_OF}"
+        usual = float(np.median(steps[steps > 0])) if (steps > 0).any() else 0.0
         for bits in WIDTHS:
-            if abs(-steps[k] / 2**bits - 1) < WRAP_SIZE:
+            if abs(-steps[k] / 2**bits - 1) < WRAP_SIZE or 0 < steps[k] + 2**bits < 2 * usual:
                 key = f"`unwrap: {{{shown(raw.names[0])}: {2**bits}}}` in meta.yaml beside the log"
                 expected = f"a time that rises; a counter of {bits} bits that overflows is continued by {key}"
         raise BadInput(raw.place(k + 1, 0), found + more, expected, code="LOG007")
@@ -242,7 +243,8 @@ def _rising(raw: Columns, values: Array, notes: list[str]) -> Flags:
     if other.sum() > SHARE_REPEATED * len(time):
         found = f"{int(other.sum())} of {len(time)} rows repeat a time stamp with other data, the first here"
         parts = f"`columns: {{t: {identifier(raw.names[0])} + 0.001*MS}}` where a column MS holds the milliseconds"
-        expected = f"a different time in each row (written with more digits; or {parts}), {ONE_OF}"
+        equal = "or, in place of the column, `sample_time: SECONDS` where the rows are equally far apart"
+        expected = f"a different time in each row (written with more digits; or {parts}), {equal}, {ONE_OF}"
         raise BadInput(raw.place(int(np.argmax(other)), 0), found, expected, code="LOG007")
     if same.any():
         notes.append(

@@ -143,7 +143,23 @@ READ = {
         "Channels\t2\t\t\t\nY_Unit_Label\tmm\t\tN\t\t\n***End_of_Header***\t\t\t\t\t\n"
         "X_Value\tPosition\tX_Value\tForce\tComment\n" + lines("{t:.4f}\t{mm:.6f}\t{t:.4f}\t{w:.9f}"),
         "columns: {t: X_Value, x: Position, w: Force}\n",
-        "the units of a line above the header (mm, N)",
+        "the units of the line `Y_Unit_Label` (mm, N)",
+    ),
+    "an oscilloscope's units among other properties": (
+        "a.csv",
+        '"Model","a scope"\n"TraceName","Pos","Force"\n"BlockSize",2001,2001\n"VUnit","mm","N"\n"HUnit","s","s"\n\n'
+        + lines(",{mm:.6f},{w:.9f}"),
+        "columns: {x: Pos, w: Force}\nsample_time: 2 ms\n",
+        "the units of the line `VUnit` (mm, N)",
+    ),
+    "files put one after the other, with their marks": (
+        "a.csv",
+        "\ufefft,x,w\r\n"
+        + lines("{t:.4f},{x:.9f},{w:.9f}\r", slice(900))
+        + "\ufefft,x,w\r\n"
+        + lines("{t:.4f},{x:.9f},{w:.9f}", slice(900, None)),
+        "",
+        "line 902 repeats the header",
     ),
     "units of several factors behind each number": (
         "a.csv",
@@ -363,16 +379,17 @@ def test_a_damaged_row(tmp_path, spec, torn):
     assert np.allclose(log.positions[:, 0], np.interp(log.time, T, X), atol=1e-5)
 
 
-def test_a_clock_that_overflows(tmp_path, spec):
+@pytest.mark.parametrize("size", [2**16, 2**32])
+def test_a_clock_that_overflows(tmp_path, spec, size):
     started = 2**32 - 1_500_000
     rows = "".join(
-        f"{(started + 2000 * k) % 2**32},{x:.9f},{w:.9f}\n" for k, (x, w) in enumerate(zip(X, W, strict=True))
+        f"{(started + 2000 * k) % size},{x:.9f},{w:.9f}\n" for k, (x, w) in enumerate(zip(X, W, strict=True))
     )
     (tmp_path / "a.csv").write_text("micros,x,w\n" + rows)
     with pytest.raises(BadInput) as told:
         read_log(tmp_path / "a.csv", spec)
-    assert matches(told.value, "LOG007 a.csv `unwrap: {micros: 4294967296}`"), told.value
-    (tmp_path / "meta.yaml").write_text("unwrap: {micros: 4294967296}\n")
+    assert matches(told.value, f"LOG007 a.csv `unwrap: {{micros: {size}}}`"), told.value
+    (tmp_path / "meta.yaml").write_text(f"unwrap: {{micros: {size}}}\n")
     log = read_log(tmp_path / "a.csv", spec)
     assert log.size == len(T) and np.allclose(log.positions[:, 0], X, atol=1e-6)
 

@@ -496,8 +496,8 @@ def _with_own_times(found: Layout, clock: str) -> Layout:
     return replace(found, names=names, times=before, tick=None, notes=(*found.notes, words))
 
 
-_UNIT_LABEL = re.compile(r"(?:y[ _]?)?(?:units?|einheit(?:en)?)(?:[ _]?labels?)?:?", re.IGNORECASE)
-"""The first field of a line of units above the header, as LabVIEW writes ``Y_Unit_Label``."""
+_UNIT_LABEL = re.compile(r"(?:(?:y|v|vertical)[ _]?)?(?:units?|einheit(?:en)?)(?:[ _]?labels?)?:?", re.IGNORECASE)
+"""The first field of a line of units before the rows: ``Y_Unit_Label`` of LabVIEW, ``VUnit`` of oscilloscopes."""
 
 
 def _with_units_above(found: Layout, lines: Sequence[str]) -> Layout:
@@ -520,7 +520,7 @@ def _with_units_above(found: Layout, lines: Sequence[str]) -> Layout:
         if _UNIT_LABEL.fullmatch(label.strip()) and len(texts) < len(found.names) and _are_units(texts):
             pairs = zip(found.names[1:], map(_plain_unit, texts), strict=False)
             units = tuple((name, unit) for name, unit in pairs if unit)
-            words = f"the units of a line above the header ({listing([unit for _, unit in units])})"
+            words = f"the units of the line `{shown(label)}` ({listing([unit for _, unit in units])})"
             return replace(found, units=units, notes=(*found.notes, words))
     return found
 

@@ -52,7 +52,7 @@ def text_of(file: str, data: bytes, before: int = 0) -> tuple[str, tuple[str, ..
             notes.append(f"line {line} is not UTF-8: the file is read as Windows-1252")
     if "\x1b[" in text:
         text = _COLOUR.sub("", text)
-    return text.replace("\r\n", "\n").replace("\r", "\n"), tuple(notes)
+    return text.replace("\r\n", "\n").replace("\r", "\n").replace("\n\ufeff", "\n"), tuple(notes)  # of joined files
 
 
 def _refuse_long_line(file: str, data: bytes, before: int) -> None:
