@@ -182,28 +182,36 @@ def _input(
         )
         return Finding("problem", f"scale of {outside.coordinate}", words, figures | {"times": outside.times})
     if telling and not 1 / SCALE_OFF < factor < SCALE_OFF:
-        size = np.abs(given)
-        acting = size > ACTING * size.max()
-        small = acting & (size <= np.median(size[acting]))
-        at_small = float(wanted[small] @ given[small]) / float(given[small] @ given[small])
-        figures["factor_at_small_input"] = at_small
-        if 1 / SCALE_OFF < at_small < SCALE_OFF:
-            words = (
-                f"The motion takes {factor:.3g} times the force of {name}, but {at_small:.3g} times where {name} is "
-                f"small. That is no wrong scale, rather a limit of {name} or another nonlinearity."
-            )
-            return Finding("warning", topic, words, figures)
-        words = (
-            f"The scale of input {name} is off by a factor of {factor:.3g}: the motion takes that many times its "
-            f"force. Check its unit, its factor in `force`, whether it saturates, and the declared masses, friction "
-            f"levels, gravity and springs. "
-            f"{_asked_unit(name, factor, spec, log)}"
-        )
-        return Finding("problem", topic, words, figures)
+        return _wrong_scale(name, figures, wanted, given, spec, log)
     words = f"Sign and scale of {name} fit the motion (factor {factor:.3g}, correlation {correlation:.2f})."
     if correlation < TELLING:
         words = f"The motion does not tell whether sign and scale of {name} are right (correlation {correlation:.2f})."
     return Finding("info", topic, words, figures)
+
+
+def _wrong_scale(name: str, figures: Mapping[str, float], wanted: Array, given: Array, spec: Spec, log: Log) -> Finding:
+    """The finding on an input of which the motion takes another multiple than one; ``figures`` as of ``_input``.
+
+    Where the input is small, below the median of its size, a limit does not act; a wrong scale does there too.
+    """
+    topic, factor, size = f"sign and scale of {name}", figures["factor"], np.abs(given)
+    acting = size > ACTING * size.max()
+    small = acting & (size <= np.median(size[acting]))
+    at_small = float(wanted[small] @ given[small]) / float(given[small] @ given[small])
+    figures = {**figures, "factor_at_small_input": at_small}
+    if 1 / SCALE_OFF < at_small < SCALE_OFF:
+        words = (
+            f"The motion takes {factor:.3g} times the force of {name}, but {at_small:.3g} times where {name} is "
+            f"small. That is no wrong scale, rather a limit of {name} or another nonlinearity."
+        )
+        return Finding("warning", topic, words, figures)
+    words = (
+        f"The scale of input {name} is off by a factor of {factor:.3g}: the motion takes that many times its "
+        f"force. Check its unit, its factor in `force`, whether it saturates, and the declared masses, friction "
+        f"levels, gravity and springs. "
+        f"{_asked_unit(name, factor, spec, log)}"
+    )
+    return Finding("problem", topic, words, figures)
 
 
 def _seen(given: Array, parts: Mapping[str, Array]) -> dict[str, float]:
