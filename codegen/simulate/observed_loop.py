@@ -18,7 +18,7 @@ from codegen.simulate.drive import HeldInput
 from codegen.simulate.loop_run import LoopRun
 from codegen.simulate.observer_in_loop import Cancellation, Estimator, ObserverInLoop
 from codegen.simulate.plant import Plant, substeps_of
-from codegen.simulate.sensors import SensorError, Sensors, low_passed_velocity
+from codegen.simulate.sensors import Readings, Sensors
 
 PARTS = 20
 """Number of progress reports in a run."""
@@ -106,30 +106,23 @@ def run_loop(
     Raises:
         ValueError: for an observer with inputs that the system does not have.
     """
-    n, m, sensors, controller = system.degrees_of_freedom, len(system.inputs), loop.sensors, loop.controller
+    n, m, controller = system.degrees_of_freedom, len(system.inputs), loop.controller
     x, v = (np.zeros(n), np.zeros(n)) if start is None else (np.array(part, dtype=float) for part in start)
     plant = (make_plant or partial(_Plant, system, samples, substeps))(period, x, v)
     estimator = None if loop.observer is None else Estimator(loop.observer, system, loop.cancellation)
     controller.start()
-    noise, velocity_noise = sensors.noise(samples, n, loop.seed)
-    sensor_error = SensorError(system)
-    measured = sensors.encoded(sensor_error.measured(x), noise[0])
-    previous, filtered_velocity, sent, cancelling = measured, np.zeros(n), np.zeros(m), np.zeros(m)
-    estimates = np.zeros(0)
+    readings = Readings(system, loop.sensors, samples, loop.seed, period)
+    sent, cancelling, estimates = np.zeros(m), np.zeros(m), np.zeros(0)
     rows = _empty_run(system, period, samples, () if loop.observer is None else loop.observer.outputs)
     with np.errstate(all="ignore"):
         for k in range(samples):
             if not np.isfinite(plant.state).all():
                 break
-            measured = sensors.encoded(sensor_error.measured(plant.positions), noise[k])
-            measured_velocity = plant.velocities + velocity_noise[k]
+            measured, measured_velocity, for_control = readings.take(k, plant.positions, plant.velocities)
             if estimator is not None:
                 estimator.measure(k, measured, measured_velocity, sent)
                 estimates = estimator.latest
-            filtered_velocity = low_passed_velocity(measured, previous, filtered_velocity, period)
-            previous = measured
-            velocities = measured_velocity if sensors.tachometer else filtered_velocity
-            sent = controller.command(Sample(k * period, measured, velocities, estimates, sent, period))
+            sent = controller.command(Sample(k * period, measured, for_control, estimates, sent, period))
             if estimator is not None:
                 cancelling = estimator.cancelling()
                 sent = sent + cancelling

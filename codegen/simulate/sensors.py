@@ -49,13 +49,6 @@ class Sensors:
         return np.where(self.encoder_step > 0, np.floor(value / whole + 0.5) * whole, value)
 
 
-def low_passed_velocity(measured: Array, before: Array, velocity: Array, period: float) -> Array:
-    """Velocity estimate: backward difference of the measured position through a first-order low-pass filter."""
-    share = 1 / (1 + VELOCITY_FILTER_SAMPLES)
-    result: Array = velocity + share * ((measured - before) / period - velocity)
-    return result
-
-
 ITERATIONS = 12
 """Newton steps for the true position of a reading; each about squares the relative error."""
 
@@ -91,6 +84,36 @@ class SensorError:
     def true_velocities(self, positions: Array, velocities: Array) -> Array:
         """True velocities from the rate of the readings, at true positions; all (N, n) or (n,)."""
         return velocities / (1 + _over(self._slope, positions)) if self._any else velocities
+
+
+class Readings:
+    """What is measured of a machine in a run, sample by sample.
+
+    Args:
+        samples: of the run.
+        seed: of the noise.
+        period: sample time, s.
+    """
+
+    def __init__(self, system: System, sensors: Sensors, samples: int, seed: int, period: float) -> None:
+        self._sensors, self._period, self._error = sensors, period, SensorError(system)
+        self._noise, self._velocity_noise = sensors.noise(samples, system.degrees_of_freedom, seed)
+        self._before: Array | None = None
+        self._filtered = np.zeros(system.degrees_of_freedom)
+
+    def take(self, k: int, positions: Array, velocities: Array) -> tuple[Array, Array, Array]:
+        """The measured positions and velocities of sample k, and the velocities that the controller has, each (n,).
+
+        These are the measured ones, or without a tachometer the backward difference of the measured positions through a
+        first-order low-pass filter, zero at the first sample.
+        """
+        measured = self._sensors.encoded(self._error.measured(positions), self._noise[k])
+        before = measured if self._before is None else self._before
+        share = 1 / (1 + VELOCITY_FILTER_SAMPLES)
+        self._filtered = self._filtered + share * ((measured - before) / self._period - self._filtered)
+        self._before = measured
+        measured_velocities = velocities + self._velocity_noise[k]
+        return measured, measured_velocities, measured_velocities if self._sensors.tachometer else self._filtered
 
 
 def _over(function: casadi.Function, at: Array) -> Array:
