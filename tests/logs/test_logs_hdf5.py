@@ -71,8 +71,29 @@ def test_matlab_7_3(tmp_path: Path, spec: Any) -> None:
     with path.open("r+b") as stream:
         stream.write(b"MATLAB 7.3 MAT-file, Platform: GLNXA64, HDF5 schema 1.00 .")
     check(read_log(path, spec, columns={"x": "run/x", "w": "run/w", "v": "both[0]"}))
-    with refused("LOG003 `cell` object"):
+    with refused("LOG003 `cell` cell(1)"):
         read_log(path, spec, columns={"x": "cell"})
+
+
+def test_matlab_7_3_arrays_of_structs_and_objects(tmp_path: Path, spec: Any) -> None:
+    """A scope's structure with time: its signals are references, and some of them lead in a circle; a timeseries."""
+    with h5py.File(tmp_path / "a.mat", "w") as file:
+        file["scope/time"] = MADE["t"][None, :]
+        for k, name in enumerate("xvw"):
+            file[f"#refs#/{k}"] = MADE[name][None, :]
+        targets = [file[f"#refs#/{k}"].ref for k in range(3)]
+        values = file.create_dataset("scope/signals/values", data=[targets], dtype=h5py.ref_dtype)
+        inner = file.create_dataset("#refs#/inner", data=[values.ref], dtype=h5py.ref_dtype)
+        file.create_dataset("around", data=[inner.ref, file["scope"].ref], dtype=h5py.ref_dtype)
+        inner[0] = inner.ref
+        series = file.create_dataset("ts", data=np.arange(6, dtype=np.uint32)[:, None])
+        series.attrs["MATLAB_object_decode"] = np.int32(3)
+        file["names"] = ["x", "v", "w"]
+    names = dict(zip("xvw", (f"scope/signals/values({k})" for k in (1, 2, 3)), strict=True))
+    check(read_log(tmp_path / "a.mat", spec, columns={"t": "scope/time", **names}))
+    for name, why in (("ts", "object ts.Time save"), ("names", "no numbers")):
+        with refused(f"LOG003 `{name}` {why}"):
+            read_log(tmp_path / "a.mat", spec, columns={"t": "scope/time", **names, "x": name})
 
 
 @pytest.mark.parametrize("matlab", [True, False])

@@ -13,6 +13,8 @@ from codegen.logs.formats.source import BlockFile, Columns, listing
 
 ROWS = 1 << 16
 MOST_COLUMNS, MOST_DEEP, MOST_WIDE = 20_000, 20, 256
+UNPACKED = "in MATLAB, of a timeseries `t = ts.Time; q = ts.Data; save log t q`"
+"""What to do with an object of MATLAB, such as a timeseries."""
 MAGIC = b"\x89HDF\r\n\x1a\n"
 
 
@@ -46,7 +48,7 @@ class Hdf5File(BlockFile):
         self._h5py = self.library("h5py", "hdf5")
         self._columns: dict[str, _Column] = {}
         with self.opened() as stream, self.reading():
-            for name, dataset in self._datasets(self._h5py.File(stream, "r"), "", set()):
+            for name, dataset in self._datasets(self._h5py.File(stream, "r")):
                 found = _columns(name, dataset)
                 if isinstance(found, str):
                     self.unread[name] = found
@@ -77,35 +79,65 @@ class Hdf5File(BlockFile):
                         values[:, j] = self._columns[name].values(file, part)
                 yield Columns(str(self.path), tuple(wanted), values)
 
-    def _datasets(self, group: Any, path: str, seen: set[int]) -> Iterator[tuple[str, Any]]:
-        """(path, dataset) of a group and its subgroups; each group once, also with links within the file."""
+    def _datasets(self, file: Any) -> Iterator[tuple[str, Any]]:
+        """(path, dataset) of a file.
+
+        MATLAB stores cells and arrays of structs as datasets of references. Their targets are counted as in MATLAB,
+        whose order of elements is that of the file: ``log/signals/values(2)``.
+        """
+        h5py, seen, later = self._h5py, set[int](), list[tuple[str, Any]]()
+        yield from self._of(file, "", seen, later)
+        for path, dataset in later:  # which grows
+            if len(later) > MOST_COLUMNS:
+                raise self.fault(f"more than {MOST_COLUMNS} datasets of references", code="LOG010")
+            address = h5py.h5o.get_info(dataset.id).addr
+            if address not in seen:
+                seen.add(address)
+                for k, reference in enumerate(dataset[()].ravel()):
+                    if isinstance(reference, h5py.Reference) and reference:
+                        yield from self._of(file[reference], f"{path}({k + 1})", seen, later)
+
+    def _of(self, found: Any, path: str, seen: set[int], later: list[tuple[str, Any]]) -> Iterator[tuple[str, Any]]:
+        """(path, dataset) of an object and its subgroups; each group once, also with links within the file.
+
+        Datasets of references are added to ``later``, so that a group is called by its own path first.
+        """
         h5py = self._h5py
-        address = h5py.h5o.get_info(group.id).addr
-        if address in seen or path.count("/") > MOST_DEEP:
-            return
-        seen.add(address)
-        for name in group:
-            if name.startswith("#"):  # MATLAB's store of what cells and objects refer to
-                continue
-            if not isinstance(group.get(name, getlink=True), h5py.HardLink):
-                continue
-            found = group[name]
-            if isinstance(found, h5py.Dataset):
-                yield f"{path}{name}", found
-            elif isinstance(found, h5py.Group):
-                yield from self._datasets(found, f"{path}{name}/", seen)
+        if isinstance(found, h5py.Dataset):
+            if _refers(found):
+                later.append((path, found))
+            else:
+                yield path, found
+        elif isinstance(found, h5py.Group):
+            address = h5py.h5o.get_info(found.id).addr
+            if address in seen or path.count("/") >= MOST_DEEP:
+                return
+            seen.add(address)
+            for name in found:
+                if name.startswith("#"):  # MATLAB's store of what cells and objects refer to
+                    continue
+                if isinstance(found.get(name, getlink=True), h5py.HardLink):
+                    yield from self._of(found[name], f"{path}/{name}" if path else name, seen, later)
+
+
+def _refers(dataset: Any) -> bool:
+    """Whether a dataset holds a few references to objects of its own file."""
+    elsewhere = dataset.external or dataset.is_virtual
+    return "ref" in (dataset.dtype.metadata or {}) and not elsewhere and 0 < dataset.size <= MOST_WIDE
 
 
 def _columns(name: str, dataset: Any) -> dict[str, _Column] | str:
     """The columns of a dataset, or in words why it has none."""
     if dataset.external or dataset.is_virtual:
         return "its numbers lie in other files"
-    kind, shape = dataset.dtype, dataset.shape
+    kind, shape, path = dataset.dtype, dataset.shape, str(dataset.name)
+    if "MATLAB_object_decode" in dataset.attrs:
+        return f"it is an object of MATLAB; {UNPACKED}"
     if not shape or 0 in shape:
         return "a single value" if shape == () else "it is empty"
     if kind.names and len(shape) == 1:
         fields = [f for f in kind.names if kind[f].kind in "fiub" and not kind[f].shape]
-        return {f"{name}.{f}": _Column(name, shape[0], field=f) for f in fields} or "it has no field of numbers"
+        return {f"{name}.{f}": _Column(path, shape[0], field=f) for f in fields} or "it has no field of numbers"
     if kind.kind not in "fiub" or kind.names:
         return f"it holds {shown(str(kind))}, no numbers"
     axes = [k for k, n in enumerate(shape) if n != 1] or [0]
@@ -114,7 +146,7 @@ def _columns(name: str, dataset: Any) -> dict[str, _Column] | str:
 
     def column(rows: int, index: int = 0) -> _Column:
         return _Column(
-            name, shape[rows], at=tuple(None if k == rows else index if k in axes else 0 for k in range(len(shape)))
+            path, shape[rows], at=tuple(None if k == rows else index if k in axes else 0 for k in range(len(shape)))
         )
 
     if len(axes) == 1:

@@ -20,7 +20,7 @@ from codegen.base.arrays import Array
 from codegen.base.input_files import opened
 from codegen.base.user_text import shown
 from codegen.logs.description import LogDescription
-from codegen.logs.formats.hdf5_file import MAGIC, Hdf5File
+from codegen.logs.formats.hdf5_file import MAGIC, UNPACKED, Hdf5File
 from codegen.logs.formats.source import LARGEST_STREAM, Allowance, Columns, LogFile, listing
 
 _STORED = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8"}
@@ -241,9 +241,6 @@ def _checked(name: str, shape: tuple[int, ...], kind: str, numbers: memoryview |
     if min(shape, default=-1) < 0 or math.prod(shape) * np.dtype(stored).itemsize != len(numbers):
         raise ValueError(f"{len(numbers)} bytes for {name} of {'×'.join(map(str, shape))}")
     return Variable(name, shape, kind, True, numbers, stored)
-
-
-UNPACKED = "in MATLAB, of a timeseries `t = ts.Time; q = ts.Data; save log t q`"
 
 
 class MatFile(LogFile):
