@@ -169,3 +169,21 @@ def test_every_effect_has_the_residual_of_its_model_or_moves_a_sensor(tmp_path: 
         along, model = ResidualAlong(trial, motion).at(theta), unfiltered_residual(model_of(trial, theta), motion)
         np.testing.assert_allclose(along, model, rtol=1e-9, atol=1e-9 * np.abs(model).max(), err_msg=effect.kind)
     assert moving == {"encoder_eccentricity"}
+
+
+@pytest.mark.parametrize("kind", ["presliding", "compliance", "backlash"])
+def test_several_vectors_at_once_have_the_bits_of_each_alone(kind: str) -> None:
+    """Also five, more than the loops advance in turn, and on few segments, before each of which a load begins anew."""
+    system, positions, velocities = moved_axis()
+    commands = 12 * np.sign(np.sin(20 * 1e-3 * np.arange(1500)))[:, None]
+    trial = trial_of(system, kind)
+    first = trial.theta(np.array([3.5]), [LACKING[kind]])
+    thetas = [first + 0.02 * k for k in range(5)]
+    for starts in (np.arange(0, 1300, 100, dtype=np.int32), np.array([1200], dtype=np.int32)):
+        record = Record(positions, positions, velocities, commands, 1e-3, np.ones(1), starts, 90)
+        runner = Runner(trial, Shooter([trial.changed], [trial.free]), 0, record, 3)
+        alone = [runner.run(theta, record.at_rest) for theta in thetas]
+        assert runner.at_once == shooting.LANES and not np.array_equal(alone[0], alone[1])
+        for count in (1, 3, 4, 5):
+            found = [run(record.at_rest) for run in runner.several(thetas[:count])]
+            assert all(np.array_equal(one, other) for one, other in zip(found, alone[:count], strict=True))

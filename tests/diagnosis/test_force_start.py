@@ -18,7 +18,7 @@ from codegen.diagnosis.fit.record import record_of
 from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.search import Search, search_on
 from codegen.diagnosis.fit.signals import smooth_motion
-from codegen.diagnosis.fit.starting_values import ForceStart, distributed, starting_point, stepped_in_parameters
+from codegen.diagnosis.fit.starting_values import ForceStart, distributed, starting_points, stepped_in_parameters
 from codegen.diagnosis.fit.trial import part_of
 from codegen.diagnosis.selection.candidate_fits import CandidateFits
 from codegen.effects import CATALOGUE
@@ -156,7 +156,7 @@ def test_an_effect_found_before_starts_at_its_value_beside_the_missing_one(tmp_p
     narrow = shooting_fit(alone, theta, base.offsets, search.prior(found, theta), 0)
     covered = CandidateFits(search, narrow, (parts[1],), lambda share: None).covered(parts[1])
     (shape,) = CATALOGUE["offset"].starts(covered)
-    start = stepped_in_parameters(narrow, starting_point(runner, narrow, covered, shape)[1])
+    start = stepped_in_parameters(narrow, starting_points(runner, narrow, covered, [shape])[0][1])
     assert start is not None
     _, (dead_zone, offset) = both.split(start)
     assert dead_zone["width"] == pytest.approx(2.4, rel=0.3)

@@ -20,7 +20,7 @@ from codegen.diagnosis.fit.record import record_of
 from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.search import search_on
 from codegen.diagnosis.fit.signals import smooth_motion
-from codegen.diagnosis.fit.starting_values import best_starts, starting_point
+from codegen.diagnosis.fit.starting_values import best_starts, starting_points
 from codegen.diagnosis.fit.trial import Part, part_of
 from codegen.diagnosis.selection.candidate_fits import CandidateFits, every_part
 from codegen.diagnosis.selection.refusals import admissible, relative_size
@@ -147,7 +147,7 @@ def test_an_heir_is_fitted_as_its_parent(kind: str, bench: Bench, tmp_path: Path
         covered = attempt.survey.covered(part, attempt.levels, noise, attempt.couplings.get(part.place))
         assert part.kind == start + kind
         shapes = part.effect.starts(covered)
-        (cost, theta), *others = best_starts([starting_point(runner, few, covered, s) for s in shapes], 3)
+        (cost, theta), *others = best_starts(starting_points(runner, few, covered, shapes), 3)
         run = runner.run(theta, few.offsets)
         moved = runner.run(theta + 0.01 * np.eye(len(theta))[-1], few.offsets)
         assert np.abs(moved - run).max() > 0, "nothing depends on the last parameter"

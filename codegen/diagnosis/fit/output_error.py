@@ -206,7 +206,13 @@ class Fit:
 
     def residual_of(self, runner: Runner, theta: Array) -> Array:
         """(S, K n) measured less predicted, over its noise, of another trial on this record from this fit's starts."""
-        return mean_residuals(runner, runner.run(theta, runner.offsets_of(self.runner, self.offsets)))
+        (residual,) = self.residuals_of(runner, [theta])
+        return residual
+
+    def residuals_of(self, runner: Runner, thetas: Sequence[Array]) -> list[Array]:
+        """``residual_of`` for several vectors."""
+        offsets = runner.offsets_of(self.runner, self.offsets)
+        return [mean_residuals(runner, run(offsets)) for run in runner.several(thetas)]
 
     @property
     def for_table(self) -> Fit:
@@ -464,13 +470,17 @@ def _slopes(
 ) -> list[Array]:
     """Slopes by every parameter, by differences; those in ``taken`` are known."""
 
-    def slope(k: int) -> Array:
-        moved = theta.copy()
-        moved[k] += steps[k]
-        return np.asarray((now - mean_residuals(runner, runner.run(moved, offsets))) / steps[k])
+    def slopes(indices: Sequence[int]) -> list[Array]:
+        moved = [theta.copy() for _ in indices]
+        for one, k in zip(moved, indices, strict=True):
+            one[k] += steps[k]
+        runs = runner.several(moved)
+        return [(now - mean_residuals(runner, run(offsets))) / steps[k] for run, k in zip(runs, indices, strict=True)]
 
     missing = [k for k in range(len(theta)) if k not in taken and runner.is_felt(k)]
-    known = {**taken, **dict(zip(missing, in_parallel(slope, missing), strict=True))}
+    groups = [missing[k : k + runner.at_once] for k in range(0, len(missing), runner.at_once)]
+    found = [slope for group in in_parallel(slopes, groups) for slope in group]
+    known = {**taken, **dict(zip(missing, found, strict=True))}
     none = np.zeros_like(now)
     return [known.get(k, none) for k in range(len(theta))]
 

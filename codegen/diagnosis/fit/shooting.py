@@ -108,6 +108,11 @@ FLAGS = ("-fno-math-errno", "-fno-trapping-math")
 PLAIN, UNROLLED = ("-O1",), ("-O3", "-fno-tree-vectorize")
 """Compiler flags: for one coordinate with one contact or a few runs, and for many runs of more, whose loops are worth
 unrolling. The results are bit-identical at every level; with gcc 12, -O2 takes up to twice the time a step."""
+FEW = 3
+"""Number of models up to which loops are unrolled even for one coordinate with one contact: up to a third less time a
+step, for at most 0.1 s of the compiler."""
+LANES = 4
+"""Runs that the compiled loops advance in turn, so that the processor does not wait for the last step of one."""
 MOST_APART = 40
 """Most models of one coordinate with one contact in a library that has the loops over time for each model apart, with
 its equations within them: up to four times as fast without sines, for a tenth of a second of the compiler a model."""
@@ -135,6 +140,29 @@ class Structure:
     coupling: Array
     limits: Array
     rest: Array
+
+    @property
+    def has_states(self) -> bool:
+        """Whether a free run has states besides positions and velocities."""
+        return bool(self.split or len(self.rest) or max(self.sigma, default=0.0) > 0)
+
+
+@dataclass(frozen=True, eq=False)
+class Values:
+    """Values of a compiled model: p of its free symbols, its structure, and (N substeps, m) effective inputs."""
+
+    p: Array
+    structure: Structure
+    drive: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Plant:
+    """Arguments of the C functions that are a model's alone: p, sigma, the couplings of loads, and states of laws."""
+
+    loads: int
+    split: Indices
+    arrays: tuple[Array, Array, Array, Array]
 
 
 class FreeRun(Protocol):
@@ -171,7 +199,7 @@ class Shooter:
         inputs = driven or [len(s.inputs) for s in systems]
         jumps = any(map(level_jumps, systems)) if jumps is None else jumps
         source = shooting_source(systems, free, self.loads, self.states, inputs, jumps)
-        plain = seldom or is_plain(systems[0])
+        plain = seldom or (is_plain(systems[0]) and len(systems) > FEW)
         flags = PLAIN if plain else UNROLLED
         self._compiled = in_background(_library, source, flags) if at_once else cache(partial(_library, source, flags))
 
@@ -197,10 +225,25 @@ class Shooter:
         Raises:
             BadInput: where there is no C compiler.
         """
-        plant = self._plant(model, p, structure)
-        gain = OBSERVER / (record.length * record.sample_time) if observed and structure.split else 0.0
-        hidden, found = self._hidden(plant, structure, record, drive, substeps, gain)
-        shift = found - record.states if gain else 0.0
+        (run,) = self.several(model, [Values(p, structure, drive)], record, substeps, observed)
+        return run
+
+    def several(
+        self, model: int, values: Sequence[Values], record: Record, substeps: int, observed: bool = False
+    ) -> list[FreeRun]:
+        """``at`` for several values of a model; states that are not logged are simulated for ``LANES`` at once."""
+        plants = [self._plant(model, one) for one in values]
+        split = values[0].structure.split
+        gain = OBSERVER / (record.length * record.sample_time) if observed and split else 0.0
+        hidden, found = self._hidden(model, plants, values, record, substeps, gain)
+        shifts = found - record.states if gain else np.zeros(len(values))
+        parts = zip(plants, values, hidden, shifts, strict=True)
+        return [self._run(model, plant, record, one.drive, substeps, *start) for plant, one, *start in parts]
+
+    def _run(
+        self, model: int, plant: Plant, record: Record, drive: Array, substeps: int, hidden: Array, shift: Array
+    ) -> FreeRun:
+        """The free run of a plant from these hidden states, and start states less ``shift``."""
 
         def run(states: Array, loads: Array | None = None) -> Array:
             out = np.empty((len(record.start), record.length, self.coordinates))
@@ -209,8 +252,9 @@ class Shooter:
                 begun = hidden.copy()
                 begun[:, -2 * self.loads :] += loads
             self._compiled().shoot(
-                *_addresses(plant), len(record.start), _address(record.start, _INDEX), record.length, substeps,
-                record.sample_time, _address(drive), _address(states), _address(begun), _address(out),
+                model, plant.loads, *map(_address, plant.arrays[:2]), _address(plant.split, _INDEX),
+                *map(_address, plant.arrays[2:]), len(record.start), _address(record.start, _INDEX), record.length,
+                substeps, record.sample_time, _address(drive), _address(states), _address(begun), _address(out),
             )  # fmt: skip
             return out
 
@@ -221,41 +265,48 @@ class Shooter:
 
         (S, contacts + states + 2 loads): bristle deflections, states of laws, positions of the loads, their velocities.
         """
-        return self._hidden(self._plant(model, p, structure), structure, record, drive, substeps)[0]
+        one = Values(p, structure, drive)
+        return np.asarray(self._hidden(model, [self._plant(model, one)], [one], record, substeps)[0][0])
 
     def _hidden(
         self,
-        plant: tuple[Any, ...],
-        structure: Structure,
+        model: int,
+        plants: Sequence[Plant],
+        values: Sequence[Values],
         record: Record,
-        drive: Array,
         substeps: int,
         gain: float = 0.0,
     ) -> tuple[Array, Array]:
-        """``hidden`` of a model whose arguments of the C functions are known, and states (S, 2n).
+        """(R, S, …) ``hidden`` and (R, S, 2n) states for R plants, which are those of ``values``.
 
-        Those of an observer with a double pole at −``gain`` 1/s where that is above 0 and the model has loads.
+        The states are those of an observer with a double pole at −``gain`` 1/s where that is above 0 and the model has
+        loads.
         """
-        states = np.zeros((len(record.start), 2 * self.coordinates))
-        hidden = np.zeros((len(record.start), self.contacts + self.states + 2 * self.loads))
-        if structure.split or len(structure.rest) or max(structure.sigma, default=0.0) > 0:
+        states = np.zeros((len(plants), len(record.start), 2 * self.coordinates))
+        hidden = np.zeros((len(plants), len(record.start), self.contacts + self.states + 2 * self.loads))
+        if any(one.structure.has_states for one in values):
             x, v = np.ascontiguousarray(record.positions), np.ascontiguousarray(record.velocities)
-            begun = _begun(record, structure)
-            self._compiled().follow(
-                *_addresses(plant), substeps, record.sample_time, _address(x), _address(v), _address(drive),
-                len(record.start), _address(record.start, _INDEX), _address(begun, _INDEX),
-                gain, _address(states), _address(hidden),
-            )  # fmt: skip
+            begun = _begun(record, values[0].structure)
+            for k in range(0, len(plants), LANES):
+                some = slice(k, k + LANES)
+                arrays = [_addresses(column) for column in zip(*(plant.arrays for plant in plants[some]), strict=True)]
+                drives, split = _addresses([one.drive for one in values[some]]), plants[0].split
+                self._compiled().follow(
+                    model, plants[0].loads, len(drives), *map(_pointer, arrays[:2]), _address(split, _INDEX),
+                    *map(_pointer, arrays[2:]), substeps, record.sample_time, _address(x), _address(v),
+                    _pointer(drives), len(record.start), _address(record.start, _INDEX), _address(begun, _INDEX),
+                    gain, _address(states[some]), _address(hidden[some]),
+                )  # fmt: skip
         return hidden, states
 
-    def _plant(self, model: int, p: Array, structure: Structure) -> tuple[Any, ...]:
-        """The first arguments of both C functions."""
+    def _plant(self, model: int, values: Values) -> Plant:
+        structure = values.structure
         idle = np.zeros(self.states - len(structure.rest))
         states = np.concatenate([structure.rest, idle, structure.limits[0], idle, structure.limits[1], idle, [0.0]])
         split = np.array([*structure.split, 0], dtype=np.int32)
         coupling = np.append(structure.coupling.ravel(), 0.0)
-        p, sigma = np.append(np.asarray(p, dtype=float), 0.0), np.array([*structure.sigma, 0.0])
-        return model, len(structure.split), p, sigma, split, coupling, states
+        p, sigma = np.append(np.asarray(values.p, dtype=float), 0.0), np.array([*structure.sigma, 0.0])
+        return Plant(len(structure.split), split, (p, sigma, coupling, states))
 
 
 def _begun(record: Record, structure: Structure) -> Indices:
@@ -278,9 +329,14 @@ def _begun(record: Record, structure: Structure) -> Indices:
 _REAL, _INDEX = np.dtype(np.float64), np.dtype(np.int32)
 
 
-def _addresses(plant: tuple[Any, ...]) -> tuple[int, ...]:
-    """The arguments of a C function: whole numbers, and the addresses of arrays, which must live until it returns."""
-    return tuple(_address(one, one.dtype) if isinstance(one, np.ndarray) else one for one in plant)
+def _addresses(arrays: Sequence[Array]) -> NDArray[np.uintp]:
+    """The addresses of arrays, which must live until a C function that is given them returns."""
+    return np.array([_address(one) for one in arrays], dtype=np.uintp)
+
+
+def _pointer(addresses: NDArray[np.uintp]) -> int:
+    """The address of an array of addresses."""
+    return _address(addresses, addresses.dtype)
 
 
 def _address(array: NDArray[Any], kind: np.dtype[Any] = _REAL) -> int:
@@ -296,9 +352,11 @@ def _library(source: str, level: tuple[str, ...]) -> ctypes.CDLL:
     library.follow.restype = library.shoot.restype = None
     whole, real = ctypes.c_int, ctypes.c_double
     array = ctypes.c_void_p
-    plant: list[Any] = [whole, whole, *[array] * 5]
-    library.follow.argtypes = [*plant, whole, real, array, array, array, whole, array, array, real, array, array]
-    library.shoot.argtypes = [*plant, whole, array, whole, whole, real, array, array, array, array]
+    plant: list[Any] = [array] * 5
+    library.follow.argtypes = [
+        whole, whole, whole, *plant, whole, real, array, array, array, whole, array, array, real, array, array,
+    ]  # fmt: skip
+    library.shoot.argtypes = [whole, whole, *plant, whole, array, whole, whole, real, array, array, array, array]
     return library
 
 
@@ -335,6 +393,7 @@ def shooting_source(
         inputs=max(len(s.inputs) for s in systems),
         contacts=len(one.contacts),
         sweeps=SWEEPS,
+        lanes=LANES,
         rest=REST if jumps else _REST,
         jumps=jumps,
         models=generator.dump(),

@@ -48,12 +48,20 @@ CURVED = 0.2
 """Least difference of a coordinate by a linear step in it and in the parameter from which on both are starts."""
 
 
-def starting_point(runner: Runner, base: Fit, covered: Covered, shape: Mapping[str, float]) -> tuple[float, Array]:
-    """(cost after one linear step, theta) with the trial's last part of this shape."""
+def starting_points(
+    runner: Runner, base: Fit, covered: Covered, shapes: Sequence[Mapping[str, float]]
+) -> list[tuple[float, Array]]:
+    """(cost after one linear step, theta) with the trial's last part of each shape."""
+    part = runner.trial.parts[-1]
+    if part.effect.scaling:
+        return [_weighted_by_runs(runner, base, covered, shape) for shape in shapes]
+    return _with_values(runner, base, [part.inward(shape) for shape in shapes])
+
+
+def _weighted_by_runs(runner: Runner, base: Fit, covered: Covered, shape: Mapping[str, float]) -> tuple[float, Array]:
+    """A starting point of an effect with weights, which follow by the linear step too."""
     part = runner.trial.parts[-1]
     effect = part.effect
-    if not effect.scaling:
-        return _with_values(runner, base, part.inward(shape))
     columns = []
     for probe, size in effect.probes(shape, covered):
         theta = np.concatenate([base.theta, part.inward(probe)])
@@ -76,7 +84,7 @@ def stepped_in_parameters(base: Fit, theta: Array) -> Array | None:
 
 
 def best_starts(found: Sequence[tuple[float, Array]], most: int, apart: int = 0) -> list[tuple[float, Array]]:
-    """The best distinct results of ``starting_point``; with ``apart`` last values ``APART_STARTS`` apart."""
+    """The best distinct results of ``starting_points``; with ``apart`` last values ``APART_STARTS`` apart."""
     ordered, chosen = sorted(found, key=lambda pair: pair[0]), list[tuple[float, Array]]()
     for cost, theta in ordered if apart else ordered[:most]:
         least = APART_STARTS if apart else 0.0
@@ -96,20 +104,25 @@ def simplex_search(runner: Runner, base: Fit, theta: Array, tries: int = TRIES) 
     first = theta[-size:]
     simplex = np.vstack([first, first + SIMPLEX * np.eye(size)])
     best = minimize(
-        lambda inner: _with_values(runner, base, inner)[0],
+        lambda inner: _with_values(runner, base, [inner])[0][0],
         first,
         method="Nelder-Mead",
         options={"maxfev": tries, "initial_simplex": simplex},
     )
-    return _with_values(runner, base, best.x)
+    return _with_values(runner, base, [best.x])[0]
 
 
-def _with_values(runner: Runner, base: Fit, inner: Array) -> tuple[float, Array]:
-    """(cost, theta) with these values of the last part, all other parameters by one linear step from the base."""
-    theta = np.concatenate([base.theta, inner])
-    step, cost = _linear_step(base, base.residual_of(runner, theta), base.projected_slopes)
-    theta[: len(base.theta)] += step
-    return cost, theta
+def _with_values(runner: Runner, base: Fit, inner: Sequence[Array]) -> list[tuple[float, Array]]:
+    """(cost, theta) with each of these values of the last part, all other parameters by one linear step from the base.
+
+    The values are at most as many as ``Runner.at_once``, or take longer.
+    """
+    thetas, found = [np.concatenate([base.theta, one]) for one in inner], []
+    for theta, residual in zip(thetas, base.residuals_of(runner, thetas), strict=True):
+        step, cost = _linear_step(base, residual, base.projected_slopes)
+        theta[: len(base.theta)] += step
+        found.append((cost, theta))
+    return found
 
 
 def _linear_step(base: Fit, residual: Array, columns: Array) -> tuple[Array, float]:

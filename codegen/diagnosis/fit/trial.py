@@ -13,7 +13,15 @@ import sympy
 from codegen.base.arrays import Array
 from codegen.diagnosis.fit.joints import JointShooter
 from codegen.diagnosis.fit.record import Record
-from codegen.diagnosis.fit.shooting import FreeRun, Shooter, Structures, hidden_states, term_symbols
+from codegen.diagnosis.fit.shooting import (
+    LANES,
+    FreeRun,
+    Shooter,
+    Structures,
+    Values,
+    hidden_states,
+    term_symbols,
+)
 from codegen.diagnosis.results import FoundEffect
 from codegen.effects import Effect
 from codegen.effects.coordinate import Coordinate
@@ -195,18 +203,37 @@ class Runner:
         Args:
             smoothed: whether the motor starts from the smoothed state also where it has a load.
         """
-        trial, record = self.trial, self.record
-        numbers = trial.numbers(theta)
-        drive = self._drive(numbers) if gain == 1.0 else gain * self._drive(numbers)
-        structure = trial.structures.at(numbers)
-        followed = self._along_true_motion(numbers)
-        arguments = self.model, numbers[self._arguments], structure, followed, drive, self.substeps
+        (run,) = self.several([theta], gain, smoothed)
+        return run
+
+    def several(self, thetas: Sequence[Array], gain: float = 1.0, smoothed: bool = False) -> list[FreeRun]:
+        """``at`` for several vectors; best for as many as ``at_once``."""
+        if len(thetas) > self.at_once:
+            return [self.at(theta, gain, smoothed) for theta in thetas]
+        trial, numbers = self.trial, [self.trial.numbers(theta) for theta in thetas]
+        followed = self._along_true_motion(numbers[0])
+        drives = [self._drive(n) if gain == 1.0 else gain * self._drive(n) for n in numbers]
+        values = [
+            Values(n[self._arguments], trial.structures.at(n), drive) for n, drive in zip(numbers, drives, strict=True)
+        ]
         if isinstance(self.shooter, JointShooter):
-            free_run = self.shooter.at(*arguments, measured=record)
-        elif self.observes and not smoothed:
-            free_run = self.shooter.at(*arguments, observed=True)
+            (one,) = values
+            arguments = self.model, one.p, one.structure, followed, one.drive, self.substeps
+            runs = [self.shooter.at(*arguments, measured=self.record)]
         else:
-            free_run = self.shooter.at(*arguments)
+            observed = self.observes and not smoothed
+            runs = self.shooter.several(self.model, values, followed, self.substeps, observed)
+        return [self._measured(run, n) for run, n in zip(runs, numbers, strict=True)]
+
+    @property
+    def at_once(self) -> int:
+        """Most vectors whose free runs begin together; one without states to follow, or with motions of their own."""
+        alone = isinstance(self.shooter, JointShooter) or self.trial.sensors.has_errors
+        return LANES if self.trial.has_hidden_states and not alone else 1
+
+    def _measured(self, free_run: FreeRun, numbers: Array) -> FreeRun:
+        """A free run as readings, from the measured states and offsets of them."""
+        trial, record = self.trial, self.record
         states = trial.sensors.true(record.states, numbers)
 
         def run(offsets: Array, loads: Array | None = None) -> Array:

@@ -20,7 +20,7 @@ from codegen.diagnosis.fit.starting_values import (
     ForceStart,
     best_starts,
     simplex_search,
-    starting_point,
+    starting_points,
     stepped_in_parameters,
 )
 from codegen.diagnosis.fit.trial import Part, Runner, part_of, with_values
@@ -278,17 +278,23 @@ class CandidateFits:
         """Compute the best starting points of parts on few segments, (cost after one linear step, theta) each."""
         covered = {k: self.covered(self.parts[k]) for k in indices}
         self._compute_slopes(*(self._few(k) for k in indices))
-        shapes = [(k, shape) for k in indices for shape in self.parts[k].effect.starts(covered[k])]
+        groups = [(k, some) for k in indices for some in self._groups(k, list(self.parts[k].effect.starts(covered[k])))]
 
-        def start(one: tuple[int, Mapping[str, float]]) -> tuple[float, Array]:
-            k, shape = one
-            return starting_point(self._runner(k), self._few(k), covered[k], shape)
+        def start(one: tuple[int, Sequence[Mapping[str, float]]]) -> list[tuple[float, Array]]:
+            k, shapes = one
+            return starting_points(self._runner(k), self._few(k), covered[k], shapes)
 
-        found = list(zip(shapes, self._shared_out(start, shapes), strict=True))
+        found = list(zip(groups, self._shared_out(start, groups), strict=True))
         for k in indices:
             count = len(self.parts[k].names)
             apart = count if self.parts[k].effect.rough else 0
-            self.starts[k] = best_starts([p for (j, _), p in found if j == k], 3 if count > 2 else 2, apart)
+            own = [p for (j, _), points in found if j == k for p in points]
+            self.starts[k] = best_starts(own, 3 if count > 2 else 2, apart)
+
+    def _groups(self, k: int, shapes: Sequence[Mapping[str, float]]) -> list[Sequence[Mapping[str, float]]]:
+        """Starting shapes of a part, in groups whose free runs begin together."""
+        size = self.runners[k].at_once
+        return [shapes[j : j + size] for j in range(0, len(shapes), size)]
 
     def covered(self, part: Part) -> Covered:
         """The range that the log covers at the place of a part."""
