@@ -274,6 +274,7 @@ class Judge:
         chosen, case, problem = self.selection, self.case, self.case.problem
         lacks = answer.verdict == "effect"
         yield from answer.remarks
+        yield from _dense(chosen.search)
         if answer.verdict == "unknown":
             yield from wrong_values.explaining_values(case.spec, answer.refit, problem)
         for name in levels_at_zero(problem.system, (answer.refit, answer.augmented), problem.levels):
@@ -287,6 +288,18 @@ class Judge:
             yield from wrong_values.equal_parameters(chosen.search, chosen.base, outcome)
         yield from wrong_values.moved_values(answer, outcome.final if lacks else chosen.base, problem, case.material)
         yield from _once_on_held_out(answer, case)
+
+
+def _dense(search: Search) -> Iterator[Fact]:
+    """The fact that free runs take longer steps than the rows of a log that is sampled very densely."""
+    record = search.record
+    if record.every > 1:
+        h = record.sample_time
+        yield Fact(
+            "note",
+            f"The log is sampled every {h / record.every:.3g} s. Free runs take steps of {record.every} rows, {h:.3g} "
+            "s, with the mean of the inputs; the force residual is of all rows",
+        )
 
 
 @numerical("the fit of the model to the log")

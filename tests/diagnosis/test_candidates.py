@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -12,11 +13,12 @@ from codegen.diagnosis.evidence.adoption import Refit
 from codegen.diagnosis.evidence.coverage import survey
 from codegen.diagnosis.fit.credit import LEAST_NET, is_negligible, misfit, near_noise, share_far
 from codegen.diagnosis.fit.output_error import Fit, polish
-from codegen.diagnosis.fit.record import MOST_STEPS, PLENTY, record_of
+from codegen.diagnosis.fit.record import MOST_STEPS, PLENTY, Record, is_shortened, record_of
 from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.search import Search, search_on
+from codegen.diagnosis.fit.shooting import Shooter
 from codegen.diagnosis.fit.signals import smooth_motion
-from codegen.diagnosis.fit.trial import Runner, part_of
+from codegen.diagnosis.fit.trial import Runner, Trial, part_of
 from codegen.diagnosis.selection.candidate_fits import CandidateFits, every_part, fit_candidates, start_compiling
 from codegen.diagnosis.verdict.admission import options_of
 from codegen.effects import CATALOGUE
@@ -70,6 +72,45 @@ def test_segments_of_a_fast_motion_are_spread_over_the_log() -> None:
     assert len(usual.start) * usual.length * 2 <= MOST_STEPS
     whole = search(0.0, 24.0).record  # nothing is left out of an ordinary log
     assert len(whole.start) * whole.length > 0.9 * 11_000
+
+
+def test_free_runs_of_a_very_dense_log_take_several_rows_a_step() -> None:
+    """At 10 kHz a segment of 0.25 s has 2500 rows: steps of 1 ms, 50 in a period of the cutoff, are near enough."""
+    rows, h = 100_000, 1e-4
+    t = h * np.arange(rows)
+    x, v = 0.05 * np.sin(7 * t) + 0.01 * np.sin(31 * t), 0.35 * np.cos(7 * t) + 0.31 * np.cos(31 * t)
+    a = -2.45 * np.sin(7 * t) - 9.61 * np.sin(31 * t)
+    u = 2.0 * a + 4.0 * np.sign(v) + 3.0 * np.sin(400 * t)
+    columns = [one[:, None] for one in (x, x, v, u)]
+    start = np.arange(1000, 90_000, 2600, dtype=np.int32)
+    whole = Record(*columns, h, np.ones(1), start, 2500, resumed=(40_001,))
+    thin = whole.thinned(5)
+    assert (thin.every, thin.length, thin.resumed) == (5, 500, (8001,)) and thin.sample_time == pytest.approx(5e-4)
+    assert np.array_equal(thin.measured, whole.measured[::5]) and np.array_equal(thin.start * 5, whole.start)
+    assert thin.commands[7, 0] == pytest.approx(whole.commands[35:40, 0].mean())
+    assert np.array_equal(thin.noise, whole.noise)
+    assert replace(whole, integrated=(True,)).thinned(4).noise == pytest.approx(2 * whole.noise)  # of four steps
+    system = system_of(stage())
+    trial = Trial(system, (), ())
+    full, few = (
+        Runner(trial, Shooter([system], [()]), 0, record, 1).run(np.zeros(0), record.at_rest)
+        for record in (whole, thin)
+    )
+    moved = full[:, ::5] - full[:, :1]
+    assert np.sqrt(np.mean((few - full[:, ::5]) ** 2)) < 1e-3 * np.sqrt(np.mean(moved**2))
+
+
+@pytest.mark.parametrize(("rate", "seconds", "every"), [(10_000, 12.0, 2), (1000, 120.0, 1), (2000, 12.0, 1)])
+def test_only_a_long_log_with_many_rows_in_a_period_is_thinned(rate: int, seconds: float, every: int) -> None:
+    """12 s at 10 kHz are 120,000 steps; 120 s at 1 kHz as well, but with 50 in a period of the cutoff of 20 Hz."""
+    t = np.arange(round(rate * seconds)) / rate
+    x = 0.05 * np.sin(7 * t) + 0.01 * np.sin(31 * t)
+    log = Log(Path("a.csv"), "a", t, x[:, None], None, np.sin(7 * t)[:, None], 1 / rate, 20.0, None, None, ())
+    motion = smooth_motion(log)
+    made = record_of(motion, log)
+    assert not is_shortened(made, motion)
+    assert made.every == every and made.sample_time == pytest.approx(every / rate)
+    assert len(made.start) * made.length <= MOST_STEPS * every
 
 
 def test_the_values_adopted_without_an_effect_are_tried_with_it_too() -> None:
@@ -195,8 +236,8 @@ def test_a_fit_whose_slopes_are_not_read_is_the_same_with_fewer_free_runs(
     theta = np.append(base.theta, part.inward({"delta": 0.5, "v_s": 0.2}))
     _ = base.raw_slopes
     counted = []
-    at = Runner.at
-    monkeypatch.setattr(Runner, "at", lambda *given: counted.append(given) or at(*given))
+    several = Runner.several
+    monkeypatch.setattr(Runner, "several", lambda one, *given: counted.extend(given[0]) or several(one, *given))
 
     def fitted(rounds: int, final_slopes: bool) -> tuple[Fit, int]:
         counted.clear()

@@ -420,7 +420,7 @@ class CrossValidation:
         joints = len(
             record.joints or (0,)
         )  # a segment has a row for each joint, where joints are simulated one at a time
-        starts = [record.start[block[0] // joints] for block in np.array_split(rows, BLOCKS)]
+        starts = [record.every * record.start[block[0] // joints] for block in np.array_split(rows, BLOCKS)]
         return [np.maximum(np.searchsorted(starts, r.sample, side="right") - 1, 0) for r in self._rows]
 
     @cached_property

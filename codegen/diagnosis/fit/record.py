@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 
 import numpy as np
@@ -36,6 +36,8 @@ COUNTED = 0.5
 """Share of the usual segment length below which the counts of ``reliability`` do not hold."""
 MOST_STEPS, PLENTY = 40_000, 120
 """Most time steps of all segments, which are spread over the log, unless these are fewer than ``PLENTY``."""
+DENSE = 2
+"""A record with more steps than that keeps one row in k: this times ``STEPS_PER_PERIOD`` rows in a period at least."""
 JITTERS = 10.0
 """Ratio of the noise near the Nyquist frequency to the stated noise from which on it is jitter and no fast motion."""
 A_RECORD = 3
@@ -56,6 +58,7 @@ class Record:
             None if the coordinates of a segment are compared together.
         integrated: (n,) whether the positions are the integral of the measured speed; empty for none.
         resumed: samples at which the data resume after a gap of the log, ascending.
+        every: rows of the log in one of the record.
     """
 
     measured: Array
@@ -69,6 +72,7 @@ class Record:
     joints: tuple[int, ...] | None = None
     integrated: tuple[bool, ...] = ()
     resumed: tuple[int, ...] = ()
+    every: int = 1
 
     @cached_property
     def targets(self) -> Array:
@@ -91,6 +95,28 @@ class Record:
         states = np.zeros((len(self.start), 2 * n))
         states[:, at], states[:, [n + i for i in at]] = rows[..., 0], rows[..., 1]
         return states
+
+    def thinned(self, every: int) -> Record:
+        """One row in so many, with the mean of the inputs from one to the next: their impulse stays what it was.
+
+        The noise of an integrated speed, a random walk, is that of so many steps.
+        """
+        count = len(self.measured) // every
+        rows = slice(0, count * every, every)
+        walks = np.array(self.integrated or (False,) * len(self.noise))
+        return replace(
+            self,
+            measured=self.measured[rows],
+            positions=self.positions[rows],
+            velocities=self.velocities[rows],
+            commands=self.commands[: count * every].reshape(count, every, -1).mean(axis=1),
+            sample_time=self.sample_time * every,
+            noise=np.where(walks, np.sqrt(every), 1.0) * self.noise,
+            start=self.start // every,
+            length=self.length // every,
+            resumed=tuple(-(-first // every) for first in self.resumed),
+            every=self.every * every,
+        )
 
     def of_starts(self, values: Array) -> Array:
         """(n,) values for the rows, (1, n) or (S joints, 1)."""
@@ -190,7 +216,7 @@ def record_of(motion: Motion, log: Log, shorter: float = 1.0, events: Sequence[i
         if within and usable[first : first + tried].all() and not any(s <= k < s + tried for s in starts):
             starts = sorted([*starts, first])
     along = motion.measured, motion.positions, motion.velocities, motion.commands
-    return Record(
+    record = Record(
         *along,
         h,
         position_noise(motion, log),
@@ -199,11 +225,13 @@ def record_of(motion: Motion, log: Log, shorter: float = 1.0, events: Sequence[i
         integrated=motion.integrated,
         resumed=tuple(stop for _, stop in log.gaps),
     )
+    every = min(len(starts) * tried // MOST_STEPS, int(1 / (DENSE * STEPS_PER_PERIOD * motion.cutoff_hz * h) + 1e-9))
+    return record.thinned(every) if every > 1 else record
 
 
 def is_shortened(record: Record, motion: Motion) -> bool:
     """Whether the segments are shorter than ``COUNTED`` of the usual length."""
-    return record.length < round(COUNTED * _usual_length(motion))
+    return record.every * record.length < round(COUNTED * _usual_length(motion))
 
 
 def _usual_length(motion: Motion, shorter: float = 1.0) -> int:

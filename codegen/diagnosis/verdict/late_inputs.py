@@ -96,7 +96,7 @@ def _adds_states(fit: Fit, k: int) -> bool:
 
 def _with_earlier_inputs(case: Case, search: Search, leads: Mapping[int, Lead]) -> Search:
     """The search on its record with the inputs of a case taken earlier by these leads."""
-    commands = search.record.commands.copy()
+    commands, every = search.record.commands.copy(), search.record.every
     for k, lead in leads.items():
-        commands[:, k] = earlier(commands[:, k], lead.rows - case.leads.get(k, 0.0))
+        commands[:, k] = earlier(commands[:, k], (lead.rows - case.leads.get(k, 0.0)) / every)
     return replace(search, record=replace(search.record, commands=commands))
