@@ -28,7 +28,8 @@ def laws(
     from codegen.report.laws import law_groups, law_view, write_laws
 
     if name is not None:
-        view = law_view(LAWS[_known(ALSO_CALLED.get(name, name), LAWS, "LAW", out)])
+        known = _known(name, {**LAWS, **ALSO_CALLED}, "laws", out)
+        view = law_view(LAWS[ALSO_CALLED.get(known, known)])
         _print("laws", {"laws": [view]}, "law", {"law": view}, as_json)
         return
     written = _page(out, "laws", write_laws)
@@ -47,7 +48,7 @@ def effects(
     from codegen.report.effects import effect_view, effect_views, write_effects
 
     if name is not None:
-        view = effect_view(CATALOGUE[_known(name, CATALOGUE, "KIND", out)])
+        view = effect_view(CATALOGUE[_known(name, CATALOGUE, "effects", out)])
         _print("effects", {"effects": [view]}, "effect", {"e": view}, as_json)
         return
     written = _page(out, "effects", write_effects)
@@ -68,7 +69,7 @@ def errors(
 
     codes = CODES
     if code is not None:
-        asked = _known(code.upper(), CODES, "CODE", out)
+        asked = _known(code.upper(), CODES, "errors", out)
         codes = {asked: CODES[asked]}
     if out is not None:
         write_page(out / "errors.md", render("text/errors.md.j2", codes=CODES))
@@ -77,11 +78,11 @@ def errors(
     _print("error-codes", {"codes": rows}, "errors", {"codes": codes}, as_json, written)
 
 
-def _known(name: str, known: Mapping[str, object], argument: str, out: Path | None) -> str:
-    """The name; raises BadInput for an unknown one, or together with ``out``."""
+def _known(name: str, known: Mapping[str, object], verb: str, out: Path | None) -> str:
+    """The name that was given to a verb; raises BadInput for an unknown one, or together with ``out``."""
     if out is not None:
         raise BadInput("-o", f"a folder for the page, and `{name}` alone", "one of the two", code="CALL002")
-    refuse_unknown(name, known, argument, "", "one of those that the command lists without it", code="CALL001")
+    refuse_unknown(name, known, f"stiction {verb}", "", f"a name that `stiction {verb}` lists", code="CALL001")
     return name
 
 

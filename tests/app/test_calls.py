@@ -151,6 +151,16 @@ def test_a_page_replaces_nothing_of_mine(folder, arguments, name):
     assert contents(folder) == {name: b"# My notes\n"}
 
 
+@pytest.mark.parametrize(
+    ("asked", "meant"),
+    [(("laws", "stribek"), "stribeck"), (("effects", "coging"), "cogging"), (("errors", "LOG3"), "")],
+)
+def test_an_unknown_name_is_told_which_command_lists_them(asked, meant):
+    told = stiction(*asked)
+    assert is_one_message(told) and f"`stiction {asked[0]}` lists" in told.err
+    assert f"(did you mean '{meant}'?)" in told.err or not meant
+
+
 @pytest.mark.parametrize("page", ["errors", "laws"])
 def test_a_page_of_an_earlier_version_is_replaced(folder, page):
     written = stiction(page, "-o", ".")
