@@ -75,6 +75,10 @@ def read_gain(
         return _full(spec, name, raw, rows, columns)
     elif any(isinstance(entry, list) for entry in raw) or len(raw) != len(rows) or not square:
         expected = f"a scalar, {len(rows)} diagonal entries or {shape} rows"
+        if not square:
+            expected = f"{shape} rows, since the matrix is not square"
+        elif len(rows) == 1:
+            expected = "one number"
         if square and maybe_commas(raw, len(rows)):
             expected += f"; {QUESTION}"
         raise BadInput(place, f"{name} of length {len(raw)}", expected, code="SPEC015")

@@ -136,6 +136,24 @@ def test_refused(case: str) -> None:
     assert str(told.value).startswith("machine.yaml:")
 
 
+def test_a_gain_with_another_number_of_entries_is_told_the_forms_that_it_has() -> None:
+    """It was *a scalar, 1 diagonal entries or 1 by 1 rows*, also of a matrix that is not square and takes no scalar."""
+    one_contact = TWO_MASS.replace("[[1, 0], [-1, 1]]", "[[1], [-1]]")
+    one_contact = one_contact.replace("    - {name: ground, law: coulomb, a: 20, unit: N}\n", "")
+    given = {
+        "K_F": observed("{K_F: [1, 2], K_v: 1}"),
+        "K_2": observed("{K_1: [[0, 0]], K_2: [1, 2, 3], K_v: 1}", "mgto", one_contact),
+    }
+    expected = {}
+    for name, text in given.items():
+        spec = parse_spec(text, Path("machine.yaml"))
+        with pytest.raises(BadInput) as told:
+            build_observer(spec, build_system(spec))
+        assert f"observer.gains.{name}" in str(told.value)
+        expected[name] = told.value.expected
+    assert expected == {"K_F": "one number", "K_2": "1 by 2 rows, since the matrix is not square"}
+
+
 TAKEN = "h K_F K_v v_dot v_hat z_v s_rail a_rail e_v slip_rail sign_rail a_hat_rail z_rail v_next W11 F_hat_rail"
 
 
