@@ -141,7 +141,7 @@ def test_a_gain_with_another_number_of_entries_is_told_the_forms_that_it_has() -
     one_contact = TWO_MASS.replace("[[1, 0], [-1, 1]]", "[[1], [-1]]")
     one_contact = one_contact.replace("    - {name: ground, law: coulomb, a: 20, unit: N}\n", "")
     given = {
-        "K_F": observed("{K_F: [1, 2], K_v: 1}"),
+        "K_F": observed("{K_F: [1.5, 2.5], K_v: 1}"),
         "K_2": observed("{K_1: [[0, 0]], K_2: [1, 2, 3], K_v: 1}", "mgto", one_contact),
     }
     expected = {}
