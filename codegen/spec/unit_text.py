@@ -32,7 +32,7 @@ _AMBIGUOUS = re.compile(r"/\s*[A-Za-z_]\w*+(?:\^-?\d+)?\s*\.\s*[A-Za-z_]")
 _POWER = r"(?:\^|\*\*)\s*(?:-?\d{1,2}(?:\.\d{1,4})?|\(\s*-?\d{1,2}\s*(?:/\s*\d{1,2}\s*)?\))(?!\s*(?:\^|\*\*|\d))"
 _PLAIN = re.compile(rf"(?:[A-Za-z_]\w*+|(?<!\w)1(?!\w)|{_POWER}|[*/() .])*+")
 
-_WITHOUT_SIGN = re.compile(r"(?<=[A-Za-z])-([1-3])(?!\w)")
+_WITHOUT_SIGN = re.compile(r"(?<![\w.])([A-Za-z]+)-([1-3])(?!\w)")
 """A negative power whose ^ is missing, as plain text has it: ``min-1``, ``m*s-2``."""
 _REVOLUTIONS = re.compile(r"(?<![\w/*.^-])r/min(?!\w)")
 """Revolutions per minute as in Japanese data sheets; a lone r is no other unit."""
@@ -52,7 +52,7 @@ class Unreadable(ValueError):
 def with_plain_signs(text: str) -> str:
     """The text with typographic signs replaced by ASCII: ``kg–cm²`` as ``kg-cm^2``; ``min-1`` as ``min^-1``."""
     plain = re.sub(r"[⁰¹²³⁴⁵⁶⁷⁸⁹⁻]+", lambda raised: "^" + raised[0].translate(_RAISED), text).translate(_SIGNS)
-    return _REVOLUTIONS.sub("rev/min", _WITHOUT_SIGN.sub(r"^-\1", plain))
+    return _REVOLUTIONS.sub("rev/min", _WITHOUT_SIGN.sub(r"\1^-\2", plain))
 
 
 def spelled(text: str) -> str:

@@ -68,6 +68,8 @@ UNITS: dict[str, tuple[Fraction | tuple[Fraction, int], str]] = {
     "deg/s": (DEGREE, "rad/s"),
     "°/s": (DEGREE, "rad/s"),
     "rev/min": (RPM, "rad/s"),
+    "r/min": (RPM, "rad/s"),
+    "mm-2": (Fraction(10**6), "m^-2"),
     "Hz": (Fraction(1), "Hz"),
     "kHz": (Fraction(1000), "1/s"),
     "ms": (Fraction(1, 1000), "s"),
@@ -327,7 +329,7 @@ def test_the_suggested_unit_is_the_whole_of_it(unit: str, meant: str) -> None:
     assert si_factor(meant, Place("s.yaml")) > 0
 
 
-@pytest.mark.parametrize("unit", ["N·m/min⁻¹", "Nm/(1/min)", "V/min^-1", "mV/(min^-1)"])
+@pytest.mark.parametrize("unit", ["N·m/min⁻¹", "Nm/min-1", "Nm/(1/min)", "V/min^-1", "mV/(min^-1)"])
 def test_a_speed_in_turns_a_minute_below_the_line_is_refused_as_alone(unit: str) -> None:
     """Read as 1/min it would be a speed in radians, off by 2 pi."""
     with pytest.raises(BadInput) as told:
