@@ -191,6 +191,7 @@ def test_effects_are_tried_in_pairs_where_the_best_alone_is_far_off_in_some_segm
         "ties": [],
         "credible": True,
         "worth_it": True,
+        "explains_enough": True,
         "explained_share": 1.0,
         "split_in_two": None,
     }.items():
@@ -268,6 +269,7 @@ def test_each_joint_of_an_arm_has_rounds_of_its_own(monkeypatch: pytest.MonkeyPa
         "credible": lambda search, before, after, count: True,
         "nothing_left": lambda own: own.cost < 0.5,
         "explained_share": lambda search, before, after: 1.0,
+        "explains_enough": lambda search, before, after: True,
         "best_pair": lambda search, some, progress: None,
         "split_in_two": lambda search, found, progress: None,
         "with_simplest_effects": lambda search, found, rivals: (found, rivals),

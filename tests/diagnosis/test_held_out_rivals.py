@@ -234,6 +234,18 @@ def test_an_effect_is_fitted_again_in_the_form_that_its_intervals_contain(monkey
         ({"": 2.1, "gain": 2.7, "drift": 5.5}, {"": 5.4, "gain": 8.7, "drift": 5.0}, 1.0, ""),  # the force falls more
         ({"": 2.1, "gain": 2.7, "drift": 5.5}, {"": 5.4, "gain": 8.7, "drift": 5.0}, 0.4, "drift"),  # with the drive
         ({"": 2.1, "gain": 2.7, "drift": 5.5}, {"": 5.4, "gain": 8.7, "drift": 5.0}, 2.5, ""),
+        (  # a friction over position in a servo's logs: the values beside it are worse, not the effect
+            {"": 78.4, "gain": 128.0, "drift": 74.1, "drift added": 71.8},
+            {"": 0.104, "gain": 0.411, "drift": 0.085, "drift added": 0.0805},
+            1.0,
+            "",
+        ),
+        (
+            {"": 78.4, "gain": 128.0, "drift": 74.1, "drift added": 71.8},
+            {"": 0.104, "gain": 0.411, "drift": 0.085, "drift added": 0.0851},
+            1.0,
+            "drift",
+        ),
     ],
 )
 def test_each_of_several_effects_is_judged_on_held_out_data(
@@ -246,13 +258,16 @@ def test_each_of_several_effects_is_judged_on_held_out_data(
     kinds = ["gain", "drift"]
 
     def fit(name: str, *parts: str) -> Any:
+        values: tuple[None, list[dict[str, float]]] = (None, [{} for _ in parts])
         return SimpleNamespace(
-            model=name, trial=SimpleNamespace(parts=[SimpleNamespace(kind=p, on="x") for p in parts])
+            model=name, values=values, trial=SimpleNamespace(parts=[SimpleNamespace(kind=p, on="x") for p in parts])
         )
 
     def measured(name: Any) -> ErrorFigures:
-        return ErrorFigures(force[name], (force[name],), 0.1, run[name], (run[name],))
+        both = [one.get(name, 1e3) for one in (force, run)]
+        return ErrorFigures(both[0], (both[0],), 0.1, both[1], (both[1],))
 
+    monkeypatch.setattr(examination, "with_effects", lambda model, found: f"{model} added")
     monkeypatch.setattr(examination, "drive_shares", lambda *_: np.array([drive]))
     problem = SimpleNamespace(motion=None, used=None)
     search: Any = of_one_record(without=lambda final, k: fit(kinds[k]), problem=problem)

@@ -35,6 +35,8 @@ SETTLED = 1 / 3
 the effect over without."""
 FURTHER = 0.4
 """Least share of the remaining loss that a further effect must remove; less can be a misfit of the first one's form."""
+ELSEWHERE = 0.2
+"""The same for a further effect over another variable, which no misfit of the first one's form resembles."""
 SIGN_BLOCKS = 48
 """Blocks of consecutive segments in the sign test: a disturbance may last longer than one segment."""
 SIGN_STEPS = 2000

@@ -25,7 +25,7 @@ from codegen.diagnosis.fit.search import Search, joint_of, joint_of_difference
 from codegen.diagnosis.fit.starting_values import ForceStart
 from codegen.diagnosis.fit.trial import Part, Trial, model_of, part_of
 from codegen.diagnosis.results import Fact
-from codegen.diagnosis.selection.crediting import MOST_EFFECTS
+from codegen.diagnosis.selection.crediting import MOST_EFFECTS, least_share
 from codegen.diagnosis.selection.force_fits import ForceFits
 from codegen.diagnosis.selection.forward_selection import LaterRound
 from codegen.diagnosis.selection.ranking import (
@@ -40,16 +40,12 @@ from codegen.diagnosis.selection.ranking import (
 from codegen.diagnosis.selection.refusals import corrects_a_form, is_possible, matters, relative_size
 from codegen.diagnosis.selection.significance import chance_in_words, hypotheses
 from codegen.effects import CATALOGUE
-from codegen.effects.register import kinds_of, twins_of
+from codegen.effects.register import kinds_of
 
 FITTED = 8
 """Number of candidates that are fitted: those with the least residual after linear least squares from their start, over
 the square of the drive force that they leave. Candidates that start with much less drive force are fitted in addition,
 since such a start makes every force small."""
-ELSEWHERE = 0.2
-"""Least share of the remaining squared residual that a further effect must remove, if it depends on another variable
-than those found. If it depends on the same variable it may only correct a misfit of their form, and must remove
-``credit.FURTHER``."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -248,11 +244,7 @@ def judged(
         everywhere: whether the evidence is over all joints of an arm, not at the joint of the effect alone.
         of_level: share of α that this criterion has.
     """
-    joint = joint_of(fits.search, found.part)
-    known = [p for p in plain.trial.parts if joint_of(fits.search, p) == joint]
-    variables = {p.effect.seen_over for p in known if not _has_twin_elsewhere(fits.search, p)}
-    least = credit.LEAST_SHARE if not known else ELSEWHERE
-    least = credit.FURTHER if found.part.effect.seen_over in variables else least
+    least = least_share(fits.search, plain.trial.parts, found.part)
     one, ratio = shown_on_blocks(fits, plain, found, everywhere)
     problem = fits.search.problem
     scales = drive_left(found.model, problem.motion) / drive_left(plain.model, problem.motion)
@@ -270,16 +262,6 @@ def judged(
     elif p > credit.ALPHA:
         why_not, unsure = f"may be chance: {chance_in_words(p, candidates)}", True
     return Ranked(found, one, ratio, relative_size(fits.search, found, plain), why_not, unsure, p)
-
-
-def _has_twin_elsewhere(search: Search, part: Part) -> bool:
-    """Whether an effect has the same equation of motion as one that depends on another variable.
-
-    Example: an asymmetric friction level is the same as a constant force, so viscous friction found in addition to it
-    does not correct a misfit of its form.
-    """
-    twins = twins_of(part.effect, search.system, part.place)
-    return any(CATALOGUE[kind].seen_over != part.effect.seen_over for kind, _ in twins)
 
 
 def in_determined_forms(fits: ForceFits, fit: Fit) -> Fit:

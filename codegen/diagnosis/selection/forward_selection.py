@@ -17,6 +17,7 @@ from codegen.diagnosis.selection.crediting import (
     MOST_EFFECTS,
     at_noise,
     explained_share,
+    explains_enough,
     is_credited,
     nothing_left,
     worth_it,
@@ -251,7 +252,7 @@ class _Rounds:
             self._keep_in_doubt(possible, last_chance)
             return
         has_one = any(joint_of(search, p) == self.joint for p in self.confirmed.trial.parts)
-        if has_one and explained_share(search, self.confirmed, self.current) < credit.FURTHER:
+        if has_one and not explains_enough(search, self.confirmed, self.current):
             self._end()
             return
         self.waiting = []

@@ -206,8 +206,12 @@ def gains_nothing(figures: ErrorFigures, other: ErrorFigures, refit: ErrorFigure
         for a, b, c in zip(getattr(figures, rows), getattr(other, rows), getattr(refit, rows), strict=True)
         if not (np.isnan(a) or np.isnan(b))
     ]
-    both = all(ratio < 1 - SAME for ratio in _ratios(figures, other).values())
-    return not both and not any(ratio <= FALLS for ratio, differs in pairs if differs)
+    return not reduces_both(figures, other) and not any(ratio <= FALLS for ratio, differs in pairs if differs)
+
+
+def reduces_both(figures: ErrorFigures, other: ErrorFigures) -> bool:
+    """Whether both errors are smaller than another model's, by more than ``SAME``."""
+    return all(ratio < 1 - SAME for ratio in _ratios(figures, other).values())
 
 
 def acts(figures: ErrorFigures, refit: ErrorFigures) -> bool:

@@ -37,6 +37,7 @@ from codegen.diagnosis.verdict.admission import (
     merged,
     options_of,
     outweighed,
+    reduces_both,
     reference_of,
     spared,
     worsened,
@@ -180,18 +181,24 @@ def _harmful(search: Search, final: Fit, measured: Measured) -> tuple[int, Fact]
     with the fit of the others, as a single effect is with the refit. An increase of the free-run error alone is
     outweighed by a larger decrease of the force error in proportion to the drive force (``drive_shares``): what all
     effects leave is systematic, and may add to one of them in a free run.
+
+    Far from the noise the fit with all effects may have worse values of the other parameters than the fit without one.
+    So an effect that reduces both errors where it is added to that fit, with no value changed, does no harm.
     """
     if len(final.trial.parts) < 2:
         return None
     figures, found = measured(final.model), list[tuple[float, int, dict[str, float]]]()
-    for k in range(len(final.trial.parts)):
+    for k, (part, values) in enumerate(zip(final.trial.parts, final.values[1], strict=True)):
         model = search.without(final, k).model
         others = measured(model)
         worse = worsened(figures, others, REFIT_WORSE)
         if not worse or may_be_chance(worse, figures, others):
             continue
         problem = search.problem
-        if not outweighed(worse, figures, others, drive_shares(final.model, model, problem.motion, problem.used)):
+        if outweighed(worse, figures, others, drive_shares(final.model, model, problem.motion, problem.used)):
+            continue
+        added = with_effects(model, [FoundEffect(part.kind, part.on, values, {})])
+        if not reduces_both(measured(added), others):
             found.append((max(worse.values()), k, worse))
     if not found:
         return None

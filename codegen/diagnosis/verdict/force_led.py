@@ -19,7 +19,6 @@ from codegen.diagnosis.fit.trial import Part
 from codegen.diagnosis.results import Fact, Verdict
 from codegen.diagnosis.selection.force_fits import ForceFits
 from codegen.diagnosis.selection.force_selection import (
-    ELSEWHERE,
     ForceSelection,
     confirmed,
     evidence_of_blocks,
@@ -270,13 +269,13 @@ def _needed(fits: ForceFits, fit: Fit) -> Fit:
     """The fit to the force residual with the effects that are needed: backward elimination from ``fit``.
 
     The effect that removes the smallest share of the residual is left out, until this share is significant and at least
-    ``ELSEWHERE``, or one effect is left.
+    ``credit.ELSEWHERE``, or one effect is left.
     """
     while len(fit.trial.parts) > 1:
         others = [fits.without(fit, k) for k in range(len(fit.trial.parts))]
         shown = [evidence_of_blocks(*fits.where_they_differ(other, fit)) for other in others]
         k = min(range(len(shown)), key=lambda k: shown[k].share)
-        if shown[k].share >= ELSEWHERE and random_signs(shown[k].t) <= credit.TIE_LEVEL:
+        if shown[k].share >= credit.ELSEWHERE and random_signs(shown[k].t) <= credit.TIE_LEVEL:
             break
         fit = others[k]
     return fit
