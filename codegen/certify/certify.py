@@ -40,6 +40,9 @@ SLOWER = (1.0, 0.999, 0.99, 0.97, 0.9)
 """Shares of the rate of a proposal that are tried: the rounded P may certify slightly less than P in floating point."""
 ENOUGH = 0.9
 """Share of the spectral rate from which a common P is good enough that no P over angles is searched for."""
+MANY, AS_GOOD = 10_000, 0.99
+"""Number of vertices from which a P over angles is preferred, and share of the rate that it must have then: a check of
+so many takes seconds, and one over angles often has a single cell."""
 MOST_TURNING, MOST_ERRORS = 32, 8
 """Largest numbers of matrices and of errors for which one V for all signs of the slips is searched for."""
 
@@ -144,9 +147,10 @@ def _proposals(
         all_angles: whether only those are wanted that hold at all angles.
     """
     observer, h = analysis.dynamics.observer, analysis.dynamics.period
-    if h and (all_angles or common is None or common.rate < ENOUGH * spectral):
+    long = len(cells.matrices) > MANY
+    if h and (all_angles or common is None or common.rate < ENOUGH * spectral or long):
         over = over_angles(family, observer.sample_time)
-        if over is not None and (all_angles or common is None or common.rate < over.rate):
+        if over is not None and (all_angles or common is None or common.rate * (AS_GOOD if long else 1) < over.rate):
             yield over
     if common is None or all_angles:
         return
