@@ -8,6 +8,7 @@ coordinate i. Elements are springs, dampers, friction, periodic forces and actua
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 import sympy
@@ -136,16 +137,33 @@ class Mechanism:
     Attributes:
         system: with one more coordinate for each load behind a spring.
         tree: the bodies of a robot file; None for one body per coordinate.
-        inertias: (n,) constant inertias of the bodies; with a tree, those added at the joints.
         lines: one for each direction.
     """
 
+    spec: Spec
     system: System
     tree: KinematicTree | None
-    inertias: tuple[float, ...]
     lines: tuple[Line, ...]
     drives: tuple[Drive, ...]
     other_forces: tuple[OtherForce, ...]
+
+    @cached_property
+    def inertias(self) -> tuple[float, ...]:
+        """(n,) constant inertias of the bodies, the diagonal of M; with a tree, those added at the joints.
+
+        Raises:
+            BadInput: if M is not constant and diagonal.
+        """
+        mass = self.system.mass_matrix.applyfunc(lambda e: _numeric(e, self.system))
+        if mass.free_symbols or not mass.is_diagonal():
+            shape = "one that depends on the position" if mass.free_symbols else "one with couplings"
+            found = f"the mass matrix of {self.system.name}: {shape}"
+            expected = (
+                "`urdf:` with a robot file, or a constant diagonal mass matrix (each coordinate the position of a body "
+                "of its own, as `topology:` has it); a simulator's model is made of bodies"
+            )
+            raise BadInput(self.spec.place("mass_matrix"), found, expected, code="SPEC036")
+        return tuple(float(mass[i, i]) for i in range(mass.rows))
 
     def joint_line(self, index: int) -> Line | None:
         """The line of a single coordinate; None if nothing acts along it."""
@@ -170,8 +188,8 @@ def mechanism_of(spec: Spec, system: System) -> Mechanism:
         system: of the spec, with its declared effects.
 
     Raises:
-        BadInput: if the mass matrix is neither that of a robot file nor constant and diagonal, or the direction of a
-            contact depends on the position.
+        BadInput: if the direction of a contact depends on the position, or what was added to a robot file belongs to no
+            body of it.
     """
     tree = spec.form if isinstance(spec.form, KinematicTree) else None
     if tree is not None:
@@ -200,7 +218,17 @@ def mechanism_of(spec: Spec, system: System) -> Mechanism:
             ends = {motor: 1.0, n + k: -1.0}  # with_loads puts the loads after the n coordinates
             elements.line(tuple(ends.get(i, 0.0) for i in range(len(system.positions)))).gap = gap
     lines, drives, other_forces = elements.lines.values(), elements.drives, elements.other_forces
-    return Mechanism(system, tree, elements.inertias, tuple(lines), tuple(drives), tuple(other_forces))
+    return Mechanism(spec, system, tree, tuple(lines), tuple(drives), tuple(other_forces))
+
+
+def _exact_values(system: System) -> dict[sympy.Symbol, Any]:
+    """Parameter → its value, a float as the decimal that it is printed as."""
+    return {s: sympy.Rational(repr(v)) if isinstance(v, float) else v for s, v in system.values.items()}
+
+
+def _numeric(expression: Any, system: System) -> Any:
+    """An expression with the values of the system's parameters, expanded."""
+    return sympy.expand(sympy.sympify(expression).subs(_exact_values(system)))
 
 
 class _Elements:
@@ -212,8 +240,6 @@ class _Elements:
         self.lines: dict[Direction, Line] = {}
         self.drives: list[Drive] = []
         self.other_forces: list[OtherForce] = []
-        self._values = {s: sympy.Rational(repr(v)) if isinstance(v, float) else v for s, v in system.values.items()}
-        self.inertias = self._inertias()
         self._smooth_forces()
         for index, contact in enumerate(system.contacts):
             self._contact(index, contact)
@@ -221,23 +247,6 @@ class _Elements:
     def line(self, direction: Direction) -> Line:
         """The line of a direction, created on first use."""
         return self.lines.setdefault(direction, Line(direction))
-
-    def _numeric(self, expression: Any) -> Any:
-        """An expression with the values of the parameters, expanded."""
-        return sympy.expand(sympy.sympify(expression).subs(self._values))
-
-    def _inertias(self) -> tuple[float, ...]:
-        """The diagonal of M, which must be constant and diagonal."""
-        mass = self.system.mass_matrix.applyfunc(self._numeric)
-        if mass.free_symbols or not mass.is_diagonal():
-            shape = "one that depends on the position" if mass.free_symbols else "one with couplings"
-            found = f"the mass matrix of {self.system.name}: {shape}"
-            expected = (
-                "`urdf:` with a robot file, or a constant diagonal mass matrix (each coordinate the position of a body "
-                "of its own, as `topology:` has it); a simulator's model is made of bodies"
-            )
-            raise BadInput(self.spec.place("mass_matrix"), found, expected, code="SPEC036")
-        return tuple(float(mass[i, i]) for i in range(self.n))
 
     def _smooth_forces(self) -> None:
         """Sort the terms of g: gains of inputs, springs, dampers, elements along one coordinate, and other forces.
@@ -249,7 +258,7 @@ class _Elements:
         springs, dampers = sympy.zeros(self.n, self.n), sympy.zeros(self.n, self.n)
         rest: list[sympy.Expr] = [sympy.S.Zero] * self.n
         for i in range(self.n):
-            for term in sympy.Add.make_args(self._numeric(self.system.force[i])):
+            for term in sympy.Add.make_args(_numeric(self.system.force[i], self.system)):
                 factor, shape = term.as_independent(*x, *v, *w, TIME)
                 if shape in w:
                     gains[i, w.index(shape)] += factor
@@ -342,7 +351,7 @@ class _Elements:
         On a line along one coordinate y the slip is c y', with c the entry of U, and the force on y is −c λ. So the
         level and its argument have the factor ``scale`` = |c|, and other forces also the sign of c.
         """
-        column = [self._numeric(e) for e in self.system.distribution[:, index]]
+        column = [_numeric(e, self.system) for e in self.system.distribution[:, index]]
         if any(e.free_symbols for e in column):
             place = self.spec.place("friction.distribution")
             found = f"the contact {contact.name}, whose direction changes with the position"
@@ -359,7 +368,7 @@ class _Elements:
         def at(side: int) -> sympy.Expr:
             """λ at SPEED along the line, for slip in the positive or the negative direction."""
             exact = contact.force.xreplace({Magnitude(slip): speed, Sgn(slip): sympy.Integer(side), slip: side * speed})
-            return self._numeric(exact.xreplace({Sgn(speed): sympy.S.One, Magnitude(speed): speed}))
+            return _numeric(exact.xreplace({Sgn(speed): sympy.S.One, Magnitude(speed): speed}), self.system)
 
         odd, even = sympy.expand((at(1) - at(-1)) / 2), sympy.expand((at(1) + at(-1)) / 2)
         level, where = sympy.S.Zero, f"the contact {contact.name}"
@@ -373,7 +382,7 @@ class _Elements:
                 self.line(direction).constant -= sign * scale * float(term)
             else:
                 self.other_forces.append(OtherForce(direction, where, -sign * scale * term))
-        numbers = {name: self._values[s] for name, s in contact.law_parameters.items()}
+        numbers = {name: _exact_values(self.system)[s] for name, s in contact.law_parameters.items()}
         bristles = contact.law.bristles(numbers)
         pair = None if bristles is None else (float(bristles[0]) * scale**2, float(bristles[1]) * scale**2)
         states = not isinstance(contact.law, ZeroMemoryLaw)
@@ -385,8 +394,8 @@ class _Elements:
         resting = contact.level_at_rest
         if resting is None or not isinstance(contact.law, ZeroMemoryLaw):
             return None
-        rest = scale * float(self._numeric(resting))
-        own = sympy.expand(scale * self._numeric(contact.law_level.xreplace({Magnitude(contact.slip): SPEED})))
+        rest = scale * float(_numeric(resting, self.system))
+        own = sympy.expand(scale * _numeric(contact.law_level.xreplace({Magnitude(contact.slip): SPEED}), self.system))
         slow = float(own.xreplace({Sgn(SPEED): sympy.S.One}).subs(SPEED, 0))
         return rest if abs(rest - slow) > NO_JUMP * max(abs(rest), abs(slow)) else None
 

@@ -50,6 +50,22 @@ def test_friction_that_repeats_is_a_column_of_its_own(tmp_path: Path) -> None:
     assert np.allclose(rows[:, 3], 0.5 * np.sin(2 * np.pi * rows[:, 1] / 0.2 + 0.3), atol=1e-8)
 
 
+def test_a_map_is_of_the_forces_and_takes_any_mass_matrix(tmp_path: Path) -> None:
+    """It was refused beside a mass matrix that depends on the position, of which a map has no bodies."""
+    text = axis(effects=HARMONICS, turns=True)[0].text
+    assert "mass_matrix: [[m]]" in text
+    (tmp_path / "axis.yaml").write_text(text.replace("mass_matrix: [[m]]", "mass_matrix: [[m*(2 + sin(x))]]"), "utf-8")
+    made = stiction("export", tmp_path / "axis.yaml", "--to", "csv-map", "-o", tmp_path / "map.csv")
+    assert made.code == 0, made.err
+    refused = stiction("export", tmp_path / "axis.yaml", "--to", "mjcf", "-o", tmp_path / "axis.xml")
+    assert is_one_message(refused) and "[SPEC036]" in refused.err
+    plain = written(tmp_path, "csv-map", "plain.csv")
+    rows = [
+        [line for line in path.read_text().splitlines() if line[0] != "#"] for path in (tmp_path / "map.csv", plain)
+    ]
+    assert rows[0] == rows[1]
+
+
 def test_odrive_s_lookup_cancels_the_cogging(tmp_path: Path) -> None:
     """The header compiled, and looked up as the firmware does: (int)(3600·turns), modulo 3600."""
     header = written(tmp_path, "odrive", "map.h", "--gear", 1)
