@@ -8,8 +8,6 @@ from codegen.base.errors import BadInput, Place
 from codegen.spec.model import Spec
 from codegen.spec.units import base_units, has_two_meanings, is_unit, parse_unit, same_dimension, si_factor
 
-_ACTUAL = "act"
-"""Short for actual, and no atto-count."""
 LONGEST_UNIT = 24
 """Most letters of a unit."""
 LONGEST_NAME = 1000
@@ -18,8 +16,8 @@ _IN_SQUARE = re.compile(r"(.*\S)\s*\[([^\[\]]*)\]\s*")
 _IN_ROUND = re.compile(r"(.*\S)\s*\(([^()]*)\)\s*")
 _BELOW_LINE = re.compile(r"(.+?)\s+/\s+(\S.*?)\s*|([^/\s]+)/(\S+)\s*")
 """A unit after a slash, which without blanks around it must be the only one, since paths have several."""
-_BEHIND_WORD = re.compile(r"(.*\S)(?:\s+in|,)\s+([msAVN]|[^A-Za-z\s]|\S\S+)\s*")
-"""``Drehmoment in Nm``, as DIN 461 labels axes, and ``Torque, Nm``. Other single letters are no unit: ``left, b``."""
+_BEHIND_WORD = re.compile(r"(.*\S)(?:\s+in|,)\s+(\S+)\s*")
+"""``Drehmoment in Nm``, as DIN 461 labels axes, and ``Torque, Nm``."""
 _BEFORE_LABEL = re.compile(r"([^()\[\]]*\S)\s+(?:\[([^()\[\]]*)\]|\(([^()\[\]]*)\))\s+(\S[^()\[\]]*)")
 """A unit before the label of a run or channel, ``Angle (deg) Run #1``."""
 _BEHIND_NAME = re.compile(r"(.+)_(ms|us|ns|mm|cm|um|degrees?|deg|rpm|mA|mV|mN|kN|mNm|cNm|Ncm)")
@@ -28,6 +26,10 @@ _IN_CAMEL_CASE = re.compile(r".*[a-z0-9_](Deg|Degrees|RPM|Rpm)")
 """Those that end a name such as ``motorRPM``."""
 AMBIGUOUS = ("grad",)
 """Degrees in German, gons elsewhere, and with a capital G a billion radians."""
+_WORDS = frozenset(["act", "acc", "chain", "dot", "hand", "link", "mass", "mid", "pin", "point", "pole", "rod", "tau"])
+"""Words for parts and signals of a machine that are also rare units: ``x (link)`` is not in links of a chain."""
+_LETTERS = "msghAVNKWJHT"
+"""Single letters that are units of machines: ``q (a)`` is not in years."""
 _WHOLE_NAME = re.compile(r"(mm|deg|rpm|RPM|mA|mV|kN|mNm)")
 """Those that are names of columns by themselves, as a logger prints ``rpm``."""
 _TIME_IN = re.compile(r"(.+)_(s|sec|seconds|ms|msec|us|usec|ns)")
@@ -63,7 +65,8 @@ def may_be_unit(text: str) -> bool:
     """Whether a text is a unit, per cent, or a unit that is refused since it has several meanings, ``1/min``."""
     if text.lower() in ("%", *AMBIGUOUS):
         return True
-    return text != _ACTUAL and (is_unit(text) or (len(text) > 1 and has_two_meanings(text)))
+    name = text.lower() in _WORDS or (text.isalpha() and len(text) == 1 and text not in _LETTERS)
+    return not name and (is_unit(text) or has_two_meanings(text))
 
 
 def in_usual_case(unit: str) -> str:

@@ -37,6 +37,9 @@ def test_degrees_gons_and_billions_of_radians_are_not_told_apart(unit: str) -> N
         ("Torque (%)", "Torque", "%"),
         ("Position (act)", "Position (act)", ""),
         ("Motor (U)", "Motor (U)", ""),
+        ("x (Link)", "x (Link)", ""),  # no surveyor's link
+        ("q (a)", "q (a)", ""),  # no year
+        ("Time (h)", "Time", "h"),
         ("Motor (A) left", "Motor (A) left", ""),  # a letter may name a part of the machine
         ("Position, b", "Position, b", ""),  # not barn
         ("f(s) of q (deg) b", "f(s) of q (deg) b", ""),
