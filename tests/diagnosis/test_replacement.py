@@ -66,6 +66,7 @@ def test_rivals_of_a_later_effect_put_it_first(monkeypatch: pytest.MonkeyPatch) 
     monkeypatch.setattr(replacement, "matters", lambda *_: True)
     monkeypatch.setattr(replacement, "corrects_a_form", lambda *_: "")
     monkeypatch.setattr(replacement, "contradicted_by_force", lambda *_: "")
+    monkeypatch.setattr(replacement, "only_attenuates_noise", lambda *_: "")
     monkeypatch.setattr(replacement, "possible_replacements", lambda search, parts, k, paired: [gain.part] if k else [])
     monkeypatch.setattr(replacement, "tied_by_free_runs", lambda *_: True)
     monkeypatch.setattr(replacement, "tolerances_prefer", lambda *_: False)
@@ -92,7 +93,8 @@ def test_far_from_the_noise_a_replacement_that_is_nearly_alike_ties(
     drag = fit(part_named("quadratic_drag"))
     for name, value in {
         "fit_candidates": [drag], "is_possible": True, "matters": True, "in_simplest_forms": [drag],
-        "corrects_a_form": "", "contradicted_by_force": "", "force_speaks_for": True, "is_no_better_form": False,
+        "corrects_a_form": "", "contradicted_by_force": "", "only_attenuates_noise": "", "force_speaks_for": True,
+        "is_no_better_form": False,
     }.items():  # fmt: skip
         monkeypatch.setattr(replacement, name, lambda *_, value=value: value)
     monkeypatch.setattr(replacement, "possible_replacements", lambda search, parts, k, paired: [] if k else [drag.part])
@@ -127,6 +129,7 @@ def test_a_replacement_of_a_special_form_must_be_clearly_better_to_be_a_rival(
     monkeypatch.setattr(replacement, "in_simplest_forms", lambda found: found)
     monkeypatch.setattr(replacement, "corrects_a_form", lambda *_: "")
     monkeypatch.setattr(replacement, "contradicted_by_force", lambda *_: "")
+    monkeypatch.setattr(replacement, "only_attenuates_noise", lambda *_: "")
     monkeypatch.setattr(replacement, "force_speaks_for", lambda *_: True)
     monkeypatch.setattr(replacement, "possible_replacements", lambda search, parts, k, paired: [] if k else [lags.part])
     monkeypatch.setattr(replacement, "tied_by_free_runs", lambda *_: True)
@@ -181,7 +184,7 @@ def test_a_replacement_whose_period_the_log_cannot_show_is_none(monkeypatch: pyt
     monkeypatch.setattr(refusals, "hides_an_effect", lambda search, found: "")
     monkeypatch.setattr(refusals, "admissible", lambda search, found: True)
     monkeypatch.setattr(replacement, "matters", lambda *_: True)
-    refusing = "corrects_a_form", "contradicted_by_force"
+    refusing = "corrects_a_form", "contradicted_by_force", "only_attenuates_noise"
     for test in refusing:
         monkeypatch.setattr(replacement, test, lambda *_: "")
     monkeypatch.setattr(refusals, "acts_as_its_limit", lambda search, found: "")

@@ -37,7 +37,13 @@ from codegen.diagnosis.selection.ranking import (
     most_left,
     ties,
 )
-from codegen.diagnosis.selection.refusals import corrects_a_form, is_possible, matters, relative_size
+from codegen.diagnosis.selection.refusals import (
+    corrects_a_form,
+    is_possible,
+    matters,
+    only_attenuates_noise,
+    relative_size,
+)
 from codegen.diagnosis.selection.significance import chance_in_words, hypotheses
 from codegen.effects import CATALOGUE
 from codegen.effects.register import kinds_of
@@ -376,7 +382,10 @@ def with_first(fits: ForceFits, fit: Fit, one: Ranked) -> Fit:
 
 
 def confirmed(fits: ForceFits, fit: Fit, run: Fit) -> tuple[Fit, Fit]:
-    """The fit and its free runs, without effects whose removal does not make free runs significantly worse."""
+    """The fit and its free runs, without effects whose removal does not make free runs significantly worse.
+
+    Nor is an effect confirmed that only attenuates the noise of the logged inputs.
+    """
     while parts := fit.trial.parts:
         others = [fits.without(fit, k) for k in range(len(parts))]
         joints = [joint_of_difference(fits.search, fit, other) for other in others]
@@ -384,7 +393,10 @@ def confirmed(fits: ForceFits, fit: Fit, run: Fit) -> tuple[Fit, Fit]:
             (fits.run(other, j), run if j is None else fits.run(fit, j))
             for other, j in zip(others, joints, strict=True)
         ]
-        doubt = [random_signs(evidence_of_blocks(*pair).t) for pair in pairs]
+        doubt = [
+            1.0 if only_attenuates_noise(fits.search, *pair) else random_signs(evidence_of_blocks(*pair).t)
+            for pair in pairs
+        ]
         k = int(np.argmax(doubt))
         if doubt[k] <= credit.TIE_LEVEL:
             break

@@ -19,6 +19,7 @@ from codegen.diagnosis.selection.candidate_fits import FORM_GAIN, fit_candidates
 from codegen.diagnosis.selection.refusals import (
     contradicted_by_force,
     is_too_small,
+    only_attenuates_noise,
     only_reduces_drive,
     relative_size,
     too_small_in_words,
@@ -95,6 +96,7 @@ def run_round(
         why_not = why_refused(before, after, one, size)
         contradicted = "" if why_not else contradicted_by_force(before, after, one.share)
         why_not = why_not or contradicted
+        why_not = why_not or only_attenuates_noise(search, here, there)
         repeats_nowhere = "" if why_not else uncovered(search, found.part, found.parameters)
         why_not = why_not or repeats_nowhere
         many = tried(search, base, found, count)
@@ -149,7 +151,9 @@ def credible(search: Search, before: Fit, after: Fit, candidates: int) -> bool:
     many = tried(search, before, after, candidates)
     p = chance(search, richer, one, many)
     plain, found = ForceCriterion(search, before), ForceCriterion(search, after)
-    return combined_p(p, plain, found, many) <= credit.ALPHA and not only_reduces_drive(plain, found, one)
+    if combined_p(p, plain, found, many) > credit.ALPHA or only_reduces_drive(plain, found, one):
+        return False
+    return not only_attenuates_noise(search, base, richer)
 
 
 def in_simplest_admitted_forms(ranked: Sequence[Ranked]) -> list[Ranked]:

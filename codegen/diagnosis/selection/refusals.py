@@ -13,6 +13,7 @@ import numpy as np
 from codegen.base.arrays import Array
 from codegen.base.significant import in_percent
 from codegen.diagnosis.evidence.force_gain import ForceCriterion
+from codegen.diagnosis.evidence.noisy_inputs import is_attenuated_noise
 from codegen.diagnosis.evidence.reservations import is_level_or_line, never_passed, takes_the_level
 from codegen.diagnosis.evidence.residual_regression import inertia_noise
 from codegen.diagnosis.fit import credit
@@ -42,7 +43,7 @@ FORM_ERROR = 0.1
 def why_refused(before: ForceCriterion, after: ForceCriterion, e: Evidence, size: float) -> str:
     """The first test that a candidate fails, in words; empty if it passes all.
 
-    ``contradicted_by_force``, ``uncovered`` and the test of significance come after these.
+    ``contradicted_by_force``, ``uncovered``, ``only_attenuates_noise`` and the test of significance come after these.
     """
     search, found = after.search, after.fit
     if e.gain <= 0:
@@ -295,3 +296,14 @@ def contradicted_by_force(before: ForceCriterion, after: ForceCriterion, share: 
     if credit.free_runs_settle(after.fit, share, times):
         return ""
     return f"makes the squared residual force {times:.2g} times as large"
+
+
+def only_attenuates_noise(search: Search, before: Fit, after: Fit) -> str:
+    """Objection if free runs gain since the noise of the logged inputs moves a model with the effect less; else empty.
+
+    Args:
+        before, after: fits on the same segments, without and with the effect.
+    """
+    if not is_attenuated_noise(search.problem, before, after):
+        return ""
+    return "explains little with inputs without noise: it attenuates the noise of the logged inputs"

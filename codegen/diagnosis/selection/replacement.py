@@ -37,6 +37,7 @@ from codegen.diagnosis.selection.refusals import (
     force_share,
     is_possible,
     matters,
+    only_attenuates_noise,
 )
 from codegen.effects import CATALOGUE
 from codegen.effects.register import kinds_of, twins_of
@@ -117,7 +118,7 @@ def swapped(
         without = search.without(current, k)
         tried = fit_candidates(search, without, others, report_progress, current)
         good = [f for f in tried if is_possible(search, f) and matters(search, f, without)]
-        good = in_simplest_forms([f for f in good if not _refused_by_force(search, without, f)])
+        good = in_simplest_forms([f for f in good if not _is_refused(search, without, f)])
         better = (f for f in good if f.cost < current.cost - BETTER and not force_speaks_for(here, f))
         simpler = (f for f in good if _is_as_good_and_simpler(here, f, parts[k]))
         best = nearest_of_equal(search, better) or nearest_of_equal(search, simpler)
@@ -172,10 +173,12 @@ def force_speaks_for(here: ForceCriterion, found: Fit) -> bool:
     return not credit.near_noise(found) and force_prefers(here, ForceCriterion(here.search, found), 1 / CLOSE)
 
 
-def _refused_by_force(search: Search, without: Fit, found: Fit) -> bool:
-    """Whether the force residual contradicts a replacement."""
+def _is_refused(search: Search, without: Fit, found: Fit) -> bool:
+    """Whether the force residual contradicts a replacement, or it only attenuates noise of the inputs."""
     before, after = ForceCriterion(search, without), ForceCriterion(search, found)
-    return bool(corrects_a_form(before, after) or contradicted_by_force(before, after))
+    if corrects_a_form(before, after) or contradicted_by_force(before, after):
+        return True
+    return bool(only_attenuates_noise(search, *where_they_differ(search, without, found)))
 
 
 def with_simplest_effects(search: Search, current: Fit, rivals: list[Ranked]) -> tuple[Fit, list[Ranked]]:

@@ -27,6 +27,7 @@ from codegen.diagnosis.selection.force_selection import (
 )
 from codegen.diagnosis.selection.forward_selection import Outcome
 from codegen.diagnosis.selection.ranking import Ranked, credible, led_by
+from codegen.diagnosis.selection.refusals import only_attenuates_noise
 from codegen.diagnosis.selection.significance import hypotheses
 from codegen.diagnosis.verdict.answer import Answer
 from codegen.diagnosis.verdict.examination import with_estimate
@@ -62,7 +63,8 @@ class ForceLed:
 
         Effects that free runs credited are replaced only if ``against_free_runs`` gives a reason; of an arm that is
         simulated joint by joint those of each joint apart (``with_shown_on_joints``). Held-out data may refuse some of
-        the selected effects that tie (``without_refused_ties``).
+        the selected effects that tie (``without_refused_ties``). Nor are they replaced by effects that only attenuate
+        the noise of the logged inputs, as a lag does: the force residual contains less of it then.
 
         Args:
             outcome: of the selection by free runs. answer: the answer from that outcome.
@@ -85,7 +87,9 @@ class ForceLed:
             against = "since the better one is refused in the form that fits them best"
         else:
             against = against_free_runs(found, outcome.final)
-        if not against:
+        by_runs = self.search.on_its_record(outcome.final)
+        of_same_data = by_runs.is_of_same_data(found.run)
+        if not against or (of_same_data and only_attenuates_noise(self.search, by_runs, found.run)):
             return answer, outcome
         named = " and ".join(e.kind for e in answer.effects)
         return self._replaced(found, outcome, answer, refused, f"alone {named} would be named, {against}")

@@ -1,0 +1,90 @@
+"""Noise of a logged input, which a lag or a larger inertia attenuates, is named as neither."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.signal import butter, lfilter
+
+from codegen.diagnosis.case import case_of
+from codegen.diagnosis.diagnose import diagnose_log
+from codegen.diagnosis.evidence.noisy_inputs import inputs_that_move, is_attenuated_noise
+from codegen.diagnosis.fit.output_error import Fit
+from codegen.diagnosis.fit.record import record_of
+from codegen.diagnosis.fit.search import Search, search_on
+from codegen.diagnosis.results import Diagnosis
+from codegen.diagnosis.selection.candidate_fits import every_part, fit_candidates
+from codegen.logs import Log
+from tests.diagnosis.stage import among, log_of, stage, system_of
+
+LAG = "[{kind: actuator_lag, on: w, parameters: {tau: 0.015}}]"
+HEAVIER = "[{kind: inertia_error, on: x, parameters: {delta: 1}}]"
+CANDIDATES = ("actuator_lag", "inertia_error", "viscous")
+
+
+def noisy(log: Log, share: float, seed: int) -> Log:
+    """A log whose input has noise below a tenth of the sample rate; ``share``: over the RMS of the input."""
+    b, a = butter(2, 0.2)
+    white = np.random.default_rng(seed).normal(size=log.size + 500)
+    noise = lfilter(b, a, white)[500:, None]
+    return replace(log, inputs=log.inputs + share * np.std(log.inputs) * noise / np.std(noise))
+
+
+def fitted(log: Log, kind: str) -> tuple[Search, Fit, Fit]:
+    """The search on a log by the spec without effects, its refit, and the fit with one effect."""
+    spec = stage()
+    case = case_of(spec, system_of(spec), log, None, 0.02)
+    search = search_on(case.problem, lambda share: record_of(case.problem.motion, log, share))
+    soft, base = search.with_noise_floor(search.refit())
+    parts = [part for part in every_part(search, []) if part.kind == kind]
+    return search, base, fit_candidates(soft, base, parts[:1], lambda share: None)[0]
+
+
+def said_of(log: Log) -> Diagnosis:
+    spec = stage()
+    with among(*CANDIDATES):
+        return diagnose_log(spec, system_of(spec), log)[0]
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_attenuated_noise_is_no_effect(seed: int, tmp_path: Path) -> None:
+    log = noisy(log_of(stage(), tmp_path, "log.csv"), 0.7, seed)
+    search, base, lag = fitted(log, "actuator_lag")
+    assert lag.cost < base.cost - 10  # free runs are better with it, and nothing lags
+    assert is_attenuated_noise(search.problem, base, lag)
+    assert said_of(log).effects == ()
+
+
+@pytest.mark.parametrize(("effects", "kind"), [(LAG, "actuator_lag"), (HEAVIER, "inertia_error")])
+def test_an_effect_is_named_in_spite_of_the_noise(effects: str, kind: str, tmp_path: Path) -> None:
+    log = noisy(log_of(stage(effects), tmp_path, "log.csv"), 0.4, 1)
+    search, base, found = fitted(log, kind)
+    assert not is_attenuated_noise(search.problem, base, found)
+    assert {e.kind for e in said_of(log).effects} == {kind}
+
+
+def test_the_ripple_of_an_input_is_no_load_behind_a_spring(tmp_path: Path) -> None:
+    log = log_of(stage(noise=2e-6), tmp_path, "log.csv")
+    ripple = np.std(log.inputs) * np.sin(2 * np.pi * 90 * log.time)[:, None]
+    search, base, load = fitted(replace(log, inputs=log.inputs + ripple), "compliance")
+    assert load.cost < base.cost - 10  # its resonance attenuates the ripple
+    assert is_attenuated_noise(search.problem, base, load)
+
+
+def test_an_effect_in_a_log_without_noise_passes(tmp_path: Path) -> None:
+    search, base, found = fitted(log_of(stage(LAG), tmp_path, "log.csv"), "actuator_lag")
+    assert not is_attenuated_noise(search.problem, base, found)
+
+
+def test_inputs_without_noise_are_those_that_acted(tmp_path: Path) -> None:
+    log = log_of(stage(), tmp_path, "log.csv")
+    search, base, _ = fitted(noisy(log, 0.7, 1), "viscous")
+    motion = search.motion
+    found = inputs_that_move(search.problem, base.model, motion)
+    acted = motion.low_pass(log.inputs[: len(motion.time)])
+    rows = search.problem.used[:, 0]
+    off, logged = (float(np.std((w - acted)[rows])) for w in (found, motion.low_pass(motion.commands)))
+    assert off < 0.1 * logged
