@@ -101,7 +101,8 @@ def select(case: Case, search: Search, report: Report, tell: Callable[[Findings]
     """Refit and forward selection; once more if the effects found turn out to be inputs that were logged late.
 
     The joints of an arm are judged independently, so there this is asked once an effect is credited: rounds of the
-    other joints are not run twice.
+    other joints are not run twice. Of other machines it is asked of all effects. Where these would give way to a lead,
+    the search without limits of parameters ends once one of its effects would as well: it is not run twice either.
     """
 
     def effects(turn: int, share: float) -> None:
@@ -109,7 +110,7 @@ def select(case: Case, search: Search, report: Report, tell: Callable[[Findings]
 
     report("refit", 0.05)
     search, base = _refit(case.spec, search, case)
-    search, outcome, in_place = _sought(search, base, effects, case, may_be_late=search.rigid is not None)
+    search, outcome, in_place = _sought(search, base, effects, case, may_be_late=True)
     corrected = corrected_for_leads(case, search, outcome.final)
     if corrected is not None:
         known = case.findings_in_words["train"]
@@ -327,12 +328,22 @@ def _sought(
     def are_late_inputs(found: Fit) -> bool:
         return may_be_late and corrected_for_leads(case, search, found) is not None
 
-    outcome = find_effects(search, base, progress, case.faults, are_late_inputs)
-    if are_late_inputs(outcome.final):
+    def is_superseded(found: Fit) -> bool:
+        return search.rigid is not None and are_late_inputs(found)
+
+    outcome = find_effects(search, base, progress, case.faults, is_superseded)
+    is_late = are_late_inputs(outcome.final)
+    if case.faults or case.steady or (is_late and search.rigid is not None):
         return search, outcome, ()
-    free = None if case.faults or case.steady else wrong_values.released(search, base, outcome)
+    free = wrong_values.released(search, base, outcome)
     if free is not None:
-        without_limits = find_effects(*free, progress, case.faults)
+
+        def are_late_too(found: Fit) -> bool:
+            return is_late and corrected_for_leads(case, free[0], found) is not None
+
+        without_limits = find_effects(*free, progress, case.faults, are_late_too)
+        if are_late_too(without_limits.final):
+            return search, outcome, ()
         if wrong_values.is_better(free[0], without_limits.final, search, outcome.final):
             return free[0], without_limits, outcome.parts
     return search, outcome, ()

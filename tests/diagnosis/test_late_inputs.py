@@ -123,35 +123,52 @@ def test_the_effects_are_sought_again_with_the_input_taken_earlier(tmp_path: Pat
     assert second["train"][0] in diagnosis.findings["train"]
 
 
-@pytest.mark.parametrize("rigid", [True, False])
-def test_joints_of_an_arm_are_not_searched_twice_where_an_input_is_late(
-    rigid: bool, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize(
+    ("rigid", "may_be_late", "credited", "freed", "final", "asked"),
+    [
+        (True, True, ["first", "late", "third"], ["late"], "late", ["first", "late", "late"]),
+        (False, True, ["first", "late", "third"], ["late"], "late", ["third"]),  # the lead of parameters without limits
+        (False, True, ["first", "late"], ["one", "late", "three"], "late", ["late", "one", "late", "late"]),
+        (False, True, ["late"], ["one", "two"], "two", ["late", "one", "two", "two"]),
+        (False, False, ["late"], ["one", "late", "three"], "three", []),
+    ],
+)
+def test_nothing_is_searched_twice_where_an_input_is_late(
+    rigid: bool,
+    may_be_late: bool,
+    credited: list[str],
+    freed: list[str],
+    final: str,
+    asked: list[str],
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Presliding on the second of six joints was a late input, and four more joints were searched before it was asked.
 
-    The effects of a machine that is simulated as a whole are judged together: there it is asked of all of them.
+    The effects of a machine that is simulated as a whole are judged together: there it is asked of all of them. If the
+    answer is yes, a search without limits of parameters ends with the first fit that gives way too; if none does, it
+    counts as without a late input.
     """
-    credited, asked = ["first", "late", "third"], list[Any]()
+    found = list[Any]()
+    search: Any = SimpleNamespace(rigid=() if rigid else None)
+    free: Any = SimpleNamespace(rigid=None)
 
     def find(search: Any, base: Any, progress: Any, faults: bool, is_superseded: Any) -> Any:
-        found = next((one for one in credited if is_superseded(one)), credited[-1])
-        return SimpleNamespace(final=found, parts=())
+        fits = freed if search is free else credited
+        return SimpleNamespace(final=next((one for one in fits if is_superseded(one)), fits[-1]), parts=())
 
-    def corrected(case: Any, search: Any, found: Any) -> Any:
-        asked.append(found)
-        return case if found == "late" else None
-
-    def no_release(*_: object) -> None:
-        assert not rigid, "the effects are sought again in any case"
+    def corrected(case: Any, search: Any, final: Any) -> Any:
+        found.append(final)
+        return case if final == "late" else None
 
     monkeypatch.setattr(free_runs, "find_effects", find)
     monkeypatch.setattr(free_runs, "corrected_for_leads", corrected)
-    monkeypatch.setattr(free_runs.wrong_values, "released", no_release)
+    monkeypatch.setattr(free_runs.wrong_values, "released", lambda *_: (free, None))
+    monkeypatch.setattr(free_runs.wrong_values, "is_better", lambda *_: True)
     case: Any = SimpleNamespace(faults=False, steady=False)
-    none: Any = None
-    _, outcome, _ = free_runs._sought(none, none, lambda turn, share: None, case, may_be_late=rigid)
-    assert outcome.final == ("late" if rigid else "third")
-    assert asked == (["first", "late", "late"] if rigid else [])
+    base: Any = None
+    own, outcome, _ = free_runs._sought(search, base, lambda turn, share: None, case, may_be_late)
+    assert outcome.final == final and found == asked
+    assert (own is search) == (rigid or asked[:1] == ["late"] == asked[-1:])
 
 
 @pytest.mark.parametrize(("rows", "left"), [(0.5, 0.0), (1.0, 0.0), (2.0, None)])
