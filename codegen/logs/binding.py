@@ -20,12 +20,12 @@ from codegen.logs.column_names import (
 )
 from codegen.logs.description import LogDescription
 from codegen.logs.formats.source import LogFile, listing
-from codegen.logs.log import Finding
+from codegen.logs.log import Finding, Severity
 from codegen.logs.term import OPERATORS, Term, find_term, identifier
 from codegen.spec.column_units import is_convertible, meant_unit, stated_unit, unit_behind
 from codegen.spec.model import Spec
 from codegen.spec.quantity import refuse_other_unit
-from codegen.spec.units import describe, dimension, parse_unit, same_dimension, si_factor
+from codegen.spec.units import describe, dimension, has_two_meanings, is_unit, parse_unit, same_dimension, si_factor
 from codegen.spec.velocity_names import meant_velocity
 
 NO_COLUMN = "none"
@@ -458,7 +458,8 @@ class _Search:
                 )
             if is_in_counts(f"x {by_file}"):
                 advice = f"Say their size in meta.yaml beside the log, such as {scale_of_counts(symbol, self.spec)}."
-            self._doubt(symbol, f"the file has {symbol} in `{shown(unit)}`, {taken}", advice)
+            severity: Severity = "problem" if _has_size(by_file) else "warning"
+            self._doubt(symbol, f"the file has {symbol} in `{shown(unit)}`, {taken}", advice, severity)
         elif others := self._others_in(unit, symbol):
             words = f"column `{shown(name)}` of {symbol} states `{shown(unit)}` in its name, a unit of {others}"
             self._doubt(symbol, words, f"Are the columns exchanged? {symbol} is in {own}.")
@@ -477,9 +478,9 @@ class _Search:
             choice = f"`units: {{{symbol}: {own}}}` if it is, else its unit there, or `scale: {{{symbol}: FACTOR}}`"
             self._doubt(symbol, words, f"Say {choice}, in meta.yaml beside the log.")
 
-    def _doubt(self, symbol: str, words: str, advice: str) -> None:
-        """A warning on a unit that is not stated clearly."""
-        self.findings.append(Finding("warning", f"unit of {symbol}", f"{words[0].upper()}{words[1:]}. {advice}"))
+    def _doubt(self, symbol: str, words: str, advice: str, severity: Severity = "warning") -> None:
+        """Report a unit that is not stated clearly; a problem where the file states one of another dimension."""
+        self.findings.append(Finding(severity, f"unit of {symbol}", f"{words[0].upper()}{words[1:]}. {advice}"))
 
     def _own(self, symbol: str) -> str:
         """The symbol's unit in SI."""
@@ -490,6 +491,14 @@ class _Search:
         by_name = stated_unit(name)[1]
         joint = self.source.joints_in_brackets or by_name.isdigit()
         return self.source.units.get(name, "") or ("" if joint else by_name)
+
+
+def _has_size(unit: str) -> bool:
+    """Whether a unit says how large a number is, as V, deg and 1/min do; a count, a percentage, another word do not."""
+    if has_two_meanings(unit):
+        return True
+    here = Place("")
+    return is_unit(unit) and not (same_dimension(unit, "1", here) and si_factor(unit, here) == 1)
 
 
 def _options(proposed: Sequence[Proposed], lacking: Sequence[str], blank: str) -> str:

@@ -88,6 +88,27 @@ def test_units_of_each_other_ask_whether_columns_are_exchanged(tmp_path, spec):
     assert "exchanged" not in other.words
 
 
+@pytest.mark.parametrize(
+    ("units", "severity"),
+    [
+        ("s,m,V", "problem"),  # no factor of its own makes it a force
+        ("s,1/min,N", "problem"),
+        ("s,m,%", "warning"),  # of a force that the file does not state
+        ("s,counts,N", "warning"),
+        ("s,bit,N", "warning"),
+        ("s,deg,N", "problem"),
+        ("s,mm,kN", None),
+    ],
+)
+def test_a_unit_of_another_dimension_is_a_problem_until_a_factor_is_stated(units, severity, tmp_path, spec):
+    (tmp_path / "b.csv").write_text(f"t,x,w\n{units}\n" + table())
+    found = [f.severity for f in read_log(tmp_path / "b.csv", spec).raw_data.findings if f.topic.startswith("unit of")]
+    assert found == ([severity] if severity else [])
+    (tmp_path / "meta.yaml").write_text("scale: {x: 2, w: 3}\n")
+    log = read_log(tmp_path / "b.csv", spec)
+    assert not [f for f in log.raw_data.findings if f.topic.startswith("unit of")]
+
+
 def test_units_that_the_file_states_are_applied_where_nobody_says_otherwise(tmp_path, spec):
     (tmp_path / "a.csv").write_text("t,x,w\nms,mm,kN\n" + table())
     log = read_log(tmp_path / "a.csv", spec)
