@@ -33,11 +33,15 @@ def noisy(log: Log, share: float, seed: int) -> Log:
     return replace(log, inputs=log.inputs + share * np.std(log.inputs) * noise / np.std(noise))
 
 
-def fitted(log: Log, kind: str) -> tuple[Search, Fit, Fit]:
-    """The search on a log by the spec without effects, its refit, and the fit with one effect."""
+def fitted(log: Log, kind: str, every: int = 1) -> tuple[Search, Fit, Fit]:
+    """The search on a log by the spec without effects, its refit, and the fit with one effect.
+
+    Args:
+        every: rows of the log in a step of free runs.
+    """
     spec = stage()
     case = case_of(spec, system_of(spec), log, None, 0.02)
-    search = search_on(case.problem, lambda share: record_of(case.problem.motion, log, share))
+    search = search_on(case.problem, lambda share: record_of(case.problem.motion, log, share).thinned(every))
     soft, base = search.with_noise_floor(search.refit())
     parts = [part for part in every_part(search, []) if part.kind == kind]
     return search, base, fit_candidates(soft, base, parts[:1], lambda share: None)[0]
@@ -77,6 +81,16 @@ def test_the_ripple_of_an_input_is_no_load_behind_a_spring(tmp_path: Path) -> No
 def test_an_effect_in_a_log_without_noise_passes(tmp_path: Path) -> None:
     search, base, found = fitted(log_of(stage(LAG), tmp_path, "log.csv"), "actuator_lag")
     assert not is_attenuated_noise(search.problem, base, found)
+
+
+@pytest.mark.parametrize("every", [1, 2])
+def test_free_runs_of_several_rows_a_step_have_the_same_inputs_without_noise(every: int, tmp_path: Path) -> None:
+    """Those of all rows were simulated at the longer steps, half of them and at other times."""
+    log = log_of(stage(LAG), tmp_path, "log.csv")
+    search, base, lag = fitted(log, "actuator_lag", every)
+    assert not is_attenuated_noise(search.problem, base, lag)
+    search, base, lag = fitted(noisy(log_of(stage(), tmp_path, "plain.csv"), 0.7, 1), "actuator_lag", every)
+    assert is_attenuated_noise(search.problem, base, lag)
 
 
 def test_inputs_without_noise_are_those_that_acted(tmp_path: Path) -> None:

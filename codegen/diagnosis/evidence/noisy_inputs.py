@@ -21,6 +21,7 @@ import numpy as np
 from codegen.base.arrays import Array
 from codegen.diagnosis.fit.credit import is_far
 from codegen.diagnosis.fit.output_error import Fit
+from codegen.diagnosis.fit.record import Record
 from codegen.diagnosis.fit.residual import Problem, evaluate_forces, inverse_dynamics_residual
 from codegen.diagnosis.fit.signals import Motion
 from codegen.mechanics.system import Matrix, System
@@ -48,13 +49,14 @@ def is_attenuated_noise(problem: Problem, before: Fit, after: Fit) -> bool:
     if not before.model.inputs:
         return False
     least = LEAST_KEPT if is_far(after) else LEAST_NEAR_NOISE
-    kept = max(_explained(before, _change(before, after, inputs)) for inputs in _without_noise(problem, before, after))
-    return kept < least * _explained(before, _change(before, after, before.runner.record.commands))
+    record = before.runner.record
+    clean = (record.with_inputs(inputs) for inputs in _without_noise(problem, before, after))
+    kept = max(_explained(before, _change(before, after, one)) for one in clean)
+    return kept < least * _explained(before, _change(before, after, record))
 
 
-def _change(before: Fit, after: Fit, commands: Array) -> Array:
-    """(S, K n) change of the prediction by effects, with these inputs, after regression on the start states."""
-    record = replace(before.runner.record, commands=commands)
+def _change(before: Fit, after: Fit, record: Record) -> Array:
+    """(S, K n) change of the prediction by effects, with a record's inputs, after regression on the start states."""
     without, with_it = (before.residual_of(replace(f.runner, record=record), f.theta) for f in (before, after))
     return before.starts.project(without - with_it, slope=True)
 

@@ -109,7 +109,7 @@ class Record:
             measured=self.measured[rows],
             positions=self.positions[rows],
             velocities=self.velocities[rows],
-            commands=self.commands[: count * every].reshape(count, every, -1).mean(axis=1),
+            commands=_means(self.commands, every),
             sample_time=self.sample_time * every,
             noise=np.where(walks, np.sqrt(every), 1.0) * self.noise,
             start=self.start // every,
@@ -117,6 +117,10 @@ class Record:
             resumed=tuple(-(-first // every) for first in self.resumed),
             every=self.every * every,
         )
+
+    def with_inputs(self, commands: Array) -> Record:
+        """The record with other inputs, (N, m) of all rows of the log; of a thinned one, with their means."""
+        return replace(self, commands=_means(commands, self.every))
 
     def of_starts(self, values: Array) -> Array:
         """(n,) values for the rows, (1, n) or (S joints, 1)."""
@@ -166,6 +170,12 @@ class Record:
     def states(self) -> Array:
         """(S, 2n) smoothed states at the starts."""
         return np.hstack([self.positions[self.start], self.velocities[self.start]])
+
+
+def _means(values: Array, every: int) -> Array:
+    """(N // every, m) means of values (N, m) over so many rows."""
+    count = len(values) // every
+    return np.asarray(values[: count * every].reshape(count, every, -1).mean(axis=1))
 
 
 @lru_cache
