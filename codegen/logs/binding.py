@@ -25,7 +25,16 @@ from codegen.logs.term import OPERATORS, Term, find_term, identifier
 from codegen.spec.column_units import is_convertible, meant_unit, stated_unit, unit_behind
 from codegen.spec.model import Spec
 from codegen.spec.quantity import refuse_other_unit
-from codegen.spec.units import describe, dimension, has_two_meanings, is_unit, parse_unit, same_dimension, si_factor
+from codegen.spec.units import (
+    describe,
+    dimension,
+    has_two_meanings,
+    is_rare_word,
+    is_unit,
+    parse_unit,
+    same_dimension,
+    si_factor,
+)
 from codegen.spec.velocity_names import meant_velocity
 
 NO_COLUMN = "none"
@@ -458,7 +467,8 @@ class _Search:
                 )
             if is_in_counts(f"x {by_file}"):
                 advice = f"Say their size in meta.yaml beside the log, such as {scale_of_counts(symbol, self.spec)}."
-            severity: Severity = "problem" if _has_size(by_file) else "warning"
+            listed = name in self.source.units
+            severity: Severity = "problem" if _has_size(by_file) and (listed or _is_meant(by_file)) else "warning"
             self._doubt(symbol, f"the file has {symbol} in `{shown(unit)}`, {taken}", advice, severity)
         elif others := self._others_in(unit, symbol):
             words = f"column `{shown(name)}` of {symbol} states `{shown(unit)}` in its name, a unit of {others}"
@@ -499,6 +509,13 @@ def _has_size(unit: str) -> bool:
         return True
     here = Place("")
     return is_unit(unit) and not (same_dimension(unit, "1", here) and si_factor(unit, here) == 1)
+
+
+def _is_meant(unit: str) -> bool:
+    """Whether a unit in the name of a column is one, as in ``x (V)``, and not a word for a signal, as ``q (cal)``."""
+    if has_two_meanings(unit):
+        return True
+    return not is_rare_word(unit) and not same_dimension(unit, "s", Place(""))
 
 
 def _options(proposed: Sequence[Proposed], lacking: Sequence[str], blank: str) -> str:

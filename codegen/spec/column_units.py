@@ -26,7 +26,9 @@ _IN_CAMEL_CASE = re.compile(r".*[a-z0-9_](Deg|Degrees|RPM|Rpm)")
 """Those that end a name such as ``motorRPM``."""
 AMBIGUOUS = ("grad",)
 """Degrees in German, gons elsewhere, and with a capital G a billion radians."""
-_WORDS = frozenset(["act", "acc", "chain", "dot", "hand", "link", "mass", "mid", "pin", "point", "pole", "rod", "tau"])
+_WORDS = frozenset(
+    ["act", "acc", "chain", "dot", "dt", "fb", "hand", "link", "mass", "mid", "pin", "point", "pole", "rod", "tau"]
+)
 """Words for parts and signals of a machine that are also rare units: ``x (link)`` is not in links of a chain."""
 _LETTERS = "msghAVNKWJHT"
 """Single letters that are units of machines: ``q (a)`` is not in years."""

@@ -219,6 +219,11 @@ def is_unit(text: str) -> bool:
         return False
 
 
+def is_rare_word(text: str) -> bool:
+    """Whether a text is a single word that is a unit but no usual one, such as cal, or the das of a decaattosecond."""
+    return text.isalpha() and text not in _USUAL and text not in _SYMBOLS
+
+
 def has_two_meanings(text: str) -> bool:
     """Whether a text is refused as a unit since data sheets use it in two senses."""
     signs = with_plain_signs(text)

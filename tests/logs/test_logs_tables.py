@@ -109,6 +109,20 @@ def test_a_unit_of_another_dimension_is_a_problem_until_a_factor_is_stated(units
     assert not [f for f in log.raw_data.findings if f.topic.startswith("unit of")]
 
 
+@pytest.mark.parametrize(
+    ("name", "severity"),
+    [("w (V)", "problem"), ("w [1/min]", "problem"), ("w (min)", "warning"), ("w (cal)", "warning"), ("w (fb)", None)],
+)
+def test_a_word_in_the_name_of_a_column_that_is_also_a_rare_unit_is_no_problem(name, severity, tmp_path, spec):
+    """A calibrated signal, a minimum: nothing would be diagnosed. As the unit of a line of units they are meant."""
+    (tmp_path / "b.csv").write_text(f"t,x,{name}\n" + table())
+    log = read_log(tmp_path / "b.csv", spec, columns={"w": name})
+    found = [f.severity for f in log.raw_data.findings if f.topic == "unit of w"]
+    assert found == ([severity] if severity else [])
+    (tmp_path / "c.csv").write_text("t,x,w\ns,m,cal\n" + table())
+    assert [f.severity for f in read_log(tmp_path / "c.csv", spec).raw_data.findings] == ["problem"]
+
+
 def test_units_that_the_file_states_are_applied_where_nobody_says_otherwise(tmp_path, spec):
     (tmp_path / "a.csv").write_text("t,x,w\nms,mm,kN\n" + table())
     log = read_log(tmp_path / "a.csv", spec)

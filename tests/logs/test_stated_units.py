@@ -39,6 +39,8 @@ def test_degrees_gons_and_billions_of_radians_are_not_told_apart(unit: str) -> N
         ("Motor (U)", "Motor (U)", ""),
         ("x (Link)", "x (Link)", ""),  # no surveyor's link
         ("q (a)", "q (a)", ""),  # no year
+        ("q (fb)", "q (fb)", ""),  # no femtobit
+        ("dq/dt", "dq/dt", ""),  # no decitonne
         ("Time (h)", "Time", "h"),
         ("Motor (A) left", "Motor (A) left", ""),  # a letter may name a part of the machine
         ("Position, b", "Position, b", ""),  # not barn
