@@ -467,7 +467,7 @@ class _Search:
                 )
             if is_in_counts(f"x {by_file}"):
                 advice = f"Say their size in meta.yaml beside the log, such as {scale_of_counts(symbol, self.spec)}."
-            listed = name in self.source.units
+            listed = bool(self.source.units.get(name))
             severity: Severity = "problem" if _has_size(by_file) and (listed or _is_meant(by_file)) else "warning"
             self._doubt(symbol, f"the file has {symbol} in `{shown(unit)}`, {taken}", advice, severity)
         elif others := self._others_in(unit, symbol):

@@ -109,6 +109,16 @@ def test_a_unit_of_another_dimension_is_a_problem_until_a_factor_is_stated(units
     assert not [f for f in log.raw_data.findings if f.topic.startswith("unit of")]
 
 
+@pytest.mark.parametrize("above", ["Unit,s,mm,kN\nt,x,w\n", "Unit,mm,kN\nt,x,w\n", "t,x,w\nUnit,mm,kN\n"])
+def test_the_label_of_a_line_of_units_stands_beside_them_or_in_the_place_of_the_time(above, tmp_path, spec):
+    """The first was passed over, so that mm were read as m; of the last the time was said to be in `Unit`."""
+    (tmp_path / "a.csv").write_text(above + table())
+    (tmp_path / "b.csv").write_text("t,x,w\n" + table())
+    log, plain = (read_log(tmp_path / name, spec) for name in ("a.csv", "b.csv"))
+    assert np.allclose(log.positions, 1e-3 * plain.positions) and np.allclose(log.inputs, 1e3 * plain.inputs)
+    assert not [f for f in log.raw_data.findings if f.topic.startswith("unit of")]
+
+
 @pytest.mark.parametrize(
     ("name", "severity"),
     [("w (V)", "problem"), ("w [1/min]", "problem"), ("w (min)", "warning"), ("w (cal)", "warning"), ("w (fb)", None)],

@@ -397,7 +397,8 @@ def _above(file: str, lines: Sequence[str], rows: _Rows, asked: Collection[str])
             pairs = zip(upper[: rows.width], lower, strict=True)
             split[at] = [index or lower[0], *(".".join(filter(None, pair)) for pair in islice(pairs, 1, None))]
         elif _are_units(lower) or more > 0 or (more == 0 and _are_units(lower, but=1)):
-            at, units = near[1], tuple(zip(_named(upper), map(_plain_unit, lower), strict=False))
+            plain = ["" if _UNIT_LABEL.fullmatch(text.strip()) else _plain_unit(text) for text in lower]
+            at, units = near[1], tuple(zip(_named(upper), plain, strict=False))
         elif more == 0 and not COMMENT.match(lines[near[1]]) and {*lower} & {*upper} - {""}:
             found = f"two lines that may be the header, this one and line {near[1] + 1} (`{shown(lines[near[1]])}`)"
             expected = f"`header: {near[0] + 1}` or `header: {near[1] + 1}` in meta.yaml beside the log"
@@ -517,8 +518,9 @@ def _with_units_above(found: Layout, lines: Sequence[str]) -> Layout:
                     units = tuple(zip(found.names, map(_plain_unit, texts), strict=True))
                     return replace(found, units=units, notes=(*found.notes, f"the units of a comment ({stated[1]})"))
         label, *texts = (found.delimiter and _split(line, found.delimiter)) or [""]
-        if _UNIT_LABEL.fullmatch(label.strip()) and len(texts) < len(found.names) and _are_units(texts):
-            pairs = zip(found.names[1:], map(_plain_unit, texts), strict=False)
+        if _UNIT_LABEL.fullmatch(label.strip()) and len(texts) <= len(found.names) and _are_units(texts):
+            first = 0 if len(texts) == len(found.names) else 1  # the label stands beside all, or for the time
+            pairs = zip(found.names[first:], map(_plain_unit, texts), strict=False)
             units = tuple((name, unit) for name, unit in pairs if unit)
             words = f"the units of the line `{shown(label)}` ({listing([unit for _, unit in units])})"
             return replace(found, units=units, notes=(*found.notes, words))
