@@ -83,6 +83,15 @@ def test_an_effect_in_a_log_without_noise_passes(tmp_path: Path) -> None:
     assert not is_attenuated_noise(search.problem, base, found)
 
 
+def test_an_effect_with_which_free_runs_are_worse_attenuates_no_noise(tmp_path: Path) -> None:
+    """It reduces no error, with or without noise; that it is worse is for other tests to say."""
+    log = log_of(stage("[{kind: viscous, on: rail, parameters: {b: 4}}]"), tmp_path, "log.csv")
+    search, base, found = fitted(log, "viscous")
+    turned = np.append(found.theta[:-1], -found.theta[-1])  # the friction that is missing, taken off once more
+    for theta in (found.theta, turned):
+        assert not is_attenuated_noise(search.problem, base, replace(found, theta=theta))
+
+
 @pytest.mark.parametrize("every", [1, 2])
 def test_free_runs_of_several_rows_a_step_have_the_same_inputs_without_noise(every: int, tmp_path: Path) -> None:
     """Those of all rows were simulated at the longer steps, half of them and at other times."""

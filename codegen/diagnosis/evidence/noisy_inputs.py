@@ -50,9 +50,12 @@ def is_attenuated_noise(problem: Problem, before: Fit, after: Fit) -> bool:
         return False
     least = LEAST_KEPT if is_far(after) else LEAST_NEAR_NOISE
     record = before.runner.record
+    explained = _explained(before, _change(before, after, record))
+    if explained <= 0:  # free runs are no better, and no noise makes them so
+        return False
     clean = (record.with_inputs(inputs) for inputs in _without_noise(problem, before, after))
     kept = max(_explained(before, _change(before, after, one)) for one in clean)
-    return kept < least * _explained(before, _change(before, after, record))
+    return kept < least * explained
 
 
 def _change(before: Fit, after: Fit, record: Record) -> Array:
