@@ -700,11 +700,15 @@ def test_values_that_least_squares_finds_are_among_those_that_may_be_written() -
     assert fitted.free_run_rmse < 0.5 * declared.free_run_rmse
 
 
+@pytest.mark.parametrize("every", [1, 4])
 @pytest.mark.parametrize("joints", [None, (0, 1), (0, 2, 5)])
-def test_the_blocks_of_an_arm_are_those_of_its_segments(joints: tuple[int, ...] | None) -> None:
-    """A row of the fit is a segment of one joint, where joints are run one at a time; blocks are stretches of time."""
-    start = np.arange(0, 4000, 100)
-    record = SimpleNamespace(start=start, joints=joints)
+def test_the_blocks_of_an_arm_are_those_of_its_segments(joints: tuple[int, ...] | None, every: int) -> None:
+    """A row of the fit is a segment of one joint, where joints are run one at a time; blocks are stretches of time.
+
+    In a dense log a free run takes ``every`` rows a step, and its segments count steps.
+    """
+    start = np.arange(0, 4000 // every, 100 // every)
+    record = SimpleNamespace(start=start, joints=joints, every=every)
     judge = CrossValidation(*([None] * 3))  # type: ignore[arg-type]
     residual = np.zeros((len(start) * len(joints or (0,)), 3))
     judge.__dict__["evaluated"] = SimpleNamespace(residual=residual, runner=SimpleNamespace(record=record))

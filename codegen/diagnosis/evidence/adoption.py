@@ -417,9 +417,7 @@ class CrossValidation:
     def _blocks(self) -> list[NDArray[np.int_]]:
         """For each coordinate the block of the log in which each row of ``_rows`` is."""
         record, rows = self.evaluated.runner.record, np.arange(len(self.evaluated.residual))
-        joints = len(
-            record.joints or (0,)
-        )  # a segment has a row for each joint, where joints are simulated one at a time
+        joints = len(record.joints or (0,))  # a segment has a row for each joint that is simulated alone
         starts = [record.every * record.start[block[0] // joints] for block in np.array_split(rows, BLOCKS)]
         return [np.maximum(np.searchsorted(starts, r.sample, side="right") - 1, 0) for r in self._rows]
 
