@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from codegen.diagnosis.fit import credit
-from codegen.diagnosis.fit.trial import part_of
+from codegen.diagnosis.fit.trial import Trial, part_of
 from codegen.diagnosis.selection import (
     crediting,
 )
@@ -64,7 +64,7 @@ def test_what_a_further_effect_must_explain_in_free_runs(
     """
     search = searched()
     before, after = (
-        SimpleNamespace(trial=SimpleNamespace(parts=tuple(parts_of(search, *kinds)), adds_states=False))
+        SimpleNamespace(trial=Trial(search.system, tuple(parts_of(search, *kinds)), ()))
         for kinds in ((known,), (known, kind))
     )
     runs, force = SimpleNamespace(t=2.0), SimpleNamespace(left=0.9, p_added=lambda count: 0.001)
@@ -83,8 +83,10 @@ def test_what_a_further_effect_must_explain_in_free_runs(
         assert not explains_enough(*asked), "the force residual does not confirm it"
         force.p_added, force.left = lambda count: 0.001, 0.97
         assert not explains_enough(*asked), "it hardly changes the force residual"
-        force.left, after.trial.adds_states = 0.9, True
-        assert not explains_enough(*asked), "its force is simulated, and no second criterion"
+        force.left = 0.9
+        for kinds in (("presliding", kind), (kind, "presliding")):
+            after.trial = Trial(search.system, tuple(parts_of(search, known, *kinds)), ())
+            assert not explains_enough(*asked), "its force is simulated, and no second criterion"
 
 
 def test_two_effects_that_are_credited_in_turn_stand(monkeypatch: pytest.MonkeyPatch) -> None:

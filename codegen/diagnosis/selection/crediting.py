@@ -10,6 +10,7 @@ from codegen.diagnosis.fit import credit
 from codegen.diagnosis.fit.credit import evidence_of, noise_loss, random_signs
 from codegen.diagnosis.fit.output_error import Fit
 from codegen.diagnosis.fit.search import Search, joint_of, where_they_differ
+from codegen.diagnosis.fit.shooting import hidden_states
 from codegen.diagnosis.fit.trial import Part
 from codegen.diagnosis.selection.candidate_fits import every_part
 from codegen.diagnosis.selection.ranking import Ranked, credible
@@ -90,7 +91,7 @@ def _both_confirm(search: Search, fit: Fit, richer: Fit) -> bool:
 
     The force residual of effects with states is computed by a simulation along the motion, and is no second criterion.
     """
-    if richer.trial.adds_states:
+    if hidden_states(richer.trial.changed) > hidden_states(fit.trial.changed):
         return False
     soft, before = search.with_noise_floor(fit)
     by_runs = evidence_of(*where_they_differ(search, before, soft.fitted_again(richer)))
