@@ -215,6 +215,31 @@ def test_of_two_forms_with_as_many_parameters_the_usual_one_stays(cost: float, k
     assert sorted(r.found.part.names[0] for r in left) == kept
 
 
+@pytest.mark.parametrize(
+    ("gains", "kept"),
+    [
+        (np.where(np.arange(48) % 2, -3.0, 3.6), ["compliance"]),  # 3 % of the squared error, on half of the blocks
+        (np.where(np.arange(48) % 2, -60.0, 66.0), ["compliance", "backlash"]),  # 17 % of the squared error
+        (np.full(48, 1.0), ["compliance", "backlash"]),  # 5 %, on every block
+        (np.full(48, -1.0), ["compliance"]),
+    ],
+)
+@pytest.mark.parametrize("refused", ["", "compliance"])
+def test_a_gap_that_held_out_parts_do_not_show_leaves_the_compliance(
+    gains: np.ndarray, kept: list[str], refused: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A compliance was named backlash: 54 nats for a gap that was not there, 2.4 % of the squared error."""
+    one = credit.evidence(200.0 + gains, np.full(48, 200.0), 40)
+    monkeypatch.setattr(ranking, "where_they_differ", lambda _, before, after: (before, after))
+    monkeypatch.setattr(ranking, "evidence_of", lambda before, after: one)
+    tried = [ranked(kind, 0.9) for kind in ("compliance", "backlash")]
+    for r in tried:
+        r.found.part.effect = CATALOGUE[r.found.part.kind]
+        r.why_not = "is refused" if r.found.part.kind == refused else ""
+    left = ranking._without_extensions_not_shown(SimpleNamespace(), tried)  # type: ignore[arg-type]
+    assert [r.found.part.kind for r in left] == (kept if not refused else ["compliance", "backlash"])
+
+
 @pytest.mark.parametrize(("against", "preferred"), [(0.0, True), (4.1, False)])
 def test_at_the_noise_nats_of_free_runs_count_against_those_of_the_force(
     against: float, preferred: bool, monkeypatch: pytest.MonkeyPatch

@@ -23,6 +23,7 @@ from codegen.diagnosis.selection.crediting import BETTER, MOST_EFFECTS, are_same
 from codegen.diagnosis.selection.ranking import (
     CLOSE,
     Ranked,
+    extension_is_shown,
     force_prefers,
     is_no_better_form,
     most_left,
@@ -120,6 +121,7 @@ def swapped(
         good = [f for f in tried if is_possible(search, f) and matters(search, f, without)]
         good = in_simplest_forms([f for f in good if not _is_refused(search, without, f)])
         better = (f for f in good if f.cost < current.cost - BETTER and not force_speaks_for(here, f))
+        better = (f for f in better if not _is_unshown_extension(search, parts[k], current, f))
         simpler = (f for f in good if _is_as_good_and_simpler(here, f, parts[k]))
         best = nearest_of_equal(search, better) or nearest_of_equal(search, simpler)
         if best is not None:
@@ -166,6 +168,11 @@ def _is_as_good_and_simpler(here: ForceCriterion, found: Fit, part: Part) -> boo
     if len(found.part.names) >= len(part.names) or found.cost > current.cost + FORM_GAIN:
         return False
     return not runs_prefer(search, current, found) and not force_prefers(here, ForceCriterion(search, found))
+
+
+def _is_unshown_extension(search: Search, part: Part, current: Fit, found: Fit) -> bool:
+    """Whether a replacement only extends the effect ``part``, and free runs do not show what it adds."""
+    return CATALOGUE[found.part.kind].extends == part.kind and not extension_is_shown(search, current, found)
 
 
 def force_speaks_for(here: ForceCriterion, found: Fit) -> bool:
