@@ -96,6 +96,17 @@ def test_matlab_7_3_arrays_of_structs_and_objects(tmp_path: Path, spec: Any) -> 
             read_log(tmp_path / "a.mat", spec, columns={"t": "scope/time", **names, "x": name})
 
 
+def test_a_reference_to_what_was_removed_spoils_no_other_column(tmp_path: Path, spec: Any) -> None:
+    """The whole file was refused as damaged."""
+    with h5py.File(write(tmp_path / "a.h5", **MADE), "a") as file:
+        file["gone"] = MADE["x"]
+        file.create_dataset("cell", data=[file["x"].ref, file["gone"].ref], dtype=h5py.ref_dtype)
+        del file["gone"]
+    check(read_log(tmp_path / "a.h5", spec, columns={"x": "cell(1)"}))
+    with refused("LOG003 `cell(2)` removed from the file"):
+        read_log(tmp_path / "a.h5", spec, columns={"x": "cell(2)"})
+
+
 @pytest.mark.parametrize("matlab", [True, False])
 def test_joints_by_one_by_samples(tmp_path: Path, spec: Any, matlab: bool) -> None:
     """MATLAB's joints × 1 × samples, as YARP's telemetry writes them, and the same of another writer."""

@@ -95,7 +95,13 @@ class Hdf5File(BlockFile):
                 seen.add(address)
                 for k, reference in enumerate(dataset[()].ravel()):
                     if isinstance(reference, h5py.Reference) and reference:
-                        yield from self._of(file[reference], f"{path}({k + 1})", seen, later)
+                        name = f"{path}({k + 1})"
+                        try:
+                            found = file[reference]
+                        except (KeyError, ValueError):  # as h5py tells of an object that is not there
+                            self.unread[name] = "what it refers to was removed from the file"
+                            continue
+                        yield from self._of(found, name, seen, later)
 
     def _of(self, found: Any, path: str, seen: set[int], later: list[tuple[str, Any]]) -> Iterator[tuple[str, Any]]:
         """(path, dataset) of an object and its subgroups; each group once, also with links within the file.
