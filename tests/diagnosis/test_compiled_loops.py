@@ -68,6 +68,7 @@ LACKING = {
     "presliding": {"sigma": 2e4},
     "compliance": {"k": 9e3, "c": 8.0, "load_fraction": 0.4},
     "backlash": {"gap": 1e-4, "k": 9e3, "c": 8.0, "load_fraction": 0.4},
+    "actuator_lag": {"tau": 0.01},
 }
 
 
@@ -79,8 +80,9 @@ def moved_axis() -> tuple[System, Array, Array]:
     return system_of(stage()), positions[:, None], velocities[:, None]
 
 
-def trial_of(system: System, kind: str) -> Trial:
-    return Trial(system, (part_of(CATALOGUE[kind], 0, system),), tuple(level_parameters(system)))
+def trial_of(system: System, *kinds: str) -> Trial:
+    parts = tuple(part_of(CATALOGUE[kind], 0, system) for kind in kinds)
+    return Trial(system, parts, tuple(level_parameters(system)))
 
 
 def test_loops_for_each_model_apart_give_the_bits_of_loops_that_all_share(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -171,13 +173,16 @@ def test_every_effect_has_the_residual_of_its_model_or_moves_a_sensor(tmp_path: 
     assert moving == {"encoder_eccentricity"}
 
 
-@pytest.mark.parametrize("kind", ["presliding", "compliance", "backlash"])
-def test_several_vectors_at_once_have_the_bits_of_each_alone(kind: str) -> None:
-    """Also five, more than the loops advance in turn, and on few segments, before each of which a load begins anew."""
+@pytest.mark.parametrize("kinds", [("presliding",), ("compliance",), ("backlash",), ("compliance", "actuator_lag")])
+def test_several_vectors_at_once_have_the_bits_of_each_alone(kinds: tuple[str, ...]) -> None:
+    """Also five, more than the loops advance in turn, and on few segments, before each of which a load begins anew.
+
+    With a lag each vector has inputs of its own, which move the observer of a load.
+    """
     system, positions, velocities = moved_axis()
     commands = 12 * np.sign(np.sin(20 * 1e-3 * np.arange(1500)))[:, None]
-    trial = trial_of(system, kind)
-    first = trial.theta(np.array([3.5]), [LACKING[kind]])
+    trial = trial_of(system, *kinds)
+    first = trial.theta(np.array([3.5]), [LACKING[kind] for kind in kinds])
     thetas = [first + 0.02 * k for k in range(5)]
     for starts in (np.arange(0, 1300, 100, dtype=np.int32), np.array([1200], dtype=np.int32)):
         record = Record(positions, positions, velocities, commands, 1e-3, np.ones(1), starts, 90)
