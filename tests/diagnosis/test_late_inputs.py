@@ -15,7 +15,7 @@ from codegen.diagnosis import case as case_module
 from codegen.diagnosis import diagnose, free_runs
 from codegen.diagnosis.case import Case, Findings, case_of
 from codegen.diagnosis.fit.output_error import Fit
-from codegen.diagnosis.fit.record import record_of
+from codegen.diagnosis.fit.record import Record, record_of
 from codegen.diagnosis.fit.search import Search, search_on
 from codegen.diagnosis.selection.candidate_fits import every_part
 from codegen.diagnosis.selection.forward_selection import Outcome, Progress, find_effects, within_reach
@@ -200,3 +200,20 @@ def test_a_lead_that_was_estimated_too_large_names_no_delay(tmp_path: Path) -> N
     with too_early, among("offset", "input_delay", "actuator_lag", "viscous"):
         found = diagnose.diagnose_log(stage(), system_of(stage()), log)[0]
     assert found.verdict == "effect" and [e.kind for e in found.effects] == ["offset"], found.sentence
+
+
+def test_an_input_is_taken_earlier_by_rows_of_the_log_where_free_runs_take_several_a_step() -> None:
+    """Four rows of the log are two of a record of every second row."""
+    t = 1e-3 * np.arange(4000)
+    columns = [np.sin(7 * t + k)[:, None] for k in range(4)]
+    record = Record(*columns, 1e-3, np.ones(1), np.arange(200, 3000, 300, dtype=np.int32), 200)
+    none: Any = None
+    lead: Any = SimpleNamespace(rows=4.0)
+    case: Any = SimpleNamespace(leads={})
+    made = [
+        late_inputs._with_earlier_inputs(case, Search(none, one, none), {0: lead}).record.commands
+        for one in (record, record.thinned(2))
+    ]
+    inner = slice(100, -100)
+    assert np.allclose(made[1][inner], record.with_inputs(made[0]).thinned(2).commands[inner], atol=1e-3)
+    assert not np.allclose(made[1][inner], record.thinned(2).commands[inner], atol=1e-2)
