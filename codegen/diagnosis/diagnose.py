@@ -118,6 +118,9 @@ def diagnose_log(
             if error.code != "LOG009":  # too few stretches in motion
                 raise
             raise few_stretches(case, error) from error
+        if not case.faults and not case.problem.used.any():
+            found = "no motion long enough away from standstill, so that the residual force shows no friction in slip"
+            raise BadInput(case.log.where, found, "a record with larger inputs or fewer pauses", code="LOG009")
         if not case.faults:  # of which no effect is tried
             start_compiling(search)
         tell(case.findings_in_words)  # after the checks that refuse a short log

@@ -14,6 +14,7 @@ from codegen.diagnosis.case import case_of
 from codegen.diagnosis.diagnose import diagnose_log
 from codegen.diagnosis.fit.record import LEAST_SEGMENTS, record_of
 from codegen.logs import Log, read_log
+from codegen.spec import parse_spec
 from tests.diagnosis.stage import log_of, stage, system_of
 
 
@@ -62,3 +63,16 @@ def test_without_a_cutoff_that_passes_none_is_proposed(tmp_path: Path) -> None:
     assert "cutoff_hz" not in words and "of such motion" in words
     for cutoff in (2.5, 3.5, 5.0):
         refusal(replace(log, cutoff_hz=cutoff))
+
+
+def test_a_log_that_hardly_leaves_standstill_is_refused(tmp_path: Path) -> None:
+    """Two masses that stick but for short jumps: free runs have segments, the force residual has no sample. It ended
+    in a ValueError.
+    """
+    text = Path("specs/two_mass.yaml").read_text(encoding="utf-8")
+    weak = "effects: [{kind: saturation, on: w, parameters: {limit: 28}}]"
+    log = log_of(parse_spec(text.replace("effects: []", weak), Path("two_mass.yaml")), tmp_path, "log.csv")
+    spec = parse_spec(text, Path("two_mass.yaml"))
+    with pytest.raises(BadInput, match="no motion long enough away from standstill") as refused:
+        diagnose_log(spec, system_of(spec), log)
+    assert refused.value.code == "LOG009"
