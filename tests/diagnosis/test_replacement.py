@@ -270,3 +270,23 @@ def test_a_replacement_without_its_gap_is_a_spring_too(monkeypatch: pytest.Monke
     monkeypatch.setattr(replacement, "largest_first", lambda search, found: found)
     none: Any = None
     assert replacement.judged_together(none, fit(), first, [], False, True)[0] is spring
+
+
+@pytest.mark.parametrize("shown", [True, False])
+def test_a_backlash_replaces_a_compliance_only_where_its_gap_is_shown(
+    shown: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Both fit the log; the backlash by 100 nats better."""
+    play = fit(part_named("backlash"))
+    play.cost = 0.0
+    for name, value in {
+        "fit_candidates": [play], "is_possible": True, "matters": True,
+        "corrects_a_form": "", "contradicted_by_force": "", "only_attenuates_noise": "", "force_speaks_for": False,
+        "tied_by_free_runs": False, "extension_is_shown": shown, "as_replacement": play,
+    }.items():  # fmt: skip
+        monkeypatch.setattr(replacement, name, lambda *_, value=value: value)
+    search: Any = SimpleNamespace(rigid=None, without=lambda current, k: current, fitted_again=lambda fit: fit)
+    current = fit(part_named("compliance"), part_named("cogging"))
+    current.cost = 100.0
+    monkeypatch.setattr(replacement, "possible_replacements", lambda search, parts, k, _: [] if k else [play.part])
+    assert replacement.swapped(search, current, []) == ((play if shown else None), {})

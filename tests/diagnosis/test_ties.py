@@ -240,6 +240,27 @@ def test_a_gap_that_held_out_parts_do_not_show_leaves_the_compliance(
     assert [r.found.part.kind for r in left] == (kept if not refused else ["compliance", "backlash"])
 
 
+@pytest.mark.parametrize("shown", [True, False])
+def test_a_round_ranks_a_backlash_only_where_its_gap_is_shown(shown: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The backlash fits better by 54 nats, so that it would lead."""
+    found = [ranked("compliance", 0.9).found, ranked("backlash", 0.9).found]
+    for one, cost in zip(found, (154.0, 100.0), strict=True):
+        one.cost, one.part.effect, one.part.on, one.parameters = cost, CATALOGUE[one.part.kind], "q", {}
+        one.part.names = [p.name for p in one.part.effect.parameters]
+    for name, value in {
+        "fit_candidates": found, "nested_evidence_of": SimpleNamespace(share=0.9), "ForceCriterion": None,
+        "hypotheses": 1, "relative_size": 0.1, "why_refused": "", "contradicted_by_force": "", "uncovered": "",
+        "only_attenuates_noise": "", "tried": 1.0, "chance": 0.0, "combined_p": 0.0, "noise_ratio": 1.0,
+        "extension_is_shown": shown,
+    }.items():  # fmt: skip
+        monkeypatch.setattr(ranking, name, lambda *_, value=value, **__: value)
+    monkeypatch.setattr(ranking, "where_they_differ", lambda _, before, after: (before, after))
+    monkeypatch.setattr(ranking, "_beside_too_small", lambda search, one, among: one)
+    search: Any = SimpleNamespace(with_noise_floor=lambda current: (None, current))
+    left = ranking.run_round(search, SimpleNamespace(), [], lambda share: None)  # type: ignore[arg-type]
+    assert [r.found.part.kind for r in left] == (["backlash", "compliance"] if shown else ["compliance"])
+
+
 @pytest.mark.parametrize(("against", "preferred"), [(0.0, True), (4.1, False)])
 def test_at_the_noise_nats_of_free_runs_count_against_those_of_the_force(
     against: float, preferred: bool, monkeypatch: pytest.MonkeyPatch
