@@ -457,7 +457,6 @@ class _Search:
                 )
             return factor
         if by_file:
-            taken = f"which is no unit of {own}: its numbers are used unchanged"
             advice = f"Say `scale: {{{symbol}: FACTOR}}` in meta.yaml beside the log, 1 if they are in {own}."
             if others := self._others_in(unit, symbol):
                 advice = f"It is a unit of {others}: are the columns exchanged? {advice}"
@@ -469,7 +468,9 @@ class _Search:
                 advice = f"Say their size in meta.yaml beside the log, such as {scale_of_counts(symbol, self.spec)}."
             listed = bool(self.source.units.get(name))
             severity: Severity = "problem" if _has_size(by_file) and (listed or _is_meant(by_file)) else "warning"
-            self._doubt(symbol, f"the file has {symbol} in `{shown(unit)}`, {taken}", advice, severity)
+            words = f"the file has {symbol} in `{shown(unit)}`, which is no unit of {own}"
+            words += ": its numbers are used unchanged" if severity == "warning" else ""
+            self._doubt(symbol, words, advice, severity)
         elif others := self._others_in(unit, symbol):
             words = f"column `{shown(name)}` of {symbol} states `{shown(unit)}` in its name, a unit of {others}"
             self._doubt(symbol, words, f"Are the columns exchanged? {symbol} is in {own}.")
@@ -512,7 +513,7 @@ def _has_size(unit: str) -> bool:
 
 
 def _is_meant(unit: str) -> bool:
-    """Whether a unit in the name of a column is one, as in ``x (V)``, and not a word for a signal, as ``q (cal)``."""
+    """Whether a unit in a column's name is meant as one, as in ``x (V)``; in ``q (cal)`` it is a word for a signal."""
     if has_two_meanings(unit):
         return True
     return not is_rare_word(unit) and not same_dimension(unit, "s", Place(""))

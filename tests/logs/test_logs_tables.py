@@ -104,6 +104,8 @@ def test_a_unit_of_another_dimension_is_a_problem_until_a_factor_is_stated(units
     (tmp_path / "b.csv").write_text(f"t,x,w\n{units}\n" + table())
     found = [f.severity for f in read_log(tmp_path / "b.csv", spec).raw_data.findings if f.topic.startswith("unit of")]
     assert found == ([severity] if severity else [])
+    words = " ".join(f.words for f in read_log(tmp_path / "b.csv", spec).raw_data.findings)
+    assert ("are used unchanged" in words) == (severity == "warning")
     (tmp_path / "meta.yaml").write_text("scale: {x: 2, w: 3}\n")
     log = read_log(tmp_path / "b.csv", spec)
     assert not [f for f in log.raw_data.findings if f.topic.startswith("unit of")]

@@ -158,7 +158,6 @@ def credible(search: Search, before: Fit, after: Fit, candidates: int) -> bool:
 
 def in_simplest_admitted_forms(ranked: Sequence[Ranked]) -> list[Ranked]:
     """The candidates without those forms of an effect that a simpler form replaces."""
-
     return [
         r
         for r in ranked
@@ -167,12 +166,15 @@ def in_simplest_admitted_forms(ranked: Sequence[Ranked]) -> list[Ranked]:
 
 
 def _passed(one: Ranked) -> tuple[bool, bool]:
-    """How many tests a candidate passes, in the order of preference: all, all but significance, or fewer."""
+    """Which tests a candidate passes: all (largest), all but that of significance, or fewer (smallest)."""
     return not one.why_not, one.unsure
 
 
 def _without_extensions_not_shown(search: Search, ranked: Sequence[Ranked]) -> list[Ranked]:
-    """The candidates without those of a kind that extends another one which passes as many tests, if not shown."""
+    """The candidates without those that extend another candidate, if free runs do not show what they add.
+
+    They stay if the other candidate fails a test that they pass.
+    """
     plain = {(r.found.part.kind, r.found.part.on): r for r in ranked}
 
     def is_kept(r: Ranked) -> bool:

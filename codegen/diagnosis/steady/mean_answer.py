@@ -47,7 +47,12 @@ def select_effects(search: SteadySearch) -> SteadyOutcome:
 
 
 def answer_of(search: SteadySearch, measured: Measured, judged: Measured) -> tuple[Answer, SteadyOutcome]:
-    """The answer, which held-out records may refuse: by ``judged``, of the errors ``measured`` those that are asked."""
+    """The answer on steady records; held-out records may refuse the refit and each effect.
+
+    Args:
+        measured: gives all errors of a model on held-out records, which the answer states.
+        judged: gives those of these errors by which models are compared.
+    """
     system, found = search.system, select_effects(search)
     declared, left = judged(system), mean_forces(system, search.means)[0].ravel()
     options = [("declared values", system)]
