@@ -9,8 +9,8 @@
     machine.diagnose("log.csv")       # the effect that the model lacks
 
 A verb is a method of ``Machine`` and a function of this module, ``stiction.derive("specs/one_mass.yaml")``, with the
-same typed result. A bad spec or log raises ``BadInput``, a certificate that does not hold ``Refused``, a fault of the
-tool itself ``InternalError``. The libraries that a verb needs are imported when it is first asked for.
+same typed result. A bad spec or log raises ``BadInput``, a certificate that does not hold ``Refused``; any other
+exception is a fault of the tool. The libraries that a verb needs are imported when it is first asked for.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ _OFFERED = {
     "app.smt_lib": ("write_smt",),
     "app.verify": ("verify", "Verified"),
     "app.watch": ("watch", "Watched"),
-    "base.errors": ("BadInput", "InternalError"),
+    "base.errors": ("BadInput",),
     "base.progress": ("progress",),
     "checker.verify": ("Refused",),
 }

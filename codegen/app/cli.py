@@ -8,17 +8,20 @@ from __future__ import annotations
 import contextlib
 import io
 import os
+import shlex
 import sys
 import traceback
 from collections.abc import Sequence
 from functools import cache
 from typing import Any, NoReturn
 
-from codegen.base.errors import TRACEBACK, BadInput, InternalError
+from codegen.base.errors import BadInput, brief
 from codegen.base.interrupt import interrupted, interrupts_noted
 from codegen.base.python_words import within
 
 INTERNAL, INTERRUPTED = 70, 130
+TRACEBACK = "STICTION_TRACEBACK"
+"""The environment variable that adds the traceback to an internal error."""
 MOST_FAULTS = 20
 """Faults of one file that are shown at once."""
 
@@ -62,8 +65,7 @@ def main() -> None:
             sys.exit(2)
         if traced:
             traceback.print_exc()
-        fault = error if isinstance(error, InternalError) else InternalError("stiction", sys.argv[1:], error)
-        _say(f"internal error: {fault}\n{fault.advice}")
+        _say_internal(error)
         sys.exit(INTERNAL)
 
 
@@ -72,6 +74,18 @@ def _say(line: str, **options: Any) -> None:
     from codegen.base.terminal import errors
 
     errors.print(line, **options)
+
+
+def _say_internal(error: Exception) -> None:
+    """Print what a fault of the tool means for the user, and what to do."""
+    memory = isinstance(error, MemoryError)
+    said = "there is not enough memory" if memory else brief(str(error))
+    _say(f"internal error: `{brief(shlex.join(['stiction', *sys.argv[1:]]))}` ended in {type(error).__name__}: {said}")
+    small = ", or the machine too small for this input" if memory else ""
+    _say(
+        f"This is a fault of stiction or of a library below it{small}; nothing says that the input is wrong. "
+        f"Please report it with the files that you gave and with what {TRACEBACK}=1 in the environment adds."
+    )
 
 
 def _print_faults(error: BadInput) -> None:

@@ -14,7 +14,6 @@ from math import pi
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from codegen.base.arguments import one
 from codegen.base.errors import Faults, refuse_unknown
 from codegen.base.files import sha256
 from codegen.base.progress import begin
@@ -39,27 +38,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Overrides:
-    """Options of a command that override the spec; None and () for the spec's own choice or the default.
-
-    Raises TypeError for values of other types.
-    """
+    """Options of a command that override the spec; None and () for the spec's own choice or the default."""
 
     precision: str | None = None
     fault: str | None = None
     targets: tuple[str, ...] = ()
-
-    def __post_init__(self) -> None:
-        for name, value in (("precision", self.precision), ("fault", self.fault)):
-            if not isinstance(value, str | None):
-                raise TypeError(f"Overrides: `{name}` is text or None, not {type(value).__name__}")
-        targets: object = self.targets
-        expected = "Overrides: `targets` is a tuple of text, not"
-        if isinstance(targets, str):
-            raise TypeError(f"{expected} {targets!r}: {(targets,)!r}")
-        if not isinstance(targets, tuple | list):
-            raise TypeError(f"{expected} {type(targets).__name__}")
-        if wrong := [target for target in targets if not isinstance(target, str)]:
-            raise TypeError(f"{expected} with {one(type(wrong[0]).__name__)} in it")
 
     @property
     def printers(self) -> tuple[str, ...]:
@@ -108,8 +91,6 @@ class Derived(Shown):
     Raises:
         TypeError: for a path in place of a spec.
     """
-
-    _in_words = "a machine"
 
     def __init__(self, spec: Spec, overrides: Overrides | None = None, origin: Derived | None = None) -> None:
         if not isinstance(spec, Spec):

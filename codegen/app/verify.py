@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from codegen.base.border import verb, verb_that_raises
+from codegen.base.border import verb
 from codegen.base.errors import BadInput, Place
 from codegen.base.input_files import is_there, read_text
 from codegen.base.result import Shown
@@ -64,7 +64,7 @@ def certificate_in(path: str | Path) -> Path:
     return path
 
 
-@verb_that_raises(checker.Refused)
+@verb
 def verify(certificate: str | Path, spec: str | Path | None = None) -> Verified:
     """Check a certificate or a proof by the independent checker, with the files in the same folder.
 
@@ -131,7 +131,6 @@ def verification_json(certificate: str | Path, spec: str | Path | None = None) -
     return found.content, checker.status(found.report)
 
 
-@verb_that_raises(checker.Refused)
 def verify_machine(machine: Derived) -> Verified:
     """Check the certificate that ``generate`` would write for a machine, together with its other files.
 

@@ -1,4 +1,4 @@
-"""Exceptions: BadInput for every fault of a user's input, InternalError for a fault of the tool."""
+"""BadInput, the exception for every fault of a user's input, and the nearest name to a misspelt one."""
 
 from __future__ import annotations
 
@@ -8,8 +8,6 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from difflib import SequenceMatcher
 
-TRACEBACK = "STICTION_TRACEBACK"
-"""The environment variable that adds the traceback to an internal error."""
 LONGEST_QUOTE = 120
 """Characters of what a message quotes."""
 LONGEST_NUMBER = 25
@@ -40,23 +38,7 @@ class Place:
         return f"{spot}: {brief(self.key)}" if self.key else spot
 
 
-class _Pickled(Exception):
-    """An exception that pickles with its attributes: a worker's reaches the caller of a pool of processes.
-
-    ``Exception`` calls the class with the message alone.
-    """
-
-    def __reduce__(self) -> tuple[object, ...]:
-        return _restored, (type(self), self.args, vars(self))
-
-
-def _restored(kind: type[_Pickled], args: tuple[object, ...], attributes: dict[str, object]) -> _Pickled:
-    error = kind.__new__(kind, *args)
-    error.__dict__.update(attributes)
-    return error
-
-
-class BadInput(_Pickled):
+class BadInput(Exception):
     """Input that cannot be used: where, what was found, what was expected, and the nearest valid name or value.
 
     Args:
@@ -85,6 +67,10 @@ class BadInput(_Pickled):
         self.found, self.expected, self.nearest, self.about, self.code = found, expected, nearest, about, code
         super().__init__(self._message)
 
+    def __reduce__(self) -> tuple[object, ...]:
+        """With all attributes, so that an error of a worker reaches the caller of a pool of processes."""
+        return _restored, (type(self), self.args, vars(self))
+
     @property
     def _message(self) -> str:
         message = f"{self.place}: {brief(self.found)}; expected {brief(self.expected, 3 * LONGEST_PART)}"
@@ -111,6 +97,12 @@ class BadInput(_Pickled):
     def all(self) -> tuple[BadInput, ...]:
         """This fault and the others, in the order of their lines; those without a line last."""
         return tuple(sorted((self, *self.others), key=lambda f: (f.place.line is None, f.place.line or 0)))
+
+
+def _restored(kind: type[BadInput], args: tuple[object, ...], attributes: dict[str, object]) -> BadInput:
+    error = kind.__new__(kind, *args)
+    error.__dict__.update(attributes)
+    return error
 
 
 class UnknownName(BadInput):
@@ -143,32 +135,6 @@ class Faults:
             first, *others = {str(one): one for fault in self.noted for one in (fault, *fault.others)}.values()
             first.others = tuple(others)
             raise first
-
-
-class InternalError(_Pickled):
-    """A fault of the tool itself, or of a library below it: no input should be able to cause it.
-
-    Args:
-        cause: the unexpected exception, also kept as ``__cause__``.
-    """
-
-    def __init__(self, verb: str, files: Iterable[str], cause: BaseException) -> None:
-        self.verb, self.files, self.cause = verb, tuple(files), cause
-        kind = type(cause).__name__
-        said = {"MemoryError": "there is not enough memory", "RecursionError": "the work is nested too deeply"}.get(
-            kind, str(cause) or "no words"
-        )
-        on = f" on {', '.join(brief(file) for file in self.files[:4])}" if self.files else ""
-        super().__init__(f"`{verb}`{on} ended in {kind}: {brief(said)}")
-
-    @property
-    def advice(self) -> str:
-        """What it means for the user, and what to do."""
-        small = ", or the machine too small for this input" if isinstance(self.cause, MemoryError) else ""
-        return (
-            f"This is a fault of stiction or of a library below it{small}; nothing says that the input is wrong. "
-            f"Please report it with the files that you gave and with what {TRACEBACK}=1 in the environment adds."
-        )
 
 
 def brief(text: str, longest: int = LONGEST_PART) -> str:

@@ -104,10 +104,7 @@ Arguments = dict[str, tuple[str, Any]]
 
 def _arguments(work: Callable[..., object]) -> Arguments:
     """The arguments of a verb, and those of the dataclasses that it takes as an argument."""
-    try:
-        hints = get_type_hints(work)
-    except NameError:  # of a type that is imported for the type checker alone
-        hints = {}
+    hints = get_type_hints(work)
     found: Arguments = {}
     for name in signature(work).parameters:
         found[name] = work.__name__, hints.get(name)

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from codegen.base.errors import BadInput, InternalError, Place, UnknownName
+from codegen.base.errors import BadInput, Place, UnknownName
 from codegen.spec.si_units import NONE
 from codegen.spec.units import UnitMismatch
 from tests.app.command import SPECS
@@ -20,7 +20,7 @@ def some_errors() -> list[Exception]:
     place = Place("a.yaml", 3, "force[0]")
     fault = BadInput(place, "`x`", "a number", "y", "about", code="SPEC006")
     fault.others = (UnknownName(place, "z", "unknown `z`", "one of x", code="SPEC008"),)
-    return [fault, *fault.others, UnitMismatch(place, "N", "m", NONE), InternalError("check", ["a"], ValueError("b"))]
+    return [fault, *fault.others, UnitMismatch(place, "N", "m", NONE)]
 
 
 @pytest.mark.parametrize("error", some_errors(), ids=lambda error: type(error).__name__)

@@ -99,23 +99,3 @@ def test_the_command_names_options(tmp_path: Path) -> None:
     assert "`--column w=" in stiction("replay", ONE, tmp_path / "log.csv").err
     with pytest.raises(api.BadInput, match=re.escape("simulate(): `plant`")):  # after the command in the same process
         api.simulate(ONE, tmp_path / "l.csv", plant="mujco")
-
-
-def test_the_source_of_a_copy_is_an_argument_and_named_as_one() -> None:
-    with pytest.raises(
-        TypeError, match=re.escape("init(): got an unexpected keyword argument 'from_'; it has name, source, out, log")
-    ):
-        api.init("bar", from_="two_mass")  # type: ignore[call-arg]
-
-
-def test_an_unknown_argument_is_told_before_a_missing_one() -> None:
-    with pytest.raises(TypeError, match=r"unexpected keyword argument 'progess'; .*\(did you mean 'progress'\?\)"):
-        api.simulate(ONE, progess=print)  # type: ignore[call-arg]
-
-
-@pytest.mark.parametrize(
-    ("targets", "told"), [("c", r"not 'c': \('c',\)"), (("c", 3), "not with an int in it"), (3, "not int")]
-)
-def test_targets_of_another_type_are_said(targets: Any, told: str) -> None:
-    with pytest.raises(TypeError, match=r"Overrides: `targets` is a tuple of text, " + told):
-        api.Overrides(targets=targets)

@@ -77,57 +77,17 @@ def test_any_argument_of_another_type_is_bad_input(tmp_path: Path, name: str, ar
         verb(**given | {argument: WRONG[key]})
 
 
-@pytest.mark.parametrize(
-    ("verb", "given", "words"),
-    [
-        ("diagnose", {"log": "log.csv", "column": {}}, "'column'; it has log, test, out, .* (did you mean 'columns'?)"),
-        ("generate", {"overide": None}, "'overide'; it has out, .* (did you mean 'overrides'?)"),
-        ("derive", {"out": "folder"}, "'out'; it has no arguments"),
-        ("generate", {"precision": "single"}, "'precision'; it has out, .*force"),
-    ],
-)
-def test_an_unknown_argument_is_told_with_the_known_ones(
-    one: stiction.Machine, verb: str, given: dict[str, Any], words: str
-) -> None:
-    words = words.replace("(", r"\(").replace("?)", r"\?\)")
-    with pytest.raises(TypeError, match=rf"^{verb}\(\): got an unexpected keyword argument {words}$"):
-        getattr(one, verb)(**given)
-
-
 def test_the_type_of_a_library_has_its_name_in_front(one: stiction.Machine) -> None:
     flag: Any = np.complex128(1)
     with pytest.raises(stiction.BadInput, match=r"`force`: an object of the type numpy\.complex128; expected True or"):
         one.generate(force=flag)
 
 
-def test_a_truth_of_numpy_is_one(one: stiction.Machine, tmp_path: Path) -> None:
-    flag: Any = np.bool_(True)
-    assert one.generate(tmp_path / "none", check_only=flag).stale
-
-
-@pytest.mark.parametrize(
-    ("verb", "given", "words"),
-    [
-        ("simulate", {"out": "log.csv", "progress": lambda share: None}, "expected a function of text and a number or"),
-        ("cancel", {"progress": lambda: None}, "expected a function of text and a number or None"),
-        ("diagnose", {"log": "log.csv", "progress": lambda share: None}, "expected a function of text and a number or"),
-        ("diagnose", {"log": "log.csv", "tell": lambda: None}, "expected a function of a mapping"),
-        ("watch", {"log": "log.csv", "tell": lambda: None}, "expected a function of an Alarm or None"),
-    ],
-)
-def test_a_function_that_cannot_be_called_so_is_refused_before_any_work(
-    one: stiction.Machine, verb: str, given: dict[str, Any], words: str
-) -> None:
-    with pytest.raises(stiction.BadInput, match=words) as told:
-        getattr(one, verb)(**given)
-    assert told.value.code == "CALL001" and "with the arguments (" in str(told.value)
-
-
-@pytest.mark.parametrize("error", [ZeroDivisionError, ValueError, TypeError, stiction.BadInput])
+@pytest.mark.parametrize("error", [KeyError, ValueError, TypeError, stiction.BadInput])
 def test_what_the_callers_function_raises_leaves_the_verb_as_it_is(
     one: stiction.Machine, tmp_path: Path, error: type[Exception]
 ) -> None:
-    """No handler of a verb takes it for its own: a division by zero in it is no bad spec and no internal error."""
+    """It ends the verb, and nothing is written."""
 
     def stop(step: str, share: float) -> None:
         raise error(*["mine"] * (3 if error is stiction.BadInput else 1))
@@ -135,26 +95,6 @@ def test_what_the_callers_function_raises_leaves_the_verb_as_it_is(
     with pytest.raises(error, match="mine") as told:
         one.simulate(tmp_path / "log.csv", progress=stop)
     assert type(told.value) is error and not list(tmp_path.iterdir())
-
-
-def test_the_callers_function_is_his_within_a_verb_that_calls_another(one: stiction.Machine, tmp_path: Path) -> None:
-    """``outer`` has a function of its own too; the one that raised is told from it."""
-
-    @verb
-    def outer(progress: Callable[[str, float], None]) -> None:
-        try:
-            one.simulate(tmp_path / "log.csv", progress=lambda step, share: fail())
-        except RuntimeError:
-            one.simulate(tmp_path / "log.csv", progress=progress)
-
-    def fail() -> None:
-        raise RuntimeError("of outer")
-
-    def stop(step: str, share: float) -> None:
-        raise KeyError("mine")
-
-    with pytest.raises(KeyError, match="mine"):
-        outer(stop)
 
 
 def test_no_log_at_all_is_bad_input(one: stiction.Machine) -> None:
@@ -179,11 +119,6 @@ def test_an_empty_text_is_no_path(one: stiction.Machine) -> None:
 def test_a_truth_is_no_number(one: stiction.Machine) -> None:
     with pytest.raises(stiction.BadInput, match="`dwell`: an object of the type bool; expected a number or text"):
         one.watch("log.csv", dwell=True)
-
-
-def test_too_many_arguments_are_told_with_the_known_ones(one: stiction.Machine) -> None:
-    with pytest.raises(TypeError, match=r"^certify\(\): too many positional arguments; it has out$"):
-        one.certify("a.json", "b")
 
 
 def test_pieces_of_a_watched_log(one: stiction.Machine) -> None:
@@ -252,18 +187,10 @@ def test_a_text_is_no_list_of_texts(one: stiction.Machine) -> None:
 
 
 def test_a_list_of_other_things_is_told_with_what_is_in_it(one: stiction.Machine) -> None:
-    with pytest.raises(
-        stiction.BadInput, match="`only`: an object of the type list with a float in it; expected a list"
-    ):
+    with pytest.raises(stiction.BadInput, match="`only`: an object of the type list of float; expected a list of text"):
         one.replay("log.csv", only=[1.0, 2.0])
-    with pytest.raises(stiction.BadInput, match="`columns`: an object of the type dict with an int in it"):
+    with pytest.raises(stiction.BadInput, match="`columns`: an object of the type dict of int"):
         one.replay("log.csv", columns={"x": 1})
-
-
-@pytest.mark.parametrize("given", [{"precision": 3}, {"fault": 1.0}, {"targets": "python"}, {"targets": (1,)}])
-def test_overrides_of_another_type_are_refused_where_they_are_made(given: dict[str, Any]) -> None:
-    with pytest.raises(TypeError, match=rf"Overrides: `{next(iter(given))}`"):
-        stiction.Overrides(**given)
 
 
 def test_a_machine_is_made_of_a_spec_that_was_read() -> None:
