@@ -17,7 +17,6 @@ import re
 import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from fractions import Fraction
 from itertools import accumulate
 from typing import Any
 
@@ -26,7 +25,6 @@ import sympy
 from codegen.base.errors import BadInput, Place, UnknownName, nearest_name
 from codegen.spec.decimal_comma import DECIMAL_COMMA, comma_in_expression, comma_in_value, with_point
 from codegen.spec.functions import CONSTANTS, FUNCTIONS, OTHER_NAMES, Magnitude, Sgn
-from codegen.spec.si_units import UNITS
 
 RANGE = "a finite number between 1e-300 and 1e300 in size"
 
@@ -121,27 +119,6 @@ def _written(node: ast.expr, text: str) -> str:
     return text[places[node.col_offset] : places[node.end_col_offset - 1] + 1]
 
 
-def _with_operator(words: str) -> str | None:
-    """The first product without its ``*``, written with it: ``k*x`` for ``k x``, ``2*x`` for ``2x``; None for none.
-
-    Of a number with a unit that has a prefix, such as ``60 mm``, the number in SI.
-    """
-    pair = _WITHOUT_OPERATOR.search(words)
-    if pair is None:
-        return None
-    first, second = pair[1] or pair[3], pair[2] or pair[4]
-    unit = UNITS.get(second)
-    if unit is not None and unit.factor != 1 and len(second) > 1 and re.fullmatch(r"\d+\.?\d*", first):
-        return str(float(Fraction(first) * unit.factor))
-    return f"{first}*{second}"
-
-
-_WITHOUT_OPERATOR = re.compile(
-    r"(?<![\w.])([A-Za-z_]\w*|\d[\d.]*) ([A-Za-z_]\w*|\d[\d.]*)"  # two names or numbers side by side
-    r"|(?<![\w.])(\d[\d.]*)(?![eE][-+\d])([A-Za-z_]\w*)"  # a number with a name behind it
-)
-
-
 def _places(text: str) -> list[int]:
     """For each character of the text with ``**`` for ``^``, its position in the text itself."""
     return [k for k, letter in enumerate(text) for _ in range(1 + (letter == "^"))]
@@ -195,13 +172,13 @@ def parse_expression(text: str | int | float, place: Place) -> Expression:
     except SyntaxError as error:
         places = _places(words)[max(0, (error.offset or 1) - 1) :]
         near = words[places[0] :][:20] if places else "the end"
-        found, nearest = f"`{words}` cannot be read at `{near}`", _with_operator(words)
+        found = f"`{words}` cannot be read at `{near}`"
         if unclosed := words.count("(") - words.count(")"):
             found += f": {abs(unclosed)} `{'(' if unclosed > 0 else ')'}` more than `{')' if unclosed > 0 else '('}`"
-        expected = "an expression such as `-k*x + w`, its numbers in SI and without units"
+        expected = "an expression such as `-k*x + w`, `*` in every product, its numbers in SI and without units"
         if "|" in words:
             expected += "; a magnitude |v| is written abs(v)"
-        raise BadInput(place, found, expected, nearest, code="SPEC010") from None
+        raise BadInput(place, found, expected, code="SPEC010") from None
     except (RecursionError, MemoryError, ValueError):
         found = "an expression nested too deeply or with control characters"
         raise BadInput(place, found, "a simpler expression", code="SPEC010") from None

@@ -6,7 +6,7 @@ energies (``lagrangian:``) or a robot file (``urdf:``). g is in ``force:``, U in
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import sympy
@@ -14,14 +14,11 @@ import sympy
 from codegen.base.errors import BadInput, Faults, Place, refuse_unknown
 from codegen.spec.bodies_section import read_bodies, read_body_forces, read_equations, read_sliding
 from codegen.spec.expression import Expression, parse_expression
-from codegen.spec.missing_units import refuse_missing_units
 from codegen.spec.model import NO_INPUTS, Coordinate, Input, symbol
 from codegen.spec.motion import DIRECTIONS, Constraints, Form, KinematicTree, Lagrangian, Sliding, Topology
 from codegen.spec.motion_units import Units
 from codegen.spec.row_counts import refuse_other_shape
 from codegen.spec.schema import SpecDocument
-from codegen.spec.si_units import Dimension
-from codegen.spec.units import UnitMismatch
 
 FORMS = ("mass_matrix", "topology", "constraints", "lagrangian", "urdf")
 Rows = list[list[Expression]]
@@ -48,8 +45,6 @@ def read_motion(
 ) -> Motion:
     """The equation of motion from ``mass_matrix`` or the section that replaces it, ``force`` and ``friction``.
 
-    If units do not match, but would with units of the parameters that have none, the message is about these parameters.
-
     Args:
         place: key → its file and line.
         tree: kinematic tree of the robot file of ``urdf:``.
@@ -57,13 +52,7 @@ def read_motion(
     Raises:
         BadInput: for no form or two, matrices of wrong shape, unknown names, and units that do not match.
     """
-    reader = _MotionReader(document, coordinates, inputs, place)
-    try:
-        return reader.motion(tree)
-    except UnitMismatch:
-        without_unit = [name for name, p in document.parameters.items() if "unit" not in p.model_fields_set]
-        refuse_missing_units(lambda assumed: reader.motion(tree, assumed), without_unit, place)
-        raise
+    return _MotionReader(document, coordinates, inputs, place).motion(tree)
 
 
 class _MotionReader:
@@ -82,12 +71,8 @@ class _MotionReader:
         self.constant: Symbols = {name: symbol(name) for name in document.parameters}
         self.input: Symbols = {i.name: symbol(i.name) for i in inputs}
 
-    def motion(self, tree: KinematicTree | None, assumed: Mapping[str, Dimension] | None = None) -> Motion:
-        """The equation of motion.
-
-        Args:
-            assumed: parameter → dimension that replaces the declared one.
-        """
+    def motion(self, tree: KinematicTree | None) -> Motion:
+        """The equation of motion."""
         d, n = self.document, len(self.coordinates)
         kind = self._form_kind()
         rows = d.force if d.force is not None else ["0"] * n
@@ -104,7 +89,7 @@ class _MotionReader:
         if d.mass_matrix is not None:
             mass, mass_matrix = self._matrix("mass_matrix", d.mass_matrix, (n, n), constant, faults)
         faults.raise_noted()
-        units = Units(d, self.coordinates, self.inputs, self.place, assumed)
+        units = Units(d, self.coordinates, self.inputs, self.place)
         no_slidings = (None,) * len(d.friction.contacts)
         if kind == "mass_matrix":
             assert mass is not None and distribution is not None

@@ -10,13 +10,13 @@ from typing import Any
 
 import sympy
 
-from codegen.base.errors import Faults, Place
+from codegen.base.errors import BadInput, Faults, Place
 from codegen.spec.expression import Expression, parse_expression
 from codegen.spec.model import Coordinate, Input
 from codegen.spec.motion import Body, position_name, rate_name
 from codegen.spec.schema import SpecDocument
 from codegen.spec.si_units import Dimension
-from codegen.spec.units import UnitMismatch, describe, dimension, dimension_of, parse_unit
+from codegen.spec.units import describe, dimension, dimension_of, parse_unit
 
 Entries = list[list[Expression]]
 Term = tuple[str, Place, Any]
@@ -27,9 +27,6 @@ class Units:
     """Dimensions of all names of a spec, and checks of expressions against required dimensions.
 
     A bare number may have any unit, except inside a sum.
-
-    Args:
-        assumed: parameter → dimension that replaces that of the spec.
     """
 
     def __init__(
@@ -38,7 +35,6 @@ class Units:
         coordinates: Sequence[Coordinate],
         inputs: Sequence[Input],
         place: Callable[..., Place],
-        assumed: Mapping[str, Dimension] | None = None,
     ) -> None:
         self.place = place
         self.second, self.metre, self.kilogram, self.energy, self.number = (
@@ -51,7 +47,6 @@ class Units:
             self.names |= {c.name: of, c.velocity: of / self.second}
         for name, p in document.parameters.items():
             self.names[name] = dimension(parse_unit(p.unit, place(f"parameters.{name}.unit")))
-        self.names |= assumed or {}
         for i in inputs:
             self.names[i.name] = dimension(parse_unit(i.unit, place(f"inputs.{i.name}.unit")))
         self.contacts = [
@@ -79,7 +74,7 @@ class Units:
         found = dimension_of(expression, names or self.names)
         if found is not None and found != wanted:
             words = f"{what} `{expression.text}` in {describe(found)}"
-            raise UnitMismatch(expression.place, words, describe(wanted), found / wanted)
+            raise BadInput(expression.place, words, describe(wanted), code="SPEC014")
 
     def read(
         self, text: str, key: str, symbols: Mapping[str, sympy.Symbol], wanted: Dimension, what: str
@@ -99,7 +94,7 @@ class Units:
                 for words, place, found in self._friction(distribution[i] if distribution is not None else ()):
                     if found != self.energy / of:
                         found_words = f"{words} gives {describe(found)}"
-                        raise UnitMismatch(place, found_words, describe(self.energy / of), found * of / self.energy)
+                        raise BadInput(place, found_words, describe(self.energy / of), code="SPEC014")
         faults.raise_noted()
 
     def check_equation(self, mass: Entries, force: Entries, distribution: Entries) -> None:
@@ -123,7 +118,7 @@ class Units:
         for words, place, of in known:
             if of != known[0][2]:
                 expected = f"{describe(known[0][2])}, the unit of {known[0][0]} in the same row"
-                raise UnitMismatch(place, f"{words} gives {describe(of)}", expected, of / known[0][2])
+                raise BadInput(place, f"{words} gives {describe(of)}", expected, code="SPEC014")
 
     def _friction(self, row: Sequence[Expression]) -> list[Term]:
         """U_ik λ_k of a row of U, without its zeros."""
@@ -147,7 +142,7 @@ class Units:
             of = self.of_direction(direction) if factor is None else factor * self.of_direction(direction)
             if found is not None and of != found:
                 words = f"`{part.text}` times {direction} in {describe(of)}"
-                raise UnitMismatch(part.place, words, f"{describe(found)}, as the directions before it", of / found)
+                raise BadInput(part.place, words, f"{describe(found)}, as the directions before it", code="SPEC014")
             found = of
         return found
 
@@ -156,4 +151,4 @@ class Units:
         wanted = self.energy / slip
         if self.contacts[index] != wanted:
             own, place = self.contacts[index], self.place(f"friction.contacts[{index}].unit")
-            raise UnitMismatch(place, f"friction in {describe(own)}", describe(wanted), own / wanted)
+            raise BadInput(place, f"friction in {describe(own)}", describe(wanted), code="SPEC014")

@@ -67,28 +67,16 @@ def read_numbers(given: Mapping[str, Any], key: str, place: Callable[[str], Plac
     return values, {name: unit for name, unit in units.items() if unit}
 
 
-def refuse_other_unit(given: str, unit: str, found: str, place: Place, nearest: str | None = None) -> None:
+def refuse_other_unit(given: str, unit: str, found: str, place: Place) -> None:
     """Raise BadInput if ``given`` is a unit of another dimension than ``unit``.
 
     Args:
-        found, nearest: what is in the spec, and what may be meant, for the message.
+        found: what is in the spec, for the message.
     """
     if given and not same_dimension(given, unit, place):
         found = f"{found}, in {describe(dimension(parse_unit(given, place)))}"
         expected = f"a number in {unit}, or a number with another unit of the same quantity"
-        raise BadInput(place, found, expected, nearest, code="SPEC014")
-
-
-_INVERSE = {"s": ("ms", 1000), "1/s": ("Hz", 1)}
-"""Unit of a period or rate → unit in which the suggestion is written, and how many of it are one of the first."""
-
-
-def _inverted(number: str, given: str, unit: str, place: Place) -> str | None:
-    """The period for a given rate, or the rate for a given period: ``0.5 ms`` for ``2 kHz``; None for other units."""
-    if unit not in _INVERSE or not same_dimension(given, "1/s" if unit == "s" else "s", place):
-        return None
-    size, (name, each) = exact_number(number, place) * si_factor(given, place), _INVERSE[unit]
-    return f"{float(each / size):.6g} {name}" if size > 0 else None
+        raise BadInput(place, found, expected, code="SPEC014")
 
 
 def read_quantity(text: str, unit: str, place: Place) -> sympy.Rational:
@@ -105,7 +93,7 @@ def read_quantity(text: str, unit: str, place: Place) -> sympy.Rational:
     if parts is None:
         return exact_number(text, place)
     number, given = parts
-    refuse_other_unit(given, unit, f"`{text}`", place, _inverted(number, given, unit, place))
+    refuse_other_unit(given, unit, f"`{text}`", place)
     return printed(exact_number(number, place) * si_factor(given, place), place, f"{text} in {unit}")
 
 

@@ -6,7 +6,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from codegen.base.errors import BadInput, Place
-from codegen.spec.decimal_comma import QUESTION, maybe_commas
 
 
 def refuse_other_shape(
@@ -32,6 +31,5 @@ def refuse_other_shape(
         at = replace(at, line=place(f"{key}[{odd[0]}]").line)
     else:
         found = f"{len(rows)} row{'s' * (len(rows) != 1)} of {len(rows[0]) if rows else 0}"
-    question = f"; {QUESTION}" if any(maybe_commas(rows[i], shape[1]) for i in odd) else ""
-    expected = f"{shape[0]} by {shape[1]}{meaning}{question}"
+    expected = f"{shape[0]} by {shape[1]}{meaning}"
     raise BadInput(at, what + found.replace(" 1 entries", " 1 entry"), expected, code="SPEC015")

@@ -70,18 +70,6 @@ _HIGHEST_POWER = 20
 """Highest power of a unit."""
 
 
-class UnitMismatch(BadInput):
-    """Two quantities have different units where they must have the same.
-
-    Attributes:
-        ratio: the dimension of one over that of the other.
-    """
-
-    def __init__(self, place: Place, found: str, expected: str, ratio: Dimension) -> None:
-        super().__init__(place, found, expected, code="SPEC014")
-        self.ratio = ratio
-
-
 @cache
 def registry() -> pint.UnitRegistry[Any]:
     """The unit registry of pint, whose factors are exact fractions, with pi to fifty digits."""
@@ -153,9 +141,8 @@ def _unit(text: str) -> SiUnit | Any:
     try:
         return si_unit(plain) or _parse(plain)
     except ValueError:
-        raise refused(
-            "", "a unit such as N*m, kg*m^2 or 1", _nearest_unit(plain) or nearest_name(text, _USUAL)
-        ) from None
+        nearest = _nearest_unit(plain) or nearest_name(text, _USUAL)
+        raise refused("", "a unit such as N*m, kg*m^2 or 1", nearest) from None
 
 
 def _nearest_unit(plain: str) -> str | None:
@@ -319,11 +306,6 @@ def describe(d: Dimension | None) -> str:
     return "*".join(parts)
 
 
-def is_called(d: Dimension) -> bool:
-    """Whether a dimension is one for which engineers have a usual unit."""
-    return d in _known_units()
-
-
 @cache
 def _known_units() -> dict[Dimension, str]:
     """Dimension → its usual unit, the first of ``_USUAL``."""
@@ -340,7 +322,7 @@ def _of_function(name: str, argument: Any, whole: Expression, node: ast.Call) ->
         return argument ** Fraction(1, 2)
     if name != "sgn" and argument != NONE:
         found = f"{name} of `{whole.source(node.args[0])}`, which is in {describe(argument)}"
-        raise UnitMismatch(whole.place, found, "an argument without a unit", argument)
+        raise BadInput(whole.place, found, "an argument without a unit", code="SPEC014")
     return NONE
 
 
@@ -363,7 +345,7 @@ def _combined(
         units = [f"{name} without unit" if d == NONE else f"{name} in {describe(d)}" for name, d in known.items()]
         stated = f" (as declared: {', '.join(units)})" if units else ""
         expected = f"terms of the same unit in a sum{stated}; give a number its unit as a parameter"
-        raise UnitMismatch(whole.place, found, expected, one / other)
+        raise BadInput(whole.place, found, expected, code="SPEC014")
     return one
 
 

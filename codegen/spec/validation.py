@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping, Sequence
 from copy import deepcopy
 from pathlib import Path
-from typing import Any, TypeVar, get_args, get_origin
+from typing import Any, TypeVar, get_args
 
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
@@ -102,8 +102,7 @@ def _distinct(errors: list[ErrorDetails], model: type[BaseModel]) -> list[ErrorD
         if fault["type"] == "extra_forbidden":
             parent = [s for s in loc[:-1] if isinstance(s, int) or not _is_variant(s)]
             known = _known_keys(model, parent)
-            joined = _without_colon(str(loc[-1]), known)
-            meant.add((*loc[:-1], joined[0] if joined else nearest_name(str(loc[-1]), known) or ""))
+            meant.add((*loc[:-1], nearest_name(str(loc[-1]), known) or ""))
         elif fault["type"] == "missing" and loc in meant:
             continue
         variant = next((k for k, s in enumerate(loc) if _is_variant(s)), len(loc))
@@ -127,9 +126,6 @@ def _explain(
         case "extra_forbidden":
             known = _known_keys(model, steps[:-1])
             name = str(steps[-1])
-            if joined := _without_colon(name, known):
-                expected = f"`{joined[0]}: {joined[1]}`, with `: ` between key and value"
-                return BadInput(place, f"unknown key `{name}`", expected, code="SPEC004")
             nearest, expected = nearest_name(name, known), f"one of {', '.join(known)}"
             if nearest is None and "parameters" in known and len(steps) > 1:
                 expected += f"; a parameter is given as `parameters: {{{name}: …}}`"
@@ -146,9 +142,6 @@ def _explain(
             expected = f"a list of mappings with {', '.join(keys)}"
         case other:
             expected = _EXPECTED.get(other, fault["msg"])
-            if other == "list_type" and isinstance(one := fault["input"], (str, int)) and len(f"{one}") <= EXAMPLE:
-                depth = _list_depth(model, steps)
-                expected += f", as in `{'[' * depth}{one}{']' * depth}`"
     found = fault["input"]
     if fault["type"] in ("value_error", "model_type") and isinstance(found, str) and comma_in_value(found):
         words = f"`{found}` with {DECIMAL_COMMA}"
@@ -169,12 +162,6 @@ def _as_mapping(found: object, keys: Sequence[str]) -> str:
         is_value = unit != "UNIT" or isinstance(found, (int, float))
         return f", as in `{{value: {value}, unit: {unit}}}`" if is_value else ""
     return f", as in `{{unit: {found}}}`" if [*keys] == ["unit"] and isinstance(found, str) else ""
-
-
-def _without_colon(name: str, known: Sequence[str]) -> tuple[str, str] | None:
-    """(key, value) of an unknown key that contains both, as ``velocity v`` and ``value:60`` do; None otherwise."""
-    found = re.fullmatch(r"(\w+)(?:\s+|:)(\S.*)", name)
-    return (found[1], found[2]) if found and found[1] in known else None
 
 
 def _is_variant(step: object) -> bool:
@@ -210,18 +197,6 @@ def _section(model: type[BaseModel], steps: Sequence[Any]) -> type[BaseModel]:
         field = section.model_fields.get(step) if isinstance(step, str) else None
         section = (_inner_model(field.annotation) if field else None) or section
     return section
-
-
-def _list_depth(model: type[BaseModel], steps: Sequence[Any]) -> int:
-    """The number of nested lists that a key requires: 2 for a matrix, 1 for a row of it; at least 1."""
-    last = max(k for k, step in enumerate(steps) if isinstance(step, str))
-    field = _section(model, steps[:last]).model_fields.get(steps[last])
-    return max(1, _depth(field.annotation) - (len(steps) - 1 - last)) if field else 1
-
-
-def _depth(annotation: Any) -> int:
-    inner = [_depth(part) for part in get_args(annotation)]
-    return max(inner, default=0) + (get_origin(annotation) is list)
 
 
 def _inner_model(annotation: Any) -> type[BaseModel] | None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from difflib import SequenceMatcher
 from functools import lru_cache, partial
 from io import StringIO
@@ -17,7 +17,6 @@ from ruamel.yaml.parser import RoundTripParser
 from ruamel.yaml.reader import ReaderError
 
 from codegen.base.errors import BadInput, Place
-from codegen.spec.decimal_comma import DECIMAL_COMMA, comma_at_joint, with_point
 from codegen.spec.ranges import MARK, expanded
 from codegen.spec.yaml_faults import refused
 from codegen.spec.yaml_limits import Limits
@@ -98,7 +97,7 @@ def load_mapping(text: str, file: str, example: str = "name: one_mass") -> tuple
     places: dict[str, Place] = {}
     if MARK in text:
         document = expanded(document, file)
-    _collect(document, "", file, places, text.splitlines())
+    _collect(document, "", file, places)
     return document, places
 
 
@@ -114,40 +113,15 @@ def _key(name: object) -> str:
     return {True: "true", False: "false"}[name] if isinstance(name, bool) else "null" if name is None else str(name)
 
 
-def _collect(node: Any, key: str, file: str, places: dict[str, Place], lines: Sequence[str]) -> None:
-    """Add the places of all keys and list entries in a node to ``places``.
-
-    Raises:
-        BadInput: for a decimal comma in a mapping, ``{value: 24,5}``, at which YAML ends the value.
-
-    Args:
-        lines: of the text, from which such a number is quoted, since the node of ``05`` is 5.
-    """
+def _collect(node: Any, key: str, file: str, places: dict[str, Place]) -> None:
+    """Add the places of all keys and list entries in a node to ``places``."""
     listed = isinstance(node, CommentedSeq)
     entries = enumerate(node) if listed else node.items() if isinstance(node, CommentedMap) else ()
-    before: Any = None
     for name, value in entries:
         inner = f"{key}[{name}]" if listed else f"{key}.{_key(name)}" if key else _key(name)
         position = (node.lc.data or {}).get(name)
         places[inner] = Place(file, position[0] + 1 if position else None, inner)
-        written = _entry_at(lines, position) or _key(name)
-        if not listed and value is None and comma_at_joint(before, written):
-            number = f"{before},{written}"
-            found, expected = f"`{number}` with {DECIMAL_COMMA}", f"a decimal point: {with_point(number)}"
-            raise BadInput(Place(file, position[0] + 1 if position else None, key), found, expected, code="SPEC001")
-        before = value
-        _collect(value, inner, file, places, lines)
-
-
-def _entry_at(lines: Sequence[str], position: Sequence[int] | None) -> str:
-    """The text of an entry in braces, from its position to the next comma or brace; "" if the position is unknown."""
-    if position is None or position[0] >= len(lines):
-        return ""
-    entry = _ENTRY.match(lines[position[0]], position[1])
-    return entry[0].strip() if entry else ""
-
-
-_ENTRY = re.compile(r"[^,{}\[\]]*")
+        _collect(value, inner, file, places)
 
 
 def dump(document: Any) -> str:

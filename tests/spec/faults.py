@@ -46,7 +46,7 @@ FAULTS: dict[str, tuple[str, str, str, str | None]] = {
     "a matrix without brackets": (
         "mass_matrix:\n  - [mass, 0]\n  - [0, J]\n",
         "mass_matrix: mass\n",
-        "SPEC006 [[mass]]",
+        "SPEC006 `mass`",
         None,
     ),
     "a word where a list of mappings belongs": (
@@ -55,7 +55,7 @@ FAULTS: dict[str, tuple[str, str, str, str | None]] = {
         "SPEC006 `viscous` mappings kind, on, parameters",
         None,
     ),
-    "a row without brackets": ("  - [mass, 0]\n", "  - mass\n", "SPEC006 `[mass]`", None),
+    "a row without brackets": ("  - [mass, 0]\n", "  - mass\n", "SPEC006 `mass`", None),
     "a word where a number belongs": ("value: 2,", "value: two,", "SPEC006", None),
     "true where a number belongs": ("value: 2,", "value: true,", "SPEC006", None),
     "nothing where a number belongs": ("value: 2,", "value: null,", "SPEC006", None),

@@ -1,4 +1,4 @@
-"""A parameter without its unit is named at its own line, where the units of the equation tell which one it is."""
+"""Terms whose units do not match: the message has the names in them, and which of these have no unit."""
 
 from __future__ import annotations
 
@@ -30,22 +30,6 @@ friction:
   contacts:
     - {name: pivot, law: coulomb, a: 14, unit: N*m}
 """
-
-
-def test_a_parameter_without_its_unit_is_named() -> None:
-    with pytest.raises(BadInput) as told:
-        build_system(parse_spec(SPEC, Path("table.yaml")))
-    assert matches(told.value, "SPEC014 table.yaml:10 `b` force[0] `unit: N*m*s`")
-    assert not told.value.others
-
-
-def test_several_parameters_without_their_units_are_each_named_at_their_own_line() -> None:
-    """J is an inertia since J v' is a torque, as n kt i is, and b a torque by a speed."""
-    spec = SPEC.replace("J: {value: 2, unit: kg*m^2}", "J: {value: 2}")
-    with pytest.raises(BadInput) as told:
-        build_system(parse_spec(spec, Path("table.yaml")))
-    where = {fault.place.line: fault.expected.split("`")[1] for fault in told.value.all}
-    assert where == {7: "unit: kg*m^2", 10: "unit: N*m*s"}
 
 
 @pytest.mark.parametrize(

@@ -78,18 +78,6 @@ def test_a_parameter_s_value_with_a_unit_is_told_where_the_unit_belongs() -> Non
     assert told.value.expected == "a number alone, and its unit beside it: {value: 10, unit: kg}"
 
 
-@pytest.mark.parametrize(
-    ("given", "meant"), [("2 kHz", "0.5 ms"), ("400 Hz", "2.5 ms"), ("0 Hz", None), ("1 mm", None)]
-)
-def test_a_rate_in_place_of_a_period_is_told_as_one(given: str, meant: str | None) -> None:
-    with pytest.raises(BadInput) as told:
-        spec(("  sample_time: 0.001", f"  sample_time: {given}"))
-    assert told.value.nearest == meant
-    with pytest.raises(BadInput) as told:
-        spec(behind=LOG % ("1 ms", "2 mm", "1 cm/s", "4 ms"))
-    assert told.value.nearest == "250 Hz"
-
-
 def test_a_level_in_another_unit_has_it_beside_its_number() -> None:
     """The message on `a: 5, unit: kN` spoke of logs."""
     name = parse_spec(BARE, Path("s.yaml")).contacts[0].name

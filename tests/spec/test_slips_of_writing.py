@@ -15,8 +15,6 @@ from tests.expected_errors import refused
 
 from .faults import GOOD
 
-QUESTION = "or are these decimal commas?"
-
 
 def told(text: str) -> BadInput:
     with pytest.raises(BadInput) as caught:
@@ -101,28 +99,6 @@ def test_a_comma_between_arguments_is_no_decimal_comma() -> None:
 
 
 @pytest.mark.parametrize(
-    ("entries", "asked"),
-    [
-        ("[-3,2, 3,2]", True),
-        ("[0, 0,5]", True),
-        ("[1.5, 2.5, 3.5]", False),
-        ("[-1, -2, -3]", False),
-        ("[1, 2, 3, 4, 5]", False),
-    ],
-)
-def test_a_range_with_more_entries(entries: str, asked: bool) -> None:
-    fault = told(GOOD.replace("x: [-1, 1]", f"x: {entries}"))
-    assert fault.place.line == 31
-    assert (QUESTION in fault.expected) == asked
-
-
-def test_gains_with_more_entries(tmp_path: Path) -> None:
-    fault = derived(tmp_path, GOOD.replace("K_F: 10", "K_F: [0,00107, 0,404]"))
-    assert QUESTION in fault.expected
-    assert QUESTION not in derived(tmp_path, GOOD.replace("K_F: 10", "K_F: [1.5, 2.5, 3.5]")).expected
-
-
-@pytest.mark.parametrize(
     ("rows", "words", "line"),
     [
         ("  - [mass, 0]\n  - [0]\n", "2 rows, of which row 2 has 1 entry", 16),
@@ -189,11 +165,11 @@ observer: {kind: gcfo, velocity: estimated, gains: {K_F: 600, K_v: 200}, sample_
 @pytest.mark.parametrize(
     ("old", "new", "shown"),
     [
-        ("w - k*x", "w - k x", "SPEC010 k*x"),
-        ("w - k*x", "w - 2x", "SPEC010 2*x"),
+        ("w - k*x", "w - k x", "SPEC010 `*`"),
+        ("w - k*x", "w - 2x", "SPEC010 `*`"),
         ("w - k*x", "w - (k*(x + 1)", "SPEC010 `(`"),
         ("w - k*x", "w - k*x)", "SPEC010 `)`"),
-        ("  x: [-1, 1]", "  x: 5 mm", "SPEC006 mm]`"),
+        ("  x: [-1, 1]", "  x: 5 mm", "SPEC006 [low"),
         ("  x: [-1, 1]", "  x: [5, -5]", "SPEC007 [-5, 5]"),
         ("name: slider", "name: my-slider", "SPEC009 'my_slider'"),
     ],
@@ -215,12 +191,6 @@ def test_a_tolerance_of_a_contact_is_none_by_any_name() -> None:
         assert fault.code == "SPEC004" and f"`{key}`" in fault.found and not fault.others
 
 
-@pytest.mark.parametrize(("term", "right"), [("60 mm*sin(q)*k", "0.06"), ("2.5 kN", "2500.0"), ("2 k*x", "2*k")])
-def test_a_number_with_a_unit_in_a_formula_is_said_in_si(term: str, right: str) -> None:
-    fault = told(GOOD.replace("w - k*x", f"w - {term}"))
-    assert fault.nearest == right
-
-
 @pytest.mark.parametrize("space", ["\u00a0", "\u3000"])
 def test_a_space_that_yaml_does_not_take_as_indentation(space: str) -> None:
     fault = told(GOOD.replace("  J: {", f"{space}{space}J: {{"))
@@ -232,11 +202,6 @@ def test_two_documents_in_a_file() -> None:
     fault = told(f"{GOOD}---\n{GOOD}")
     assert fault.found == "a second document, behind `---`"
     assert fault.place.line == len(GOOD.splitlines()) + 1
-
-
-def test_an_exponent_as_in_fortran() -> None:
-    fault = told(GOOD.replace("value: 2,", "value: 2.5D-1,"))
-    assert fault.expected == "a number: 2.5e-1" and fault.nearest is None
 
 
 def test_a_parameter_of_an_effect_beside_its_kind() -> None:
@@ -264,22 +229,7 @@ def test_an_entry_of_a_list_without_its_blank() -> None:
     assert fault.found == "`-J*om/tau` without a blank behind the dash" and fault.expected == "`- J*om/tau`"
 
 
-@pytest.mark.parametrize("written", ["±2", "+-2", "+/- 2"])
-def test_a_range_with_plus_and_minus(written: str) -> None:
-    fault = told(GOOD.replace("x: [-1, 1]", f"x: {written}"))
-    assert "as in `[-2, 2]`" in fault.expected
-
-
-def test_no_example_of_a_range_is_made_of_a_range() -> None:
-    fault = told(GOOD.replace("x: [-1, 1]", "x: 2 mm .. 20 mm"))
-    assert "as in" not in fault.expected
-    assert "as in `[-2 mm, 2 mm]`" in told(GOOD.replace("x: [-1, 1]", "x: 2 mm")).expected
-
-
-@pytest.mark.parametrize(
-    ("written", "right"),
-    [("1'200", "1200"), ("1 200.5", "1200.5"), ("50:1", "without a formula"), ("100/2", "without a formula")],
-)
-def test_a_number_that_is_none(written: str, right: str) -> None:
+@pytest.mark.parametrize("written", ["1'200", "1 200.5", "50:1", "100/2"])
+def test_a_number_that_is_none(written: str) -> None:
     fault = told(GOOD.replace("value: 2,", f"value: {written},"))
-    assert right in fault.expected and "its unit" not in fault.expected
+    assert "without a formula, unit or separators" in fault.expected and "beside it" not in fault.expected
