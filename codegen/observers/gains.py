@@ -11,7 +11,6 @@ import sympy
 from codegen.base.errors import BadInput, Faults, Place, nearest_name
 from codegen.mechanics.sparse import diagonal
 from codegen.mechanics.system import Matrix
-from codegen.spec.decimal_comma import QUESTION, maybe_commas
 from codegen.spec.expression import exact_number
 from codegen.spec.model import ObserverChoice, Spec, symbol
 from codegen.spec.row_counts import refuse_other_shape
@@ -79,8 +78,6 @@ def read_gain(
             expected = f"{shape} rows, since the matrix is not square"
         elif len(rows) == 1:
             expected = "one number"
-        if square and maybe_commas(raw, len(rows)):
-            expected += f"; {QUESTION}"
         raise BadInput(place, f"{name} of length {len(raw)}", expected, code="SPEC015")
     numbers = [exact_number(str(entry), place) for entry in raw]
     for label, number in zip(rows, numbers, strict=True):
