@@ -20,9 +20,10 @@ from codegen.logs.description import EMPTY_DESCRIPTION, LogDescription
 from codegen.logs.epoch_clock import since_epoch
 from codegen.logs.file_formats import FORMATS
 from codegen.logs.formats.bag_file import is_bag
+from codegen.logs.formats.cells import is_row
 from codegen.logs.formats.csv_file import CsvSource, open_csv, open_lines
 from codegen.logs.formats.source import LARGEST_STREAM, Columns
-from codegen.logs.formats.table import COMMENT, ROWS_ALIKE, is_row
+from codegen.logs.formats.table import ROWS_ALIKE
 from codegen.logs.formats.text_lines import EXPECTED, lines_of
 from codegen.logs.readers import log_description
 from codegen.logs.term import columns_of, compute
@@ -146,7 +147,7 @@ def live_blocks(
             yield from table.blocks(lines, 0)
             continue
         unread += lines
-        rows = [line for line in unread if line.strip() and not COMMENT.match(line)]
+        rows = [line for line in unread if is_row(line)]
         if len(rows) > ROWS_ALIKE:  # the header is the line before the first rows of numbers
             head = open_lines(file, unread, described, encoding_notes)
             if head.layout.times:

@@ -17,24 +17,11 @@ from codegen.base.errors import BadInput, Place
 from codegen.base.user_text import shown
 from codegen.logs.binding import column_of, time_of
 from codegen.logs.description import LogDescription
+from codegen.logs.formats.cells import MINUS, NUMBER, fields, is_row, value_of
 from codegen.logs.formats.row_forms import transposed_rows, whole_lines
 from codegen.logs.formats.series import Signal, grouped_by_time, joined
 from codegen.logs.formats.source import Allowance, BlockFile, Columns, File, LogFile, NotStreamed, listing
-from codegen.logs.formats.stamps import seconds_since
-from codegen.logs.formats.table import (
-    END,
-    HEX,
-    MINUS,
-    MISSING,
-    NUMBER,
-    WORDS,
-    Layout,
-    fields,
-    find_layout,
-    is_remark,
-    is_row,
-    starts_as_row,
-)
+from codegen.logs.formats.table import END, Layout, find_layout, is_remark, starts_as_row
 from codegen.logs.formats.text_lines import EXPECTED, lines_of, text_of
 
 SHARE_DAMAGED = 0.01
@@ -248,21 +235,14 @@ class CsvSource(LogFile):
         separator = self.layout.decimal
         plain = text.replace(",", ".") if separator == "," and "." not in text else text
         begun = self._started.get(index)
-        if begun is None and NUMBER.match(plain) and not (separator == "," and "." in text):
-            return float(plain)
-        if text.lower() in MISSING:
-            return float("nan")
-        passed = seconds_since(begun, text)
-        if passed is not None:
-            return passed
-        if begun is not None:
-            place = Place(self.file, line, shown(self.names[index]))
-            expected = "a date or time of day, as in the first row"
-            raise BadInput(place, f"`{shown(text)}`", expected, code="LOG005")
-        if text.lower() in WORDS or HEX.match(text):
-            return WORDS[text.lower()] if text.lower() in WORDS else float(int(text, 16))
+        pointed = separator == "," and NUMBER.match(text) and "." in text
+        if not pointed and (value := value_of(plain, begun)) is not None:
+            return value
         place = Place(self.file, line, shown(self.names[index]))
-        raise BadInput(place, f"`{shown(text)}`", *self._expected_number(text), code="LOG005")
+        expected, nearest = self._expected_number(text)
+        if begun is not None:
+            expected, nearest = "a date or time of day, as in the first row", None
+        raise BadInput(place, f"`{shown(text)}`", expected, nearest, code="LOG005")
 
     def _expected_number(self, text: str) -> tuple[str, str | None]:
         """What a message expects in place of a text that is no number, and the number that was probably meant."""

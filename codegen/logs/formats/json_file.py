@@ -17,9 +17,8 @@ import numpy as np
 
 from codegen.base.errors import BadInput, Place, nearest_name
 from codegen.base.user_text import shown
+from codegen.logs.formats.cells import NUMBER, stamp, value_of
 from codegen.logs.formats.source import Columns, LogFile, listing
-from codegen.logs.formats.stamps import seconds_since, stamp
-from codegen.logs.formats.table import MISSING, NUMBER
 
 COST = {b",": 100, b"[": 100, b"{": 300, b'"': 25}
 """Bytes of memory that each of these characters may need when parsed, in addition to the text."""
@@ -168,25 +167,13 @@ class JsonFile(LogFile):
         """
         if value is None:
             return np.nan
-        if isinstance(value, str):
-            text = value.strip()
-            passed = seconds_since(begun, text)
-            if passed is not None:
-                return passed
-            if text.lower() in MISSING:
-                return np.nan
-            value = float(text) if NUMBER.match(text) else value
-        if begun is not None:
-            key, expected = (
-                f"{shown(self._under)}[{row}].{shown(name)}",
-                "a date or time of day, as others of the column",
-            )
-            raise self.fault(f"`{shown(json.dumps(value)[:200])}`", expected, key, "LOG005")
-        if not isinstance(value, (int, float)):
+        number = value_of(value.strip(), begun) if isinstance(value, str) else None if begun else value
+        if not isinstance(number, (int, float)):
             key = f"{shown(self._under)}[{row}].{shown(name)}"
-            raise self.fault(f"`{shown(json.dumps(value)[:200])}`", "a number", key, "LOG005")
+            expected = "a date or time of day, as others of the column" if begun else "a number"
+            raise self.fault(f"`{shown(json.dumps(value)[:200])}`", expected, key, "LOG005")
         try:
-            return float(value)
+            return float(number)
         except OverflowError:
             return np.inf
 

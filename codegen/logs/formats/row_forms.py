@@ -14,14 +14,14 @@ from functools import partial
 from itertools import chain, islice
 from string import ascii_letters
 
+from codegen.logs.formats.cells import COMMENT_MARKS, delimiter_of
 from codegen.logs.formats.source import listing
-from codegen.logs.formats.text_lines import LONGEST_LINE
+from codegen.logs.formats.text_lines import LINES_SEARCHED, LONGEST_LINE
 from codegen.spec.units import is_unit
 
 ROWS = 3
 MOST_SIGNALS, FEWEST_VALUES = 64, 200
 """Most lines of a transposed table, and least number of values in each."""
-LINES_SEARCHED = 1000
 _NUMBER = (
     r"[+-]?(?:\d++,\d++(?=\s|$)|\d++(?:\.\d*+)?|\.\d++)(?:[eE][+-]?\d++)?(?=[\s,;})\]]|$)"
     r"|[+-]?(?:nan|inf)(?=[\s,;})\]]|$)"
@@ -100,19 +100,15 @@ class Form:
         return [self.split(line)[0] for line in lines]
 
 
-def find_form(
-    lines: Sequence[str], delimiter_of: Callable[[str], str], header: int | None, named: Sequence[str]
-) -> Form | None:
+def find_form(lines: Sequence[str], header: int | None, named: Sequence[str]) -> Form | None:
     """The special form of a table; None for a plain one. Arguments as of ``find_layout``."""
     head = list(islice(lines, LINES_SEARCHED))
     if sum(1 for line in head if _CALL.search(line) or _ENUM.search(line)) >= ROWS:
-        inner = find_form([_called(line) for line in head], delimiter_of, header, named) or Form(
-            lambda line: (line, "")
-        )
+        inner = find_form([_called(line) for line in head], header, named) or Form(lambda line: (line, ""))
         return replace(inner, split=lambda line: inner.split(_called(line)))
     found = _named_rows(lines) if header is None and not named else None
-    found = found or _list_rows(lines, delimiter_of) or _after_arrows(lines, delimiter_of) or _in_first_column(lines)
-    found = found or _comma_times(lines, header, named) or _quantities(lines, delimiter_of)
+    found = found or _list_rows(lines) or _after_arrows(lines) or _in_first_column(lines)
+    found = found or _comma_times(lines, header, named) or _quantities(lines)
     return found or _ended_by_semicolons(head)
 
 
@@ -194,7 +190,7 @@ def _pairs(line: str) -> tuple[list[tuple[str, str]], str]:
     return ([(STAMP, begun[1]), *pairs] if begun and pairs else pairs), other
 
 
-def _after_arrows(lines: Sequence[str], delimiter_of: Callable[[str], str]) -> Form | None:
+def _after_arrows(lines: Sequence[str]) -> Form | None:
     """Lines of a serial monitor or logger, ``12:00:00.002 -> 0.1,0.2`` or ``12:00:00.002 - axis - INFO - 0.1,0.2``."""
     first = [line for line in islice(lines, LINES_SEARCHED) if line.strip()]
     begun = next((form for form in (_LOGGED, _ARROW) if all(map(form.match, first[-ROWS:]))), None)
@@ -232,7 +228,7 @@ def _ended_by_semicolons(lines: Sequence[str]) -> Form | None:
     return Form(lambda line: (line.rstrip().removesuffix(";"), ""))
 
 
-def _quantities(lines: Sequence[str], delimiter_of: Callable[[str], str]) -> Form | None:
+def _quantities(lines: Sequence[str]) -> Form | None:
     """Rows in which the numbers of some columns have their unit behind them, ``0.002 sec,0.1``."""
     last = [line for line in islice(lines, LINES_SEARCHED) if line.strip()][-ROWS:]
     stated = {tuple(_units_behind(line, delimiter_of(line))) for line in last}
@@ -275,7 +271,7 @@ def whole_lines(lines: list[str]) -> list[str]:
     return lines if held else made
 
 
-def _list_rows(lines: Sequence[str], delimiter_of: Callable[[str], str]) -> Form | None:
+def _list_rows(lines: Sequence[str]) -> Form | None:
     """Rows with lists of numbers in some fields; their elements become fields, called ``q[0]``, ``q[1]``."""
     places = [i for i, line in enumerate(islice(lines, LINES_SEARCHED)) if line.strip()]
     run: list[int] = []
@@ -303,7 +299,7 @@ def _list_rows(lines: Sequence[str], delimiter_of: Callable[[str], str]) -> Form
 
     if not above:
         return Form(split)
-    names = _fields(lines[above[-1]].strip().lstrip("#%/"), delimiter)
+    names = _fields(lines[above[-1]].strip().lstrip(COMMENT_MARKS), delimiter)
     fields = _fields(masked, delimiter)
     if len(names) != len(fields):
         return Form(split)
@@ -326,7 +322,7 @@ def transposed_rows(lines: Sequence[str]) -> list[str] | None:
         A header, if there are names, and the rows, with tabs between fields; None if the table is not transposed.
     """
     rows = list(islice((line for line in lines if line.strip()), 2 * MOST_SIGNALS))
-    comments = [line.strip().lstrip("#%/") for line in rows if line.lstrip().startswith(("#", "%", "//"))]
+    comments = [line.strip().lstrip(COMMENT_MARKS) for line in rows if line.lstrip().startswith(("#", "%", "//"))]
     rows = [line.strip() for line in rows if not line.lstrip().startswith(("#", "%", "//"))]
     if not 1 < len(rows) <= MOST_SIGNALS:
         return None

@@ -1,14 +1,14 @@
-"""Layout of the table in a text file: separator, header line, line of units and first row.
+"""Layout of the table in a text file: separator, names of the columns, units and first row.
 
-The first rows are found first: lines of numbers with equally many fields. The header is the line above them, or above a
-line of units. Lines before the header are ignored.
+The first rows are found first: lines of numbers with equally many fields. The names are in the line above them, or
+above a line of units; a description may state the line, and a scope's export has a key for it. Earlier lines are
+ignored. Units are then found in one way for all of these: see ``_Head.units``.
 """
 
 from __future__ import annotations
 
-import csv
 import re
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime
 from itertools import islice, product
@@ -16,41 +16,46 @@ from itertools import islice, product
 from codegen.base.errors import BadInput, Place
 from codegen.base.user_text import shown
 from codegen.logs.binding import time_columns
+from codegen.logs.formats.cells import (
+    COMMENT,
+    COMMENT_MARKS,
+    SEPARATORS,
+    WORDS,
+    all_fields,
+    decimal_sign,
+    delimiter_of,
+    fields,
+    filled_fields,
+    is_missing,
+    is_number,
+    is_row,
+    is_value,
+    restart_period,
+    significant,
+    stamp,
+)
 from codegen.logs.formats.row_forms import Form, find_form
 from codegen.logs.formats.source import listing
-from codegen.logs.formats.stamps import restart_period, stamp
-from codegen.logs.formats.text_lines import EXPECTED
+from codegen.logs.formats.text_lines import EXPECTED, LINES_SEARCHED
 from codegen.spec.column_units import LONGEST_UNIT, in_usual_case
 from codegen.spec.units import is_unit
 
-LINES_SEARCHED = 1000
-"""Lines at the start of a file among which the first rows of numbers must stand."""
 ROWS_ALIKE = 3
-LONGEST_PREAMBLE = 20
-"""Most lines of a preamble that may look like a table of names and values."""
-SEPARATORS = (",", ";", "\t", "|")
-COMMENT = re.compile(
-    r"\s*+(#(?!(n/a|nan|nv|value!|wert!|div/0!))|%|//|(?=[^|+]*[|+])(?=.*---)[\s|+:=-]++$)", re.IGNORECASE
-)
-"""Beginning of a comment, but not of a row whose first value is missing; or a rule such as ``|---|---|``."""
+"""Number of alike lines that are rows of a table."""
 END = "EOF"
 """A line that ends a table."""
-MINUS = "\N{MINUS SIGN}"
-_NO_VALUE = (
-    "na n/a n.a. nan nat null (null) nil none missing undef undefined invalid bad <na> - -- --- . ? \\n "
-    "#n/a #nan #nv #value! #wert! #div/0!"
-)
-_NOT_FINITE = "nan(ind) 1.#ind 1.#qnan 1.#inf 1.#j ∞"
-MISSING = {"", *_NO_VALUE.split(), *(f"{sign}{word}" for sign in ("", "-") for word in _NOT_FINITE.split())}
-NUMBER = re.compile(
-    r"[+-]?(\d++\.?\d*+([eE][+-]?\d+)?|\.\d+([eE][+-]?\d+)?|inf|infinity|nan)\Z", re.ASCII | re.IGNORECASE
-)
-HEX = re.compile(r"0[xX][0-9a-fA-F]{1,16}\Z", re.ASCII)
-WORDS = {"true": 1.0, "false": 0.0}
-_DIGITS = re.compile(r"[+-]?(\d+|[.,]\d+)([.,]\d+)*(e[+-]?\d+)?\Z", re.ASCII | re.IGNORECASE)
-"""A number with any separators of decimals and thousands."""
-_DECIMAL_COMMA = r"(\d*,(\d{1,2}|\d{4,})|0?,\d{3}|\d{4,},\d{3}|\d+,\d+[eE][+-]?\d+)"
-"""A number whose comma cannot separate thousands."""
+UNIT_KEYS = ("unit", "units", "einheit")
+"""Keys of a property that is the unit of its column."""
+_UNIT_LABEL = re.compile(r"(?:(?:y|v|vertical)[ _]?)?(?:units?|einheit(?:en)?)(?:[ _]?labels?)?:?", re.IGNORECASE)
+"""The first field of a line of units: ``Unit``, ``Y_Unit_Label`` of LabVIEW, ``VUnit`` of oscilloscopes."""
+_UNIT_COMMENT = re.compile(r"\s*(?:#|%|//)\s*(?i:units?|einheit(?:en)?)\s*[:=]?\s*(.+)")
+"""``# units: s, mm, N``"""
+_PROPERTY = re.compile(r"([A-Za-z]+): ?(.*)")
+"""A property of a column below its name, ``Unit: mm``, as Simulink's Data Inspector writes them."""
+_SCOPE_NAMES = ("name", "channel name", "channel")
+"""The first fields of the line of names in a scope's export."""
+_TWINCAT = "sampletime[ms]"
+"""The first field of a line that only TwinCAT's exports have: their times are in ms, or Windows' FILETIME."""
 
 
 @dataclass(frozen=True)
@@ -60,7 +65,7 @@ class Layout:
     Attributes:
         line: of the header, or of the first row if there is no header; counted from 1.
         first: index of the first line after header and units.
-        units: name → its text in the line of units.
+        units: (name, its text in the line of units).
         decimal: the decimal separator; empty if a comma may be that or separate thousands.
         decimal_stated: whether a description states it.
         head: texts of the header, of the lines between it and the rows, and ``END``: where such a line comes again
@@ -92,40 +97,17 @@ class Layout:
         return lines if self.form is None else self.form.plain_lines(lines)
 
 
-def is_row(line: str) -> bool:
-    """Whether a plain line can be a row: not blank, and no comment."""
-    return bool(line.strip()) and not COMMENT.match(line)
-
-
-def starts_as_row(texts: Sequence[str]) -> bool:
-    """Whether the first field of a line is a number, a missing value or a time."""
-    first = texts[0].strip() if texts else ""
-    return _is_number(first) or first.lower() in MISSING or stamp(first) is not None
-
-
 def is_remark(texts: Sequence[str], width: int) -> bool:
     """Whether a line among rows that begin with a number is text, such as a message of the device that writes them.
 
     It begins otherwise, and has another number of fields than the rows, or no number.
     """
-    return not starts_as_row(texts) and (len(texts) != width or not any(map(_is_number, texts)))
+    return not starts_as_row(texts) and (len(texts) != width or not any(map(is_number, texts)))
 
 
-@dataclass(frozen=True)
-class _Rows:
-    """The first rows of numbers.
-
-    Attributes:
-        width: number of fields up to the last one that is not empty.
-        most: number of fields, empty ones at the end included.
-        numbered: whether the first field is a row number.
-    """
-
-    index: int
-    delimiter: str
-    width: int
-    most: int
-    numbered: bool = False
+def starts_as_row(texts: Sequence[str]) -> bool:
+    """Whether the first field of a line is a number, a missing value or a time."""
+    return is_value(texts[0] if texts else "")
 
 
 def find_layout(
@@ -148,204 +130,123 @@ def find_layout(
     Raises:
         BadInput: for no header and no numbers, two lines that may be the header, or a header that is not there.
     """
-    form = find_form(lines, delimiter_of, header, named)
+    form = find_form(lines, header, named)
     made = lines if form is None else form.plain_lines(lines)
     if form is not None and form.names:
         found = Layout(form.names, form.index + 1, form.index, "\t")
     else:
-        found = _with_own_times(_with_units_above(_table(file, made, header, named, asked), made), clock)
+        found = _with_own_times(_table(file, made, header, named, asked), clock)
     if form is not None and form.units and not found.units:
         stated = tuple((found.names[k], unit) for k, unit in form.units if k < len(found.names))
         words = f"the unit behind each number ({listing([unit for _, unit in stated])})"
         found = replace(found, units=stated, notes=(*found.notes, words))
-    sign = "." if found.decimal_stated else decimal or _decimal(made[found.first :], found.delimiter)
     notes = [*found.notes, *(() if form is None else form.notes)]
+    sign = decimal or decimal_sign(made[found.first :], found.delimiter)
     if sign == ",":
         notes.append("the numbers are read with decimal commas" + (", as described" if decimal else ""))
     started = []
-    first = next((made[found.first + i] for i in _significant(made[found.first :])), "")
-    for k, text in enumerate(_split(first, found.delimiter)):
-        at = stamp(text)
-        if at is not None and k < len(found.names):
+    first = next((made[found.first + i] for i in significant(made[found.first :])), "")
+    for k, (name, text) in enumerate(zip(found.names, filled_fields(first, found.delimiter), strict=False)):
+        if at := stamp(text):
             started.append((k, at))
             what = "time of day" if restart_period(text) else "date and time of day"
-            notes.append(f"column `{shown(found.names[k])}` is {what}: read as seconds from the first row")
+            notes.append(f"column `{shown(name)}` is {what}: read as seconds from the first row")
     between = slice(found.line - 1, found.first)
-    head = frozenset(line for line in (*lines[between], *made[between]) if line.strip()) | {END}
     return replace(
         found,
         notes=tuple(notes),
         decimal=sign,
-        decimal_stated=bool(decimal) or found.decimal_stated,
-        head=head,
+        decimal_stated=bool(decimal),
+        head=frozenset(line for line in (*lines[between], *made[between]) if line.strip()) | {END},
         started=tuple((k, min(at for _, at in started) if found.times else at) for k, at in started),
         form=form,
     )
 
 
-def _decimal(lines: Sequence[str], delimiter: str) -> str:
-    """The decimal separator: a comma, a point, or empty if all commas may separate thousands.
+@dataclass(frozen=True)
+class _Rows:
+    """The first rows of numbers.
 
-    It is a comma if some comma cannot separate thousands. In a comma-separated file only quoted numbers count.
+    Attributes:
+        index: of the first of them.
+        width: number of fields up to the last one that is not empty.
+        most: number of fields, empty ones at the end included.
+        numbered: whether the first field is a row number.
     """
-    edge = re.escape(delimiter) if delimiter else r"\s"
-    blanks = rf"[^\S{edge}]*+"  # but those that separate columns, such as tabs
-    before, behind = rf'(?:^|[{edge}"]){blanks}[+-]?', rf'{blanks}(?=$|[{edge}"])'
-    point = re.compile(rf"{before}\d*\.\d+{behind}", re.ASCII)
-    sign = ","
-    if delimiter == ",":
-        before, behind, sign = r'"\s*[+-]?', r'\s*"', '"'
-    clear = re.compile(f"{before}{_DECIMAL_COMMA}{behind}", re.ASCII)
-    either = re.compile(rf"{before}\d{{1,3}},\d{{3}}{behind}", re.ASCII)
-    found = "."
-    for k, line in enumerate(lines):
-        if sign in line:
-            if clear.search(line):
-                return "." if any(point.search(other) for other in lines[: k + 1] if "." in other) else ","
-            found = "" if found and either.search(line) else found
-    return found
+
+    index: int
+    delimiter: str
+    width: int
+    most: int
+    numbered: bool = False
 
 
-def _or_a_spec(file: str, expected: str) -> str:
-    """The expectation of the error for a file without a table, with a hint if it may be the spec."""
-    yaml = file.lower().endswith((".yaml", ".yml"))
-    return f"{expected}; is this the spec? A command takes the spec first, then the log" if yaml else expected
-
-
-def _table(
-    file: str, lines: Sequence[str], header: int | None, named: Sequence[str], asked: Collection[str] = ()
-) -> Layout:
+def _table(file: str, lines: Sequence[str], header: int | None, named: Sequence[str], asked: Collection[str]) -> Layout:
     """The layout of the table in plain lines; see ``find_layout``."""
-    start = next(iter(_significant(lines)), None)
+    start = next(iter(significant(lines)), None)
     if start is None and header is None:
         raise BadInput(Place(file), "comments and no header", EXPECTED, code="LOG001")
     if header:
         return _at_line(file, lines, header)
     plain = None if start is None or header == 0 else _first_line(file, lines, start)
-    tabular = plain is not None and _is_table(lines, plain)
-    if plain is not None and tabular and not _ends_early(lines, plain):
-        return plain
     rows = _find_rows(lines)
-    if plain is not None and tabular and (rows is None or rows.width <= len(plain.names)):
+    if plain is not None and _is_table(lines, plain) and (rows is None or rows.width <= len(plain.names)):
         return plain
     if rows is None:
-        if plain is not None and len(plain.names) == 1 and len(plain.names[0].split()) > 1:
-            found = f"one column `{shown(plain.names[0])}`"
-            expected = _or_a_spec(file, "names separated by comma, semicolon or tab")
-            raise BadInput(Place(file, plain.line), found, expected, code="LOG001")
-        if plain is not None:
+        if plain is not None and (len(plain.names) > 1 or len(plain.names[0].split()) == 1):
             return plain
+        yaml = file.lower().endswith((".yaml", ".yml"))
+        hint = "; is this the spec? A command takes the spec first, then the log" if yaml else ""
+        if plain is not None:
+            found = f"one column `{shown(plain.names[0])}`"
+            expected = f"names separated by comma, semicolon or tab{hint}"
+            raise BadInput(Place(file, plain.line), found, expected, code="LOG001")
         found = f"no rows of numbers in its first {LINES_SEARCHED} lines"
-        raise BadInput(Place(file), found, _or_a_spec(file, EXPECTED), code="LOG001")
-    scope = None if header == 0 else _scope(lines, rows)
-    if scope is not None:
-        return scope
-    above = None if header == 0 else _above(file, lines, rows, asked)
-    if above is not None:
-        return above
-    if plain is not None and rows.index > plain.line - 1 and len(plain.names) > 1:
-        return plain  # a header of another length: the row says so
+        raise BadInput(Place(file), found, f"{EXPECTED}{hint}", code="LOG001")
+    if header is None:
+        head = _Head(file, lines, rows)
+        if (layout := head.scope() or head.above(asked)) is not None:
+            return layout
+        if plain is not None and rows.index > plain.line - 1 and len(plain.names) > 1:
+            return plain  # a header of another length: the row says so
     return _without_header(file, lines, rows, named)
-
-
-def fields(text: str, delimiter: str, place: Place) -> list[str]:
-    """The fields of a line; raises BadInput if it cannot be split."""
-    if not delimiter:
-        return [part.strip('"') for part in text.split()]
-    try:
-        return next(csv.reader([text], delimiter=delimiter, skipinitialspace=True), [""])
-    except csv.Error as error:
-        raise BadInput(place, f"a line that cannot be split ({error})", EXPECTED, code="LOG001") from None
-
-
-def _significant(lines: Sequence[str]) -> Iterator[int]:
-    """Indices of the lines that are neither blank nor a comment."""
-    return (i for i, line in enumerate(lines) if line.strip() and not COMMENT.match(line))
-
-
-def _is_number(text: str) -> bool:
-    plain = text.strip().replace(MINUS, "-")
-    return (NUMBER.match(plain) or HEX.match(plain) or _DIGITS.match(plain)) is not None
-
-
-def _is_row(texts: Sequence[str]) -> bool:
-    words = MISSING | WORDS.keys()
-    known = (_is_number(t) or t.strip().lower() in words or stamp(t) is not None for t in texts)
-    return any(map(_is_number, texts)) and all(known)
-
-
-def _has_same_columns(texts: Sequence[str], row: Sequence[str]) -> bool:
-    """Whether a line has numbers, or missing values, in the fields in which a row has numbers, and as many fields."""
-    pairs = [t for t, r in zip(texts, row, strict=False) if _is_number(r)]
-    missing = all(_is_number(t) or t.strip().lower() in MISSING for t in pairs)
-    return len(texts) == len(row) and any(map(_is_number, pairs)) and missing
-
-
-def _all_fields(line: str, delimiter: str) -> list[str]:
-    """The fields of any line; empty if it cannot be split."""
-    try:
-        return fields(line, delimiter, Place(""))
-    except BadInput:
-        return []
-
-
-def _split(line: str, delimiter: str) -> list[str]:
-    """The fields of a line, without empty ones at its end."""
-    found = _all_fields(line, delimiter)
-    while len(found) > 1 and not found[-1].strip():
-        found.pop()
-    return found
-
-
-def _named(texts: Sequence[str]) -> tuple[str, ...]:
-    return tuple(text.strip() or str(k + 1) for k, text in enumerate(texts))
 
 
 def _first_line(file: str, lines: Sequence[str], index: int) -> Layout | None:
     """The layout with the first line, or a comment above it, as the header; None if neither has names."""
-    line, place = lines[index], Place(file, index + 1)
+    line = lines[index]
     delimiter = delimiter_of(line)
-    texts = _split(line, delimiter) or fields(line, delimiter, place)
-    behind = next((_split(lines[index + 1 + i], delimiter) for i in _significant(lines[index + 1 :])), [])
-    if not (all(map(_is_number, texts)) or _has_same_columns(texts, behind)):
-        return Layout(_named(texts), index + 1, index + 1, delimiter)
+    texts = filled_fields(line, delimiter) or fields(line, delimiter, Place(file, index + 1))
+    first = next((index + 1 + i for i in significant(lines[index + 1 :])), index + 1)
+    head = _Head(file, lines, _Rows(first, delimiter, len(texts), len(texts)))
+    behind = filled_fields(lines[first], delimiter) if first < len(lines) else []
+    if not (all(map(is_number, texts)) or _has_same_columns(texts, behind)):
+        return head.layout(index, _named(texts))
     comment = next((i for i in range(index - 1, -1, -1) if COMMENT.match(lines[i])), None)
     if comment is not None:
-        names = fields(lines[comment].strip().lstrip("#%/"), delimiter, Place(file, comment + 1))
-        if len(names) == len(texts) and not any(map(_is_number, names)):
-            return Layout(_named(names), comment + 1, index, delimiter)
+        names = fields(_bare(lines[comment]), delimiter, Place(file, comment + 1))
+        if len(names) == len(texts) and not any(map(is_number, names)):
+            return replace(head.layout(comment, _named(names)), first=index)
     return None
-
-
-def delimiter_of(header: str) -> str:
-    """The most frequent separator in the header; a comma if there is none."""
-    return max(SEPARATORS, key=header.count)
 
 
 def _is_table(lines: Sequence[str], layout: Layout) -> bool:
     """Whether the two lines after a header each have a number and as many fields; true if there are none."""
-    for i in islice(_significant(lines[layout.first :]), 2):
-        texts = _split(lines[layout.first + i], layout.delimiter)
-        if len(layout.names) == 1 or len(texts) != len(layout.names) or not any(map(_is_number, texts)):
-            return False
-    return True
-
-
-def _ends_early(lines: Sequence[str], layout: Layout) -> bool:
-    """Whether the rows after a header are few, as pairs of names and values before another table are."""
-    places = [layout.first + i for i in islice(_significant(lines[layout.first :]), LONGEST_PREAMBLE)]
-    return any(len(_split(lines[i], layout.delimiter)) != len(layout.names) for i in places)
+    below = lines[layout.first :]
+    rows = [filled_fields(below[i], layout.delimiter) for i in islice(significant(below), 2)]
+    width = len(layout.names)
+    return not rows or (width > 1 and all(len(texts) == width and any(map(is_number, texts)) for texts in rows))
 
 
 def _find_rows(lines: Sequence[str]) -> _Rows | None:
     """The first rows of numbers, times and missing values only; else of numbers and texts in the same columns."""
-    places = list(islice(_significant(lines), LINES_SEARCHED))
+    places = list(islice(significant(lines), LINES_SEARCHED))
     for texts_too, delimiter in product((False, True), (*SEPARATORS, "")):
         alike: list[int] = []
         last: list[str] = []
         for i in places:
-            texts = _split(lines[i], delimiter)
-            row = sum(map(_is_number, texts)) > 1 if texts_too else _is_row(texts)
+            texts = filled_fields(lines[i], delimiter)
+            row = sum(map(is_number, texts)) > 1 if texts_too else _is_row_of_values(texts)
             if len(texts) < 2 or not row:
                 alike = []
                 continue
@@ -353,134 +254,246 @@ def _find_rows(lines: Sequence[str]) -> _Rows | None:
             alike = [*alike, i] if alike and again else [i]
             last = texts
             if len(alike) == ROWS_ALIKE or (len(alike) == 2 and i == places[-1]):
-                above = [_split(lines[k], delimiter) for k in places[: places.index(alike[0])]]
-                most = max(len(last), len(_all_fields(lines[i], delimiter)))
+                above = [filled_fields(lines[k], delimiter) for k in places[: places.index(alike[0])]]
+                most = max(len(last), len(all_fields(lines[i], delimiter)))
                 while above and len(above[-1]) <= most and _has_same_columns(above[-1][: len(last)], last):
                     above.pop()  # rows with a text, as oscilloscopes write first, or with a remark
-                begun = [t for k in places[len(above) :][:2] for t in _split(lines[k], delimiter)[:1]]
+                begun = [t for k in places[len(above) :][:2] for t in filled_fields(lines[k], delimiter)[:1]]
                 return _Rows(places[len(above)], delimiter, len(last), most, begun in (["1", "2"], ["0", "1"]))
     return None
 
 
-def _above(file: str, lines: Sequence[str], rows: _Rows, asked: Collection[str]) -> Layout | None:
-    """The layout with the header above the first rows or a line of units; None if no line names each column.
+def _is_row_of_values(texts: Sequence[str]) -> bool:
+    return any(map(is_number, texts)) and all(is_value(text) or text.strip().lower() in WORDS for text in texts)
 
-    One word of a line of units may be no known unit, such as the `Inkr` of a drive's increments. Names in two lines of
-    which both repeat some, as pandas writes a header of two levels, become ``joint1.pos``. A line farther above is the
-    header if it has more of the names that are asked for, as in a recording with properties of its columns below them.
+
+def _has_same_columns(texts: Sequence[str], row: Sequence[str]) -> bool:
+    """Whether a line has numbers, or missing values, in the fields in which a row has numbers, and as many fields."""
+    pairs = [t for t, r in zip(texts, row, strict=False) if is_number(r)]
+    missing = all(is_number(t) or is_missing(t) for t in pairs)
+    return len(texts) == len(row) and any(map(is_number, pairs)) and missing
+
+
+class _Head:
+    """The lines above the first rows, in which the names and units of the columns are sought.
+
+    Attributes:
+        names: line → its texts, if they can be the names of the columns, else [].
+        end: index of the first of the lines of properties directly above the rows, or of the rows.
     """
-    end, stated = _properties(lines, rows)
-    split = {i: _names_of(line, rows) for i, line in enumerate(lines[:end]) if line.strip()}
-    sought = {i: sum(name.strip() in asked for name in texts) for i, texts in split.items()}
-    above = [i for i, texts in split.items() if texts or not COMMENT.match(lines[i])]
-    index = _index_name(lines[above[-1]], rows) if above else ""
-    above = above[-3:-1] if index else above[-2:]
-    near = [i for i in reversed(above) if split[i]]
-    best = max(sought, key=lambda i: (sought[i], i), default=end)
-    if sought.get(best, 0) > max((sought[i] for i in above), default=0):
-        return _at_line(file, lines, best + 1)
-    if not near or near[0] != above[-1]:
-        return None
-    at = near[0]
-    units = tuple(zip(_named(split[at]), stated, strict=False))
-    numbered = _split(lines[above[0]], rows.delimiter) if len(near) < len(above) and _are_units(split[at]) else []
-    if len(numbered) == rows.width and not _is_number(numbered[0]) and all(map(_is_number, numbered[1:])):
-        names = _named([numbered[0], *[""] * (rows.width - 1)])
-        units = tuple(zip(names, map(_plain_unit, split[at]), strict=False))
-        words = f"line {above[0] + 1} numbers the columns after the first; they go by their place in a row, from 2"
-        layout = _with_notes(lines, Layout(names, above[0] + 1, rows.index, rows.delimiter, units))
-        return replace(layout, notes=(*layout.notes, words))
-    if len(near) == 2:
-        lower, upper = split[near[0]][: rows.width], split[near[1]]
-        more = sought[near[1]] - sought[near[0]]
-        if (index or len({*lower}) < len(lower)) and len({*upper}) < len(upper):
-            pairs = zip(upper[: rows.width], lower, strict=True)
-            split[at] = [index or lower[0], *(".".join(filter(None, pair)) for pair in islice(pairs, 1, None))]
-        elif _are_units(lower) or more > 0 or (more == 0 and _are_units(lower, but=1)):
-            plain = ["" if _UNIT_LABEL.fullmatch(text.strip()) else _plain_unit(text) for text in lower]
-            at, units = near[1], tuple(zip(_named(upper), plain, strict=False))
-        elif more == 0 and not COMMENT.match(lines[near[1]]) and {*lower} & {*upper} - {""}:
-            found = f"two lines that may be the header, this one and line {near[1] + 1} (`{shown(lines[near[1]])}`)"
-            expected = f"`header: {near[0] + 1}` or `header: {near[1] + 1}` in meta.yaml beside the log"
-            raise BadInput(Place(file, near[0] + 1), found, expected, code="LOG001")
-    why = f"line {at + 1} is the header; `header: {{0}}` in meta.yaml beside the log takes line {{0}}"
-    others = [i for i in split if i < at and not _are_units(split[i])]
-    unread = {name: why.format(i + 1) for i in others for name in _named(split[i])}
-    names = _named(split[at])
-    return _with_notes(lines, Layout(names, at + 1, rows.index, rows.delimiter, units, unread=tuple(unread.items())))
+
+    def __init__(self, file: str, lines: Sequence[str], rows: _Rows) -> None:
+        self.file, self.lines, self.rows = file, lines, rows
+        self.end = rows.index
+        while self.end > 0 and _property(all_fields(lines[self.end - 1], rows.delimiter), rows.width):
+            self.end -= 1
+        self.names = {i: self._names_of(line) for i, line in enumerate(lines[: self.end]) if line.strip()}
+
+    def _names_of(self, line: str) -> list[str]:
+        """The fields of a line if it can be the header: as many as the rows have, with at least one text and no number.
+
+        In a comment, names may have another separator than the rows; among blanks, units in brackets belong to them.
+        """
+        delimiter, comment = self.rows.delimiter, COMMENT.match(line)
+        if comment and not re.search(r"\w", line):
+            return []  # a rule such as |---|---|
+        text = line.strip(" " if delimiter == "\t" else None).lstrip(COMMENT_MARKS)  # a first name may be empty
+        count = len(all_fields(text, delimiter))
+        others = [mark for mark in SEPARATORS if mark != delimiter] if comment else []
+        ways = [filled_fields(text, delimiter)] if delimiter else []
+        ways += [filled_fields(text.strip(), mark) for mark in others]
+        if others or not delimiter:
+            ways += [filled_fields(text, ""), re.findall(rf"\S+(?:\s+[\[(][^\])]{{0,{LONGEST_UNIT}}}[\])])?", text)]
+        return next((names for texts in ways if (names := self._as_names(texts, count))), [])
+
+    def _as_names(self, texts: list[str], count: int) -> list[str]:
+        """The texts if they can be names of the columns; else [].
+
+        Row numbers may have no name, as in tables of R; a comment may have an additional name, as in LabVIEW's files.
+
+        Args:
+            count: number of fields, empty ones at the end included: a few of the last columns may have no name.
+        """
+        rows = self.rows
+        if rows.numbered and len(texts) == rows.width - 1 and count < rows.width:
+            texts = ["", *texts]
+        unnamed = min(count, rows.width) - len(texts)
+        texts = [*texts, *[""] * unnamed] if unnamed < len(texts) else texts
+        if len(texts) == rows.width + 1 and texts[-1].strip().lower() == "comment":
+            texts.pop()
+        named = texts[: rows.width]  # behind them an oscilloscope writes its settings
+        if not rows.width <= len(texts) <= rows.most or any(map(is_number, named)) or not any(t.strip() for t in named):
+            return []
+        return texts
+
+    def above(self, asked: Collection[str]) -> Layout | None:
+        """The layout with the header above the rows or a line of units; None if no line names each column.
+
+        One word of a line of units may be no known unit, such as the `Inkr` of a drive's increments. Names in two lines
+        of which both repeat some, as pandas writes a header of two levels, become ``joint1.pos``. A line farther above
+        is the header if it has more of the names that are asked for, as with properties of the columns below them.
+        """
+        names, lines, width = self.names, self.lines, self.rows.width
+        sought = {i: sum(name.strip() in asked for name in texts) for i, texts in names.items()}
+        near = [i for i, texts in names.items() if texts or not COMMENT.match(lines[i])]
+        index = self._index_name(lines[near[-1]]) if near else ""
+        near = near[-3:-1] if index else near[-2:]
+        best = max(sought, key=lambda i: (sought[i], i), default=self.end)
+        if sought.get(best, 0) > max((sought[i] for i in near), default=0):
+            return _at_line(self.file, lines, best + 1)
+        if not near or not names[near[-1]]:
+            return None
+        at, upper = near[-1], near[0]  # the same if there is no other
+        texts, words = names[at], ""
+        if not names[upper] and _are_units(texts):
+            first, *numbers = filled_fields(lines[upper], self.rows.delimiter)
+            if len(numbers) == width - 1 and not is_number(first) and all(map(is_number, numbers)):
+                at, texts = upper, [first, *[""] * (width - 1)]
+                words = f"line {at + 1} numbers the columns after the first; they go by their place in a row, from 2"
+        elif upper != at and names[upper]:
+            lower, more = texts[:width], sought[upper] - sought[at]
+            if (index or len({*lower}) < len(lower)) and len({*names[upper]}) < len(names[upper]):
+                pairs = zip(names[upper], lower, strict=False)
+                texts = [index or lower[0], *(".".join(filter(None, pair)) for pair in islice(pairs, 1, None))]
+            elif _are_units(lower) or more > 0 or (more == 0 and _are_units(lower, but=1)):
+                at, texts = upper, names[upper]
+            elif more == 0 and not COMMENT.match(lines[upper]) and {*lower} & {*names[upper]} - {""}:
+                also = f"line {upper + 1} (`{shown(lines[upper])}`)"
+                found = f"two lines that may be the header, this one and {also}"
+                expected = f"`header: {at + 1}` or `header: {upper + 1}` in meta.yaml beside the log"
+                raise BadInput(Place(self.file, at + 1), found, expected, code="LOG001")
+        why = f"line {at + 1} is the header; `header: {{0}}` in meta.yaml beside the log takes line {{0}}"
+        others = [i for i in names if i < at and not _are_units(names[i])]
+        unread = {name: why.format(i + 1) for i in others for name in _named(names[i])}
+        layout = self.layout(at, _named(texts))
+        return replace(layout, unread=tuple(unread.items()), notes=(*layout.notes, *([words] if words else [])))
+
+    def _index_name(self, line: str) -> str:
+        """The one text of a line ``t,,,`` below the header, as pandas writes the name of its first column; or empty."""
+        texts = all_fields(line, self.rows.delimiter)
+        return texts[0].strip() if len(texts) == self.rows.width > 2 and not any(t.strip() for t in texts[1:]) else ""
+
+    def scope(self) -> Layout | None:
+        """The layout of a scope's export: lines ``KEY;value;value;KEY;value`` with a KEY in each column of time."""
+        rows, about = self.rows, dict[str, tuple[int, list[str]]]()
+        for i, line in enumerate(self.lines[: rows.index]):
+            texts = [text.strip() for text in filled_fields(line, rows.delimiter)]
+            if texts and len(texts) <= rows.width:
+                about[texts[0].lower()] = i, texts + [""] * (rows.width - len(texts))
+        key = next((key for key in _SCOPE_NAMES if key in about), "")
+        if not key:
+            return None
+        (at, texts), twincat = about[key], _TWINCAT in about
+        times = [k for k, text in enumerate(texts) if text == texts[0]]
+        if (not twincat and len(times) < 2) or (twincat and at > about[_TWINCAT][0]):
+            return None
+        names = tuple("Time" if k == 0 else str(k + 1) if k in times else name for k, name in enumerate(texts))
+        layout = self.layout(at, _named(names))
+        below = self.lines[rows.index :]
+        split = (filled_fields(below[i], rows.delimiter) for i in significant(below))
+        own = any(len({row[k] for k in times}) > 1 for row in islice(split, LINES_SEARCHED) if len(row) == rows.width)
+        first = filled_fields(below[0], rows.delimiter)[0].strip()
+        in_ms = twincat and len(first.split(",")[0].split(".")[0]) < 15
+        units = [(name, unit) for name, unit in layout.units if name != "Time"]
+        words = f"the file is a scope's export{', its times in ms' if in_ms else ''}"
+        return replace(
+            layout,
+            units=(*([("Time", "ms")] if in_ms and not own else []), *units),
+            notes=(words, *layout.notes),
+            times=_times_before(times, rows.width) if own else (),
+            tick=(1e-3 if in_ms else 1e-7) if twincat else 1.0,
+        )
+
+    def layout(self, at: int, names: tuple[str, ...]) -> Layout:
+        """The layout with these names from the line ``at``, and notes on lines that are not read and on units."""
+        lines, first, words = self.lines, self.rows.index, []
+        if any(line.strip() for line in lines[:at] if COMMENT.match(lines[at]) or not COMMENT.match(line)):
+            before = "1 line" if at == 1 else f"{at} lines"
+            words.append(f"the header is line {at + 1} ({listing(names)}), {before} before it")
+        units, whence = self.units(at, names)
+        if sum(map(is_row, lines[at + 1 : first])) > 1:
+            but = ", but for units" if units else ""
+            words.append(f"lines {at + 2} to {first} between the header and the rows are not read{but}")
+        if units:
+            words.append(f"{whence} ({listing([unit for _, unit in units])})")
+        return Layout(names, at + 1, first, self.rows.delimiter, units, tuple(words))
+
+    def units(self, at: int, names: Sequence[str]) -> tuple[tuple[tuple[str, str], ...], str]:
+        """(name, unit) of the columns, and where they are stated; the header is the line ``at``.
+
+        The first of these: properties above the rows; a comment such as ``# units: s, mm, N``; a line with the label
+        ``Unit`` and the units in their places; a line between header and rows that is the only one, or of units alone.
+        """
+        delimiter, below = self.rows.delimiter, "a line of units under the header"
+        for line in self.lines[self.end : self.rows.index]:
+            if (found := _property(all_fields(line, delimiter), len(names))) and found[0] in UNIT_KEYS:
+                return _units_of(names, found[1]), below
+        for i, line in enumerate(self.lines[: self.rows.index]):
+            if stated := _UNIT_COMMENT.fullmatch(line):
+                for mark in (*SEPARATORS, ""):
+                    texts = filled_fields(stated[1], mark)
+                    if len(texts) == len(names) and _are_units(texts):
+                        return _units_of(names, texts), "the units of a comment"
+            label, *texts = filled_fields(line, delimiter) or [""]
+            under = i > at and len(texts) == len(names) - 1  # it may hold other words
+            if _UNIT_LABEL.fullmatch(label.strip()) and len(texts) <= len(names) and (under or _are_units(texts)):
+                first = 0 if len(texts) == len(names) else 1  # the label stands beside all, or for the time
+                return _units_of(names[first:], texts), f"the units of the line `{shown(label)}`"
+        between = [i for i in self.names if at < i and not self._index_name(self.lines[i])]
+        for i in between:
+            texts = self.names[i][: self.rows.width]
+            if texts and (len(between) == 1 or _are_units(texts)):
+                return _units_of(names, texts), below
+        return (), ""
 
 
-_PROPERTY = re.compile(r"([A-Za-z]+): ?(.*)")
-"""A property of a column below its name, ``Unit: mm``, as Simulink's Data Inspector writes them."""
-
-
-def _properties(lines: Sequence[str], rows: _Rows) -> tuple[int, list[str]]:
-    """Index of the first of the lines of properties directly above the rows, or of the rows; and the units in them."""
-    at, units = rows.index, list[str]()
-    while at > 0 and (found := _property(_all_fields(lines[at - 1], rows.delimiter), rows.width)):
-        units = found[1] if found[0] in _UNIT else units
-        at -= 1
-    return at, units
+def _units_of(names: Sequence[str], texts: Sequence[str]) -> tuple[tuple[str, str], ...]:
+    """(name, unit) of the columns for which a text is given."""
+    return tuple((name, unit) for name, text in zip(names, texts, strict=False) if (unit := _plain_unit(text)))
 
 
 def _property(texts: Sequence[str], width: int) -> tuple[str, list[str]] | None:
     """The key in lower case of a line ``,Unit: mm,Unit: N``, and its values; None for another line."""
     found = [_PROPERTY.fullmatch(text.strip()) for text in texts]
     keys = {pair[1].lower() for pair in found if pair}
-    if (
-        len(texts) != width
-        or len(keys) != 1
-        or any(text.strip() and not pair for text, pair in zip(texts, found, strict=True))
-    ):
+    others = any(text.strip() and not pair for text, pair in zip(texts, found, strict=True))
+    if len(texts) != width or len(keys) != 1 or others:
         return None
-    return keys.pop(), [_plain_unit(pair[2]) if pair else "" for pair in found]
+    return keys.pop(), [pair[2] if pair else "" for pair in found]
 
 
-def _index_name(line: str, rows: _Rows) -> str:
-    """The one text of a line ``t,,,`` below the header, as pandas writes the name of its first column; else empty."""
-    texts = _all_fields(line, rows.delimiter)
-    return texts[0].strip() if len(texts) == rows.width > 2 and not any(t.strip() for t in texts[1:]) else ""
+def _are_units(texts: Sequence[str], but: int = 0) -> bool:
+    """Whether all texts but ``but`` are units, in brackets or not; empty ones do not count."""
+    given = [_plain_unit(t) for t in texts if t.strip()]
+    units = sum(text in ("-", "%", "1", "") or (len(text) <= LONGEST_UNIT and is_unit(text)) for text in given)
+    return units >= max(1, 2 * but, len(given) - but)
 
 
-_SAMPLE_TIME = "sampletime[ms]"
-_NAME = ("name", "channel name", "channel")
+def _plain_unit(text: str) -> str:
+    """A unit without brackets around it or a remark after it, as in ``deg (Angle)``; ``Sec`` becomes ``sec``.
 
-
-def _scope(lines: Sequence[str], rows: _Rows) -> Layout | None:
-    """The layout of a scope's export: lines ``KEY;value;value;KEY;value`` with a KEY in each column of time.
-
-    TwinCAT's has times in ms, or as Windows' FILETIME. In other exports the names must follow KEYs.
+    Empty for the label of a line of units, and for ``none``.
     """
-    about: dict[str, tuple[int, list[str]]] = {}
-    for i, line in enumerate(lines[: rows.index]):
-        texts = [text.strip() for text in _split(line, rows.delimiter)]
-        if texts and len(texts) <= rows.width:
-            about[texts[0].lower()] = i, texts + [""] * (rows.width - len(texts))
-    key = next((key for key in _NAME if key in about), "")
-    if not key:
-        return None
-    at, names = about[key]
-    times = [k for k, text in enumerate(names) if text == names[0]]
-    if (_SAMPLE_TIME not in about and len(times) < 2) or at > about.get(_SAMPLE_TIME, (at,))[0]:
-        return None
-    own = False
-    for i in islice(_significant(lines[rows.index :]), LINES_SEARCHED):
-        texts = _split(lines[rows.index + i], rows.delimiter)
-        own = own or (len(texts) == rows.width and len({texts[k] for k in times}) > 1)
-    called = [str(k + 1) if k in times else name for k, name in enumerate(names)]
-    called[0] = "Time"
-    first = _split(lines[rows.index], rows.delimiter)[0].strip()
-    in_ms = _SAMPLE_TIME in about and len(first.split(",")[0].split(".")[0]) < 15
-    units = {"Time": "ms"} if in_ms and not own else {}
-    given = about.get("unit", (0, [""] * rows.width))[1]
-    bare = {name: _plain_unit(u) for k, (name, u) in enumerate(zip(called, given, strict=True)) if k not in times}
-    units |= {name: unit for name, unit in bare.items() if unit.lower() not in ("", "none")}
-    table = Layout(_named(called), at + 1, rows.index, rows.delimiter, tuple(units.items()))
-    words = f"the file is a scope's export{', its times in ms' if in_ms else ''}"
-    layout = _with_notes(lines, table)
-    before = tuple(max(j for j in times if j <= k) for k in range(rows.width)) if own else ()
-    tick = (1e-3 if in_ms else 1e-7) if _SAMPLE_TIME in about else 1.0
-    return replace(layout, notes=(words, *layout.notes), times=before, tick=tick)
+    unit = in_usual_case(re.sub(r"(?<=\S)\s+\([A-Za-z ]+\)$", "", text.strip()).strip("[](){}").strip())
+    return "" if _UNIT_LABEL.fullmatch(unit) or unit.lower() == "none" else unit
+
+
+def _at_line(file: str, lines: Sequence[str], header: int) -> Layout:
+    """The layout with the header on the line that a description states."""
+    count = len(lines) - (not lines[-1])
+    if header > count or not lines[header - 1].strip():
+        found = "a blank line" if header <= count else f"{count} lines"
+        expected = f"the header on line {header}, as described"
+        raise BadInput(Place(file, min(header, count)), found, expected, code="LOG013")
+    rows = _find_rows(lines[header:])
+    line = _bare(lines[header - 1])
+    delimiter = rows.delimiter if rows else delimiter_of(line)
+    names = _named(filled_fields(line, delimiter))
+    first = header + (rows.index if rows else 0)
+    between = [all_fields(lines[header + i], delimiter) for i in significant(lines[header:first])]
+    if any(is_number(texts[0]) or stamp(texts[0]) for texts in between if texts):
+        first = header  # a row that is damaged
+    return _Head(file, lines, _Rows(first, delimiter, len(names), len(names))).layout(header - 1, names)
 
 
 def _with_own_times(found: Layout, clock: str) -> Layout:
@@ -492,161 +505,37 @@ def _with_own_times(found: Layout, clock: str) -> Layout:
     if found.times or len(times) < 2 or not (time_columns(found.names[:1]) or found.names[0] == clock):
         return found
     names = tuple(str(k + 1) if k in times[1:] else name for k, name in enumerate(found.names))
-    before = tuple(max(j for j in times if j <= k) for k in range(len(names)))
     words = f"{len(times)} columns `{shown(names[0])}`: each has the times of the columns after it"
-    return replace(found, names=names, times=before, tick=None, notes=(*found.notes, words))
+    notes = (*found.notes, words)
+    return replace(found, names=names, times=_times_before(times, len(names)), tick=None, notes=notes)
 
 
-_UNIT_LABEL = re.compile(r"(?:(?:y|v|vertical)[ _]?)?(?:units?|einheit(?:en)?)(?:[ _]?labels?)?:?", re.IGNORECASE)
-"""The first field of a line of units before the rows: ``Y_Unit_Label`` of LabVIEW, ``VUnit`` of oscilloscopes."""
-
-
-def _with_units_above(found: Layout, lines: Sequence[str]) -> Layout:
-    """The layout with the units of a line above the rows, if there is no line of units below the header.
-
-    It is a comment, ``# units: s, mm, N``, or a line with a label and the units in the places of their columns.
-    """
-    if found.units:
-        return found
-    start = next((found.first + i for i in _significant(lines[found.first :])), found.first)
-    for line in lines[:start]:
-        stated = re.fullmatch(r"\s*(?:#|%|//)\s*(?i:units?|einheit(?:en)?)\s*[:=]?\s*(.+)", line)
-        if stated:
-            for delimiter in (*SEPARATORS, ""):
-                texts = _split(stated[1], delimiter)
-                if len(texts) == len(found.names) and _are_units(texts):
-                    units = tuple(zip(found.names, map(_plain_unit, texts), strict=True))
-                    return replace(found, units=units, notes=(*found.notes, f"the units of a comment ({stated[1]})"))
-        label, *texts = (found.delimiter and _split(line, found.delimiter)) or [""]
-        if _UNIT_LABEL.fullmatch(label.strip()) and len(texts) <= len(found.names) and _are_units(texts):
-            first = 0 if len(texts) == len(found.names) else 1  # the label stands beside all, or for the time
-            pairs = zip(found.names[first:], map(_plain_unit, texts), strict=False)
-            units = tuple((name, unit) for name, unit in pairs if unit)
-            words = f"the units of the line `{shown(label)}` ({listing([unit for _, unit in units])})"
-            return replace(found, units=units, notes=(*found.notes, words))
-    return found
-
-
-def _names_of(line: str, rows: _Rows) -> list[str]:
-    """A line's fields if it can be the header: as many as the rows have, with at least one text and no number.
-
-    Row numbers may have no name, as in tables of R; a comment may have an additional name, as in LabVIEW's files. In a
-    comment, names may have another separator than the rows, with units in brackets or without.
-    """
-    text = line.strip(" " if rows.delimiter == "\t" else None).lstrip("#%/")  # a first name may be empty
-    ways = [_split(text, rows.delimiter)]
-    count = len(_all_fields(text, rows.delimiter))
-    spaced = [_split(text, ""), re.findall(rf"\S+(?:\s+[\[(][^\])]{{0,{LONGEST_UNIT}}}[\])])?", text)]
-    if COMMENT.match(line):
-        others = [_split(text.strip(), other) for other in SEPARATORS if other != rows.delimiter]
-        ways = [*(ways if rows.delimiter else []), *others, *spaced]
-    elif not rows.delimiter:
-        ways = spaced
-    return next((names for names in (_as_names(texts, rows, count) for texts in ways) if names), [])
-
-
-def _as_names(texts: list[str], rows: _Rows, count: int) -> list[str]:
-    """The texts if they can be names of the columns; else [].
-
-    Args:
-        count: number of fields, empty ones at the end included: a few of the last columns may have no name.
-    """
-    if rows.numbered and len(texts) == rows.width - 1 and count < rows.width:
-        texts = ["", *texts]
-    unnamed = min(count, rows.width) - len(texts)
-    texts = [*texts, *[""] * unnamed] if unnamed < len(texts) else texts
-    if len(texts) == rows.width + 1 and texts[-1].strip().lower() == "comment":
-        texts.pop()
-    named = texts[: rows.width]  # behind them an oscilloscope writes its settings
-    if not rows.width <= len(texts) <= rows.most or any(map(_is_number, named)) or not any(t.strip() for t in named):
-        return []
-    return texts
-
-
-def _with_notes(lines: Sequence[str], layout: Layout) -> Layout:
-    """The layout with notes on lines that are not read, and on units."""
-    words = []
-    if any(line.strip() for line in lines[: layout.line - 1]):
-        before = "1 line" if layout.line == 2 else f"{layout.line - 1} lines"
-        words.append(f"the header is line {layout.line} ({listing(layout.names)}), {before} before it")
-    below = [i for i in range(layout.line, layout.first) if lines[i].strip()]
-    if len(below) > 1:
-        but = ", but for units" if layout.units else ""
-        words.append(f"lines {layout.line + 1} to {layout.first} between the header and the rows are not read{but}")
-    if layout.units:
-        words.append(f"a line of units under the header ({listing([u or '-' for _, u in layout.units])})")
-    return replace(layout, notes=tuple(words))
-
-
-def _are_units(texts: Sequence[str], but: int = 0) -> bool:
-    """Whether all texts but ``but`` are units, in brackets or not; empty ones do not count."""
-    given = [_plain_unit(t) for t in texts if t.strip()]
-    units = sum(text in ("-", "%", "1", "") or (len(text) <= LONGEST_UNIT and is_unit(text)) for text in given)
-    return units >= max(1, 2 * but, len(given) - but)
-
-
-def _plain_unit(text: str) -> str:
-    """A unit without brackets around it or a remark after it, as in ``deg (Angle)``; ``Sec`` becomes ``sec``."""
-    return in_usual_case(re.sub(r"(?<=\S)\s+\([A-Za-z ]+\)$", "", text.strip()).strip("[](){}").strip())
-
-
-def _at_line(file: str, lines: Sequence[str], header: int) -> Layout:
-    """The layout with the header on the line that a description states."""
-    count = len(lines) - (not lines[-1])
-    if header > count or not lines[header - 1].strip():
-        found = "a blank line" if header <= count else f"{count} lines"
-        expected = f"the header on line {header}, as described"
-        raise BadInput(Place(file, min(header, count)), found, expected, code="LOG013")
-    rows = _find_rows(lines[header:])
-    line = lines[header - 1].strip().lstrip("#%/")
-    delimiter = rows.delimiter if rows else delimiter_of(line)
-    names = _named(_split(line, delimiter))
-    first = header
-    units: tuple[tuple[str, str], ...] = ()
-    between = [header + i for i in _significant(lines[header : header + rows.index])] if rows else []
-    texts = {i: _split(lines[i], delimiter) for i in between}
-    if not any(_is_number(t[0]) or stamp(t[0]) for t in texts.values() if t):
-        first = header + rows.index if rows else header
-        for i, given in texts.items():
-            stated = _property(_all_fields(lines[i], delimiter), len(names))
-            if stated and stated[0] in _UNIT:
-                units = tuple(zip(names, stated[1], strict=True))
-            elif (
-                len(given) == len(names)
-                and not any(map(_is_number, given))
-                and (len(texts) == 1 or _is_line_of_units(given))
-            ):
-                pairs = zip(names, map(_plain_unit, given), strict=True)
-                units = tuple((name, unit) for name, unit in pairs if unit.lower() not in _UNIT)
-    return _with_notes(lines, Layout(names, header, first, delimiter, units))
-
-
-_UNIT = ("unit", "units", "einheit")
-
-
-def _is_line_of_units(texts: Sequence[str]) -> bool:
-    """Whether a line is ``Unit;mm;Unit;N``, or one of units alone."""
-    return texts[0].strip().strip(":").lower() in _UNIT or _are_units(texts)
-
-
-def _filled_width(lines: Sequence[str], rows: _Rows) -> int:
-    """Number of columns of rows without a header: the last ones may be empty in the first rows and filled later."""
-    if rows.most == rows.width:
-        return rows.width
-    split = (_all_fields(lines[i + rows.index], rows.delimiter) for i in _significant(lines[rows.index :]))
-    filled = (k + 1 for texts in split if len(texts) == rows.most for k, text in enumerate(texts) if text.strip())
-    return max(filled, default=rows.width)
+def _times_before(times: Sequence[int], width: int) -> tuple[int, ...]:
+    """Of each column the last column of times up to it."""
+    return tuple(max(j for j in times if j <= k) for k in range(width))
 
 
 def _without_header(file: str, lines: Sequence[str], rows: _Rows, named: Sequence[str]) -> Layout:
-    """The layout of a file without a header."""
-    place = Place(file, rows.index + 1)
-    width = _filled_width(lines, rows)
+    """The layout of a file without a header; the last columns may be empty in the first rows and filled later."""
+    split = (all_fields(lines[i + rows.index], rows.delimiter) for i in significant(lines[rows.index :]))
+    filled = (k + 1 for texts in split if len(texts) == rows.most for k, text in enumerate(texts) if text.strip())
+    width = rows.width if rows.most == rows.width else max(filled, default=rows.width)
     if named and len(named) not in (rows.width, width):
         found = f"{width} columns without a header line"
-        raise BadInput(place, found, f"{len(named)}, one for each of {listing(named)}", code="LOG013")
+        expected = f"{len(named)}, one for each of {listing(named)}"
+        raise BadInput(Place(file, rows.index + 1), found, expected, code="LOG013")
     names = tuple(named) or tuple(str(k + 1) for k in range(width))
-    words = "the file has no header line: its columns go by their numbers, counted from 1"
+    words = "its columns go by their numbers, counted from 1"
     if named:
-        words = f"the file has no header line: its columns are {listing(names)} as described"
-    return Layout(names, rows.index + 1, rows.index, rows.delimiter, (), (words,))
+        words = f"its columns are {listing(names)} as described"
+    return Layout(names, rows.index + 1, rows.index, rows.delimiter, (), (f"the file has no header line: {words}",))
+
+
+def _bare(line: str) -> str:
+    """A line without the marks of a comment."""
+    return line.strip().lstrip(COMMENT_MARKS)
+
+
+def _named(texts: Iterable[str]) -> tuple[str, ...]:
+    """The names of columns: a text, or the column's number from 1."""
+    return tuple(text.strip() or str(k + 1) for k, text in enumerate(texts))

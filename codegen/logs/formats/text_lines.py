@@ -14,6 +14,8 @@ _COLOUR = re.compile(r"\x1b\[[\d;]*[A-Za-z]", re.ASCII)
 """A terminal's code for a colour."""
 LONGEST_LINE = 1_000_000
 """Most bytes of a line."""
+LINES_SEARCHED = 1000
+"""Lines at the start of a file among which the first rows of numbers must be."""
 
 
 def text_of(file: str, data: bytes, before: int = 0) -> tuple[str, tuple[str, ...]]:
