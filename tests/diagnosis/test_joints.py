@@ -33,7 +33,7 @@ from codegen.diagnosis.fit.residual import (
     unfiltered_residual,
 )
 from codegen.diagnosis.fit.search import Search, search_on
-from codegen.diagnosis.fit.shooting import FreeRun
+from codegen.diagnosis.fit.shooting import FreeRun, Values
 from codegen.diagnosis.fit.signals import smooth_motion
 from codegen.diagnosis.fit.trial import Part, model_of, part_of
 from codegen.diagnosis.results import ErrorFigures, FoundEffect
@@ -165,14 +165,16 @@ def test_rigid_terms_are_computed_once_where_bristles_follow_a_motion_without_se
     parts = {p.kind: p for p in every_part(search, []) if p.on == "q_2" and p.kind in ("presliding", SENSOR)}
     trial = search.declared_trial.with_part(parts["presliding"]).with_part(parts[SENSOR])
     runner, at_rest = search.runners([trial])[0], search.record.at_rest
-    computed, along, at = list[int](), RigidTerms.along, JointShooter.at
+    computed, along, run_of = list[int](), RigidTerms.along, JointShooter.run_of
 
     def counted(terms: RigidTerms, positions: np.ndarray, *others: Any) -> MotionTerms:
         computed.append(id(positions))
         return along(terms, positions, *others)
 
-    def at_corrected(shooter: JointShooter, *arguments: Any, measured: Record) -> FreeRun:
-        return at(shooter, *arguments)
+    def along_corrected(
+        shooter: JointShooter, model: int, values: Values, record: Record, substeps: int, measured: Record
+    ) -> FreeRun:
+        return run_of(shooter, model, values, record, substeps, record)
 
     monkeypatch.setattr(RigidTerms, "along", counted)
     values = [{"amplitude": amplitude, "period": 0.7, "phase": 0.3} for amplitude in (1e-3, 2e-3)]
@@ -180,7 +182,7 @@ def test_rigid_terms_are_computed_once_where_bristles_follow_a_motion_without_se
     runs = [runner.run(theta, at_rest) for theta in thetas]
     assert set(computed) == {id(search.record.positions)}
     assert np.abs(runs[1] - runs[0]).max() > 5e-4
-    monkeypatch.setattr(JointShooter, "at", at_corrected)
+    monkeypatch.setattr(JointShooter, "run_of", along_corrected)
     expected = [runner.run(theta, at_rest) for theta in thetas]
     assert len(set(computed)) == 3
     np.testing.assert_allclose([run[1::2] for run in runs], [run[1::2] for run in expected], rtol=0, atol=2e-6)

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from codegen.base.arrays import Array
 from codegen.diagnosis.fit.identity_cache import identity_cache
 from codegen.diagnosis.fit.record import Record
-from codegen.diagnosis.fit.shooting import FreeRun, Shooter, Structure, has_bristles, owners, terms_of
+from codegen.diagnosis.fit.shooting import FreeRun, Shooter, Structure, Values, has_bristles, owners, terms_of
 from codegen.diagnosis.fit.signals import central_difference
 from codegen.mechanics.casadi_form import over_rows, symbol_values, to_casadi
 from codegen.mechanics.computed import ComputedEntry, by_computed
@@ -286,27 +286,18 @@ class JointShooter:
         driven = [len(j.inputs) for j in joints]
         self._shooter = Shooter([j.system for j in joints], called, loads, driven, jumps=jumps, at_once=at_once)
 
-    def at(
-        self,
-        model: int,
-        p: Array,
-        structure: Structure,
-        record: Record,
-        drive: Array,
-        substeps: int,
-        measured: Record | None = None,
-    ) -> FreeRun:
-        """Positions (S, L, n) of every segment, as by ``Shooter.at``; as measured for joints that are not compared.
+    def run_of(self, model: int, values: Values, record: Record, substeps: int, measured: Record) -> FreeRun:
+        """Positions (S, L, n) of every segment, as by ``Shooter.runs``; as measured for joints that are not compared.
 
         Args:
             record: its motion is followed by states that are not logged.
             measured: the record with the motion as measured, which is imposed on the other joints and about which the
-                rigid-body force is linearised; ``record`` by default. If sensor errors are fitted, the motion of
-                ``record`` depends on their parameters, and the terms along it would be computed for each value.
+                rigid-body force is linearised. If sensor errors are fitted, the motion of ``record`` depends on their
+                parameters, and the terms along it would be computed for each value.
         """
-        n, imposed = len(self._models[model]), record if measured is None else measured
-        along = self.terms.along(imposed.positions, imposed.velocities, imposed.sample_time)
-        p = np.asarray(p, dtype=float)
+        n, structure, drive = len(self._models[model]), values.structure, values.drive
+        along = self.terms.along(measured.positions, measured.velocities, measured.sample_time)
+        p = np.asarray(values.p, dtype=float)
         off = p[self._rigid[model]] - self.terms.declared
 
         def run(states: Array, loads: Array | None = None) -> Array:
@@ -320,13 +311,14 @@ class JointShooter:
                 own, felt = p[one.arguments], off[along.felt[i]]
                 arrays = own, felt, here.coupling, here.limits, here.rest, record.start, there
                 where = (along, record.length, substeps, here.sigma, here.split, self._driven(drive, one.joint)[1])
-                followed = () if record is imposed else _content_of(record, i)
+                followed = () if record is measured else _content_of(record, i)
                 key = (one.key, *where, *followed, *(array.tobytes() for array in arrays))
                 found = self.memory.get(key)
                 if found is None:
                     alone = _record_of(record, i)
                     columns = self._columns(one.joint, drive, along, off, substeps)
-                    found = self._shooter.at(one.place, own, here, alone, columns, substeps)(there)[..., 0]
+                    (free_run,) = self._shooter.runs(one.place, [Values(own, here, columns)], alone, substeps)
+                    found = free_run(there)[..., 0]
                     self.memory.put(key, found)
                 out[..., i] = found
             return out

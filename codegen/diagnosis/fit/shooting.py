@@ -18,7 +18,7 @@ from codegen.base.arrays import Array
 from codegen.base.compiler import loaded
 from codegen.base.parallel import in_background
 from codegen.base.text import render
-from codegen.diagnosis.fit.record import Record
+from codegen.diagnosis.fit.record import Indices, Record
 from codegen.mechanics.casadi_form import symbol_values, to_casadi
 from codegen.mechanics.numpy_form import numpy_function
 from codegen.mechanics.solve import factorised
@@ -102,8 +102,6 @@ class Structures:
         return Structure(tuple(sigma), self._split, coupling.reshape(-1, 5), np.stack([low, high]), rest)
 
 
-Indices = NDArray[np.int32]
-
 FLAGS = ("-fno-math-errno", "-fno-trapping-math")
 PLAIN, UNROLLED = ("-O1",), ("-O3", "-fno-tree-vectorize")
 """Compiler flags: for one coordinate with one contact or a few runs, and for many runs of more, whose loops are worth
@@ -156,15 +154,6 @@ class Values:
     drive: Array
 
 
-@dataclass(frozen=True, eq=False)
-class Plant:
-    """Arguments of the C functions that are a model's alone: p, sigma, the couplings of loads, and states of laws."""
-
-    loads: int
-    split: Indices
-    arrays: tuple[Array, Array, Array, Array]
-
-
 class FreeRun(Protocol):
     """Positions of free runs from start states and, where given, corrections of the start states of loads."""
 
@@ -203,47 +192,29 @@ class Shooter:
         flags = PLAIN if plain else UNROLLED
         self._compiled = in_background(_library, source, flags) if at_once else cache(partial(_library, source, flags))
 
-    def at(
-        self,
-        model: int,
-        p: Array,
-        structure: Structure,
-        record: Record,
-        drive: Array,
-        substeps: int,
-        observed: bool = False,
-    ) -> FreeRun:
-        """The free run of every segment, as a function of start states (S, 2n): positions (S, L, n).
+    def runs(
+        self, model: int, values: Sequence[Values], record: Record, substeps: int, observed: bool = False
+    ) -> list[FreeRun]:
+        """For each of the values, the free run of every segment from start states (S, 2n): positions (S, L, n).
 
-        A second argument, (S, 2 loads), is added to the positions and velocities of the loads at the start.
+        A second argument of a run, (S, 2 loads), is added to the positions and velocities of the loads at the start.
 
         Args:
-            p: values of the model's free symbols. drive: (N substeps, m) effective inputs.
             observed: whether the start states of a model with loads are those of an observer of the smoothed positions,
                 to which ``states`` less those of the record are added. Its motor, unlike the filtered one, has impacts.
 
         Raises:
             BadInput: where there is no C compiler.
         """
-        (run,) = self.several(model, [Values(p, structure, drive)], record, substeps, observed)
-        return run
-
-    def several(
-        self, model: int, values: Sequence[Values], record: Record, substeps: int, observed: bool = False
-    ) -> list[FreeRun]:
-        """``at`` for several values of a model; states that are not logged are simulated for ``LANES`` at once."""
-        plants = [self._plant(model, one) for one in values]
-        split = values[0].structure.split
-        gain = OBSERVER / (record.length * record.sample_time) if observed and split else 0.0
-        hidden, found = self._hidden(model, plants, values, record, substeps, gain)
+        gain = OBSERVER / (record.length * record.sample_time) if observed and values[0].structure.split else 0.0
+        hidden, found = self.hidden(model, values, record, substeps, gain)
         shifts = found - record.states if gain else np.zeros(len(values))
-        parts = zip(plants, values, hidden, shifts, strict=True)
-        return [self._run(model, plant, record, one.drive, substeps, *start) for plant, one, *start in parts]
+        starts = zip(values, hidden, shifts, strict=True)
+        return [self._run(model, one, record, substeps, *start) for one, *start in starts]
 
-    def _run(
-        self, model: int, plant: Plant, record: Record, drive: Array, substeps: int, hidden: Array, shift: Array
-    ) -> FreeRun:
-        """The free run of a plant from these hidden states, and start states less ``shift``."""
+    def _run(self, model: int, values: Values, record: Record, substeps: int, hidden: Array, shift: Array) -> FreeRun:
+        """The free run of a model from these hidden states, and start states less ``shift``."""
+        arrays, split = self._plant(values)
 
         def run(states: Array, loads: Array | None = None) -> Array:
             out = np.empty((len(record.start), record.length, self.coordinates))
@@ -252,61 +223,54 @@ class Shooter:
                 begun = hidden.copy()
                 begun[:, -2 * self.loads :] += loads
             self._compiled().shoot(
-                model, plant.loads, *map(_address, plant.arrays[:2]), _address(plant.split, _INDEX),
-                *map(_address, plant.arrays[2:]), len(record.start), _address(record.start, _INDEX), record.length,
-                substeps, record.sample_time, _address(drive), _address(states), _address(begun), _address(out),
+                model, len(values.structure.split), *map(_address, arrays[:2]), _address(split, _INDEX),
+                *map(_address, arrays[2:]), len(record.start), _address(record.start, _INDEX), record.length,
+                substeps, record.sample_time, _address(values.drive), _address(states), _address(begun), _address(out),
             )  # fmt: skip
             return out
 
         return run
 
-    def hidden(self, model: int, p: Array, structure: Structure, record: Record, drive: Array, substeps: int) -> Array:
-        """States that are not logged, at the start of each segment, simulated along the measured motion.
-
-        (S, contacts + states + 2 loads): bristle deflections, states of laws, positions of the loads, their velocities.
-        """
-        one = Values(p, structure, drive)
-        return np.asarray(self._hidden(model, [self._plant(model, one)], [one], record, substeps)[0][0])
-
-    def _hidden(
-        self,
-        model: int,
-        plants: Sequence[Plant],
-        values: Sequence[Values],
-        record: Record,
-        substeps: int,
-        gain: float = 0.0,
+    def hidden(
+        self, model: int, values: Sequence[Values], record: Record, substeps: int, gain: float = 0.0
     ) -> tuple[Array, Array]:
-        """(R, S, …) ``hidden`` and (R, S, 2n) states for R plants, which are those of ``values``.
+        """States at the start of each segment, simulated along the measured motion for each of R values of a model.
 
-        The states are those of an observer with a double pole at −``gain`` 1/s where that is above 0 and the model has
-        loads.
+        ``LANES`` of them are simulated at once.
+
+        Args:
+            gain: above 0, positions and velocities are those of an observer with a double pole at −``gain`` 1/s, if the
+                model has loads.
+
+        Returns:
+            (R, S, contacts + states + 2 loads) states that are not logged: bristle deflections, states of laws,
+            positions of the loads, their velocities; and (R, S, 2n) observed positions and velocities.
         """
-        states = np.zeros((len(plants), len(record.start), 2 * self.coordinates))
-        hidden = np.zeros((len(plants), len(record.start), self.contacts + self.states + 2 * self.loads))
+        states = np.zeros((len(values), len(record.start), 2 * self.coordinates))
+        hidden = np.zeros((len(values), len(record.start), self.contacts + self.states + 2 * self.loads))
         if any(one.structure.has_states for one in values):
             x, v = np.ascontiguousarray(record.positions), np.ascontiguousarray(record.velocities)
             begun = _begun(record, values[0].structure)
-            for k in range(0, len(plants), LANES):
+            for k in range(0, len(values), LANES):
                 some = slice(k, k + LANES)
-                arrays = [_addresses(column) for column in zip(*(plant.arrays for plant in plants[some]), strict=True)]
-                drives, split = _addresses([one.drive for one in values[some]]), plants[0].split
+                plants, drives = [self._plant(one) for one in values[some]], [one.drive for one in values[some]]
+                arrays = [_addresses(column) for column in zip(*(own for own, _ in plants), strict=True)]
+                split, pointers = plants[0][1], _addresses(drives)
                 self._compiled().follow(
-                    model, plants[0].loads, len(drives), *map(_pointer, arrays[:2]), _address(split, _INDEX),
-                    *map(_pointer, arrays[2:]), substeps, record.sample_time, _address(x), _address(v),
-                    _pointer(drives), len(record.start), _address(record.start, _INDEX), _address(begun, _INDEX),
-                    gain, _address(states[some]), _address(hidden[some]),
+                    model, len(values[0].structure.split), len(drives), *map(_pointer, arrays[:2]),
+                    _address(split, _INDEX), *map(_pointer, arrays[2:]), substeps, record.sample_time, _address(x),
+                    _address(v), _pointer(pointers), len(record.start), _address(record.start, _INDEX),
+                    _address(begun, _INDEX), gain, _address(states[some]), _address(hidden[some]),
                 )  # fmt: skip
         return hidden, states
 
-    def _plant(self, model: int, values: Values) -> Plant:
+    def _plant(self, values: Values) -> tuple[tuple[Array, Array, Array, Array], Indices]:
+        """Arguments of the C functions: p, sigma, couplings of loads, states of laws; coordinates with a load."""
         structure = values.structure
         idle = np.zeros(self.states - len(structure.rest))
         states = np.concatenate([structure.rest, idle, structure.limits[0], idle, structure.limits[1], idle, [0.0]])
-        split = np.array([*structure.split, 0], dtype=np.int32)
-        coupling = np.append(structure.coupling.ravel(), 0.0)
         p, sigma = np.append(np.asarray(values.p, dtype=float), 0.0), np.array([*structure.sigma, 0.0])
-        return Plant(len(structure.split), split, (p, sigma, coupling, states))
+        return (p, sigma, np.append(structure.coupling.ravel(), 0.0), states), np.array([*structure.split, 0], np.int32)
 
 
 def _begun(record: Record, structure: Structure) -> Indices:

@@ -210,19 +210,14 @@ class Runner:
         """``at`` for several vectors; best for as many as ``at_once``."""
         if len(thetas) > self.at_once:
             return [self.at(theta, gain, smoothed) for theta in thetas]
-        trial, numbers = self.trial, [self.trial.numbers(theta) for theta in thetas]
+        numbers = [self.trial.numbers(theta) for theta in thetas]
         followed = self._along_true_motion(numbers[0])
-        drives = [self._drive(n) if gain == 1.0 else gain * self._drive(n) for n in numbers]
-        values = [
-            Values(n[self._arguments], trial.structures.at(n), drive) for n, drive in zip(numbers, drives, strict=True)
-        ]
+        values = [self._values(one, gain) for one in numbers]
         if isinstance(self.shooter, JointShooter):
             (one,) = values
-            arguments = self.model, one.p, one.structure, followed, one.drive, self.substeps
-            runs = [self.shooter.at(*arguments, measured=self.record)]
+            runs = [self.shooter.run_of(self.model, one, followed, self.substeps, self.record)]
         else:
-            observed = self.observes and not smoothed
-            runs = self.shooter.several(self.model, values, followed, self.substeps, observed)
+            runs = self.shooter.runs(self.model, values, followed, self.substeps, self.observes and not smoothed)
         return [self._measured(run, n) for run, n in zip(runs, numbers, strict=True)]
 
     @property
@@ -260,12 +255,11 @@ class Runner:
         return self.shooter.is_felt(self.model, self._arguments.index(k), self.record)
 
     def hidden(self, theta: Array) -> Array:
-        """States that are not logged, as by ``Shooter.hidden``."""
-        trial, numbers = self.trial, self.trial.numbers(theta)
-        structure, p = trial.structures.at(numbers), numbers[self._arguments]
+        """(S, …) states that are not logged, as by ``Shooter.hidden``."""
+        numbers = self.trial.numbers(theta)
         assert isinstance(self.shooter, Shooter)  # an arm is never separated here
         followed = self._along_true_motion(numbers)
-        return self.shooter.hidden(self.model, p, structure, followed, self._drive(numbers), self.substeps)
+        return self.shooter.hidden(self.model, [self._values(numbers)], followed, self.substeps)[0][0]
 
     def _along_true_motion(self, numbers: Array) -> Record:
         """The record, its motion without the sensor errors of the trial, along which states that are not logged follow.
@@ -285,9 +279,12 @@ class Runner:
         place = {s: k for k, s in enumerate(self.trial.symbols)}
         return [place[s] for s in self.trial.free]
 
-    def _drive(self, numbers: Array) -> Array:
+    def _values(self, numbers: Array, gain: float = 1.0) -> Values:
+        """The values of the compiled model, with its effective inputs times a gain."""
         record = self.record
-        return self.trial.chains.act(record.commands, numbers, record.sample_time, self.substeps)
+        drive = self.trial.chains.act(record.commands, numbers, record.sample_time, self.substeps)
+        drive = drive if gain == 1.0 else gain * drive  # the same array where it is the same: ``JointShooter`` asks
+        return Values(numbers[self._arguments], self.trial.structures.at(numbers), drive)
 
 
 ITERATIONS, POLISHES = 8, 3
