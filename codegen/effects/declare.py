@@ -127,13 +127,11 @@ def unit_words(effect: Effect, place: int, system: System) -> dict[str, str]:
     match effect.sits_on:
         case "contact":
             words = {"F": system.contacts[place].unit, "q": system.contacts[place].slip_unit, "w": "1"}
-        case "coordinate" | "axis" | "sensor":
-            words = {"F": system.force_unit(place), "q": system.position_units[place], "w": "1"}
-        case "two coordinates":
-            first, _ = pairs(system)[place]
-            words = {"F": system.force_unit(first), "q": system.position_units[first], "w": "1"}
         case "input":
             words = {"F": "1", "q": "1", "w": system.input_units[place]}
+        case _:
+            i = effect.coordinate(system, place)
+            words = {"F": system.force_unit(i), "q": system.position_units[i], "w": "1"}
     return {p.name: p.unit.format(**words) for p in effect.parameters}
 
 

@@ -18,7 +18,7 @@ import sympy
 from codegen.effects.coordinate import FREE, Above, Between, Coordinate
 from codegen.effects.places import pairs
 from codegen.effects.start import Covered, Start
-from codegen.mechanics.system import Matrix, System
+from codegen.mechanics.system import System
 
 Place = Literal["contact", "coordinate", "two coordinates", "axis", "input", "sensor"]
 """Kind of place at which an effect acts."""
@@ -208,10 +208,6 @@ class Effect(ABC):
         """Whether these parameter values are physical: inside their bounds, and as ``demands`` says."""
         bounds = [(values[p.name], p.low, p.high) for p in self.parameters]
         return all((low is None or v > low) and (high is None or v < high) for v, low, high in bounds)
-
-    def change(self, system: System, place: int, p: Symbols) -> Matrix:
-        """Change of g − M a − U λ by the effect, n by 1, over x, v, w, accelerations and its parameters."""
-        return Matrix(self.add(system, place, p).equation_error - system.equation_error)
 
     @property
     def shapes(self) -> tuple[EffectParameter, ...]:

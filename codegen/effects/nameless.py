@@ -28,7 +28,7 @@ from codegen.effects.compliance import DAMPING, OnAxis
 from codegen.effects.compliance import SHARE as LOAD_FRACTION
 from codegen.effects.effect import Effect, EffectParameter, Symbols
 from codegen.effects.periodic import AMPLITUDE, PERIOD, PHASE, Cogging, PositionDependentFriction
-from codegen.effects.places import drive_force
+from codegen.effects.places import drive_force, drive_on
 from codegen.effects.start import Covered
 from codegen.mechanics.system import System
 from codegen.mechanics.transmission import Transmission
@@ -104,7 +104,7 @@ class _DriveOnCoordinate(_Wave, Cogging):
     parameters = (SHARE, PERIOD, PHASE)
 
     def applies(self, system: System, place: int) -> bool:
-        return bool(_drive_on(system, place) != 0)
+        return bool(drive_on(system, place) != 0)
 
 
 class DriveWave(_DriveOnCoordinate):
@@ -115,7 +115,7 @@ class DriveWave(_DriveOnCoordinate):
     signature = DriveOverPosition.signature
 
     def act(self, system: System, place: int, wave: sympy.Expr) -> System:
-        return system.with_force(place, _drive_on(system, place) * wave)
+        return system.with_force(place, drive_on(system, place) * wave)
 
 
 class LoadWave(_DriveOnCoordinate):
@@ -131,7 +131,7 @@ class LoadWave(_DriveOnCoordinate):
     if_better = True
 
     def act(self, system: System, place: int, wave: sympy.Expr) -> System:
-        return system.with_force(place, Magnitude(_drive_on(system, place)) * wave)
+        return system.with_force(place, Magnitude(drive_on(system, place)) * wave)
 
 
 class _DriveDamping(Nameless):
@@ -171,10 +171,10 @@ class DriveDrag(_DriveDamping):
     seen_over = "velocity"
 
     def applies(self, system: System, place: int) -> bool:
-        return bool(_drive_on(system, place) != 0)
+        return bool(drive_on(system, place) != 0)
 
     def add(self, system: System, place: int, p: Symbols) -> System:
-        return system.with_force(place, -p["c"] * Magnitude(_drive_on(system, place)) * system.velocities[place])
+        return system.with_force(place, -p["c"] * Magnitude(drive_on(system, place)) * system.velocities[place])
 
 
 class SlippingLoad(Nameless, OnAxis):
@@ -203,12 +203,6 @@ class SlippingLoad(Nameless, OnAxis):
     def in_words(self, values: Mapping[str, float], units: Mapping[str, str]) -> str:
         share, limit = in_percent(values["load_fraction"]), f"{values['limit']:.3g} {units['limit']}"
         return f"{self.signature} ({share} of the inertia, at most {limit})"
-
-
-def _drive_on(system: System, coordinate: int) -> sympy.Expr:
-    """The force of the inputs on a coordinate: g(w) − g(0)."""
-    force = system.force[coordinate]
-    return sympy.expand(force - force.subs(dict.fromkeys(system.inputs, 0)))
 
 
 _LAWS: tuple[Nameless, ...] = (

@@ -15,7 +15,7 @@ import sympy
 from codegen.effects import coordinate
 from codegen.effects.effect import PROBE, Confusion, Effect, EffectParameter, Symbols
 from codegen.effects.start import Covered, periods
-from codegen.mechanics.system import Matrix, System
+from codegen.mechanics.system import System
 
 AMPLITUDE = EffectParameter("amplitude", "{F}", "amplitude", neutral=0.0)
 PERIOD = EffectParameter("period", "{q}", "distance of one period", low=0.0, start=periods, moved_in=coordinate.PERIOD)
@@ -189,15 +189,6 @@ class EncoderEccentricity(Periodic):
     def admissible(self, system: System, place: int, values: Mapping[str, float]) -> bool:
         inside = super().admissible(system, place, values)
         return inside and 2 * pi * abs(values["amplitude"]) < STEEPEST * values["period"]
-
-    def change(self, system: System, place: int, p: Symbols) -> Matrix:
-        """As in ``Effect``, with x = x_measured − wave(x_measured), which is exact to first order in the amplitude."""
-        wave = p["amplitude"] * sympy.sin(self.angle(system, place, p) + p["phase"])
-        x, v, a = system.positions[place], system.velocities[place], system.accelerations[place]
-        slope, curvature = wave.diff(x), wave.diff(x, 2)
-        error = system.equation_error
-        change = error.diff(x) * wave + error.diff(v) * (slope * v) + error.diff(a) * (curvature * v**2 + slope * a)
-        return Matrix(-change)
 
 
 class CoggingHarmonics(Effect):

@@ -31,8 +31,12 @@ def drive_force(system: System, contact: int) -> sympy.Expr:
     For a contact that acts on one coordinate alone this is the drive force on that coordinate.
     """
     column = system.distribution[:, contact]
-    driven = system.force - system.force.subs(dict.fromkeys(system.inputs, 0))
-    return sympy.expand(column.dot(driven) / column.dot(column))
+    return sympy.expand(column.dot(system.drive_force) / column.dot(column))
+
+
+def drive_on(system: System, coordinate: int) -> sympy.Expr:
+    """Force of the inputs on a coordinate: g(w) − g(0)."""
+    return sympy.expand(system.drive_force[coordinate])
 
 
 def damping(system: System, contact: int) -> sympy.Expr:

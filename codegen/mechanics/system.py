@@ -191,6 +191,11 @@ class System:
         """g without the forces that effects add to it, n by 1."""
         return Matrix([g - self.effect_forces.get(i, 0) for i, g in enumerate(self.force)])
 
+    @cached_property
+    def drive_force(self) -> Matrix:
+        """g(x, v, w) − g(x, v, 0), n by 1: the part of g due to the inputs."""
+        return Matrix(self.force - self.force.subs(dict.fromkeys(self.inputs, 0)))
+
     @property
     def modelled_force(self) -> Matrix:
         """g − U λ_known, n by 1, with λ_known the friction of declared effects: all forces that are not estimated."""

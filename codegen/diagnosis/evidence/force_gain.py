@@ -22,10 +22,10 @@ from codegen.diagnosis.fit.linear import correlation, independent
 from codegen.diagnosis.fit.output_error import Fit
 from codegen.diagnosis.fit.residual import (
     Problem,
-    forces_without_values,
     inverse_dynamics_residual,
+    residual_at_drive,
     residual_without_levels,
-    residual_without_values,
+    without_values,
 )
 from codegen.diagnosis.fit.search import Search, joint_of_difference
 from codegen.diagnosis.fit.trial import with_values
@@ -244,12 +244,13 @@ class ForceCriterion:
 
     def without_values(self, slopes: Array, joint: int | None) -> Array:
         """(N, n) residual after regression on levels and toleranced values within their limits."""
-        return residual_without_values(self.search.problem, self.fit.model, slopes, self._limits, joint)
+        problem, model = self.search.problem, self.fit.model
+        return without_values(problem, model, residual_at_drive(model, problem.motion), slopes, self._limits, joint)
 
     def beyond_values(self, forces: Array) -> Array:
         """(N, n) forces over ``drive_left``, less what levels, toleranced values and a constant force explain."""
         problem, model = self.search.problem, self.fit.model
-        return forces_without_values(problem, model, forces, self.slopes, self._limits, constant=True)
+        return without_values(problem, model, forces, self.slopes, self._limits, constant=True)
 
     @property
     def _limits(self) -> tuple[Array, Array]:

@@ -193,12 +193,12 @@ def evidence(base: Array, other: Array, kept: int, floor: float = 0.0) -> Eviden
     sum_before, sum_after, sum_noise = float(before.sum()), float(after.sum()), len(gains) * float(noise[0])
     of_sum = 1 - max(sum_after, sum_noise) / sum_before if sum_before > sum_noise else 0.0
     far = large = 1.0
-    if floor:
-        block_before, block_after, block_noise = (in_blocks(squares) for squares in (before, after, noise))
-        floored = np.maximum(block_before, block_noise), np.maximum(block_after, block_noise)
-        far = _of_ratios(*floored, np.maximum(*floored) > FAR**2 * block_noise)
-        floored = in_blocks(np.maximum(before, noise)), in_blocks(np.maximum(after, noise))
-        large = _of_ratios(*floored, are_large(*floored))
+    if floor:  # blocks are chosen by both models alike: a choice by the one before alone would favour the other
+        least = in_blocks(noise)
+        first, second = (np.maximum(in_blocks(squares), least) for squares in (before, after))
+        far = p_of_log_ratios(np.log((first / second)[np.maximum(first, second) > FAR**2 * least]))
+        first, second = (in_blocks(np.maximum(squares, noise)) for squares in (before, after))
+        large = p_of_log_ratios(np.log((first / second)[are_large(first, second)]))
     return Evidence(
         gain=total,
         share=max(of_mean, of_sum),
@@ -221,14 +221,6 @@ def in_blocks(values: Array) -> Array:
 def are_large(before: Array, after: Array) -> NDArray[np.bool_]:
     """The blocks chosen by ``LARGE``."""
     return np.asarray(np.maximum(before, after) > LARGE * float(np.median(np.minimum(before, after))))
-
-
-def _of_ratios(before: Array, after: Array, chosen: NDArray[np.bool_]) -> float:
-    """``p_of_log_ratios`` over the chosen blocks.
-
-    The choice must depend on both models alike: one by ``before`` alone would favour ``after``.
-    """
-    return p_of_log_ratios(np.log(before[chosen] / after[chosen]))
 
 
 def p_of_log_ratios(logarithms: Array) -> float:

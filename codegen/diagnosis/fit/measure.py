@@ -123,9 +123,7 @@ def free_run_series(system: System, motion: Motion, restart_s: float = RESTART_S
 @identity_cache(OF_MODELS)
 def drive_force(system: System, motion: Motion) -> Array:
     """(N, n) the part of g due to the inputs: g(x, v, w) − g(x, v, 0)."""
-    still = system.force.subs(dict.fromkeys(system.inputs, 0))
-    forces = evaluate_forces(system, [Matrix(system.force - still)], motion, effective_inputs(system, motion))
-    return np.asarray(forces[0])
+    return np.asarray(evaluate_forces(system, [system.drive_force], motion, effective_inputs(system, motion))[0])
 
 
 @identity_cache(OF_MODELS)

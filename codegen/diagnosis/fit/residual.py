@@ -259,17 +259,7 @@ def residual_without_levels(problem: Problem, system: System) -> Array:
     return np.stack([without_levels(system, motion, rows, one, i) for i, (one, rows) in by_coordinate], axis=1)
 
 
-def residual_without_values(
-    problem: Problem, system: System, slopes: Array, limits: tuple[Array, Array], joint: int | None = None
-) -> Array:
-    """(N, n) residual of a system after regression on friction levels and on changes of values within limits.
-
-    Arguments as of ``forces_without_values``.
-    """
-    return forces_without_values(problem, system, residual_at_drive(system, problem.motion), slopes, limits, joint)
-
-
-def forces_without_values(
+def without_values(
     problem: Problem,
     system: System,
     forces: Array,
@@ -278,11 +268,12 @@ def forces_without_values(
     joint: int | None = None,
     constant: bool = False,
 ) -> Array:
-    """(N, n) forces over ``drive_left``, after regression on friction levels and on changes of values within limits.
+    """(N, n) forces, such as ``residual_at_drive``, less what levels and changes of values within limits explain.
 
     Each coordinate has its own fit, so that values that act on several may differ between them.
 
     Args:
+        forces: over ``drive_left``.
         slopes: (N, n, p) of the residual by the values.
         limits: (p,) least and largest change.
         joint: the only coordinate that is fitted; all if not given.

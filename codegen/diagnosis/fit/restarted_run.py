@@ -43,15 +43,10 @@ def free_run(
 
     Raises:
         BadInput: where there is no C compiler.
-        ValueError: if the shapes do not fit or nothing is left after trimming.
     """
     count, n = positions.shape
-    if velocities.shape != (count, n) or len(commands) != count or n != system.degrees_of_freedom:
-        raise ValueError(f"positions {positions.shape}, velocities {velocities.shape}, {len(commands)} commands")
     cut = round(trim_s / sample_time)
     kept = count - 2 * cut
-    if kept < 2:
-        raise ValueError(f"{count} samples, {cut} of them trimmed at each end; expected 2 or more left")
     length = min(max(2, round(restart_s / sample_time)), kept)
     start = np.arange(cut, cut + kept, length, dtype=np.int32)
     # The last run extends past the end of the log; its prediction there is dropped.

@@ -25,7 +25,7 @@ from codegen.diagnosis.results import ErrorFigures, Remainder
 from codegen.logs import Log
 from codegen.logs.motion import MOSTLY, measured_motion, steady_segments
 from codegen.mechanics.casadi_form import in_place, to_casadi
-from codegen.mechanics.system import TIME, Matrix, System
+from codegen.mechanics.system import TIME, System
 
 LEAST_RUNS = 8
 """Least number of records."""
@@ -120,8 +120,7 @@ def forces_of(system: System, symbols: Sequence[sympy.Symbol], means: Means) -> 
     names |= {s: moved[k] for k, s in enumerate(symbols)}
     names |= dict.fromkeys([*system.positions, *system.accelerations, TIME], casadi.SX(0.0))
     names |= {s: point[k] for k, s in enumerate((*system.velocities, *system.inputs))}
-    driven = Matrix(system.force - system.force.subs(dict.fromkeys(system.inputs, 0)))
-    outputs = [casadi.densify(to_casadi(term, names)) for term in (system.equation_error, driven)]
+    outputs = [casadi.densify(to_casadi(term, names)) for term in (system.equation_error, system.drive_force)]
     function = casadi.Function("means", [point, moved], outputs).map(count)
     at, numbers = np.hstack([means.speeds, means.inputs]), np.zeros((count, len(symbols)))
     residual, drive = np.zeros((count, n)), np.zeros((count, n))

@@ -20,8 +20,9 @@ from codegen.diagnosis.fit.output_error import Fit
 from codegen.diagnosis.fit.residual import (
     Problem,
     inverse_dynamics_residual,
+    residual_at_drive,
     residual_without_levels,
-    residual_without_values,
+    without_values,
 )
 from codegen.diagnosis.fit.search import Search
 from codegen.diagnosis.fit.signals import Motion
@@ -83,7 +84,8 @@ class HeldOut:
             theta[k] += deviations[k]
             slopes[:, :, place] = inverse_dynamics_residual(model_of(fit.trial, theta), motion) - own
         bound = np.full(len(free), WITHIN)
-        return residual_without_values(self.problem, model, slopes, (-bound, bound))
+        residual = residual_at_drive(model, self.problem.motion)
+        return without_values(self.problem, model, residual, slopes, (-bound, bound))
 
 
 def is_preferred(gain: ForceGain, level: float) -> bool:
