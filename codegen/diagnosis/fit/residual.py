@@ -280,11 +280,12 @@ def without_values(
         constant: whether a constant force is regressed on too.
     """
     motion, found = problem.motion, forces.copy()
+    left = drive_left(system, motion)
     for i in range(found.shape[1]) if joint is None else [joint]:
         used = problem.used[:, i]
         levels = level_columns(system, motion, i)
         levels = np.hstack([levels, np.ones((len(levels), 1))]) if constant else levels
-        columns = np.hstack([levels, -slopes[:, i] / drive_left(system, motion)[i]])
+        columns = np.hstack([levels, -slopes[:, i] / left[i]])
         free = np.full(levels.shape[1], np.inf)
         bounds = np.append(-free, limits[0]), np.append(free, limits[1])
         found[:, i] -= columns @ bounded_least_squares(columns[used], found[used, i], bounds)
