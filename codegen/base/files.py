@@ -9,11 +9,11 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack, contextmanager, suppress
 from errno import EACCES
 from pathlib import Path
+from tempfile import mkstemp
 from typing import Any, Self
 
 from codegen.base.errors import BadInput
 from codegen.base.input_files import identity, is_there, read_or_none, unusable_name
-from codegen.base.temporary import sweep, take_place, temporary_file
 
 
 def sha256(text: str) -> str:
@@ -124,8 +124,8 @@ class Waiting:
                 _refuse_special(path)
                 self._made = [folder for folder in path.parents if not folder.exists()]
                 path.parent.mkdir(parents=True, exist_ok=True)
-                sweep(path.parent)
-                self._temporary, self.stream = temporary_file(path.parent)
+                handle, name = mkstemp(".tmp", ".stiction-", path.parent)
+                self._temporary, self.stream = Path(name), os.fdopen(handle, "w+b")
         except BadInput:
             self._remove_empty()
             raise
@@ -152,9 +152,13 @@ class Waiting:
             self.stream.flush()
 
     def take_place(self) -> None:
-        """Replace the target by the complete file."""
+        """Replace the target by the complete file, whose permissions become those of a new file."""
         with self._writing():
-            take_place(self._temporary, self.stream, self.path)
+            self.stream.close()
+            umask = os.umask(0)
+            os.umask(umask)
+            self._temporary.chmod(0o666 & ~umask)
+            self._temporary.replace(self.path)
 
     def _writing(self) -> AbstractContextManager[None]:
         return writing(self.path, expected=self._expected)

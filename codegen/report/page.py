@@ -1,11 +1,10 @@
-"""The diagnosis report: a typed page from a diagnosis, rendered by one template."""
+"""The diagnosis report: the variables of its template, from a diagnosis and its models."""
 
 from __future__ import annotations
 
 import difflib
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 from urllib.parse import quote
 
 from codegen.base.text import render
@@ -25,114 +24,11 @@ from codegen.spec.model import Spec
 SEVERITIES = ("problem", "warning", "info")
 MOST_PARAMETERS = 8
 """Most lines of one candidate in a table; a sum of harmonics has two parameters an order."""
+View = dict[str, Any]
+"""Variables of the template by name."""
 Outcome = Literal["chosen", "carried", "rival", "later", "passed", "rejected"]
 """Outcome of a candidate. carried: in the augmented model, while others tie with it; rival: ties with that one; later:
 rejected in this round, but named in the verdict."""
-
-
-@dataclass(frozen=True)
-class ErrorRow:
-    """A row of the table of errors.
-
-    Attributes:
-        quantity: "training" is the relative error on the training log.
-        coordinate, unit: empty for a share of the whole.
-        shown: of the declared, refit and augmented model.
-        change: augmented against declared, in %.
-    """
-
-    quantity: Literal["force", "relative", "position", "training"]
-    coordinate: str
-    unit: str
-    shown: tuple[str, ...]
-    change: str
-
-
-@dataclass(frozen=True)
-class EffectView:
-    """An effect that was found, with its entry in the catalogue; ``meanings`` are those of its parameters."""
-
-    found: FoundEffect
-    equation: str
-    signature: str
-    meanings: Mapping[str, str]
-
-
-@dataclass(frozen=True)
-class CandidateRow:
-    """A row of the table of one round's candidates.
-
-    Attributes:
-        parameters: name = value unit.
-        bar: gain in %, 0 to 100, for the bar in the table.
-    """
-
-    candidate: Candidate
-    parameters: tuple[str, ...]
-    outcome: Outcome
-    why_not: str
-    bar: int
-
-
-@dataclass(frozen=True)
-class RoundView:
-    """A round of candidates.
-
-    Attributes:
-        found_before: effects that were already in the model, in words.
-        exchanged: whether these candidates replaced others, and were compared with the fit without those.
-    """
-
-    found_before: tuple[str, ...]
-    rows: tuple[CandidateRow, ...]
-    exchanged: bool = False
-
-
-@dataclass(frozen=True)
-class PictureView:
-    """The pictures of the residual and the data of their caption.
-
-    Attributes:
-        coordinates: name of each, and its pictures.
-        legend: (model, colour) in the order of drawing.
-        same: whether the refit changes no value, so that only the declared model is drawn.
-        thinned: largest number of samples drawn for a model; empty if all are drawn.
-    """
-
-    coordinates: tuple[tuple[str, tuple[Panel, ...]], ...]
-    legend: tuple[tuple[str, str], ...]
-    same: bool
-    thinned: str
-
-
-@dataclass(frozen=True)
-class Page:
-    """Content of the report: a diagnosis, and the data that the report adds.
-
-    Attributes:
-        leader: the effects of the augmented model, in words.
-        findings: of the preflight: role of a log, its name, and (severity, words), worst first.
-        difference: lines of the spec's diff, each "added", "removed", "hunk" or "same", and its text.
-        files: that were written: label and address.
-    """
-
-    name: str
-    source: str
-    spec_file: str
-    spec_hash: str
-    version: str
-    diagnosis: Diagnosis
-    errors: tuple[ErrorRow, ...]
-    published: tuple[tuple[str, str], ...]
-    effects: tuple[EffectView, ...]
-    laws: tuple[tuple[LawEvidence, tuple[Panel, ...]], ...]
-    pictures: PictureView
-    rounds: tuple[RoundView, ...]
-    leader: str
-    findings: tuple[tuple[str, str, tuple[tuple[str, str], ...]], ...]
-    difference: tuple[tuple[str, str], ...]
-    observer_declared: bool
-    files: tuple[tuple[str, str], ...]
 
 
 def render_report(spec: Spec, diagnosis: Diagnosis, models: Models, files: Mapping[str, str] | None = None) -> str:
@@ -145,86 +41,85 @@ def render_report(spec: Spec, diagnosis: Diagnosis, models: Models, files: Mappi
     evidence, series = law_evidence(diagnosis, models), held_out_series(models, shown)
     groups = [*(_law_drawings(e, models) for e in evidence), *(residual_drawings(c) for c in series)]
     panels = drawn(groups)
-    page = Page(
-        name=spec.name,
-        source=spec.source,
-        spec_file=spec.path.name,
-        spec_hash=spec.sha256,
-        version=VERSION,
-        diagnosis=diagnosis,
-        errors=_error_rows(diagnosis, models.declared),
-        published=tuple(spec.log.published.items()),
-        effects=tuple(_effect(e) for e in diagnosis.effects),
-        laws=tuple(zip(evidence, panels[: len(evidence)], strict=True)),
-        pictures=_pictures(shown, series, panels[len(evidence) :]),
-        rounds=_rounds(diagnosis, models),
-        leader=" and ".join(f"{e.kind} on {e.on}" for e in models.named),
-        findings=_findings(diagnosis),
-        difference=_difference(spec, models.spec_text),
-        observer_declared=spec.observer is not None,
-        files=tuple((label, quote(path)) for label, path in (files or {}).items()),
-    )
-    return rendered(page)
+    page: View = {
+        "name": spec.name,
+        "source": spec.source,
+        "spec_file": spec.path.name,
+        "spec_hash": spec.sha256,
+        "version": VERSION,
+        "errors": _error_rows(diagnosis, models.declared),
+        "published": list(spec.log.published.items()),
+        "effects": [_effect(e) for e in diagnosis.effects],
+        "laws": list(zip(evidence, panels[: len(evidence)], strict=True)),
+        "pictures": _pictures(shown, series, panels[len(evidence) :]),
+        "rounds": _rounds(diagnosis, models),
+        "leader": " and ".join(f"{e.kind} on {e.on}" for e in models.named),  # the effects of the augmented model
+        "findings": _findings(diagnosis),
+        "difference": _difference(spec, models.spec_text),
+        "observer_declared": spec.observer is not None,
+        "files": [(label, quote(path)) for label, path in (files or {}).items()],
+    }
+    return rendered(page, diagnosis)
 
 
-def rendered(page: Page) -> str:
-    """The HTML of a page."""
-    found = page.diagnosis
-    added = found.verdict in ("effect", "ambiguous")
-    return render("report/report.html.j2", page=page, found=found, added=added, words=wording)
+def rendered(page: View, diagnosis: Diagnosis) -> str:
+    """The HTML of a diagnosis and the variables ``page``."""
+    added = diagnosis.verdict in ("effect", "ambiguous")
+    return render("report/report.html.j2", page=page, found=diagnosis, added=added, words=wording)
 
 
-def _error_rows(diagnosis: Diagnosis, system: System) -> tuple[ErrorRow, ...]:
-    """Residual force and free-run position error by coordinate, and the relative force errors.
+def _error_rows(diagnosis: Diagnosis, system: System) -> list[View]:
+    """Residual force and free-run position error by coordinate, and the relative force errors; ``shown`` by model.
 
     Coordinates are not combined: the two sides of a gear are not comparable.
     """
 
     models = (diagnosis.declared, diagnosis.refit, diagnosis.augmented)
 
-    def row(
-        quantity: Literal["force", "position"], i: int, unit: str, read: Callable[[ErrorFigures], tuple[float, ...]]
-    ) -> ErrorRow:
+    def row(quantity: str, i: int, unit: str, read: Callable[[ErrorFigures], tuple[float, ...]]) -> View:
         values = [read(e)[i] for e in models]
         factor, shown_unit = prefixed(values, unit)
-        shown = tuple(number(factor * v) for v in values)
-        return ErrorRow(quantity, system.positions[i].name, unit_text(shown_unit), shown, change(values[0], values[2]))
+        shown = [number(factor * v) for v in values]
+        about = {"quantity": quantity, "coordinate": system.positions[i].name, "unit": unit_text(shown_unit)}
+        return {**about, "shown": shown, "change": change(values[0], values[2])}
 
-    def whole(quantity: Literal["relative", "training"], values: Sequence[float]) -> ErrorRow:
-        return ErrorRow(quantity, "", "", tuple(percent(v, 4) for v in values), change(values[0], values[2]))
+    def whole(quantity: str, values: Sequence[float]) -> View:
+        about = {"quantity": quantity, "coordinate": "", "unit": ""}
+        return {**about, "shown": [percent(v, 4) for v in values], "change": change(values[0], values[2])}
 
     count = range(system.degrees_of_freedom)
-    return (
+    return [
         *(row("force", i, system.force_unit(i), lambda e: e.force_rms_rows) for i in count),
         whole("relative", [e.relative_force for e in models]),
         *(row("position", i, system.position_units[i], lambda e: e.free_run_rmse_rows) for i in count),
         whole("training", diagnosis.training),
-    )
-
-
-def _effect(found: FoundEffect) -> EffectView:
-    effect = CATALOGUE[found.kind].with_parameters(list(found.parameters))
-    return EffectView(found, effect.equation, effect.signature, {p.name: p.meaning for p in effect.parameters})
-
-
-def _rounds(diagnosis: Diagnosis, models: Models) -> tuple[RoundView, ...]:
-    """The candidates of every round with their evidence, and effects of the verdict that were in no round."""
-
-    def rows(candidates: Sequence[Candidate]) -> tuple[CandidateRow, ...]:
-        return tuple(_candidate_row(c, diagnosis, models) for c in diagnosis.in_order(candidates))
-
-    views = [
-        RoundView((), rows(diagnosis.candidates)),
-        *(
-            RoundView(tuple(f"{kind} on {on}" for kind, on in later.found_before), rows(later.candidates))
-            for later in diagnosis.later_rounds
-        ),
-        RoundView((), rows(diagnosis.in_no_round), exchanged=True),
     ]
-    return tuple(view for view in views if view.rows)
 
 
-def _candidate_row(c: Candidate, diagnosis: Diagnosis, models: Models) -> CandidateRow:
+def _effect(found: FoundEffect) -> View:
+    """An effect that was found, with its entry in the catalogue."""
+    effect = CATALOGUE[found.kind].with_parameters(list(found.parameters))
+    meanings = {p.name: p.meaning for p in effect.parameters}
+    return {"found": found, "equation": effect.equation, "signature": effect.signature, "meanings": meanings}
+
+
+def _rounds(diagnosis: Diagnosis, models: Models) -> list[View]:
+    """The candidates of every round with their evidence, and effects of the verdict that were in no round.
+
+    Those last ones are ``exchanged``: they replaced others, and were compared with the fit without these.
+    """
+
+    def view(candidates: Sequence[Candidate], before: Sequence[tuple[str, str]] = (), exchanged: bool = False) -> View:
+        rows = [_candidate_row(c, diagnosis, models) for c in diagnosis.in_order(candidates)]
+        return {"found_before": [f"{kind} on {on}" for kind, on in before], "rows": rows, "exchanged": exchanged}
+
+    later = [view(one.candidates, one.found_before) for one in diagnosis.later_rounds]
+    views = [view(diagnosis.candidates), *later, view(diagnosis.in_no_round, exchanged=True)]
+    return [one for one in views if one["rows"]]
+
+
+def _candidate_row(c: Candidate, diagnosis: Diagnosis, models: Models) -> View:
+    """A row of a round's table; ``bar`` is the gain in %, 0 to 100."""
     effect = CATALOGUE[c.kind].with_parameters(list(c.parameters))
     units = unit_words(effect, places_of(effect, models.declared).index(c.on), models.declared)
     parameters = [
@@ -234,8 +129,13 @@ def _candidate_row(c: Candidate, diagnosis: Diagnosis, models: Models) -> Candid
     if len(parameters) > MOST_PARAMETERS:
         parameters[MOST_PARAMETERS - 1 :] = [f"and {len(parameters) - MOST_PARAMETERS + 1} more"]
     why_not = c.why_not or (diagnosis.not_named(c) if c in diagnosis.candidates else "")
-    bar = round(100 * min(max(c.gain, 0.0), 1.0)) if c.gain == c.gain else 0
-    return CandidateRow(c, tuple(parameters), _outcome(c, diagnosis, models), why_not.replace(" -", " −"), bar)
+    return {
+        "candidate": c,
+        "parameters": parameters,
+        "outcome": _outcome(c, diagnosis, models),
+        "why_not": why_not.replace(" -", " −"),
+        "bar": round(100 * min(max(c.gain, 0.0), 1.0)) if c.gain == c.gain else 0,
+    }
 
 
 def _outcome(candidate: Candidate, diagnosis: Diagnosis, models: Models) -> Outcome:
@@ -258,16 +158,15 @@ def _models_shown(diagnosis: Diagnosis) -> list[str]:
     return names + (["augmented"] if diagnosis.verdict in ("effect", "ambiguous") else [])
 
 
-def _pictures(
-    names: Sequence[str], series: Sequence[CoordinateSeries], panels: Sequence[tuple[Panel, ...]]
-) -> PictureView:
+def _pictures(names: Sequence[str], series: Sequence[CoordinateSeries], panels: Sequence[tuple[Panel, ...]]) -> View:
+    """The pictures of the residual by coordinate, and the data of their legend and caption."""
     thinned = max(c.samples for c in series) > MOST_POINTS
-    return PictureView(
-        coordinates=tuple((c.name, own) for c, own in zip(series, panels, strict=True)),
-        legend=tuple((name, COLOURS[name]) for name in names),
-        same="refit" not in names,
-        thinned=number(MOST_POINTS) if thinned else "",
-    )
+    return {
+        "coordinates": [(c.name, own) for c, own in zip(series, panels, strict=True)],
+        "legend": [(name, COLOURS[name]) for name in names],
+        "same": "refit" not in names,
+        "thinned": number(MOST_POINTS) if thinned else "",
+    }
 
 
 def _law_drawings(found: LawEvidence, models: Models) -> tuple[Drawing, ...]:

@@ -22,6 +22,7 @@ from codegen.app.smt_lib import smt_text
 from codegen.base.errors import BadInput, Place
 from codegen.base.text import environment, language_of, render
 from codegen.base.user_text import PRINTED, REPLACEMENT, UserText, c_text, file_text, line_text, terminal_text
+from codegen.diagnosis.results import Candidate, Diagnosis, FoundEffect
 from codegen.emit import PRINTERS
 from codegen.emit.fmu import Variable
 from codegen.emit.header import Header, make_header
@@ -29,7 +30,9 @@ from codegen.emit.package import emit_manifest, emit_readme
 from codegen.observers import observer_of
 from codegen.program import build_program
 from codegen.program.lower import lower
-from codegen.report.page import Page, rendered
+from codegen.report.evidence import LawEvidence
+from codegen.report.page import rendered
+from codegen.report.pictures import Panel
 from codegen.spec import parse_spec
 from codegen.spec.units import parse_unit
 from tests.slow_cases import examples
@@ -267,8 +270,28 @@ def report(text: str) -> str:
     figures = ("train_samples", "held_out_seconds", "sample_time_s", "cutoff_hz", "restart_s", "segments")
     coordinate = {"name": text, "force_unit": text}
     data = {"train": text, "test": text, "coordinates": [coordinate], **dict.fromkeys(figures, 1)}
-    page: Page = filled(Page, text)
-    return rendered(replace(page, diagnosis=replace(page.diagnosis, data=data)))
+    row = {"candidate": filled(Candidate, text), "parameters": [text], "outcome": "passed", "why_not": text, "bar": 1}
+    pictures = {
+        "coordinates": [(text, (Panel(text, text),))] * 2,
+        "legend": [(text, text)],
+        "same": True,
+        "thinned": text,
+    }
+    effect = {"found": filled(FoundEffect, text), "equation": text, "signature": text, "meanings": {text: text}}
+    page = {
+        **dict.fromkeys(("name", "source", "spec_file", "spec_hash", "version", "leader"), text),
+        "errors": [{"quantity": "force", "coordinate": text, "unit": text, "shown": [text], "change": text}],
+        "published": [(text, text)],
+        "effects": [effect],
+        "laws": [(filled(LawEvidence, text), (Panel(text, text),))],
+        "pictures": pictures,
+        "rounds": [{"found_before": [text], "rows": [row], "exchanged": exchanged} for exchanged in (False, True)],
+        "findings": [(text, text, ((text, text),))],
+        "difference": [(text, text)],
+        "observer_declared": True,
+        "files": [(text, text)],
+    }
+    return rendered(page, replace(filled(Diagnosis, text), data=data))
 
 
 @settings(max_examples=25, deadline=None)
