@@ -124,13 +124,11 @@ class Samples:
             raise BadInput(why.place, why.found, expected, code="LOG008")
         log = read_log(self._path, self._spec, description=self._given, columns=self._columns)
         if not abs(log.sample_time / self.period - 1) <= JITTER:
-            taken = log.raw_data.time_unit
-            found = f"a sample every {log.sample_time:.6g} s{taken}, where the observer takes {self.period:.6g} s"
-            scale = log.description.stated_scale("t", self._spec)
-            hint = time_unit_hint(log.sample_time, self.period, scale, bool(taken) or "t" in log.description.units)
-            otherwise = f"`sample_time: {log.sample_time:.6g}` in the spec"
-            expected = f"a log at the observer's sample time, or {'if its time is right, ' if hint else ''}{otherwise}"
-            found += f": {hint}" if hint else ""
+            step, stated = log.sample_time, log.raw_data.time_unit
+            found = f"a sample every {step:.6g} s{stated}, where the observer takes {self.period:.6g} s"
+            scale = log.description.stated_scale("t", self._spec) * self.period / step
+            in_unit = f"`scale: {{t: {scale:.6g}}}` in meta.yaml beside the log, where its time is in another unit"
+            expected = f"a log at the observer's sample time: {in_unit}; or `sample_time: {step:.6g}` in the spec"
             raise BadInput(Place(str(self._path)), found, expected, code="LOG013")
         self.notes = [*log.notes, *(finding.words for finding in log.raw_data.findings)]
         values = self._of_log(log)
@@ -194,44 +192,3 @@ class Samples:
         found |= dict(zip([i.name for i in spec.inputs], log.inputs.T, strict=True))
         self._require_inputs(dict.fromkeys(found, ""), Place(str(self._path)))
         return np.column_stack([found[name] for name in self._inputs])
-
-
-UNITS = (
-    (1e3, "milliseconds", "0.001"),
-    (1e6, "microseconds", "1e-6"),
-    (1e9, "nanoseconds", "1e-9"),
-    (1 / 60, "minutes", "60"),
-    (1 / 3600, "hours", "3600"),
-    (1 / 86400, "days", "86400"),
-)
-"""Units of time: number of them in 1 s, by which a log in this unit is wrong if read as s; name; factor to s."""
-MEANT = ((1e-3, "ms"), (1e-6, "us"))
-"""Ratio of the log's step to a sample time in the spec that was meant in this unit, but is read as s."""
-
-
-def time_unit_hint(step: float, period: float, scale: float, taken: bool) -> str:
-    """A hint that a time is in another unit, with the remedy; empty if the ratio of the steps is no such factor.
-
-    Args:
-        step: sample time of the log, s.
-        period: sample time of the observer, s.
-        scale: stated factor of the log's time; 1 without one.
-        taken: whether the file or its description states the unit of time.
-    """
-    ratio = step / period
-    if scale != 1 and _equal(ratio, scale):
-        return f"is time in s before `scale: {{t: {scale:g}}}`? (leave that out of meta.yaml)"
-    if taken and any(_equal(ratio, times) for times, *_ in (*UNITS, *MEANT)):
-        return "is time in another unit? (`units: {t: UNIT}` in meta.yaml beside the log)"
-    for times, unit, factor in UNITS:
-        if _equal(ratio, times):
-            stated = factor if scale == 1 else f"{float(factor) * scale:g}"
-            return f"is time in {unit}? (`scale: {{t: {stated}}}` in meta.yaml beside the log)"
-    for times, unit in MEANT:
-        if _equal(ratio, times):
-            return f"is the observer's sample time meant in {unit}? (`sample_time: {period:g} {unit}` in the spec)"
-    return ""
-
-
-def _equal(ratio: float, times: float) -> bool:
-    return abs(ratio / times - 1) <= JITTER
