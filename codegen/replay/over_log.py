@@ -186,7 +186,7 @@ def _run(
     seen: _Summary, program: Program, engine: Engine, blocks: Iterator[Block], path: Path | None, chosen: list[int]
 ) -> _Summary:
     """``seen``, after a run over the blocks; the chosen outputs are written to ``path``."""
-    columns = [program.outputs[k][:2] for k in chosen]
+    columns = [program.outputs[k][0] for k in chosen]
     every = chosen == list(range(len(program.outputs)))
     block = next(blocks, None)  # errors in the log are raised before a file is created
     if block is None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -12,17 +11,14 @@ from numpy.typing import NDArray
 
 from codegen.base.arrays import Array
 from codegen.base.errors import BadInput
-from codegen.base.files import Waiting, json_object, refuse_ending, refuse_target, write_atomically
-from codegen.base.input_files import is_there
+from codegen.base.files import Waiting, refuse_ending, refuse_target
 
-Column = tuple[str, str]
-"""Name and unit."""
 Add = Callable[[Array, Array, NDArray[np.intc]], None]
 """Takes the times, estimates and fault flags of a block."""
 
 
 @contextmanager
-def open_writer(path: Path | None, columns: Sequence[Column], flagged: bool) -> Iterator[Add]:
+def open_writer(path: Path | None, columns: Sequence[str], flagged: bool) -> Iterator[Add]:
     """Context with a function that writes blocks to a file, whose format is given by its ending.
 
     If the work in the context fails, the target stays as it was.
@@ -32,8 +28,7 @@ def open_writer(path: Path | None, columns: Sequence[Column], flagged: bool) -> 
         flagged: whether the fault flags are written too.
 
     Raises:
-        BadInput: for another ending than .csv and .npy, a folder that cannot be made or written, or if the units of an
-            .npy would replace a file that stiction did not write.
+        BadInput: for another ending than .csv and .npy, or a folder that cannot be made or written.
     """
     if path is None:
         yield lambda time, estimates, faults: None
@@ -41,26 +36,11 @@ def open_writer(path: Path | None, columns: Sequence[Column], flagged: bool) -> 
     writers = {".csv": _csv_writer, ".npy": _npy_writer}
     refuse_ending(path, writers)
     refuse_target(path)
-    if path.suffix.lower() == ".npy":
-        _refuse_foreign_units(_units_of(path))
     with Waiting(path, "a folder that can be written, with room") as file:
         add, end = writers[path.suffix.lower()](file, columns, flagged)
         yield add
         end()
         file.take_place()
-
-
-def _units_of(path: Path) -> Path:
-    """The JSON file with the units of an .npy, in the same folder."""
-    return path.with_name(f"{path.name}.json")
-
-
-def _refuse_foreign_units(path: Path) -> None:
-    """Raise BadInput if the file exists and is not the units of an earlier run; a log could have this name."""
-    content = json_object(path)
-    if is_there(path) and not (content.keys() == {"units"} and isinstance(content["units"], dict)):
-        found = "a file that stiction did not write, where the units would stand"
-        raise BadInput(str(path), found, "another name of the .npy to write; nothing was replaced", code="FILE004")
 
 
 def read_estimates(path: Path) -> dict[str, Array]:
@@ -96,9 +76,9 @@ def _read_only(columns: dict[str, Array]) -> dict[str, Array]:
     return columns
 
 
-def _csv_writer(file: Waiting, columns: Sequence[Column], flagged: bool) -> tuple[Add, Callable[[], None]]:
+def _csv_writer(file: Waiting, columns: Sequence[str], flagged: bool) -> tuple[Add, Callable[[], None]]:
     """Writer of CSV in the format of a simulated log: a header, then numbers in the shortest round-trip form."""
-    names = ["t", *(name for name, _ in columns), *(["fault"] if flagged else [])]
+    names = ["t", *columns, *(["fault"] if flagged else [])]
     file.write(f"{','.join(names)}\n".encode())
 
     def add(time: Array, estimates: Array, faults: NDArray[np.intc]) -> None:
@@ -110,9 +90,9 @@ def _csv_writer(file: Waiting, columns: Sequence[Column], flagged: bool) -> tupl
     return add, lambda: None
 
 
-def _npy_writer(file: Waiting, columns: Sequence[Column], flagged: bool) -> tuple[Add, Callable[[], None]]:
-    """Writer of a structured .npy array, and of its units in a JSON file."""
-    names = ["t", *(name for name, _ in columns)]
+def _npy_writer(file: Waiting, columns: Sequence[str], flagged: bool) -> tuple[Add, Callable[[], None]]:
+    """Writer of a structured .npy array."""
+    names = ["t", *columns]
     dtype = np.dtype([*((name, "<f8") for name in names), *([("fault", "<i4")] if flagged else [])])
     rows = 0
 
@@ -134,8 +114,6 @@ def _npy_writer(file: Waiting, columns: Sequence[Column], flagged: bool) -> tupl
     def end() -> None:
         file.stream.seek(0)
         head()
-        units = {"t": "s", **dict(columns)} | ({"fault": "1"} if flagged else {})
-        write_atomically(_units_of(file.path), json.dumps({"units": units}, indent=1) + "\n")
 
     head()
     return add, end

@@ -26,7 +26,7 @@ from codegen.spec.quantity import (
     read_share,
     refuse_other_unit,
 )
-from codegen.spec.reserved import is_device, is_function, is_identifier, is_macro, reserved, shadows_header
+from codegen.spec.reserved import is_identifier, why_not_file, why_not_name
 from codegen.spec.schema import ObserverSection, SpecDocument
 from codegen.spec.simulation_section import read_simulation
 from codegen.spec.units import inertia_for, require_coherent, si_factor, unit_name
@@ -197,12 +197,10 @@ class _Reading:
 
     def _file_name(self, name: str) -> None:
         self._name(name, "name")
-        if shadows_header(name):
-            found = f"the name `{name}`, whose {name}.h would hide a header of C"
-            raise BadInput(self.place("name"), found, "another name", f"{name}_axis", code="SPEC009")
-        if is_device(name):
-            found = f"the name `{name}`, which no file can have on Windows"
-            raise BadInput(self.place("name"), found, "another name", f"{name}_axis", code="SPEC009")
+        if why := why_not_file(name):
+            raise BadInput(
+                self.place("name"), f"the name `{name}`, {why}", "another name", f"{name}_axis", code="SPEC009"
+            )
 
     def _name(self, name: str, key: str) -> None:
         if not is_identifier(name) or len(name) > 60:
@@ -210,15 +208,7 @@ class _Reading:
             near = re.sub(r"\W", "_", name, flags=re.ASCII)[:60]
             nearest = near if is_identifier(near) else None
             raise BadInput(self.place(key), f"the name `{name}`", expected, nearest, code="SPEC009")
-        if is_macro(name, self.document.name):
-            found = f"the name `{name}`, a macro of the generated code"
-            raise BadInput(self.place(key), found, "another name", code="SPEC009")
-        if is_function(name, self.document.name):
-            found = f"the name `{name}`, a function of the generated code"
-            raise BadInput(self.place(key), found, "another name", f"{name}_", code="SPEC009")
-        if reserved(name):
-            of_formulas = "which complex.h and formulas use for the constants i and e"
-            why = of_formulas if name in ("I", "E") else "a reserved word"
+        if why := why_not_name(name, self.document.name):
             raise BadInput(self.place(key), f"the name `{name}`, {why}", "another name", f"{name}_", code="SPEC009")
 
     def _refuse_splices(self, source: str) -> None:

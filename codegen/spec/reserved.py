@@ -53,25 +53,26 @@ def reserved(name: str) -> bool:
     )
 
 
-def shadows_header(name: str) -> bool:
-    """Whether NAME.h is a standard or system header, which the generated NAME.h would hide."""
-    return _HEADERS.fullmatch(name.lower()) is not None
+def why_not_name(name: str, machine: str) -> str:
+    """Why a quantity cannot have a name, such as ``a reserved word``; "" if it can.
 
-
-def is_device(name: str) -> bool:
-    """Whether a name is that of a device of Windows, where no file can have it, with any ending."""
-    return re.fullmatch(r"con|prn|aux|nul|(com|lpt)[0-9]", name.lower()) is not None
-
-
-def is_function(name: str, machine: str) -> bool:
-    """Whether a name is that of the sign function in the generated C of a machine, which no proof takes for a field."""
-    return name == f"{machine}_sign"
-
-
-def is_macro(name: str, machine: str) -> bool:
-    """Whether a name is a macro or constant of the generated C of a machine, or of its FMU wrapper."""
+    Args:
+        machine: its name, with which the macros and functions of its C begin.
+    """
     parts = ("PARAMETERS", "LANES", "COLD", *_MODES, *(f"LANE_{mode}" for mode in _MODES))
-    own = [f"{machine.upper()}_{part}" for part in parts]
-    return name in (*own, "SAMPLE_TIME", "STEP_TOLERANCE", "EXPORTED") or name.startswith(
-        ("fmi2", "fmi3", "FMI2_", "FMI3_")
-    )
+    macros = (*(f"{machine.upper()}_{part}" for part in parts), "SAMPLE_TIME", "STEP_TOLERANCE", "EXPORTED")
+    if name in macros or name.startswith(("fmi2", "fmi3", "FMI2_", "FMI3_")):
+        return "a macro of the generated code"
+    if name == f"{machine}_sign":
+        return "a function of the generated code"
+    if name in ("I", "E"):
+        return "which complex.h and formulas use for the constants i and e"
+    return "a reserved word" if reserved(name) else ""
+
+
+def why_not_file(name: str) -> str:
+    """Why no file of generated code can have a machine's name, in words; "" if it can."""
+    if _HEADERS.fullmatch(name.lower()):
+        return f"whose {name}.h would hide a header of C"
+    device = re.fullmatch(r"con|prn|aux|nul|(com|lpt)[0-9]", name.lower())
+    return "which no file can have on Windows" if device else ""

@@ -138,7 +138,6 @@ INTO = {
     "export": ("a.xml", "export", "s.yaml", "--to", "mjcf", "-o", "a.xml"),
     "generate": ("made/README.md", "generate", "s.yaml", "-o", "made"),
     "replay": ("a.csv", "replay", "s.yaml", "log.csv", "-o", "a.csv"),
-    "units": ("a.npy.json", "replay", "s.yaml", "log.csv", "-o", "a.npy"),
     "init": ("mine.yaml", "init", "mine"),
     "errors": ("made/errors.md", "errors", "-o", "made"),
 }
