@@ -425,16 +425,20 @@ class Diagnosis(Shown):
         named = self.verdict == "effect" and place in [(e.kind, e.on) for e in self.effects]
         return named and (candidate.accepted or not other_form)
 
+    def is_tied(self, candidate: Candidate) -> bool:
+        """Whether the verdict is ambiguous between this effect and others; it may be one that alone may be chance."""
+        first = [(c.kind, c.on) for c in self.candidates[:1]]
+        tied = first + [(e.kind, e.on) for e in self.rivals]
+        return self.verdict == "ambiguous" and (candidate.kind, candidate.on) in tied
+
     def in_order(self, candidates: Sequence[Candidate]) -> list[Candidate]:
         """A round's candidates as they are shown: named, tied, passed, refused; the last two by what they explain."""
-        first = [(c.kind, c.on) for c in self.candidates[:1]]
-        tied = first + [(e.kind, e.on) for e in self.rivals] if self.verdict == "ambiguous" else []
 
         def place(c: Candidate) -> tuple[int, float]:
             explained = c.gain if isfinite(c.gain) else -inf
             if self.is_credited(c):
                 return 0, 0.0
-            return (1, 0.0) if (c.kind, c.on) in tied else (2, -explained) if c.accepted else (3, -explained)
+            return (1, 0.0) if self.is_tied(c) else (2, -explained) if c.accepted else (3, -explained)
 
         return sorted(candidates, key=place)
 
@@ -476,10 +480,9 @@ class Diagnosis(Shown):
         if self.verdict == "effect" and any(place in e.also for e in self.effects):
             return f"the same motion as {next(f'{e.kind} on {e.on}' for e in self.effects if place in e.also)}"
         if self.verdict == "ambiguous":
-            tied = place in [(e.kind, e.on) for e in self.rivals] or candidate is self.candidates[0]
             return (
                 "this log cannot tell it from the others that fit alike"
-                if tied
+                if self.is_tied(candidate)
                 else "explains less than those that fit alike"
             )
         if self.verdict != "effect":

@@ -78,6 +78,10 @@ def test_a_better_one_that_is_not_named_and_a_tie():
     rival = FoundEffect("spring", "x", {}, {}, (), {})
     tied = diagnosis("ambiguous", candidate("cogging", 0.72), candidate("spring", 0.7), rivals=(rival,))
     assert tied.not_named(tied.candidates[1]) == "this log cannot tell it from the others that fit alike"
+    # A rival may be one that alone may be chance: "no: may be chance" stood below a headline that names it.
+    doubtful = (candidate("cogging", 0.72), candidate("spring", 0.3, "may be chance: p = 0.1"))
+    text = Diagnosed(diagnosis("ambiguous", *doubtful, rivals=(rival,)), Path(), ()).text(paths=False)
+    assert "tied with the first; alone: may be chance: p = 0.1" in text and "no: " not in text
     forms = [replace(candidate("cogging", 0.8), parameters={name: 1.0}) for name in ("amplitude", "sin_1")]
     named = (FoundEffect("cogging", "x", {"amplitude": 1.0}, {}, (), {}),)
     found = diagnosis("effect", *forms, effects=named)
