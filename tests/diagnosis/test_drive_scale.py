@@ -8,13 +8,15 @@ import numpy as np
 import pytest
 
 from codegen.diagnosis.evidence.adoption import CrossValidation, adopt_values
+from codegen.diagnosis.evidence.estimate import estimate, named_effects
 from codegen.diagnosis.fit.force_rows import force_rows, relative_force_rows
 from codegen.diagnosis.fit.record import record_of
 from codegen.diagnosis.fit.residual import Problem, drive_gain
 from codegen.diagnosis.fit.search import Search, search_on
 from codegen.diagnosis.fit.signals import smooth_motion
-from codegen.diagnosis.fit.trial import with_values
+from codegen.diagnosis.fit.trial import part_of, with_effects, with_values
 from codegen.diagnosis.selection.force_fits import ForceFits
+from codegen.effects import CATALOGUE
 from codegen.mechanics.system import System
 from codegen.spec import Spec, parse_spec
 from tests.diagnosis.stage import log_of, stage, system_of
@@ -44,7 +46,7 @@ def test_slopes_are_those_of_the_residual_over_the_drive(tmp_path: Path) -> None
     """By central differences of r/gain; along kt, m, b and the level together it does not change at all."""
     problem = searched(tmp_path).problem
     system, symbols = problem.system, [*named(problem.system), *problem.levels]
-    (rows,) = relative_force_rows(system, problem, symbols)
+    (rows,) = relative_force_rows(system, problem, symbols, {s: float(system.values[s]) for s in symbols})
 
     def relative(values: dict[str, float]) -> np.ndarray:
         other = with_values(system, values)
@@ -86,7 +88,7 @@ def test_rows_are_linearised_about_a_change_of_the_values(tmp_path: Path) -> Non
     """Their residual is that of the changed system over its drive gain; their slopes are its central differences."""
     problem = searched(tmp_path).problem
     system, symbols = problem.system, [*named(problem.system), *problem.levels]
-    (rows,) = relative_force_rows(system, problem, symbols)
+    (rows,) = relative_force_rows(system, problem, symbols, {s: float(system.values[s]) for s in symbols})
     change = np.array([-0.2, 0.3, 1.0, 0.4])
     other = with_values(system, {s.name: float(system.values[s]) + d for s, d in zip(symbols, change, strict=True)})
     (there,) = force_rows(other, problem, symbols)
@@ -97,3 +99,25 @@ def test_rows_are_linearised_about_a_change_of_the_values(tmp_path: Path) -> Non
         step = 1e-5 * np.eye(len(symbols))[k]
         found = (rows.about(change + step).residual - rows.about(change - step).residual) / 2e-5
         assert about.slopes[:, k] == pytest.approx(found, abs=1e-6 * np.abs(found).max())
+
+
+def test_a_bristle_does_not_tell_the_scale_of_all_forces(tmp_path: Path) -> None:
+    """The declared level is 15 % too large. With the residual linearised about it, kt and m became 15 % larger."""
+    bristle = "[{kind: presliding, on: rail, parameters: {sigma: 20000}}]"
+    log = log_of(parse_spec(driven(bristle).text, Path("stage.yaml")), tmp_path, "train.csv")
+    declared = parse_spec(driven().text.replace("law: coulomb, a: 4.0", "law: coulomb, a: 4.6"), Path("stage.yaml"))
+    system, motion = system_of(declared), smooth_motion(log)
+    assert [float(system.values[s]) for s in system.values if s.name == "rail_a"] == [4.6]
+    shares = {"kt": 0.03, "m": 0.03, "b": 0.2}
+    tolerances = {s: shares[s.name] * float(system.values[s]) for s in named(system)}
+    search = search_on(Problem(system, motion, tolerances), lambda share: record_of(motion, log, share))
+    part = part_of(CATALOGUE["presliding"], 0, system)
+    base = search.refit()
+    fit = search.with_parts(base, base.values[0], [part], [{"sigma": 20000.0}])
+    found = named_effects(fit.trial.parts, estimate(fit), system)
+    judge = CrossValidation(search, fit, with_effects(system, found))
+    for values in (judge.map_estimate(source, judge.is_excited).values for source in judge._sources):
+        by_name = dict(zip((s.name for s in search.moved), values, strict=True))
+        assert by_name["kt"] == pytest.approx(1.0, abs=0.03)
+        assert by_name["m"] / by_name["kt"] == pytest.approx(2.0, rel=0.01)
+        assert by_name["rail_a"] / by_name["kt"] == pytest.approx(4.0, rel=0.01)

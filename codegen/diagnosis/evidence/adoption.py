@@ -405,8 +405,15 @@ class CrossValidation:
 
     @cached_property
     def _rows(self) -> list[ForceRows]:
-        """The force residual of each coordinate at the declared values, and its slopes by the p values."""
-        return relative_force_rows(self.system, self.search.problem, self.search.moved)
+        """The force residual of each coordinate at the declared values, and its slopes by the p values.
+
+        Linearised about the values of the fit: the force of a bristle is not linear in its level. About the declared
+        level, 11 % too large, the error was smallest where all forces and inertias were 18 % too large, which is the
+        same motion, and values 4 to 5 tolerances away were reported.
+        """
+        moved = self.search.moved
+        about = dict(zip(moved, map(float, self.evaluated.theta), strict=False))
+        return relative_force_rows(self.system, self.search.problem, moved, about)
 
     @cached_property
     def _sizes(self) -> Array:

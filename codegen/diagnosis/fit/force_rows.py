@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -68,9 +68,17 @@ def force_rows(system: System, problem: Problem, symbols: Sequence[sympy.Symbol]
     return rows
 
 
-def relative_force_rows(system: System, problem: Problem, symbols: Sequence[sympy.Symbol]) -> list[ForceRows]:
-    """``force_rows`` of the residual over ``drive_gain``, which is 1 at the values: slopes ∂r/∂θ − r ∂gain/∂θ."""
-    rows = force_rows(system, problem, symbols)
+def relative_force_rows(
+    system: System, problem: Problem, symbols: Sequence[sympy.Symbol], about: Mapping[sympy.Symbol, float]
+) -> list[ForceRows]:
+    """``force_rows`` of the residual over ``drive_gain``, which is 1 at the values: slopes ∂r/∂θ − r ∂gain/∂θ.
+
+    ``about``: other values of the parameters, about which the residual is linearised.
+    """
+    there = {s: sympy.Float(value) for s, value in about.items()}
+    rows = force_rows(system.with_parameters(there, {}), problem, symbols)
+    change = np.array([float(system.values[s]) - about[s] for s in symbols])
+    rows = [replace(r, residual=r.residual + r.slopes @ change) for r in rows]
     moved = np.flatnonzero(problem.used.any(axis=0))
     return [
         replace(r, slopes=r.slopes - np.outer(r.residual, gain), gain=gain)
