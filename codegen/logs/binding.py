@@ -22,7 +22,7 @@ from codegen.logs.description import LogDescription
 from codegen.logs.formats.source import LogFile, listing
 from codegen.logs.log import Finding, Severity
 from codegen.logs.term import OPERATORS, Term, find_term, identifier
-from codegen.spec.column_units import is_convertible, meant_unit, stated_unit, unit_behind
+from codegen.spec.column_units import ALSO_WORDS, is_convertible, meant_unit, stated_unit, unit_behind
 from codegen.spec.model import Spec
 from codegen.spec.quantity import refuse_other_unit
 from codegen.spec.units import (
@@ -57,7 +57,8 @@ class Binding:
             ``t`` where the sample rate replaces it, positions in ``integrated``, and velocities unless all were logged.
         scale: symbol → factor to SI; 1 by default.
         integrated: positions without a column, which are computed as the integral of their measured velocity.
-        findings: units that could not be used.
+        findings: units that could not be used, or may not be meant.
+        unsized: symbols whose factor to SI is therefore not known.
         inferred_units, applied_units: as of ``RawData``.
     """
 
@@ -67,6 +68,7 @@ class Binding:
     logged: bool
     notes: tuple[str, ...]
     findings: tuple[Finding, ...] = ()
+    unsized: frozenset[str] = frozenset()
     inferred_units: Mapping[str, str] = field(default_factory=dict)
     applied_units: Mapping[str, str] = field(default_factory=dict)
 
@@ -139,6 +141,7 @@ class _Search:
         self.unlogged: set[str] = set()
         self.notes: list[str] = []
         self.findings: list[Finding] = []
+        self.unsized: set[str] = set()
         self.inferred_units: dict[str, str] = {}
         self.applied_units: dict[str, str] = {}
 
@@ -156,9 +159,9 @@ class _Search:
             stated = "t" in self.description.scale
             where = self.description.place("scale.t") if stated else self.spec.place("log.scale.t")
             raise BadInput(where, f"factor {scale['t']:g}", "a positive factor for time", code="LOG013")
-        notes, findings = tuple(self.notes), tuple(self.findings)
+        doubts = tuple(self.findings), frozenset(self.unsized)
         units = self.inferred_units, self.applied_units
-        return Binding(self.terms, scale, integrated, logged, notes, findings, *units)
+        return Binding(self.terms, scale, integrated, logged, tuple(self.notes), *doubts, *units)
 
     def _refuse_unknown_symbols(self) -> None:
         spec, description = self.spec, self.description
@@ -445,6 +448,7 @@ class _Search:
                 words = f"column `{shown(name)}` of {symbol} holds counts by its name, and is taken to be in {own}"
                 size = f"such as {scale_of_counts(symbol, self.spec)}, or `scale: {{{symbol}: 1}}` if they are in {own}"
                 self._doubt(symbol, words, f"Say their size in meta.yaml beside the log, {size}.")
+                self.unsized.add(symbol)
             return 1.0
         if is_convertible(unit, own):
             factor = float(si_factor(unit, place))
@@ -455,6 +459,10 @@ class _Search:
                 self.notes.append(
                     f"{symbol} is {self.inferred_units[symbol]}: converted to {own}{'' if by_file else wrong}"
                 )
+            if unit.lower() in ALSO_WORDS and name not in self.source.units and not name.endswith("]"):
+                words = f"column `{shown(name)}` of {symbol} is taken to be in {unit}, and converted to {own}"
+                choice = f"`units: {{{symbol}: {unit}}}` if it is, `units: {{{symbol}: {own}}}` if it is in {own}"
+                self._doubt(symbol, words, f"Say {choice}, in meta.yaml beside the log.")
             return factor
         if by_file:
             advice = f"Say `scale: {{{symbol}: FACTOR}}` in meta.yaml beside the log, 1 if they are in {own}."
@@ -471,6 +479,7 @@ class _Search:
             words = f"the file has {symbol} in `{shown(unit)}`, which is no unit of {own}"
             words += ": its numbers are used unchanged" if severity == "warning" else ""
             self._doubt(symbol, words, advice, severity)
+            self.unsized.add(symbol)
         elif others := self._others_in(unit, symbol):
             words = f"column `{shown(name)}` of {symbol} states `{shown(unit)}` in its name, a unit of {others}"
             self._doubt(symbol, words, f"Are the columns exchanged? {symbol} is in {own}.")

@@ -138,11 +138,13 @@ def _merged(one: RawData, other: RawData) -> RawData:
     repaired = {k: one.repaired.get(k, 0) + other.repaired.get(k, 0) for k in {**one.repaired, **other.repaired}}
     steps = tuple(max(a, b) for a, b in zip(one.smallest_step, other.smallest_step, strict=True))
     whole = one.rows + other.rows
-    return RawData(
+    return replace(
+        one,
         repeated=(one.repeated * one.rows + other.repeated * other.rows) / whole,
         stale=(one.stale * one.rows + other.stale * other.rows) / whole,
         findings=_named_once(one.findings, other.findings),
         doubted=one.doubted | other.doubted,
+        unsized=one.unsized | other.unsized,
         rows=whole,
         jitter=max(one.jitter, other.jitter),
         longest_step=max(one.longest_step, other.longest_step),
@@ -150,7 +152,6 @@ def _merged(one: RawData, other: RawData) -> RawData:
         repaired=repaired,
         dropped=one.dropped + other.dropped,
         smallest_step=steps,
-        integrated=one.integrated,
         columns={**one.columns, **other.columns},
         inferred_units={**one.inferred_units, **other.inferred_units},
         applied_units={**one.applied_units, **other.applied_units},

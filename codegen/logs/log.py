@@ -43,6 +43,7 @@ class RawData:
         repeated, stale: shares of all rows, and of those in fast motion, that repeat the motion of the row before.
         findings: on how the raw numbers were stored, such as signed numbers stored unsigned.
         doubted: symbols whose numbers are wrong, by ``findings``.
+        unsized: symbols in a unit whose factor to SI is not known, by ``findings``.
         columns: symbol → the column, or expression of columns, that it was read from.
         inferred_units: symbol → the unit, in words, that only the file or a column's name states; values are in SI.
         applied_units: symbol → that unit, where it was converted to SI.
@@ -60,6 +61,7 @@ class RawData:
     stale: float = 0.0
     findings: tuple[Finding, ...] = ()
     doubted: frozenset[str] = frozenset()
+    unsized: frozenset[str] = frozenset()
     columns: Mapping[str, str] = field(default_factory=dict)
     inferred_units: Mapping[str, str] = field(default_factory=dict)
     applied_units: Mapping[str, str] = field(default_factory=dict)

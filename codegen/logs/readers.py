@@ -166,6 +166,7 @@ class _Reading:
             stale=stale,
             findings=(*binding.findings, *(finding for _, finding in found)),
             doubted=frozenset(symbol for symbols, _ in found for symbol in symbols),
+            unsized=binding.unsized,
             columns={symbol: term.text for symbol, term in binding.terms.items()},
             inferred_units=binding.inferred_units,
             applied_units=binding.applied_units,

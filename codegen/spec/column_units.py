@@ -30,6 +30,8 @@ _WORDS = frozenset(
     ["act", "acc", "chain", "dot", "dt", "fb", "hand", "link", "mass", "mid", "pin", "point", "pole", "rod", "tau"]
 )
 """Words for parts and signals of a machine that are also rare units: ``x (link)`` is not in links of a chain."""
+ALSO_WORDS = frozenset(["dyn", "foot", "feet"])
+"""Units that as words in brackets may be meant otherwise: a force may be the dynamic one, a position that of a foot."""
 _LETTERS = "msghAVNKWJHT"
 """Single letters that are units of machines: ``q (a)`` is not in years."""
 _WHOLE_NAME = re.compile(r"(mm|deg|rpm|RPM|mA|mV|kN|mNm)")

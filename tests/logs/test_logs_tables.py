@@ -243,3 +243,36 @@ def test_a_row_of_another_length_is_told_as_before(tmp_path, spec):
     (tmp_path / "a.csv").write_text("preamble\nt,x,w\n" + table() + "1,2\n")
     with refused("LOG005 a.csv:9: 2 3"):
         read_log(tmp_path / "a.csv", spec)
+
+
+DEVICES = "Devices\n100\n,,Rig,,\nFrame,Sub Frame,t,x,w\n,,s,mm,N\n" + "".join(
+    f"{k // 2 + 1},{k % 2},{t:g},{1e3 * x:g},{w:g}\n" for k, (t, x, w) in enumerate(ROWS)
+)
+TRAJECTORIES = "Trajectories\n50\n,,Rig:hand,,,Rig:foot\nFrame,Sub Frame,X,Y,Z,X\n,,mm,mm,mm,mm\n" + "".join(
+    f"{k + 1},0,{1e3 * x:g},1,2,3\n" for k, (_, x, _) in enumerate(ROWS)
+)
+
+
+@pytest.mark.parametrize(
+    ("text", "meta", "note"),
+    [
+        (f"{DEVICES}\n{TRAJECTORIES}", "", "the table ends at line 12, before another one"),
+        (f"{TRAJECTORIES}\n{DEVICES}", "header: 16\n", "the header is line 16 (Frame, Sub Frame, t, x, w)"),
+    ],
+)
+def test_of_two_tables_in_a_file_as_vicon_writes_them_one_is_read(tmp_path, spec, text, meta, note):
+    """The text of the second one was a row of one value: refused as damaged, and `header: LINE` did not help."""
+    (tmp_path / "a.csv").write_text(text)
+    if meta:
+        (tmp_path / "meta.yaml").write_text(meta)
+    log = read_log(tmp_path / "a.csv", spec)
+    assert log.size == len(ROWS) and np.allclose(log.positions[:, 0], [row[1] for row in ROWS])
+    assert any(note in words for words in log.notes)
+
+
+def test_names_that_repeat_above_a_line_of_units_have_no_second_level(tmp_path, spec):
+    """As in the trajectories of a motion capture: `X.mm` was the name, and no unit was read."""
+    (tmp_path / "a.csv").write_text(f"{TRAJECTORIES}\n{DEVICES}")
+    (tmp_path / "meta.yaml").write_text("columns: {x: 3, w: 4}\nsample_time: 0.01\n")
+    log = read_log(tmp_path / "a.csv", spec)
+    assert np.allclose(log.positions[:, 0], [row[1] for row in ROWS])

@@ -6,8 +6,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from slider_log import TEXT, rows, write_csv
 
-from codegen.logs import read_log
+from codegen.logs import preflight, read_log
 from codegen.spec import parse_spec
 from codegen.spec.column_units import is_convertible, stated_unit
 from tests.diagnosis.stage import stage
@@ -125,3 +126,30 @@ def test_a_column_that_is_called_by_its_unit_is_in_that_unit(tmp_path: Path, nam
     log = read_log(path, spec, columns={"t": "millis", "v": name})
     assert log.velocities is not None
     np.testing.assert_allclose(log.velocities[:5, 0], 50 * np.sin(3 * TIME[:5]), atol=1e-6)  # what is stated decides
+
+
+@pytest.mark.parametrize(("name", "asked"), [("x (foot)", True), ("x (mm)", False), ("x [foot]", False)])
+def test_a_word_that_is_also_a_rare_unit_is_converted_with_a_warning(tmp_path: Path, name: str, asked: bool) -> None:
+    """The position of a robot's foot may be called `x (foot)`: a note among others was all that said so."""
+    (tmp_path / "a.csv").write_text(f"t;{name};w\n" + ROWS, encoding="utf-8")
+    log = read_log(tmp_path / "a.csv", stage())
+    found = [f for f in log.raw_data.findings if f.topic == "unit of x"]
+    assert [f.severity for f in found] == ["warning"] * asked
+    assert not asked or ("converted to m" in found[0].words and "`units: {x: m}`" in found[0].words)
+    factor = 1e-3 if name == "x (mm)" else 0.3048
+    np.testing.assert_allclose(log.positions[:5, 0], factor * 100 * np.sin(3 * TIME[:5]), atol=1e-6)
+
+
+@pytest.mark.parametrize(("units", "judged"), [("s,counts,%", False), ("s,m,%", True), ("s,counts,N", True)])
+def test_no_scale_is_found_where_the_sizes_of_two_units_are_unknown(tmp_path: Path, units: str, judged: bool) -> None:
+    """Forces cannot tell two unknown factors apart: the preflight named one of the two, which was wrong."""
+    made, spec = rows(), parse_spec(TEXT, tmp_path / "slider.yaml")
+    made["x"], made["w"] = made["x"] * (1e4 if "counts" in units else 1), made["w"] * (20 if "%" in units else 1)
+    del made["v"]
+    path = write_csv(tmp_path / "a.csv", made)
+    path.write_text(path.read_text().replace("\n", f"\n{units}\n", 1))
+    log = read_log(path, spec)
+    topics = {f.topic: f for f in preflight(log, spec) if "scale" in f.topic}
+    assert any(f.severity == "problem" for f in topics.values()) is judged
+    if not judged:
+        assert "before the units of w and x are stated" in topics["sign and scale of w"].words

@@ -72,7 +72,11 @@ def audit_force(log: Log, spec: Spec, motion: Motion, steady: frozenset[int] = f
     doubted = log.raw_data.doubted & {*spec.positions, *spec.velocities}
     if doubted:
         for i in spec.inputs:
-            yield not_judged(i.name, " and ".join(sorted(doubted)))
+            yield not_judged(i.name, f"the numbers of {' and '.join(sorted(doubted))} are corrected")
+        return
+    if len(unsized := sorted(log.raw_data.unsized)) > 1:  # forces cannot tell two unknown factors apart
+        for i in spec.inputs:
+            yield not_judged(i.name, f"the units of {' and '.join(unsized)} are stated")
         return
     outside = _furthest_outside(log, spec, motion)
     if not log.raw_data.doubted:

@@ -78,7 +78,7 @@ def audit_inputs(forces: Forces, spec: Spec, outside: Outside | None, log: Log) 
         if is_constant(log.inputs[:, j]):
             continue
         if name in log.raw_data.doubted:
-            yield not_judged(name, name)
+            yield not_judged(name, f"the numbers of {name} are corrected")
             continue
         own = whole + factor * columns[j]
         found = _input(name, float(factor), own, columns[j], outside, parts, spec, log)
@@ -148,9 +148,9 @@ def _of_links(name: str, factor: float, found: Finding) -> Finding:
     return Finding("warning", found.topic, words, found.figures)
 
 
-def not_judged(name: str, doubted: str) -> Finding:
-    """The finding on an input that cannot be judged, since other columns hold wrong numbers."""
-    words = f"Sign and scale of {name} are not judged before the numbers of {doubted} are corrected."
+def not_judged(name: str, before: str) -> Finding:
+    """The finding on an input that cannot be judged; ``before``: what must be done for that, as a clause."""
+    words = f"Sign and scale of {name} are not judged before {before}."
     return Finding("info", f"sign and scale of {name}", words)
 
 

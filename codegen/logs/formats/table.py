@@ -238,6 +238,22 @@ def _is_table(lines: Sequence[str], layout: Layout) -> bool:
     return not rows or (width > 1 and all(len(texts) == width and any(map(is_number, texts)) for texts in rows))
 
 
+def end_of_table(lines: Sequence[str], width: int) -> int:
+    """Index of the blank line behind which another table begins, with rows of another width; else their number.
+
+    Args:
+        lines: from the first row of a table on.
+        width: of its rows.
+    """
+    for i in (k for k, line in enumerate(lines) if not line.strip()):
+        behind = next((line for line in lines[i:] if line.strip()), "")
+        if behind and not starts_as_row(filled_fields(behind, delimiter_of(behind))):
+            rows = _find_rows(lines[i : i + LINES_SEARCHED])
+            if rows is not None and rows.width != width:
+                return i
+    return len(lines)
+
+
 def _find_rows(lines: Sequence[str]) -> _Rows | None:
     """The first rows of numbers, times and missing values only; else of numbers and texts in the same columns."""
     places = list(islice(significant(lines), LINES_SEARCHED))
@@ -287,7 +303,8 @@ class _Head:
         self.end = rows.index
         while self.end > 0 and _property(all_fields(lines[self.end - 1], rows.delimiter), rows.width):
             self.end -= 1
-        self.names = {i: self._names_of(line) for i, line in enumerate(lines[: self.end]) if line.strip()}
+        above = range(max(0, self.end - LINES_SEARCHED), self.end)
+        self.names = {i: self._names_of(lines[i]) for i in above if lines[i].strip()}
 
     def _names_of(self, line: str) -> list[str]:
         """The fields of a line if it can be the header: as many as the rows have, with at least one text and no number.
@@ -352,7 +369,8 @@ class _Head:
                 words = f"line {at + 1} numbers the columns after the first; they go by their place in a row, from 2"
         elif upper != at and names[upper]:
             lower, more = texts[:width], sought[upper] - sought[at]
-            if (index or len({*lower}) < len(lower)) and len({*names[upper]}) < len(names[upper]):
+            levels = (index or len({*lower}) < len(lower)) and len({*names[upper]}) < len(names[upper])
+            if levels and not _are_units(lower):
                 pairs = zip(names[upper], lower, strict=False)
                 texts = [index or lower[0], *(".".join(filter(None, pair)) for pair in islice(pairs, 1, None))]
             elif _are_units(lower) or more > 0 or (more == 0 and _are_units(lower, but=1)):
@@ -419,12 +437,14 @@ class _Head:
         return Layout(names, at + 1, first, self.rows.delimiter, units, tuple(words))
 
     def units(self, at: int, names: Sequence[str]) -> tuple[tuple[tuple[str, str], ...], str]:
-        """(name, unit) of the columns, and where they are stated; the header is the line ``at``.
+        """(name, unit) of the columns, and where they are stated; a name that comes twice is the column's number.
 
-        The first of these: properties above the rows; a comment such as ``# units: s, mm, N``; a line with the label
-        ``Unit`` and the units in their places; a line between header and rows that is the only one, or of units alone.
+        The header is the line ``at``. The units are in the first of these: properties above the rows; a comment such as
+        ``# units: s, mm, N``; a line with the label ``Unit`` and the units in their places; a line between header and
+        rows that is the only one, or of units alone.
         """
         delimiter, below = self.rows.delimiter, "a line of units under the header"
+        names = [name if names.count(name) == 1 else str(k + 1) for k, name in enumerate(names)]
         for line in self.lines[self.end : self.rows.index]:
             if (found := _property(all_fields(line, delimiter), len(names))) and found[0] in UNIT_KEYS:
                 return _units_of(names, found[1]), below
