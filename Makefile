@@ -6,7 +6,7 @@ BIN    := $(VENV)/bin
 # Other compilers, checkers and an emulator for the tests of the generated C; where one is absent, its tests skip and say so.
 TOOLCHAINS := clang clang-tidy cmake cppcheck frama-c-base g++ gappa gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm valgrind
 
-.PHONY: demo test test-tools lint types toolchains goldens check-all fuzz generate certificates modules audit gallery benchmarks practice real clean
+.PHONY: demo test test-tools lint types toolchains goldens check-all fuzz generate certificates modules reference audit gallery benchmarks practice real clean
 .DEFAULT_GOAL := test
 
 $(VENV)/run.stamp: pyproject.toml
@@ -71,6 +71,10 @@ certificates: $(VENV)/run.stamp
 # Write docs/modules.md anew: each module of codegen/ with the first sentence of its docstring.
 modules: $(VENV)/test.stamp
 	$(BIN)/python -m benchmarks.module_map
+
+# Write docs/laws.md, docs/effects.md and their pictures, and docs/errors.md anew.
+reference: $(VENV)/test.stamp
+	$(BIN)/python -m benchmarks.reference
 
 # Write docs/audit.md anew: the printed formulas of the thesis against the derivation.
 audit: $(VENV)/run.stamp

@@ -96,19 +96,12 @@ def page_says_ours(path: Path) -> bool:
     return PAGE_MARK in (text_of(path) or "")[:HEAD]
 
 
-def write_page(page: Path, text: str, pictures: Mapping[str, str] | None = None) -> None:
-    """Write a page and its pictures.
-
-    An earlier page counts as its list: it says at its beginning that stiction wrote it, and names its pictures.
-
-    Args:
-        pictures: path below the page's folder → text of the SVG.
+def write_page(page: Path, text: str) -> None:
+    """Write a page, whose earlier version says at its beginning that stiction wrote it.
 
     Raises:
-        BadInput: if a file there is not of an earlier run, or the folder cannot be written.
+        BadInput: if a file there is not stiction's, or the folder cannot be written.
     """
-    files = {**(pictures or {}), page.name: text}
-    earlier = (text_of(page) or "") if page_says_ours(page) else ""
-    listed = [file for file in files if earlier and (file == page.name or file in earlier)]
-    refuse_unlisted(page.parent, files, dict.fromkeys(listed), page.name)
-    write_all(page.parent, files)
+    listed = {page.name: None} if page_says_ours(page) else {}
+    refuse_unlisted(page.parent, {page.name: text}, listed, page.name)
+    write_all(page.parent, {page.name: text})

@@ -1,33 +1,15 @@
-"""docs/effects.md and its pictures, from the docstrings and attributes of the effect classes.
-
-A picture, as SVG, shows the force residual that an effect causes in an example motion.
-"""
+"""What ``stiction effects`` shows, from the docstrings and attributes of the effect classes."""
 
 from __future__ import annotations
 
 import inspect
 from collections.abc import Mapping
-from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
-import numpy as np
-import sympy
-
-from codegen.base.arrays import Array
-from codegen.base.own_files import write_page
 from codegen.base.result import named
-from codegen.base.text import render
 from codegen.effects import CATALOGUE, Effect, EffectParameter
-from codegen.effects.declare import effect_symbols, places_of
 from codegen.effects.effect import Place
-from codegen.friction.zero_memory import Coulomb
-from codegen.mechanics.system import ContactFriction, Matrix, System
 from codegen.report.examples import EXAMPLES
-from codegen.report.style import CURVE, framed, rounded, svg_of
-from codegen.report.wording import with_unit
-from codegen.simulate.controller import Feedback, sampled
-from codegen.spec.model import symbol
 
 EXAMPLE_PLACES: dict[Place, str] = {
     "contact": "rail",
@@ -38,28 +20,12 @@ EXAMPLE_PLACES: dict[Place, str] = {
     "sensor": "x",
 }
 """Kind of place → its name in the examples."""
-MASS, LEVEL, STIFFNESS = 2.0, 3.0, 40.0
-"""Mass in kg, friction level in N and spring stiffness in N/m of the example axis; for angles kg m², N m, N m/rad."""
-TIME: Array = np.arange(0, 12, 0.002)
-"""Sample times, s."""
-COMMAND: Array = 9 * np.sin(1.7 * TIME) + 5 * np.sin(4.3 * TIME + 0.4) + 2 * np.sin(11.9 * TIME)
-"""Input of the first coordinate at these times, N or N m."""
-SUBSTEPS = 20
-"""Integration steps in one sample."""
-EVERY = 6
-"""One of so many samples is drawn."""
-SLOWEST = 0.01
-"""Share of the top speed below which the residual is not drawn, since friction at rest is indeterminate."""
-ENDS = 50
-"""Samples at each end that are not drawn: the derivatives there are one-sided."""
 
 
 def effect_view(effect: Effect) -> dict[str, Any]:
     """The fields of an effect for the template of the page."""
     _, *remarks = inspect.cleandoc(type(effect).__doc__ or "").split("\n\n")
-    angular = effect.needs == "a coordinate in rad"
-    units = {"F": "N*m" if angular else "N", "q": "rad" if angular else "m", "w": "N"}
-    drawn = EXAMPLES.effects.get(effect.kind, {})  # parameter → its value in the picture
+    drawn = EXAMPLES.effects.get(effect.kind, {})  # parameter → its value in the examples
     # Every parameter of any form, each with the last form that has it.
     parameters = {p.name: (form, p) for form in effect.forms for p in form.parameters}
     return {
@@ -78,9 +44,6 @@ def effect_view(effect: Effect) -> dict[str, Any]:
         ],
         "examples": [_example(form, drawn) for form in effect.forms],
         "named": EXAMPLE_PLACES[effect.sits_on],
-        "drawn": ", ".join(
-            f"{p.name} = {with_unit(drawn[p.name], p.unit.format(**units))}" for p in effect.parameters if drawn
-        ),
     }
 
 
@@ -102,24 +65,6 @@ def effect_views() -> list[dict[str, Any]]:
     return [effect_view(e) for e in CATALOGUE.values()]
 
 
-def effects_page() -> str:
-    """The text of docs/effects.md."""
-    axis = {"mass": MASS, "level": LEVEL, "stiffness": STIFFNESS}
-    return render("text/effects.md.j2", effects=effect_views(), axis=axis)
-
-
-def write_effects(folder: Path) -> Path:
-    """Write effects.md and the pictures of shipped effects into effects/ below it; return the page's path.
-
-    Raises:
-        BadInput: if the folder cannot be written, or has files of these names that stiction did not write.
-    """
-    drawn = [e for e in CATALOGUE.values() if e.kind in EXAMPLES.effects]
-    pictures = {f"effects/{e.kind}.svg": effect_picture(e) for e in drawn}
-    write_page(folder / "effects.md", effects_page(), pictures)
-    return folder / "effects.md"
-
-
 def _start(effect: Effect, p: EffectParameter) -> str:
     """Start values of a fit of the parameter, in words: the docstring of the function that computes them."""
     if p not in effect.shapes:
@@ -130,113 +75,3 @@ def _start(effect: Effect, p: EffectParameter) -> str:
     function = effect.starts if own_combinations else p.start
     text = inspect.cleandoc(function.__doc__ or "").split("\n\n")[0].rstrip(".")
     return " ".join(text.split())
-
-
-@dataclass(frozen=True)
-class Residual:
-    """Force residual of a model without the effect, over the variable that shows the effect best.
-
-    Attributes:
-        axis: the variable, in SI.
-        force: the residual, N or N m; NaN near standstill and reversals.
-    """
-
-    axis: Array
-    force: Array
-
-
-def example_residual(effect: Effect, parameters: dict[str, float]) -> Residual:
-    """The force residual w − k x − m a − F_c sgn(v) of an axis model over the simulated motion of one with the effect.
-
-    Of two coordinates it is that of the first.
-
-    Args:
-        parameters: of the effect, in SI.
-    """
-    # Imported here: it loads SciPy, which the list of effects does not need.
-    from codegen.simulate.observed_loop import SampledLoop, run_loop
-
-    angular = effect.needs == "a coordinate in rad"
-    plain = _axis("rad" if angular else "m", 2 if effect.sits_on == "two coordinates" else 1)
-    symbols = effect_symbols(effect, places_of(effect, plain)[0], plain)
-    values = {symbols[name]: sympy.Rational(str(value)) for name, value in parameters.items()}
-    system = effect.add(plain.with_parameters(values, {}), 0, symbols)
-    n = plain.degrees_of_freedom
-    commands = np.column_stack([COMMAND, -0.7 * np.roll(COMMAND, 700)])[:, :n]
-    period = float(TIME[1])
-    drive = Feedback(n, feedforward=sampled(commands, period))
-    run = run_loop(system, SampledLoop(drive), period, len(TIME), substeps=SUBSTEPS)
-    x = run.positions
-    v = np.gradient(x, TIME, axis=0) if system.sensor_errors else run.true_velocities
-    a = np.gradient(v, TIME, axis=0)
-    # The command is held between samples, so its mean about a sample is that of the command before and the one after.
-    w = np.vstack([commands[:1], (commands[:-1] + commands[1:]) / 2])
-    force = (w - STIFFNESS * x - MASS * a - LEVEL * np.sign(v))[:, 0]
-    axis = {
-        "velocity": v[:, 0] - (v[:, 1] if n > 1 else 0),
-        "position": x[:, 0],
-        "load": w[:, 0],
-        "time": TIME,
-        "acceleration": a[:, 0],
-        "input": w[:, 0],
-        "input rate": np.gradient(w[:, 0], TIME),
-    }[effect.seen_over]
-    sliding = np.abs(v) > SLOWEST * np.max(np.abs(v))
-    direction = np.sign(v)
-    in_one_direction = (direction == np.roll(direction, 1, 0)) & (direction == np.roll(direction, -1, 0))
-    drawn = (sliding & in_one_direction).all(axis=1)
-    drawn[:ENDS] = drawn[-ENDS:] = False
-    return Residual(axis, np.where(drawn, force, np.nan))
-
-
-def _axis(unit: str, count: int) -> System:
-    """``count`` equal masses on springs, each with Coulomb friction and an input."""
-    names = [f"{k + 1}" if count > 1 else "" for k in range(count)]
-    x, v, w = (tuple(symbol(f"{s}{name}") for name in names) for s in ("x", "v", "w"))
-    m, k = symbol("m"), symbol("k")
-    levels = [symbol(f"a{name}") for name in names]
-    force_unit = "N" if unit == "m" else "N*m"
-    contacts = tuple(
-        ContactFriction(f"rail{name}", force_unit, unit, symbol(f"slip{name}"), Coulomb(), {"a": a})
-        for name, a in zip(names, levels, strict=True)
-    )
-    values: dict[Any, Any] = {m: sympy.Rational(str(MASS)), k: sympy.Rational(str(STIFFNESS))}
-    return System(
-        name="axis",
-        positions=x,
-        velocities=v,
-        inputs=w,
-        position_units=(unit,) * count,
-        input_units=(force_unit,) * count,
-        mass_matrix=Matrix(m * sympy.eye(count)),
-        force=Matrix([u - k * q for u, q in zip(w, x, strict=True)]),
-        distribution=Matrix(sympy.eye(count)),
-        contacts=contacts,
-        values=values | {a: sympy.Rational(str(LEVEL)) for a in levels},
-        units={},
-    )
-
-
-def effect_picture(effect: Effect) -> str:
-    """The SVG of an effect's picture."""
-    residual = example_residual(effect, EXAMPLES.effects[effect.kind])
-    angular = effect.needs == "a coordinate in rad"
-    units = {
-        "velocity": "velocity in rad/s" if angular else "velocity in m/s",
-        "position": "position in rad" if angular else "position in m",
-        "load": "drive force in N",
-        "time": "time in s",
-        "acceleration": "acceleration in m/s²",
-        "input": "input in N",
-        "input rate": "rate of the input in N/s",
-    }
-    label = "difference of two velocities in m/s" if effect.sits_on == "two coordinates" else units[effect.seen_over]
-
-    def draw(axes: Any) -> None:
-        x, y = rounded(residual.axis[::EVERY]), rounded(residual.force[::EVERY])
-        axes.plot(x, y, color=CURVE, linewidth=1.0)
-        room = 0.05 * float(np.nanmax(np.abs(y)))
-        axes.set_ylim(min(0.0, float(np.nanmin(y))) - room, max(0.0, float(np.nanmax(y))) + room)
-        framed(axes, label, "residual in N*m" if angular else "residual in N")
-
-    return svg_of((draw,))

@@ -119,11 +119,10 @@ def test_what_is_not_ours_is_not_replaced(mine, arguments, words):
     [
         (("gains", ONE, "-o", "."), "gains.json"),
         (("cancel", ONE, "-o", "."), "cancellation.json"),
-        (("replay", ONE, "a.npy.json", "-o", "a.npy"), "a.npy.json"),
     ],
 )
 def test_a_result_that_the_command_does_not_name_replaces_nothing_of_mine(folder, arguments, name):
-    """The last one was the log itself, and then the units of the estimates."""
+    """Not a file of that name that is a log."""
     log = json.dumps([{"t": k / 1000, "x": 0.001 * k, "w": 60.0} for k in range(100)])
     (folder / name).write_text(log)
     result = stiction(*arguments)
@@ -135,10 +134,6 @@ def test_a_result_that_the_command_does_not_name_replaces_nothing_of_mine(folder
     ("arguments", "name"),
     [
         (("gains", ONE, "-o", "."), "gains.png"),
-        (("errors", "-o", "."), "errors.md"),
-        (("laws", "-o", "."), "laws.md"),
-        (("laws", "-o", "."), "laws/coulomb.svg"),
-        (("effects", "-o", "."), "effects.md"),
         (("audit", "-o", "audit.md"), "audit.md"),
     ],
 )
@@ -159,17 +154,6 @@ def test_an_unknown_name_is_told_which_command_lists_them(asked, meant):
     told = stiction(*asked)
     assert is_one_message(told) and f"`stiction {asked[0]}` lists" in told.err
     assert f"(did you mean '{meant}'?)" in told.err or not meant
-
-
-@pytest.mark.parametrize("page", ["errors", "laws"])
-def test_a_page_of_an_earlier_version_is_replaced(folder, page):
-    written = stiction(page, "-o", ".")
-    assert written.code == 0
-    made = contents(folder)
-    for name in made:
-        (folder / name).write_text((folder / name).read_text() + "older\n")
-    assert stiction(page, "-o", ".").code == 0
-    assert contents(folder) == made
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="root writes everywhere")

@@ -139,7 +139,6 @@ INTO = {
     "generate": ("made/README.md", "generate", "s.yaml", "-o", "made"),
     "replay": ("a.csv", "replay", "s.yaml", "log.csv", "-o", "a.csv"),
     "init": ("mine.yaml", "init", "mine"),
-    "errors": ("made/errors.md", "errors", "-o", "made"),
 }
 
 

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import json
-import os
 from pathlib import Path
-from unittest.mock import patch
 
 import pytest
 
@@ -49,14 +47,6 @@ def test_every_effect_and_law_in_full() -> None:
 def test_another_word_is_told_with_the_nearest(words: tuple[str, str], near: str) -> None:
     told = stiction(*words)
     assert is_one_message(told) and f"(did you mean '{near}'?)" in told.err
-    assert is_one_message(stiction(words[0], near, "-o", "folder"))
-
-
-@pytest.mark.parametrize("page", ["laws", "effects"])
-def test_a_folder_that_cannot_be_is_refused_before_pictures_are_drawn(tmp_path: Path, page: str) -> None:
-    os.mkfifo(tmp_path / "fifo")
-    with patch(f"codegen.report.{page}.write_{page}", side_effect=AssertionError):
-        assert is_one_message(stiction(page, "-o", tmp_path / "fifo"))
 
 
 def test_a_robot_file_in_place_of_a_spec_is_pointed_to_init(tmp_path: Path) -> None:

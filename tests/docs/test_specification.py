@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from benchmarks.reference.effects import effect_picture, effects_page
+from benchmarks.reference.laws import law_picture, laws_page
 from codegen.app import cli, verbs
 from codegen.base.errors import LONGEST_PART
 from codegen.base.input_files import LARGEST_GENERATED, LARGEST_TEXT
@@ -18,9 +20,7 @@ from codegen.friction import LAWS
 from codegen.logs import binding
 from codegen.logs.formats import csv_file, mat_file, numpy_file, source, text_lines
 from codegen.observers import OBSERVERS
-from codegen.report.effects import effect_picture, effects_page
 from codegen.report.examples import EXAMPLES
-from codegen.report.laws import law_picture, laws_page
 from codegen.spec import parse_spec, yaml_limits
 from codegen.spec.urdf import LARGEST as LARGEST_URDF
 
@@ -49,7 +49,7 @@ def test_every_law_and_observer_is_documented() -> None:
 
 
 def test_the_page_of_the_laws_is_current() -> None:
-    """Written again by ``stiction laws -o docs``; the pictures are drawn from the same classes."""
+    """Written again by ``make reference``; the pictures are drawn from the same classes."""
     assert laws_page() == PAGE_OF_LAWS
 
 
@@ -61,7 +61,7 @@ def test_a_law_without_an_example_is_on_the_page_without_a_picture(monkeypatch: 
 
 
 def test_the_page_of_the_effects_is_current() -> None:
-    """Written again by ``stiction effects -o docs``; each effect has its section and its picture."""
+    """Written again by ``make reference``; each effect has its section and its picture."""
     page = (ROOT / "docs" / "effects.md").read_text(encoding="utf-8")
     assert effects_page() == page
     for kind in CATALOGUE:
