@@ -68,8 +68,7 @@ def __getattr__(name: str) -> Any:
         return import_module("codegen.base.version").VERSION
     if name not in _PLACES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}", name=name, obj=sys.modules[__name__])
-    with import_module("codegen.base.interrupt").interrupts_deferred():
-        return getattr(import_module(f"codegen.{_PLACES[name]}"), name)
+    return getattr(import_module(f"codegen.{_PLACES[name]}"), name)
 
 
 def __dir__() -> list[str]:

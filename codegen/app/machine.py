@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Generic, TypeVar
 
 from codegen.app.derived import Derived
 from codegen.base.border import verb
-from codegen.base.interrupt import interrupts_deferred
 from codegen.spec import read_spec
 
 if TYPE_CHECKING:
@@ -38,8 +37,7 @@ class _Verb(Generic[Result]):
         self._name = name
 
     def __get__(self, machine: object, owner: type) -> Callable[..., Result]:
-        with interrupts_deferred():
-            function: Callable[..., Result] = getattr(import_module(f"codegen.app.{self._name}"), self._name)
+        function: Callable[..., Result] = getattr(import_module(f"codegen.app.{self._name}"), self._name)
         return function if machine is None else MethodType(function, machine)
 
 

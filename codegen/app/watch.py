@@ -149,7 +149,7 @@ def _opened(
         samples = Samples(spec, program, period, Path(log), None, columns)
         return stop.until_requested(samples.whole(None)), lambda: samples.notes
     notes: list[str] = []
-    rows = stop.until_requested(_bytes_of(given) if given is not None else pieces(str(log), follow))
+    rows = stop.until_requested(given if given is not None else pieces(str(log), follow))
     return live_blocks(spec, program, period, str(log), rows, columns, notes), lambda: notes
 
 
@@ -196,16 +196,6 @@ def _usable_bounds(machine: Derived) -> tuple[ErrorBound, ...]:
         expected = "a wider envelope of velocities, or less noise and drift: nothing could be judged"
         raise BadInput(spec.place("envelope"), found, expected, code="SPEC037")
     return bounds
-
-
-def _bytes_of(given: Iterator[bytes]) -> Iterator[bytes]:
-    """The pieces of a log. Raises BadInput for one that is not bytes, such as the lines of a text file."""
-    unchecked: Iterator[object] = given
-    for piece in unchecked:
-        if not isinstance(piece, bytes):
-            found = f"a piece of the type {type(piece).__name__}"
-            raise BadInput("watch(): `given`", found, "bytes, as of a file that is opened by 'rb'", code="CALL001")
-        yield piece
 
 
 def _seconds(dwell: float | str) -> float:

@@ -105,16 +105,6 @@ def _restored(kind: type[BadInput], args: tuple[object, ...], attributes: dict[s
     return error
 
 
-class UnknownName(BadInput):
-    """An unknown name; the attribute ``name`` is the one that was written."""
-
-    def __init__(
-        self, place: Place | str, name: str, found: str, expected: str, nearest: str | None = None, code: str = ""
-    ) -> None:
-        super().__init__(place, found, expected, nearest, code=code)
-        self.name = name
-
-
 class Faults:
     """Collector of BadInput errors: they are noted one by one and raised together."""
 
@@ -166,7 +156,7 @@ def refuse_unknown(
     if name not in names:
         expected = expected or f"one of {', '.join(names)}"
         nearest = nearest_name(name, names)
-        raise UnknownName(place, name, f"{what} `{name}`".lstrip(), expected, nearest, code=code)
+        raise BadInput(place, f"{what} `{name}`".lstrip(), expected, nearest, code=code)
 
 
 def nearest_name(word: str, known: Iterable[str]) -> str | None:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
-from signal import SIGINT, default_int_handler, getsignal, raise_signal, signal
+from signal import SIGINT, default_int_handler, getsignal, signal
 
 _asked = False
 """Whether Ctrl-C was pressed."""
@@ -31,20 +31,6 @@ def on_interrupt(handler: Callable[..., object]) -> Iterator[None]:
         yield
     finally:
         signal(SIGINT, before)
-
-
-@contextmanager
-def interrupts_deferred() -> Iterator[None]:
-    """A context within which Ctrl-C has its effect at the end: for imports.
-
-    A library whose import is interrupted, such as ``scipy.signal``, may fail in each later import of the same process,
-    so that a notebook would have to be started again.
-    """
-    pressed: list[int] = []
-    with on_interrupt(lambda number, frame: pressed.append(number)):
-        yield
-    if pressed:
-        raise_signal(SIGINT)
 
 
 @contextmanager

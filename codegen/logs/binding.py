@@ -35,7 +35,6 @@ from codegen.spec.units import (
     same_dimension,
     si_factor,
 )
-from codegen.spec.velocity_names import meant_velocity
 
 NO_COLUMN = "none"
 """What a description says in place of a position's column where the log has the speed alone."""
@@ -166,12 +165,11 @@ class _Search:
     def _refuse_unknown_symbols(self) -> None:
         spec, description = self.spec, self.description
         expected = f"one of {', '.join(self.symbols)}, a name of {spec.name}"
-        velocities = {c.name: c.velocity for c in spec.coordinates}
         asked: list[tuple[str, Place | str]] = [(symbol, "--column") for symbol in self.explicit]
         for section in ("scale", "units", "late") if description.listed else ("columns", "scale", "units", "late"):
             asked += [(symbol, description.place(f"{section}.{symbol}")) for symbol in getattr(description, section)]
         for symbol, place in asked:
-            meant = meant_velocity(symbol, velocities) or expected
+            meant = expected
             if place == "--column" and symbol in self.names and (name := self.explicit[symbol]) in self.symbols:
                 meant = f"a name of {spec.name} first and its column behind it, `{name}={symbol}`"
             refuse_unknown(symbol, self.symbols, place, "unknown name", meant, code="LOG013")

@@ -226,6 +226,6 @@ class _Table:
             step = float(np.median(steps[1:]))
             found = f"a step of {step:.6g} s in every one of the first rows"
             expected = f"steps of the observer's sample time, {self._period:g} s"
-            if abs(step / self._period / 1000 - 1) <= JITTER:
-                expected += "; where time is in milliseconds, `scale: {t: 0.001}` in meta.yaml beside the log"
+            scale = f"`scale: {{t: {self._period / step:.6g}}}` in meta.yaml beside the log"
+            expected += f"; {scale}, where its time is in another unit"
             raise BadInput(columns.place(1, 0), found, expected, code="LOG008")

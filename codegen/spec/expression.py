@@ -22,7 +22,7 @@ from typing import Any
 
 import sympy
 
-from codegen.base.errors import BadInput, Place, UnknownName, nearest_name
+from codegen.base.errors import BadInput, Place, nearest_name
 from codegen.spec.decimal_comma import DECIMAL_COMMA, comma_in_expression, comma_in_value, with_point
 from codegen.spec.functions import CONSTANTS, FUNCTIONS, OTHER_NAMES, Magnitude, Sgn
 
@@ -211,7 +211,7 @@ def _check(node: ast.expr, text: str, place: Place, depth: int = 1) -> None:
         case ast.Call(func=ast.Name(id=name)):
             expected = f"one of {', '.join(FUNCTIONS)}"
             nearest = OTHER_NAMES.get(name) or nearest_name(name, FUNCTIONS)
-            raise UnknownName(place, name, f"a call of `{name}`", expected, nearest, code="SPEC008")
+            raise BadInput(place, f"a call of `{name}`", expected, nearest, code="SPEC008")
         case _:
             raise BadInput(place, f"`{what}`", "numbers, names, + - * / ** and " + ", ".join(FUNCTIONS), code="SPEC011")
 
@@ -250,7 +250,7 @@ def evaluate_tree(node: ast.expr, whole: Expression, algebra: Algebra) -> Any:
             found = f"unknown name `{name}` in `{whole.text}`"
             expected = algebra.expected
             nearest = nearest_name(name, sorted(algebra.names))
-            raise UnknownName(whole.place, name, found, expected, nearest, code="SPEC008")
+            raise BadInput(whole.place, found, expected, nearest, code="SPEC008")
         case ast.UnaryOp(op=op, operand=operand):
             value = evaluate_tree(operand, whole, algebra)
             return -value if isinstance(op, ast.USub) else value

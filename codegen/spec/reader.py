@@ -11,7 +11,7 @@ from typing import Any, ParamSpec, TypeVar
 
 import sympy
 
-from codegen.base.errors import BadInput, Faults, Place, UnknownName, nearest_name, refuse_unknown
+from codegen.base.errors import BadInput, Faults, Place, nearest_name, refuse_unknown
 from codegen.base.input_files import read_text
 from codegen.spec.expression import exact_number, printed
 from codegen.spec.model import Contact, Coordinate, DeclaredEffect, Input, LogColumns, Parameter, Spec, signal_units
@@ -32,7 +32,6 @@ from codegen.spec.simulation_section import read_simulation
 from codegen.spec.units import inertia_for, require_coherent, si_factor, unit_name
 from codegen.spec.urdf_section import expand_robot
 from codegen.spec.validation import nearest_place, validate, with_known_keys
-from codegen.spec.velocity_names import meant_velocity
 from codegen.spec.yaml_text import SPEC_FIRST, load_plain
 
 TOLERANCE = "tolerance"
@@ -182,18 +181,8 @@ class _Reading:
         try:
             return read(*given, **named)
         except BadInput as fault:
-            self.faults.noted.append(self._with_velocity(fault))
+            self.faults.noted.append(fault)
             return None
-
-    def _with_velocity(self, fault: BadInput) -> BadInput:
-        """The fault; for an unknown name such as ``q_dot``, with the name of the velocity of q."""
-        others = tuple(map(self._with_velocity, fault.others))
-        if isinstance(fault, UnknownName):
-            velocities = {name: c.velocity for name, c in self.document.coordinates.items()}
-            if meant := meant_velocity(fault.name, velocities):
-                fault = BadInput(fault.place, fault.found, meant, code=fault.code)
-        fault.others = others
-        return fault
 
     def _file_name(self, name: str) -> None:
         self._name(name, "name")

@@ -10,14 +10,14 @@ from pathlib import Path
 
 import pytest
 
-from codegen.base.errors import BadInput, Place, UnknownName
+from codegen.base.errors import BadInput, Place
 from tests.app.command import SPECS
 
 
 def some_errors() -> list[Exception]:
     place = Place("a.yaml", 3, "force[0]")
     fault = BadInput(place, "`x`", "a number", "y", "about", code="SPEC006")
-    fault.others = (UnknownName(place, "z", "unknown `z`", "one of x", code="SPEC008"),)
+    fault.others = (BadInput(place, "unknown `z`", "one of x", code="SPEC008"),)
     return [fault, *fault.others]
 
 

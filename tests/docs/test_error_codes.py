@@ -14,7 +14,7 @@ from .commands import ROOT
 
 PASSED_ON = {"error.code", "fault.code", "self.code", "code"}
 """Of a fault that is raised again with another place or other words, or by ``refuse_unknown``."""
-RAISING = {"BadInput", "UnknownName", "refuse_unknown"}
+RAISING = {"BadInput", "refuse_unknown"}
 
 
 def codes_in_use() -> Counter[str]:

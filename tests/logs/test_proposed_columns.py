@@ -220,16 +220,6 @@ def test_elements_of_lists_in_records_are_proposed_by_their_numbers(tmp_path):
     assert read_log(tmp_path / "a.json", pair).size > 2
 
 
-def test_a_velocity_by_the_name_of_its_coordinate_is_named(tmp_path, motor):
-    path = write(tmp_path, "t,phi,i,vel")
-    (tmp_path / "meta.yaml").write_text("columns: {phi_dot: vel}\n")
-    for columns in (None, {"phi_dot": "vel"}):
-        with refused("LOG013 `phi_dot`") as caught:
-            read_log(path, motor, columns=columns)
-        assert "the velocity of phi is called om" in caught.value.expected
-        (tmp_path / "meta.yaml").unlink(missing_ok=True)
-
-
 def test_a_unit_that_two_variables_have_assigns_its_column_to_neither(tmp_path: Path) -> None:
     """Motor and link are both in rad: a column in deg may be either, and so may the one that is left."""
     spec = parse_spec(

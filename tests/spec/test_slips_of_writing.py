@@ -118,12 +118,6 @@ def test_a_function_by_its_name_elsewhere(written: str, meant: str) -> None:
     assert told(GOOD.replace("w - k*x", f"w - k*x*{written}(q)")).nearest == meant
 
 
-@pytest.mark.parametrize("written", ["q_dot", "qdot", "dq"])
-def test_a_velocity_by_the_name_of_its_coordinate(written: str) -> None:
-    for text in (GOOD.replace("-J*om/tau", f"-J*{written}/tau"), GOOD.replace("  x: [-1, 1]", f"  {written}: [-1, 1]")):
-        assert "the velocity of q is called om" in told(text).expected
-
-
 def test_an_unknown_gain_is_the_missing_one(tmp_path: Path) -> None:
     assert derived(tmp_path, GOOD.replace("K_F: 10, K_v", "K_2: 10, K_v")).nearest == "K_F"
     assert derived(tmp_path, GOOD.replace("K_F: 10, K_v", "K_F: 10, K_f")).nearest == "K_v"
