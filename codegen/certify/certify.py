@@ -20,6 +20,7 @@ from codegen.analysis.analysis import Analysis
 from codegen.analysis.operating_points import refuse_missing_ranges
 from codegen.base.text import render
 from codegen.certify.content import Found, Frame, frame, proved
+from codegen.certify.cover import by_cover
 from codegen.certify.enclosure import Cells, enclose_family
 from codegen.certify.family import Family, NotEnclosable, build_family
 from codegen.certify.levels import SHARES, about_declared
@@ -29,7 +30,6 @@ from codegen.certify.refute import refute, slowest_point
 from codegen.certify.region_proofs import Regions, find_regions
 from codegen.certify.size_limit import beyond_checker
 from codegen.certify.structure import by_structure
-from codegen.certify.trigonometric import over_angles
 from codegen.checker import verify
 from codegen.spec.model import Spec
 from codegen.spec.numerics import numerical
@@ -39,10 +39,10 @@ __all__ = ["Certificate", "Proposal", "Proposals", "Refusal", "certify", "spectr
 SLOWER = (1.0, 0.999, 0.99, 0.97, 0.9)
 """Shares of the rate of a proposal that are tried: the rounded P may certify slightly less than P in floating point."""
 ENOUGH = 0.9
-"""Share of the spectral rate from which a common P is good enough that no P over angles is searched for."""
-MANY, AS_GOOD = 10_000, 0.99
-"""Number of vertices from which a P over angles is preferred, and share of the rate that it must have then: a check of
-so many takes seconds, and one over angles often has a single cell."""
+"""Share of the spectral rate from which a common P is good enough that no P with a cover is searched for."""
+MANY, AS_GOOD = 1000, 0.99
+"""Number of vertices from which a P with a cover is preferred, and share of the rate that it must have then: a check of
+more takes up to seconds, and a cover often has a single cell."""
 MOST_TURNING, MOST_ERRORS = 32, 8
 """Largest numbers of matrices and of errors for which one V for all signs of the slips is searched for."""
 
@@ -110,7 +110,7 @@ def _certified(analysis: Analysis, stated: Frame, further: bool, all_angles: boo
     try:
         cells = enclose_family(family)
         proposal = common_lyapunov(cells.matrices, analysis.dynamics.period)
-        common = None if proposal is None else Found(family, *proposal, cells.splits)
+        common = None if proposal is None else Found(family, *proposal, cells.splits, matrices=cells.matrices)
     except NotEnclosable as error:
         return replace(_no_words(analysis, error), regions=by_parts())
     except verify.Refused as error:
@@ -149,7 +149,7 @@ def _proposals(
     observer, h = analysis.dynamics.observer, analysis.dynamics.period
     long = len(cells.matrices) > MANY
     if h and (all_angles or common is None or common.rate < ENOUGH * spectral or long):
-        over = over_angles(family, observer.sample_time)
+        over = by_cover(family, observer.sample_time)
         if over is not None and (all_angles or common is None or common.rate * (AS_GOOD if long else 1) < over.rate):
             yield over
     if common is None or all_angles:
@@ -191,7 +191,7 @@ def _without_jumps(
         common = common_lyapunov(cells.matrices, h, kept)
         if common is not None:
             with suppress(verify.Refused):
-                part = base, Found(family, *common, cells.splits)
+                part = base, Found(family, *common, cells.splits, matrices=cells.matrices)
                 return replace(found, turning=proved([part], analysis, turning=True)[0][0])
     return found
 

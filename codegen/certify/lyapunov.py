@@ -58,6 +58,10 @@ LOG_WEIGHT_STEP = 0.05
 AT_FIRST, ADDED_EACH_TIME, MOST_ROUNDS = 12, 4, 25
 """Constraint generation: the inequalities are solved for AT_FIRST matrices of each group; then the ADDED_EACH_TIME most
 violated ones are included, at most MOST_ROUNDS times."""
+MOST_KEPT = 24
+"""Number of matrices of each group, the most active ones, with which the next search over a similar box starts."""
+Active = dict[tuple[int, ...], list[list[int]]]
+"""Numbers of matrices of the groups → indices of the matrices for which the inequalities are solved first."""
 MOST_ACTIVE = 200
 """Number of matrices, the most active ones, by which a centre is computed where there are more. It is then tested with
 all. With fewer the method of centres is faster and comes closer to the best rate, but the others may fail."""
@@ -97,29 +101,39 @@ def common_lyapunov(
     if len(stack) == 1 and structure is None:
         found = _near_limit(stack[0], h, limit)
     else:
-        first = largest_feasible_rate(lambda alpha: _feasible([(stack, alpha)], h, structure), limit)
+        active: Active = {}
+        first = largest_feasible_rate(lambda alpha: _feasible([(stack, alpha)], h, structure, active), limit)
         if first is None:
             return None
-        p, _ = method_of_centres(*first, _most_active(first[0], stack, h), h, structure, near)
-        if least_rate(p, stack, h) < first[1]:
-            p = first[0]
+        start, alpha = first
+        if len(stack) > MOST_ACTIVE:  # those that are most active should not depend on the searches before
+            anew = _feasible([(stack, alpha)], h, structure)
+            start = start if anew is None else anew
+        p, _ = method_of_centres(start, alpha, _most_active(start, stack, h), h, structure, near)
+        if least_rate(p, stack, h) < alpha:
+            p = start
         found = p, 0.9999 * least_rate(p, stack, h)
     if found is None:
         return None
     return _unscaled(scale, found[0]), found[1]
 
 
-def common_lyapunov_at(groups: Sequence[Group], h: float) -> Array | None:
+def common_lyapunov_at(groups: Sequence[Group], h: float, active: Active | None = None) -> Array | None:
     """A common P > 0 with A'P + PA + hA'PA ≤ −2αP for every A of each group, with the group's α; None if none is found.
 
     Args:
         groups: (matrices m by m, α in 1/s) each; α < 0 permits V to grow.
         h: sample time, s; 0 for the implicit step.
+        active: where the search starts, updated for the next one. Searches over similar boxes have similar active
+            matrices, and find whether there is a P in fewer rounds; which P they find depends on it.
     """
     scale = _scale(groups)
     scaled = [(_scaled(scale, matrices), rate) for matrices, rate in groups]
     matrices, rate = scaled[0]
-    p = _positive_solution(matrices[0], h, rate) if len(groups) == len(matrices) == 1 else _feasible(scaled, h)
+    if len(groups) == len(matrices) == 1:
+        p = _positive_solution(matrices[0], h, rate)
+    else:
+        p = _feasible(scaled, h, active=active)
     return None if p is None else _unscaled(scale, p)
 
 
@@ -151,7 +165,9 @@ def _most_active(p: Array, stack: Array, h: float) -> Array:
     return stack if len(stack) <= MOST_ACTIVE else stack[np.argsort(certified_rates(p, stack, h))[:MOST_ACTIVE]]
 
 
-def _feasible(groups: Sequence[Group], h: float, structure: Pattern | None = None) -> Array | None:
+def _feasible(
+    groups: Sequence[Group], h: float, structure: Pattern | None = None, active: Active | None = None
+) -> Array | None:
     """``common_lyapunov_at`` for balanced matrices, by constraint generation.
 
     The inequalities are solved for some of the matrices; those that the resulting P violates are added, until it
@@ -159,10 +175,13 @@ def _feasible(groups: Sequence[Group], h: float, structure: Pattern | None = Non
 
     Args:
         structure: sparsity pattern of P, m by m; None if P is full.
+        active: as in ``common_lyapunov_at``.
     """
     stacks = [np.asarray(stack) for stack, _ in groups]
     sizes = [max(1.0, float(np.abs(stack).max())) for stack in stacks]
-    used = [[*map(int, np.linspace(0, len(stack) - 1, min(AT_FIRST, len(stack))))] for stack in stacks]
+    numbers, active = tuple(map(len, stacks)), {} if active is None else active
+    spread = [[*map(int, np.linspace(0, n - 1, min(AT_FIRST, n)))] for n in numbers]
+    used = [[*each] for each in active.get(numbers, spread)]
     for _ in range(MOST_ROUNDS):
         conditions = [
             lyapunov_maps(stack[chosen], h, rate) / size
@@ -171,7 +190,7 @@ def _feasible(groups: Sequence[Group], h: float, structure: Pattern | None = Non
         p = solve_lmi(np.concatenate(conditions), structure)
         if p is None or np.linalg.eigvalsh(p)[0] <= 0:
             return None
-        complete = True
+        complete, least = True, list[list[int]]()
         for stack, (_, rate), chosen in zip(stacks, groups, used, strict=True):
             rates = certified_rates(p, stack, h)
             violated = [int(k) for k in np.argsort(rates)[:ADDED_EACH_TIME] if rates[k] < rate]
@@ -179,7 +198,9 @@ def _feasible(groups: Sequence[Group], h: float, structure: Pattern | None = Non
                 return None  # the solver violates a constraint that it was given
             chosen += violated
             complete &= not violated
+            least.append(sorted(chosen, key=rates.__getitem__)[:MOST_KEPT])
         if complete:
+            active[numbers] = least
             return p
     return None
 

@@ -24,6 +24,7 @@ from codegen.certify.content import Found
 from codegen.certify.enclosure import Enclosure, cells_of, exact_ranges
 from codegen.certify.family import Family
 from codegen.certify.lyapunov import (
+    Active,
     analytic_centre_at,
     common_lyapunov,
     common_lyapunov_at,
@@ -67,6 +68,7 @@ class RegionSearch:
         self.fastest_slip = max(float(axis.largest_slip) for axis in along.axes)
         self.acceleration = 0.0
         self._enclosures: dict[int, Enclosure] = {}
+        self._active: Active = {}
 
     def regions(self) -> list[Found]:
         """The proposals found: sliding first, then presliding, then those for the whole envelope."""
@@ -82,7 +84,7 @@ class RegionSearch:
             self._bound_acceleration(states, slips, best[1])
             family, stack = self._family(states, slips)
             best = common_lyapunov(stack, self.h, near=NEAR) or best
-        found.append(self._split(family) or _found(family, best, "sliding"))
+        found.append(self._split(family) or _found(family, stack, best, "sliding"))
         found += self._presliding(states)
         return found + self._through_zero(family, stack, best[1])
 
@@ -106,7 +108,7 @@ class RegionSearch:
 
         def holds(w: float) -> bool:
             stack, whole = both(w)
-            return common_lyapunov_at([(stack, KEPT * rate), (whole, -LARGEST_INCREASE * growth)], self.h) is not None
+            return self._exists([(stack, KEPT * rate), (whole, -LARGEST_INCREASE * growth)])
 
         self.acceleration = _bisected(holds, 0.0, 2 * self.fastest_slip / self.h, True)
 
@@ -117,11 +119,8 @@ class RegionSearch:
         """
 
         @cache
-        def found_at(rate: float) -> Array | None:
-            return common_lyapunov_at([*groups, (whole, -rate)], self.h)
-
         def holds(rate: float) -> bool:
-            return found_at(rate) is not None
+            return self._exists([*groups, (whole, -rate)])
 
         least = 1.0
         while not holds(least) and least < FASTEST / self.h:
@@ -129,7 +128,7 @@ class RegionSearch:
         while least > FLOOR and holds(least / COARSE):
             least /= COARSE
         least = _bisected(holds, least, least / COARSE, geometric=True)
-        return least, found_at(least)
+        return least, common_lyapunov_at([*groups, (whole, -least)], self.h)
 
     def _sliding(self) -> tuple[list[Any], tuple[float, float]] | None:
         """The sliding region: least |f| of each contact, and (low, high) of the slips as shares of the largest.
@@ -193,7 +192,7 @@ class RegionSearch:
         def holds(share: float, t: float) -> bool:
             stack = family_at(share, t)[1]
             limit = decay_rate_limit(stack, self.h)
-            return limit > 0 and common_lyapunov_at([(stack, PRESLIDING * limit)], self.h) is not None
+            return limit > 0 and self._exists([(stack, PRESLIDING * limit)])
 
         slow = 1e-3 if low < 0 < high else 0.02  # the least t
         if not holds(THIN, slow):  # nor for a larger region
@@ -205,7 +204,7 @@ class RegionSearch:
         t = _bisected(lambda t: holds(share, t), slow, 1.0, geometric=True) if holds(share, slow) else slow
         family, stack = family_at(share, t)
         best = common_lyapunov(stack, self.h)  # few digits must do for its P
-        return None if best is None else _found(family, best, "presliding")
+        return None if best is None else _found(family, stack, best, "presliding")
 
     def _through_zero(self, sliding: Family, stack: Array, rate: float) -> list[Found]:
         """Proposals for the whole envelope with the least growth of V: any P, and a P that decreases while sliding.
@@ -222,9 +221,9 @@ class RegionSearch:
             p = analytic_centre_at([*groups, (whole, -growth)], self.h, p)
             if p is None:
                 continue
-            found.append(_found(family, (p, least_rate(p, whole, self.h)), kind))
+            found.append(_found(family, whole, (p, least_rate(p, whole, self.h)), kind))
             if groups:
-                found.append(_found(sliding, (p, least_rate(p, stack, self.h)), "recovery"))
+                found.append(_found(sliding, stack, (p, least_rate(p, stack, self.h)), "recovery"))
         return found
 
     def _family(
@@ -266,22 +265,22 @@ class RegionSearch:
         stack = self._enclosures[id(family.matrix)].vertices({**ends, **cell} for cell in cells_of(breaks))
         best = common_lyapunov(stack, self.h, near=NEAR)
         exact = {v: [sympy.Rational(x.numerator, x.denominator) for x in points] for v, points in breaks.items()}
-        return None if best is None else replace(_found(family, best, "sliding"), splits=exact)
+        return None if best is None else replace(_found(family, stack, best, "sliding"), splits=exact)
 
     def _holds(self, states: list[Any], slips: tuple[float, float], rate: float) -> bool:
         """Whether a common P with this decay rate, 1/s, is found for a box."""
         stack = self._family(states, slips)[1]
-        return (
-            rate > 0
-            and decay_rate_limit(stack, self.h) > rate
-            and common_lyapunov_at([(stack, rate)], self.h) is not None
-        )
+        return rate > 0 and decay_rate_limit(stack, self.h) > rate and self._exists([(stack, rate)])
+
+    def _exists(self, groups: Sequence[Group]) -> bool:
+        """Whether a common P with the rates of these groups is found."""
+        return common_lyapunov_at(groups, self.h, self._active) is not None
 
 
-def _found(family: Family, best: tuple[Array, float], kind: str) -> Found:
+def _found(family: Family, stack: Array, best: tuple[Array, float], kind: str) -> Found:
     """The proposal of a P, with a rate 0.1 % below that of the P: it is then certified with fewer digits of P."""
     p, rate = best
-    return Found(family, p, rate - 1e-3 * abs(rate), kind=kind)
+    return Found(family, p, rate - 1e-3 * abs(rate), kind=kind, matrices=stack)
 
 
 def _bisected(holds: Callable[[float], bool], good: float, bad: float, geometric: bool = False) -> float:

@@ -226,7 +226,7 @@ def test_a_narrow_range_of_an_angle_is_proved_of_the_c_with_a_v_for_all_angles(m
     assert [float(Fraction(end)) for end in outcome.content["variables"]["p"]] == pytest.approx(
         [-math.pi / 6, math.pi / 6]
     )
-    monkeypatch.setattr("codegen.certify.certify.over_angles", lambda family, h: None)
+    monkeypatch.setattr("codegen.certify.certify.by_cover", lambda family, h: None)
     outcome, _ = generated(GANTRY)
     assert outcome.kernel is None
     assert (

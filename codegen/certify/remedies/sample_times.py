@@ -20,6 +20,7 @@ from codegen.certify.along_friction import Box, along_friction
 from codegen.certify.centre import least_rate
 from codegen.certify.certify import Certificate, Refusal
 from codegen.certify.content import Found, frame, proved
+from codegen.certify.cover import sampled_matrices, with_cover
 from codegen.certify.enclosure import Cells, Enclosure, enclose_family, exact_ranges
 from codegen.certify.family import Family, NotEnclosable, build_family
 from codegen.certify.levels import levels_of
@@ -96,22 +97,37 @@ def largest_sample_times(spec: Spec, own: Analysis, outcome: Certificate | Refus
 
 def _largest(spec: Spec, analysis: Analysis) -> float | None:
     """The largest certified sample time over the envelope, s, as of ``_Proofs.largest``."""
-
-    def cells(at: Analysis) -> tuple[Family, Cells]:
-        family = build_family(at.dynamics, at.points.ranges)
-        return family, enclose_family(family)
-
-    proofs, stable = _Proofs(spec, analysis, cells), _stable(analysis)
-    parameters = build_family(analysis.dynamics, analysis.points.ranges).parameters
-    if not any(e.free_symbols for e in parameters.values()):
-        return proofs.largest(stable, STEPS)
+    dynamics, ranges = analysis.dynamics, analysis.points.ranges
+    stable, own = _stable(analysis), build_family(dynamics, ranges)
+    if not any(e.free_symbols for e in own.parameters.values()):
+        return _Proofs(spec, analysis, _at_cells).largest(stable, STEPS)
     if analysis.largest_sample_time == 0:  # not stable in continuous time
         return 0.0
-    low = high = proofs.start
+    low = high = float(dynamics.observer.sample_time)
     while high < ANY and stable(high):
         low, high = high, high * FACTOR
     beyond = _between(stable, low, high, STEPS_VARYING if low < high < ANY else 0)[1]
+    if not dynamics.implicit and sampled_matrices(own) is not None:
+        proofs = _Proofs(spec, analysis, _at_samples, covered=True)
+        if largest := proofs.largest(proofs.feasible, STEPS_VARYING, beyond):
+            return largest
+    proofs = _Proofs(spec, analysis, _at_cells)
     return proofs.largest(proofs.feasible, STEPS_VARYING, beyond)
+
+
+def _at_cells(analysis: Analysis) -> tuple[Family, Cells]:
+    """The family of an analysis over the envelope, and its cells."""
+    family = build_family(analysis.dynamics, analysis.points.ranges)
+    return family, enclose_family(family)
+
+
+def _at_samples(analysis: Analysis) -> tuple[Family, Cells]:
+    """The family of an analysis over the envelope, and its matrices at sampled points; a cover has to follow."""
+    family = build_family(analysis.dynamics, analysis.points.ranges)
+    matrices = sampled_matrices(family)
+    if matrices is None:
+        raise NotEnclosable("the error matrix has no cover at another sample time")
+    return family, Cells({}, matrices)
 
 
 def _largest_sliding(spec: Spec, analysis: Analysis, content: Mapping[str, Any]) -> float | None:
@@ -154,12 +170,14 @@ class _Proofs:
     """Search for a common P of all cells of the envelope at given sample times, and its proof.
 
     Attributes:
-        cells_at: analysis → the family and its cells at the sample time of the analysis.
+        cells_at: analysis → the family and its matrices at the sample time of the analysis.
+        covered: whether these are sampled, so that the proof needs a cover.
     """
 
     spec: Spec
     analysis: Analysis
     cells_at: Callable[[Analysis], tuple[Family, Cells]]
+    covered: bool = False
 
     @property
     def start(self) -> float:
@@ -212,7 +230,7 @@ class _Proofs:
         if p is None:
             return None
         rate = least_rate(p, cells.matrices, step)
-        return at, Found(family, p, 0.999 * rate, cells.splits)
+        return at, Found(family, p, 0.999 * rate, cells.splits, matrices=cells.matrices)
 
     def certified(self, h: float) -> bool:
         """Whether a P is found at this sample time and the checker accepts it."""
@@ -220,8 +238,12 @@ class _Proofs:
         if proposal is None:
             return False
         at, found = proposal
+        if self.covered:
+            found = with_cover(found, at.dynamics.observer.sample_time)
+        if found is None:
+            return False
         with suppress(verify.Refused):
-            return bool(proved([(frame(self.spec, {}, "certify", at, found.family), found)], at, reversals=False))
+            return bool(proved([(frame(self.spec, {}, "certify", at, found.family), found)], at))
         return False
 
 

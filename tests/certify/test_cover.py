@@ -1,4 +1,4 @@
-"""A common P for an arm, over all angles: what is proposed falls along random motions, and a rate above is refused."""
+"""Covers by cells of angles and curved variables: what is proposed falls along motions, and a rate above is refused."""
 
 from __future__ import annotations
 
@@ -13,8 +13,9 @@ import pytest
 import sympy
 
 from codegen.certify.certificate_text import to_prefix
+from codegen.certify.cover import by_cover
+from codegen.certify.enclosure import enclose_family
 from codegen.certify.family import Family
-from codegen.certify.trigonometric import over_angles
 from codegen.checker import decay, kernel, verify
 from tests.checker.test_verify import certificate
 from tests.slow_cases import drawn, slow_except
@@ -71,9 +72,9 @@ def rotating(size: Any) -> Family:
 
 def test_a_frame_that_turns_is_proposed_up_to_where_no_common_p_is() -> None:
     """By symmetry P = I serves if any does: the rate is 1 − size/2, less what is of the order of h."""
-    found = over_angles(rotating(sympy.Rational(1)), sympy.Rational(1, 100))
+    found = by_cover(rotating(sympy.Rational(1)), sympy.Rational(1, 100))
     assert found is not None and 0.44 < found.rate < 0.5
-    assert over_angles(rotating(sympy.Rational(5, 2)), sympy.Rational(1, 100)) is None
+    assert by_cover(rotating(sympy.Rational(5, 2)), sympy.Rational(1, 100)) is None
 
 
 @pytest.mark.parametrize("seed", slow_except(range(12), range(4)))
@@ -174,3 +175,26 @@ def test_the_sum_of_squares_of_a_sine_and_a_cosine_is_one() -> None:
 
 def test_what_is_covered_is_one_quotient_and_no_box_of_functions() -> None:
     assert decay.leaves(ARM["cover"][0]) <= 8
+
+
+def ball_on_beam() -> Family:
+    """A = −2 + r w/(1 + r²) in one entry: affine in w, and curved in r."""
+    r, w, theta = sympy.symbols("r w theta", real=True)
+    ends = sympy.Rational(1, 2)
+    return Family({r: (-ends, ends), w: (-ends, ends)}, {theta: r * w / (1 + r**2)}, sympy.Matrix([[theta - 2]]))
+
+
+def test_a_variable_in_which_a_is_curved_is_cut() -> None:
+    """The largest entry is −2 + 1/5 at a corner, so that α = 1.8 − 1.8²h/2."""
+    h = sympy.Rational(1, 100)
+    found = by_cover(ball_on_beam(), h)
+    assert found is not None and 0.95 * 1.7838 < found.rate < 1.7838
+    assert json.dumps(found.cover).count('"w"') == 0
+
+
+def test_cells_are_cut_along_the_curved_variable_first() -> None:
+    """By intervals r w/(1 + r²) is up to 1/4 in place of 1/5; cells of w would not change that."""
+    cells = enclose_family(ball_on_beam())
+    sizes = {v.name: len(breaks) - 1 for v, breaks in cells.splits.items()}
+    assert sizes["r"] > 3 * sizes.get("w", 1)
+    assert 0.2 <= cells.matrices.max() + 2 < 0.203

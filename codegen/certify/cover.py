@@ -1,0 +1,151 @@
+"""Covers of the envelope by cells, for an error matrix rational in variables and in sines and cosines of angles.
+
+A box of parameters, such as sin q and cos q/det M, treats them as independent, which costs much of the rate or takes
+thousands of cells. So P is found at sampled points, and the checker verifies it on cells of the variables themselves
+(kernel.py, lemmas 3 and 7). Cut are t = tan(q/2) of each angle q, which takes all values whatever its range in the
+envelope, and each variable in which A is not affine.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from fractions import Fraction
+from functools import partial
+from itertools import product
+from typing import Any
+
+import numpy as np
+import sympy
+
+from codegen.base.arrays import Array
+from codegen.certify.certificate_text import rounded_matrix, texts
+from codegen.certify.content import Found, as_prefix
+from codegen.certify.enclosure import exact_ranges
+from codegen.certify.family import Family
+from codegen.certify.lyapunov import common_lyapunov
+from codegen.checker import decay, kernel
+
+MOST_POINTS, MOST_CORNERS = 16, 64
+"""Largest number of sampled points of all variables that are cut together (3 for each at least), and of vertices of the
+other variables."""
+LESS = (0.99, 0.97, 0.9, 0.75, 0.5)
+"""Shares of the rate at the sampled points that are tried for all points."""
+DEEPEST, MOST_ERRORS = 6, 12
+"""Largest number of bisections for each variable, and largest number of errors."""
+DIGITS = 9
+"""Significant digits of P in the test of a cell."""
+Cell = dict[str, tuple[Fraction, Fraction]]
+"""Variable that is cut, "q t" for an angle q → (low, high), which is [0, 1] for all of an angle."""
+
+
+def angles_of(family: Family) -> list[sympy.Symbol]:
+    """The symbols in sines and cosines of A, by name."""
+    matrix = family.matrix.xreplace(dict(family.parameters))
+    found = {a for e in matrix for f in e.atoms(sympy.sin, sympy.cos) for a in f.free_symbols}
+    return sorted(found, key=str)
+
+
+def sampled_matrices(family: Family) -> Array | None:
+    """A at sampled points, N by m by m; None if no variable is cut, or if there can be no cover.
+
+    That is with other functions than sines and cosines in A, and with too many errors or variables.
+    """
+    matrix = family.matrix.xreplace(dict(family.parameters))
+    angles, curved = angles_of(family), _curved(family)
+    others = [v for v in family.variables if v not in (*angles, *curved)]
+    alike = all(f.func in (sympy.sin, sympy.cos) for e in matrix for f in e.atoms(sympy.Function))
+    rational = all(p.exp.is_Integer for e in matrix for p in e.atoms(sympy.Pow))
+    cut = len(angles) + len(curved)
+    if not cut or not alike or not rational or matrix.rows > MOST_ERRORS or 2 ** len(others) > MOST_CORNERS:
+        return None
+    count = max(3, int(MOST_POINTS ** (1 / cut)))
+    circle = np.linspace(-np.pi, np.pi, count, endpoint=False)
+    ends = {v: [float(e) for e in family.variables[v]] for v in (*curved, *others)}
+    function = sympy.lambdify([*angles, *curved, *others], matrix, "numpy")
+    lines = [*[circle] * len(angles), *[np.linspace(*ends[v], count) for v in curved], *[ends[v] for v in others]]
+    sampled = {tuple(np.array(function(*point), dtype=float).ravel()) for point in product(*lines)}
+    return np.array(sorted(sampled)).reshape(-1, *matrix.shape)
+
+
+def _curved(family: Family) -> list[sympy.Symbol]:
+    """The variables with a range, other than angles, in which A is not affine."""
+    matrix, angles = family.matrix.xreplace(dict(family.parameters)), angles_of(family)
+    ranged = [v for v, (low, high) in family.variables.items() if low < high and v not in angles]
+    return [v for v in ranged if any(e.diff(v).has(v) for e in matrix)]
+
+
+def by_cover(family: Family, h: Any) -> Found | None:
+    """A proposal with a cover; None if there can be none (``sampled_matrices``), or if no P is found.
+
+    Args:
+        family: the error matrices.
+        h: sample time of the explicit step, s, exact.
+    """
+    matrices = sampled_matrices(family)
+    found = None if matrices is None else common_lyapunov(matrices, float(h))
+    return None if found is None else with_cover(Found(family, *found), h)
+
+
+def with_cover(found: Found, h: Any) -> Found | None:
+    """The proposal with cells on which its P decreases, at the largest of the shares ``LESS`` of its rate; or None."""
+    try:
+        decreases = _leaf(found.family, h, found.p)
+    except ValueError:  # powers beyond the checker's limits
+        return None
+    ranges = exact_ranges(found.family)
+    whole: Cell = {f"{a.name} t": (Fraction(0), Fraction(1)) for a in angles_of(found.family)}
+    whole |= {v.name: ranges[v] for v in _curved(found.family)}
+    for share in LESS:
+        factor = 1 - 2 * Fraction(str(h)) * Fraction(f"{share * found.rate:.9g}")
+        tree = _cover(partial(decreases, factor), whole, whole)
+        if tree is not None:
+            return replace(found, rate=share * found.rate * 0.999, cover=(tree,))
+    return None
+
+
+def _leaf(family: Family, h: Any, p: Array) -> Callable[[Fraction, Cell], bool]:
+    """The test (c, cell) → whether Φ'PΦ ≤ cP on a cell, by the checker's own functions."""
+    known: dict[Any, Any] = {}
+    box = {v.name: ends for v, ends in exact_ranges(family).items()}
+    stated: dict[str, Any] = {
+        "observer": {"integration": "euler"},
+        "sample_time": str(h),
+        "variables": box,
+        **as_prefix(family),
+    }
+    step = decay.step(stated, {x: kernel.term(1, x) for x in box}, decay.polynomials(known))
+    scale = p / np.abs(p).max()
+    stated["lyapunov_matrix"] = texts(rounded_matrix(scale, DIGITS, np.sqrt(np.diag(scale))))
+
+    def decreases(factor: Fraction, cell: Cell) -> bool:
+        try:
+            decay.decreases(stated, step, factor, box | cell, "", known)
+        except ValueError:
+            return False
+        return True
+
+    return decreases
+
+
+def _cover(decreases: Callable[[Cell], bool], whole: Cell, cell: Cell, depth: int = 0) -> Any:
+    """A binary tree of bisections of the longest side, with V decreasing on every leaf; None if it would be too deep.
+
+    "" is a leaf; [name, cut, lower part, upper part] is a bisection.
+
+    Args:
+        whole: the cell at the root; sides are compared relative to its own.
+    """
+    if decreases(cell):
+        return ""
+    if depth >= DEEPEST * len(whole):
+        return None
+    name = max(whole, key=lambda x: (cell[x][1] - cell[x][0]) / (whole[x][1] - whole[x][0]))
+    low, high = cell[name]
+    middle, parts = (low + high) / 2, []
+    for ends in ((low, middle), (middle, high)):
+        part = _cover(decreases, whole, cell | {name: ends}, depth + 1)
+        if part is None:
+            return None
+        parts.append(part)
+    return [name, str(middle), *parts]
