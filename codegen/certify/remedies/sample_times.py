@@ -237,13 +237,10 @@ class _Proofs:
         proposal = self.found(h)
         if proposal is None:
             return False
-        at, found = proposal
-        if self.covered:
-            found = with_cover(found, at.dynamics.observer.sample_time)
-        if found is None:
-            return False
+        at, sampled = proposal
+        found = with_cover(sampled, at.dynamics.observer.sample_time) if self.covered else sampled
         with suppress(verify.Refused):
-            return bool(proved([(frame(self.spec, {}, "certify", at, found.family), found)], at))
+            return found is not None and bool(proved([(frame(self.spec, {}, "certify", at, found.family), found)], at))
         return False
 
 
