@@ -63,7 +63,7 @@ def sampled_matrices(family: Family) -> Array | None:
     circle = np.linspace(-np.pi, np.pi, count, endpoint=False)
     ends = {v: [float(e) for e in family.variables[v]] for v in (*curved, *others)}
     function = sympy.lambdify([*angles, *curved, *others], matrix, "numpy")
-    lines = [
+    lines: list[Any] = [
         *[circle] * len(angles),
         *[np.linspace(ends[v][0], ends[v][1], count) for v in curved],
         *[ends[v] for v in others],
