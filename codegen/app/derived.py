@@ -337,8 +337,8 @@ def _with_sliding_proof(
 
 def _narrow_angles(analysis: Analysis) -> list[str]:
     """The angles in the error matrix's sines and cosines whose range in the envelope is less than a full turn."""
-    from codegen.certify.family import build_family
     from codegen.certify.cover import angles_of
+    from codegen.certify.family import build_family
 
     family = build_family(analysis.dynamics, analysis.points.ranges)
     ranges = {a: family.variables[a] for a in angles_of(family) if a in family.variables}
