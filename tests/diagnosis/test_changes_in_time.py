@@ -10,7 +10,7 @@ import pytest
 
 from codegen.diagnosis.diagnose import diagnose_log
 from codegen.diagnosis.evidence.changes_in_time import changes_in_time
-from codegen.diagnosis.evidence.residual_regression import half_of_squares
+from codegen.diagnosis.evidence.residual_regression import STATE, changed_by, half_of_squares, since_reversal, splines
 from codegen.diagnosis.fit.signals import low_pass
 from codegen.spec import parse_spec
 from tests.diagnosis.own_stage import simulated
@@ -55,6 +55,38 @@ def test_an_interval_is_found_with_its_term_and_size(term: str, start: float, st
 def test_what_is_the_same_all_the_time_is_no_change() -> None:
     r = 0.1 * noise(3, 0) + 2.0 - 1.5 * ACCELERATION
     assert changes_in_time(r, EVERY, TERMS, TIME, CUTOFF).changes == ()
+
+
+@pytest.mark.parametrize("pushed", [False, True])
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_a_force_of_the_motion_with_memory_is_no_change_in_time(seed: int, pushed: bool) -> None:
+    """Hysteresis of a cable chain: for the time of a move its force is constant, as that of a push would be."""
+    rng, moves, at = np.random.default_rng(seed), list[float](), 0.0
+    while len(moves) < COUNT:
+        goal, steps = rng.uniform(-0.35, 0.35), int(rng.uniform(0.4, 2.0) / H)
+        s = np.linspace(0, 1, steps)
+        moves += [*(at + (goal - at) * (10 * s**3 - 15 * s**4 + 6 * s**5)), *[goal] * 60]
+        at = goal
+    x = np.array(moves[:COUNT])
+    v, h = np.gradient(x, H), np.zeros(COUNT)
+    for k in range(1, COUNT):
+        d = x[k] - x[k - 1]
+        h[k] = np.clip(h[k - 1] + (d - abs(d) * h[k - 1]) / 0.04, -1, 1)
+    push = np.where(pushed & (TIME >= 12.0) & (TIME < 15.0), 20.0, 0.0)
+    pull, sign, a = low_pass(-9 * h * (1 + 0.8 * x) - 3 * x + push, CUTOFF, H), np.sign(v), np.gradient(v, H)
+    rows = np.abs(v) > 0.03
+    along, load = splines(x, 40), low_pass(6 * a + 20 * v + 15 * sign, CUTOFF, H)
+    over = (
+        np.column_stack([splines(v, 14), sign]),
+        np.column_stack([along, along * sign[:, None]]),
+        splines(load, 14),
+        splines(a, 14),
+        splines(since_reversal(x, v), 14) * sign[:, None],
+    )
+    r = pull - np.mean(pull[rows] * sign[rows]) * sign + 0.05 * noise(seed, 0)
+    terms = {"force": np.ones(COUNT), "friction level": sign, "viscous friction": v}
+    found = changed_by(r, rows, TIME, CUTOFF, terms, dict(zip(STATE, over, strict=True)), 0.0)
+    assert found.share > 0.5 if pushed else found.share < 0.25
 
 
 @pytest.mark.parametrize("lost", [0.0, 0.5])

@@ -43,6 +43,8 @@ NEIGHBOURS, LEAST_PERIODS = 2, 6
 """Spectral line: neighbouring bins on each side, by which its amplitude may vary; least periods in the log."""
 STATE = ("speed", "position", "load", "acceleration", "distance since reversal")
 """Variables of the motion; what these predict is no change in time."""
+MOSTLY = 0.5
+"""Share of a squared residual that state variables predict on held-out parts from which on they come before time."""
 REPEATED = 2.0
 """Least z-score of the held-out gains by sign: their sum over the root of the sum of their squares."""
 SURELY_RINGS = 6.0
@@ -118,28 +120,34 @@ def inertia_noise(system: System, motion: Motion, i: int) -> float:
 def changed_on(
     system: System, motion: Motion, r: Array, rows: NDArray[np.bool_], variables: Mapping[str, Array], i: int
 ) -> ChangesInTime:
-    """``_changed`` of a residual (N,) of one coordinate; ``variables``: its ``remainder_columns``."""
+    """``changed_by`` of a residual (N,) of one coordinate; ``variables``: its ``remainder_columns``."""
     terms, noise = varying_terms(system, motion, i), inertia_noise(system, motion, i)
-    return _changed(r, rows, motion, terms, variables, noise)
+    return changed_by(r, rows, motion.time, motion.cutoff_hz, terms, variables, noise)
 
 
-def _changed(
+def changed_by(
     r: Array,
     rows: NDArray[np.bool_],
-    motion: Motion,
+    time: Array,
+    cutoff_hz: float,
     terms: Mapping[Term, Array],
     variables: Mapping[str, Array],
     noise: float,
 ) -> ChangesInTime:
-    """Changes in time of a residual, or of what a curve over state variables leaves; ``noise``: of the row of M a."""
+    """Changes in time of a residual, or of what a curve over state variables leaves; ``noise``: of the row of M a.
+
+    Such a curve comes first where it explains more, or at least ``MOSTLY`` on held-out parts: intervals, which are
+    chosen on the whole log, also follow a force that repeats with the motion, as hysteresis does, since it is about
+    constant for the time of a move.
+    """
     in_terms: dict[Term, float] = {"inertia": noise}
-    about = motion.time, motion.cutoff_hz, in_terms
+    about = time, cutoff_hz, in_terms
     plain = changes_in_time(r, rows, terms, *about)
     states = [variables[name] for name in STATE]
     groups = [states, *([one] for one in states)]
     shares = [repeated_share(r, rows, group) for group in groups] if plain.changes else [0.0]
     best = int(np.argmax(shares))
-    if plain.whole >= shares[best]:
+    if plain.whole >= shares[best] and shares[best] < MOSTLY:
         return plain
     curve = smooth_curve(r, rows, np.column_stack(groups[best]))
     left = changes_in_time(r - curve, rows, terms, *about)
