@@ -104,7 +104,7 @@ def _step_errors(
     sizes = (fastest + gain * x, level + slope * abs(turn) * fastest)
     ranges = {p.name: Enclosed(p.value, p.value, u * abs(p.value)) for p in program.parameters if p.value is not None}
     ranges |= {name: Enclosed(-size, size) for name, size in zip(names, sizes, strict=True)}
-    ranges |= {system.positions[0].name: Enclosed(-x, x)}
+    ranges |= {system.positions[0].name: Enclosed(-x, x), "samples_held": Enclosed(0, 0)}
     ranges |= {s.name: Enclosed(-most, most, u * most) for s, most in zip(system.inputs, w, strict=True)}
     least = float(observer.domain.slip_speed) * JUST_ABOVE / abs(turn)
     read = enclose([velocity], ranges, {}, precision)[0].error

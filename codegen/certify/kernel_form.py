@@ -430,9 +430,11 @@ def _domain(observer: Observer, write: Writer) -> list[str]:
 def _constant_states(observer: Observer, write: Writer) -> dict[str, str]:
     """State → its constant value while the slip is in the observer's domain; empty without a domain.
 
-    The states are the direction of slip and the counter of samples since the last reversal, which is at its limit.
+    The states are the direction of slip, the count of samples for which the level is still held, and the counter of
+    samples since the last reversal, which is at its limit.
     """
     if observer.domain is None:
         return {}
     (contact,), (s,) = observer.system.contacts, observer.signs
-    return {f"state.direction_{contact.name}": write(s), "state.samples_slid": "parameters.settle_samples"}
+    counts = {"state.samples_held": "0", "state.samples_slid": "parameters.settle_samples"}
+    return {f"state.direction_{contact.name}": write(s), **counts}

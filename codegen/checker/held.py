@@ -43,6 +43,19 @@ def require(proof: dict[str, Any], shown: dict[str, Any]) -> None:
     kernel.demand("1/" not in [name for name, _ in known.keys() - before], "a division by what may be zero")
 
 
+def restarts(shown: dict[str, Any]) -> dict[str, Fraction]:
+    """State -> the number that `init`, `predict` and `resume` all set it to, whatever the states before; of each such.
+
+    So it has that number in the first sample, and in the first with fault 0 after others: these three functions alone
+    are called in a sample with a fault, and `init` and `resume` behind `reset`, which sets the mode in which they are.
+    """
+    c = shown["c"]
+    free = {x: kernel.term(1, x) for x in (*c.inputs, *c.states, *c.outputs)} | {x: shown["names"][x] for x in c.values}
+    ends = [kernel.Text(free, {}).run(program, c.states) for program in (c.init, c.predict, c.resume)]
+    same = {z: ends[0][z] for z in c.states if ends[0][z] == ends[1][z] == ends[2][z] and not ends[0][z].names()}
+    return {z: p.constant() for z, p in same.items()}
+
+
 class Modes:
     """The states after a function of the C, and those that give certain estimates.
 

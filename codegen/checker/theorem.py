@@ -8,7 +8,7 @@ import json
 import re
 from collections import Counter
 from collections.abc import Collection, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from fractions import Fraction
 from functools import cache, reduce
 from operator import mul
@@ -96,6 +96,7 @@ def proved(proof: dict[str, Any], sources: dict[str, bytes], turns: Collection[s
         require_recovery(proof, shown)
         shown["outputs"] = of_estimates(proof, shown)
         shown["other than 0"] = other_than_zero(proof, shown)
+        shown["counted"], shown["restarts"] = counted(shown), held.restarts(shown) if proof["domain"] else {}
         rounding.require(proof, shown)
         held.require(proof, shown)
         require_continuity(proof, shown, sorted({*proof["signs"], *turns}))
@@ -295,22 +296,41 @@ def other_than_zero(proof: dict[str, Any], shown: dict[str, Any]) -> dict[str, l
         fixed = known | {("sgn", signs[sign]): kernel.term(number)}
         return rounding.zero_in_code(shown, free, {(f, rounding.put(q, of_states)): v for (f, q), v in fixed.items()})
 
-    def readable(p: Any) -> str:
-        return re.sub(
-            r"\?\d+", lambda x: f"sign({readable(signs[x[0]])})" if x[0] in signs else x[0], enclosure.as_sum(p)
-        )
-
     found = {}
     for y in others:
         p = after.get(y, kernel.Poly())
         free_signs = {x: of for x, of in signs.items() if x in p.names() and not of.names() <= signs.keys()}
         few = free_signs if len(p) <= LONGEST_FLAG else {}
         zero = {x: tuple(n for n in (-1, 0, 1) if not at(p, x, n)) for x in few}
-        lines = [f"{readable(few[x])} {WHERE[numbers]}" for x, numbers in zero.items() if numbers in WHERE]
+        lines = [f"{readable(few[x], signs)} {WHERE[numbers]}" for x, numbers in zero.items() if numbers in WHERE]
         said = lines and not any("?" in line for line in lines)
         if said and all(y in in_code(x, n) for x, numbers in zero.items() for n in numbers):
             found[y] = lines
     return found
+
+
+def readable(p: Any, signs: dict[str, Any]) -> str:
+    """A polynomial as a sum, with sign(...) in place of each of these signs."""
+    text = enclosure.as_sum(p)
+    return re.sub(r"\?\d+", lambda x: f"sign({readable(signs[x[0]], signs)})" if x[0] in signs else x[0], text)
+
+
+def counted(shown: dict[str, Any]) -> dict[str, str]:
+    """State that holds no error and depends on itself alone, as a count -> what a step with fault 0 makes of it.
+
+    From any state. Left out is what rounding may change by more than that of its terms: where a term cancels.
+    """
+    c, others = shown["c"], [z for z in shown["before"] if z not in shown["moving"]]
+    free = {x: shown["names"][x] for x in c.values} | {x: kernel.term(1, x) for x in (*c.inputs, *c.states)}
+    code = rounding.Bounded(free, {}, c.precision, rounding.of_parameters(shown))
+    if others:
+        with suppress(ValueError):
+            code.run(c.step + c.commit, c.states + c.outputs)
+    signs = {min(value.names()): of for (function, of), value in code.known.items() if function == "sgn"}
+    found = {z: p for z in others if (p := code.names[z]) != free[z] and z in code.bounds}
+    alone = {z: {z, *(s for s, of in signs.items() if of.names() <= {z})} for z in found}
+    kept = [z for z, p in found.items() if z in p.names() <= alone[z] and code.bounds[z][0] == rounding.magnitudes(p)]
+    return {z: readable(found[z], signs) for z in kept}
 
 
 def kept(proof: dict[str, Any], shown: dict[str, Any], text: bytes) -> tuple[dict[str, Any], list[list[Fraction]]]:

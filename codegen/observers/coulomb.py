@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -17,12 +18,15 @@ from codegen.observers import parts
 from codegen.observers.equations import Cascade, Domain, Equation, Observer
 from codegen.observers.gains import GainMatrix, read_gain
 from codegen.observers.kind import ObserverKind
-from codegen.observers.velocity import States, velocity_of
+from codegen.observers.velocity import SAMPLE_TIME, States, Velocity, velocity_of
 from codegen.spec.functions import Magnitude
-from codegen.spec.model import Spec, symbol
+from codegen.spec.model import ObserverChoice, Spec, symbol
 
 LARGEST_EXPONENT = 8
 """Largest exponent μ of a GCFO's h(s)."""
+FORGOTTEN = 10_000
+"""An error of the velocity estimate at the start of an observer with a domain ÷ its part that is left when the level is
+first updated."""
 SPEED = symbol("s")
 """Slip speed, the argument of h(s)."""
 SAMPLES = 400
@@ -87,7 +91,7 @@ def coulomb_friction_observer(spec: Spec, system: System) -> Observer:
         (friction_gain,),
         _gain_units(friction_gain, system, shape),
         level_errors=True,
-        domain=read_domain(spec, system),
+        domain=read_domain(spec, system, velocity),
         cascade=cascade,
     )
 
@@ -110,7 +114,7 @@ def _gain_units(gain: GainMatrix, system: System, shape: Shape) -> dict[sympy.Sy
     return gain.units(parts.contact_units(system), divisors)
 
 
-def read_domain(spec: Spec, system: System) -> Domain | None:
+def read_domain(spec: Spec, system: System, velocity: Velocity) -> Domain | None:
     """The domain of the spec's observer; the range of the true level is ``a_CONTACT`` in the envelope.
 
     Raises:
@@ -143,7 +147,15 @@ def read_domain(spec: Spec, system: System) -> Domain | None:
         raise BadInput(spec.place(f"envelope.{key}"), found, expected, code="SPEC007")
     domain = choice.domain
     samples = max(1, int(sympy.ceiling(domain.settle / choice.sample_time)))
-    return Domain(domain.slip_speed, samples, level, domain.innovation)
+    return Domain(domain.slip_speed, samples, _restart(choice, velocity), level, domain.innovation)
+
+
+def _restart(choice: ObserverChoice, velocity: Velocity) -> int:
+    """Number of samples in which the velocity estimate forgets all but 1/FORGOTTEN of an error, at a constant level."""
+    assert velocity.gain is not None and velocity.step is not None
+    values = {**velocity.gain.values, SAMPLE_TIME: choice.sample_time}
+    left = 1 - float(choice.sample_time * velocity.step[0][0, 0].xreplace(values))
+    return max(1, math.ceil(math.log(FORGOTTEN) / -math.log(left))) if 0 < left < 1 else 1
 
 
 @dataclass(frozen=True)

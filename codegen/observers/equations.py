@@ -121,17 +121,19 @@ class Domain:
     """Region in which the estimate of a (G)CFO with one contact is certified; all values exact.
 
     The level is updated only while the estimated slip speed is above ``slip_speed`` and keeps its sign; otherwise it is
-    held within ``level``. The estimate is in the domain after ``samples`` consecutive such samples.
+    held within ``level``. The estimate is in the domain after ``samples`` consecutive such samples. At the start and
+    after invalid samples the level is held for ``restart`` samples first.
 
     Attributes:
         slip_speed: in the slip's unit/s.
-        samples: whole, at least 1.
+        samples, restart: whole, at least 1.
         level: (low, high) of the true level, in its unit.
         innovation: largest |x[k] − (x + h v̂)[k−1]| in the domain; None: not checked.
     """
 
     slip_speed: Any
     samples: int
+    restart: int
     level: tuple[Any, Any]
     innovation: Any = None
 

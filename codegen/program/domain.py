@@ -6,8 +6,10 @@ no effect. A step therefore stores the sign d with which it updated the level, a
 
     â[k] = z[k] − K_F d[k] û[k],    d[k+1] = g[k] s[k],    z[k+1] = â[k] + g[k] (K_F |û[k]| + h dz_F/dt[k]),
 
-g = 1 (the level is updated) where |û| is above the domain's slip speed and s is not −d, else 0 (it is held). After a
-step with g = 0, d is 0 and z is â itself.
+g = 1 (the level is updated) where |û| is above the domain's slip speed, s is not −d and r = 0, else 0 (it is held).
+After a step with g = 0, d is 0 and z is â itself. r counts down to 0, r[k+1] = max(r[k] − 1, 0), from R at the start
+and after invalid samples. There the velocity may be far from its estimate: the level is held for R samples, in which
+the error of û decays whatever the level is (certify/bound/domain_bound.py).
 
 Every output language has abs and sgn, and step code without branches runs in SIMD lanes too. Hence
 1{x > 0} = (sgn x + |sgn x|)/2, min(x, c) = (x + c − |x − c|)/2, and x clipped to low…high is
@@ -53,9 +55,11 @@ class Guard:
             self._field(f"a_low_{name}", unit, "least level", domain.level[0]),
             self._field(f"a_high_{name}", unit, "largest level", domain.level[1]),
             self._field("settle_samples", "1", "samples until the estimate is in its domain", domain.samples),
+            self._field("restart_samples", "1", "samples in which the level is held at a start", domain.restart),
         ]
         self.fields = [
             self._field(f"direction_{name}", "1", "sign with which the level was updated, or 0"),
+            self._field("samples_held", "1", "samples for which the level is held after a start"),
             self._field("samples_slid", "1", "samples since the level is updated, counted up to settle_samples"),
         ]
         if domain.innovation is not None:
@@ -78,10 +82,11 @@ class Guard:
         same_sign = self.sign * direction  # −1 after a reversal, 0 where the level was held, else 1
         is_fast = _above_zero(Magnitude(self.slip) - slip_speed)
         not_reversed = 1 - (Magnitude(same_sign) - same_sign) / 2
+        restarted = 1 - _is_at_least(symbol("samples_held"), 1)
         clipped = (low + high + Magnitude(level - low) - Magnitude(level - high)) / 2
         chosen = level + (1 - updated) * (clipped - level)
         return [
-            self._block("learning", updated, is_fast * not_reversed, "1", "1 where the level is learnt"),
+            self._block("learning", updated, is_fast * not_reversed * restarted, "1", "1 where the level is learnt"),
             self._block("level_read", level, state - self.gain * direction * self.slip, unit, "(4.11)"),
             self._block(equation.name, estimate, chosen, unit, equation.source, True),
         ]
@@ -99,22 +104,27 @@ class Guard:
             calm = 1 - _above_zero(Magnitude(self.position - predicted) - largest)
             blocks.append(self._block("calm", symbol("calm"), calm, "1", "1 where the innovation is small"))
             inside *= symbol("calm")
-        count = (samples + 1 + needed - Magnitude(samples + 1 - needed)) / 2  # min(samples + 1, needed)
+        settled = _is_at_least(samples, needed)
         velocity = self.observer.equations[0].symbols[0]
         names = {**self.names, symbol("h"): period.symbol}
         held_step = period.symbol * next(iter(held([velocity]).values()))  # h v̂ of the held velocity estimate
         zero, x = casadi.SX(0), self.names[self.position]
-        direction_now, predicted_now = self.fields[0].symbol, self.fields[-1].symbol
-        # In the order of the fields; without a bound on the innovation there is no third one, and zip leaves it out.
-        following = [symbol("learning") * self.sign, inside * count, self.position + symbol("h") * velocity]
-        initial = [zero, zero, x]
-        predicted = [direction_now, zero, predicted_now + held_step]
-        resumed = [zero, zero, x + held_step]
+        restart, predicted_now = self.names[symbol("restart_samples")], self.fields[-1].symbol
+        # In the order of the fields; without a bound on the innovation there is no fourth one, and zip leaves it out.
+        direction, left = symbol("learning") * self.sign, symbol("samples_held")
+        following = [
+            direction,
+            left - _is_at_least(left, 1),
+            inside * (samples + 1 - settled),
+            self.position + symbol("h") * velocity,
+        ]
+        initial = [zero, restart, zero, x]
+        predicted = [zero, restart, zero, predicted_now + held_step]
+        resumed = [zero, restart, zero, x + held_step]
         self.states = [
             State(field, to_casadi(expression, names), *values)
             for field, expression, *values in zip(self.fields, following, initial, predicted, resumed, strict=False)
         ]
-        settled = _above_zero(samples - needed + sympy.Rational(1, 2))  # samples ≥ needed, both whole
         source = "1 where the certificate's bound holds, if its assumptions do"
         return [*blocks, self._block("in_domain", symbol("in_domain"), inside * settled, "1", source, True)]
 
@@ -127,10 +137,11 @@ class Guard:
         level = next(e for e in self.observer.equations if e.name == "friction_level")
         assert level.state is not None
         index = list(self.observer.states).index(level.state[0])
-        update = to_casadi(self.gain * Magnitude(self.slip), self.names) + period.symbol * rates[index]
-        following = self.names[level.symbols[0]] + self.names[symbol("learning")] * update
-        resumed = held(level.symbols)[level.symbols[0]]  # z = â, since the resumed d is 0
-        guarded = replace(states[index], following=following, resumed=resumed)
+        update = to_casadi(self.gain * self.sign * self.slip, self.names) + period.symbol * rates[index]
+        sign, direction = self.names[self.sign], self.states[0].following
+        following = self.names[level.symbols[0]] + casadi.substitute(update, sign, direction)  # it is linear in s
+        last = held(level.symbols)[level.symbols[0]]  # z = â, since d is 0 after invalid samples
+        guarded = replace(states[index], following=following, predicted=last, resumed=last)
         return [*states[:index], guarded, *states[index + 1 :], *self.states]
 
     def _field(self, name: str, unit: str, meaning: str, value: Any = None) -> Field:
@@ -146,6 +157,11 @@ class Guard:
         block = Block(name, (element.name,), to_casadi(expression, self.names), (unit,), source, output)
         self.names[element] = block.symbols
         return block
+
+
+def _is_at_least(count: Any, least: Any) -> Any:
+    """1 where a whole number is at least another, else 0; the half keeps the sign away from 0."""
+    return (1 + Sgn(count - least + sympy.Rational(1, 2))) / 2
 
 
 def _above_zero(number: Any) -> Any:

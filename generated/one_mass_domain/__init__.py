@@ -41,14 +41,11 @@ class Parameters:
     a_low_rail: float = 40.0  # N: least level
     a_high_rail: float = 60.0  # N: largest level
     settle_samples: float = 300.0  # 1: samples until the estimate is in its domain
+    restart_samples: float = 88.0  # 1: samples in which the level is held at a start
     largest_innovation: float = 0.0003  # m: of the measured position, in the domain
     sample_time: float = 0.001  # s: sample time
     one_over_m: float = 1.0  # 1.0 / m
     constant_1: float = 50.0  # 0.5 * a_high_rail + 0.5 * a_low_rail
-    constant_2: float = -299.5  # 0.5 - settle_samples
-    h_K_F: float = 0.01  # sample_time * K_F
-    constant_3: float = 150.5  # 0.5 * settle_samples + 0.5
-    one_minus_settle_samples: float = -299.0  # 1.0 - settle_samples
 
 
 @dataclass(slots=True)
@@ -58,6 +55,7 @@ class State:
     z_v: float = 0.0  # m/s: observer state
     z_rail: float = 0.0  # N: observer state
     direction_rail: float = 0.0  # 1: sign with which the level was updated, or 0
+    samples_held: float = 0.0  # 1: samples for which the level is held after a start
     samples_slid: float = 0.0  # 1: samples since the level is updated, counted up to settle_samples
     x_predicted: float = 0.0  # m: position predicted for this sample
     mode: int = RUNNING
@@ -92,10 +90,6 @@ def prepare(parameters: Parameters) -> None:
     """Compute the derived constants again, after a parameter was changed."""
     parameters.one_over_m = 1.0 / parameters.m
     parameters.constant_1 = 0.5 * parameters.a_high_rail + 0.5 * parameters.a_low_rail
-    parameters.constant_2 = 0.5 - parameters.settle_samples
-    parameters.h_K_F = parameters.sample_time * parameters.K_F
-    parameters.constant_3 = 0.5 * parameters.settle_samples + 0.5
-    parameters.one_minus_settle_samples = 1.0 - parameters.settle_samples
 
 
 def init(parameters: Parameters, inputs: Inputs) -> State:
@@ -104,12 +98,13 @@ def init(parameters: Parameters, inputs: Inputs) -> State:
         z_v=-(parameters.K_v * inputs.x),
         z_rail=parameters.rail_a,
         direction_rail=0.0,
+        samples_held=parameters.restart_samples,
         samples_slid=0.0,
         x_predicted=inputs.x,
     )
     check = (
         abs(inputs.x) + abs(inputs.w) + abs(state.z_v) + abs(state.z_rail) + abs(state.direction_rail)
-        + abs(state.samples_slid) + abs(state.x_predicted)
+        + abs(state.samples_held) + abs(state.samples_slid) + abs(state.x_predicted)
     )
     if not abs(check) <= LARGEST:
         state = State(mode=STARTING)
@@ -119,6 +114,9 @@ def init(parameters: Parameters, inputs: Inputs) -> State:
 def _predict(state: State, parameters: Parameters, outputs: Outputs) -> None:
     """Predict the state over an invalid sample, as if the machine moved at the held velocity estimate."""
     state.z_v = state.z_v - parameters.sample_time * parameters.K_v * outputs.v_hat
+    state.z_rail = outputs.a_hat_rail
+    state.direction_rail = 0.0
+    state.samples_held = parameters.restart_samples
     state.samples_slid = 0.0
     state.x_predicted = state.x_predicted + parameters.sample_time * outputs.v_hat
     if state.mode == RUNNING:
@@ -134,6 +132,7 @@ def _resume(state: State, parameters: Parameters, inputs: Inputs, outputs: Outpu
     state.z_v = outputs.v_hat - parameters.K_v * (inputs.x + parameters.sample_time * outputs.v_hat)
     state.z_rail = outputs.a_hat_rail
     state.direction_rail = 0.0
+    state.samples_held = parameters.restart_samples
     state.samples_slid = 0.0
     state.x_predicted = inputs.x + parameters.sample_time * outputs.v_hat
     state.mode = RUNNING
@@ -174,10 +173,14 @@ def step(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs 
     sign_rail = _sign(v_hat)  # 1
 
     # learning, 1 where the level is learnt
-    abs_v_hat = abs(v_hat)
-    learning_1 = _sign(abs_v_hat - parameters.slip_speed)
-    learning_2 = state.direction_rail * sign_rail
-    learning = (0.5 * abs(learning_1) + 0.5 * learning_1) * (1.0 + 0.5 * learning_2 - 0.5 * abs(learning_2))  # 1
+    learning_1 = state.samples_held - 0.5
+    learning_2 = _sign(abs(v_hat) - parameters.slip_speed)
+    learning_3 = state.direction_rail * sign_rail
+    learning_4 = 0.5 * _sign(learning_1)
+    learning = (
+        (0.5 - learning_4) * (0.5 * abs(learning_2) + 0.5 * learning_2) * (1.0 + 0.5 * learning_3 - 0.5
+        * abs(learning_3))
+    )  # 1
 
     # level read, (4.11)
     a_read_rail = state.z_rail - parameters.K_F * state.direction_rail * v_hat  # N
@@ -199,25 +202,26 @@ def step(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs 
     calm = 1.0 - 0.5 * abs(calm_1) - 0.5 * calm_1  # 1
 
     # in domain, 1 where the certificate's bound holds, if its assumptions do
-    in_domain_1 = learning * calm
-    in_domain_2 = _sign(parameters.constant_2 + state.samples_slid)
-    in_domain = in_domain_1 * (0.5 * abs(in_domain_2) + 0.5 * in_domain_2)  # 1
+    in_domain_1 = 0.5 + state.samples_slid
+    in_domain_2 = learning * calm
+    in_domain_3 = 0.5 * _sign(in_domain_1 - parameters.settle_samples)
+    in_domain = in_domain_2 * (0.5 + in_domain_3)  # 1
+
+    # shared by the states
+    step_1 = sign_rail * learning
 
     # states one sample later (explicit Euler)
     z_v_next = state.z_v + parameters.sample_time * (v_dot_hat - parameters.K_v * v_hat)
-    z_rail_next = (
-        a_hat_rail + learning * (parameters.K_F * abs_v_hat + parameters.h_K_F * sign_rail * v_dot_hat)
-    )
-    direction_rail_next = sign_rail * learning
-    samples_slid_next = (
-        in_domain_1 * (parameters.constant_3 + 0.5 * state.samples_slid - 0.5
-        * abs(parameters.one_minus_settle_samples + state.samples_slid))
-    )
+    z_rail_next = a_hat_rail + parameters.K_F * step_1 * (v_hat + parameters.sample_time * v_dot_hat)
+    direction_rail_next = step_1
+    samples_held_next = learning_1 - learning_4
+    samples_slid_next = in_domain_2 * (in_domain_1 - in_domain_3)
     x_predicted_next = inputs.x + parameters.sample_time * v_hat
 
     # this sum is too large or NaN if a next state is, or an input or output on which no next state depends
     check = (
-        z_v_next + z_rail_next + direction_rail_next + samples_slid_next + x_predicted_next + in_domain
+        z_v_next + z_rail_next + direction_rail_next + samples_held_next + samples_slid_next + x_predicted_next
+        + in_domain
     )
     if state.mode != RUNNING or not abs(check) <= LARGEST:
         given = abs(inputs.x) + abs(inputs.w)
@@ -232,6 +236,7 @@ def step(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs 
     state.z_v = z_v_next
     state.z_rail = z_rail_next
     state.direction_rail = direction_rail_next
+    state.samples_held = samples_held_next
     state.samples_slid = samples_slid_next
     state.x_predicted = x_predicted_next
     return outputs

@@ -27,15 +27,12 @@ typedef struct {
     double a_low_rail; /* N: least level */
     double a_high_rail; /* N: largest level */
     double settle_samples; /* 1: samples until the estimate is in its domain */
+    double restart_samples; /* 1: samples in which the level is held at a start */
     double largest_innovation; /* m: of the measured position, in the domain */
     double sample_time; /* s: sample time */
     /* derived: one_mass_domain_prepare computes them from those above */
     double one_over_m; /* 1.0 / m */
     double constant_1; /* 0.5 * a_high_rail + 0.5 * a_low_rail */
-    double constant_2; /* 0.5 - settle_samples */
-    double h_K_F; /* sample_time * K_F */
-    double constant_3; /* 0.5 * settle_samples + 0.5 */
-    double one_minus_settle_samples; /* 1.0 - settle_samples */
 } one_mass_domain_parameters;
 
 #define ONE_MASS_DOMAIN_PARAMETERS \
@@ -48,14 +45,11 @@ typedef struct {
         40.0, /* a_low_rail */ \
         60.0, /* a_high_rail */ \
         300.0, /* settle_samples */ \
+        88.0, /* restart_samples */ \
         0.0003, /* largest_innovation */ \
         0.001, /* sample_time */ \
         1.0, /* one_over_m */ \
-        50.0, /* constant_1 */ \
-        -299.5, /* constant_2 */ \
-        0.01, /* h_K_F */ \
-        150.5, /* constant_3 */ \
-        -299.0 /* one_minus_settle_samples */ \
+        50.0 /* constant_1 */ \
     }
 
 /* Modes: what the next valid sample does. */
@@ -70,6 +64,7 @@ typedef struct {
     double z_v; /* m/s: observer state */
     double z_rail; /* N: observer state */
     double direction_rail; /* 1: sign with which the level was updated, or 0 */
+    double samples_held; /* 1: samples for which the level is held after a start */
     double samples_slid; /* 1: samples since the level is updated, counted up to settle_samples */
     double x_predicted; /* m: position predicted for this sample */
     one_mass_domain_mode mode;

@@ -80,7 +80,7 @@ class Motion:
         self.twin, self.dice = load_twin(source, name), random.Random(name)
         self.parameters, self.phi = exact(self.twin), certified_step(content)
         self.outputs = [_output(e["name"], self.twin.Outputs.__slots__) for e in content["error"]]
-        modes = ("mode", "invalid_samples")
+        modes = ("mode", "invalid_samples", "samples_held")  # no sample of a restart is left
         self.states = [s for s in self.twin.State.__slots__ if s not in modes and not s.startswith("direction_")]
         self.fast = Fraction(getattr(self.parameters, "slip_speed", 0))
         self.levels = [n for n in self.outputs if n.startswith("a_hat")]

@@ -204,11 +204,11 @@ def test_a_sign_that_chatters_multiplies_the_error_and_the_guard_stops_it() -> N
     assert differences[True].max() <= HIGH - LOW
 
 
-def reported(v_hat: Any, edge: float, settle: int) -> Any:
+def reported(v_hat: Any, edge: float, settle: int, restart: int) -> Any:
     """in_domain as the documentation says it, from the velocity estimates alone."""
     found, slid, last = [], 0, 0.0
-    for v in v_hat:
-        way = float(np.sign(v)) * float(abs(v) > edge)
+    for k, v in enumerate(v_hat):
+        way = float(np.sign(v)) * float(abs(v) > edge and k >= restart)
         way = 0.0 if way == -last else way
         found.append(float(way != 0 and slid >= settle))
         slid, last = (slid + 1 if way != 0 else 0), way
@@ -221,7 +221,7 @@ def test_the_code_says_when_it_is_outside() -> None:
     total = 0.0
     for k in range(40):
         out = machine.run(x[:, k], w[:, k])
-        assert (out["in_domain"] == reported(out["v_hat"], 0.5, 100)).all()
+        assert (out["in_domain"] == reported(out["v_hat"], 0.5, 100, 98)).all()
         total += out["in_domain"].sum()
         held = np.abs(out["v_hat"]) <= 0.5
         assert ((out["a_hat_rail"][held] >= LOW) & (out["a_hat_rail"][held] <= HIGH)).all()
@@ -252,20 +252,95 @@ def turned_unseen(machine: Machine, speed: float, lost: int) -> tuple[float, Any
 
 
 @pytest.mark.parametrize("speed", [1.0, 2.0, 4.0])
-def test_a_turn_that_was_not_seen_is_outside_the_domain_if_innovations_are_bounded(speed: float) -> None:
-    """The level is then learnt with the old sign of slip, and in_domain counts meanwhile. Only the innovation shows it.
-
-    So the documentation says that without an innovation nothing is claimed after such a gap (the last case shows why).
-    """
-    plain = Machine()
-    bound = plain.bound
+def test_a_turn_that_was_not_seen_leaves_no_error_in_the_domain(speed: float) -> None:
+    """The level was learnt with the old sign of slip until v_hat had turned too: 3.9 times the bound at 4 m/s."""
+    machine = Machine()
+    bound = machine.bound
     assert isinstance(bound, DomainBound) and bound.inside is not None
-    bounded = Machine(inner=f", innovation: {1.01 * bound.innovation:.3g}")
-    for lost in (3, 50, 100, 150, 300):
-        error, inside = turned_unseen(bounded, speed, lost)
+    for lost in (1, 3, 7, 8, 50, 100, 150, 300):
+        error, inside = turned_unseen(machine, speed, lost)
         assert error <= bound.inside and inside.sum() > 1000, (speed, lost, error)
-    if speed == 4:
-        assert turned_unseen(plain, speed, 300)[0] > 3 * bound.inside
+
+
+def gaps(runs: int, samples: int, seed: int, h: float, edge: float) -> tuple[Any, ...]:
+    """(x, v, w, level, invalid) of machines that turn about gaps of invalid samples: samples by runs.
+
+    Slides at up to 14 times the domain's edge, of which most turn; gaps of 1 sample to 0.4 s before, about and after a
+    turn, some of them soon after another.
+    """
+    dice = np.random.default_rng(seed)
+    level, speed = dice.choice([LOW, HIGH], runs), dice.uniform(0.5, 12, runs) * edge
+    settle, strongest = int(0.1 / h), TOP * MASS - level
+    target, gone = np.zeros((samples, runs)), np.zeros((samples, runs), dtype=bool)
+    for i in range(runs):
+        way, k = dice.choice([-1.0, 1.0]), 0
+        while k < samples:
+            lasts = int(dice.uniform(0.3, 6) * settle) + 2
+            target[k : k + lasts, i] = way * speed[i] * dice.choice([1, 1, 0.3, 1.2])
+            k, way = k + lasts, way if dice.random() < 0.2 else -way
+            if dice.random() < 0.8:
+                lost = int(10 ** dice.uniform(0, np.log10(4 * settle)))
+                begun = max(1, k - int(dice.uniform(0, 1) * lost) * int(dice.random() < 0.7))
+                gone[begun : begun + lost, i] = True
+    x, v, w = (np.zeros((samples, runs)) for _ in range(3))
+    for k in range(samples):
+        against = level * np.sign(np.where(v[k] == 0, target[k], v[k]))
+        w[k] = np.clip((target[k] - v[k]) / h * MASS + against, -strongest, strongest)
+        if k + 1 < samples:
+            step, v[k + 1] = moved(v[k], w[k], level, h)
+            x[k + 1] = x[k] + step
+    return x, v, w, level, gone
+
+
+def worst_of_gaps(machine: Machine, runs: int, seed: int, noise: float) -> Any:
+    """The largest of friction error in the domain, level error, and velocity error after a restart, over its bound."""
+    bound, found = machine.bound, np.zeros(3)
+    assert isinstance(bound, DomainBound) and bound.inside is not None
+    x, v, w, level, gone = gaps(runs, 3000 if machine.h < 0.005 else 1500, seed, machine.h, machine.edge)
+    sign = np.random.default_rng(seed).choice([-1.0, 1.0], x.shape)
+    order = np.arange(len(x))
+    for i in range(runs):
+        rows = np.column_stack([np.where(gone[:, i], np.nan, x[:, i] + noise * sign[:, i]), w[:, i]])
+        machine.engine.start(rows[0])
+        estimates, faults = machine.engine.run(rows)
+        out, valid = dict(zip(machine.outputs, estimates.T, strict=True)), np.asarray(faults) == 0
+        assert not valid[gone[:, i]].any()
+        since = order - np.maximum.accumulate(np.where(valid, -1, order))  # 1 at the first valid sample
+        within = valid & (out["in_domain"] > 0.5)
+        assert (since[within] > bound.restart + 0.1 / machine.h - 0.5).all()
+        velocity = np.abs(v[:, i] - out["v_hat"])
+        assert velocity.max() <= bound.start
+        errors = (
+            np.abs(level[i] * np.sign(v[:, i]) - out["F_hat_rail"])[within] / bound.inside,
+            np.abs(level[i] - out["a_hat_rail"])[valid] / bound.everywhere,
+            velocity[valid & (since > bound.restart)] / bound.velocity,
+        )
+        found = np.maximum(found, [e.max(initial=0) for e in errors])
+    return found
+
+
+@pytest.mark.parametrize("name", CASES)
+@drawn(40, 2000)
+def test_the_bounds_hold_after_gaps_of_invalid_samples(name: str, draws: int) -> None:
+    """Without the restart errors were 3.5 to 6.7 times the bound in the domain in 400 draws, |v - v_hat| 54 times E."""
+    ratios = worst_of_gaps(Machine(**CASES[name]), draws, 5, CASES[name].get("noise", NOISE))
+    assert max(ratios) <= 1 and min(ratios) > 0.1, ratios
+
+
+@pytest.mark.parametrize("lost", [0, 1, 40])
+def test_an_observer_that_starts_in_motion(lost: int) -> None:
+    """At 12 m/s, 64 times E, where a first sample may be invalid too: in the domain the bound holds."""
+    machine = Machine()
+    bound = machine.bound
+    assert isinstance(bound, DomainBound) and bound.inside is not None
+    x, w = 12 * H * np.arange(1500), np.full(1500, HIGH)
+    x[:lost] = np.nan
+    out = machine.run(x, w)
+    inside = out["in_domain"] > 0.5
+    begun = int(np.argmax(inside))
+    assert begun >= lost + bound.restart + 100 and inside[begun:].all()
+    assert np.abs(out["F_hat_rail"] - HIGH)[inside].max() <= bound.inside
+    assert np.abs(out["a_hat_rail"] - HIGH)[lost + 1 :].max() <= bound.everywhere
 
 
 def test_a_measurement_that_jumps_is_reported() -> None:

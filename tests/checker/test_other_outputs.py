@@ -112,21 +112,22 @@ def test_the_formulas_are_what_the_twin_computes(name: str) -> None:
     assert formulas
 
 
-FAST, CALM = "-1 + sign(v_hat)*v_hat", "-0.0003 + sign(x - x_predicted)*x - sign(x - x_predicted)*x_predicted <= 0"
-LATE, MOVES = "-299.5 + samples_slid > 0", "v_hat is not 0"
+FAST, HELD = "-1 + sign(v_hat)*v_hat", "-0.5 + samples_held <= 0"
+CALM = "-0.0003 + sign(x - x_predicted)*x - sign(x - x_predicted)*x_predicted <= 0"
+LATE, MOVES = "-299.5 + samples_slid >= 0", "v_hat is not 0"
 FLAGS = {  # what in_domain is set to -> where verify says that it is not 0
-    "in_domain": [MOVES, f"{FAST} > 0", CALM, LATE],
+    "in_domain": [MOVES, f"{FAST} > 0", HELD, CALM, LATE],
     "1.0": [],
     "0.5 + 0.5 * in_domain": [],
-    "in_domain_1": [MOVES, f"{FAST} > 0", CALM],
-    "learning": [MOVES, f"{FAST} > 0"],
+    "in_domain_2": [MOVES, f"{FAST} > 0", HELD, CALM],
+    "learning": [MOVES, f"{FAST} > 0", HELD],
     "1.0 - learning": [],
-    "learning_1": [f"{FAST} is not 0"],
-    "fabs(learning_1)": [f"{FAST} is not 0"],
-    "1.0 - fabs(learning_1)": [f"{FAST} = 0"],
-    "0.5 * fabs(learning_1) - 0.5 * learning_1": [f"{FAST} < 0"],
-    "1.0 - 0.5 * fabs(learning_1) + 0.5 * learning_1": [f"{FAST} >= 0"],
-    "state->x_predicted * (0.5 * fabs(in_domain_2) + 0.5 * in_domain_2)": [LATE],
+    "learning_2": [f"{FAST} is not 0"],
+    "fabs(learning_2)": [f"{FAST} is not 0"],
+    "1.0 - fabs(learning_2)": [f"{FAST} = 0"],
+    "0.5 * fabs(learning_2) - 0.5 * learning_2": [f"{FAST} < 0"],
+    "1.0 - 0.5 * fabs(learning_2) + 0.5 * learning_2": [f"{FAST} >= 0"],
+    "state->x_predicted * (0.5 + in_domain_3)": [LATE],
 }
 
 
@@ -144,13 +145,13 @@ def test_where_a_flag_is_not_zero_is_said(flag: str) -> None:
     assert where(files, content) == FLAGS[flag]
 
 
-COUNT, DIRECTION = "const double samples_slid_next = in_domain_1 * ", "direction_rail_next = sign_rail * learning;"
+COUNT, DIRECTION = "const double samples_slid_next = in_domain_2 * ", "direction_rail_next = step_1;"
 BY_ROUNDING = [
     "in_domain + (1e12 * v_hat + 0.3 * v_hat) - 1e12 * v_hat - 0.3 * v_hat",
-    "in_domain + 1e15 * in_domain_2 + 0.3 * in_domain_2 - 1e15 * in_domain_2 - 0.3 * in_domain_2",
+    "in_domain + 1e15 * in_domain_3 + 0.3 * in_domain_3 - 1e15 * in_domain_3 - 0.3 * in_domain_3",
     "in_domain + 0.1 * sign_rail + 0.2 * sign_rail - 0.3 * sign_rail",
     "in_domain + 3.0 * fabs(v_hat) - 3.0 * sign_rail * v_hat",
-    "state->x_predicted * (0.3 * fabs(in_domain_2) + 0.1 * in_domain_2 + 0.2 * in_domain_2)",
+    "state->x_predicted * (0.3 * fabs(in_domain_3) + 0.1 * in_domain_3 + 0.2 * in_domain_3)",
     "state->x_predicted * (in_domain + 0.1 + 0.2 - 0.3)",
 ]
 
@@ -179,9 +180,9 @@ def test_a_contact_with_the_name_of_a_quantity_is_told_apart() -> None:
 
 
 NEXT = {  # a change of the C -> where verify says that the count and the direction do not become 0
-    (COUNT, COUNT): ([MOVES, f"{FAST} > 0", CALM], [MOVES, f"{FAST} > 0"]),
-    (COUNT, "const double samples_slid_next = "): (None, [MOVES, f"{FAST} > 0"]),
-    (DIRECTION, "direction_rail_next = sign_rail;"): ([MOVES, f"{FAST} > 0", CALM], [MOVES]),
+    (COUNT, COUNT): ([MOVES, f"{FAST} > 0", HELD, CALM], [MOVES, f"{FAST} > 0", HELD]),
+    (COUNT, "const double samples_slid_next = "): (None, [MOVES, f"{FAST} > 0", HELD]),
+    (DIRECTION, "direction_rail_next = sign_rail;"): ([MOVES, f"{FAST} > 0", HELD, CALM], [MOVES]),
 }
 
 
@@ -200,18 +201,71 @@ def test_where_in_domain_is_not_zero_in_the_twin() -> None:
     twin, dice = importlib.import_module("generated.one_mass_domain"), random.Random(2)
     p, outputs, seen = twin.Parameters(), twin.Outputs(), {0.0: 0, 1.0: 0}
     state = twin.init(p, twin.Inputs(0.0, 0.0))
-    for _ in range(20_000):
+    for _ in range(40_000):
         v = dice.choice([dice.uniform(-5, 5), p.slip_speed, -p.slip_speed])
         moved = dice.choice([0.0, p.largest_innovation, dice.uniform(-1e-3, 1e-3)])
         state.x_predicted, state.samples_slid = dice.uniform(-1, 1), float(dice.choice([0, 298, 299, 300]))
         x, state.direction_rail = state.x_predicted + moved, dice.choice([-1.0, 0.0, 1.0])
-        state.z_v, predicted, late = v - p.K_v * x, state.x_predicted, state.samples_slid + p.constant_2 > 0
+        state.samples_held, free = (left := float(dice.choice([0, 0, 0, 1, 88]))), left == 0
+        state.z_v, predicted, late = v - p.K_v * x, state.x_predicted, state.samples_slid >= p.settle_samples
         twin.step(state, p, twin.Inputs(x, dice.uniform(-9, 9)), outputs)
         assert not outputs.fault
         fast, calm = abs(outputs.v_hat) > p.slip_speed, abs(x - predicted) <= p.largest_innovation
-        assert fast or not state.direction_rail
-        assert (fast and calm) or not state.samples_slid
+        assert state.samples_held == max(left - 1, 0)
+        assert (fast and free) or not state.direction_rail
+        assert (fast and free and calm) or not state.samples_slid
         seen[outputs.in_domain] += 1
         if outputs.in_domain:
-            assert fast and calm and late
+            assert fast and free and calm and late
     assert min(seen.values()) > 500
+
+
+DOWN = "const double samples_held_next = learning_1 - learning_4;"
+LEFT = "-0.5 - 0.5*sign(-0.5 + samples_held) + samples_held"
+COUNTED = {  # what samples_held becomes in the C -> what verify says of it
+    "learning_1 - learning_4": LEFT,
+    "0.5 * (learning_1 - learning_4)": "-0.25 - 0.25*sign(-0.5 + samples_held) + 0.5*samples_held",
+    "state->samples_held": None,
+    "learning_1 - learning_4 + 0.1 + 0.2 - 0.3": None,
+    "learning_1 - learning_4 + 1e12 * state->samples_held - 1e12 * state->samples_held": None,
+    "(learning_1 - learning_4) * (0.5 - learning_4) * in_domain_2": None,
+}
+
+
+@pytest.mark.parametrize("formula", COUNTED)
+def test_how_samples_are_counted_down_is_said(formula: str) -> None:
+    """And nothing of a count that other states change, or that rounding does: 1e12 samples_held is rounded to 1e-4."""
+    forged = changed("one_mass_domain", (DOWN, f"const double samples_held_next = {formula};"))
+    begin = "in each sample with fault 0 samples_held becomes "
+    found = [x.removeprefix(begin) for x in check(*forged).proved if x.startswith(begin) and "except" not in x]
+    assert found == ([] if COUNTED[formula] is None else [COUNTED[formula]])
+
+
+HOLD = "    state->samples_held = parameters->restart_samples;\n"
+START = {  # a part of the C, what is forged there
+    "init": ("    state->x_predicted = inputs->x;\n    state->mode = ONE", "0.0"),
+    "predict": ("    state->x_predicted = state->x_predicted + parameters", "state->samples_held"),
+    "resume": (
+        "    state->x_predicted = inputs->x + parameters->sample_time * outputs->v_hat;\n    state->mode",
+        "87.0",
+    ),
+}
+
+
+@pytest.mark.parametrize("function", [*START, ""])
+def test_that_the_level_is_held_after_every_gap_is_said(function: str) -> None:
+    """Where one of the three functions sets another number of samples than the others, none is said."""
+    content, files = changed("one_mass_domain", (DOWN, DOWN))
+    text, begin = (
+        files["one_mass_domain.c"].decode(),
+        "in the first sample with fault 0, and in the first after others, ",
+    )
+    assert text.count(HOLD) == 3
+    if function:
+        behind, value = START[function]
+        at = text.rindex(HOLD, 0, text.index(behind))
+        text = text[:at] + f"    state->samples_held = {value};\n" + text[at + len(HOLD) :]
+        files["one_mass_domain.c"] = text.encode()
+        content["subject"]["files"]["one_mass_domain.c"] = hashlib.sha256(files["one_mass_domain.c"]).hexdigest()
+    found = [x.removeprefix(begin) for x in check(content, files).proved if x.startswith(begin)]
+    assert found == ["direction_rail is 0", *(["samples_held is 88"] * (not function)), "samples_slid is 0"]

@@ -52,7 +52,7 @@ def script(precision: str, way: int, share: float, names: Sequence[str]) -> str:
     statements = dict(
         STATEMENT.findall(sources("one_mass_domain", "double")["one_mass_domain.c"].partition("_step(")[2])
     )
-    fixed = {"sign_rail": str(way), "direction_rail": str(way), "learning": "1"}
+    fixed = {"sign_rail": str(way), "direction_rail": str(way), "step_1": str(way), "learning": "1"}
     lines = [f"@rnd = {FORMATS[precision]};"]
     for name, value in VALUES.items():
         lines += [f"M{name} = {value};", f"{name} = rnd(M{name});"]

@@ -18,7 +18,10 @@ class DomainBound:
         inside: bound on the friction error while the code's output ``in_domain`` is set; None if ``slip_speed`` is at
             most ``least_slip_speed``.
         everywhere: bound on the level error at every sample, for any slip.
-        velocity: bound on the error of the estimated slip velocity at every sample, in the slip's unit/s.
+        velocity: bound on the error of the estimated slip velocity, in the slip's unit/s; at every sample, but for the
+            first ``restart`` after the start and after invalid samples.
+        start: largest error of the estimated slip velocity there from which it is within ``velocity`` afterwards.
+        restart: number of these samples, in which the level is held.
         least_slip_speed: the ``slip_speed`` of a domain above which ``inside`` exists.
         innovation: bound on |x[k] − (x + h v̂)[k−1]| in the domain.
     """
@@ -26,6 +29,8 @@ class DomainBound:
     inside: float | None
     everywhere: float
     velocity: float
+    start: float
+    restart: int
     least_slip_speed: float
     innovation: float
 

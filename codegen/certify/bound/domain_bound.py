@@ -17,6 +17,13 @@ Hence, at all samples after one at which it holds,
 4. While the level is updated at slip speeds above E + ε, slip and estimate have the same sign. The error then obeys the
    certified matrix, from a start within E and the level's range; D is the largest level error from there, linear in E.
    Both equations are solved for E and D.
+5. At the start and after invalid samples e_u may be anything, and û may have the wrong sign. The code holds â in the
+   level's range for R samples then. Steps 2 and 3 hold with D₀ = a_max − a_min in place of D and B₀ = 2 a_max + D₀,
+   whatever the sign of û. So
+
+    |e_u| − E₀ contracts by φ in each of these samples,  E₀ = max((βD₀ + H)/(1 − φ), φε + βB₀ + H)
+
+   Since E₀ < E, an error of E₀ + (E − E₀)/φ^R is within E after R samples, before the level is updated.
 """
 
 from __future__ import annotations
@@ -85,6 +92,10 @@ def domain_bound(
     if (slope * by_velocity >= 1).any():
         return "through reversals no bound is known: K_F is too high compared with m K_v"
     error = float(((slope * by_level + offset) / (1 - slope * by_velocity)).max()) * (1 + ROUNDING)
+    held = float((slope * (high - low) + np.array([eta / (1 - phi), near_zero])).max()) * (1 + ROUNDING)
+    if held >= error:
+        return "through reversals no bound is known: the level has no effect on the velocity"
+    start = held + (error - held) / max(phi, ROUNDING) ** domain.restart
     velocity, everywhere = error + scale * direct[0], by_velocity * error + by_level
     later = [
         peaks[i, 0, domain.samples] * error / scale + peaks[i, 1, domain.samples] * (high - low + direct[1]) + steady[i]
@@ -92,4 +103,6 @@ def domain_bound(
     ]
     least = velocity + slip_change
     inside = later[1] * (1 + ROUNDING) if domain.slip_speed >= least else None
-    return DomainBound(inside, everywhere, velocity, least, h * later[0] + displacement + 2 * noise)
+    innovation = h * later[0] + displacement + 2 * noise
+    start = float(start * (1 - ROUNDING) - scale * direct[0])
+    return DomainBound(inside, everywhere, velocity, start, domain.restart, least, innovation)
