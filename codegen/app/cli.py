@@ -17,7 +17,7 @@ from typing import Any, NoReturn
 
 from codegen.base.errors import BadInput, brief
 from codegen.base.interrupt import interrupted, interrupts_noted
-from codegen.base.python_words import within
+from codegen.base.python_words import within_command
 
 INTERNAL, INTERRUPTED = 70, 130
 TRACEBACK = "STICTION_TRACEBACK"
@@ -37,7 +37,7 @@ def main() -> None:
         )  # a file name may be no text, a screen lack a sign
     traced = bool(os.environ.get(TRACEBACK))
     try:
-        with interrupts_noted(), within():
+        with interrupts_noted(), within_command():
             try:
                 if (status := _verified(sys.argv[1:])) is not None:
                     sys.exit(status)

@@ -3,41 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from functools import cached_property, partial
+from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from codegen.app.augmented_code import augmented_code, refuse_code
-from codegen.app.derived import Derived, Source, derived_from
-from codegen.app.diagnosis_folder import (
-    DIAGNOSIS_FILES,
-    EXCITATION,
-    RESULT,
-    hashes_of,
-    log_sha256,
-    refuse_another_log,
-    refuse_edited_file,
-    refuse_not_ours,
-    stale_excitation,
-)
+from codegen.app.derived import Source, derived_from
+from codegen.app.diagnosis_folder import DIAGNOSIS_FILES, ResultFolder, log_sha256
 from codegen.base.border import verb
 from codegen.base.errors import BadInput, Place
-from codegen.base.files import refuse_target, remove, write_all
-from codegen.base.input_files import identity, read_text
-from codegen.base.own_files import FILES_SHA256
+from codegen.base.files import refuse_target
+from codegen.base.input_files import identity
 from codegen.base.progress import begin, rising
-from codegen.base.result import Result, json_text
+from codegen.base.result import Result
 from codegen.base.text import render
 from codegen.diagnosis.case import Findings
-from codegen.diagnosis.diagnose import Models, diagnose_log
+from codegen.diagnosis.diagnose import diagnose_log
 from codegen.diagnosis.results import MATERIAL, Diagnosis, FoundEffect, Verdict
 from codegen.logs import Allowance, read_logs
 from codegen.spec.quantity import read_part
-from codegen.spec.urdf import LARGEST as LARGEST_URDF
 
 if TYPE_CHECKING:
-    from codegen.spec import Spec
+    pass
 
 Progress = Callable[[str, float], None]
 
@@ -132,7 +119,7 @@ def diagnose(
     folder = Path(out) if out is not None else Path(f"{Path(logs[0]).stem}_diagnosis")
     _refuse_input_files(folder, source, (*logs, *tests))
     machine = derived_from(source)
-    results = _ResultFolder(machine, folder, force)
+    results = ResultFolder(machine, folder, force)
     results.refuse_foreign_files()
     begin("reading the logs")
     read = partial(read_logs, spec=machine.spec, description=description, columns=columns, allowance=Allowance())
@@ -168,68 +155,6 @@ def _refuse_input_files(folder: Path, source: Source, logs: Sequence[str | Path]
     read = {"the spec itself": Path(source)} | {f"the log {file}": Path(file) for file in logs}
     for name in DIAGNOSIS_FILES:
         refuse_target(folder / name, read)
-
-
-@dataclass(frozen=True)
-class _ResultFolder:
-    """The folder into which the results are written.
-
-    Attributes:
-        machine: of the given spec.
-        force: whether the diagnosis of another log, and files that were edited, are replaced.
-    """
-
-    machine: Derived
-    folder: Path
-    force: bool
-
-    @cached_property
-    def robot(self) -> dict[str, str]:
-        """Name → text of the spec's robot file."""
-        return _robot_files(self.machine.spec)
-
-    def refuse_foreign_files(self) -> None:
-        """Raise BadInput for files that stiction did not write, edited code, and an observer without code."""
-        refuse_not_ours(self.folder, self.robot)
-        refuse_code(self.machine, self.folder, self.force)
-
-    def refuse_earlier_results(self, sha256: Sequence[str]) -> None:
-        """Raise BadInput, without ``force``, for the diagnosis of other logs, and for an edited file."""
-        if not self.force:
-            refuse_another_log(self.folder, sha256)
-            refuse_edited_file(self.folder)
-
-    def write(
-        self, diagnosis: Diagnosis, models: Models, sha256: Sequence[str], progress: Progress | None
-    ) -> tuple[Diagnosis, tuple[str, ...]]:
-        """Write all results: the diagnosis with the change of the certificate, and the names of the files."""
-        spec, folder = self.machine.spec, self.folder
-        code = augmented_code(
-            self.machine, models.spec_text, folder, lambda: progress and progress("certificates and code", 0.96)
-        )
-        diagnosis = replace(diagnosis, certificate=code.change)
-        files: dict[str, str] = {**self.robot, "spec.yaml": models.spec_text, **code.files}
-        if models.excitation is not None:
-            files[EXCITATION] = models.excitation
-        from codegen.report.page import render_report
-
-        report = render_report(spec, diagnosis, models, {name: name for name in (*files, RESULT)})
-        hashes = hashes_of({**files, "report.html": report})
-        files[RESULT] = json_text({**diagnosis.as_json(), "log_sha256": sha256, FILES_SHA256: hashes})
-        files["report.html"] = report
-        stale = (*code.stale, *stale_excitation(folder, files))
-        write_all(folder, files, (RESULT, "manifest.json"))
-        for old in stale:
-            remove(old)
-        return diagnosis, tuple(files)
-
-
-def _robot_files(spec: Spec) -> dict[str, str]:
-    """Name → text of the spec's robot file, if it lies below the spec's folder; the augmented spec needs it too."""
-    if spec.robot is None or {"..", "/"} & {*Path(spec.robot[0]).parts}:
-        return {}
-    name = spec.robot[0]
-    return {name: read_text(spec.path.parent / name, "a robot description (URDF)", LARGEST_URDF)}
 
 
 def findings_text(found: Findings) -> str:

@@ -1,14 +1,24 @@
-"""The folder of a diagnosis: the hashes of its log, and checks that other files are not replaced."""
+"""The folder of a diagnosis: its files, the hashes of its log, and checks that other files are not replaced."""
 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 
+from codegen.app.augmented_code import augmented_code, refuse_code
+from codegen.app.derived import Derived
 from codegen.base.errors import BadInput
-from codegen.base.files import json_of, refuse_foreign_json
-from codegen.base.own_files import listed_in, refuse_edited_files, refuse_unlisted, text_sha256
+from codegen.base.files import json_of, refuse_foreign_json, remove, write_all
+from codegen.base.input_files import read_text
+from codegen.base.own_files import FILES_SHA256, listed_in, refuse_edited_files, refuse_unlisted, text_sha256
+from codegen.base.result import json_text
+from codegen.diagnosis.diagnose import Models
+from codegen.diagnosis.results import Diagnosis
+from codegen.spec import Spec
+from codegen.spec.urdf import LARGEST as LARGEST_URDF
 
 RESULT = "diagnosis.json"
 EXCITATION = "excitation.csv"
@@ -37,44 +47,80 @@ def _sha256(log: Path) -> str:
         raise BadInput(str(log), f"unreadable ({error.strerror})", "the log that was read", code="FILE001") from None
 
 
-def refuse_not_ours(folder: Path, robot: Mapping[str, str]) -> None:
-    """Raise BadInput if the folder has a file that a diagnosis would replace, but stiction did not write.
+@dataclass(frozen=True)
+class ResultFolder:
+    """The folder into which the results are written.
 
-    Args:
-        robot: name of the robot file → its text, with which it is not refused.
+    Attributes:
+        machine: of the given spec.
+        force: whether the diagnosis of another log, and files that were edited, are replaced.
     """
-    refuse_foreign_json(folder / RESULT, FORMAT)
-    written = dict.fromkeys(name for name in DIAGNOSIS_FILES if name != RESULT)
-    refuse_unlisted(folder, {**written, **robot}, listed_in(folder / RESULT, FORMAT), RESULT)
+
+    machine: Derived
+    folder: Path
+    force: bool
+
+    @cached_property
+    def robot(self) -> dict[str, str]:
+        """Name → text of the spec's robot file."""
+        return _robot_files(self.machine.spec)
+
+    @property
+    def _listed(self) -> Mapping[str, object]:
+        """The files of an earlier diagnosis there → their hashes."""
+        return listed_in(self.folder / RESULT, FORMAT)
+
+    def refuse_foreign_files(self) -> None:
+        """Raise BadInput for files that stiction did not write, edited code, and an observer without code."""
+        refuse_foreign_json(self.folder / RESULT, FORMAT)
+        written = dict.fromkeys(name for name in DIAGNOSIS_FILES if name != RESULT)
+        refuse_unlisted(self.folder, {**written, **self.robot}, self._listed, RESULT)
+        refuse_code(self.machine, self.folder, self.force)
+
+    def refuse_earlier_results(self, sha256: Sequence[str]) -> None:
+        """Raise BadInput, without ``force``, for the diagnosis of logs with other hashes, and for an edited file."""
+        content = json_of(self.folder / RESULT, FORMAT)
+        if self.force or content is None:
+            return
+        if content.get("log_sha256") != list(sha256):
+            data = content.get("data")
+            named = data.get("train") if isinstance(data, dict) else None
+            found = f"the diagnosis of another log{f', {named}' if isinstance(named, str) else ''}"
+            expected = "another folder by -o DIR, or --force to replace it (nothing was replaced)"
+            raise BadInput(str(self.folder), found, expected, code="FILE004")
+        ways = "another folder by -o DIR, or --force to discard the edits"
+        refuse_edited_files(self.folder, dict.fromkeys(self._listed), self._listed, RESULT, ways)
+
+    def write(
+        self, diagnosis: Diagnosis, models: Models, sha256: Sequence[str], progress: Callable[[str, float], None] | None
+    ) -> tuple[Diagnosis, tuple[str, ...]]:
+        """Write all results: the diagnosis with the change of the certificate, and the names of the files."""
+        spec, folder = self.machine.spec, self.folder
+        code = augmented_code(
+            self.machine, models.spec_text, folder, lambda: progress and progress("certificates and code", 0.96)
+        )
+        diagnosis = replace(diagnosis, certificate=code.change)
+        files: dict[str, str] = {**self.robot, "spec.yaml": models.spec_text, **code.files}
+        if models.excitation is not None:
+            files[EXCITATION] = models.excitation
+        from codegen.report.page import render_report
+
+        report = render_report(spec, diagnosis, models, {name: name for name in (*files, RESULT)})
+        listed = {name: text for name, text in files.items() if name not in code.files}  # code has its own manifest
+        hashes = {name: text_sha256(text) for name, text in {**listed, "report.html": report}.items()}
+        files[RESULT] = json_text({**diagnosis.as_json(), "log_sha256": sha256, FILES_SHA256: hashes})
+        files["report.html"] = report
+        excitation = [folder / EXCITATION] if EXCITATION in self._listed and EXCITATION not in files else []
+        stale = (*code.stale, *excitation)  # of an earlier diagnosis
+        write_all(folder, files, (RESULT, "manifest.json"))
+        for old in stale:
+            remove(old)
+        return diagnosis, tuple(files)
 
 
-def hashes_of(files: Mapping[str, str]) -> dict[str, str]:
-    """File → SHA-256 of its text; generated code has its own manifest."""
-    return {name: text_sha256(text) for name, text in files.items() if not name.startswith("generated/")}
-
-
-def refuse_edited_file(folder: Path) -> None:
-    """Raise BadInput if the folder has a file that was edited after the diagnosis wrote it."""
-    listed = listed_in(folder / RESULT, FORMAT)
-    ways = "another folder by -o DIR, or --force to discard the edits"
-    refuse_edited_files(folder, dict.fromkeys(listed), listed, RESULT, ways)
-
-
-def stale_excitation(folder: Path, files: Iterable[str]) -> list[Path]:
-    """The excitation of an earlier diagnosis in the folder, where these files do not replace it."""
-    written = EXCITATION in listed_in(folder / RESULT, FORMAT)
-    return [folder / EXCITATION] if written and EXCITATION not in files else []
-
-
-def refuse_another_log(folder: Path, hashes: Sequence[str]) -> None:
-    """Raise BadInput if the folder has the diagnosis of logs with other hashes."""
-    content = json_of(folder / RESULT, FORMAT)
-    if content is None or content.get("log_sha256") == list(hashes):
-        return
-    data = content.get("data")
-    named = data.get("train") if isinstance(data, dict) else None
-    found = f"the diagnosis of another log{f', {named}' if isinstance(named, str) else ''}"
-    if "log_sha256" not in content:
-        found = "a diagnosis that does not say of which log it is"
-    expected = "another folder by -o DIR, or --force to replace it (nothing was replaced)"
-    raise BadInput(str(folder), found, expected, code="FILE004")
+def _robot_files(spec: Spec) -> dict[str, str]:
+    """Name → text of the spec's robot file, if it lies below the spec's folder; the augmented spec needs it too."""
+    if spec.robot is None or {"..", "/"} & {*Path(spec.robot[0]).parts}:
+        return {}
+    name = spec.robot[0]
+    return {name: read_text(spec.path.parent / name, "a robot description (URDF)", LARGEST_URDF)}

@@ -43,7 +43,7 @@ def in_parallel(function: Callable[[Item], Result], items: Sequence[Item]) -> li
     """The results for all items, in their order, by threads; a nested call runs serially."""
     if len(items) < 2 or WORKERS < 2 or getattr(_inside, "busy", False):
         return [function(item) for item in items]
-    with ThreadPoolExecutor(WORKERS, initializer=_enter) as pool:
+    with ThreadPoolExecutor(WORKERS, initializer=setattr, initargs=(_inside, "busy", True)) as pool:
         return list(pool.map(function, items))
 
 
@@ -89,14 +89,16 @@ def in_processes(
         begun: called in this process at the start of each item that it computes itself, with the item's index.
         threads: whether the function may run in several threads at once.
     """
-    if not _may_fork() or min(PROCESSES, len(items)) < 2 or len(items) > MOST_ITEMS:
-        return _in_this_process(function, items, begun, threads)
-    found: dict[int, Result] = {}
-    for k, item in enumerate(items):
-        if not _background:
-            break
+
+    def work(k: int) -> Result:
         begun(k)
-        found[k] = function(item)
+        return function(items[k])
+
+    if not _may_fork() or min(PROCESSES, len(items)) < 2 or len(items) > MOST_ITEMS:
+        return in_parallel(work, range(len(items))) if threads else [work(k) for k in range(len(items))]
+    found: dict[int, Result] = {}
+    while _background and len(found) < len(items):
+        found[len(found)] = work(len(found))
     children: list[_Child] = []
     try:
         rest = _Order(range(len(found), len(items)))
@@ -108,9 +110,7 @@ def in_processes(
                 for _ in range(min(PROCESSES, len(items) - len(found)) - 1):
                     children.append(_Child(function, items, order, shared))
             _inside.busy = True
-            for k in order:
-                begun(k)
-                found[k] = function(items[k])
+            found |= {k: work(k) for k in order}
             for child in children:
                 found |= child.results()
         finally:
@@ -118,18 +118,6 @@ def in_processes(
             for child in children:
                 child.end()
     return [found[k] if k in found else function(item) for k, item in enumerate(items)]
-
-
-def _in_this_process(
-    function: Callable[[Item], Result], items: Sequence[Item], begun: Callable[[int], object], threads: bool
-) -> list[Result]:
-    """As ``in_processes``, without forking: in threads where these are allowed, else one item after the other."""
-
-    def work(k: int) -> Result:
-        begun(k)
-        return function(items[k])
-
-    return in_parallel(work, range(len(items))) if threads else [work(k) for k in range(len(items))]
 
 
 def in_another_process(function: Callable[..., Result], *arguments: Any) -> Callable[[], Result]:
@@ -255,8 +243,3 @@ class _Unpickler(pickle.Unpickler):
 
     def persistent_load(self, index: int) -> object:
         return self._shared[index]
-
-
-def _enter() -> None:
-    """Mark this thread as a worker, in which nested calls run serially."""
-    _inside.busy = True

@@ -1,6 +1,6 @@
 """Messages of a verb that is called from Python: its arguments in place of the command's options.
 
-A message is written for the command, ``--plant: …``. Where no command is running, the outermost verb rewrites it:
+A message is written for the command, ``--plant: …``. Where no command is running, the verb rewrites it:
 ``simulate(): `plant`: …``, and ``columns={"x": "…"}`` for ``--column x=…``. A whole command in quotes, such as
 ```stiction gains axis.yaml```, is left as it is.
 """
@@ -18,8 +18,8 @@ from typing import Any, get_args, get_type_hints
 
 from codegen.base.errors import BadInput, Place
 
-_WITHIN: ContextVar[bool] = ContextVar("within", default=False)
-"""Whether a command or another verb is running, so that a verb's message is not for a caller from Python."""
+_OF_A_COMMAND: ContextVar[bool] = ContextVar("of a command", default=False)
+"""Whether a command is running, whose messages name options."""
 _OTHER_NAMES = {"fmi": "version", "from": "source", "check": "check_only"}
 """Option → argument, where neither is the other or its plural."""
 _QUOTED_COMMAND = r"`stiction [^`]*`"
@@ -32,26 +32,24 @@ _OPTION = re.compile(
 
 
 @contextmanager
-def within() -> Iterator[bool]:
-    """A context of a command or a verb; whether it is the outermost one."""
-    outermost = not _WITHIN.get()
-    token = _WITHIN.set(True)
+def within_command() -> Iterator[None]:
+    """A context in which messages name the options of the command."""
+    token = _OF_A_COMMAND.set(True)
     try:
-        yield outermost
+        yield
     finally:
-        _WITHIN.reset(token)
+        _OF_A_COMMAND.reset(token)
 
 
 @contextmanager
 def in_words_of_caller(work: Callable[..., object]) -> Iterator[None]:
-    """A context in which a verb runs: what it refuses is said in its arguments, unless a command or verb called it."""
-    with within() as outermost:
-        try:
-            yield
-        except BadInput as fault:
-            if outermost:
-                reword(fault, work)
-            raise
+    """A context in which a verb runs: what it refuses is said in its arguments, unless a command called it."""
+    try:
+        yield
+    except BadInput as fault:
+        if not _OF_A_COMMAND.get():
+            reword(fault, work)
+        raise
 
 
 def reword(fault: BadInput, work: Callable[..., object]) -> None:
