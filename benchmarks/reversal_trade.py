@@ -15,7 +15,8 @@ from typing import Any
 
 import numpy as np
 
-from codegen.report.style import CURVE, INK, SECOND, THIRD, labelled, svg_of
+from benchmarks.panels import svg_of
+from codegen.report.style import CURVE, INK, SECOND, THIRD, labelled
 
 DRAWN = {"one_mass": CURVE, "rig": SECOND, "belt_axis": THIRD}
 SHARES = np.round(np.linspace(0.6, 0.995, 80), 6)

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import sympy
 
+from benchmarks.panels import framed, rounded, svg_of
 from codegen.base.arrays import Array
 from codegen.base.text import render
 from codegen.effects import CATALOGUE, Effect
@@ -19,7 +20,7 @@ from codegen.friction.zero_memory import Coulomb
 from codegen.mechanics.system import ContactFriction, Matrix, System
 from codegen.report.effects import effect_view
 from codegen.report.examples import EXAMPLES
-from codegen.report.style import CURVE, framed, rounded, svg_of
+from codegen.report.style import CURVE
 from codegen.report.wording import with_unit
 from codegen.simulate.controller import Feedback, sampled
 from codegen.simulate.observed_loop import SampledLoop, run_loop

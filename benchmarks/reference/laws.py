@@ -11,11 +11,12 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.panels import framed, rounded, svg_of
 from codegen.base.text import render
 from codegen.friction import LAWS, FrictionLaw
 from codegen.report.examples import EXAMPLES, Example, Panel
 from codegen.report.laws import law_groups
-from codegen.report.style import CURVE, QUIET, SECOND, framed, rounded, svg_of
+from codegen.report.style import CURVE, QUIET, SECOND
 from codegen.report.wording import prefixed, with_unit
 
 SAMPLES = 1200

@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from codegen.report.style import CURVE, INK, QUIET, SECOND, THIRD, framed, svg_of
+from benchmarks.panels import framed, svg_of
+from codegen.report.style import CURVE, INK, QUIET, SECOND, THIRD
 
 LEAST = 1e-4
 COLOURS = (CURVE, SECOND, THIRD)

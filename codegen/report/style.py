@@ -1,4 +1,4 @@
-"""Colours, fonts and drawing functions of all pictures: reports, laws, effects and gallery."""
+"""Colours, fonts and drawing functions of all pictures: reports, gallery and pages of docs/."""
 
 from __future__ import annotations
 
@@ -8,13 +8,7 @@ from collections.abc import Callable, Mapping
 from importlib import import_module
 from typing import Any, Literal
 
-import numpy as np
-
 INK, QUIET, GRID = "#26282b", "#8a8f96", "#dfe2e6"
-PANEL_IN, HEIGHT_IN = 4.0, 3.0
-"""Width and height of one panel of ``svg_of``, inches."""
-DIGITS = 5
-"""Digits to which ``rounded`` keeps drawn values."""
 CURVE, SECOND, THIRD = "#1f6fb4", "#e08214", "#4d9221"
 STYLE = {
     "font.family": "DejaVu Sans",
@@ -85,16 +79,6 @@ def _numbered_clips(text: bytes) -> bytes:
     return text
 
 
-def rounded(values: Any) -> Any:
-    """Values rounded to ``DIGITS`` digits of the largest magnitude, so that a picture is the same on every platform.
-
-    Arrays of positive values are not rounded, since small values are visible on a logarithmic axis.
-    """
-    array = np.asarray(values, dtype=float)
-    size = float(np.nanmax(np.abs(array)))
-    return array if size == 0 or np.nanmin(array) > 0 else np.round(array / size, DIGITS) * size
-
-
 def labelled(axes: Any, x: str, y: str, grid: float = 0.8) -> None:
     """Labels, a grid of this line width, and no frame on top and at the right."""
     axes.set_xlabel(x)
@@ -103,27 +87,3 @@ def labelled(axes: Any, x: str, y: str, grid: float = 0.8) -> None:
     axes.set_axisbelow(True)
     for side in ("top", "right"):
         axes.spines[side].set_visible(False)
-
-
-def framed(axes: Any, x: str, y: str) -> None:
-    """``labelled``, at most five ticks on a linear axis, and lines at zero where the linear axes cross there."""
-    labelled(axes, x, y)
-    low, high = axes.get_ylim()
-    if axes.get_xscale() == "linear":
-        axes.locator_params(axis="x", nbins=5)
-        if low < 0 < high:
-            axes.axhline(0, color=QUIET, linewidth=0.8, zorder=1.5)
-            axes.axvline(0, color=QUIET, linewidth=0.8, zorder=1.5)
-    axes.locator_params(axis="y", nbins=5)
-
-
-def svg_of(panels: tuple[Callable[[Any], None], ...]) -> str:
-    """The SVG of panels in a row."""
-
-    def draw(figure: Any) -> None:
-        for axes, panel in zip(figure.subplots(1, len(panels), squeeze=False)[0], panels, strict=True):
-            panel(axes)
-
-    look = STYLE | {"font.size": 13, "xtick.labelsize": 12, "ytick.labelsize": 12}
-    spaces = {"w_pad": 0.08, "h_pad": 0.06, "wspace": 0.05}
-    return figure_bytes(draw, (PANEL_IN * len(panels), HEIGHT_IN), "svg", spaces=spaces, look=look).decode()
