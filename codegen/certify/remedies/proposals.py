@@ -89,10 +89,13 @@ def propose(spec: Spec, analysis: Analysis, derive: Derive) -> Proposals:
         analysis: its analysis.
         derive: spec → its results; the outcome for a proposed spec is a certificate.
     """
-    system = analysis.dynamics.observer.system
-    count = len(analysis.dynamics.observer.errors)
-    if beyond := beyond_checker(analysis.dynamics.observer):
+    observer, ranges = analysis.dynamics.observer, analysis.points.ranges
+    system, count = observer.system, len(observer.errors)
+    if beyond := beyond_checker(observer):
         return Proposals(None, None, beyond)
+    if any(low <= 0 <= high for low, high in (ranges[f] for f in observer.truth_ranges if f in ranges)):
+        # The friction is level times state: at a state of zero an error of the level changes no other one.
+        return Proposals(None, None, "where the friction is zero, its level cannot be estimated with any of them")
     if count > LARGEST:
         return replace(_too_large("error components", count, LARGEST), measured=_measured(spec, derive))
     try:
