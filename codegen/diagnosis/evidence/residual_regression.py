@@ -169,11 +169,12 @@ def predicted_load(system: System, motion: Motion, residual: Array) -> Array:
     """(N, n) the acting force less the share of the residual that is not noise of the measured acceleration.
 
     The residual has the noise of the input, which the acting force has too, less that in the row of M a. The share is
-    chosen so that load and residual have no common noise. If no input acts, it is the acting force.
+    chosen so that load and residual have no common noise. If no input acts, it is what the model has in place of M a:
+    M a itself is that force less the residual, which would follow from it, as noise does.
     """
     reached = np.any(drive_force(system, motion) != 0, axis=0)
     shares = [1 - noise_share(system, motion, residual, i) for i in range(system.degrees_of_freedom)]
-    return np.asarray(acting_force(system, motion) - np.where(reached, shares * residual, 0.0))
+    return np.asarray(acting_force(system, motion) - np.where(reached, shares, -1.0) * residual)
 
 
 def noise_share(system: System, motion: Motion, residual: Array, i: int) -> float:
@@ -260,7 +261,9 @@ def variables_of(system: System, motion: Motion, residual: Array, i: int) -> dic
     x, v = motion.positions[:, i], motion.velocities[:, i]
     rate = central_difference(acting_force(system, motion)[:, [i]], motion.sample_time)
     touching = contacts_on(system, i)
-    noise = noise_share(system, motion, residual, i) * residual[:, i] / _inertia(system, motion, i)
+    reached = np.any(drive_force(system, motion)[:, i] != 0)
+    share = noise_share(system, motion, residual, i) if reached else 1.0  # without input as in ``predicted_load``
+    noise = share * residual[:, i] / _inertia(system, motion, i)
     return {
         "speed": slip_velocities(system, motion)[:, touching[0]] if touching else v,
         "position": x,
