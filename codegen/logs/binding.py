@@ -415,7 +415,11 @@ class _Search:
     def _factor(self, symbol: str) -> float:
         """The factor from a symbol's column to SI: of the unit by the description or else the file, times the scale."""
         about, term = self.description, self.terms.get(symbol)
-        scale, own, place = about.stated_scale(symbol, self.spec), self._own(symbol), about.place(f"units.{symbol}")
+        scale, own, place = (
+            about.stated_scale(symbol, self.spec),
+            self.spec.units[symbol],
+            about.place(f"units.{symbol}"),
+        )
         sized = about.scale.units.get(symbol, "")
         refuse_other_unit(sized, own, f"scale of {symbol}", about.place(f"scale.{symbol}"))
         if sized and symbol in about.units:
@@ -438,7 +442,7 @@ class _Search:
 
     def _factor_by_file(self, symbol: str, name: str) -> float:
         """The factor to SI of the unit that the file or a column's name states; 1 for none that can be used."""
-        own, place = self._own(symbol), self.description.place(f"units.{symbol}")
+        own, place = self.spec.units[symbol], self.description.place(f"units.{symbol}")
         by_file = self._stated(name)
         unit = by_file or unit_behind(symbol, name)
         if unit in ("", "-", "1", own):
@@ -485,11 +489,13 @@ class _Search:
 
     def _others_in(self, unit: str, symbol: str) -> str:
         """The other variables of the log, without time, that may be in a unit; "" for none."""
-        return " and ".join(s for s in self.terms if s not in (symbol, "t") and is_convertible(unit, self._own(s)))
+        return " and ".join(
+            s for s in self.terms if s not in (symbol, "t") and is_convertible(unit, self.spec.units[s])
+        )
 
     def _doubt_units_of(self, symbol: str, term: Term) -> None:
         """A warning on an expression whose columns state units, which are not applied."""
-        own = self._own(symbol)
+        own = self.spec.units[symbol]
         units = {unit for c in term.columns if (unit := self._stated(c))} - {"-", "1", own}
         if units:
             words = f"{symbol} is computed from columns in {listing(sorted(units))}, and taken to be in {own}"
@@ -499,10 +505,6 @@ class _Search:
     def _doubt(self, symbol: str, words: str, advice: str, severity: Severity = "warning") -> None:
         """Report a unit that is not stated clearly; a problem where the file states one of another dimension."""
         self.findings.append(Finding(severity, f"unit of {symbol}", f"{words[0].upper()}{words[1:]}. {advice}"))
-
-    def _own(self, symbol: str) -> str:
-        """The symbol's unit in SI."""
-        return self.spec.units[symbol]
 
     def _stated(self, name: str) -> str:
         """The unit of a column by the file, or else by its name; an index or a joint in brackets is no unit."""

@@ -64,8 +64,8 @@ def test_the_name_of_a_list_is_not_repeated_without_end():
     tracemalloc.start()
     try:
         form = row_forms.find_form([f"t,{name}", row, row, row], None, ())
-        assert form is not None and form.split(row)[0].count(",") == 1000
-        assert form.split(f"t,{name}")[0] == f"t,{name}"
+        assert form is not None and form.plain(row).count(",") == 1000
+        assert form.plain(f"t,{name}") == f"t,{name}"
         assert tracemalloc.get_traced_memory()[1] < 5_000_000
     finally:
         tracemalloc.stop()

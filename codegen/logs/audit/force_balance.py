@@ -79,6 +79,12 @@ def unexplained(wanted: Array, others: Array) -> Array:
     return np.asarray(wanted - basis @ np.linalg.lstsq(basis, wanted, rcond=1e-8)[0])
 
 
+def correlation(one: Array, other: Array) -> float:
+    """The correlation of two forces, (K,), about zero; 0 if one of them is zero."""
+    norms = float(np.linalg.norm(one) * np.linalg.norm(other))
+    return float(one @ other) / norms if norms > 0 else 0.0
+
+
 def partial_correlation(wanted: Array, column: Array, others: Array) -> tuple[float, float]:
     """Least-squares weight of a column among others, and its partial correlation; zeros if the others explain it."""
     left = unexplained(np.column_stack([wanted, column]), others)

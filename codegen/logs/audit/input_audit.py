@@ -15,7 +15,7 @@ import numpy as np
 
 from codegen.base.arrays import Array
 from codegen.base.errors import BadInput, Place
-from codegen.logs.audit.force_balance import Forces, partial_correlation
+from codegen.logs.audit.force_balance import Forces, correlation, partial_correlation
 from codegen.logs.log import Finding, Log
 from codegen.spec.model import Spec
 from codegen.spec.motion import KinematicTree
@@ -165,16 +165,15 @@ def _input(
     log: Log,
 ) -> Finding:
     """The finding on one input by the least-squares ``factor`` of its force to the force ``wanted``."""
-    norms = float(np.linalg.norm(wanted) * np.linalg.norm(given))
-    correlation = float(wanted @ given) / norms if norms > 0 else 0.0
-    figures = {"factor": factor, "correlation": correlation}
+    fit = correlation(wanted, given)
+    figures = {"factor": factor, "correlation": fit}
     topic = f"sign and scale of {name}"
-    if correlation < FLIPPED:
+    if fit < FLIPPED:
         seen = _seen(given, parts)
         figures |= {f"against_{what.split()[0]}": value for what, value in seen.items()}
         line = f"({log.scale_lines({name: -1.0}, spec)} in meta.yaml beside the log reverses {name}.)"
-        return Finding("problem", topic, _flipped(name, correlation, seen, line), figures)
-    telling = correlation > TELLING
+        return Finding("problem", topic, _flipped(name, fit, seen, line), figures)
+    telling = fit > TELLING
     if outside is not None and (factor >= SCALE_OFF if telling else outside.times >= FAR_OUTSIDE):
         words = (
             f"{outside.words}, and the motion takes {factor:.3g} times the force of {name}. Check unit and scale of "
@@ -183,9 +182,9 @@ def _input(
         return Finding("problem", f"scale of {outside.coordinate}", words, figures | {"times": outside.times})
     if telling and not 1 / SCALE_OFF < factor < SCALE_OFF:
         return _wrong_scale(name, figures, wanted, given, spec, log)
-    words = f"Sign and scale of {name} fit the motion (factor {factor:.3g}, correlation {correlation:.2f})."
-    if correlation < TELLING:
-        words = f"The motion does not tell whether sign and scale of {name} are right (correlation {correlation:.2f})."
+    words = f"Sign and scale of {name} fit the motion (factor {factor:.3g}, correlation {fit:.2f})."
+    if fit < TELLING:
+        words = f"The motion does not tell whether sign and scale of {name} are right (correlation {fit:.2f})."
     return Finding("info", topic, words, figures)
 
 
@@ -224,9 +223,9 @@ def _seen(given: Array, parts: Mapping[str, Array]) -> dict[str, float]:
     return {what: correlation for what, correlation in found.items() if abs(correlation) > PART_SEEN}
 
 
-def _flipped(name: str, correlation: float, seen: Mapping[str, float], line: str) -> str:
+def _flipped(name: str, fit: float, seen: Mapping[str, float], line: str) -> str:
     """The message on a wrong sign: of the input, or of the modelled forces that show in the log."""
-    fact = f"the force it gives runs against the force that the motion takes (correlation {correlation:.2f})"
+    fact = f"the force it gives runs against the force that the motion takes (correlation {fit:.2f})"
     against = [what for what, value in seen.items() if value < 0]
     agreeing = " and ".join(what for what in seen if what not in against)
     if against == ["gravity and springs"] and agreeing:
@@ -255,27 +254,25 @@ def audit_undriven(forces: Forces, spec: Spec, outside: Outside | None) -> Itera
         if np.any(forces.driven[:, :, i]):
             continue
         modelled, inertia = forces.rest[:, i], forces.inertia[:, i]
-        norms = float(np.linalg.norm(modelled) * np.linalg.norm(inertia))
-        if norms == 0:
+        if not (np.any(modelled) and np.any(inertia)):
             continue
-        correlation = float(modelled @ inertia) / norms
-        slope = float(modelled @ inertia) / float(modelled @ modelled)
-        figures, off = {"factor": slope, "correlation": correlation}, not 1 / SCALE_OFF < slope < SCALE_OFF
+        fit, slope = correlation(modelled, inertia), float(modelled @ inertia) / float(modelled @ modelled)
+        figures, off = {"factor": slope, "correlation": fit}, not 1 / SCALE_OFF < slope < SCALE_OFF
         topic = f"force on {c.name}"
-        if correlation < FLIPPED:
+        if fit < FLIPPED:
             words = f"The force modelled on {c.name} runs against its acceleration: a sign seems flipped."
             yield Finding("problem", topic, words, figures)
         elif outside is not None and outside.times >= FAR_OUTSIDE and off:
             words = f"{outside.words}. Check its unit and scale."
             yield Finding("problem", f"scale of {outside.coordinate}", words, figures | {"times": outside.times})
-        elif correlation > TELLING and off:
+        elif fit > TELLING and off:
             words = (
                 f"The modelled force on {c.name} is off by a factor of {slope:.3g} from mass times acceleration. Check "
                 f"the mass of {c.name} and the parameters of `force` in the spec, and its unit in the log."
             )
             yield Finding("problem", topic, words, figures)
         else:
-            words = f"The force modelled on {c.name} correlates with mass times acceleration by {correlation:.2f}."
+            words = f"The force modelled on {c.name} correlates with mass times acceleration by {fit:.2f}."
             yield Finding("info", topic, words, figures)
 
 

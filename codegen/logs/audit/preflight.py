@@ -248,9 +248,14 @@ def _encoder(log: Log, spec: Spec, motion: Motion, j: int) -> Finding:
     return Finding(_warning_if(creep > COARSE * top), topic, words, figures)
 
 
+def _moves(log: Log, j: int) -> Array:
+    """By how much a position changes from sample to sample, without its sign."""
+    return np.asarray(np.abs(np.concatenate([np.diff(log.positions[a:b, j]) for a, b in log.segments])))
+
+
 def _finer(log: Log, j: int, step: float) -> float:
     """Share of moves by less than half a step among all moves of a position."""
-    moves = np.abs(np.concatenate([np.diff(log.positions[start:stop, j]) for start, stop in log.segments]))
+    moves = _moves(log, j)
     moves = moves[moves > 1e-6 * step]
     return float(np.mean(moves < step / 2)) if len(moves) else 0.0
 
@@ -288,7 +293,7 @@ def _coordinate(log: Log, spec: Spec, motion: Motion, kept: Kept, j: int) -> Fin
 def _wraps(log: Log, spec: Spec, kept: Kept, j: int) -> Iterator[Finding]:
     """A finding on a position that wraps around after each turn: it jumps by most of its range between two samples."""
     c = spec.coordinates[j]
-    moves = np.abs(np.concatenate([np.diff(log.positions[start:stop, j]) for start, stop in log.segments]))
+    moves = _moves(log, j)
     span = float(np.ptp(log.positions[kept, j]))
     jumps = moves > WRAP * span
     if (

@@ -93,10 +93,11 @@ def _wrong_positions(case: Case, steady: frozenset[int], outside: Outside | None
     Args:
         outside: the coordinate furthest outside the envelope.
     """
-    off = _off_scale(case, steady, INERTIA_OFF)
+    doubtful = _off_scale(case, steady)
+    off = [f for f in doubtful if not 1 / INERTIA_OFF < f.figures.get("inertia", np.inf) < INERTIA_OFF]
     each = [] if steady else [_position_scale(case, j) for j in range(len(case.spec.coordinates))]
     factors = {f.topic: f for f in each if f is not None}
-    suspected = off or outside or _steps_apart(case.log) or _off_scale(case, steady, SUSPECT)
+    suspected = doubtful or outside or _steps_apart(case.log)
     if not suspected or case.log.sample_time >= LONGEST_STEP:
         return off or list(factors.values())
     known = {f.topic: f.figures for f in off}
@@ -113,7 +114,7 @@ def _wrong_positions(case: Case, steady: frozenset[int], outside: Outside | None
     return [Finding(f.severity, f.topic, f.words, {**f.figures, **known.get(f.topic, {})}) for f in found]
 
 
-def _off_scale(case: Case, steady: frozenset[int], least: float) -> list[Finding]:
+def _off_scale(case: Case, steady: frozenset[int]) -> list[Finding]:
     """Findings on coordinates by the ratio of inertia to friction, or to the inputs' force."""
     forces, found = case.forces, []
     for i, c in enumerate(case.spec.coordinates):
@@ -127,7 +128,7 @@ def _off_scale(case: Case, steady: frozenset[int], least: float) -> list[Finding
             times = sizes[0] / sizes[1]
             why = f"its motion requires {times:.3g} times the force of the inputs, and does not correlate with it"
             figures = {"times": times}
-        elif fits and r_inertia > INERTIA_SHOWN and not 1 / least < inertia < least:
+        elif fits and r_inertia > INERTIA_SHOWN and not 1 / SUSPECT < inertia < SUSPECT:
             why = (
                 f"the input fits the declared friction on {c.name} (factor {friction:.2g}), but {inertia:.3g} times "
                 "the declared inertia"

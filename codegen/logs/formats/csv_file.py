@@ -28,7 +28,8 @@ SHARE_DAMAGED = 0.01
 """Largest share of damaged rows that ``missing: fill`` leaves out."""
 MOST_ROWS = 50_000_000
 """Largest number of lines of a text file that is read."""
-_NUMBER_STARTS = frozenset("0123456789+-.")
+_DIGITS = frozenset("0123456789")
+_NUMBER_STARTS = _DIGITS | frozenset("+-.")
 """First characters of a number: a line that begins with one is no comment and no header."""
 _NUMBER_START = re.compile(r"\s*[+-]?\.?\d", re.ASCII)
 _TRAILING_COMMENT = re.compile(r"(?:^|\s|(?<=\d))#(?!(n/a|nan|nv|value!|wert!|div/0!)).*", re.IGNORECASE)
@@ -72,7 +73,8 @@ class CsvSource(LogFile):
 
     @property
     def notes(self) -> Sequence[str]:
-        repeated = [i for i in range(self.first, len(self.lines)) if self.lines[i] in self.layout.head - {END}]
+        head = self.layout.head - {END}
+        repeated = [i for i in range(self.first, len(self.lines)) if self.lines[i] in head]
         if repeated:
             more = f", {len(repeated)} such lines in all" if len(repeated) > 1 else ""
             return (*self.own_notes, f"line {self.before + repeated[0] + 1} repeats the header and is left out{more}")
@@ -173,7 +175,8 @@ class CsvSource(LogFile):
         if not starts_as_row(split(body[kept[0]])):
             return kept
         width = len(self.names)
-        remarks = {i for i in kept if not _NUMBER_START.match(body[i]) and is_remark(split(body[i]), width)}
+        others = (i for i in kept if body[i][:1] not in _DIGITS and not _NUMBER_START.match(body[i]))
+        remarks = {i for i in others if is_remark(split(body[i]), width)}
         for i in sorted(remarks):
             texts = [text.strip() for text in split(body[i])]
             if len(texts) == width > 1 and 2 * sum(text in self.names for text in texts) >= width:
@@ -315,7 +318,7 @@ def open_csv(path: Path, allowance: Allowance, description: LogDescription) -> C
 
 def _first_table(source: CsvSource) -> CsvSource:
     """The table without another one behind it, as Vicon writes those of its devices and of its trajectories."""
-    end = source.first + end_of_table(source.lines[source.first :], len(source.names))
+    end = end_of_table(source.lines, source.first, len(source.names))
     if end < len(source.lines):
         source.lines = source.lines[:end]
         words = "before another one, which `header: LINE` in meta.yaml beside the log reads in place of it"
@@ -345,8 +348,8 @@ def open_lines(file: str, lines: list[str], description: LogDescription, encodin
 
 def _left_out(layout: Layout, lines: list[str]) -> list[str]:
     """A note on the parts of rows that the conversion to plain lines leaves out; empty if it leaves out nothing."""
-    split = [] if layout.form is None else [layout.form.split(line)[1] for line in lines]
-    left = [(i + 1, text) for i, text in enumerate(split) if text.strip() and i >= layout.first]
+    texts = [] if layout.form is None else map(layout.form.left, lines)
+    left = [(i + 1, text) for i, text in enumerate(texts) if text.strip() and i >= layout.first]
     more = f", nor are such parts of {len(left) - 1} more lines" if len(left) > 1 else ""
     return [f"`{shown(text, 60)}` of line {number} is not read{more}" for number, text in left[:1]]
 

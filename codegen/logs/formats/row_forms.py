@@ -84,12 +84,14 @@ class Form:
     """The conversion of lines to plain ones.
 
     Attributes:
-        split: line → the plain line, empty for no row, and the part of it that is not read.
+        plain: line → the plain line, empty for no row.
+        left: line → the part of it that is not read.
         names: of the numbers, if each row names them; then ``index`` is the first row's.
         units: (column counted from 0, its unit) where each row states it behind the number.
     """
 
-    split: Callable[[str], tuple[str, str]]
+    plain: Callable[[str], str]
+    left: Callable[[str], str] = lambda line: ""
     names: tuple[str, ...] = ()
     index: int = 0
     units: tuple[tuple[int, str], ...] = ()
@@ -97,19 +99,22 @@ class Form:
 
     def plain_lines(self, lines: Sequence[str]) -> list[str]:
         """The lines in plain form, as many as given."""
-        return [self.split(line)[0] for line in lines]
+        return list(map(self.plain, lines))
 
 
 def find_form(lines: Sequence[str], header: int | None, named: Sequence[str]) -> Form | None:
     """The special form of a table; None for a plain one. Arguments as of ``find_layout``."""
     head = list(islice(lines, LINES_SEARCHED))
     if sum(1 for line in head if _CALL.search(line) or _ENUM.search(line)) >= ROWS:
-        inner = find_form([_called(line) for line in head], header, named) or Form(lambda line: (line, ""))
-        return replace(inner, split=lambda line: inner.split(_called(line)))
-    found = _named_rows(lines) if header is None and not named else None
-    found = found or _list_rows(lines) or _after_arrows(lines) or _in_first_column(lines)
-    found = found or _comma_times(lines, header, named) or _quantities(lines)
-    return found or _ended_by_semicolons(head)
+        inner = find_form(list(map(_called, head)), header, named) or Form(lambda line: line)
+        plain, left = inner.plain, inner.left
+        return replace(inner, plain=lambda line: plain(_called(line)), left=lambda line: left(_called(line)))
+    given = [line for line in head if line.strip()]
+    if len(given) < ROWS:
+        return None
+    found = _named_rows(head) if header is None and not named else None
+    found = found or _list_rows(given) or _after_arrows(given) or _in_first_column(given)
+    return found or _comma_times(head, header, named) or _quantities(given) or _ended_by_semicolons(given)
 
 
 def _called(line: str) -> str:
@@ -117,9 +122,8 @@ def _called(line: str) -> str:
     return _CALL.sub(lambda found: _KEYWORD.split(found[1], maxsplit=1)[0].strip("'\""), _ENUM.sub(r"\1", line))
 
 
-def _named_rows(lines: Sequence[str]) -> Form | None:
+def _named_rows(head: Sequence[str]) -> Form | None:
     """Rows in which at least two numbers have names, such as ``angle:0.1,torque:0.2``, and all others never change."""
-    head = list(islice(lines, LINES_SEARCHED))
     alike, names, other = 0, tuple[str, ...](), ""
     for i, line in enumerate(head):
         if not line.strip():
@@ -130,30 +134,35 @@ def _named_rows(lines: Sequence[str]) -> Form | None:
         alike = alike + 1 if row and (found, text) == (names, other) else int(row)
         names, other = found, text
         if alike == ROWS:
-            form = partial(_numbers_of, names, other)
-            first = next(k for k in range(i + 1) if form(lines[k])[0])
-            if other and not all(form(more)[0] for more in head[i:] if more.strip()):
+            plain = partial(_numbers_of, names, other)
+            first = next(k for k in range(i + 1) if plain(head[k]))
+            if other and not all(plain(more) for more in head[i:] if more.strip()):
                 return None  # its other numbers change
             words = f"each row names its numbers ({listing(names)})"
-            return Form(form, names, first, notes=(words,))
+            left = partial(_not_of, names, other)
+            return Form(plain, left, names, first, notes=(words,))
     return None
 
 
-def _numbers_of(names: tuple[str, ...], other: str, line: str) -> tuple[str, str]:
+def _numbers_of(names: tuple[str, ...], other: str, line: str) -> str:
     """The numbers of a row with these names, with tabs between them; nothing of a line that is no such row."""
     pairs, text = _pairs(line)
     if names != tuple(name for name, _ in pairs) or text != other:
-        return "", line
-    return "\t".join(number for _, number in pairs), ""
+        return ""
+    return "\t".join(number for _, number in pairs)
 
 
-def _in_first_column(lines: Sequence[str]) -> Form | None:
+def _not_of(names: tuple[str, ...], other: str, line: str) -> str:
+    """A line that is no row with these names; empty for such a row."""
+    return "" if _numbers_of(names, other, line) else line
+
+
+def _in_first_column(given: Sequence[str]) -> Form | None:
     """Lines ``"a;b",,``: a table that a spreadsheet has not split, with the empty columns behind it."""
-    whole = [_first_field(line) for line in islice(lines, LINES_SEARCHED) if line.strip()]
-    if len(whole) < ROWS or not all(empty and re.search("[;\t]", first) for first, _, empty in whole):
+    if not all(empty and re.search("[;\t]", first) for first, _, empty in map(_first_field, given)):
         return None
     words = "every line ends in commas, as a spreadsheet leaves them behind a table it has not split"
-    return Form(lambda line: _first_field(line)[:2], notes=(words,))
+    return Form(lambda line: _first_field(line)[0], lambda line: _first_field(line)[1], notes=(words,))
 
 
 def _first_field(line: str) -> tuple[str, str, bool]:
@@ -190,62 +199,56 @@ def _pairs(line: str) -> tuple[list[tuple[str, str]], str]:
     return ([(STAMP, begun[1]), *pairs] if begun and pairs else pairs), other
 
 
-def _after_arrows(lines: Sequence[str]) -> Form | None:
+def _after_arrows(given: Sequence[str]) -> Form | None:
     """Lines of a serial monitor or logger, ``12:00:00.002 -> 0.1,0.2`` or ``12:00:00.002 - axis - INFO - 0.1,0.2``."""
-    first = [line for line in islice(lines, LINES_SEARCHED) if line.strip()]
-    begun = next((form for form in (_LOGGED, _ARROW) if all(map(form.match, first[-ROWS:]))), None)
-    if len(first) < ROWS or begun is None:
+    begun = next((form for form in (_LOGGED, _ARROW) if all(map(form.match, given[-ROWS:]))), None)
+    if begun is None:
         return None
-    rest = begun.sub("", first[-1], count=1)
+    rest = begun.sub("", given[-1], count=1)
     delimiter = delimiter_of(rest)
     if any(len(text.split()) > 1 for text in rest.split(delimiter)) or (rest.count(",") == 1 and "." not in rest):
         return None  # decimal commas between blanks
     mark = delimiter if delimiter in rest else " "
-    return Form(lambda line: (begun.sub(lambda found: found[1].replace(",", ".") + mark, line, count=1), ""))
+    return Form(lambda line: begun.sub(lambda found: found[1].replace(",", ".") + mark, line, count=1))
 
 
-def _comma_times(lines: Sequence[str], header: int | None, named: Sequence[str]) -> Form | None:
+def _comma_times(head: Sequence[str], header: int | None, named: Sequence[str]) -> Form | None:
     """Comma-separated rows with ``2026-03-04 23:59:58,002`` in a field, where the milliseconds have no name."""
-    head = list(islice(lines, LINES_SEARCHED))
     places = [i for i, line in enumerate(head) if _COMMA_TIME.search(line)]
     if len(places) < ROWS:
         return None
     above = [line for line in head[: places[0]] if line.strip()]
-    names = lines[header - 1] if header else above[-1] if above and header is None else ""
+    names = head[header - 1] if header else above[-1] if above and header is None else ""
     width = head[places[0]].count(",") + 1
     if width in (len(named), names.count(",") + 1):
         return None  # the milliseconds are a column of their own
     words = "the comma in a date and time is that before the milliseconds"
-    return Form(lambda line: (_COMMA_TIME.sub(r"\1.\2", line), ""), notes=(words,))
+    return Form(lambda line: _COMMA_TIME.sub(r"\1.\2", line), notes=(words,))
 
 
-def _ended_by_semicolons(lines: Sequence[str]) -> Form | None:
+def _ended_by_semicolons(given: Sequence[str]) -> Form | None:
     """Rows with a semicolon at their end only, as in a matrix of MATLAB or a serial protocol: ``0.1, 0.2;``."""
-    given = [line.strip() for line in lines if line.strip()]
-    ended = sum(line.endswith(";") and line.count(";") == 1 for line in given)
+    ended = sum(line.rstrip().endswith(";") and line.count(";") == 1 for line in given)
     if ended < max(ROWS, len(given) / 2) or sum(line.count(";") > 1 for line in given):
         return None
-    return Form(lambda line: (line.rstrip().removesuffix(";"), ""))
+    return Form(lambda line: line.rstrip().removesuffix(";"))
 
 
-def _quantities(lines: Sequence[str]) -> Form | None:
+def _quantities(given: Sequence[str]) -> Form | None:
     """Rows in which the numbers of some columns have their unit behind them, ``0.002 sec,0.1``."""
-    last = [line for line in islice(lines, LINES_SEARCHED) if line.strip()][-ROWS:]
-    stated = {tuple(_units_behind(line, delimiter_of(line))) for line in last}
-    if len(last) < ROWS or len(stated) != 1:
-        return None
-    units, delimiter = next(iter(stated)), delimiter_of(last[0])
-    if not units:
+    delimiter = delimiter_of(given[-ROWS])
+    units, *others = {tuple(_units_behind(line, delimiter_of(line))) for line in given[-ROWS:]}
+    if others or not units:
         return None
 
-    def split(line: str) -> tuple[str, str]:
+    def plain(line: str) -> str:
         texts = line.split(delimiter)
         for k, unit in _units_behind(line, delimiter):
             if (k, unit) in units:
                 texts[k] = texts[k].strip(' "').removesuffix(unit).rstrip()
-        return delimiter.join(texts), ""
+        return delimiter.join(texts)
 
-    return Form(split, units=units)
+    return Form(plain, units=units)
 
 
 def _units_behind(line: str, delimiter: str) -> list[tuple[int, str]]:
@@ -271,48 +274,40 @@ def whole_lines(lines: list[str]) -> list[str]:
     return lines if held else made
 
 
-def _list_rows(lines: Sequence[str]) -> Form | None:
+def _list_rows(given: Sequence[str]) -> Form | None:
     """Rows with lists of numbers in some fields; their elements become fields, called ``q[0]``, ``q[1]``."""
-    places = [i for i, line in enumerate(islice(lines, LINES_SEARCHED)) if line.strip()]
-    run: list[int] = []
-    for i in places:
-        held = [len(_elements(found[1])) for found in _LIST.finditer(lines[i]) if _ELEMENT.match(found[1].lstrip())]
-        run = [*run, i] if any(n > 1 for n in held) else []
-        if len(run) == ROWS:
-            break
-    if len(run) < ROWS or any(mark in lines[run[0]] for mark in _LEFT_OUT):
+    held = [any(len(_elements(text)) > 1 for text in _lists(line) if _ELEMENT.match(text.lstrip())) for line in given]
+    first = next((i for i in range(len(held) - ROWS + 1) if all(held[i : i + ROWS])), None)
+    if first is None or any(mark in given[first] for mark in _LEFT_OUT):
         return None
-    if any(_DECIMAL_COMMA.search(found[1]) for found in _LIST.finditer(lines[run[0]])):
+    if any(map(_DECIMAL_COMMA.search, _lists(given[first]))):
         return None
-    row, above = lines[run[0]], [i for i in places if i < run[0]]
-    masked = _LIST.sub("_", row)
+    masked, lengths = _LIST.sub("_", given[first]), [len(_elements(text)) for text in _lists(given[first])]
     delimiter = delimiter_of(masked)
 
-    lengths = [len(_elements(found[1])) for found in _LIST.finditer(row)]
-
-    def split(line: str) -> tuple[str, str]:
-        lists = [_elements(found[1]) for found in _LIST.finditer(line)]
+    def plain(line: str) -> str:
+        lists = list(map(_elements, _lists(line)))
         if list(map(len, lists)) != lengths:
-            return line, ""  # its numbers would be in other columns than those of the first row
+            return line  # its numbers would be in other columns than those of the first row
         of = iter(lists)
-        return _LIST.sub(lambda _: (delimiter or " ").join(next(of)), line), ""
+        return _LIST.sub(lambda _: delimiter.join(next(of)), line)
 
-    if not above:
-        return Form(split)
-    names = _fields(lines[above[-1]].strip().lstrip(COMMENT_MARKS), delimiter)
-    fields = _fields(masked, delimiter)
+    written = given[first - 1] if first else ""
+    names, fields = _fields(written.strip().lstrip(COMMENT_MARKS), delimiter), _fields(masked, delimiter)
     if len(names) != len(fields):
-        return Form(split)
+        return Form(plain)
     of = iter(lengths)
-    counts = [next(of) if field == "_" else 0 for field in fields]
-    if sum(len(name) * count for name, count in zip(names, counts, strict=True)) > LONGEST_LINE:
-        return Form(split)
-    given = [
-        [f"{name}[{k}]" for k in range(count)] if field == "_" else [name]
-        for name, field, count in zip(names, fields, counts, strict=True)
-    ]
-    written, header = lines[above[-1]], (delimiter or " ").join(name for part in given for name in part)
-    return Form(lambda line: (header, "") if line == written else split(line))
+    counts = [next(of) if field == "_" else None for field in fields]
+    if sum(len(name) * (count or 0) for name, count in zip(names, counts, strict=True)) > LONGEST_LINE:
+        return Form(plain)
+    parts = ([name] if n is None else [f"{name}[{k}]" for k in range(n)] for name, n in zip(names, counts, strict=True))
+    header = delimiter.join(chain.from_iterable(parts))
+    return Form(lambda line: header if line == written else plain(line))
+
+
+def _lists(line: str) -> list[str]:
+    """The texts between the brackets of the lists in a line."""
+    return [found[1] for found in _LIST.finditer(line)]
 
 
 def transposed_rows(lines: Sequence[str]) -> list[str] | None:

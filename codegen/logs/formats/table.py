@@ -238,19 +238,20 @@ def _is_table(lines: Sequence[str], layout: Layout) -> bool:
     return not rows or (width > 1 and all(len(texts) == width and any(map(is_number, texts)) for texts in rows))
 
 
-def end_of_table(lines: Sequence[str], width: int) -> int:
-    """Index of the blank line behind which another table begins, with rows of another width; else their number.
+def end_of_table(lines: Sequence[str], first: int, width: int) -> int:
+    """Index of the last empty line before another table, with rows of another width; else their number.
 
     Args:
-        lines: from the first row of a table on.
-        width: of its rows.
+        first: index of the first row of the table. width: of its rows.
     """
-    for i in (k for k, line in enumerate(lines) if not line.strip()):
-        behind = next((line for line in lines[i:] if line.strip()), "")
-        if behind and not starts_as_row(filled_fields(behind, delimiter_of(behind))):
-            rows = _find_rows(lines[i : i + LINES_SEARCHED])
+    at = first - 1
+    for _ in range(lines[first:].count("")):
+        at = lines.index("", at + 1)
+        behind = lines[at + 1] if at + 1 < len(lines) else ""
+        if behind.strip() and not starts_as_row(filled_fields(behind, delimiter_of(behind))):
+            rows = _find_rows(lines[at : at + LINES_SEARCHED])
             if rows is not None and rows.width != width:
-                return i
+                return at
     return len(lines)
 
 
