@@ -26,7 +26,7 @@ from codegen.mechanics.loads import with_loads
 from codegen.mechanics.numpy_form import numpy_function
 from codegen.mechanics.system import TIME, Matrix, System
 from codegen.simulate.drive import MeanInput
-from codegen.simulate.dynamic_contact import DIRECTION, STANDSTILL
+from codegen.simulate.dynamic_contact import DIRECTION, STANDSTILL, LawTerms
 from codegen.simulate.sensors import SensorError
 from codegen.spec.functions import Sgn
 
@@ -545,19 +545,10 @@ class ResidualAlong:
     def at(self, theta: Array, every: int = 1) -> Array:
         """(N, n) at a vector of the trial; or (M, n) at every so many samples."""
         trial, motion, system = self._trial, self._motion, self._trial.changed
-        numbers, n = trial.numbers(theta), system.degrees_of_freedom
-        hidden, loads = np.zeros((len(motion.time), 0)), len(system.transmissions)
+        numbers, followed, hidden = trial.numbers(theta), motion, np.zeros((len(motion.time), 0))
         if self._hides:
             hidden = self._runner.hidden(np.append(self._first, theta))
-        behind = hidden[:, hidden.shape[1] - 2 * loads :]
-        followed = motion
-        if self._hides:
-            followed = replace(
-                motion,
-                positions=np.hstack([motion.positions, behind[:, :loads]]),
-                velocities=np.hstack([motion.velocities, behind[:, loads:]]),
-                accelerations=np.hstack([motion.accelerations, np.zeros((len(behind), loads))]),
-            )
+            followed = self._with_loads(hidden)
         at, hidden = points(self._whole, followed, _inputs_at(trial, motion, numbers), every), hidden[::every]
         if self._arguments:
             at = np.hstack([at, np.tile(numbers[self._arguments], (len(at), 1))])
@@ -566,18 +557,27 @@ class ResidualAlong:
         values = {**system.values, **dict(zip(trial.symbols, map(float, numbers), strict=True))}
         if self._of_bodies is not None:
             raw = raw + _bodies_along(self._of_bodies, motion, every, *(float(values[s]) for s in self._links))
-        deflected = iter(hidden[:, len(system.contacts) :][:, : len(owners(system))].T)
+        slips = slip_velocities(system, motion)[::every] if self._laws else np.zeros(0)
+        states = iter(hidden[:, len(system.contacts) :][:, : len(owners(system))].T)
         for k, by_level, direction in zip(self._dynamic, rest[::2], rest[1::2], strict=True):
             if k in self._bristles:
                 force = float(self._bristles[k].subs(values)) * hidden[:, k]
             else:
-                terms, slip = self._laws[k], slip_velocities(system, motion)[::every, k]
-                own = [next(deflected) for _ in terms.states]
-                law = numpy_function([terms.force], (system.contacts[k].slip, DIRECTION, *terms.states), values)
-                (found,) = law(slip, np.clip(slip / STANDSTILL, -1.0, 1.0), *own)
-                force = np.broadcast_to(np.asarray(found, dtype=float), slip.shape)
+                own = [next(states) for _ in self._laws[k].states]
+                force = _law_force(self._laws[k], system.contacts[k].slip, slips[:, k], own, values)
             raw = raw + by_level - direction * force[:, None]
-        return np.asarray(raw[:, :n])
+        return np.asarray(raw[:, : system.degrees_of_freedom])
+
+    def _with_loads(self, hidden: Array) -> Motion:
+        """The motion with the loads behind springs, the last of the hidden states, as further coordinates."""
+        motion, loads = self._motion, len(self._trial.changed.transmissions)
+        behind = hidden[:, hidden.shape[1] - 2 * loads :]
+        return replace(
+            motion,
+            positions=np.hstack([motion.positions, behind[:, :loads]]),
+            velocities=np.hstack([motion.velocities, behind[:, loads:]]),
+            accelerations=np.hstack([motion.accelerations, np.zeros((len(behind), loads))]),
+        )
 
     @cached_property
     def _runner(self) -> Runner:
@@ -588,6 +588,15 @@ class ResidualAlong:
         if self._compiled is not None:
             return replace(self._compiled, record=record)
         return runner_of(self._trial, record, max(1, int(np.ceil(h * STEPS_PER_PERIOD * motion.cutoff_hz))))
+
+
+def _law_force(
+    terms: LawTerms, symbol: sympy.Symbol, slip: Array, states: Sequence[Array], values: Mapping[sympy.Symbol, Any]
+) -> Array:
+    """(M,) force of a law with states at slip velocities (M,); ``symbol`` is that of the slip in the law."""
+    law = numpy_function([terms.force], (symbol, DIRECTION, *terms.states), values)
+    (found,) = law(slip, np.clip(slip / STANDSTILL, -1.0, 1.0), *states)
+    return np.broadcast_to(np.asarray(found, dtype=float), slip.shape)
 
 
 def moves_sensors(trial: Trial) -> bool:

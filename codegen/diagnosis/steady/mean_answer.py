@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from codegen.diagnosis.evidence.estimate import effect_of
-from codegen.diagnosis.results import Fact, FoundEffect, Round, Verdict
+from codegen.diagnosis.results import ErrorFigures, Fact, FoundEffect, Round
 from codegen.diagnosis.steady.mean_fits import SteadyFit, SteadySearch, Tried
-from codegen.diagnosis.steady.record_means import mean_forces
+from codegen.diagnosis.steady.record_means import Means, mean_forces
 from codegen.diagnosis.verdict.admission import Measured, Reference, admitted, merged
 from codegen.diagnosis.verdict.answer import Answer
 from codegen.diagnosis.verdict.table import TABLE_SIZE
@@ -54,42 +55,55 @@ def answer_of(search: SteadySearch, measured: Measured, judged: Measured) -> tup
         judged: gives those of these errors by which models are compared.
     """
     system, found = search.system, select_effects(search)
-    declared, left = judged(system), mean_forces(system, search.means)[0].ravel()
+    declared, residual = judged(system), mean_forces(system, search.means)[0].ravel()
     options = [("declared values", system)]
-    if float(found.base.left_out @ found.base.left_out) < float(left @ left):
+    if float(found.base.left_out @ found.base.left_out) < float(residual @ residual):
         options.insert(0, ("refitted values", found.base.model))
     chosen = admitted(options, judged, Reference(declared))
     refit = system if chosen.option is None else chosen.option[1]
-    judged_by = f"Each of the {len(search.means)} records runs at one speed, so it is judged by its mean"
-    if others := search.means.left_out:
-        one = len(others) == 1
-        judged_by += f"; {listing(others)} {'does not, and takes' if one else 'do not, and take'} no part in the fit"
-    remarks = (Fact("note", judged_by), *chosen.remarks)
-    figures = (measured(system), measured(refit), measured(refit))
-    answer = Answer("none", (), refit, refit, figures, remarks=remarks)
+    errors = measured(system), measured(refit)
+    remarks = (Fact("note", _judged_by(search.means)), *chosen.remarks)
+    answer = Answer("none", (), refit, refit, (*errors, errors[1]), remarks=remarks)
     if not found.fits:
         return answer, found
-    named, before, against = None, judged(refit), tuple[Fact, ...]()
-    for fit in found.fits:
-        chosen = admitted([("refitted values", fit.model)], judged, Reference(declared, before))
-        against = merged(chosen.refusals)
-        if chosen.option is None:
-            break
-        named, before = fit, chosen.figures
+    named, against = _not_refused(found.fits, judged, declared, judged(refit))
     if named is None:
         return answer.unknown(effects_of(found.fits[0], refit), against), found
-    verdict: Verdict = "ambiguous" if found.rivals else "effect"
-    further = found.fits[len(named.trial.parts)].part if against else None
-    refused = (
-        [Fact("not credited", f"{further.kind} on {further.on}, a further effect: {against[0].words}")]
-        if further
-        else []
+    if against:
+        further = found.fits[len(named.trial.parts)].part
+        words = f"{further.kind} on {further.on}, a further effect: {against[0].words}"
+        remarks = (*remarks, Fact("not credited", words))
+    answer = replace(
+        answer,
+        verdict="ambiguous" if found.rivals else "effect",
+        effects=effects_of(named, refit),
+        augmented=named.model,
+        figures=(*errors, measured(named.model)),
+        remarks=(*remarks, *search.values_away(found.rivals)),
     )
-    figures = (*figures[:2], measured(named.model))
-    effects, remarks = effects_of(named, refit), (*remarks, *refused, *search.values_away(found.rivals))
-    return replace(
-        answer, verdict=verdict, effects=effects, augmented=named.model, figures=figures, remarks=remarks
-    ), found
+    return answer, found
+
+
+def _judged_by(means: Means) -> str:
+    """What the records are judged by, and which take no part, in words."""
+    words = f"Each of the {len(means)} records runs at one speed, so it is judged by its mean"
+    if not means.left_out:
+        return words
+    verbs = "does not, and takes" if len(means.left_out) == 1 else "do not, and take"
+    return f"{words}; {listing(means.left_out)} {verbs} no part in the fit"
+
+
+def _not_refused(
+    fits: Sequence[SteadyFit], judged: Measured, declared: ErrorFigures, refit: ErrorFigures
+) -> tuple[SteadyFit | None, tuple[Fact, ...]]:
+    """The last of successive fits before one that held-out records refuse, and why they refuse that one."""
+    named, before = None, refit
+    for fit in fits:
+        chosen = admitted([("refitted values", fit.model)], judged, Reference(declared, before))
+        if chosen.option is None:
+            return named, merged(chosen.refusals)
+        named, before = fit, chosen.figures
+    return named, ()
 
 
 def effects_of(fit: SteadyFit, system: System) -> tuple[FoundEffect, ...]:
