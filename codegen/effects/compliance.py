@@ -10,6 +10,7 @@ from typing import ClassVar
 import numpy as np
 import sympy
 
+from codegen.base.arrays import Array
 from codegen.base.significant import in_percent
 from codegen.effects.effect import WIDEST_STIFFNESS, Confusion, Effect, EffectParameter, Symbols
 from codegen.effects.on_coordinate import InertiaError
@@ -160,13 +161,10 @@ class Backlash(OnAxis):
         """
         stiff = [_coupling(covered, *where) for where in product(FREQUENCIES[2:], LOADS, DAMPING_RATIOS)]
         middling = [_coupling(covered, *where) for where in product(FREQUENCIES[2:4], LOADS, DAMPING_RATIOS[1:])]
-        noise, half = covered.noise, covered.half_span
-        least, most = max(2 * noise, 1e-5 * half), max(20 * noise, 0.2 * half)
-        couplings = [covered.coupling, *stiff] if covered.coupling else stiff
-        close = np.geomspace(least, most, 2 + int(np.log(most / least) / np.log(GAP_RATIO)))
+        couplings, close = [covered.coupling, *stiff] if covered.coupling else stiff, _gaps(covered, 1e-5, GAP_RATIO)
         return [
             {**coupling, "gap": float(gap)}
-            for some, gaps in ((couplings, np.geomspace(least, most, GAPS)), (middling, close))
+            for some, gaps in ((couplings, np.geomspace(close[0], close[-1], GAPS)), (middling, close))
             for coupling in some
             for gap in gaps
         ]
@@ -177,8 +175,7 @@ class Backlash(OnAxis):
             for frequency in FREQUENCIES[2:4]
             for load in FOLLOWED_LOADS
         ]
-        least, most = max(2 * covered.noise, 1e-3 * covered.half_span), max(20 * covered.noise, 0.2 * covered.half_span)
-        gaps = np.geomspace(least, most, 2 + int(np.log(most / least) / np.log(FOLLOWED_RATIO)))
+        gaps = _gaps(covered, 1e-3, FOLLOWED_RATIO)
         return [{**coupling, "gap": float(gap)} for coupling in couplings for gap in gaps]
 
     def unseen(self, values: Mapping[str, float], noise: float) -> str:
@@ -186,6 +183,13 @@ class Backlash(OnAxis):
         if values["gap"] < SEEN_GAP * noise:
             return "has a gap below what the noise of the position lets one see"
         return super().unseen(values, noise)
+
+
+def _gaps(covered: Covered, least_share: float, ratio: float) -> Array:
+    """Gaps from the noise, or this share of half the span, to a tenth of the span; neighbours at most at this ratio."""
+    noise, half = covered.noise, covered.half_span
+    least, most = max(2 * noise, least_share * half), max(20 * noise, 0.2 * half)
+    return np.geomspace(least, most, 2 + int(np.log(most / least) / np.log(ratio)))
 
 
 def _coupling(covered: Covered, frequency: float, load: float, damping_ratio: float) -> dict[str, float]:

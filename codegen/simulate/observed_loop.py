@@ -69,11 +69,6 @@ class SampledLoop:
     seed: int = 0
     limit: Array | None = None
 
-    def __post_init__(self) -> None:
-        """Raises ValueError for a cancellation without an observer."""
-        if self.cancellation is not None and self.observer is None:
-            raise ValueError("a cancellation without an observer; expected one whose estimates it cancels")
-
 
 def run_loop(
     system: System,

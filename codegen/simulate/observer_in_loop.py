@@ -76,12 +76,8 @@ class Estimator:
     """
 
     def __init__(self, observer: ObserverInLoop, system: System, cancellation: Cancellation | None) -> None:
-        """Raises ValueError for an input of the observer that the system does not have."""
         self._engine, self._every = observer.engine, observer.every
         names = [s.name for s in (*system.positions, *system.velocities, *system.inputs)]
-        for name in self._engine.inputs:
-            if name not in names:
-                raise ValueError(f"an observer of `{name}`; expected one of {', '.join(names)}")
         self._columns = [names.index(name) for name in self._engine.inputs]
         self._signals = np.zeros(len(names))  # positions, velocities, inputs
         self._inputs = self._signals[len(names) - len(system.inputs) :]

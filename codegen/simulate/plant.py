@@ -43,9 +43,6 @@ class Plant:
     """
 
     def __init__(self, system: System, substeps: int = 10) -> None:
-        """Raises ValueError if ``substeps`` is not positive."""
-        if substeps < 1:
-            raise ValueError(f"{substeps} substeps; expected 1 or more")
         self.system, self.substeps = system, substeps
         full = with_loads(system)
         self.contacts = PlantContacts(full)

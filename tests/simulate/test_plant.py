@@ -174,5 +174,3 @@ def test_divergence_is_infinite_and_shapes_are_checked():
         simulate_open_loop(system, time, np.zeros((99, 1)), np.zeros(1), np.zeros(1))
     with pytest.raises(ValueError, match="does not increase evenly"):
         simulate_open_loop(system, time * 0, np.zeros((100, 1)), np.zeros(1), np.zeros(1))
-    with pytest.raises(ValueError, match="substeps"):
-        simulate_open_loop(system, time, np.zeros((100, 1)), np.zeros(1), np.zeros(1), substeps=0)

@@ -216,7 +216,7 @@ def record_of(motion: Motion, log: Log, shorter: float = 1.0, events: Sequence[i
             f"{motion.cutoff_hz:.3g} Hz, so that friction in slip can be seen"
         )
         raise BadInput(log.where, found, expected, code="LOG009")
-    steps = tried * max(1, int(np.ceil(h * STEPS_PER_PERIOD * motion.cutoff_hz)))
+    steps = tried * substeps_of(h, motion.cutoff_hz)
     most = max(PLENTY, MOST_STEPS // steps)
     if len(starts) > most:
         starts = [starts[k] for k in np.linspace(0, len(starts) - 1, most).round().astype(int)]
@@ -237,6 +237,11 @@ def record_of(motion: Motion, log: Log, shorter: float = 1.0, events: Sequence[i
     )
     every = min(len(starts) * tried // MOST_STEPS, int(1 / (DENSE * STEPS_PER_PERIOD * motion.cutoff_hz * h) + 1e-9))
     return record.thinned(every) if every > 1 else record
+
+
+def substeps_of(sample_time: float, cutoff_hz: float) -> int:
+    """Time steps in a sample."""
+    return max(1, int(np.ceil(sample_time * STEPS_PER_PERIOD * cutoff_hz)))
 
 
 def is_shortened(record: Record, motion: Motion) -> bool:

@@ -16,7 +16,7 @@ from scipy.optimize import lsq_linear
 
 from codegen.base.arrays import Array
 from codegen.diagnosis.fit.identity_cache import OF_MODELS, identity_cache
-from codegen.diagnosis.fit.record import STEPS_PER_PERIOD, Record
+from codegen.diagnosis.fit.record import Record, substeps_of
 from codegen.diagnosis.fit.shooting import all_law_terms, owners
 from codegen.diagnosis.fit.signals import Motion, central_difference, derivative_noise, white_noise
 from codegen.diagnosis.fit.trial import Runner, Trial, runner_of
@@ -587,7 +587,7 @@ class ResidualAlong:
         record = Record(*along, h, np.ones(self._trial.changed.degrees_of_freedom), each, 1)
         if self._compiled is not None:
             return replace(self._compiled, record=record)
-        return runner_of(self._trial, record, max(1, int(np.ceil(h * STEPS_PER_PERIOD * motion.cutoff_hz))))
+        return runner_of(self._trial, record, substeps_of(h, motion.cutoff_hz))
 
 
 def _law_force(

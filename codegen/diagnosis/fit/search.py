@@ -31,7 +31,7 @@ from codegen.diagnosis.fit.output_error import (
     segment_cost,
     shooting_fit,
 )
-from codegen.diagnosis.fit.record import STEPS_PER_PERIOD, STILL, Record
+from codegen.diagnosis.fit.record import STILL, Record, substeps_of
 from codegen.diagnosis.fit.residual import Problem, evaluate_forces, slip_velocities
 from codegen.diagnosis.fit.shooting import Shooter, has_bristles, level_jumps, terms_of
 from codegen.diagnosis.fit.signals import Motion
@@ -101,7 +101,7 @@ class Search:
 
     @cached_property
     def substeps(self) -> int:
-        return max(1, int(np.ceil(self.record.sample_time * STEPS_PER_PERIOD * self.motion.cutoff_hz)))
+        return substeps_of(self.record.sample_time, self.motion.cutoff_hz)
 
     @cached_property
     def reverses(self) -> NDArray[np.bool_]:
