@@ -25,7 +25,6 @@ from codegen.mechanics.computed import by_computed
 from codegen.mechanics.loads import with_loads
 from codegen.mechanics.numpy_form import numpy_function
 from codegen.mechanics.system import TIME, Matrix, System
-from codegen.simulate.drive import MeanInput
 from codegen.simulate.dynamic_contact import DIRECTION, STANDSTILL, LawTerms
 from codegen.simulate.sensors import SensorError
 from codegen.spec.functions import Sgn
@@ -184,11 +183,7 @@ BODIES = 4
 @identity_cache(OF_MODELS)
 def effective_inputs(system: System, motion: Motion) -> Array:
     """Outputs of the declared actuators for the motion's inputs, (N, m), the inputs of ``System.equation_error``."""
-    inputs = motion.inputs.copy()
-    for k, w in enumerate(system.inputs):
-        if w in system.actuators:
-            inputs[:, k] = MeanInput(system, k).at(motion.commands[:, k], motion.sample_time, np.zeros(0))
-    return inputs
+    return _mean_inputs(Trial(system, (), ()), motion, np.zeros(0))
 
 
 def used_samples(system: System, motion: Motion, noise_speed: Array | float = 0.0) -> NDArray[np.bool_]:
@@ -393,6 +388,10 @@ def _inputs_at(trial: Trial, motion: Motion, numbers: Array) -> Array:
     """``effective_inputs`` of a trial's system with these values of its symbols."""
     if trial.symbols_of_chains.isdisjoint(trial.symbols):
         return effective_inputs(trial.changed, motion)
+    return _mean_inputs(trial, motion, numbers)
+
+
+def _mean_inputs(trial: Trial, motion: Motion, numbers: Array) -> Array:
     inputs = motion.inputs.copy()
     for k, mean in trial.mean_inputs.items():
         inputs[:, k] = mean.at(motion.commands[:, k], motion.sample_time, numbers)
