@@ -72,8 +72,21 @@ class Nameless(Effect):
         """The law with its values."""
 
 
-class _Wave(Nameless):
+class _ByDrive(Nameless):
+    """Base class of forces in proportion to the force L of the inputs on a coordinate or along a contact."""
+
+    def drive(self, system: System, place: int) -> sympy.Expr:
+        """L, by the kind of place."""
+        return drive_force(system, place) if self.sits_on == "contact" else drive_on(system, place)
+
+    def applies(self, system: System, place: int) -> bool:
+        return bool(self.drive(system, place) != 0)
+
+
+class _Wave(_ByDrive):
     """Base class of forces in proportion to the drive force and periodic in position."""
+
+    parameters = (SHARE, PERIOD, PHASE)
 
     discriminating_experiment = ANOTHER_LOAD
 
@@ -83,31 +96,18 @@ class _Wave(Nameless):
 
 
 class DriveOverPosition(_Wave, PositionDependentFriction):
-    """λ −= L·amplitude sin(2π s/period + phase), with L the force of the inputs in the direction of the contact."""
+    """λ −= L·amplitude sin(2π s/period + phase)."""
 
     kind = "drive_force_over_position"
     equation = "λ −= L·amplitude·sin(2π s/period + phase), and the same of amplitude_2 with 4π where given"
     signature = "a force in proportion to the drive force and periodic in position"
-    parameters = (SHARE, PERIOD, PHASE)
-    more_forms = ((*parameters, replace(SHARE, name="amplitude_2"), replace(PHASE, name="phase_2")),)
-
-    def applies(self, system: System, place: int) -> bool:
-        return bool(drive_force(system, place) != 0)
+    more_forms = ((SHARE, PERIOD, PHASE, replace(SHARE, name="amplitude_2"), replace(PHASE, name="phase_2")),)
 
     def act(self, system: System, place: int, wave: sympy.Expr) -> System:
-        return system.with_contact_force(place, -drive_force(system, place) * wave)
+        return system.with_contact_force(place, -self.drive(system, place) * wave)
 
 
-class _DriveOnCoordinate(_Wave, Cogging):
-    """Base class of forces in proportion to the force L of the inputs on a coordinate, or to its magnitude."""
-
-    parameters = (SHARE, PERIOD, PHASE)
-
-    def applies(self, system: System, place: int) -> bool:
-        return bool(drive_on(system, place) != 0)
-
-
-class DriveWave(_DriveOnCoordinate):
+class DriveWave(_Wave, Cogging):
     """e = L·amplitude sin(2π x/period + phase)."""
 
     kind = "drive_force_wave"
@@ -115,10 +115,10 @@ class DriveWave(_DriveOnCoordinate):
     signature = DriveOverPosition.signature
 
     def act(self, system: System, place: int, wave: sympy.Expr) -> System:
-        return system.with_force(place, drive_on(system, place) * wave)
+        return system.with_force(place, self.drive(system, place) * wave)
 
 
-class LoadWave(_DriveOnCoordinate):
+class LoadWave(_Wave, Cogging):
     """e = |L|·amplitude sin(2π x/period + phase).
 
     A force that is even in the drive, as of a rotor whose reluctance the current changes, is much rarer than cogging,
@@ -131,12 +131,13 @@ class LoadWave(_DriveOnCoordinate):
     if_better = True
 
     def act(self, system: System, place: int, wave: sympy.Expr) -> System:
-        return system.with_force(place, Magnitude(drive_on(system, place)) * wave)
+        return system.with_force(place, Magnitude(self.drive(system, place)) * wave)
 
 
-class _DriveDamping(Nameless):
+class _DriveDamping(_ByDrive):
     """Base class of damping in proportion to the magnitude of the drive force."""
 
+    seen_over = "velocity"
     signature = "a braking force in proportion to the speed and to the magnitude of the drive force"
     parameters = (EffectParameter("c", "s/{q}", "damping coefficient over the drive force", neutral=0.0),)
     if_better = True
@@ -147,34 +148,26 @@ class _DriveDamping(Nameless):
 
 
 class DriveViscous(_DriveDamping):
-    """λ += c·|L|·u, with L the force of the inputs in the direction of the contact."""
+    """λ += c·|L|·u."""
 
     kind = "drive_viscous"
     sits_on = "contact"
     equation = "λ += c·|L|·u"
-    seen_over = "velocity"
-
-    def applies(self, system: System, place: int) -> bool:
-        return bool(drive_force(system, place) != 0)
 
     def add(self, system: System, place: int, p: Symbols) -> System:
         slip = system.contacts[place].slip
-        return system.with_contact_force(place, p["c"] * Magnitude(drive_force(system, place)) * slip)
+        return system.with_contact_force(place, p["c"] * Magnitude(self.drive(system, place)) * slip)
 
 
 class DriveDrag(_DriveDamping):
-    """e = −c·|L|·v, with L the force of the inputs on the coordinate."""
+    """e = −c·|L|·v."""
 
     kind = "drive_drag"
     sits_on = "coordinate"
     equation = "e = −c·|L|·v"
-    seen_over = "velocity"
-
-    def applies(self, system: System, place: int) -> bool:
-        return bool(drive_on(system, place) != 0)
 
     def add(self, system: System, place: int, p: Symbols) -> System:
-        return system.with_force(place, -p["c"] * Magnitude(drive_on(system, place)) * system.velocities[place])
+        return system.with_force(place, -p["c"] * Magnitude(self.drive(system, place)) * system.velocities[place])
 
 
 class SlippingLoad(Nameless, OnAxis):
