@@ -97,4 +97,4 @@ def generated_in_loop(spec: Spec, simulation: Simulation) -> ObserverInLoop:
 
 def declared_cancellation(simulation: Simulation, system: System, gain: float) -> Cancellation:
     """The cancelling input times a gain; the generated observer computes it, with one output for each input."""
-    return Cancellation(np.eye(len(system.inputs)), gain, simulation.cancel_delay, cancelling_outputs(system))
+    return Cancellation(gain, simulation.cancel_delay, cancelling_outputs(system))

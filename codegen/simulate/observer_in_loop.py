@@ -50,18 +50,16 @@ def generated_observer(spec: Spec, observer: Observer, every: int = 1) -> Observ
 
 @dataclass(frozen=True)
 class Cancellation:
-    """The cancelling input ū = gain · C · F̂, added to the controller's command.
+    """The cancelling input ū = gain · F̂, added to the controller's command.
 
     Attributes:
-        matrix: C, (m, outputs).
         gain: 1 cancels the whole estimate.
         delay: samples of the observer between estimate and use. 0: the estimate of the same instant, which depends on
             measurements only, so it is computed before the command. 1: a program that computes and sends the command,
             and then calls the observer.
-        outputs: names of the observer's outputs F̂; by default the friction force on each coordinate.
+        outputs: names of the outputs F̂, one for each input; by default the friction force on each coordinate.
     """
 
-    matrix: Array
     gain: float = 1.0
     delay: int = 0
     outputs: tuple[str, ...] = ()
@@ -117,4 +115,4 @@ class Estimator:
         if cancellation is None or (late and len(self._older) < self._delay):
             return np.zeros(len(self._inputs))
         estimate = self._older[0] if late else self.latest
-        return np.asarray(cancellation.gain * (cancellation.matrix @ estimate[self._chosen]), dtype=float)
+        return np.asarray(cancellation.gain * estimate[self._chosen], dtype=float)

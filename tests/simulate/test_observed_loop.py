@@ -100,7 +100,7 @@ def test_loop_is_the_one_that_scipy_and_the_twin_close_by_hand(delay: int):
 
     gains = {"position_gain": np.array([[40.0]]), "velocity_gain": np.array([[8.0]])}
     controller = Feedback(1, reference=lambda t: np.array([reference]), **gains)
-    cancellation = Cancellation(np.array([[1.0]]), 0.7, delay)
+    cancellation = Cancellation(0.7, delay)
     run = run_loop(system, SampledLoop(controller, observer, cancellation), 0.01, 60, substeps=200)
 
     engine = by_twin(generated_observer, spec, observer_of(spec)).engine

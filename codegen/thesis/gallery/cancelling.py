@@ -36,7 +36,7 @@ def with_and_without(specs: Sequence[Spec], setting: Setting, pid: Gains | None 
     made = from_zero(spec)
     system = build_system(made)
     observer = generated_observer(made, with_cancellation(made, build_observer(made, system)))
-    cancellation = Cancellation(np.eye(len(system.inputs)), outputs=cancelling_outputs(system))
+    cancellation = Cancellation(outputs=cancelling_outputs(system))
     quiet = Setting(setting.name, noise=0.0)
     loops = {}
     for prefix, start in (("", None), ("pushed_", PUSHED)):

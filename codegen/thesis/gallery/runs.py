@@ -80,7 +80,7 @@ def servo_run(
     estimate = next((k for k, name in enumerate(outputs) if name == f"{spec.velocities[0]}_hat"), None)
     servo = Servo(1, reference=declared.reference, velocity=estimate)
     servo.position_gain, servo.velocity_gain = declared.position_gain, declared.velocity_gain
-    cancellation = None if cancel is None else Cancellation(np.eye(1), cancel, delay)
+    cancellation = None if cancel is None else Cancellation(cancel, delay)
     loop = SampledLoop(servo, observer, cancellation, *noise_of(spec, setting))
     return closed_loop(spec, loop, plant, substeps)
 
