@@ -278,7 +278,7 @@ def _with_possible_twins(
     A constant force above the friction level, for example, is an offset and no asymmetry of friction.
     """
     tried = () if outcome is None else outcome.first
-    impossible = {(r.found.part.kind, r.found.part.on) for r in tried if not admissible(system, r.found)}
+    impossible = {r.part.key for r in tried if not admissible(system, r.found)}
     return tuple(replace(e, also=tuple(place for place in e.also if place not in impossible)) for e in effects)
 
 

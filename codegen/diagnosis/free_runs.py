@@ -25,7 +25,7 @@ from codegen.diagnosis.fit.record import record_of
 from codegen.diagnosis.fit.residual import Problem, residual_at_drive
 from codegen.diagnosis.fit.search import Search, search_on
 from codegen.diagnosis.fit.trial import Part
-from codegen.diagnosis.results import ErrorFigures, Fact, Remainder, Separation
+from codegen.diagnosis.results import ErrorFigures, Fact, Remainder, Separation, titles
 from codegen.diagnosis.selection.forward_selection import Outcome, common_effects, find_effects, within_reach
 from codegen.diagnosis.verdict import wrong_values
 from codegen.diagnosis.verdict.across_joints import credited_across_joints
@@ -163,7 +163,7 @@ class Judge:
         if answer.verdict in ("effect", "ambiguous"):
             wave = better_than_a_sum(chosen.search, chosen.tried, outcome)
         if wave is not None:
-            less = " and ".join(f"{e.kind} on {e.on}" for e in answer.effects)
+            less = titles(answer.effects)
             tried = chosen.tried
             answer, outcome = self._examined(chosen.search, replace(tried, final=tried.base, rivals=(), explained=0.0))
         tied: Sequence[Fit] = ()
@@ -383,8 +383,8 @@ def _once_on_held_out(answer: Answer, case: Case) -> tuple[Fact, ...]:
 
 def _left_out(outcome: Outcome, answer: Answer) -> Fact:
     """The fact on the tied effects, if the answer names those that all tied models have in common."""
-    parts = (outcome.parts[0], *(r.found.part for r in outcome.rivals))
-    tied = " or ".join(dict.fromkeys(f"{p.kind} on {p.on}" for p in parts))
+    parts = (outcome.parts[0], *(r.part for r in outcome.rivals))
+    tied = " or ".join(dict.fromkeys(p.title for p in parts))
     if answer.errors:
         return Fact("declared value", f"{_kept(answer)}, {tied} would be named in addition")
     return Fact("unexplained", f"{tied} explains part of what is left; this log cannot tell which")
@@ -392,8 +392,8 @@ def _left_out(outcome: Outcome, answer: Answer) -> Fact:
 
 def _in_place(parts: Sequence[Part], answer: Answer) -> list[Fact]:
     """The fact on effects that would be named if wrong parameter values were kept as declared."""
-    found = {(e.kind, e.on) for e in answer.effects}
-    named = " and ".join(f"{p.kind} on {p.on}" for p in parts if (p.kind, p.on) not in found)
+    found = {e.key for e in answer.effects}
+    named = titles(p for p in parts if p.key not in found)
     if not named or not answer.errors:
         return []
     return [Fact("declared value", f"{_kept(answer)}, {named} would be named in place of a wrong value")]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from math import inf, isfinite, sqrt
 from typing import Any, Literal, get_args
@@ -59,8 +59,30 @@ class Statement:
         return tuple(f.words for f in self.facts if f.topic == topic)
 
 
+class AtPlace:
+    """An effect at a place, in any of its forms."""
+
+    kind: str
+    on: str
+
+    @property
+    def key(self) -> tuple[str, str]:
+        """(kind, on), by which effects are compared."""
+        return self.kind, self.on
+
+    @property
+    def title(self) -> str:
+        """The effect and its place in words."""
+        return f"{self.kind} on {self.on}"
+
+
+def titles(effects: Iterable[AtPlace]) -> str:
+    """Effects with their places in words."""
+    return " and ".join(one.title for one in effects)
+
+
 @dataclass(frozen=True, repr=False)
-class FoundEffect(Shown):
+class FoundEffect(AtPlace, Shown):
     """An effect that the log shows and the spec lacks, its parameters in SI.
 
     Attributes:
@@ -113,7 +135,7 @@ class ParameterError:
 
 
 @dataclass(frozen=True)
-class Candidate:
+class Candidate(AtPlace):
     """One effect at one place, with its evidence in one round.
 
     Attributes:
@@ -404,7 +426,7 @@ class Diagnosis(Shown):
 
     @property
     def summary(self) -> Mapping[str, object]:
-        effects = ", ".join(f"{e.kind} on {e.on}" for e in self.effects) or "none"
+        effects = ", ".join(e.title for e in self.effects) or "none"
         errors = {"relative force error, declared": self.declared.relative_force}
         return {"verdict": self.verdict, "effects": effects, **errors, "augmented": self.augmented.relative_force}
 
@@ -420,16 +442,15 @@ class Diagnosis(Shown):
 
     def is_credited(self, candidate: Candidate) -> bool:
         """Whether the verdict names this effect at this place; not for a refused form if another form of it passes."""
-        place = (candidate.kind, candidate.on)
-        other_form = any(c.accepted and (c.kind, c.on) == place for c in self.candidates)
-        named = self.verdict == "effect" and place in [(e.kind, e.on) for e in self.effects]
+        place = candidate.key
+        other_form = any(c.accepted and c.key == place for c in self.candidates)
+        named = self.verdict == "effect" and place in [e.key for e in self.effects]
         return named and (candidate.accepted or not other_form)
 
     def is_tied(self, candidate: Candidate) -> bool:
         """Whether the verdict is ambiguous between this effect and others; it may be one that alone may be chance."""
-        first = [(c.kind, c.on) for c in self.candidates[:1]]
-        tied = first + [(e.kind, e.on) for e in self.rivals]
-        return self.verdict == "ambiguous" and (candidate.kind, candidate.on) in tied
+        tied = [one.key for one in (*self.candidates[:1], *self.rivals)]
+        return self.verdict == "ambiguous" and candidate.key in tied
 
     def in_order(self, candidates: Sequence[Candidate]) -> list[Candidate]:
         """A round's candidates as they are shown: named, tied, passed, refused; the last two by what they explain."""
@@ -451,10 +472,10 @@ class Diagnosis(Shown):
         ranked = self.in_order(self.candidates)
         shown = ranked[:most] + [c for c in ranked[most:] if c.own]
         named = [c for c in shown if self.is_credited(c)]
-        there = {(c.kind, c.on) for c in named}
+        there = {c.key for c in named}
         later: list[tuple[Candidate, str]] = []
         for effect in self.effects if self.verdict == "effect" else ():
-            place = (effect.kind, effect.on)
+            place = effect.key
             if place not in there and (found := self._found_later(place)):
                 later.append(found)
         return [*((c, "") for c in named), *later, *((c, "") for c in shown if c not in named)]
@@ -463,22 +484,22 @@ class Diagnosis(Shown):
         """The candidate of a named effect in the round that it passed, and how; None where the table has none."""
         for later in self.later_rounds:
             for c in later.candidates:
-                if (c.kind, c.on) == place and c.accepted:
+                if c.key == place and c.accepted:
                     return c, f"in addition to {' and '.join(f'{kind} on {on}' for kind, on in later.found_before)}"
-        replaced = (c for c in self.in_no_round if (c.kind, c.on) == place and c.accepted)
+        replaced = (c for c in self.in_no_round if c.key == place and c.accepted)
         return next(((c, "in place of another effect") for c in replaced), None)
 
     def not_named(self, candidate: Candidate) -> str:
         """Why a candidate of the first round that passes every test is not in the verdict; empty for another one."""
-        place = (candidate.kind, candidate.on)
-        in_verdict = [(e.kind, e.on) for e in self.effects]
+        place = candidate.key
+        in_verdict = [e.key for e in self.effects]
         if not candidate.accepted or self.verdict == "unfit":
             return ""
         if place in in_verdict:
             form = self.effects[in_verdict.index(place)].parameters
             return "" if form.keys() == candidate.parameters.keys() else f"the form with {', '.join(form)} is named"
         if self.verdict == "effect" and any(place in e.also for e in self.effects):
-            return f"the same motion as {next(f'{e.kind} on {e.on}' for e in self.effects if place in e.also)}"
+            return f"the same motion as {next(e.title for e in self.effects if place in e.also)}"
         if self.verdict == "ambiguous":
             return (
                 "this log cannot tell it from the others that fit alike"
@@ -487,16 +508,16 @@ class Diagnosis(Shown):
             )
         if self.verdict != "effect":
             return "see the verdict"
-        best = next((c for c in self.candidates if (c.kind, c.on) in in_verdict), None)
+        best = next((c for c in self.candidates if c.key in in_verdict), None)
         words = " and ".join(f"{kind} on {on}" for kind, on in in_verdict)
         own = f"{candidate.gain:.3f}"
         if best is not None and f"{best.gain:.3f}" == own:
-            first = f"explains no more than {best.kind} on {best.on}, which ranks before it"
+            first = f"explains no more than {best.title}, which ranks before it"
         elif best is not None and best.gain >= candidate.gain:
-            first = f"explains less than {best.kind} on {best.on}"
+            first = f"explains less than {best.title}"
         else:
             first = f"explains more, but the residual force or the later rounds prefer {words}"
-        again = [c for r in self.later_rounds for c in r.candidates if (c.kind, c.on) == place]
+        again = [c for r in self.later_rounds for c in r.candidates if c.key == place]
         if not again:
             return f"{first}; not tested together with it"
         return f"{first}; together with it: {again[0].why_not or 'passes, but adds too little'}"

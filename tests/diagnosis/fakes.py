@@ -5,8 +5,21 @@ from __future__ import annotations
 from types import SimpleNamespace
 from typing import Any
 
+from codegen.diagnosis.results import AtPlace
 from codegen.effects import CATALOGUE
 from tests.diagnosis.stage import stage, system_of
+
+
+class Placed(AtPlace, SimpleNamespace):
+    """An effect at a place."""
+
+
+class InRound(SimpleNamespace):
+    """A candidate of a round."""
+
+    @property
+    def part(self) -> Any:
+        return self.found.part
 
 
 def fit(*parts: str) -> Any:
@@ -15,7 +28,7 @@ def fit(*parts: str) -> Any:
 
 
 def rival(*parts: str) -> Any:
-    return SimpleNamespace(found=SimpleNamespace(trial=SimpleNamespace(parts=parts)))
+    return InRound(found=SimpleNamespace(trial=SimpleNamespace(parts=parts)))
 
 
 def unreported(share: float) -> None:
@@ -25,10 +38,10 @@ def unreported(share: float) -> None:
 def ranked(kind: str, share: float, names: tuple[str, ...] = ()) -> Any:
     found = fit(part_named(kind, names))
     found.trial.system = system_of(stage())
-    return SimpleNamespace(found=found, evidence=SimpleNamespace(share=share), why_not="")
+    return InRound(found=found, evidence=SimpleNamespace(share=share), why_not="")
 
 
 def part_named(kind: str, names: tuple[str, ...] = ()) -> Any:
     """A part; with the names of its kind's usual form, or these."""
     usual = tuple(p.name for p in CATALOGUE[kind].parameters) if kind in CATALOGUE else ()
-    return SimpleNamespace(kind=kind, on="x", place=0, names=names or usual)
+    return Placed(kind=kind, on="x", place=0, names=names or usual)

@@ -12,6 +12,7 @@ import pytest
 from codegen.diagnosis.fit.credit import SIGN_BLOCKS, evidence_of
 from codegen.diagnosis.fit.search import joint_of_difference, where_they_differ
 from codegen.diagnosis.selection.force_fits import ForceFits
+from tests.diagnosis.fakes import Placed
 
 
 @dataclass(frozen=True)
@@ -30,7 +31,7 @@ class Residual:
 
 def part(kind: str, joint: int, sits_on: str = "coordinate") -> Any:
     effect = SimpleNamespace(sits_on=sits_on, coordinate=lambda system, place: place)
-    return SimpleNamespace(kind=kind, on=f"j{joint}", names=("p",), place=joint, effect=effect)
+    return Placed(kind=kind, on=f"j{joint}", names=("p",), place=joint, effect=effect)
 
 
 def fit(*parts: Any) -> Any:

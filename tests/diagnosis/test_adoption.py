@@ -54,6 +54,7 @@ from codegen.logs import Log, read_log
 from codegen.mechanics.system import System
 from codegen.report.page import render_report
 from codegen.spec import Spec, parse_spec, read_spec
+from tests.diagnosis.fakes import Placed
 from tests.diagnosis.stage import STAGE, TEST, TRAIN, among, log_of, stage, system_of
 from tests.simulate.open_loop import simulate_open_loop
 
@@ -810,7 +811,7 @@ def test_each_option_is_compared_in_proportion_to_its_own_drive(
     def measured(model: Any) -> ErrorFigures:
         return ErrorFigures(0.0, (errors[model],), 0.1, 0.5, (0.5,))
 
-    found: Any = (SimpleNamespace(kind="backlash"),)
+    found: Any = (Placed(kind="backlash"),)
     chosen = examination._judged(search, outcome, answer, measured, cast(Any, fit), found)
     assert chosen.verdict == ("effect" if named else "unknown")
     assert not named or chosen.augmented == named

@@ -21,7 +21,7 @@ from codegen.diagnosis.selection import (
 )
 from codegen.effects import CATALOGUE
 from codegen.effects.register import candidates
-from tests.diagnosis.fakes import fit, part_named
+from tests.diagnosis.fakes import InRound, Placed, fit, part_named
 from tests.diagnosis.stage import stage, system_of
 
 
@@ -109,13 +109,11 @@ def test_a_form_with_more_parameters_must_fit_clearly_better_than_one_that_is_ad
     """A rounded saturation is tried with the sharp one; 10 nats decide, unless the sharp one alone is refused."""
     names = {"sharp": ("limit",), "rounded": ("limit", "rounding")}
     effect = CATALOGUE["saturation"]
-    parts = {k: SimpleNamespace(kind="saturation", on="w", names=n, effect=effect) for k, n in names.items()}
+    parts = {k: Placed(kind="saturation", on="w", names=n, effect=effect) for k, n in names.items()}
     fits = {k: SimpleNamespace(part=parts[k], cost=c) for k, c in zip(names, (100.0, cost), strict=True)}
     for words, unsure in (("fits only with unphysical values", False), ("may be chance", True)):
         tried: list[Any] = [
-            SimpleNamespace(
-                found=fit, why_not=words * (k in refused), unsure=unsure and k in refused, contradicted=False
-            )
+            InRound(found=fit, why_not=words * (k in refused), unsure=unsure and k in refused, contradicted=False)
             for k, fit in fits.items()
         ]
         assert [r.found for r in ranking.in_simplest_admitted_forms(tried)] == [fits[k] for k in kept]
@@ -177,7 +175,7 @@ def test_effects_are_tried_in_pairs_where_the_best_alone_is_far_off_in_some_segm
     alone, pair = fit("lags"), fit("lag", "gain")
     for one, cost in ((alone, 9.0), (pair, 1.0)):
         one.cost, one.by_segment, one.residual = cost, squares, np.zeros((20, 40))
-    best = SimpleNamespace(found=alone, why_not="", unsure=False, contradicted=False, for_table=None)
+    best = InRound(found=alone, why_not="", unsure=False, contradicted=False, for_table=None)
     asked: list[Any] = []
 
     def in_pairs(search: Any, some: Any, progress: Any) -> Any:
@@ -247,7 +245,7 @@ def test_each_joint_of_an_arm_has_rounds_of_its_own(monkeypatch: pytest.MonkeyPa
         (joint,) = {p.place for p in parts}
         asked.append(joint)
         found = after(current, SimpleNamespace(place=joint, kind=f"effect {len(asked)}"), 1.0)
-        found = SimpleNamespace(
+        found = InRound(
             found=found,
             why_not="no" if joint == 2 or current.left[joint] == 1 else "",
             unsure=False,
@@ -314,9 +312,7 @@ def test_an_effect_that_passes_alone_is_tried_where_a_doubtful_one_gets_no_secon
         doubtful = ("input_gain", "cogging")
         shares = [SimpleNamespace(share=share if f.part == "offset" else 0.953) for f in found]
         return [
-            SimpleNamespace(
-                found=f, evidence=e, why_not=f.part in doubtful, unsure=True, contradicted=False, for_table=f
-            )
+            InRound(found=f, evidence=e, why_not=f.part in doubtful, unsure=True, contradicted=False, for_table=f)
             for f, e in zip(found, shares, strict=True)
         ]
 

@@ -24,6 +24,7 @@ from codegen.diagnosis.verdict import held_out as rules
 from codegen.diagnosis.verdict.answer import Answer
 from codegen.effects import CATALOGUE
 from codegen.spec import Spec, parse_spec
+from tests.diagnosis.fakes import Placed
 from tests.diagnosis.stage import STAGE, TRAIN, among, log_of, stage, system_of
 from tests.slow_cases import slow_except
 
@@ -123,7 +124,7 @@ def test_the_level_is_shared_by_all_comparisons(
 def test_what_is_explained_is_that_of_the_rival_that_is_left(monkeypatch: pytest.MonkeyPatch) -> None:
     """Held-out data refuse the leader, which explains 90 %; the rival that is named then explains 40 %."""
     shares = {"leader": 0.9, "rival": 0.4, "other": 0.3}
-    fits = {k: SimpleNamespace(trial=SimpleNamespace(parts=(SimpleNamespace(kind=k, on="x"),))) for k in shares}
+    fits = {k: SimpleNamespace(trial=SimpleNamespace(parts=(Placed(kind=k, on="x"),))) for k in shares}
     monkeypatch.setattr(separation, "in_place", lambda search, outcome, one: fits[one])
     monkeypatch.setattr(rules, "in_place", lambda search, outcome, one: fits[one])
     monkeypatch.setattr(forward_selection, "explained_share", lambda search, base, fit: shares[fit.trial.parts[0].kind])
@@ -144,14 +145,14 @@ def test_what_is_explained_is_that_of_the_effects_without_the_one_that_is_refuse
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Of two effects one has an interval that includes zero; the free runs settle what is left by its own share."""
-    parts = tuple(SimpleNamespace(kind=k, on="x", effect=None) for k in ("spring", "offset"))
+    parts = tuple(Placed(kind=k, on="x", effect=None) for k in ("spring", "offset"))
 
     def fit(*parts: Any) -> Any:
         trial = SimpleNamespace(parts=parts)
         return SimpleNamespace(trial=trial, runner=SimpleNamespace(trial=trial))
 
     both, one = fit(*parts), fit(parts[0])
-    found = SimpleNamespace(kind="spring", intervals={})
+    found = Placed(kind="spring", intervals={})
     monkeypatch.setattr(examination, "named_effects", lambda parts, *_: [found] * len(parts))
     for name, value in {
         "estimate": None,
@@ -260,7 +261,7 @@ def test_each_of_several_effects_is_judged_on_held_out_data(
     def fit(name: str, *parts: str) -> Any:
         values: tuple[None, list[dict[str, float]]] = (None, [{} for _ in parts])
         return SimpleNamespace(
-            model=name, values=values, trial=SimpleNamespace(parts=[SimpleNamespace(kind=p, on="x") for p in parts])
+            model=name, values=values, trial=SimpleNamespace(parts=[Placed(kind=p, on="x") for p in parts])
         )
 
     def measured(name: Any) -> ErrorFigures:

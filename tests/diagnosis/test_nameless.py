@@ -25,6 +25,7 @@ from codegen.logs import Log, read_log
 from codegen.simulate.closed_loop import simulate
 from codegen.simulate.loop_run import write_log
 from codegen.spec import Spec, parse_spec
+from tests.diagnosis.fakes import InRound, Placed
 from tests.diagnosis.stage import TEST, TRAIN, among, log_of, stage, system_of
 
 LEVEL, PERIOD = 25.0, 0.06
@@ -78,7 +79,7 @@ def test_a_rare_law_keeps_an_effect_from_its_name_only_where_it_fits_better(monk
 
     def counts(kind: str, is_better: bool) -> bool:
         monkeypatch.setattr(nameless, "runs_prefer", lambda *_: is_better)
-        law: Any = SimpleNamespace(found=SimpleNamespace(part=SimpleNamespace(kind=kind)))
+        law: Any = InRound(found=SimpleNamespace(part=Placed(kind=kind)))
         return nameless._counts(law, law, law)
 
     assert not counts("load_wave", False) and counts("load_wave", True)

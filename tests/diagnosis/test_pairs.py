@@ -10,7 +10,7 @@ import pytest
 from codegen.diagnosis.selection import (
     pairs,
 )
-from tests.diagnosis.fakes import fit, part_named, ranked, unreported
+from tests.diagnosis.fakes import InRound, fit, part_named, ranked, unreported
 
 
 @pytest.mark.parametrize(("share", "whole"), [(0.85, True), (0.7, False)])
@@ -105,7 +105,7 @@ def test_no_pair_is_sought_beyond_one_that_leaves_only_noise(at_noise: bool, mon
         asked.append(base.trial.parts[0].kind)
         found = fit(base.trial.parts[0], parts[0])
         found.cost = 10.0 - len(asked)
-        return [SimpleNamespace(found=found, why_not="")]
+        return [InRound(found=found, why_not="")]
 
     monkeypatch.setattr(pairs, "run_round", run_round)
     monkeypatch.setattr(pairs, "every_part", lambda search, taken: [part_named("viscous")])

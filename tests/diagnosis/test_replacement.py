@@ -18,7 +18,7 @@ from codegen.diagnosis.selection import (
 from codegen.diagnosis.selection.ranking import nearest_of_equal
 from codegen.effects import CATALOGUE
 from codegen.effects.register import candidates
-from tests.diagnosis.fakes import fit, part_named
+from tests.diagnosis.fakes import InRound, fit, part_named
 from tests.diagnosis.stage import stage, system_of
 
 LATE = ("input_delay", "actuator_lag")
@@ -106,7 +106,7 @@ def test_far_from_the_noise_a_replacement_that_is_nearly_alike_ties(
     monkeypatch.setattr(
         replacement,
         "as_replacement",
-        lambda search, found, _: SimpleNamespace(
+        lambda search, found, _: InRound(
             found=found, evidence=SimpleNamespace(share=shares[found.runner.trial.parts[0].kind])
         ),
     )
@@ -253,7 +253,7 @@ def test_a_play_of_nothing_is_a_spring(cost: float, kinds: str) -> None:
         return SimpleNamespace(trial=SimpleNamespace(parts=tuple(parts)), values=(moved, values), cost=cost)
 
     search: Any = SimpleNamespace(system=system, rigid=None, with_parts=with_parts)
-    rivals: Any = [SimpleNamespace(found=SimpleNamespace(part=p)) for p in (spring, offset)]
+    rivals: Any = [InRound(found=SimpleNamespace(part=p)) for p in (spring, offset)]
     found, left = replacement.with_simplest_effects(search, current, rivals)
     assert found.trial.parts == ((offset, spring) if kinds == "c" else (offset, play))
     assert left == (rivals[1:] if kinds == "c" else rivals)

@@ -23,6 +23,7 @@ from codegen.diagnosis.evidence.score_test import (
 from codegen.diagnosis.fit.credit import Evidence, evidence_of
 from codegen.diagnosis.fit.output_error import Fit, Prior, Starts, segment_weights
 from codegen.effects import CATALOGUE
+from tests.diagnosis.fakes import Placed
 from tests.slow_cases import drawn
 
 Array = NDArray[np.float64]
@@ -184,7 +185,7 @@ def test_it_is_one_of_five_tests_of_nested_models_and_of_no_others() -> None:
 
 def test_a_trial_contains_another_with_fewer_parts_or_a_simpler_form() -> None:
     def trial(*parts: tuple[str, tuple[str, ...]]) -> Any:
-        return SimpleNamespace(parts=[SimpleNamespace(kind=kind, on="rail", names=names) for kind, names in parts])
+        return SimpleNamespace(parts=[Placed(kind=kind, on="rail", names=names) for kind, names in parts])
 
     spring, hard, drag = ("spring", ("k",)), ("spring", ("k", "k3")), ("quadratic_drag", ("c",))
     assert [added_parameters(*two) for two in ((trial(), trial(hard)), (trial(spring), trial(hard)))] == [2, 1]
@@ -199,7 +200,7 @@ def test_a_trial_contains_another_with_fewer_parts_or_a_simpler_form() -> None:
 
 def test_a_play_extends_the_spring_in_its_place_and_nothing_else() -> None:
     def trial(*kinds: str, on: str = "x") -> Any:
-        return SimpleNamespace(parts=[SimpleNamespace(kind=kind, on=on, effect=CATALOGUE[kind]) for kind in kinds])
+        return SimpleNamespace(parts=[Placed(kind=kind, on=on, effect=CATALOGUE[kind]) for kind in kinds])
 
     play = trial("offset", "backlash")
     assert extends(play, trial("offset", "compliance")) and extends(play, trial("compliance", "offset"))

@@ -27,6 +27,7 @@ from codegen.diagnosis.verdict.answer import Answer
 from codegen.diagnosis.verdict.examination import examine
 from codegen.effects import CATALOGUE
 from codegen.spec import parse_spec
+from tests.diagnosis.fakes import InRound, Placed
 from tests.diagnosis.stage import STAGE, TRAIN, among, log_of, stage, system_of
 from tests.diagnosis.test_adoption import search_of
 from tests.slow_cases import slow_except
@@ -34,11 +35,11 @@ from tests.slow_cases import slow_except
 
 def ranked(kind: str, left: float, on: str = "q") -> Any:
     names = [p.name for p in CATALOGUE[kind].parameters]
-    part = SimpleNamespace(kind=kind, on=on, effect=None, place=0, names=names)
+    part = Placed(kind=kind, on=on, effect=None, place=0, names=names)
     trial = SimpleNamespace(system=None, parts=())
     found = SimpleNamespace(part=part, cost=0.0, held_out_losses=np.zeros(1), trial=trial)
     evidence = SimpleNamespace(share=1 - left)
-    return SimpleNamespace(found=found, evidence=evidence, why_not="", unsure=False, contradicted=False)
+    return InRound(found=found, evidence=evidence, why_not="", unsure=False, contradicted=False)
 
 
 @pytest.fixture
@@ -390,7 +391,7 @@ def test_the_next_of_tied_candidates_is_examined_where_held_out_data_refuse_the_
     """One that is left is the effect; what was refused is no rival of it."""
 
     def outcome(kind: str, others: list[str]) -> Any:
-        return SimpleNamespace(parts=(SimpleNamespace(kind=kind, on="q"),), rivals=tuple(others), base=None)
+        return SimpleNamespace(parts=(Placed(kind=kind, on="q"),), rivals=tuple(others), base=None)
 
     others = ["spring", "offset"][:rivals]
     first = outcome("hardening_spring", others)
@@ -511,9 +512,7 @@ def test_a_play_is_judged_against_the_spring_that_it_contains_by_the_score_test(
     monkeypatch.setattr(ranking, "whiteness", lambda *_: 0.6)
     monkeypatch.setattr(ranking, "dispersion", lambda *_: 1.3)
     play, spring = (
-        SimpleNamespace(
-            trial=SimpleNamespace(parts=[SimpleNamespace(kind=kind, on="x", effect=CATALOGUE[kind])]), cost=cost
-        )
+        SimpleNamespace(trial=SimpleNamespace(parts=[Placed(kind=kind, on="x", effect=CATALOGUE[kind])]), cost=cost)
         for kind, cost in (("backlash", 100.0), ("compliance", 400.0))
     )
     search: Any = SimpleNamespace(rigid=None)

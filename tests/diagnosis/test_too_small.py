@@ -15,13 +15,14 @@ import stiction
 from codegen.diagnosis.fit.credit import ALPHA, LEAST_NET, LEAST_SIZE
 from codegen.diagnosis.selection import ranking
 from codegen.diagnosis.selection.ranking import Ranked
+from tests.diagnosis.fakes import Placed
 
 SMALL = "explains less than stribeck on gear, which is too small to matter: 0.3 % of the drive force"
 
 
 def candidate(kind: str, share: float, size: float, p: float = 0.0, at: int = 0, why_not: str = "") -> Ranked:
     effect = SimpleNamespace(coordinate=lambda system, place: at)
-    part = SimpleNamespace(kind=kind, on="gear", place=0, effect=effect)
+    part = Placed(kind=kind, on="gear", place=0, effect=effect)
     found: Any = SimpleNamespace(part=part, trial=SimpleNamespace(adds_states=kind in ("compliance", "backlash")))
     evidence: Any = SimpleNamespace(share=share)
     return Ranked(found, evidence, 1.0, size, why_not, p=p)

@@ -16,13 +16,14 @@ from codegen.diagnosis.fit.credit import Evidence
 from codegen.diagnosis.selection.ranking import Ranked
 from codegen.diagnosis.verdict import answer as answers
 from codegen.diagnosis.verdict.answer import MOST_UNCREDITED, Answer, unknown_for_a_candidate
+from tests.diagnosis.fakes import Placed
 from tests.diagnosis.stage import TEST, TRAIN, log_of, stage, system_of
 
 MATERIAL = 0.02
 
 
 def candidate(share: float, size: float, unsure: bool = True, kind: str = "cogging") -> Ranked:
-    found = cast(Any, SimpleNamespace(part=SimpleNamespace(kind=kind, on="x")))
+    found = cast(Any, SimpleNamespace(part=Placed(kind=kind, on="x")))
     return Ranked(found, Evidence(1.0, share, 2.0, 6, 8), 0.3, size, "may be chance", unsure)
 
 

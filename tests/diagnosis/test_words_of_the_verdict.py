@@ -32,6 +32,7 @@ from codegen.diagnosis.verdict.answer import Answer, by_remainder
 from codegen.diagnosis.verdict.examination import refused_at_limit
 from codegen.diagnosis.verdict.statement import best_refused, changes_in_words
 from codegen.logs import read_logs
+from tests.diagnosis.fakes import InRound, Placed
 from tests.diagnosis.stage import log_of, stage, system_of
 from tests.diagnosis.statements import statement_of
 
@@ -174,8 +175,8 @@ def test_the_evidence_compares_with_declared_and_refitted_values():
 @pytest.mark.parametrize("why", ["is too small", ""])
 def test_none_says_why_the_best_candidate_is_not_credited(why: str) -> None:
     """One that removes 89 % and is too small must not be counted with those that remove nothing."""
-    part, evidence = SimpleNamespace(kind="stribeck", on="rail", form=""), SimpleNamespace(share=0.89)
-    ranked = SimpleNamespace(found=SimpleNamespace(part=part), evidence=evidence, why_not=why)
+    part, evidence = Placed(kind="stribeck", on="rail", form=""), SimpleNamespace(share=0.89)
+    ranked = InRound(found=SimpleNamespace(part=part), evidence=evidence, why_not=why)
     outcome: Any = SimpleNamespace(first=(ranked,))
     refused = best_refused(outcome)
     assert refused == (("stribeck", "rail", why) if why else None)
@@ -190,7 +191,7 @@ def test_the_best_refused_candidate_is_named_with_its_form_as_in_the_table() -> 
 
     def row(share: float, why: str, *names: str) -> Any:
         part = Part("stribeck", 0, "rail", names, (), ())
-        return SimpleNamespace(found=SimpleNamespace(part=part), evidence=SimpleNamespace(share=share), why_not=why)
+        return InRound(found=SimpleNamespace(part=part), evidence=SimpleNamespace(share=share), why_not=why)
 
     plain, split = row(0.2, "too small", "delta", "v_s"), row(0.3, "by chance", "delta", "v_s", "d_delta")
     outcome: Any = SimpleNamespace(first=(plain, split))

@@ -157,9 +157,7 @@ def remarks(found: FoundEffect, part: Part, problem: Problem) -> list[str]:
     stroke, period = _stroke(problem.system, problem.motion, part), found.parameters.get("period", 0.0)
     if period > stroke and not never_passed(problem.system, problem.motion, part, found.parameters):
         unit = found.units["period"]
-        words.append(
-            f"The log covers only {stroke:.3g} of {period:.3g} {unit} of the period of {found.kind} on {found.on}"
-        )
+        words.append(f"The log covers only {stroke:.3g} of {period:.3g} {unit} of the period of {found.title}")
     covered = {"{q}/s": _top_speed(problem.system, problem.motion, part), "s": float(np.ptp(problem.motion.time))}
     for p in part.effect.parameters:
         most = covered.get(p.unit)
@@ -167,7 +165,7 @@ def remarks(found: FoundEffect, part: Part, problem: Problem) -> list[str]:
             continue
         unit = found.units[p.name]
         words.append(
-            f"{p.name} = {found.parameters[p.name]:.3g} {unit} of {found.kind} on {found.on} lies beyond what the log "
+            f"{p.name} = {found.parameters[p.name]:.3g} {unit} of {found.title} lies beyond what the log "
             f"covers ({most:.3g} {unit}), so the log shows only the start of its shape"
         )
     return words
@@ -180,7 +178,7 @@ def _motion_logged_late(found: FoundEffect, part: Part, problem: Problem, delay:
     logged = (system.velocities if integrated and integrated[i] else system.positions)[i].name
     by = f"{1e3 * delay:.2g} ms"
     return (
-        f"{found.kind} on {found.on} moves the machine as if {logged} were logged {by} late, by a filter or as a "
+        f"{found.title} moves the machine as if {logged} were logged {by} late, by a filter or as a "
         f"difference over several rows: no log can tell them apart. If so, `late: {{{logged}: {by}}}` in meta.yaml "
         "beside the log"
     )

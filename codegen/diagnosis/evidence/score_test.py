@@ -16,13 +16,13 @@ from codegen.diagnosis.fit.trial import Trial
 
 def contains(richer: Trial, trial: Trial) -> bool:
     """Whether a trial contains another one as a special case: every part, with at least its parameters."""
-    own = {(p.kind, p.on): set(p.names) for p in richer.parts}
-    return all(set(p.names) <= own.get((p.kind, p.on), set()) for p in trial.parts)
+    own = {p.key: set(p.names) for p in richer.parts}
+    return all(set(p.names) <= own.get(p.key, set()) for p in trial.parts)
 
 
 def extends(richer: Trial, trial: Trial) -> bool:
     """Whether a trial has the same effects as another one, one of them by a kind that extends the other's kind."""
-    own, others = ({(p.kind, p.on): p for p in one.parts} for one in (richer, trial))
+    own, others = ({p.key: p for p in one.parts} for one in (richer, trial))
     added, lost = [p for key, p in own.items() if key not in others], [p for key, p in others.items() if key not in own]
     if len(added) != 1 or len(lost) != 1 or len(richer.parts) != len(trial.parts):
         return False
@@ -31,8 +31,8 @@ def extends(richer: Trial, trial: Trial) -> bool:
 
 def added_parameters(trial: Trial, richer: Trial) -> int:
     """Number of parameters of a richer trial's effects that another trial does not have."""
-    known = {(p.kind, p.on): len(p.names) for p in trial.parts}
-    return sum(max(0, len(p.names) - known.get((p.kind, p.on), 0)) for p in richer.parts)
+    known = {p.key: len(p.names) for p in trial.parts}
+    return sum(max(0, len(p.names) - known.get(p.key, 0)) for p in richer.parts)
 
 
 def nested_evidence_of(before: Fit, after: Fit) -> Evidence:

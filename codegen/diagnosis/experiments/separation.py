@@ -115,10 +115,10 @@ def _cheapest_first(search: Search, machine: System, reach: Reach, h: float) -> 
 
 def _confusable(outcome: Outcome) -> list[Ranked]:
     """The best candidate that this log excluded although it resembles a tied one; the motion must exclude it too."""
-    tied = [outcome.parts[0], *(r.found.part for r in outcome.rivals)]
+    tied = [outcome.parts[0], *(r.part for r in outcome.rivals)]
     confusable = {c.other for part in tied for c in CATALOGUE[part.kind].confused_with}
-    named = {(p.kind, p.on) for p in (*tied, *outcome.parts)}
-    first = [(r, r.found.part, (r.found.part.kind, r.found.part.on)) for r in outcome.first]
+    named = {p.key for p in (*tied, *outcome.parts)}
+    first = [(r, r.part, r.part.key) for r in outcome.first]
     named |= {same for r, part, place in first if place in named for same in twins(part, r.found)}
     possible = [r for r, part, at in first if not r.why_not and at not in named and kinds_of(part.kind) & confusable]
     return possible[:MOST_CONFUSABLE]
@@ -139,8 +139,8 @@ def _tied_pair(search: Search, outcome: Outcome, first: Fit, other: Fit) -> Tied
     cosine = float(np.clip(one @ two / size, -1.0, 1.0)) if size > 0 else 1.0
     parts = [fit.trial.parts[0] for fit in (first, other)]
     return TiedPair(
-        (parts[0].kind, parts[0].on),
-        (parts[1].kind, parts[1].on),
+        parts[0].key,
+        parts[1].key,
         float(np.degrees(np.arccos(cosine))),
         _distance(first, other),
         separating_experiment(parts[0].kind, parts[1].kind),

@@ -22,7 +22,7 @@ from codegen.diagnosis.fit.shooting import (
     hidden_states,
     term_symbols,
 )
-from codegen.diagnosis.results import FoundEffect
+from codegen.diagnosis.results import AtPlace, FoundEffect
 from codegen.effects import Effect
 from codegen.effects.coordinate import Coordinate
 from codegen.effects.declare import added, effect_symbols, places_of, unit_words
@@ -34,7 +34,7 @@ from codegen.simulate.drive import Chains, MeanInput
 
 
 @dataclass(frozen=True)
-class Part:
+class Part(AtPlace):
     """One effect at one place, with the names, symbols and fit coordinates of its parameters."""
 
     kind: str

@@ -85,13 +85,13 @@ class Screened:
 
 def every_part(search: Search, taken: Sequence[Part]) -> list[Part]:
     """Effects at all places that the log can show, without those already taken and refined forms of a kind."""
-    known, changed = {(p.kind, p.on) for p in taken}, replace(search.declared_trial, parts=tuple(taken)).changed
+    known, changed = {p.key for p in taken}, replace(search.declared_trial, parts=tuple(taken)).changed
     possible = [(form, place) for effect, place in candidates(changed) if not effect.refines for form in effect.forms]
     forms = [(form, place) for form, place in possible if form.is_tried(changed, place)]
     parts = [part_of(form, place, search.system) for form, place in forms]
     if search.rigid:
         parts = [p for p in parts if joint_of(search, p) in (search.record.joints or ())]
-    return [p for p in parts if (p.kind, p.on) not in known and (not p.effect.both_ways or search.reverses[p.place])]
+    return [p for p in parts if p.key not in known and (not p.effect.both_ways or search.reverses[p.place])]
 
 
 def start_compiling(search: Search) -> None:
@@ -271,7 +271,7 @@ class CandidateFits:
         best: dict[tuple[str, str], int] = {}
         for k in sorted((k for k in indices if k in self.left), key=self.left.__getitem__):
             if self.left[k] < 1 - CLEAR_BY_FORCE:
-                best.setdefault((self.parts[k].kind, self.parts[k].on), k)
+                best.setdefault(self.parts[k].key, k)
         return list(best.values())[:FITTED_BY_FORCE]
 
     def _start_by_runs(self, indices: Sequence[int]) -> None:

@@ -148,9 +148,4 @@ def pruned(search: Search, fit: Fit, candidates: int, spared: int = 0) -> Fit:
 def pruned_with_rivals(search: Search, current: Fit, rivals: list[Ranked]) -> tuple[Fit, list[Ranked]]:
     """Backward elimination; if the first effect is removed, so are its rivals."""
     leader, kept = current.trial.parts[0], pruned(search, current, 1)
-    return kept, rivals if are_same(leader, kept.trial.parts[0]) else []
-
-
-def are_same(one: Part, other: Part) -> bool:
-    """Whether two are the same effect at the same place, in whichever form."""
-    return (one.kind, one.on) == (other.kind, other.on)
+    return kept, rivals if leader.key == kept.trial.parts[0].key else []

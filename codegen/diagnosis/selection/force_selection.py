@@ -115,7 +115,7 @@ def selected_by_force(
                 break
             credited = fit
         fit = credited
-    rounds.sort(key=lambda one: not one.ranked or one.ranked[0].found.part not in fit.trial.parts)
+    rounds.sort(key=lambda one: not one.ranked or one.ranked[0].part not in fit.trial.parts)
     first = rounds[0].ranked
     fit = still_credited(fits, fit, in_determined_forms(fits, fit))
     before = fits.run(plain)
@@ -152,8 +152,8 @@ def force_round(
     ``joint``: of an arm that is simulated joint by joint, the joint of the candidates; else None. Of several forms of
     one effect, the simplest that fits as well and is credited is kept, if any is.
     """
-    taken = {(p.kind, p.on) for p in plain.trial.parts}
-    parts = [p for p in fits.candidates.parts if (p.kind, p.on) not in taken and joint_of(fits.search, p) == joint]
+    taken = {p.key for p in plain.trial.parts}
+    parts = [p for p in fits.candidates.parts if p.key not in taken and joint_of(fits.search, p) == joint]
     of_runs = share_of_runs(len(fits.search.record.start))
     count = hypotheses(parts)
     ranked = judged_in_addition(fits, plain, parts, count, report_progress, of_level=1 - of_runs)
@@ -316,8 +316,8 @@ def best_first_effect(fits: ForceFits, fit: Fit, leading: Sequence[Ranked]) -> t
         The best fit, and its first effect followed by those that still tie with it.
     """
     _, *later = fit.trial.parts
-    taken = {(p.kind, p.on) for p in later}
-    leading = [one for one in leading if (one.found.part.kind, one.found.part.on) not in taken]
+    taken = {p.key for p in later}
+    leading = [one for one in leading if one.part.key not in taken]
     if len(leading) < 2:
         return fit, list(leading)
     fitted = [(fit, leading[0]), *((with_first(fits, fit, one) if later else one.found, one) for one in leading[1:])]
@@ -358,7 +358,7 @@ def special_case(fits: ForceFits, fit: Fit, leading: Sequence[Ranked]) -> tuple[
     """
     leader, *rivals = leading
     for one in rivals:
-        if _is_special_case(one.found.part, fit):
+        if _is_special_case(one.part, fit):
             special = with_first(fits, fit, one)
             if random_signs(shown_on_blocks(fits, special, fit)[0].t) > credit.TIE_LEVEL:
                 return special, [one, *(other for other in rivals if other is not one)]
@@ -377,7 +377,7 @@ def _is_special_case(part: Part, fit: Fit) -> bool:
 def with_first(fits: ForceFits, fit: Fit, one: Ranked) -> Fit:
     """The fit with another candidate in place of its first effect."""
     moved, values = fit.values
-    parts = [one.found.part, *fit.trial.parts[1:]]
+    parts = [one.part, *fit.trial.parts[1:]]
     return fits.with_parts(fit, moved, parts, [one.found.parameters, *values[1:]])
 
 
@@ -423,8 +423,7 @@ def _not_confirmed(plain: Fit, fit: Fit) -> Fact:
     """The fact on effects that the force residual credits and free runs do not confirm."""
     named = named_effects(fit.trial.parts, estimate(fit), fit.model)
     effects = " and ".join(
-        f"{e.kind} on {e.on} ({', '.join(f'{k} = {v:.3g} {e.units[k]}' for k, v in e.parameters.items())})"
-        for e in named
+        f"{e.title} ({', '.join(f'{k} = {v:.3g} {e.units[k]}' for k, v in e.parameters.items())})" for e in named
     )
     share = evidence_of_blocks(plain, fit).share
     return Fact(

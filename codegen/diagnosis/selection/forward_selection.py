@@ -231,7 +231,7 @@ class _Rounds:
         """Try the waiting candidates in place of a leader that is not credited; one that fails too ends the rounds."""
         waiting, self.waiting = self.waiting, []
         self.current = self.confirmed
-        self.joint = joint_of(self.search, waiting[0].found.part)
+        self.joint = joint_of(self.search, waiting[0].part)
         self.rivals = self.rivals if self.confirmed.trial.parts else []  # else those of the leader in doubt
         self._take(waiting, [*contradicted, *self.beside], falls_back=True)
 

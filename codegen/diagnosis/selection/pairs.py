@@ -10,7 +10,7 @@ from codegen.diagnosis.fit.output_error import Fit
 from codegen.diagnosis.fit.search import Search, joint_of
 from codegen.diagnosis.fit.trial import Part
 from codegen.diagnosis.selection.candidate_fits import every_part, fit_candidates
-from codegen.diagnosis.selection.crediting import BETTER, are_same, at_noise
+from codegen.diagnosis.selection.crediting import BETTER, at_noise
 from codegen.diagnosis.selection.ranking import (
     Ranked,
     force_prefers,
@@ -44,15 +44,15 @@ def best_pair(
     best: Fit | None = None
     among_all = False
     for k, one in enumerate(ranked):
-        if any((one.found.part.kind, one.found.part.on) in same_motion(r.found) for r in ranked[:k]):
+        if any(one.part.key in same_motion(r.found) for r in ranked[:k]):
             continue
         every = 0 < k < BEAM and leaves_as_little(one, ranked[0])
         if every:
-            others = every_part(search, [one.found.part])
+            others = every_part(search, [one.part])
         else:
-            others = [r.found.part for r in ranked[k + 1 :] if not same_signature(one.found.part, r.found.part)]
-        own, same = joint_of(search, one.found.part), same_motion(one.found)
-        others = [p for p in others if joint_of(search, p) == own and (p.kind, p.on) not in same]
+            others = [r.part for r in ranked[k + 1 :] if not same_signature(one.part, r.part)]
+        own, same = joint_of(search, one.part), same_motion(one.found)
+        others = [p for p in others if joint_of(search, p) == own and p.key not in same]
         if others:
             both = run_round(search, search.fitted_again(one.found), others, report_progress, leading=True)
             for found in [search.fitted_again(r.found) for r in both if not r.why_not][:1]:
@@ -78,7 +78,7 @@ def split_in_two(
         rest = search.without(current, k)
         alike = [p for p in every_part(search, rest.trial.parts) if is_confused(search, part, p)]
         for one, two in combinations(alike, 2):
-            if are_same(one, two) or len(one.names) + len(two.names) > len(part.names):
+            if one.key == two.key or len(one.names) + len(two.names) > len(part.names):
                 continue
             for first in fit_candidates(search, rest, [one], report_progress):
                 for both in fit_candidates(search, first, [two], report_progress):

@@ -73,6 +73,10 @@ class Ranked:
     contradicted: bool = False
 
     @property
+    def part(self) -> Part:
+        return self.found.part
+
+    @property
     def for_table(self) -> Ranked:
         """The candidate without what only its round needs: an arm has dozens of rounds."""
         return replace(self, found=self.found.for_table, force_criterion=None)
@@ -123,17 +127,17 @@ def _beside_too_small(search: Search, one: Ranked, ranked: Sequence[Ranked]) -> 
     if one.why_not or one.size >= credit.LEAST_SIZE or not one.found.trial.adds_states:
         return one
     for other in ranked:
-        part, found = other.found.part, other.found
+        part, found = other.part, other.found
         small_force = not found.trial.adds_states and is_too_small(found, other.size)
         better = other.evidence.share > one.evidence.share and other.p <= credit.ALPHA
         if small_force and better and _coordinate(search, other) == _coordinate(search, one):
-            words = f"explains less than {part.kind} on {part.on}, which {too_small_in_words(other.size)}"
+            words = f"explains less than {part.title}, which {too_small_in_words(other.size)}"
             return replace(one, why_not=words)
     return one
 
 
 def _coordinate(search: Search, one: Ranked) -> int:
-    part = one.found.part
+    part = one.part
     return part.effect.coordinate(search.system, part.place)
 
 
@@ -175,10 +179,10 @@ def _without_extensions_not_shown(search: Search, ranked: Sequence[Ranked]) -> l
 
     They stay if the other candidate fails a test that they pass.
     """
-    plain = {(r.found.part.kind, r.found.part.on): r for r in ranked}
+    plain = {r.part.key: r for r in ranked}
 
     def is_kept(r: Ranked) -> bool:
-        other = plain.get((r.found.part.effect.extends, r.found.part.on))
+        other = plain.get((r.part.effect.extends, r.part.on))
         return other is None or _passed(other) < _passed(r) or extension_is_shown(search, other.found, r.found)
 
     return [r for r in ranked if is_kept(r)]
@@ -231,7 +235,7 @@ def _tied(search: Search, best: Ranked, ranked: Sequence[Ranked]) -> list[Ranked
             continue
         if not leaves_as_little(other, best):
             continue
-        if is_no_better_form(other.found, best.found, best.found.part):
+        if is_no_better_form(other.found, best.found, best.part):
             continue
         if tied_by_free_runs(search, best, other):
             tied.append(other)
@@ -310,10 +314,10 @@ def leader_first(search: Search, ranked: Sequence[Ranked]) -> list[Ranked]:
 def usual_form_first(search: Search, ranked: Sequence[Ranked]) -> list[Ranked]:
     """The candidates, first one of a usual form if the best has a special form and is not clearly better."""
     best = ranked[0]
-    if is_usual_form(best.found.part):
+    if is_usual_form(best.part):
         return list(ranked)
     tied = [r for r in _tied(search, best, ranked) if not r.why_not]
-    others = [r for r in tied if is_no_better_form(best.found, r.found, r.found.part)]
+    others = [r for r in tied if is_no_better_form(best.found, r.found, r.part)]
     best = min(others, key=lambda r: r.found.cost, default=best)
     return led_by(best, ranked)
 
@@ -325,7 +329,7 @@ def better_predicting_first(search: Search, ranked: Sequence[Ranked]) -> list[Ra
         r
         for r in ranked[1:]
         if not r.why_not
-        and len(r.found.part.names) < len(best.found.part.names)
+        and len(r.part.names) < len(best.part.names)
         and runs_prefer(search, r.found, best.found)
         and not runs_prefer(search, best.found, r.found)
     ]
@@ -347,12 +351,8 @@ def nearest_twin_first(search: Search, ranked: Sequence[Ranked]) -> list[Ranked]
     Twins are one motion with other levels: a larger mass with the declared friction, or a weaker drive with less.
     """
     best = ranked[0]
-    same = twins(best.found.part, best.found)
-    alike = [
-        r
-        for r in ranked
-        if (r.found.part.kind, r.found.part.on) in same and not r.why_not and r.found.cost <= best.found.cost + EQUAL
-    ]
+    same = twins(best.part, best.found)
+    alike = [r for r in ranked if r.part.key in same and not r.why_not and r.found.cost <= best.found.cost + EQUAL]
     return led_by(min([best, *alike], key=lambda r: _from_declared(search, r.found)), ranked)
 
 
@@ -463,8 +463,8 @@ def differ_in_time(one: Fit, other: Fit) -> bool:
 
 def _apart(one: Fit, other: Fit) -> list[int]:
     """Indices of the effects of a fit that another fit does not have."""
-    known = {(p.kind, p.on) for p in other.trial.parts}
-    return [k for k, p in enumerate(one.trial.parts) if (p.kind, p.on) not in known]
+    known = {p.key for p in other.trial.parts}
+    return [k for k, p in enumerate(one.trial.parts) if p.key not in known]
 
 
 def adds_load(one: ForceCriterion) -> bool:
@@ -490,7 +490,7 @@ def twins(part: Part, found: Fit) -> list[tuple[str, str]]:
 
 def same_motion(found: Fit) -> set[tuple[str, str]]:
     """(kind, on) of a fit's last effect and of its twins."""
-    return {(found.part.kind, found.part.on), *twins(found.part, found)}
+    return {found.part.key, *twins(found.part, found)}
 
 
 def _is_one_of(found: Fit, known: Collection[tuple[str, str]]) -> bool:

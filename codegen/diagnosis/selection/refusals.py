@@ -155,7 +155,7 @@ def hides_an_effect(search: Search, found: Fit) -> str:
     for part, values in zip(found.trial.parts[:-1], found.values[1][:-1], strict=True):
         why = "" if simpler_forms(part) else unseen(search, part, values)
         if why:
-            return f"leaves {part.kind} on {part.on} with values that the log cannot show: it {why}"
+            return f"leaves {part.title} with values that the log cannot show: it {why}"
     return ""
 
 

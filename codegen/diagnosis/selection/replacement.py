@@ -19,7 +19,7 @@ from codegen.diagnosis.selection.candidate_fits import (
     in_simplest_forms,
     simpler_forms,
 )
-from codegen.diagnosis.selection.crediting import BETTER, MOST_EFFECTS, are_same, pruned_with_rivals, still_credited
+from codegen.diagnosis.selection.crediting import BETTER, MOST_EFFECTS, pruned_with_rivals, still_credited
 from codegen.diagnosis.selection.ranking import (
     CLOSE,
     Ranked,
@@ -94,7 +94,7 @@ def reconsidered(
             k = min(tied, default=0)
             return (put_first(search, current, k) if k else current), tied.get(k, [])
         current, among_all = better, True
-        if rivals and not are_same(leader, current.trial.parts[0]):
+        if rivals and leader.key != current.trial.parts[0].key:
             rivals = []
     return current, []
 
@@ -136,15 +136,15 @@ def swapped(
             alike = (f for f in alike if not tolerances_prefer(search, current, f))
             tied[k] = [as_replacement(search, f, without) for f in alike]
         else:
-            tied[k] = [r for r in rivals if any(are_same(f.part, r.found.part) for f in same)]
+            tied[k] = [r for r in rivals if r.part.key in {f.part.key for f in same}]
     return None, {k: found for k, found in tied.items() if found}
 
 
 def possible_replacements(search: Search, parts: Sequence[Part], k: int, among_all: bool = True) -> list[Part]:
     """Possible replacements of effect ``k``; of a last one chosen ``among_all``, only those confused with it."""
     rest = [p for j, p in enumerate(parts) if j != k]
-    same = {(parts[k].kind, parts[k].on), *twins_of(parts[k].effect, search.system, parts[k].place)}
-    possible = [p for p in every_part(search, rest) if (p.kind, p.on) not in same]
+    same = {parts[k].key, *twins_of(parts[k].effect, search.system, parts[k].place)}
+    possible = [p for p in every_part(search, rest) if p.key not in same]
     possible = [p for p in possible if joint_of(search, p) == joint_of(search, parts[k])]
     if k < len(parts) - 1 or not among_all:
         return possible
@@ -207,7 +207,7 @@ def with_simplest_effects(search: Search, current: Fit, rivals: list[Ranked]) ->
             start = {p.name: values[k].get(p.name, own.get(p.unit, 1.0)) for p in form.parameters}
             other = search.with_parts(current, moved, parts, [*values[:k], start, *values[k + 1 :]])
             if other.cost <= current.cost + FORM_GAIN:
-                return with_simplest_effects(search, other, [r for r in rivals if not are_same(r.found.part, simpler)])
+                return with_simplest_effects(search, other, [r for r in rivals if r.part.key != simpler.key])
     return current, rivals
 
 

@@ -23,7 +23,7 @@ FORCE_SHARE, FORCE_SHARE_OF_FEW = 0.1, 0.5
 
 def hypotheses(parts: Sequence[Part]) -> int:
     """Number of candidates for Bonferroni's correction; nested forms of one effect count once."""
-    return len({(p.kind, p.on) for p in parts})
+    return len({p.key for p in parts})
 
 
 def tried(search: Search, before: Fit, after: Fit, candidates: int) -> float:
@@ -31,10 +31,8 @@ def tried(search: Search, before: Fit, after: Fit, candidates: int) -> float:
 
     It counts every set of as many of the candidates, and for an effect with an unknown period each resolvable period.
     """
-    known = {(p.kind, p.on) for p in before.trial.parts}
-    added = [
-        (p, values) for p, values in zip(after.trial.parts, after.values[1], strict=True) if (p.kind, p.on) not in known
-    ]
+    known = {p.key for p in before.trial.parts}
+    added = [(p, values) for p, values in zip(after.trial.parts, after.values[1], strict=True) if p.key not in known]
     sets = comb(max(candidates, len(added)), len(added))
     return sets * prod(resolvable_periods(search.system, search.motion, p, values) for p, values in added)
 

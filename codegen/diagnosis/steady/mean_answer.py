@@ -36,7 +36,7 @@ def select_effects(search: SteadySearch) -> SteadyOutcome:
     rivals: tuple[Tried, ...] = ()
     for turn in range(MOST_EFFECTS):
         ranked = search.ranked_candidates(current)
-        before = tuple((p.kind, p.on) for p in current.trial.parts)
+        before = tuple(p.key for p in current.trial.parts)
         rounds.append(Round(before, tuple(one.row for one in ranked[:TABLE_SIZE])))
         if not ranked or not ranked[0].row.accepted:
             break
@@ -71,7 +71,7 @@ def answer_of(search: SteadySearch, measured: Measured, judged: Measured) -> tup
         return answer.unknown(effects_of(found.fits[0], refit), against), found
     if against:
         further = found.fits[len(named.trial.parts)].part
-        words = f"{further.kind} on {further.on}, a further effect: {against[0].words}"
+        words = f"{further.title}, a further effect: {against[0].words}"
         remarks = (*remarks, Fact("not credited", words))
     answer = replace(
         answer,

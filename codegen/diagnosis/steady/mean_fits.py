@@ -167,7 +167,7 @@ class SteadySearch:
 
     def ranked_candidates(self, base: SteadyFit) -> list[Tried]:
         """Every effect that such records can show, in addition to those of a fit: credited ones first, best first."""
-        trial, taken = base.trial, {(p.kind, p.on) for p in base.trial.parts}
+        trial, taken = base.trial, {p.key for p in base.trial.parts}
         trials = [
             trial.with_part(part_of(form, place, self.system))
             for effect, place in candidates(trial.changed)
@@ -188,16 +188,16 @@ class SteadySearch:
         law takes up, and the law that acts needs the parameter's own value to fit.
         """
         best, *others = ranked
-        known = {_effect(best), *best.row.also}
-        alike = [a for a in others if a.row.accepted and _effect(a) not in known]
+        known = {best.row.key, *best.row.also}
+        alike = [a for a in others if a.row.accepted and a.row.key not in known]
         tied = [a for a in alike if a.fit.nats < best.fit.nats + TIE_NATS]
         if not self.problem.prior_precision.any():
             return tied
-        known |= {_effect(a) for a in tied}
+        known |= {a.row.key for a in tied}
         free = replace(self, held=False)
         others = free.ranked_candidates(free.fit(base.trial, [base.theta]))
-        least = min((a.fit.nats for a in others if _effect(a) == _effect(best)), default=np.inf) - TIE_NATS
-        return tied + [a for a in others if a.row.accepted and _effect(a) not in known and a.fit.nats < least]
+        least = min((a.fit.nats for a in others if a.row.key == best.row.key), default=np.inf) - TIE_NATS
+        return tied + [a for a in others if a.row.accepted and a.row.key not in known and a.fit.nats < least]
 
     def values_away(self, tried: Sequence[Tried]) -> tuple[Fact, ...]:
         """The value that each fit moves furthest from the declared one, if by more than ``AWAY`` tolerances."""
@@ -208,9 +208,7 @@ class SteadySearch:
             if away[k] > AWAY:
                 symbol, declared = self.problem.moved[k], self.problem.declared[k]
                 value = f"{symbol} = {one.fit.theta[k]:.3g}{in_unit(self.system, symbol)}"
-                words = (
-                    f"{one.row.kind} on {one.row.on} fits with {value}, {away[k]:.2g} tolerances from {declared:.3g}"
-                )
+                words = f"{one.row.title} fits with {value}, {away[k]:.2g} tolerances from {declared:.3g}"
                 facts.append(Fact("note", words))
         return tuple(facts)
 
@@ -302,14 +300,10 @@ def _chance(fit: SteadyFit, base: SteadyFit) -> float:
     return float(fisher.sf(ratio, more, freedom))
 
 
-def _effect(one: Tried) -> tuple[str, str]:
-    return one.row.kind, one.row.on
-
-
 def _is_simpler_form(other: Tried, one: Tried) -> bool:
     """Whether another candidate, no worse in the tests, is the same effect with fewer parameters and fits as well."""
     a, b = other.fit.part, one.fit.part
-    simpler = (a.kind, a.on) == (b.kind, b.on) and len(a.names) < len(b.names)
+    simpler = a.key == b.key and len(a.names) < len(b.names)
     return simpler and other.row.accepted >= one.row.accepted and other.fit.nats <= one.fit.nats + TIE_NATS
 
 

@@ -90,9 +90,9 @@ def found_across_joints(search: Search, base: Fit, material: float) -> Ranked | 
     if not ranked or ranked[0].why_not:
         return None
     best = ranked[0].found
-    same = {(best.part.kind, best.part.on), *twins(best.part, best)}
+    same = {best.part.key, *twins(best.part, best)}
     others = (r.found for r in ranked[1:] if not r.why_not or r.unsure)
-    rivals = [other for other in others if (other.part.kind, other.part.on) not in same]
+    rivals = [other for other in others if other.part.key not in same]
     if not all(_is_better(search, best, rival) for rival in rivals):
         return None
     # A long log prefers one of two incomplete models by any small difference, which says nothing of the truth.

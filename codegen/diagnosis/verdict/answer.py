@@ -169,7 +169,7 @@ def unknown_for_a_candidate(answer: Answer, tried: Sequence[Ranked], material: f
         return answer
     best = max(found, key=lambda r: r.evidence.share)
     words = (
-        f"{best.found.part.kind} on {best.found.part.on} removes {in_percent(best.evidence.share)} of the squared "
+        f"{best.part.title} removes {in_percent(best.evidence.share)} of the squared "
         f"simulation error on held-out parts, so something may be missing. The log has too few parts to tell: record a "
         "longer one, or several"
     )

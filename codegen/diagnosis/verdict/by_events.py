@@ -43,7 +43,7 @@ def shown_in_events(search: Search, outcome: Outcome, held_out: Problem, log: Lo
     named = replace(leader, why_not="", unsure=False, p=shown.p)
     first = (named, *(r for r in outcome.first if r is not leader))
     credited = replace(outcome, first=first, unexplained=False).with_final(search, found, rivals)
-    return credited, _in_words(f"{found.part.kind} on {found.part.on}", shown, log)
+    return credited, _in_words(found.part.title, shown, log)
 
 
 def _prediction(search: Search, base: Fit, found: Fit, held_out: Problem) -> Prediction | None:

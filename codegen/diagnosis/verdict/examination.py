@@ -19,7 +19,7 @@ from codegen.diagnosis.fit.output_error import Fit, at_limit
 from codegen.diagnosis.fit.residual import Problem, drive_shares
 from codegen.diagnosis.fit.search import Search, joint_of, tolerances_away
 from codegen.diagnosis.fit.trial import Part, in_unit, part_of, with_effects, with_values
-from codegen.diagnosis.results import ErrorFigures, Fact, FoundEffect, Remainder, Verdict
+from codegen.diagnosis.results import ErrorFigures, Fact, FoundEffect, Remainder, Verdict, titles
 from codegen.diagnosis.selection.crediting import is_credited
 from codegen.diagnosis.selection.force_fits import ForceFits
 from codegen.diagnosis.selection.forward_selection import Outcome
@@ -92,7 +92,7 @@ def examine(
             left: Verdict = "ambiguous" if other.rivals else "effect"
             second, other = _with_effects(final_search, other, replace(plain, verdict=left), measured)
             if second.verdict == left:
-                named = " and ".join(f"{p.kind} on {p.on}" for p in outcome.parts)
+                named = titles(outcome.parts)
                 words = f"{named}, which fits the training log as well, is refused: {answer.against[0].words}"
                 of_leader = replace(answer.against[0], words=words)
                 return second.noted(*refused, of_leader), other
@@ -130,7 +130,7 @@ def refused_at_limit(answer: Answer, left_by: Callable[[Answer], Sequence[Remain
     A value at its limit is no estimate: the log does not determine the shape of the law. No effect of the motion
     explains the change in time, so there is a cause of another kind, of which this law may be a part.
     """
-    ends = [f"{name} of {e.kind} on {e.on}" for e in answer.effects for name in e.at_limit]
+    ends = [f"{name} of {e.title}" for e in answer.effects for name in e.at_limit]
     if answer.verdict != "effect" or not ends or not any(r.is_changing(material) for r in left_by(answer)):
         return answer
     return answer.refused(
@@ -204,7 +204,7 @@ def _harmful(search: Search, final: Fit, measured: Measured) -> tuple[int, Fact]
         return None
     _, k, worse = max(found, key=lambda one: one[0])
     part = final.trial.parts[k]
-    return k, merged([Refusal("refitted values", f"without {part.kind} on {part.on}", worse)])[0]
+    return k, merged([Refusal("refitted values", f"without {part.title}", worse)])[0]
 
 
 def _judged(
@@ -274,8 +274,8 @@ def _far_values(search: Search, one: Ranked) -> Fact:
         f"declared, {away[k]:.2g} tolerances away)"
         for k in far
     ]
-    part = one.found.part
-    return Fact("evidence", f"{part.kind} on {part.on} fits the log as well, but needs {', '.join(values)}")
+    part = one.part
+    return Fact("evidence", f"{part.title} fits the log as well, but needs {', '.join(values)}")
 
 
 def _examined(

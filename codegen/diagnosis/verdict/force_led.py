@@ -16,7 +16,7 @@ from codegen.diagnosis.fit.credit import random_signs
 from codegen.diagnosis.fit.output_error import Fit
 from codegen.diagnosis.fit.search import Search, joint_of
 from codegen.diagnosis.fit.trial import Part
-from codegen.diagnosis.results import Fact, Verdict
+from codegen.diagnosis.results import Fact, Verdict, titles
 from codegen.diagnosis.selection.force_fits import ForceFits
 from codegen.diagnosis.selection.force_selection import (
     ForceSelection,
@@ -125,7 +125,7 @@ class ForceLed:
             return answer.noted(*_refused(answer, second)), outcome
         better = "" if self.steady else better_values(self.search, led)
         if better:
-            named = " and ".join(f"{e.kind} on {e.on}" for e in second.effects)
+            named = titles(second.effects)
             words = f"The residual force alone would name {named}, but in simulation {better} the training log better"
             return answer.noted(Fact("not credited", words)), outcome
         words = (
@@ -137,12 +137,12 @@ class ForceLed:
 
 def _second_choice(found: ForceSelection, outcome: Outcome, leader: Part | None) -> list[Ranked]:
     """The candidate that the answer has in place of a leader which the force residual selects; empty otherwise."""
-    credited = {(p.kind, p.on) for p in outcome.parts}
-    if leader is None or (leader.kind, leader.on) in credited:
+    credited = {p.key for p in outcome.parts}
+    if leader is None or leader.key in credited:
         return []
-    if (leader.kind, leader.on) not in {(p.kind, p.on) for p in found.parts}:
+    if leader.key not in {p.key for p in found.parts}:
         return []
-    return [r for r in outcome.first if {(p.kind, p.on) for p in r.found.trial.parts} == credited]
+    return [r for r in outcome.first if {p.key for p in r.found.trial.parts} == credited]
 
 
 def _joint_by_joint(
@@ -154,8 +154,8 @@ def _joint_by_joint(
         return answer, outcome
     leader = outcome.parts[0] in fit.trial.parts
     second, richer = examined(outcome.with_final(found.fits.search, fit, outcome.rivals if leader else ()))
-    wanted = {(p.kind, p.on) for p in fit.trial.parts}
-    if second.verdict not in ("effect", "ambiguous") or {(e.kind, e.on) for e in second.effects} != wanted:
+    wanted = {p.key for p in fit.trial.parts}
+    if second.verdict not in ("effect", "ambiguous") or {e.key for e in second.effects} != wanted:
         return answer, outcome
     return second.noted(*remarks), richer
 
@@ -187,7 +187,7 @@ def with_shown_on_joints(found: ForceSelection, by_runs: Fit) -> tuple[Fit, tupl
         richer = search.with_parts(without, moved, parts, [*others, *own.values[1]])
         if credible(search, without, richer, many):
             fit = richer
-            named = " and ".join(f"{p.kind} on {p.on}" for p in known)
+            named = titles(known)
             remarks += [Fact("evidence", f"By free runs alone {named} would be named, {words}")] if known else []
     return fit, tuple(remarks)
 
@@ -210,8 +210,8 @@ def _against_on_joint(found: ForceSelection, by_runs: Fit, own: Fit, joint: int 
 
 def _refused(answer: Answer, by_force: Answer) -> tuple[Fact, ...]:
     """Why effects of the force residual are refused, where the verdict is `unknown` and the answer has others."""
-    shown = [f"{e.kind} on {e.on}" for e in by_force.effects]
-    if answer.verdict != "unknown" or shown == [f"{e.kind} on {e.on}" for e in answer.effects]:
+    shown = [e.title for e in by_force.effects]
+    if answer.verdict != "unknown" or shown == [e.title for e in answer.effects]:
         return ()
     named = f"{' and '.join(shown)}, which the residual force shows and simulations of the training log confirm,"
     is_refused = "is refused" if len(shown) == 1 else "are refused"
@@ -223,7 +223,7 @@ def without_refused_ties(found: ForceSelection, held_out: HeldOut) -> tuple[Forc
 
     The first of the remaining effects then leads the selection, if free runs confirm it.
     """
-    if not found.rivals or found.rounds[0].ranked[0].found.part != found.parts[0]:
+    if not found.rivals or found.rounds[0].ranked[0].part != found.parts[0]:
         return found, ()
     fits, first = found.fits, found.rounds[0]
     leading = [first.ranked[0], *found.rivals]
@@ -266,7 +266,7 @@ def against_free_runs(found: ForceSelection, by_runs: Fit) -> str:
 
 def _forms(parts: Sequence[Part]) -> dict[tuple[str, str], frozenset[str]]:
     """(kind, on) → names of the parameters of its form."""
-    return {(p.kind, p.on): frozenset(p.names) for p in parts}
+    return {p.key: frozenset(p.names) for p in parts}
 
 
 def _needed(fits: ForceFits, fit: Fit) -> Fit:
@@ -287,6 +287,6 @@ def _needed(fits: ForceFits, fit: Fit) -> Fit:
 
 def _with_first(first: Sequence[Ranked], named: Sequence[Ranked]) -> tuple[Ranked, ...]:
     """The table of candidates, with ``named`` in place of its entries for the same effects."""
-    known = {(r.found.part.kind, r.found.part.on, r.found.part.names) for r in named}
-    others = [r for r in first if (r.found.part.kind, r.found.part.on, r.found.part.names) not in known]
+    known = {(*r.part.key, r.part.names) for r in named}
+    others = [r for r in first if (*r.part.key, r.part.names) not in known]
     return (*named, *others)

@@ -138,7 +138,7 @@ def _periods(search: Search, outcome: Outcome, coordinate: int, richer: CoggingH
     sines += [
         r.found.parameters[PERIOD.name]
         for r in outcome.first
-        if _is_sine(r.found.part, on, richer) and (not r.why_not or r.unsure) and not sines
+        if _is_sine(r.part, on, richer) and (not r.why_not or r.unsure) and not sines
     ]
     for period in whole:
         if COVERED * period <= span and TURNS * period <= way:

@@ -107,7 +107,7 @@ def without_refused(search: Search, outcome: Outcome, held_out: HeldOut) -> tupl
 
 def in_words(fits: Sequence[Fit], refused: Mapping[int, tuple[int, float]]) -> tuple[Fact, ...]:
     """Facts on the fits that held-out data refuse (``HeldOut.refused``), which are named by their first effects."""
-    names = [f"{part.kind} on {part.on}" for part in (fit.trial.parts[0] for fit in fits)]
+    names = [part.title for part in (fit.trial.parts[0] for fit in fits)]
     return tuple(
         Fact(
             "not credited",

@@ -77,7 +77,7 @@ def _in_words(part: Part, change: float, reach: float, names: Sequence[str]) -> 
     size = f"an error of up to {in_percent(most / neutral)}" if neutral else f"{parameter.name} of up to {most:.2g}"
     return Fact(
         "note",
-        f"{part.kind} on {part.on}, {size}, cannot be told from errors of {values.format('and')} in this log, which "
+        f"{part.title}, {size}, cannot be told from errors of {values.format('and')} in this log, which "
         f"exert the same force. To show it, declare {values.format('or')} without tolerance, or log "
         "another motion, or one with a known load, as well",
         f"{parameter.name} from {neutral + change - reach:.3g} to {neutral + change + reach:.3g} explains the log as "

@@ -78,7 +78,7 @@ def _counts(search: Search, rival: Ranked, named: Ranked) -> bool:
     """Whether a law keeps an effect from being named: the log does not prefer the effect or, if asked, prefers it."""
     if not tied_by_free_runs(search, named, rival) or preferred_by_force(named, rival):
         return False
-    return not NAMELESS[rival.found.part.kind].if_better or runs_prefer(search, rival.found, named.found)
+    return not NAMELESS[rival.part.kind].if_better or runs_prefer(search, rival.found, named.found)
 
 
 def _rivals(search: Search, part: Part) -> list[Part]:
@@ -94,7 +94,7 @@ def as_unknown(answer: Answer, found: Rival) -> Answer:
     law = NAMELESS[part.kind]
     force = law.in_words(found.rival.parameters, unit_words(law, part.place, answer.refit))
     compared = "better than" if found.better else "as well as"
-    named = f"{found.part.kind} on {found.part.on}"
+    named = found.part.title
     level = in_percent(TIE_LEVEL)
     why = f"no effect of the catalogue, explains the log {compared} {named}, compared at the {level} level"
     refused = answer.refused(f"{force}, {why}")

@@ -25,15 +25,15 @@ TABLE_SIZE = 12
 def rivals_of(outcome: Outcome, tied: Sequence[Fit], system: System) -> tuple[FoundEffect, ...]:
     """The rivals of the first effect, with the values of the fits ``tied`` in its place where there are such fits."""
     first = [(fit.trial.parts[0], fit.values[1][0]) for fit in tied[1:]]
-    others = [(r.found.part, r.found.parameters) for r in outcome.rivals[len(first) :]]
+    others = [(r.part, r.found.parameters) for r in outcome.rivals[len(first) :]]
     return tuple(effect_of(part, values, system) for part, values in (*first, *others))
 
 
 def candidates(outcome: Outcome, system: System, verdict: Verdict) -> tuple[Candidate, ...]:
     """The table of candidates, best first; always with a user's own effects."""
     ranked = _listed(outcome, outcome.first)
-    kept = [r for k, r in enumerate(ranked) if k < TABLE_SIZE or is_own(r.found.part.kind)]
-    tried = {(r.found.part.kind, r.found.part.on) for r in ranked}
+    kept = [r for k, r in enumerate(ranked) if k < TABLE_SIZE or is_own(r.part.kind)]
+    tried = {r.part.key for r in ranked}
     return (*(_candidate(r) for r in kept), *_not_tried(system, tried, verdict))
 
 
@@ -41,7 +41,7 @@ def rounds(outcome: Outcome) -> tuple[Round, ...]:
     """The later rounds of forward selection, each with the effects found before it."""
     return tuple(
         Round(
-            tuple((p.kind, p.on) for p in later.found_before),
+            tuple(p.key for p in later.found_before),
             tuple(_candidate(r) for r in _listed(outcome, later.ranked)[:TABLE_SIZE]),
         )
         for later in outcome.later
@@ -72,13 +72,13 @@ def _not_tried(system: System, tried: Collection[tuple[str, str]], verdict: Verd
 
 def _listed(outcome: Outcome, ranked: Sequence[Ranked]) -> list[Ranked]:
     """A round with the finally named effects first, then their rivals, then the others in the round's order."""
-    order = {(p.kind, p.on): k for k, p in enumerate([*outcome.parts, *(r.found.part for r in outcome.rivals)])}
+    order = {p.key: k for k, p in enumerate([*outcome.parts, *(r.part for r in outcome.rivals)])}
     order |= {(CATALOGUE[p.kind].refines, p.on): k for k, p in enumerate(outcome.parts)}
-    return sorted(ranked, key=lambda r: order.get((r.found.part.kind, r.found.part.on), len(order)))
+    return sorted(ranked, key=lambda r: order.get(r.part.key, len(order)))
 
 
 def _candidate(r: Ranked) -> Candidate:
-    return _row(r, -1, tuple(twins(r.found.part, r.found)))
+    return _row(r, -1, tuple(twins(r.part, r.found)))
 
 
 def _row(r: Ranked, k: int, also: tuple[tuple[str, str], ...]) -> Candidate:
@@ -110,10 +110,10 @@ def in_no_round(search: Search, outcome: Outcome) -> tuple[Candidate, ...]:
     Each with the evidence, on held-out segments of the last fit, of all effects over those without it.
     """
     every = (outcome.first, *(later.ranked for later in outcome.later))
-    shown = {(r.found.part.kind, r.found.part.on) for ranked in every for r in ranked}
+    shown = {r.part.key for ranked in every for r in ranked}
     final, rows = outcome.final, []
     for k, part in enumerate(outcome.parts):
-        if (part.kind, part.on) in shown:
+        if part.key in shown:
             continue
         soft, without = search.with_noise_floor(search.without(final, k))
         whole = soft.fitted_again(final)

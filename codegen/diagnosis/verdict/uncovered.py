@@ -46,7 +46,7 @@ def _explains_more(search: Search, tried: Outcome, one: Ranked, outcome: Outcome
 
     It is fitted in place of all effects; with ``least`` of those of its place and variable, if they are as many.
     """
-    (moved, values), parts, part = outcome.final.values, outcome.final.trial.parts, one.found.part
+    (moved, values), parts, part = outcome.final.values, outcome.final.trial.parts, one.part
     kept = [k for k, p in enumerate(parts) if least and not same_signature(p, part)]
     if len(parts) - len(kept) < least:
         return False
@@ -63,7 +63,7 @@ def _explains_more(search: Search, tried: Outcome, one: Ranked, outcome: Outcome
 
 def not_determined(answer: Answer, one: Ranked, problem: Problem, named: str = "") -> Answer:
     """The verdict ``unknown`` with an uncovered candidate; ``named``: the effects that explain less, in words."""
-    part = one.found.part
+    part = one.part
     found = effect_of(part, one.found.parameters, problem.system)
     reason = Fact("not credited", "; ".join(objections(found, part, problem)))
     less = (Fact("not credited", f"It explains more than {named} together"),) if named else ()

@@ -75,7 +75,7 @@ class Varying:
 
     @property
     def words(self) -> str:
-        name = f"{self.effect.kind} on {self.effect.on}"
+        name = self.effect.title
         return (
             f"the parameters of {name} vary with the {self.over}: where they may, they explain "
             f"{in_percent(self.share)} of the squared residual force that it leaves, more than a curve beside it does. "

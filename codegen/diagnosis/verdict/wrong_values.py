@@ -25,7 +25,7 @@ from codegen.diagnosis.fit.output_error import AT_END, BLOCKS, WITHIN, Fit, segm
 from codegen.diagnosis.fit.residual import Problem, evaluate_forces, inverse_dynamics_residual, residual_without_levels
 from codegen.diagnosis.fit.search import Search, tolerances_away
 from codegen.diagnosis.fit.trial import in_unit, with_effects, with_values
-from codegen.diagnosis.results import Fact, FoundEffect
+from codegen.diagnosis.results import Fact, FoundEffect, titles
 from codegen.diagnosis.selection.crediting import BETTER
 from codegen.diagnosis.selection.forward_selection import Outcome
 from codegen.diagnosis.verdict.admission import Measured, is_shown_worse
@@ -147,7 +147,7 @@ def equal_parameters(search: Search, base: Fit, outcome: Outcome) -> list[Fact]:
         return []
     (part,) = outcome.parts
     words = _far_values(search, freed[1])
-    said = f"{words} the training log as well as {part.kind} on {part.on} does"
+    said = f"{words} the training log as well as {part.title} does"
     return [Fact("declared value", said)] if words else []
 
 
@@ -249,7 +249,7 @@ def turned_terms(answer: Answer, problem: Problem) -> list[Fact]:
                     continue
                 reported.add(abs(term))
                 size, unit = float(np.sqrt(np.mean(force[used] ** 2))), plain.force_unit(k)
-                which = " and ".join(f"{one.kind} on {one.on}" for one in group)
+                which = titles(group)
                 facts.append(
                     Fact(
                         "next",
@@ -298,7 +298,7 @@ def refused_for_a_value(spec: Spec, answer: Answer, problem: Problem, measured: 
         return answer
     if is_shown_worse(measured(with_values(answer.refit, found.values)), answer.figures[2]):
         return answer
-    named = " and ".join(f"{e.kind} on {e.on}" for e in answer.effects)
+    named = titles(answer.effects)
     words = (
         f"{named} would leave {in_percent(left)} of the squared residual force of the training log, "
         f"another value of {found.symbol.name} alone {in_percent(1 - found.share)}"
