@@ -14,10 +14,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from codegen.base.arrays import Array
+from codegen.base.text import render
 from codegen.diagnosis.evidence.residual_regression import KNOTS, LEAST_ROWS, since_reversal, splines
 from codegen.diagnosis.fit.credit import LEAST_SIZE
 from codegen.diagnosis.fit.linear import correlation, independent
@@ -137,11 +139,9 @@ def input_leads(problem: Problem, log: Log) -> tuple[dict[int, float], tuple[Fin
             continue
         if lead.matters and not stated:
             leads[k] = lead.rows
-        found.append(_finding(w.name, lead, log, stated))
+        found.append(lead_finding(w.name, lead, log, stated))
     if alike:
-        are = "is" if len(alike) == 1 else "are"
-        words = f"{' and '.join(alike)} {are} taken as early as the others: nothing in the log contradicts it"
-        found.append(Finding("warning", "timing of other inputs", words, {"lead": common}))
+        found.append(_finding("alike", "other inputs", log, {"lead": common}, names=alike))
     return leads, tuple(found)
 
 
@@ -169,11 +169,20 @@ def further_leads(problem: Problem, log: Log, before: Mapping[int, float]) -> di
     return found
 
 
-def further_finding(w: str, lead: Lead, log: Log, replaced: Sequence[str]) -> Finding:
-    """The finding on a lead by ``further_leads``; ``replaced``: the effects that it replaces, in words."""
-    found = _finding(w, lead, log, stated=False, most=LARGEST_IN_PLACE)
-    are = "is" if len(replaced) == 1 else "are"
-    return replace(found, words=f"{found.words} With it {' and '.join(replaced)} {are} not needed.")
+def lead_finding(
+    w: str, lead: Lead, log: Log, stated: bool = False, most: float = LARGEST_LEAD, replaced: Sequence[str] = ()
+) -> Finding:
+    """The finding on the lead of an input.
+
+    Args:
+        stated: whether the description states held commands, so that it is not corrected.
+        most: the greatest lead that is corrected, in rows.
+        replaced: effects in whose place it is corrected, in words.
+    """
+    figures = {"lead": lead.rows, "deviation": lead.deviation, "explained": lead.explained}
+    about_half = LEAST_LEAD <= lead.rows <= ABOUT_HALF
+    given = {"rows": lead.rows, "about_half": about_half, "stated": stated, "most": most, "replaced": replaced}
+    return _finding("lead", w, log, figures, w=w, **given)
 
 
 def overcorrection_finding(w: str, kind: str, lead: float, delay: float, left: float, log: Log) -> Finding:
@@ -183,23 +192,15 @@ def overcorrection_finding(w: str, kind: str, lead: float, delay: float, left: f
         lead: that was corrected. delay: of the effect ``kind`` that free runs find then. left: the lead in its place;
             all in rows.
     """
-    before, shown, after = (f"{1e3 * rows * log.sample_time:.3g} ms" for rows in (lead, delay, left))
-    measured = log.description.measured_inputs
-    logged = "it was measured by the log" if measured else "a held command"
-    as_logged = "as it was measured" if measured else "as a command that is held from row to row"
-    taken = f"{after} earlier" if left else as_logged
-    words = (
-        f"By the force balance {w} acts {before} earlier than {logged}, but with that simulations need {kind} of "
-        f"{shown}. That is how the input was sampled, and no effect of the machine. So it is taken {taken}."
-    )
-    return Finding("warning", f"timing of {w}", words, {"lead": left, "before": lead, "delay": delay})
+    figures = {"lead": left, "before": lead, "delay": delay}
+    return _finding("overcorrected", w, log, figures, w=w, kind=kind, lead=lead, delay=delay, left=left)
 
 
-def _finding(w: str, lead: Lead, log: Log, stated: bool, most: float = LARGEST_LEAD) -> Finding:
-    """The finding on the lead of an input; ``stated`` and ``most`` as of ``_words``."""
-    figures = {"lead": lead.rows, "deviation": lead.deviation, "explained": lead.explained}
-    words = _words(w, lead.rows, log.sample_time, stated, log.description.measured_inputs, most)
-    return Finding("warning", f"timing of {w}", words, figures)
+def _finding(say: str, what: str, log: Log, figures: Mapping[str, float], **given: Any) -> Finding:
+    """A warning on the timing of ``what``; ``say``, ``given``: as of the template."""
+    about = {"h": log.sample_time, "measured": log.description.measured_inputs}
+    words = render("text/timing.j2", say=say, **about, **given)
+    return Finding("warning", f"timing of {what}", " ".join(words.split()), figures)
 
 
 def common_lead(leads: Sequence[Lead]) -> float:
@@ -218,38 +219,6 @@ def common_lead(leads: Sequence[Lead]) -> float:
     rows = shown.pop()
     early, held = (sum(min(lead.apart(one), SURE) ** 2 for lead in leads) for one in (rows, 0.0))
     return rows if early < held else 0.0
-
-
-def _words(w: str, rows: float, h: float, stated: bool, measured: bool, most: float) -> str:
-    """The finding on a lead.
-
-    Args:
-        stated: whether the description states held commands, so that it is not corrected.
-        measured: whether it states measurements, so that the lead is one beyond half a row.
-        most: the greatest lead that is corrected.
-    """
-    by = f"{1e3 * rows * h:.3g} ms"
-    early = f"{w} acts {by} earlier than " + (
-        "it was measured by the log" if measured else "a command that is held from row to row"
-    )
-    if LEAST_LEAD <= rows <= ABOUT_HALF and not measured:
-        return (
-            f"{early}, about half a row ({1e3 * h / 2:.2g} ms). So it is treated as a measurement: between two rows a "
-            "mean of both is used. If it is a held command, set `input_hold: zero-order` in the log description."
-        )
-    early += (
-        f", {'one row' if rows == 1 else f'{rows:.3g} rows'}: it is logged late, in a row after the one from which it "
-        "acts or behind a filter of the drive, or the motion is logged early"
-    )
-    key = f"`late: {{{w}: {by}}}` in meta.yaml beside the log"
-    if stated or rows > most:
-        why = "the description states `input_hold`" if stated else f"only leads up to {most:g} rows are"
-        return (
-            f"{early}. Nothing is corrected, since {why}; {key} corrects it. Otherwise "
-            "compliance, damping or presliding may be named in its place."
-        )
-    as_logged = f"`late: {{{w}: 0}}`" if measured else "`input_hold: zero-order`"
-    return f"{early}. So it is taken {by} earlier, as {key} would state. If it acts as logged: {as_logged}."
 
 
 def lead_of(problem: Problem, k: int) -> Lead:
@@ -376,13 +345,5 @@ def late_speeds(problem: Problem, log: Log) -> tuple[float, tuple[Finding, ...]]
     for lead in leads:
         if not (-lead.rows > max(SURE * lead.deviation, LEAST_LEAD) and lead.rows + n / 2 <= USUAL[-1] + LEAST_LEAD):
             return 0.0, ()
-    names, by = ", ".join(velocities), f"{1e3 * n / 2 * log.sample_time:.3g} ms"
-    key = ", ".join(f"{v}: {by}" for v in velocities)
-    words = (
-        f"The noise of {names} is that of a difference of positions over {n} {'row' if n == 1 else 'rows'}, which is "
-        f"{by} late, and the motion follows the inputs at least as late. So the inputs are taken {by} later, as "
-        f"`late: {{{key}}}` in meta.yaml beside the log would take the speed earlier. If the speed is not late, say "
-        f"`late: {{{key.replace(by, '0 s')}}}`."
-    )
     figures = {"rows": float(n), "lead": max(lead.rows for lead in leads)}
-    return n / 2, (Finding("warning", f"timing of {names}", words, figures),)
+    return n / 2, (_finding("speed", ", ".join(velocities), log, figures, names=velocities, rows=n),)

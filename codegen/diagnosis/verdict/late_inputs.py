@@ -20,10 +20,11 @@ from dataclasses import replace
 
 from codegen.diagnosis.case import Case
 from codegen.diagnosis.evidence.timing import (
+    LARGEST_IN_PLACE,
     LEAST_LEAD,
     Lead,
-    further_finding,
     further_leads,
+    lead_finding,
     overcorrection_finding,
 )
 from codegen.diagnosis.fit.credit import LEAST_SHARE, independent_share, is_far
@@ -68,8 +69,10 @@ def corrected_for_leads(case: Case, search: Search, final: Fit) -> Case | None:
     if is_far(rest) and min(lead.explained for lead in leads.values()) < LEAST_SHARE:
         return None
     names = [w.name for w in case.problem.system.inputs]
-    replaced = [f"{part.kind} on {part.on}" for part in (final.trial.parts[k] for k in with_states)]
-    found = [further_finding(names[k], lead, case.log, replaced) for k, lead in leads.items()]
+    replaced = [part.title for part in (final.trial.parts[k] for k in with_states)]
+    found = [
+        lead_finding(names[k], lead, case.log, most=LARGEST_IN_PLACE, replaced=replaced) for k, lead in leads.items()
+    ]
     return case.with_leads({k: lead.rows for k, lead in leads.items()}, found)
 
 
