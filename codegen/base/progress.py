@@ -59,6 +59,24 @@ def part_of(progress: Callable[[str, float], None], start: float, end: float) ->
     return lambda step, share: progress(step, start + share * (end - start))
 
 
+_share: ContextVar[Callable[[float], None] | None] = ContextVar("share", default=None)
+
+
+def share_display() -> Callable[[float], None]:
+    """The function to call with the share done, 0 to 1, of the part of the work that ``shares_to`` has begun."""
+    return _share.get() or (lambda share: None)
+
+
+@contextmanager
+def shares_to(display: Callable[[float], None]) -> Iterator[None]:
+    """A context, a part of the work, whose share done ``share_display`` gives to ``display``."""
+    token = _share.set(display)
+    try:
+        yield
+    finally:
+        _share.reset(token)
+
+
 @contextmanager
 def steps_to(display: Callable[[str, float], None] | None) -> Iterator[None]:
     """A context within which ``begin`` reports to ``display``; None changes nothing."""

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import sympy
@@ -16,6 +17,7 @@ import sympy
 from codegen.base.arrays import Array
 from codegen.base.errors import BadInput
 from codegen.base.progress import begin
+from codegen.base.text import render
 from codegen.diagnosis.evidence.residual_regression import inertia_noise
 from codegen.diagnosis.evidence.single_events import events_of
 from codegen.diagnosis.evidence.timing import acting_earlier, input_leads, late_speeds
@@ -152,7 +154,7 @@ def case_of(spec: Spec, system: System, log: Log, test_log: Log | None, material
     split = len(motion.time) if test_log is not None else round(len(motion.time) * (1 - HELD_OUT_SHARE))
     cutoff = None if _is_steady(log, motion) else cutoff_with_segments(log, motion, split)
     if cutoff is not None:
-        findings["train"] += (_raised_cutoff(cutoff, motion.cutoff_hz),)
+        findings["train"] += (_warning("cutoff", "cutoff", cutoff=cutoff, quiet=motion.cutoff_hz),)
         log = replace(log, cutoff_hz=cutoff)
         motion = smoothed(log, system)
     problem = Problem(system, _restrict(motion, split), deviations, changes)
@@ -225,13 +227,9 @@ def holds_segments(log: Log, motion: Motion, split: int) -> bool:
     return True
 
 
-def _raised_cutoff(cutoff: float, quiet: float) -> Finding:
-    words = (
-        f"The low-pass is at {cutoff:g} Hz, where the acceleration has more noise than at the {quiet:.3g} Hz that the "
-        "noise of the measured positions suggests: there so short a log has too few stretches of motion. A longer log "
-        "would have enough; `cutoff_hz` in its description sets another."
-    )
-    return Finding("warning", "cutoff", words)
+def _warning(say: str, topic: str, **given: Any) -> Finding:
+    """A warning in the words of its template, of which ``say`` and ``given`` are the arguments."""
+    return Finding("warning", topic, " ".join(render("text/case.j2", say=say, **given).split()))
 
 
 def _above(log: Log, motion: Motion) -> Array:
@@ -287,12 +285,7 @@ def _restrict(motion: Motion, stop: int) -> Motion:
 
 def _steady_laws(system: System) -> tuple[Finding, ...]:
     """Warnings for contacts whose law cannot be simulated and is replaced by its steady-sliding level."""
-    words = "its steady-sliding level is used instead, in the force residual and in free-run simulation"
-    return tuple(
-        Finding("warning", "law", f"the law {c.law.name} at {c.name} is not simulated: {words}")
-        for c in system.contacts
-        if not is_simulable(c)
-    )
+    return tuple(_warning("law", "law", law=c.law.name, contact=c.name) for c in system.contacts if not is_simulable(c))
 
 
 def values_of_zero(spec: Spec) -> tuple[Finding, ...]:
@@ -301,13 +294,7 @@ def values_of_zero(spec: Spec) -> tuple[Finding, ...]:
     for e in spec.effects:
         declared += [(f"{name} of {e.kind} on {', '.join(e.on)}", v, e.tolerance) for name, v in e.parameters.items()]
     return tuple(
-        Finding(
-            "warning",
-            f"tolerance of {name}",
-            f"{name} is declared as zero, and its tolerance of {100 * tolerance:g} % of that allows no change: it "
-            "is not refitted. Declare a value of the size that it may have, with a tolerance of 100 % or more; for a "
-            "parameter, a tolerance with its unit works too.",
-        )
+        _warning("zero", f"tolerance of {name}", name=name, tolerance=tolerance)
         for name, value, tolerance in declared
         if tolerance and value == 0
     )
@@ -316,16 +303,8 @@ def values_of_zero(spec: Spec) -> tuple[Finding, ...]:
 def unknown_starts(system: System, log: Log) -> tuple[Finding, ...]:
     """Warnings for positions that are integrated from a speed, from zero, if a force depends on them."""
     integrated = log.raw_data.integrated or (False,) * len(system.positions)
-    begins = "each of its records begins" if log.records else "the log begins"
     return tuple(
-        Finding(
-            "warning",
-            f"start of {x.name}",
-            f"{x.name} is the integral of its speed, from zero where {begins}, and forces of the spec depend on "
-            f"{x.name}: at another start, gravity, springs and what repeats with {x.name} act at the wrong place. "
-            f"Log the position, or, if the spec has no such parameter yet, write {x.name} + {x.name}_start there, with "
-            "a tolerance.",
-        )
+        _warning("start", f"start of {x.name}", x=x.name, several=bool(log.records))
         for x, unknown in zip(system.positions, integrated, strict=True)
         if unknown and system.equation_error.has(x)
     )
@@ -356,12 +335,7 @@ def moves_one_way(problem: Problem) -> bool:
 
 def not_refitted(problem: Problem, symbols: list[sympy.Symbol]) -> tuple[Finding, ...]:
     """The warning that these parameters keep their declared values."""
-    if not symbols:
-        return ()
     system = problem.system
-    listed = " and ".join(f"{s.name} at {float(system.values[s]):.6g}{in_unit(system, s)}" for s in symbols)
-    words = (
-        f"The motion of this log hardly shows {' and '.join(s.name for s in symbols)}, which acts through inertia "
-        f"alone. The diagnosis keeps {listed}. A log that accelerates both ways shows more."
-    )
-    return (Finding("warning", "unseen inertia", words),)
+    kept = [f"{s.name} at {float(system.values[s]):.6g}{in_unit(system, s)}" for s in symbols]
+    names = [s.name for s in symbols]
+    return (_warning("unseen", "unseen inertia", names=names, kept=kept),) if symbols else ()

@@ -14,6 +14,7 @@ from functools import cached_property
 
 import numpy as np
 
+from codegen.base.progress import shares_to
 from codegen.diagnosis.case import Case, Findings
 from codegen.diagnosis.evidence.residual_regression import acting_force, half_of_squares, remainders
 from codegen.diagnosis.experiments.separation import separate, tied_fits
@@ -206,9 +207,8 @@ class Judge:
             # Free runs may choose values of the right effect that held-out data refuse; those by force are then tried.
             lasting = self._checked(answer, outcome.final) if answer.verdict == "effect" else answer
             by_force = ForceLed(search, self.held_out, case.steady, examined, self._checked)
-            answer, outcome = by_force.credited(
-                outcome, lasting, lambda done: report("effects by the force residual", 0.8 + 0.05 * done), leader
-            )
+            with shares_to(lambda done: report("effects by the force residual", 0.8 + 0.05 * done)):
+                answer, outcome = by_force.credited(outcome, lasting, leader)
         if answer.verdict in ("none", "unknown") and not case.faults:
             answer, outcome = credited_across_joints(search, outcome, answer, examined, case.material)
         return answer, outcome

@@ -31,10 +31,6 @@ def rival(*parts: str) -> Any:
     return InRound(found=SimpleNamespace(trial=SimpleNamespace(parts=parts)))
 
 
-def unreported(share: float) -> None:
-    """Progress that nobody watches."""
-
-
 def ranked(kind: str, share: float, names: tuple[str, ...] = ()) -> Any:
     found = fit(part_named(kind, names))
     found.trial.system = system_of(stage())

@@ -27,7 +27,7 @@ def test_a_heavy_load_behind_a_play_is_found_along_the_measured_motion(tmp_path:
     search = search_on(Problem(system_of(stage()), motion, {}), lambda share: record_of(motion, log, share))
     search, base = within_reach(search)
     assert noise_ratio(base) > 50
-    (found,) = fit_candidates(search, base, [part_of(CATALOGUE["backlash"], 0, search.system)], lambda share: None)
+    (found,) = fit_candidates(search, base, [part_of(CATALOGUE["backlash"], 0, search.system)])
     assert noise_ratio(found) < 2
     assert found.parameters["gap"] == pytest.approx(true["gap"], rel=0.01)
     assert found.parameters["load_fraction"] == pytest.approx(true["load_fraction"], rel=0.01)

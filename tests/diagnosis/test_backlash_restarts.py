@@ -25,7 +25,7 @@ def test_a_backlash_is_fitted_again_from_well_damped_contacts(tmp_path: Path) ->
     search = search_of(stage(), log)
     base = search.refit()
     part = part_of(CATALOGUE["backlash"], 0, search.system)
-    tried = CandidateFits(search, base, (part,), lambda share: None)
+    tried = CandidateFits(search, base, (part,))
     start = search.fit_from(tried.runners[0], np.append(base.theta, part.inward(LIGHT)), base, 6)
     (again,) = tried.restarted([start])
     assert start.cost < base.cost - 10 and start.parameters["gap"] < 0.8 * TRUTH["gap"]
@@ -40,7 +40,7 @@ def test_searches_of_a_backlash_begin_from_starts_that_differ(tmp_path: Path) ->
     log = log_of(stage(f"[{{kind: backlash, on: x, parameters: {{{values}}}}}]"), tmp_path, "train.csv")
     search = search_of(stage(), log)
     parts = tuple(part_of(CATALOGUE[kind], 0, search.system) for kind in ("compliance", "backlash"))
-    tried = CandidateFits(search, search.refit(), parts, lambda share: None)
+    tried = CandidateFits(search, search.refit(), parts)
     tried.screened([0])
     (found,) = tried.screened([1])
     starts = np.array([theta[-4:] for _, theta in tried.starts[1]])
@@ -58,7 +58,7 @@ def test_one_more_search_begins_at_softer_or_harder_contacts(tmp_path: Path, mon
     base = search.refit()
     part = part_of(CATALOGUE["backlash"], 0, search.system)
     monkeypatch.setattr(Backlash, "restarts", lambda self, values, covered: [dict(values) | {"load_fraction": 0.01}])
-    tried = CandidateFits(search, base, (part,), lambda share: None)
+    tried = CandidateFits(search, base, (part,))
     hard = TRUTH | {name: 2 * TRUTH[name] for name in ("k", "c")}
     start = search.fit_from(tried.runners[0], np.append(base.theta, part.inward(hard)), base, 0)
     (again,) = tried.restarted([start])

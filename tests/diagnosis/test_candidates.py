@@ -142,7 +142,7 @@ def test_a_soft_contact_is_found_although_the_refit_has_a_third_of_its_level(lev
     base = one.refit()
     assert base.theta[0] < level / 3
     part = part_of(CATALOGUE["presliding"], 0, one.system)
-    (found,) = fit_candidates(one, base, [part], lambda share: None)
+    (found,) = fit_candidates(one, base, [part])
     assert found.parameters["sigma"] == pytest.approx(30, rel=0.01)
     assert found.theta[0] == pytest.approx(level, rel=0.01)
 
@@ -162,7 +162,7 @@ def test_an_effect_that_acts_once_starts_from_the_force_residual(limit: float, r
     assert near_noise(base) and bool(share_far(base)) is rare
     assert not (rare and is_negligible(base))
     part = part_of(CATALOGUE["saturation"], 0, one.system)
-    tried = CandidateFits(one, base, (part,), lambda share: None)
+    tried = CandidateFits(one, base, (part,))
     tried.promising([0])
     assert bool(tried.forced) is rare
     if rare:
@@ -196,7 +196,7 @@ def test_periods_are_sought_in_what_the_effects_found_leave(tmp_path: Path) -> N
     spring, cogging = (part_of(CATALOGUE[kind], 0, found.system) for kind in ("spring", "cogging"))
     base = found.refit()
     base = found.with_parts(base, base.values[0], [spring], [{"k": 300.0}])
-    tried = CandidateFits(found, base, (cogging,), lambda share: None)
+    tried = CandidateFits(found, base, (cogging,))
     periods = tried.covered(cogging).periods()
     within = 0.25 / np.ptp(motion.positions)  # a quarter of what the span resolves
     assert min(abs(1 / p - 1 / 0.083) for p in periods) < within, periods
@@ -274,5 +274,5 @@ def test_a_candidate_is_fitted_from_the_declared_values_too(tmp_path: Path) -> N
     base = one.refit()
     assert base.limited.any()
     width = [p for p in every_part(one, ()) if p.kind == "dead_zone" and p.names == ("width",)]
-    (found,) = fit_candidates(one, base, width, lambda share: None)
+    (found,) = fit_candidates(one, base, width)
     assert found.parameters["width"] == pytest.approx(6.0, rel=0.01)

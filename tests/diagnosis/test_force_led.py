@@ -100,7 +100,7 @@ def test_the_fit_is_that_of_a_least_squares_solver(tmp_path: Path) -> None:
 def test_a_spring_is_found_and_free_runs_confirm_it(tmp_path: Path) -> None:
     log = jittered(log_of(stage(SPRING, 5.5), tmp_path, "train.csv"), tmp_path)
     search = searched(log)
-    found = selected_by_force(search, search.refit(), lambda share: None)
+    found = selected_by_force(search, search.refit())
     assert found is not None
     assert [p.kind for p in found.parts] == ["spring"] and not found.rivals
     values = found.fit.runner.trial.split(found.fit.theta)[1][0]
@@ -118,7 +118,7 @@ def test_two_effects_that_hide_each_other_are_found_together(tmp_path: Path, f0:
     """Alone neither is significant."""
     search = searched(log_of(stage(HIDING.format(f0=f0), reference=NEAR), tmp_path, "train.csv"))
     with among("spring", "viscous", "quadratic_drag", "offset"):
-        found = selected_by_force(search, search.refit(), lambda share: None)
+        found = selected_by_force(search, search.refit())
     assert found is not None and not found.rivals
     assert all("may be chance" in r.why_not for r in found.rounds[0].ranked[:2])
     values = dict(zip((p.kind for p in found.parts), found.fit.values[1], strict=True))
@@ -130,9 +130,9 @@ def test_an_effect_that_is_not_significant_is_not_named_without_a_second_one(tmp
     search = searched(log_of(stage(HIDING.format(f0=8.1), reference=NEAR), tmp_path, "train.csv"))
     with among("spring", "viscous", "quadratic_drag"):
         fits = ForceFits(search, search.refit())
-        first, *_ = force_selection.force_round(fits, fits.plain, None, lambda share: None)
+        first, *_ = force_selection.force_round(fits, fits.plain, None)
         assert first.unsure and first.found.part.kind == "spring"
-        assert selected_by_force(search, search.refit(), lambda share: None) is None
+        assert selected_by_force(search, search.refit()) is None
 
 
 TWO = "[{kind: spring, on: x, parameters: {k: 30}}, {kind: viscous, on: rail, parameters: {b: 4}}]"
@@ -144,7 +144,7 @@ def of_two(tmp_path_factory: pytest.TempPathFactory) -> tuple[Search, ForceSelec
     folder = tmp_path_factory.mktemp("two")
     search = searched(jittered(log_of(stage(TWO, 5.5), folder, "train.csv"), folder))
     with among("spring", "viscous", "quadratic_drag", "offset"):
-        found = selected_by_force(search, search.refit(), lambda share: None)
+        found = selected_by_force(search, search.refit())
     assert found is not None
     return search, found
 
@@ -383,7 +383,7 @@ def credited_by_force(
     checked: Callable[[Answer, Fit], Answer] = lambda one, fit: one,
 ) -> tuple[Answer, Outcome]:
     by_force = force_led.ForceLed(search, held_out, steady, lambda one: (answer, one), checked)
-    return by_force.credited(outcome, answer, lambda share: None)
+    return by_force.credited(outcome, answer)
 
 
 def test_the_answer_names_what_held_out_data_leave(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -436,7 +436,7 @@ def test_a_second_choice_of_free_runs_ties_with_the_leader_that_the_force_residu
 
     def led_by(part: Part | None) -> tuple[Answer, Outcome]:
         by_force = force_led.ForceLed(search, held_out, False, lambda one: (plain, one), lambda one, fit: one)
-        return by_force.credited(outcome, plain, lambda share: None, part)
+        return by_force.credited(outcome, plain, part)
 
     answer, led = led_by(leader)
     assert (answer.verdict, [e.kind for e in answer.effects]) == ("ambiguous", ["spring"])
@@ -474,7 +474,7 @@ def round_with(
     )
     monkeypatch.setattr(force_selection, "shown_on_blocks", lambda *_: (shown(scores["force"]), 0.5))
     monkeypatch.setattr(force_selection, "evidence_of_blocks", lambda *_: shown(scores["runs"]))
-    return lambda: force_selection.force_round(fits, plain, None, lambda share: None)[0]
+    return lambda: force_selection.force_round(fits, plain, None)[0]
 
 
 @pytest.mark.parametrize("segments", [13, 200])
@@ -629,14 +629,14 @@ def test_effects_that_correct_the_form_of_another_are_not_named(tmp_path: Path) 
     x = log.positions
     search = searched(replace(log, inputs=log.inputs + 2000 * np.sign(x) * x**4))
     with among("spring", "hardening_spring", "cogging", "viscous", "offset"):
-        found = selected_by_force(search, search.refit(), lambda share: None)
+        found = selected_by_force(search, search.refit())
     assert found is not None and [p.kind for p in found.parts] == ["hardening_spring"]
 
 
 def test_nothing_is_found_where_only_levels_are_wrong(tmp_path: Path) -> None:
     log = jittered(log_of(stage(level=5.5), tmp_path, "train.csv"), tmp_path)
     search = searched(log)
-    assert selected_by_force(search, search.refit(), lambda share: None) is None
+    assert selected_by_force(search, search.refit()) is None
 
 
 def test_what_free_runs_do_not_confirm_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -647,7 +647,7 @@ def test_what_free_runs_do_not_confirm_is_told(tmp_path: Path, monkeypatch: pyte
     none = plain.fit(search.declared_trial, plain.adopted)
     monkeypatch.setattr(force_selection, "confirmed", lambda fits, fit, run: (none, fits.run(none)))
     with among("spring", "viscous", "offset"):
-        told = selected_by_force(search, search.refit(), lambda share: None)
+        told = selected_by_force(search, search.refit())
     assert isinstance(told, Fact) and told.topic == "not credited"
     assert told.words.startswith("The residual force alone would name spring on x (k = ") and "N/m)" in told.words
 
@@ -664,7 +664,7 @@ def test_a_simpler_form_that_explains_nothing_is_not_told(tmp_path: Path, monkey
     line = fits.fit(trial, np.append(fits.adopted, 0.01))
     assert judged(fits, fits.plain, line, 1).why_not.startswith("removes")
     monkeypatch.setattr(force_selection, "in_determined_forms", lambda fits, fit: line)
-    assert selected_by_force(search, search.refit(), lambda share: None) is None
+    assert selected_by_force(search, search.refit()) is None
 
 
 def test_jitter_of_the_stamps_is_noise_of_the_positions(tmp_path: Path) -> None:

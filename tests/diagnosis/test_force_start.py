@@ -46,7 +46,7 @@ def test_the_effect_and_the_levels_are_those_of_the_plant(tmp_path: Path, kind: 
     search = search_in(log)
     base, part = search.refit(), part_of(CATALOGUE[kind], 0, search.system)
     trial = base.runner.trial.with_part(part)
-    covered = CandidateFits(search, base, (part,), lambda share: None).covered(part)
+    covered = CandidateFits(search, base, (part,)).covered(part)
     found = ForceStart(search.problem, base).best(trial, covered)
     assert found is not None
     moved, (parameters,) = trial.split(found[1])
@@ -78,7 +78,7 @@ def test_what_was_refitted_in_its_place_follows(tmp_path: Path) -> None:
     problem = Problem(system, smooth_motion(log), {s: 0.4 for s in system.values if s.name == "m"})
     search = search_on(problem, partial(record_of, problem.motion, log))
     base, part = search.refit(), part_of(CATALOGUE["spring"], 0, search.system)
-    covered = CandidateFits(search, base, (part,), lambda share: None).covered(part)
+    covered = CandidateFits(search, base, (part,)).covered(part)
     trial = base.trial.with_part(part)
     off = {}
     for whole in (False, True):
@@ -98,7 +98,7 @@ def test_only_the_tolerance_divides_an_effect_from_a_parameter_that_acts_alike(t
     problem = Problem(system, smooth_motion(log), {s: 6.0 for s in system.values if s.name == "b"})
     search = search_on(problem, partial(record_of, problem.motion, log))
     base, part = search.refit(), part_of(CATALOGUE["viscous"], 0, search.system)
-    covered = CandidateFits(search, base, (part,), lambda share: None).covered(part)
+    covered = CandidateFits(search, base, (part,)).covered(part)
     found = ForceStart(search.problem, base, True).best(base.trial.with_part(part), covered)
     assert found is not None
     moved, (values,) = base.trial.with_part(part).split(found[1])
@@ -127,7 +127,7 @@ def test_what_adds_states_or_is_no_force_has_no_such_start(tmp_path: Path) -> No
     base = search.refit()
     for kind in ("compliance", "encoder_eccentricity"):
         part = part_of(CATALOGUE[kind], 0, search.system)
-        covered = CandidateFits(search, base, (part,), lambda share: None).covered(part)
+        covered = CandidateFits(search, base, (part,)).covered(part)
         assert ForceStart(search.problem, base).best(base.runner.trial.with_part(part), covered) is None
 
 
@@ -136,7 +136,7 @@ def test_an_effect_without_starting_values_has_no_such_start(tmp_path: Path, who
     """A residual without a period over position ended the diagnosis of a belt drive in numpy's words."""
     search = search_in(log_of(stage(), tmp_path, "train.csv"))
     base, part = search.refit(), part_of(CATALOGUE["cogging"], 0, search.system)
-    covered = CandidateFits(search, base, (part,), lambda share: None).covered(part)
+    covered = CandidateFits(search, base, (part,)).covered(part)
     none = replace(covered, periods=lambda *_: [])
     assert ForceStart(search.problem, base, whole).best(base.runner.trial.with_part(part), none) is None
 
@@ -154,7 +154,7 @@ def test_an_effect_found_before_starts_at_its_value_beside_the_missing_one(tmp_p
     alone, runner = search.runners([found])[0], search.runners([both])[0]
     theta = np.append(base.theta, parts[0].inward({"width": 0.6}))
     narrow = shooting_fit(alone, theta, base.offsets, search.prior(found, theta), 0)
-    covered = CandidateFits(search, narrow, (parts[1],), lambda share: None).covered(parts[1])
+    covered = CandidateFits(search, narrow, (parts[1],)).covered(parts[1])
     (shape,) = CATALOGUE["offset"].starts(covered)
     start = stepped_in_parameters(narrow, starting_points(runner, narrow, covered, [shape])[0][1])
     assert start is not None

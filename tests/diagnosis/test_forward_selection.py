@@ -89,7 +89,7 @@ def test_candidates_far_behind_are_not_fitted_on_all_segments_where_only_the_bes
 
     monkeypatch.setattr(candidate_fits, "CandidateFits", Tried)
     none: Any = None
-    candidate_fits.fit_candidates(none, none, parts, none, none if present is None else present, leading)
+    candidate_fits.fit_candidates(none, none, parts, none if present is None else present, leading)
     assert fitted == list(gains[:kept])
 
 
@@ -178,7 +178,7 @@ def test_effects_are_tried_in_pairs_where_the_best_alone_is_far_off_in_some_segm
     best = InRound(found=alone, why_not="", unsure=False, contradicted=False, for_table=None)
     asked: list[Any] = []
 
-    def in_pairs(search: Any, some: Any, progress: Any) -> Any:
+    def in_pairs(search: Any, some: Any) -> Any:
         asked.append(some)
         return pair, True
 
@@ -241,7 +241,7 @@ def test_each_joint_of_an_arm_has_rounds_of_its_own(monkeypatch: pytest.MonkeyPa
     def after(fit: JointFit, part: Any, left: float) -> JointFit:
         return JointFit(fit.left | {part.place: left}, SimpleNamespace(parts=(*fit.trial.parts, part)))
 
-    def run_round(search: Any, current: JointFit, parts: Any, progress: Any) -> list[Any]:
+    def run_round(search: Any, current: JointFit, parts: Any) -> list[Any]:
         (joint,) = {p.place for p in parts}
         asked.append(joint)
         found = after(current, SimpleNamespace(place=joint, kind=f"effect {len(asked)}"), 1.0)
@@ -268,8 +268,8 @@ def test_each_joint_of_an_arm_has_rounds_of_its_own(monkeypatch: pytest.MonkeyPa
         "nothing_left": lambda own: own.cost < 0.5,
         "explained_share": lambda search, before, after: 1.0,
         "explains_enough": lambda search, before, after: True,
-        "best_pair": lambda search, some, progress: None,
-        "split_in_two": lambda search, found, progress: None,
+        "best_pair": lambda search, some: None,
+        "split_in_two": lambda search, found: None,
         "with_simplest_effects": lambda search, found, rivals: (found, rivals),
         "judged_together": lambda search, base, found, *_: (found, []),
         "leader_first": lambda search, some: some,
@@ -306,7 +306,7 @@ def test_an_effect_that_passes_alone_is_tried_where_a_doubtful_one_gets_no_secon
     credited = [("offset",)]
     begun: list[tuple[str, ...]] = []
 
-    def run_round(search: Any, base: Any, parts: Any, progress: Any) -> list[Any]:
+    def run_round(search: Any, base: Any, parts: Any) -> list[Any]:
         begun.append(base.trial.parts)
         found = [fit(*base.trial.parts, kind) for kind in rounds.get(base.trial.parts, ())]
         doubtful = ("input_gain", "cogging")
@@ -325,7 +325,7 @@ def test_an_effect_that_passes_alone_is_tried_where_a_doubtful_one_gets_no_secon
     monkeypatch.setattr(forward_selection, "ties", lambda search, found: found[1:])
     monkeypatch.setattr(forward_selection, "nothing_left", lambda found: False)
     monkeypatch.setattr(forward_selection, "explained_share", lambda search, a, b: 1.0)
-    monkeypatch.setattr(forward_selection, "split_in_two", lambda search, current, progress: None)
+    monkeypatch.setattr(forward_selection, "split_in_two", lambda search, current: None)
     monkeypatch.setattr(forward_selection, "with_simplest_effects", lambda search, current, rivals: (current, rivals))
     monkeypatch.setattr(forward_selection, "refused_when_fitted_again", lambda first, chosen: first)
     monkeypatch.setattr(forward_selection.credit, "near_noise", lambda found: True)

@@ -46,7 +46,7 @@ def test_fits_by_processes_are_those_of_one(tmp_path: Path, monkeypatch: pytest.
         monkeypatch.setattr(parallel, "PROCESSES", processes)
         parallel.allow_processes(processes > 1)
         monkeypatch.setattr(parallel, "WORKERS", 1)
-        found[processes] = fit_candidates(search, base, parts, lambda share: None)
+        found[processes] = fit_candidates(search, base, parts)
     parallel.allow_processes(False)
     assert len(delivered) >= 2 * 6 and sum(delivered) > 100, "a child delivered nothing"
     assert [f.part for f in found[1]] == [f.part for f in found[3]]

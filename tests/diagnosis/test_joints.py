@@ -216,7 +216,7 @@ def test_what_a_joint_lacks_shows_at_that_joint(tmp_path: Path, searches: Search
 
 def test_only_joints_with_something_left_are_tried(searches: Searches) -> None:
     search, base, _ = searches(DRAG)
-    tried = CandidateFits(search, base, tuple(every_part(search, ())), lambda share: None)
+    tried = CandidateFits(search, base, tuple(every_part(search, ())))
     assert {p.effect.coordinate(search.system, p.place) for p in tried.parts} == {1}
     k = next(k for k, p in enumerate(tried.parts) if p.kind == "viscous")
     found = tried.fitted(tried.screened([k]))[0]
@@ -269,7 +269,7 @@ def test_a_parameter_that_changes_nothing_stays(searches: Searches) -> None:
     """A joint's candidate is fitted on that joint's rows, on which the other joints' levels have no slope at all."""
     search, base, _ = searches(DRAG)
     parts = [p for p in every_part(search, ()) if (p.kind, p.on) == ("stribeck", "q_2")]
-    tried = CandidateFits(search, base, tuple(parts), lambda share: None)
+    tried = CandidateFits(search, base, tuple(parts))
     (screened,) = tried.screened([0])
     index = [s.name for s in search.moved].index("q_1_a")
     assert screened.theta[index] == base.theta[index]
@@ -487,7 +487,7 @@ def test_joints_have_the_effects_of_free_runs_or_of_the_force_each_for_itself(
     none: Any = SimpleNamespace(measured=lambda system: figures)
     for how, kinds in ((examined, named), (partial(examined, refused="spring"), own)):
         by_force = ForceLed(search, none, False, how, lambda one, fit: one)
-        second, richer = by_force.credited(outcome, answer, lambda share: None)
+        second, richer = by_force.credited(outcome, answer)
         assert [e.kind for e in second.effects] == [p.kind for p in richer.parts] == kinds
         said = [f"By free runs alone offset on q_1 would be named, {objection}"]
         assert [f.words for f in second.remarks] == (said if own[1:] and kinds != own else [])

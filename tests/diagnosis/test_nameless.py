@@ -125,7 +125,7 @@ def rival_of_compliance(log: Log) -> Rival | None:
     system, motion = system_of(stage()), smooth_motion(log)
     search, base = within_reach(search_on(Problem(system, motion, {}), lambda share: record_of(motion, log, share)))
     parts = [part for part in every_part(search, ()) if part.kind == "compliance"]
-    return nameless_rival(search, fit_candidates(search, base, parts, lambda share: None)[0])
+    return nameless_rival(search, fit_candidates(search, base, parts)[0])
 
 
 def test_a_load_that_slips_is_not_one_behind_a_spring(tmp_path: Path) -> None:
@@ -165,7 +165,7 @@ def rival_of_damping(kind: str, plant: Spec, folder: Path, off: float = 1.0) -> 
     system, motion = system_of(stage()), smooth_motion(log)
     search, base = within_reach(search_on(Problem(system, motion, {}), lambda share: record_of(motion, log, share)))
     parts = [part for part in every_part(search, ()) if part.kind == kind][:1]
-    found = fit_candidates(search, base, parts, lambda share: None)[0]
+    found = fit_candidates(search, base, parts)[0]
     if off == 1.0:
         return nameless_rival(search, found)
     theta = found.theta.copy()

@@ -44,7 +44,7 @@ def fitted(log: Log, kind: str, every: int = 1) -> tuple[Search, Fit, Fit]:
     search = search_on(case.problem, lambda share: record_of(case.problem.motion, log, share).thinned(every))
     soft, base = search.with_noise_floor(search.refit())
     parts = [part for part in every_part(search, []) if part.kind == kind]
-    return search, base, fit_candidates(soft, base, parts[:1], lambda share: None)[0]
+    return search, base, fit_candidates(soft, base, parts[:1])[0]
 
 
 def said_of(log: Log) -> Diagnosis:

@@ -80,7 +80,7 @@ def test_offsets_of_a_fit_with_a_load_are_none_of_one_without(search: Search) ->
 
 def test_a_small_gap_is_found_beside_the_compliance_that_explains_most(search: Search) -> None:
     parts = tuple(part_of(CATALOGUE[kind], 0, search.system) for kind in ("compliance", "backlash"))
-    tried = CandidateFits(search, search.refit(), parts, lambda share: None)
+    tried = CandidateFits(search, search.refit(), parts)
     compliance, backlash = tried.restarted(tried.fitted(tried.screened([0, 1])))
     assert backlash.cost < compliance.cost - 20
     assert backlash.parameters["gap"] == pytest.approx(TRUTH["gap"], rel=0.3)

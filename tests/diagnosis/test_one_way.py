@@ -69,7 +69,7 @@ def test_a_start_that_leaves_no_drive_is_left_out(tmp_path: Path, monkeypatch: p
 
     monkeypatch.setattr(force_selection, "drive_kept", kept)
     monkeypatch.setattr(force_selection, "FITTED", 1)
-    kinds = {r.found.part.kind for r in force_round(fits, fits.plain, None, lambda share: None)}
+    kinds = {r.found.part.kind for r in force_round(fits, fits.plain, None)}
     assert "input_gain" not in kinds
 
 

@@ -10,7 +10,7 @@ import pytest
 from codegen.diagnosis.selection import (
     pairs,
 )
-from tests.diagnosis.fakes import InRound, fit, part_named, ranked, unreported
+from tests.diagnosis.fakes import InRound, fit, part_named, ranked
 
 
 @pytest.mark.parametrize(("share", "whole"), [(0.85, True), (0.7, False)])
@@ -20,7 +20,7 @@ def test_an_effect_like_the_best_that_leaves_nearly_as_little_gets_a_round_of_al
     """A second missing effect may make the wrong one of two springs the best: both then go on to a second round."""
     asked: list[tuple[str, list[str]]] = []
 
-    def run_round(search: Any, base: Any, parts: Any, progress: Any, leading: bool) -> list[Any]:
+    def run_round(search: Any, base: Any, parts: Any, leading: bool) -> list[Any]:
         asked.append((base.trial.parts[0].kind, [p.kind for p in parts]))
         return []
 
@@ -29,7 +29,7 @@ def test_an_effect_like_the_best_that_leaves_nearly_as_little_gets_a_round_of_al
     monkeypatch.setattr(pairs, "every_part", lambda search, taken: everything)
     search: Any = SimpleNamespace(rigid=None, fitted_again=lambda fit: fit)
     best = [ranked("hardening_spring", 0.875), ranked("spring", share), ranked("offset", 0.3)]
-    assert pairs.best_pair(search, best, unreported) == (None, False)
+    assert pairs.best_pair(search, best) == (None, False)
     assert ("hardening_spring", ["offset"]) in asked
     second = ["viscous_asymmetry", "cogging", "stribeck"] if whole else ["offset"]
     assert ("spring", second) in asked
@@ -41,7 +41,7 @@ def test_an_effect_of_another_signature_that_leaves_nearly_as_little_gets_a_roun
     """A dead zone imitated a spring with viscous friction; the friction alone was not among the best candidates."""
     asked: list[tuple[str, list[str]]] = []
 
-    def run_round(search: Any, base: Any, parts: Any, progress: Any, leading: bool) -> list[Any]:
+    def run_round(search: Any, base: Any, parts: Any, leading: bool) -> list[Any]:
         asked.append((base.trial.parts[0].kind, [p.kind for p in parts]))
         return []
 
@@ -49,7 +49,7 @@ def test_an_effect_of_another_signature_that_leaves_nearly_as_little_gets_a_roun
     monkeypatch.setattr(pairs, "every_part", lambda search, taken: [part_named("viscous")])
     search: Any = SimpleNamespace(rigid=None, fitted_again=lambda fit: fit)
     best = [ranked("dead_zone", 0.74), ranked("spring", 0.72), ranked("offset", 0.3)]
-    pairs.best_pair(search, best, unreported)
+    pairs.best_pair(search, best)
     assert ("spring", ["viscous"]) in asked
 
 
@@ -57,7 +57,7 @@ def test_another_form_of_an_effect_gets_no_second_round_of_its_own(monkeypatch: 
     """A Stribeck friction with an exponent leaves what the usual form leaves: both are one candidate for a pair."""
     asked: list[tuple[str, ...]] = []
 
-    def run_round(search: Any, base: Any, parts: Any, progress: Any, leading: bool) -> list[Any]:
+    def run_round(search: Any, base: Any, parts: Any, leading: bool) -> list[Any]:
         asked.append(base.trial.parts[0].names)
         return []
 
@@ -66,7 +66,7 @@ def test_another_form_of_an_effect_gets_no_second_round_of_its_own(monkeypatch: 
     search: Any = SimpleNamespace(rigid=None, fitted_again=lambda fit: fit)
     forms = ("delta", "v_s"), ("delta", "v_s", "exponent")
     best = [ranked("stribeck", 0.99, names) for names in forms] + [ranked("offset", 0.3)]
-    pairs.best_pair(search, best, unreported)
+    pairs.best_pair(search, best)
     assert asked == [forms[0]]
 
 
@@ -75,14 +75,12 @@ def test_an_effect_with_the_motion_of_a_better_one_gets_no_second_round_of_its_o
 ) -> None:
     """A constant force is an asymmetric friction with another level: on an arm, a round beside each took twice as long.
 
-    The two are no pair either. The progress is reported meanwhile; it stood still for 25 s.
+    The two are no pair either.
     """
     asked: list[tuple[str, list[str]]] = []
-    shares: list[float] = []
 
-    def run_round(search: Any, base: Any, parts: Any, progress: Any, leading: bool) -> list[Any]:
+    def run_round(search: Any, base: Any, parts: Any, leading: bool) -> list[Any]:
         asked.append((base.trial.parts[0].kind, [p.kind for p in parts]))
-        progress(0.5)
         return []
 
     monkeypatch.setattr(pairs, "run_round", run_round)
@@ -91,9 +89,8 @@ def test_an_effect_with_the_motion_of_a_better_one_gets_no_second_round_of_its_o
     best = [ranked(kind, share) for kind, share in (("coulomb_asymmetry", 0.9), ("offset", 0.9), ("spring", 0.89))]
     system = best[0].found.trial.system
     best[0].found.part.on, best[1].found.part.on = system.contacts[0].name, system.positions[0].name
-    pairs.best_pair(search, best, shares.append)
+    pairs.best_pair(search, best)
     assert asked == [("coulomb_asymmetry", ["spring"]), ("spring", ["viscous"])]
-    assert shares == [0.5, 0.5]
 
 
 @pytest.mark.parametrize("at_noise", [True, False])
@@ -101,7 +98,7 @@ def test_no_pair_is_sought_beyond_one_that_leaves_only_noise(at_noise: bool, mon
     """Two effects of a stage left the noise alone; a round of all for a third first effect took a sixth of the time."""
     asked: list[str] = []
 
-    def run_round(search: Any, base: Any, parts: Any, progress: Any, leading: bool) -> list[Any]:
+    def run_round(search: Any, base: Any, parts: Any, leading: bool) -> list[Any]:
         asked.append(base.trial.parts[0].kind)
         found = fit(base.trial.parts[0], parts[0])
         found.cost = 10.0 - len(asked)
@@ -112,6 +109,6 @@ def test_no_pair_is_sought_beyond_one_that_leaves_only_noise(at_noise: bool, mon
     monkeypatch.setattr(pairs, "at_noise", lambda found: at_noise and found.cost == 8.0)
     search: Any = SimpleNamespace(rigid=None, fitted_again=lambda fit: fit)
     kinds = ("offset", "spring", "cogging", "stribeck")
-    pair, among_all = pairs.best_pair(search, [ranked(kind, 0.9) for kind in kinds], unreported)
+    pair, among_all = pairs.best_pair(search, [ranked(kind, 0.9) for kind in kinds])
     assert asked == list(kinds[: 2 if at_noise else 3])
     assert pair is not None and [p.kind for p in pair.trial.parts] == [asked[-1], "viscous"] and among_all

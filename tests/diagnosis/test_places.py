@@ -59,7 +59,7 @@ def test_more_pairs_and_contacts_than_coordinates_are_ranked(tmp_path: Path) -> 
     base = search.refit()
     parts = [p for p in every_part(search, ()) if (p.kind, p.on) in {("coupling", "c, d"), ("viscous", "between")}]
     assert {p.place for p in parts} == {5, 4}
-    ranked = run_round(search, base, parts, lambda share: None)
+    ranked = run_round(search, base, parts)
     assert {(r.found.part.kind, r.found.part.on) for r in ranked if not r.why_not} == {
         ("coupling", "c, d"),
         ("viscous", "between"),
@@ -102,6 +102,6 @@ def test_a_level_that_a_step_would_make_negative_is_still_found(tmp_path: Path) 
     search = search_on(Problem(build_system(spec), motion, {}), lambda share: record_of(motion, log, share))
     base = search.refit()
     (part,) = [p for p in every_part(search, ()) if p.kind == "coupling"]
-    (found,) = fit_candidates(search, base, [part], lambda share: None)
+    (found,) = fit_candidates(search, base, [part])
     assert found.values[0] == pytest.approx([1, 1, 1], rel=1e-3)
     assert found.parameters["c"] == pytest.approx(20, rel=1e-4)

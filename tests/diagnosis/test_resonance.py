@@ -48,7 +48,7 @@ def test_a_load_that_explains_the_force_residual_is_fitted_whatever_its_rank_by_
     search = search_in(log)
     parts = [part_of(CATALOGUE[kind], 0, search.system) for kind in ("compliance", "offset", "stribeck")]
     monkeypatch.setattr("codegen.diagnosis.selection.candidate_fits.FITTED", 0)
-    found = fit_candidates(search, search.refit(), parts, lambda share: None)
+    found = fit_candidates(search, search.refit(), parts)
     assert [fit.part.kind for fit in found] == ["compliance"]
     assert found[0].parameters == pytest.approx({"k": 2500, "c": 4, "load_fraction": 0.3}, rel=0.1)
 
@@ -61,7 +61,7 @@ def test_a_load_is_fitted_from_measured_start_states_where_its_force_suggests_it
     lacking = "[{kind: compliance, on: x, parameters: {k: 60, c: 0.5, load_fraction: 0.57}}]"
     search = search_in(log_of(stage(lacking), tmp_path, "train.csv"))
     part = part_of(CATALOGUE["compliance"], 0, search.system)
-    tried = CandidateFits(search, search.refit(), (part,), lambda share: None)
+    tried = CandidateFits(search, search.refit(), (part,))
     (found,) = tried.screened(tried.promising([0]))
     values = tried.trials[0].split(found.theta)[1][-1]
     assert values["k"] == pytest.approx(60, rel=0.4) and values["load_fraction"] == pytest.approx(0.57, abs=0.2)
@@ -101,7 +101,7 @@ def test_a_load_that_gravity_moves_is_found_beside_an_effect_that_is_not_in_the_
     plant, spec = (parse_spec(PENDULUM.format(effects=some), Path("pendulum.yaml")) for some in (lacking, "[]"))
     search = search_of(spec, log_of(plant, tmp_path, "train.csv"))
     base, part = search.refit(), part_of(CATALOGUE["compliance"], 0, search.system)
-    (found,) = fit_candidates(search, base, [part], lambda share: None)
+    (found,) = fit_candidates(search, base, [part])
     assert found.parameters["load_fraction"] == pytest.approx(load["load_fraction"], abs=0.1)
     assert found.cost < search.with_parts(base, base.values[0], [part], [load]).cost
 

@@ -117,10 +117,7 @@ def bench(tmp_path_factory: pytest.TempPathFactory) -> Bench:
     shipped = [first_part(kind, system) for kind in SHIPPED]
     give_heirs(folder, *SHIPPED)
     heirs = [first_part(HEIR + kind, system) for kind in SHIPPED]
-    tried = {
-        start: CandidateFits(search, base, tuple(parts), lambda share: None)
-        for start, parts in (("", shipped), (HEIR, heirs))
-    }
+    tried = {start: CandidateFits(search, base, tuple(parts)) for start, parts in (("", shipped), (HEIR, heirs))}
     for attempt in tried.values():
         attempt.couplings[0] = {"k": 3000.0, "c": 4.0, "load_fraction": 0.4}
     CATALOGUE.clear()

@@ -122,7 +122,7 @@ def test_no_motion_tells_exact_twins_apart(tmp_path: Path) -> None:
     search = search_on(Problem(system, motion, {}), lambda share: record_of(motion, log, share))
     base = search.refit()
     parts = [part_of(CATALOGUE[kind], 0, system) for kind in ("offset", "coulomb_asymmetry")]
-    one, two = fit_candidates(search, base, parts, lambda share: None)
+    one, two = fit_candidates(search, base, parts)
     ranked = Ranked(two, Evidence(0.0, 0.0, 0.0, 0, 0), 1.0, 1.0, "")
     outcome = Outcome(base, one, (), (ranked,), 1.0, len(search.record.start))
     told, excitation = separate(search, outcome, tied_fits(search, outcome), log, {})

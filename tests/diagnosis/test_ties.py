@@ -258,7 +258,7 @@ def test_a_round_ranks_a_backlash_only_where_its_gap_is_shown(shown: bool, monke
     monkeypatch.setattr(ranking, "where_they_differ", lambda _, before, after: (before, after))
     monkeypatch.setattr(ranking, "_beside_too_small", lambda search, one, among: one)
     search: Any = SimpleNamespace(with_noise_floor=lambda current: (None, current))
-    left = ranking.run_round(search, SimpleNamespace(), [], lambda share: None)  # type: ignore[arg-type]
+    left = ranking.run_round(search, SimpleNamespace(), [])  # type: ignore[arg-type]
     assert [r.found.part.kind for r in left] == (["backlash", "compliance"] if shown else ["compliance"])
 
 

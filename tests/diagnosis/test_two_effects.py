@@ -54,7 +54,7 @@ def test_an_effect_that_two_others_together_explain_better_is_replaced_by_them(
     """A spring and a constant force left 1.3 times the noise as an unbalanced mass, which was named in their place."""
     search, base = on(effects, tmp_path)
     gravity = part_of(CATALOGUE["gravity_imbalance"], 0, search.system)
-    (alone,) = fit_candidates(search, base, [gravity], lambda share: None)
+    (alone,) = fit_candidates(search, base, [gravity])
     shares: list[float] = []
     both = pairs.split_in_two(search, search.fitted_again(alone), shares.append)
     assert shares or kinds is None  # nothing is fitted in place of an effect that leaves only noise

@@ -11,6 +11,7 @@ import numpy as np
 
 from codegen.base.arrays import Array
 from codegen.base.parallel import in_processes
+from codegen.base.progress import share_display
 from codegen.diagnosis.evidence.coverage import survey
 from codegen.diagnosis.fit.credit import FAR, near_noise, noise_loss, share_far
 from codegen.diagnosis.fit.output_error import Fit, polish, resolution, shooting_fit
@@ -69,7 +70,6 @@ LEAST_GAIN = 10.0
 JOINED = 2
 """Gauss–Newton steps on all joints of an arm after an effect was fitted on its own joint."""
 
-Progress = Callable[[float], None]
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 
@@ -110,7 +110,6 @@ def fit_candidates(
     search: Search,
     base: Fit,
     parts: Sequence[Part],
-    report_progress: Progress,
     present: Fit | None = None,
     leading: bool = False,
 ) -> list[Fit]:
@@ -121,7 +120,7 @@ def fit_candidates(
         leading: whether only the best one is of use. Candidates with less than the share ``AS_GOOD`` of the gain of
             ``present``, or of the best one, on few segments are then not fitted on all.
     """
-    tried = CandidateFits(search, base, tuple(parts), report_progress)
+    tried = CandidateFits(search, base, tuple(parts))
     tried.start_compiling()
     parts = tried.parts
     smooth = [k for k, part in enumerate(parts) if not part.effect.rough]
@@ -189,7 +188,6 @@ class CandidateFits:
     search: Search
     base: Fit
     parts: tuple[Part, ...]
-    report_progress: Progress
     done: int = 0
     couplings: dict[int, dict[str, float]] = field(default_factory=dict)
     starts: dict[int, list[tuple[float, Array]]] = field(default_factory=dict)
@@ -487,10 +485,11 @@ class CandidateFits:
         whole = len(self.parts) + FITTED
         shared = [self.search, *self.trials, *self.parts, self.base, *self.few.values()]
         shared += [one.shooter for one in self.runners] + [one.runner.record for one in (self.base, *self.few.values())]
+        report = share_display()  # here, since a thread has a context of its own
         shared += [self.search.record, *(item for item in items if isinstance(item, Fit))]
 
         def begun(count: int) -> None:
-            self.report_progress(min(1.0, (self.done + parts * count / len(items)) / whole))
+            report(min(1.0, (self.done + parts * count / len(items)) / whole))
 
         found = in_processes(work, items, shared, begun, threads)
         self.done += parts

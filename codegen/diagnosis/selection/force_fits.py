@@ -112,7 +112,7 @@ class ForceFits:
 
         Every effect at every place, but those on joints with less than ``LEAST_EXCESS`` of the worst joint's misfit.
         """
-        return CandidateFits(self.search, self.base, self.parts, lambda share: None)
+        return CandidateFits(self.search, self.base, self.parts)
 
     @cached_property
     def adopted(self) -> Array:

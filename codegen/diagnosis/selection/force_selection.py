@@ -5,7 +5,7 @@ For confirmation, free runs use these values of the effects, and refitted levels
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from math import comb
@@ -13,6 +13,7 @@ from math import comb
 import numpy as np
 
 from codegen.base.arrays import Array
+from codegen.base.progress import share_display, shares_to
 from codegen.base.significant import in_percent
 from codegen.diagnosis.evidence.estimate import estimate, named_effects
 from codegen.diagnosis.evidence.force_gain import ForceCriterion
@@ -78,11 +79,7 @@ class ForceSelection:
         return self.fit.trial.parts
 
 
-def selected_by_force(
-    search: Search,
-    base: Fit,
-    report_progress: Callable[[float], None],
-) -> ForceSelection | Fact | None:
+def selected_by_force(search: Search, base: Fit) -> ForceSelection | Fact | None:
     """Forward selection by the force residual, confirmed by free runs; None if no effect is credited.
 
     Where the force residual credits effects and free runs confirm none, the fact that says so.
@@ -94,12 +91,12 @@ def selected_by_force(
     fit = plain = fits.plain
     rounds: list[LaterRound] = []
     joints: Sequence[int | None] = (search.record.joints or ()) if search.rigid else [None]
-    most = MOST_EFFECTS * len(joints)
+    most, report = MOST_EFFECTS * len(joints), share_display()
     for joint in joints:
         credited = fit
         for turn in range(MOST_EFFECTS):
-            progress = partial(lambda done, share: report_progress((done + share) / most), len(rounds))
-            ranked = force_round(fits, fit, joint, progress)
+            with shares_to(partial(lambda done, share: report((done + share) / most), len(rounds))):
+                ranked = force_round(fits, fit, joint)
             kept = (r if r.unsure or not r.why_not else r.for_table for r in ranked)
             rounds.append(LaterRound(fit.trial.parts, tuple(kept)))
             # Rivals are reported for the first effect only; another joint's effect with rivals is not credited.
@@ -144,9 +141,7 @@ def are_significant(fits: ForceFits, before: Fit, fit: Fit) -> bool:
     return shown.share >= credit.LEAST_SHARE and chance <= credit.ALPHA
 
 
-def force_round(
-    fits: ForceFits, plain: Fit, joint: int | None, report_progress: Callable[[float], None]
-) -> list[Ranked]:
+def force_round(fits: ForceFits, plain: Fit, joint: int | None) -> list[Ranked]:
     """Add to a fit each of the candidates with the best starts (see ``FITTED``), and rank these: credited ones first.
 
     ``joint``: of an arm that is simulated joint by joint, the joint of the candidates; else None. Of several forms of
@@ -156,7 +151,7 @@ def force_round(
     parts = [p for p in fits.candidates.parts if p.key not in taken and joint_of(fits.search, p) == joint]
     of_runs = share_of_runs(len(fits.search.record.start))
     count = hypotheses(parts)
-    ranked = judged_in_addition(fits, plain, parts, count, report_progress, of_level=1 - of_runs)
+    ranked = judged_in_addition(fits, plain, parts, count, of_level=1 - of_runs)
     ranked = [shown_by_runs(fits, plain, r, count, of_runs) if r.unsure else r for r in ranked]
     return sorted(in_simplest_admitted_forms(ranked), key=lambda r: (bool(r.why_not), not r.unsure, r.found.cost))
 
@@ -179,7 +174,6 @@ def judged_in_addition(
     plain: Fit,
     parts: Sequence[Part],
     candidates: int,
-    report_progress: Callable[[float], None] = lambda share: None,
     everywhere: bool = False,
     of_level: float = 1.0,
 ) -> list[Ranked]:
@@ -195,9 +189,9 @@ def judged_in_addition(
     begun = [(*one, share) for one, share in zip(started, shares, strict=True) if share > 0]  # else nothing is left
     begun.sort(key=lambda one: one[0] / one[3] ** 2)
     chosen = [one for rank, one in enumerate(begun) if rank < FITTED or one[3] < 1 - credit.LEAST_SHARE]
-    found: list[Fit] = []
+    found, report = list[Fit](), share_display()
     for _, theta, trial, _ in chosen:
-        report_progress(len(found) / len(chosen))
+        report(len(found) / len(chosen))
         found.append(fit_in_addition(fits, plain, trial, theta))
     return [judged(fits, plain, f, candidates, everywhere, of_level) for f in found if is_possible(fits.search, f)]
 

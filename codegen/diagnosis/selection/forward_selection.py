@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 
+from codegen.base.progress import shares_to
 from codegen.diagnosis.fit import credit
 from codegen.diagnosis.fit.credit import noise_ratio
 from codegen.diagnosis.fit.output_error import Fit
@@ -118,12 +119,12 @@ def find_effects(
         if rounds.confirmed is not before and is_superseded(rounds.confirmed):
             return rounds.outcome(base)
     confirmed, rivals, paired, among_all = rounds.confirmed, rounds.rivals, rounds.paired, rounds.among_all
-    progress = partial(report_progress, rounds.taken)
-    pair = split_in_two(search, confirmed, progress)
-    if pair is not None:
-        confirmed, rivals, paired, among_all = pair, [], True, False
-    rivals = rivals if confirmed.trial.parts else []
-    current, rivals = judged_together(search, base, confirmed, rivals, paired, among_all, progress)
+    with shares_to(partial(report_progress, rounds.taken)):
+        pair = split_in_two(search, confirmed)
+        if pair is not None:
+            confirmed, rivals, paired, among_all = pair, [], True, False
+        rivals = rivals if confirmed.trial.parts else []
+        current, rivals = judged_together(search, base, confirmed, rivals, paired, among_all)
     lost = current is base and not refit_only and not credit.near_noise(base)
     unexplained = lost and credit.misfit(base) > credit.LEAST_SIZE
     explained, segments = explained_share(search, base, current), len(search.record.start)
@@ -220,7 +221,8 @@ class _Rounds:
         search, parts = self.search, self.current.trial.parts
         self.joint = [*(joint_of(search, p) for p in self._doubtful()), *joints][0]
         candidates = [p for p in every_part(search, parts) if joint_of(search, p) == self.joint]
-        ranked = run_round(search, self.current, candidates, partial(self.report, self.taken))
+        with shares_to(partial(self.report, self.taken)):
+            ranked = run_round(search, self.current, candidates)
         self.hypotheses = hypotheses(candidates)
         if self.first:
             self.later.append(LaterRound(parts, tuple(r.for_table for r in ranked)))
@@ -280,8 +282,8 @@ class _Rounds:
     def _try_pairs(self) -> None:
         """A pair of the first round's best takes the place of the effects found, if it is better."""
         search = self.search
-        progress = partial(self.report, self.taken)
-        pair, among_all = (None, False) if at_noise(self.confirmed) else best_pair(search, self.leaders, progress)
+        with shares_to(partial(self.report, self.taken)):
+            pair, among_all = (None, False) if at_noise(self.confirmed) else best_pair(search, self.leaders)
         self.leaders = []
         if pair is None or not _is_better_pair(pair, self.confirmed):
             return

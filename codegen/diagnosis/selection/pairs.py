@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from itertools import combinations
 
 from codegen.diagnosis.evidence.force_gain import ForceCriterion
@@ -27,9 +27,7 @@ BEAM = 3
 """Candidates of the first round that get a second round of their own."""
 
 
-def best_pair(
-    search: Search, ranked: Sequence[Ranked], report_progress: Callable[[float], None]
-) -> tuple[Fit | None, bool]:
+def best_pair(search: Search, ranked: Sequence[Ranked]) -> tuple[Fit | None, bool]:
     """The best fit with two effects, at least one of them among the best of the first round (a beam search).
 
     It ends with a pair that leaves only noise, which no other pair explains better.
@@ -54,7 +52,7 @@ def best_pair(
         own, same = joint_of(search, one.part), same_motion(one.found)
         others = [p for p in others if joint_of(search, p) == own and p.key not in same]
         if others:
-            both = run_round(search, search.fitted_again(one.found), others, report_progress, leading=True)
+            both = run_round(search, search.fitted_again(one.found), others, leading=True)
             for found in [search.fitted_again(r.found) for r in both if not r.why_not][:1]:
                 if best is None or found.cost < best.cost:
                     best, among_all = found, every
@@ -63,9 +61,7 @@ def best_pair(
     return best, among_all
 
 
-def split_in_two(
-    search: Search, current: Fit, report_progress: Callable[[float], None] = lambda share: None
-) -> Fit | None:
+def split_in_two(search: Search, current: Fit) -> Fit | None:
     """The fit with two effects in place of one that is confused with both, if they explain more; else None.
 
     Only pairs with no more parameters than the one are tried, so that the better fit decides. Example: within a part of
@@ -80,8 +76,8 @@ def split_in_two(
         for one, two in combinations(alike, 2):
             if one.key == two.key or len(one.names) + len(two.names) > len(part.names):
                 continue
-            for first in fit_candidates(search, rest, [one], report_progress):
-                for both in fit_candidates(search, first, [two], report_progress):
+            for first in fit_candidates(search, rest, [one]):
+                for both in fit_candidates(search, first, [two]):
                     better = both.cost < current.cost - BETTER and runs_prefer(search, both, current)
                     if better and is_possible(search, both) and not force_prefers(here, ForceCriterion(search, both)):
                         return search.fitted_again(both)

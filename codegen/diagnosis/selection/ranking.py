@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import takewhile
 
@@ -82,9 +82,7 @@ class Ranked:
         return replace(self, found=self.found.for_table, force_criterion=None)
 
 
-def run_round(
-    search: Search, current: Fit, parts: Sequence[Part], report_progress: Callable[[float], None], leading: bool = False
-) -> list[Ranked]:
+def run_round(search: Search, current: Fit, parts: Sequence[Part], leading: bool = False) -> list[Ranked]:
     """Fit and rank every candidate in addition to the current effects: those that pass every test first.
 
     With ``leading`` only those that may be the best (``fit_candidates``).
@@ -93,7 +91,7 @@ def run_round(
     """
     soft, base = search.with_noise_floor(current)
     before, count, ranked = ForceCriterion(search, base), hypotheses(parts), []
-    for found in fit_candidates(soft, base, parts, report_progress, leading=leading):
+    for found in fit_candidates(soft, base, parts, leading=leading):
         here, there = where_they_differ(search, base, found)
         one, after = nested_evidence_of(here, there), ForceCriterion(search, found)
         size = relative_size(search, found, base)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 from codegen.diagnosis.evidence.force_gain import ForceCriterion
 from codegen.diagnosis.evidence.score_test import nested_evidence_of
@@ -51,7 +51,6 @@ def judged_together(
     rivals: list[Ranked],
     paired: bool,
     among_all: bool,
-    report_progress: Callable[[float], None] = lambda share: None,
 ) -> tuple[Fit, list[Ranked]]:
     """Several effects judged together, which rounds found one after another, and the rivals of the first of them.
 
@@ -63,7 +62,7 @@ def judged_together(
     """
     if len(current.trial.parts) < 2:
         return current, rivals
-    current, rivals = reconsidered(search, current, None if paired else rivals, among_all, report_progress)
+    current, rivals = reconsidered(search, current, None if paired else rivals, among_all)
     current, rivals = pruned_with_rivals(search, current, rivals)
     current, rivals = with_simplest_effects(search, current, rivals)  # also of an effect that replaced another
     current, rivals = still_credited(search, base, current, rivals)
@@ -75,7 +74,6 @@ def reconsidered(
     current: Fit,
     rivals: Sequence[Ranked] | None,
     among_all: bool = True,
-    report_progress: Callable[[float], None] = lambda share: None,
 ) -> tuple[Fit, list[Ranked]]:
     """Compare each effect with its possible replacements, the others kept (stepwise selection with replacement).
 
@@ -89,7 +87,7 @@ def reconsidered(
     """
     for _ in range(MOST_EFFECTS):
         leader = current.trial.parts[0]
-        better, tied = swapped(search, current, rivals, among_all, report_progress)
+        better, tied = swapped(search, current, rivals, among_all)
         if better is None:
             k = min(tied, default=0)
             return (put_first(search, current, k) if k else current), tied.get(k, [])
@@ -104,7 +102,6 @@ def swapped(
     current: Fit,
     rivals: Sequence[Ranked] | None,
     among_all: bool = True,
-    report_progress: Callable[[float], None] = lambda share: None,
 ) -> tuple[Fit | None, dict[int, list[Ranked]]]:
     """The fit with one effect replaced (the new one is last), or None; and index of an effect → rivals that tie.
 
@@ -117,7 +114,7 @@ def swapped(
         if not others:
             continue
         without = search.without(current, k)
-        tried = fit_candidates(search, without, others, report_progress, current)
+        tried = fit_candidates(search, without, others, current)
         good = [f for f in tried if is_possible(search, f) and matters(search, f, without)]
         good = in_simplest_forms([f for f in good if not _is_refused(search, without, f)])
         better = (f for f in good if f.cost < current.cost - BETTER and not force_speaks_for(here, f))

@@ -52,13 +52,7 @@ class ForceLed:
     examined: Callable[[Outcome], tuple[Answer, Outcome]]
     checked: Callable[[Answer, Fit], Answer]
 
-    def credited(
-        self,
-        outcome: Outcome,
-        answer: Answer,
-        report_progress: Callable[[float], None],
-        leader: Part | None = None,
-    ) -> tuple[Answer, Outcome]:
+    def credited(self, outcome: Outcome, answer: Answer, leader: Part | None = None) -> tuple[Answer, Outcome]:
         """The answer with effects that the force residual credits and free runs confirm; unchanged if there are none.
 
         Effects that free runs credited are replaced only if ``against_free_runs`` gives a reason; of an arm that is
@@ -71,7 +65,7 @@ class ForceLed:
             leader: the first effect of the tied ones that free runs find. If the answer has another one, since the
                 leader was refused, and the force residual selects it in a form that passes, the two remain tied.
         """
-        found = selected_by_force(self.search, outcome.base, report_progress)
+        found = selected_by_force(self.search, outcome.base)
         if not isinstance(found, ForceSelection):
             fact = (found,) if found is not None and answer.verdict == "unknown" else ()
             return answer.noted(*fact), outcome

@@ -56,9 +56,7 @@ def nameless_rival(search: Search, final: Fit) -> Rival | None:
         if not rivals:
             continue
         without = search.without(final, k)
-        found = [
-            f for f in fit_candidates(search, without, rivals, lambda share: None, final) if is_possible(search, f)
-        ]
+        found = [f for f in fit_candidates(search, without, rivals, final) if is_possible(search, f)]
         named, *others = (_compared(search, f, without) for f in (final, *found))
         for other in others:
             if not _counts(search, other, named):
