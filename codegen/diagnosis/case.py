@@ -107,23 +107,28 @@ class Case:
     def with_leads(self, leads: Mapping[int, float], found: Sequence[Finding]) -> Case:
         """The case with other leads of some inputs, and findings on them in place of those on the same topics."""
         further = {k: rows - self.leads.get(k, 0.0) for k, rows in leads.items()}
-        log, test_log = _with_leads(self.log, self.test_log, further)
+        return replace(self.with_inputs_earlier(further, found), leads={**self.leads, **leads})
+
+    def with_inputs_earlier(self, rows: Mapping[int, float], found: Sequence[Finding]) -> Case:
+        """The case with the findings, and with inputs taken earlier by so many rows than now: index of an input → rows.
+
+        These leads are not counted as ``leads``.
+        """
         topics = {f.topic for f in found}
         kept = (f for f in self.findings["train"] if f.topic not in topics)
-        findings = {**self.findings, "train": (*kept, *found)}
-        motion, whole = smoothed(log, self.problem.system), {**self.leads, **leads}
-        split = len(self.problem.motion.time)
-        problem = replace(self.problem, motion=_restrict(motion, split))
-        other = _test_motion(motion, test_log)
+        case = replace(self, findings={**self.findings, "train": (*kept, *found)})
+        if not any(rows.values()):
+            return case
+        log, test_log = acting_earlier(self.log, rows), self.test_log and acting_earlier(self.test_log, rows)
+        motion = smoothed(log, self.problem.system)
+        part = _restrict(motion, len(self.problem.motion.time))
         return replace(
-            self,
+            case,
             log=log,
             test_log=test_log,
             motion=motion,
-            problem=problem,
-            test=replace(self.test, motion=other),
-            findings=findings,
-            leads=whole,
+            problem=replace(self.problem, motion=part),
+            test=replace(self.test, motion=_test_motion(motion, test_log)),
         )
 
     @property
@@ -163,31 +168,17 @@ def case_of(spec: Spec, system: System, log: Log, test_log: Log | None, material
         findings["train"] += not_refitted(problem, unseen)
         deviations = {s: size for s, size in deviations.items() if s not in unseen}
         problem = replace(problem, deviation=deviations)
-    late, timing = late_speeds(problem, log)
-    findings["train"] += timing
-    if late:
-        log, test_log = _with_leads(log, test_log, dict.fromkeys(range(len(system.inputs)), -late))
-        motion = smoothed(log, system)
-        problem = replace(problem, motion=_restrict(motion, split))
-    leads, timing = input_leads(problem, log)
-    findings["train"] += timing
-    if leads:
-        log, test_log = _with_leads(log, test_log, leads)
-        motion = smoothed(log, system)
-        problem = replace(problem, motion=_restrict(motion, split))
     other = _test_motion(motion, test_log)
     window = slice(split if test_log is None else 0, len(other.time))
-    return Case(spec, log, test_log, motion, problem, Problem(system, other, {}), window, findings, material, leads)
+    case = Case(spec, log, test_log, motion, problem, Problem(system, other, {}), window, findings, material)
+    late, timing = late_speeds(problem, log)
+    case = case.with_inputs_earlier(dict.fromkeys(range(len(system.inputs)), -late), timing)
+    return case.with_leads(*input_leads(case.problem, case.log))
 
 
 def _test_motion(motion: Motion, test_log: Log | None) -> Motion:
     """The motion of the test log, or without one that of the whole log."""
     return motion if test_log is None else smooth_motion(test_log, motion.cutoff_hz, SHORTEST_TEST_S)
-
-
-def _with_leads(log: Log, test_log: Log | None, leads: Mapping[int, float]) -> tuple[Log, Log | None]:
-    """Both logs with the inputs as they act if each leads by so many rows."""
-    return acting_earlier(log, leads), None if test_log is None else acting_earlier(test_log, leads)
 
 
 def smoothed(log: Log, system: System) -> Motion:

@@ -22,11 +22,17 @@ def contains(richer: Trial, trial: Trial) -> bool:
 
 def extends(richer: Trial, trial: Trial) -> bool:
     """Whether a trial has the same effects as another one, one of them by a kind that extends the other's kind."""
-    own, others = ({p.key: p for p in one.parts} for one in (richer, trial))
-    added, lost = [p for key, p in own.items() if key not in others], [p for key, p in others.items() if key not in own]
+    added, lost = beyond(richer, trial), beyond(trial, richer)
     if len(added) != 1 or len(lost) != 1 or len(richer.parts) != len(trial.parts):
         return False
-    return added[0].effect.extends == lost[0].kind and added[0].on == lost[0].on
+    one, other = richer.parts[added[0]], trial.parts[lost[0]]
+    return one.effect.extends == other.kind and one.on == other.on
+
+
+def beyond(trial: Trial, other: Trial) -> list[int]:
+    """Indices of the effects of a trial that another one does not have."""
+    known = {p.key for p in other.parts}
+    return [k for k, p in enumerate(trial.parts) if p.key not in known]
 
 
 def added_parameters(trial: Trial, richer: Trial) -> int:

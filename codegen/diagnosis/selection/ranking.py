@@ -9,7 +9,7 @@ from itertools import takewhile
 import numpy as np
 
 from codegen.diagnosis.evidence.force_gain import ForceCriterion
-from codegen.diagnosis.evidence.score_test import added_parameters, contains, extends, nested_evidence_of
+from codegen.diagnosis.evidence.score_test import added_parameters, beyond, contains, extends, nested_evidence_of
 from codegen.diagnosis.fit import credit
 from codegen.diagnosis.fit.credit import Evidence, evidence_of, is_far, noise_ratio, random_signs
 from codegen.diagnosis.fit.output_error import Fit, at_limit, resolution
@@ -450,19 +450,13 @@ def force_prefers(one: ForceCriterion, other: ForceCriterion, most: float = 1.0,
 
 def differ_in_time(one: Fit, other: Fit) -> bool:
     """Whether two fits differ by laws of how late an input acts alone, as a delay and a lag of the same input."""
-    apart = [_apart(one, other), _apart(other, one)]
+    apart = [beyond(one.trial, other.trial), beyond(other.trial, one.trial)]
     if any(len(own) != 1 for own in apart):
         return False
     (first,), (second,) = apart
     pairs = (one, first), (other, second)
     late = all(f.trial.parts[k].effect.delay(f.values[1][k]) > 0 for f, k in pairs)
     return late and one.trial.parts[first].on == other.trial.parts[second].on
-
-
-def _apart(one: Fit, other: Fit) -> list[int]:
-    """Indices of the effects of a fit that another fit does not have."""
-    known = {p.key for p in other.trial.parts}
-    return [k for k, p in enumerate(one.trial.parts) if p.key not in known]
 
 
 def adds_load(one: ForceCriterion) -> bool:

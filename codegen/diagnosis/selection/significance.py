@@ -9,7 +9,7 @@ import numpy as np
 
 from codegen.diagnosis.evidence.force_gain import ForceCriterion
 from codegen.diagnosis.evidence.reservations import resolvable_periods
-from codegen.diagnosis.evidence.score_test import added_parameters
+from codegen.diagnosis.evidence.score_test import added_parameters, beyond
 from codegen.diagnosis.fit import credit
 from codegen.diagnosis.fit.credit import Evidence, independent_share, near_noise, noise_ratio
 from codegen.diagnosis.fit.output_error import Fit
@@ -31,8 +31,8 @@ def tried(search: Search, before: Fit, after: Fit, candidates: int) -> float:
 
     It counts every set of as many of the candidates, and for an effect with an unknown period each resolvable period.
     """
-    known = {p.key for p in before.trial.parts}
-    added = [(p, values) for p, values in zip(after.trial.parts, after.values[1], strict=True) if p.key not in known]
+    parts, values = after.trial.parts, after.values[1]
+    added = [(parts[k], values[k]) for k in beyond(after.trial, before.trial)]
     sets = comb(max(candidates, len(added)), len(added))
     return sets * prod(resolvable_periods(search.system, search.motion, p, values) for p, values in added)
 

@@ -142,8 +142,7 @@ def refused_at_limit(answer: Answer, left_by: Callable[[Answer], Sequence[Remain
 def with_estimate(search: Search, outcome: Outcome, plain: Answer, measured: Measured, by_force: Fit) -> Answer:
     """The answer with the effects, values and intervals of a fit to the force residual, confirmed by the outcome."""
     parts = outcome.parts
-    named = named_effects(parts, estimate(by_force), plain.refit)
-    found = tuple(replace(f, at_limit=marks) for f, marks in zip(named, at_limit(by_force), strict=True))
+    found = _named(by_force, estimate(by_force), plain.refit)
     raised = tuple(w for f, p in zip(found, parts, strict=True) for w in objections(f, p, search.problem))
     if raised:
         return plain.unknown(found, not_credited(raised))
@@ -296,8 +295,7 @@ def _examined(
         parts = fit.trial.parts
         alone = estimate(fit, other)
         own = named_effects(parts, alone, refit)
-        named = named_effects(parts, _by_both(search, outcome.base, final, fit, alone), refit)
-        found = tuple(replace(f, at_limit=marks) for f, marks in zip(named, at_limit(fit), strict=True))
+        found = _named(fit, _by_both(search, outcome.base, final, fit, alone), refit)
         simpler = _in_determined_forms(search, final, found) if strict else None
         if simpler is not None:
             final = simpler
@@ -314,6 +312,12 @@ def _examined(
         final = search.without(final, next(k for k, one in enumerate(raised) if one))
         if not is_credited(search, search.on_its_record(outcome.base), final):
             return outcome, fit, found, against
+
+
+def _named(fit: Fit, estimated: Estimate, refit: System) -> tuple[FoundEffect, ...]:
+    """The effects of a fit with these estimates, and the parameters that are at a limit."""
+    named = named_effects(fit.trial.parts, estimated, refit)
+    return tuple(replace(f, at_limit=marks) for f, marks in zip(named, at_limit(fit), strict=True))
 
 
 def _in_determined_forms(search: Search, final: Fit, found: Sequence[FoundEffect]) -> Fit | None:
