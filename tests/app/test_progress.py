@@ -121,6 +121,19 @@ def test_the_steps_of_a_library_call_are_not_shown(capsys) -> None:
     assert capsys.readouterr() == ("", "")
 
 
+def test_the_share_of_a_part_of_the_work_is_told_to_its_display_alone() -> None:
+    outer, inner = list[float](), list[float]()
+    told.share_display()(0.1)  # nobody watches
+    with told.shares_to(outer.append):
+        told.share_display()(0.2)
+        with suppress(ZeroDivisionError), told.shares_to(inner.append):
+            told.share_display()(0.3)
+            _ = 1 / 0
+        told.share_display()(0.4)
+    told.share_display()(0.5)
+    assert (outer, inner) == ([0.2, 0.4], [0.3])
+
+
 def test_a_share_never_decreases(monkeypatch, tmp_path) -> None:
     """After 78 % of "effect 3" came 60 %: a search may begin a round again."""
     log = tmp_path / "log.csv"

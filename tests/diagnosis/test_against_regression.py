@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import astuple, replace
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -14,7 +14,7 @@ from codegen.diagnosis.fit.residual import Problem, inverse_dynamics_residual
 from codegen.diagnosis.fit.signals import smooth_motion
 from codegen.diagnosis.fit.trial import with_effects
 from codegen.diagnosis.results import FoundEffect
-from codegen.diagnosis.verdict.against_regression import against_regression, force_evidence
+from codegen.diagnosis.verdict.against_regression import ForceEvidence, against_regression, force_evidence
 from codegen.logs import Log, read_log
 from codegen.simulate.closed_loop import simulate
 from codegen.simulate.loop_run import write_log
@@ -70,9 +70,8 @@ def test_a_sine_over_position_does_not_stand_for_a_vibration(plain: Log) -> None
     assert "vibration" in words and f"{HZ} Hz" in words
     system = problem.system
     one = force_evidence(problem, system, with_effects(system, (found,)), ["cogging"], [0])[0]
-    assert one.line > 0.9
-    assert one.line_hz == pytest.approx(HZ, abs=0.06)
-    assert one.with_line - one.line < 0.02
+    assert one.vibration.alone > 0.9
+    assert one.vibration.both - one.vibration.alone < 0.02
 
 
 def test_cogging_is_not_refused_with_a_vibration_beside_it(tmp_path: Path) -> None:
@@ -105,7 +104,7 @@ def test_a_lag_does_not_stand_for_a_vibration_that_the_loop_answers(noise: float
     lag = FoundEffect("actuator_lag", "w", {"tau": 0.01}, {}, (), {})
     lagged = with_effects(problem.system, (lag,))
     one = force_evidence(problem, problem.system, lagged, ["actuator_lag"], [0])[0]
-    assert one.alone > 0.6 and one.line > 0.99 and one.line_hz == pytest.approx(7, abs=0.06)
+    assert one.vibration.by_law > 0.6 and one.vibration.alone > 0.99
     left = SimpleNamespace(by_segment=np.array([40 * noise**2]), residual=np.zeros((1, 40)))
     words = against_regression(left, problem, problem.system, lagged, (lag,))  # type: ignore[arg-type]
     assert "a vibration of constant frequency, 7 Hz" in words
@@ -136,7 +135,7 @@ def test_the_constant_of_a_regression_does_not_stand_for_an_offset(plain: Log, f
     words = against_regression(far, problem, problem.system, augmented, (offset,))  # type: ignore[arg-type]
     assert bool(words) == (force == 0)
     one = force_evidence(problem, problem.system, augmented, ["offset"], [0])[0]
-    assert one.line == pytest.approx(1.5**2 / 2 / (1.5**2 / 2 + force**2), abs=0.05)
+    assert one.vibration.alone == pytest.approx(1.5**2 / 2 / (1.5**2 / 2 + force**2), abs=0.05)
 
 
 def pushed(log: Log) -> Log:
@@ -166,8 +165,9 @@ def test_a_limit_of_the_input_does_not_stand_for_pushes_that_the_controller_bala
     problem, limit = with_best_limit(pushed(plain))
     limited = with_effects(problem.system, (limit,))
     one = force_evidence(problem, problem.system, limited, ["saturation"], [0])[0]
-    assert one.removed > 0.7 and one.intervals >= 4 and one.events > one.by_law
-    assert one.with_events - one.events < 0.1
+    intervals = int(one.events.what.removeprefix("something else in ").split()[0])
+    assert one.removed > 0.7 and intervals >= 4 and one.events.alone > one.events.by_law
+    assert one.events.both - one.events.alone < 0.1
     far = SimpleNamespace(by_segment=np.array([1e6]), residual=np.zeros((1, 40)))
     words = against_regression(far, problem, problem.system, limited, (limit,))  # type: ignore[arg-type]
     assert "a force from outside" in words
@@ -189,6 +189,10 @@ def test_a_limit_of_the_input_is_not_refused(also_pushed: bool, tmp_path: Path) 
     assert against_regression(far, problem, problem.system, limited, (limit,)) == ""  # type: ignore[arg-type]
 
 
+def shares(one: ForceEvidence) -> list[float]:
+    return [share for what in (one.vibration, one.drift, one.events) for share in (what.alone, what.by_law, what.both)]
+
+
 @pytest.mark.parametrize("times", [2.0**-20, 2.0**20])
 def test_the_evidence_is_that_of_a_machine_with_other_forces(times: float, tmp_path: Path) -> None:
     """Of a small motor, whose forces are micronewtons, the law explained 8.8 % in place of all, and was refused."""
@@ -205,6 +209,6 @@ def test_the_evidence_is_that_of_a_machine_with_other_forces(times: float, tmp_p
         problem = Problem(system, smooth_motion(replace(log, inputs=inputs)), {})
         cogging = FoundEffect("cogging", "x", {"amplitude": amplitude, "period": 0.05, "phase": 0.3}, {}, (), {})
         found += force_evidence(problem, system, with_effects(system, (cogging,)), ["cogging"], [0])
-    usual, other = (astuple(one) for one in found)
-    assert found[0].alone > 0.9
+    usual, other = ([one.removed, one.own, *shares(one)] for one in found)
+    assert found[0].vibration.by_law > 0.9
     assert other == pytest.approx(usual, rel=1e-6, abs=1e-9)

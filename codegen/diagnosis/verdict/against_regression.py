@@ -49,34 +49,51 @@ MOST = 0.5
 
 
 @dataclass(frozen=True)
-class ForceEvidence:
-    """Share of the force residual on one coordinate that effects explain.
+class OtherCause:
+    """Shares of a squared force residual that effects explain, and something else, which ``what`` names.
 
     Attributes:
-        removed: share of the refit's squared residual that the augmented model removes.
-        own: share that a flexible regression on the effects' own variables explains on held-out parts.
-        alone: share that a regression on the force of the effects explains there.
-        line, with_line: the same for the highest line of the residual's spectrum, at ``line_hz``, without a constant in
-            proportion to that of the effects' force, and for both; zero if the motion has that line too.
-        time, with_time: the same for a smooth curve over time, and for both; zero if the motion is as slow.
-        intervals: number of intervals of time in which the force balance differs.
-        events, with_events, by_law: share of the square that what differs in these intervals explains, that with the
-            force of the effects in addition, and that of this force alone, by least squares on all parts: a single
-            event cannot be predicted from others.
+        alone: by the other. by_law: by the force of the effects. both: by the two together.
+    """
+
+    what: str
+    alone: float
+    by_law: float
+    both: float
+
+    @property
+    def makes_needless(self) -> bool:
+        """Whether the effects explain little in addition to the other."""
+        return self.both - self.alone < MOST * self.by_law
+
+    @property
+    def words(self) -> str:
+        """The objection to the effects."""
+        return (
+            f"{self.what} explains {100 * self.alone:.0f} % of the residual force. The law explains "
+            f"{in_percent(self.by_law)}, and only {in_percent(max(0.0, self.both - self.alone))} in addition to that"
+        )
+
+
+@dataclass(frozen=True)
+class ForceEvidence:
+    """Shares of the squared force residual on one coordinate.
+
+    Attributes:
+        removed: that the augmented model removes of the refit's. own: that a flexible regression on the effects' own
+            variables explains on held-out parts.
+        vibration: the highest line of the residual's spectrum, on held-out parts, without a constant in proportion to
+            that of the effects' force; zero if the motion has that line too.
+        drift: a smooth curve over time, on held-out parts; zero if the motion is as slow.
+        events: what differs in the intervals of time in which the force balance differs, by least squares on all parts:
+            a single event cannot be predicted from others.
     """
 
     removed: float
     own: float
-    alone: float
-    line: float
-    with_line: float
-    line_hz: float
-    time: float
-    with_time: float
-    intervals: int
-    events: float
-    with_events: float
-    by_law: float
+    vibration: OtherCause
+    drift: OtherCause
+    events: OtherCause
 
 
 def force_evidence(
@@ -95,21 +112,23 @@ def force_evidence(
         together = explained_over(r, used, [variables[name] for name in sorted(own)])
         force, speed = (r - left)[:, None], motion.velocities[:, i]
         force = force / max(rms(force[used]), 1e-300)  # the ridge is that of columns near 1, in any unit
-        shares = [explained_over(r, used, [force])]
+        by_law = explained_over(r, used, [force])
+        shares = list[float]()
         for name, most in (("frequency", OF_THE_MOTION), ("time", SLOW_MOTION)):
             columns = variables[name]
             moves = explained_over(speed, used, [columns]) > most
             shares += [0.0 if moves else explained_over(r, used, group) for group in ([columns], [columns, force])]
-        alone, line, with_line, time, with_time = shares
+        line, with_line, time, with_time = shares
         # the constant of the regression over the line is not the vibration's, where the law's own force is constant
         own_constant = float(np.mean(force[used])) ** 2 * explained_over(r, used, [np.ones_like(force)])
         line = max(0.0, line - own_constant)
         hz = peak_hz(before[:, i], used, motion)
-        intervals = _in_intervals(refit, motion, r, used, variables, i)
-        of_events = (fitted_share(r, used, columns) for columns in (intervals, [*intervals, force], [force]))
-        events, with_events, by_law = of_events
-        curves = removed, together, alone, line, with_line, hz, time, with_time
-        found.append(ForceEvidence(*curves, len(intervals), events, with_events, by_law))
+        vibration = OtherCause(f"a vibration of constant frequency, {hz:.3g} Hz,", line, by_law, with_line)
+        drift = OtherCause("a slow change in time", time, by_law, with_time)
+        inside = _in_intervals(refit, motion, r, used, variables, i)
+        events, law, both = (fitted_share(r, used, columns) for columns in (inside, [force], [*inside, force]))
+        what = f"something else in {len(inside)} intervals of time, as a force from outside,"
+        found.append(ForceEvidence(removed, together, vibration, drift, OtherCause(what, events, law, both)))
     return found
 
 
@@ -182,23 +201,11 @@ def against_regression(
     for one in force_evidence(problem, refit, augmented, [effect.kind for effect in named], acting):
         if not near and one.removed < MOST * one.own:
             return "a smooth curve over its own variable explains twice as much of the residual force as the law does"
-        vibration, drift = f"a vibration of constant frequency, {one.line_hz:.3g} Hz,", "a slow change in time"
-        for what, most, share, both in (
-            (vibration, FAR_LESS if near else 1.0, one.line, one.with_line),
-            (drift, FAR_LESS, one.time, one.with_time),
-        ):
-            if 1 - share < most * (1 - one.alone) and both - share < MOST * one.alone:
-                return _in_words(what, share, one.alone, both)
-        redundant = one.events > one.by_law and one.with_events - one.events < MOST * one.by_law
-        if not near and redundant and 1 - one.with_events < MOST * (1 - one.by_law):
-            what = f"something else in {one.intervals} intervals of time, as a force from outside,"
-            return _in_words(what, one.events, one.by_law, one.with_events)
+        for other, most in ((one.vibration, FAR_LESS if near else 1.0), (one.drift, FAR_LESS)):
+            if 1 - other.alone < most * (1 - other.by_law) and other.makes_needless:
+                return other.words
+        events = one.events
+        explains = events.alone > events.by_law and 1 - events.both < MOST * (1 - events.by_law)
+        if not near and explains and events.makes_needless:
+            return events.words
     return ""
-
-
-def _in_words(what: str, share: float, alone: float, both: float) -> str:
-    """The objection that something explains a share of the residual, and the law little in addition."""
-    return (
-        f"{what} explains {100 * share:.0f} % of the residual force. The law explains {in_percent(alone)}, and only "
-        f"{in_percent(max(0.0, both - share))} in addition to that"
-    )
