@@ -21,6 +21,10 @@ class InRound(SimpleNamespace):
     def part(self) -> Any:
         return self.found.part
 
+    @property
+    def grade(self) -> int:
+        return int(self.unsure) if self.why_not else 2
+
 
 def fit(*parts: str) -> Any:
     trial = SimpleNamespace(parts=parts)

@@ -97,7 +97,7 @@ def selected_by_force(search: Search, base: Fit) -> ForceSelection | Fact | None
         for turn in range(MOST_EFFECTS):
             with shares_to(partial(lambda done, share: report((done + share) / most), len(rounds))):
                 ranked = force_round(fits, fit, joint)
-            kept = (r if r.unsure or not r.why_not else r.for_table for r in ranked)
+            kept = (r if r.grade else r.for_table for r in ranked)
             rounds.append(LaterRound(fit.trial.parts, tuple(kept)))
             # Rivals are reported for the first effect only; another joint's effect with rivals is not credited.
             is_tied = fit.trial.parts and not turn and _tied(search, ranked)
@@ -153,7 +153,7 @@ def force_round(fits: ForceFits, plain: Fit, joint: int | None) -> list[Ranked]:
     count = hypotheses(parts)
     ranked = judged_in_addition(fits, plain, parts, count, of_level=1 - of_runs)
     ranked = [shown_by_runs(fits, plain, r, count, of_runs) if r.unsure else r for r in ranked]
-    return sorted(in_simplest_admitted_forms(ranked), key=lambda r: (bool(r.why_not), not r.unsure, r.found.cost))
+    return sorted(in_simplest_admitted_forms(ranked), key=lambda r: (-r.grade, r.found.cost))
 
 
 def share_of_runs(segments: int) -> float:

@@ -196,7 +196,7 @@ class _Rounds:
             return
         self.begun += 1
         ranked = self._ranked(joints) if joints else []
-        possible = [r for r in ranked if not r.why_not or r.unsure]
+        possible = [r for r in ranked if r.grade]
         contradicted = [r for r in ranked if r.contradicted]
         if possible:
             self._take(possible, contradicted)

@@ -77,6 +77,11 @@ class Ranked:
         return self.found.part
 
     @property
+    def grade(self) -> int:
+        """2 if it passes all tests, 1 if all but that of significance, else 0."""
+        return int(self.unsure) if self.why_not else 2
+
+    @property
     def for_table(self) -> Ranked:
         """The candidate without what only its round needs: an arm has dozens of rounds."""
         return replace(self, found=self.found.for_table, force_criterion=None)
@@ -112,7 +117,7 @@ def run_round(search: Search, current: Fit, parts: Sequence[Part], leading: bool
         only = bool(repeats_nowhere) and p <= credit.ALPHA and "period" not in at_limit(found)[-1]
         ranked.append(Ranked(found, one, ratio, size, why_not, unsure, p, after, only, bool(contradicted)))
     ranked = _without_extensions_not_shown(search, [_beside_too_small(search, r, ranked) for r in ranked])
-    return sorted(in_simplest_admitted_forms(ranked), key=lambda r: (bool(r.why_not) and not r.unsure, r.found.cost))
+    return sorted(in_simplest_admitted_forms(ranked), key=lambda r: (not r.grade, r.found.cost))
 
 
 def _beside_too_small(search: Search, one: Ranked, ranked: Sequence[Ranked]) -> Ranked:
@@ -163,13 +168,8 @@ def in_simplest_admitted_forms(ranked: Sequence[Ranked]) -> list[Ranked]:
     return [
         r
         for r in ranked
-        if not any(is_simpler_form(other.found, r.found) and _passed(other) >= _passed(r) for other in ranked)
+        if not any(is_simpler_form(other.found, r.found) and other.grade >= r.grade for other in ranked)
     ]
-
-
-def _passed(one: Ranked) -> tuple[bool, bool]:
-    """Which tests a candidate passes: all (largest), all but that of significance, or fewer (smallest)."""
-    return not one.why_not, one.unsure
 
 
 def _without_extensions_not_shown(search: Search, ranked: Sequence[Ranked]) -> list[Ranked]:
@@ -181,7 +181,7 @@ def _without_extensions_not_shown(search: Search, ranked: Sequence[Ranked]) -> l
 
     def is_kept(r: Ranked) -> bool:
         other = plain.get((r.part.effect.extends, r.part.on))
-        return other is None or _passed(other) < _passed(r) or extension_is_shown(search, other.found, r.found)
+        return other is None or other.grade < r.grade or extension_is_shown(search, other.found, r.found)
 
     return [r for r in ranked if is_kept(r)]
 
@@ -229,7 +229,7 @@ def _tied(search: Search, best: Ranked, ranked: Sequence[Ranked]) -> list[Ranked
     """
     same, tied = same_motion(best.found), []
     for other in ranked:
-        if other is best or not (_may_pass(other) or _is_other_load(other, best)) or _is_one_of(other.found, same):
+        if other is best or not (other.grade or _is_other_load(other, best)) or _is_one_of(other.found, same):
             continue
         if not leaves_as_little(other, best):
             continue
@@ -239,11 +239,6 @@ def _tied(search: Search, best: Ranked, ranked: Sequence[Ranked]) -> list[Ranked
             tied.append(other)
             same |= same_motion(other.found)
     return tied
-
-
-def _may_pass(one: Ranked) -> bool:
-    """Whether a candidate passes all tests, or all but that of significance."""
-    return not one.why_not or one.unsure
 
 
 def _is_other_load(other: Ranked, best: Ranked) -> bool:

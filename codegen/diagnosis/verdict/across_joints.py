@@ -91,7 +91,7 @@ def found_across_joints(search: Search, base: Fit, material: float) -> Ranked | 
         return None
     best = ranked[0].found
     same = {best.part.key, *twins(best.part, best)}
-    others = (r.found for r in ranked[1:] if not r.why_not or r.unsure)
+    others = (r.found for r in ranked[1:] if r.grade)
     rivals = [other for other in others if other.part.key not in same]
     if not all(_is_better(search, best, rival) for rival in rivals):
         return None

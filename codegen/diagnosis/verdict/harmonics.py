@@ -136,9 +136,7 @@ def _periods(search: Search, outcome: Outcome, coordinate: int, richer: CoggingH
     ours = zip(outcome.parts, outcome.final.values[1], strict=True)
     sines = [v[PERIOD.name] for p, v in ours if _is_sine(p, on, richer)]
     sines += [
-        r.found.parameters[PERIOD.name]
-        for r in outcome.first
-        if _is_sine(r.part, on, richer) and (not r.why_not or r.unsure) and not sines
+        r.found.parameters[PERIOD.name] for r in outcome.first if _is_sine(r.part, on, richer) and r.grade and not sines
     ]
     for period in whole:
         if COVERED * period <= span and TURNS * period <= way:
