@@ -117,7 +117,7 @@ def find_effects(
         before = rounds.confirmed
         rounds.next()
         if rounds.confirmed is not before and is_superseded(rounds.confirmed):
-            return rounds.outcome(base)
+            return rounds.outcome(base, rounds.confirmed)
     confirmed, rivals, paired, among_all = rounds.confirmed, rounds.rivals, rounds.paired, rounds.among_all
     with shares_to(partial(report_progress, rounds.taken)):
         pair = split_in_two(search, confirmed)
@@ -126,10 +126,7 @@ def find_effects(
         rivals = rivals if confirmed.trial.parts else []
         current, rivals = judged_together(search, base, confirmed, rivals, paired, among_all)
     lost = current is base and not refit_only and not credit.near_noise(base)
-    unexplained = lost and credit.misfit(base) > credit.LEAST_SIZE
-    explained, segments = explained_share(search, base, current), len(search.record.start)
-    first, later = tuple(rounds.first), tuple(rounds.later)
-    return Outcome(base, current, first, tuple(rivals), explained, segments, unexplained, later)
+    return rounds.outcome(base, current, rivals, lost and credit.misfit(base) > credit.LEAST_SIZE)
 
 
 @dataclass(eq=False)
@@ -180,10 +177,11 @@ class _Rounds:
         joints: Sequence[int | None] = (search.record.joints or ()) if search.rigid else [None]
         return cls(search, report, dict.fromkeys(joints, most), confirmed=base, current=base, led=base)
 
-    def outcome(self, base: Fit) -> Outcome:
-        """What they have found so far, each effect as its round found it."""
-        explained, segments = explained_share(self.search, base, self.confirmed), len(self.search.record.start)
-        return Outcome(base, self.confirmed, tuple(self.first), (), explained, segments, later=tuple(self.later))
+    def outcome(self, base: Fit, final: Fit, rivals: Sequence[Ranked] = (), unexplained: bool = False) -> Outcome:
+        """The outcome with this last fit, and these rivals of its first effect."""
+        explained, segments = explained_share(self.search, base, final), len(self.search.record.start)
+        first, later = tuple(self.first), tuple(self.later)
+        return Outcome(base, final, first, tuple(rivals), explained, segments, unexplained, later)
 
     def are_over(self) -> bool:
         return not (self.leaders or self.waiting or self._joints())
