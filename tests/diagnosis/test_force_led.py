@@ -470,7 +470,7 @@ def round_with(
     monkeypatch.setattr(
         force_selection,
         "judged_in_addition",
-        lambda fits, plain, parts, count, report, **level: [judged(fits, plain, found, count, **level)],
+        lambda fits, plain, parts, count, **level: [judged(fits, plain, found, count, **level)],
     )
     monkeypatch.setattr(force_selection, "shown_on_blocks", lambda *_: (shown(scores["force"]), 0.5))
     monkeypatch.setattr(force_selection, "evidence_of_blocks", lambda *_: shown(scores["runs"]))
