@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from math import pi
@@ -355,7 +356,7 @@ def _with_kernel_proof(
         kernel was given one and did not accept it.
     """
     from codegen.certify.bound.ellipsoid import with_ellipsoid
-    from codegen.certify.kernel_form import NotCovered, proof_text
+    from codegen.certify.kernel_form import NotCovered, proof_text, with_halved_cells
     from codegen.checker import verify as checker
 
     observer, places = machine.observer, machine.program.places
@@ -365,7 +366,18 @@ def _with_kernel_proof(
     try:
         proof = proof_text(observer, places, certificate.content)
         content = checker.parsed(certificate.text)
-        _, shown, unproved = checker.of_its_proof(content, {**sources, checker.PROOF: proof.encode()})
+        try:
+            _, shown, unproved = checker.of_its_proof(content, {**sources, checker.PROOF: proof.encode()})
+        except checker.Refused as error:
+            if "V may not fall" not in str(error):
+                raise
+            for finer in with_halved_cells(proof):
+                with suppress(checker.Refused):
+                    _, shown, unproved = checker.of_its_proof(content, {**sources, checker.PROOF: finer.encode()})
+                    proof = finer
+                    break
+            else:
+                raise
     except (NotCovered, checker.Refused) as error:
         return replace(certificate, not_by_kernel=str(error)), isinstance(error, checker.Refused)
     if unproved:

@@ -29,7 +29,7 @@ from codegen.observers import observer_of
 from codegen.program import build_program
 from codegen.replay.engine import load_twin
 from codegen.spec import parse_spec, read_spec
-from tests.checker.forged import POINT
+from tests.checker.forged import POINT, check
 
 ROOT = Path(__file__).parents[2]
 GENERATED = ROOT / "generated"
@@ -217,6 +217,37 @@ friction:
 observer: {kind: gcfo, velocity: estimated, gains: {K_F: [276, 0.341], K_v: 10}, sample_time: 1 ms}
 envelope: {x: [-0.5, 0.5], p: [-30 deg, 30 deg], vx: [-0.6, 0.6], vp: [-2, 2]}
 """
+
+
+HOIST = """name: hoist
+coordinates: {x: {velocity: vx, unit: m}, z: {velocity: vz, unit: m}}
+inputs: {w: {unit: N}, f: {unit: N}}
+parameters: {M: {value: 12, unit: kg}, m: {value: 2, unit: kg}, d: {value: 0.5, unit: kg/m^4}}
+mass_matrix: [[M + d*z**4, 0], [0, m]]
+force: [w, f]
+friction:
+  distribution: [[1, 0], [0, 1]]
+  contacts: [{name: rail, a: 14, unit: N}, {name: rope, a: 3, unit: N}]
+observer: {kind: gcfo, velocity: estimated, gains: {K_F: [100, 20], K_v: 20}, sample_time: 1 ms}
+envelope: {x: [-0.5, 0.5], z: [-1, 1], vx: [-0.6, 0.6], vz: [-1, 1]}
+"""
+
+
+def test_a_mass_with_a_high_power_of_a_position_is_proved_on_smaller_cells() -> None:
+    """The certificate has one cell of z**4. On one cell of z the kernel did not find that V falls; on two it does."""
+    outcome, files = generated(HOIST)
+    assert outcome.kernel is not None, outcome.not_by_kernel
+    made, given = json.loads(files["proof.json"]), {name: text.encode() for name, text in files.items()}
+    assert made["cover"] == ["inputs.z", "0", "", ""]
+    assert verify.status(verify.check(files["certificate.json"], sources=given)) == 4
+    for change in (
+        {"cover": ""},
+        {"cover": ["inputs.z", "2", "", ""]},
+        {"decay_rate": str(Fraction(made["decay_rate"]) * 2)},
+        {"box": {"inputs.z": ["-2", "2"]}},
+    ):
+        with pytest.raises(Refused, match=r"V may not fall|is not cut between its ends"):
+            check(made | change, given)
 
 
 def test_a_narrow_range_of_an_angle_is_proved_of_the_c_with_a_v_for_all_angles(monkeypatch) -> None:
