@@ -48,12 +48,15 @@ def restarts(shown: dict[str, Any]) -> dict[str, Fraction]:
 
     So it has that number in the first sample, and in the first with fault 0 after others: these three functions alone
     are called in a sample with a fault, and `init` and `resume` behind `reset`, which sets the mode in which they are.
+    Left out is what rounding may change by more than that of its terms: 88 + 1e8 + 0.1 - 1e8 - 0.1 is 88.000000009.
     """
-    c = shown["c"]
+    c, of = shown["c"], rounding.of_parameters(shown)
     free = {x: kernel.term(1, x) for x in (*c.inputs, *c.states, *c.outputs)} | {x: shown["names"][x] for x in c.values}
-    ends = [kernel.Text(free, {}).run(program, c.states) for program in (c.init, c.predict, c.resume)]
-    same = {z: ends[0][z] for z in c.states if ends[0][z] == ends[1][z] == ends[2][z] and not ends[0][z].names()}
-    return {z: p.constant() for z, p in same.items()}
+    ends = [rounding.Bounded(free, {}, c.precision, of) for _ in range(3)]
+    for text, program in zip(ends, (c.init, c.predict, c.resume), strict=True):
+        text.run(program, c.states)
+    numbers = {z: p for z in c.states if not (p := ends[0].names[z]).names()}
+    return {z: p.constant() for z, p in numbers.items() if all(text.plainly(z, p) for text in ends)}
 
 
 class Modes:

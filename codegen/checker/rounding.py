@@ -162,10 +162,8 @@ def of_parameters(shown: dict[str, Any]) -> dict[str, tuple[Any, int]]:
     return bounds
 
 
-def zero_in_code(shown: dict[str, Any], start: dict[str, Any], known: dict[Any, Any]) -> set[str]:
-    """Outputs and states that a step from ``start`` sets to just 0 in the C too: no magnitude of lemma R is left.
-
-    A program asks whether a flag is 0, and v*(0.3 - 0.1 - 0.2) is -3e-17 v. Empty where the bounds are refused.
+def in_code(shown: dict[str, Any], start: dict[str, Any], known: dict[Any, Any]) -> "Bounded | None":
+    """A step from ``start`` with the bounds of lemma R, or None where these are refused.
 
     Args:
         known: function and argument -> its value, such as a sign's.
@@ -175,8 +173,8 @@ def zero_in_code(shown: dict[str, Any], start: dict[str, Any], known: dict[Any, 
     try:
         code.run(c.step + c.commit, c.states + c.outputs)
     except ValueError:
-        return set()
-    return {x for x, (size, _) in code.bounds.items() if not size}
+        return None
+    return code
 
 
 def outlasts(proof: dict[str, Any], shown: dict[str, Any], code: "Bounded", off: dict[str, Any]) -> None:
@@ -324,6 +322,24 @@ class Bounded(kernel.Text):
         spacing = self.spacing(node, text, p)
         self.parts[node] = p, self.bound(node, text, p), spacing
         return p
+
+    def plainly(self, name: str, p: Any, like: str = "") -> bool:
+        """Whether a name is set to this polynomial, and rounds no further terms than its own, or those of ``like``.
+
+        So 0 is just 0: a program asks whether a flag is, and v*(0.3 - 0.1 - 0.2) is -3e-17 v.
+        """
+        terms = self.bounds[like][0] if like else magnitudes(p)
+        return name in self.bounds and self.names[name] == p and self.bounds[name][0] == terms
+
+    def within(self, name: str) -> bool:
+        """Whether no term of what is assigned to a name is mostly rounding error; with either value of each sign."""
+        p, small = self.names[name], at_most_one(self.known)
+        try:
+            self.apart(p, LOST)
+            self.compare(unsigned(magnitudes(p), small), unsigned(self.bounds[name][0], small), LOST)
+        except ValueError:
+            return False
+        return True
 
     def kept(self, p: Any, bound: Any, more: int = 1, why: str = LOST) -> Fraction:
         """``compare``, and the same of what cancels in p by an identity (``apart``)."""

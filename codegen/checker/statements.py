@@ -160,7 +160,14 @@ def words(proof: dict[str, Any], shown: dict[str, Any], sized: bool = False, fal
             f" {' and '.join(map(plain, of))}"
             for x, of in shown.get("other than 0", {}).items()
         ),
-        *(f"in each sample with fault 0 {plain(z)} becomes {plain(of)}" for z, of in shown.get("counted", {}).items()),
+        *(
+            f"in each sample with fault 0 {plain(text)} except where {' and '.join(map(plain, of))}"
+            for text, of in shown.get("held", {}).items()
+        ),
+        *(
+            f"in each sample with fault 0 {plain(x)} {'becomes' if x in proof['states'] else 'is'} {plain(of)}"
+            for x, of in (shown.get("formulas", {}) | shown.get("counted", {})).items()
+        ),
         *(
             f"in the first sample with fault 0, and in the first after others, {plain(z)} is {enclosure.exact(number)}"
             for z, number in shown.get("restarts", {}).items()

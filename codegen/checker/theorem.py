@@ -7,10 +7,11 @@ the machine is made from the proof that the kernel accepted; the certificate's o
 import json
 import re
 from collections import Counter
-from collections.abc import Collection, Iterator
+from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager, suppress
 from fractions import Fraction
 from functools import cache, reduce
+from itertools import permutations
 from operator import mul
 from typing import TYPE_CHECKING, Any
 
@@ -95,8 +96,9 @@ def proved(proof: dict[str, Any], sources: dict[str, bytes], turns: Collection[s
         require_witness(proof, shown)
         require_recovery(proof, shown)
         shown["outputs"] = of_estimates(proof, shown)
-        shown["other than 0"] = other_than_zero(proof, shown)
+        shown["other than 0"], shown["held"] = other_than_zero(proof, shown)
         shown["counted"], shown["restarts"] = counted(shown), held.restarts(shown) if proof["domain"] else {}
+        shown["formulas"] = formulas(proof, shown) if proof["domain"] else {}
         rounding.require(proof, shown)
         held.require(proof, shown)
         require_continuity(proof, shown, sorted({*proof["signs"], *turns}))
@@ -254,10 +256,12 @@ def of_estimates(proof: dict[str, Any], shown: dict[str, Any]) -> dict[str, Any]
     return found
 
 
-def other_than_zero(proof: dict[str, Any], shown: dict[str, Any]) -> dict[str, list[str]]:
+def other_than_zero(proof: dict[str, Any], shown: dict[str, Any]) -> tuple[dict[str, list[str]], dict[str, list[str]]]:
     """Another output of the C, such as in_domain -> conditions that hold in each sample in which it is not 0.
 
-    Also a state whose formula holds no error, such as samples_slid: what the step sets it to.
+    Also a state whose formula holds no error, such as samples_slid: what the step sets it to. And, of a proof with a
+    domain: words -> conditions that hold in each sample in which they are not true. They say that a state becomes an
+    estimate, so that the step holds it, or between which numbers an estimate is (``limits``).
     The step runs from any state. A sign in the C is -1, 0 or 1; where one of these makes the output's polynomial 0,
     whatever all else in it is, and no rounding makes it another number, the output is 0. States are written by as many
     estimates if their formulas in `states` have no sign, and ``step`` shows these estimates: every state is then of
@@ -267,7 +271,7 @@ def other_than_zero(proof: dict[str, Any], shown: dict[str, Any]) -> dict[str, l
     others = [z for z in proof["states"] if z not in shown["moving"]]
     others += [y for y in c.outputs if y not in estimates and y not in shown["outputs"]]
     if not others:
-        return {}
+        return {}, {}
     free = {x: shown["names"][x] for x in c.values} | {x: kernel.term(1, x) for x in (*c.inputs, *c.states)}
     own = {y: kernel.term(1, y) for y in estimates}
     claim, plain = kernel.Text(free | own, {}), [z for z in shown["moving"] if "sign." not in proof["states"][z]]
@@ -289,24 +293,87 @@ def other_than_zero(proof: dict[str, Any], shown: dict[str, Any]) -> dict[str, l
         return rounding.put(p, values)
 
     @cache
-    def in_code(sign: str, number: int) -> set[str]:
-        """What is 0 in the C for this number of a sign; over states, since with estimates for them terms cancel."""
+    def in_code(sign: str, number: int) -> Any:
+        """The C's step for this number of a sign; over states, since with estimates for them terms cancel."""
         shows = kernel.Text(free, {}).run(c.step + c.commit, c.states + c.outputs)
         of_states = {y: shows[y] for y in used if not any(x[0] == "?" for x in shows[y].names())}
         fixed = known | {("sgn", signs[sign]): kernel.term(number)}
-        return rounding.zero_in_code(shown, free, {(f, rounding.put(q, of_states)): v for (f, q), v in fixed.items()})
+        return rounding.in_code(shown, free, {(f, rounding.put(q, of_states)): v for (f, q), v in fixed.items()})
 
-    found = {}
-    for y in others:
-        p = after.get(y, kernel.Poly())
-        free_signs = {x: of for x, of in signs.items() if x in p.names() and not of.names() <= signs.keys()}
-        few = free_signs if len(p) <= LONGEST_FLAG else {}
-        zero = {x: tuple(n for n in (-1, 0, 1) if not at(p, x, n)) for x in few}
-        lines = [f"{readable(few[x], signs)} {WHERE[numbers]}" for x, numbers in zero.items() if numbers in WHERE]
+    def exceptions(p: Any, holds: Callable[[str, int], Any], holds_in: Callable[[Any], Any]) -> list[str]:
+        """Conditions of which each holds where a claim about p may not: tests by signs and numbers, and in the C."""
+        few = {x: of for x, of in signs.items() if x in p.names() and not of.names() <= signs.keys()}
+        true = {x: tuple(n for n in (-1, 0, 1) if holds(x, n)) for x in (few if len(p) <= LONGEST_FLAG else ())}
+        lines = [f"{readable(few[x], signs)} {WHERE[numbers]}" for x, numbers in true.items() if numbers in WHERE]
         said = lines and not any("?" in line for line in lines)
-        if said and all(y in in_code(x, n) for x, numbers in zero.items() for n in numbers):
-            found[y] = lines
-    return found
+        ends = (in_code(x, n) for x, numbers in true.items() for n in numbers)
+        return lines if said and all(code and holds_in(code) for code in ends) else []
+
+    def zero(y: str) -> list[str]:
+        p = after.get(y, kernel.Poly())
+        return exceptions(p, lambda x, n: not at(p, x, n), lambda code: not code.bounds[y][0])
+
+    def kept_as(z: str, y: str) -> list[str]:
+        p = after[z] - after[y]
+        return exceptions(p, lambda x, n: not at(p, x, n), lambda code: code.plainly(z, code.names[y], y))
+
+    def between(y: str) -> tuple[tuple[Fraction, ...], list[str]]:
+        p = after[y]
+
+        def ends(x: str, n: int) -> tuple[Fraction, ...]:
+            return limits(at(p, x, n), {s: at(of, x, n) for s, of in signs.items() if s != x})
+
+        of_p = sorted(p.names() & signs.keys()) if len(p) <= LONGEST_FLAG else []
+        found = {e for x in of_p for n in (-1, 0, 1) if (e := ends(x, n))}
+        (only,) = found if len(found) == 1 else ((),)
+        return only, exceptions(p, lambda x, n: only and ends(x, n) == only, lambda code: code.within(y))
+
+    held = dict[str, list[str]]()
+    for y in sorted(estimates) if proof["domain"] else ():
+        held |= {f"{z} becomes {y}": lines for z in shown["moving"] if (lines := kept_as(z, y))}
+        span, lines = between(y)
+        held |= {f"{y} is in [{', '.join(map(enclosure.exact, span))}]": lines} if lines else {}
+    return {y: lines for y in others if (lines := zero(y))}, held
+
+
+def limits(p: Any, signs: dict[str, Any]) -> tuple[Fraction, ...]:
+    """Two numbers between which p is, or none. c + |u|/2 - |u - d|/2 with numbers c and d is within |d|/2 of c."""
+    for s, r in permutations(sorted(p.names() & signs.keys()) if len(p) <= LONGEST_SUM else (), 2):
+        apart = signs[s] - signs[r]
+        magnitudes = kernel.term(1, s) * signs[s] - kernel.term(1, r) * signs[r]
+        centre = p - kernel.term("1/2") * magnitudes
+        if not apart.names() and not centre.names():
+            return tuple(centre.constant() + way * abs(apart.constant()) / 2 for way in (-1, 1))
+    return ()
+
+
+def formulas(proof: dict[str, Any], shown: dict[str, Any]) -> dict[str, str]:
+    """Estimate, or state that holds one -> its formula over states, inputs and other estimates, where it is short.
+
+    In each sample with fault 0, from any state. An estimate that the C sets once, from one local that it sets once, is
+    a name in what follows. Left out is what rounding may replace.
+    """
+    c, estimates = shown["c"], {e["estimate"] for e in proof["errors"]}
+    times = Counter(x for x, _ in c.step + c.commit)
+    local = {text.strip(): y for y, text in c.commit if y in estimates and times[y] == times[text.strip()] == 1}
+    free = {x: shown["names"][x] for x in c.values} | {x: kernel.term(1, x) for x in (*c.inputs, *c.states)}
+    code, found = rounding.Bounded(free, {}, c.precision, rounding.of_parameters(shown)), dict[str, Any]()
+    with suppress(ValueError):
+        for name, text in c.step + c.commit:
+            code.run([(name, text)], c.states + c.outputs)
+            of = local.get(name, name)
+            if of in shown["moving"] or name in local:
+                found.pop(of, None)
+                found |= {of: code.names[name]} if code.within(name) else {}
+            if name in local:
+                code.names[name] = kernel.term(1, of)
+                code.bounds[name] = code.names[name], 0
+        signs, said = dict[str, Any](), {*c.inputs, *c.states, *estimates}
+        for (function, of), value in code.known.items():  # a sign of what is said is said
+            signs |= {min(value.names()): of} if function == "sgn" and of.names() <= {*said, *signs} else {}
+        short = {x: p for x, p in found.items() if len(p) <= LONGEST_SUM and p.names() <= {*said, *signs}}
+        return {x: readable(p, signs) for x, p in short.items()}
+    return {}
 
 
 def readable(p: Any, signs: dict[str, Any]) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import importlib
+import math
 import random
 import re
 from dataclasses import fields
@@ -208,11 +209,16 @@ def test_where_in_domain_is_not_zero_in_the_twin() -> None:
         x, state.direction_rail = state.x_predicted + moved, dice.choice([-1.0, 0.0, 1.0])
         state.samples_held, free = (left := float(dice.choice([0, 0, 0, 1, 88]))), left == 0
         state.z_v, predicted, late = v - p.K_v * x, state.x_predicted, state.samples_slid >= p.settle_samples
-        twin.step(state, p, twin.Inputs(x, dice.uniform(-9, 9)), outputs)
-        assert not outputs.fault
+        state.z_rail, z_v, w = dice.uniform(-200, 200), state.z_v, dice.uniform(-9, 9)
+        twin.step(state, p, twin.Inputs(x, w), outputs)
+        assert not outputs.fault and outputs.v_hat == p.K_v * x + z_v
+        push = math.copysign(outputs.v_hat != 0, outputs.v_hat) * outputs.a_hat_rail
+        assert math.isclose(state.z_v, -0.001 * push + 0.001 * w - 0.1 * outputs.v_hat + z_v, abs_tol=1e-12)
         fast, calm = abs(outputs.v_hat) > p.slip_speed, abs(x - predicted) <= p.largest_innovation
         assert state.samples_held == max(left - 1, 0)
         assert (fast and free) or not state.direction_rail
+        within = abs(outputs.a_hat_rail - 50) <= 10 + 1e-9  # 10 in exact arithmetic
+        assert (fast and free) or (state.z_rail == outputs.a_hat_rail and within)
         assert (fast and free and calm) or not state.samples_slid
         seen[outputs.in_domain] += 1
         if outputs.in_domain:
@@ -269,3 +275,44 @@ def test_that_the_level_is_held_after_every_gap_is_said(function: str) -> None:
         content["subject"]["files"]["one_mass_domain.c"] = hashlib.sha256(files["one_mass_domain.c"]).hexdigest()
     found = [x.removeprefix(begin) for x in check(content, files).proved if x.startswith(begin)]
     assert found == ["direction_rail is 0", *(["samples_held is 88"] * (not function)), "samples_slid is 0"]
+
+
+@pytest.mark.parametrize("more", ["0.1 + 0.2 - 0.3", "1e9 + 0.1 - 1e9 - 0.1", "1e6 * state->K - 1e6 * state->K"])
+def test_a_number_that_rounding_makes_is_not_said_to_be_that_of_a_restart(more: str) -> None:
+    """1e9 + 0.1 - 1e9 - 0.1 is 2e-8 in doubles: verify said that samples_held is 88, which it is not in that C."""
+    sum_ = f"parameters->restart_samples + {more.replace('state->K', 'parameters->restart_samples')}"
+    forged = changed("one_mass_domain", (HOLD, f"    state->samples_held = {sum_};\n"))
+    assert not any("samples_held is 88" in line for line in check(*forged).proved)
+
+
+ONLY = f" except where {MOVES} and {FAST} > 0 and {HELD}"
+HELD_LEVEL = [f"z_rail becomes a_hat_rail{ONLY}", f"a_hat_rail is in [40, 60]{ONLY}"]
+IN_RESTART = [
+    *HELD_LEVEL,
+    "v_hat is 100*x + z_v",
+    "z_v becomes -0.001*sign(v_hat)*a_hat_rail + 0.001*w - 0.1*v_hat + z_v",
+]
+LEVEL_NEXT, CLIPPED = "const double z_rail_next = a_hat_rail + ", "* (parameters->constant_1 + 0.5 * fabs("
+OTHERWISE = {  # a text of the C, what is forged there -> the lines of IN_RESTART that are then not said
+    ("", ""): [],
+    (LEVEL_NEXT, f"{LEVEL_NEXT}(0.5 + learning_4) * v_hat + "): [0],
+    (LEVEL_NEXT, f"{LEVEL_NEXT}(0.5 + learning_4) * (inputs->w - a_hat_rail) + "): [0],
+    (LEVEL_NEXT, f"{LEVEL_NEXT}1e12 * v_hat * (0.3 - 0.1 - 0.2) + "): None,
+    (CLIPPED, f"{CLIPPED}v_hat) + 0.5 * fabs("): [1],
+    (CLIPPED, "* (parameters->constant_1 + 0.4 * fabs("): [1],
+    ("const double z_v_next = ", "const double z_v_next = (0.5 + learning_4) * inputs->w + "): [3],
+    ("v_hat = state->z_v", "v_hat = 0.9 * state->z_v"): None,
+    ("- learning) * (parameters", "- learning) * (1e12 * v_hat - 1e12 * v_hat + parameters"): [1],
+}
+
+
+@pytest.mark.parametrize("change", OTHERWISE)
+def test_that_a_restart_holds_the_level_is_said(change: tuple[str, str]) -> None:
+    """A C that moved the level while samples_held is above 0 was accepted in the same words as the genuine one."""
+    missing, forged = OTHERWISE[change], changed("one_mass_domain", change)
+    if missing is None:
+        with pytest.raises(verify.Refused):
+            check(*forged)
+        return
+    said_ = [line.removeprefix("in each sample with fault 0 ") for line in check(*forged).proved]
+    assert [k for k, line in enumerate(IN_RESTART) if line not in said_] == missing
