@@ -7,6 +7,7 @@ import pytest
 
 from codegen.base.errors import BadInput
 from codegen.logs import read_log
+from codegen.logs.formats import table as tables
 from tests.expected_errors import refused
 
 ROWS = [(0.01 * k, 0.5 * k, -3.0 + k) for k in range(6)]
@@ -276,3 +277,30 @@ def test_names_that_repeat_above_a_line_of_units_have_no_second_level(tmp_path, 
     (tmp_path / "meta.yaml").write_text("columns: {x: 3, w: 4}\nsample_time: 0.01\n")
     log = read_log(tmp_path / "a.csv", spec)
     assert np.allclose(log.positions[:, 0], [row[1] for row in ROWS])
+
+
+def test_another_table_is_not_sought_after_every_message(monkeypatch):
+    """Of a device that writes a message between empty lines after each row; each search takes about 10 ms."""
+    searched: list[int] = []
+    find = tables._find_rows
+    monkeypatch.setattr(tables, "_find_rows", lambda lines: searched.append(len(lines)) or find(lines))
+    lines = ["t,x,w"] + [line for k in range(300) for line in (f"{k},{k + 1},{k + 2}", "", "ready, load 3")]
+    assert tables.end_of_table(lines, 1, 3) == len(lines) and len(searched) == tables.MOST_BREAKS
+
+
+def test_a_header_line_beyond_the_file_is_refused_with_comma_times_too(tmp_path, spec):
+    """It was an IndexError, since the milliseconds behind a comma were compared with that line first."""
+    path = tmp_path / "a.csv"
+    path.write_text("".join(f"2026-03-04 23:59:58,{k:03d},0.{k},{k}\n" for k in range(6)))
+    (tmp_path / "meta.yaml").write_text("header: 50\n")
+    with refused("LOG013 a.csv:6: 6 lines the header on line 50"):
+        read_log(path, spec)
+
+
+def test_times_of_their_own_are_in_the_unit_under_them(tmp_path, spec):
+    """Of the first of several columns `time` the unit was lost, and milliseconds were read as seconds."""
+    path = tmp_path / "a.csv"
+    rows = "".join(f"{k},{k * k / 100:g},{k},{k / 2:g}\n" for k in range(100))
+    path.write_text("time,x,time,w\nms,mm,ms,N\n" + rows)
+    log = read_log(path, spec)
+    assert np.isclose(log.sample_time, 1e-3) and np.isclose(log.positions[-1, 0], 99 * 99 / 1e5)

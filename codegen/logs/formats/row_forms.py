@@ -218,7 +218,8 @@ def _comma_times(head: Sequence[str], header: int | None, named: Sequence[str]) 
     if len(places) < ROWS:
         return None
     above = [line for line in head[: places[0]] if line.strip()]
-    names = head[header - 1] if header else above[-1] if above and header is None else ""
+    stated = "".join(head[header - 1 : header]) if header else ""  # a line that is not there is refused later
+    names = stated or (above[-1] if above and header is None else "")
     width = head[places[0]].count(",") + 1
     if width in (len(named), names.count(",") + 1):
         return None  # the milliseconds are a column of their own

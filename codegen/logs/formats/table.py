@@ -44,6 +44,8 @@ ROWS_ALIKE = 3
 """Number of alike lines that are rows of a table."""
 END = "EOF"
 """A line that ends a table."""
+MOST_BREAKS = 20
+"""Empty lines with text behind them after which another table is sought; more of them are messages among the rows."""
 UNIT_KEYS = ("unit", "units", "einheit")
 """Keys of a property that is the unit of its column."""
 _UNIT_LABEL = re.compile(r"(?:(?:y|v|vertical)[ _]?)?(?:units?|einheit(?:en)?)(?:[ _]?labels?)?:?", re.IGNORECASE)
@@ -244,7 +246,7 @@ def end_of_table(lines: Sequence[str], first: int, width: int) -> int:
     Args:
         first: index of the first row of the table. width: of its rows.
     """
-    at = first - 1
+    at, breaks = first - 1, 0
     for _ in range(lines[first:].count("")):
         at = lines.index("", at + 1)
         behind = lines[at + 1] if at + 1 < len(lines) else ""
@@ -252,6 +254,9 @@ def end_of_table(lines: Sequence[str], first: int, width: int) -> int:
             rows = _find_rows(lines[at : at + LINES_SEARCHED])
             if rows is not None and rows.width != width:
                 return at
+            breaks += 1
+            if breaks == MOST_BREAKS:
+                break
     return len(lines)
 
 
@@ -526,9 +531,11 @@ def _with_own_times(found: Layout, clock: str) -> Layout:
     if found.times or len(times) < 2 or not (time_columns(found.names[:1]) or found.names[0] == clock):
         return found
     names = tuple(str(k + 1) if k in times[1:] else name for k, name in enumerate(found.names))
+    units = tuple((names[0] if name == "1" else name, unit) for name, unit in found.units)  # no longer a repeated name
     words = f"{len(times)} columns `{shown(names[0])}`: each has the times of the columns after it"
     notes = (*found.notes, words)
-    return replace(found, names=names, times=_times_before(times, len(names)), tick=None, notes=notes)
+    before = _times_before(times, len(names))
+    return replace(found, names=names, units=units, times=before, tick=None, notes=notes)
 
 
 def _times_before(times: Sequence[int], width: int) -> tuple[int, ...]:
