@@ -26,6 +26,8 @@ Axis = Literal["velocity", "position", "load", "time", "acceleration", "input", 
 """Variable over which a residual is plotted."""
 Symbols = Mapping[str, sympy.Symbol]
 """Name of a parameter → its symbol."""
+Intervals = Mapping[str, tuple[float, float]]
+"""Name of a parameter → the ends of its interval."""
 
 SHARES = (0.1, 0.5)
 """Default starting values of a shape parameter, as shares of ``Covered.size``."""
@@ -254,6 +256,16 @@ class Effect(ABC):
 
     def unseen(self, values: Mapping[str, float], noise: float) -> str:
         """Why a log with this position noise (standard deviation) cannot show these values; empty where it can."""
+        return ""
+
+    def outside(
+        self, model: System, place: int, values: Mapping[str, float], intervals: Intervals, stroke: float
+    ) -> str:
+        """Why values describe another effect on a log that moves by ``stroke`` at the place; empty where they do not.
+
+        Args:
+            model: the fitted model with this effect. intervals: 95 %, of the parameters that have one.
+        """
         return ""
 
     def limit(self, system: System, place: int, values: Mapping[str, float]) -> tuple[str, dict[str, float]] | None:

@@ -149,7 +149,7 @@ def test_what_is_explained_is_that_of_the_effects_without_the_one_that_is_refuse
 
     def fit(*parts: Any) -> Any:
         trial = SimpleNamespace(parts=parts)
-        return SimpleNamespace(trial=trial, runner=SimpleNamespace(trial=trial))
+        return SimpleNamespace(trial=trial, runner=SimpleNamespace(trial=trial), model=None)
 
     both, one = fit(*parts), fit(parts[0])
     found = Placed(kind="spring", intervals={})
@@ -165,7 +165,7 @@ def test_what_is_explained_is_that_of_the_effects_without_the_one_that_is_refuse
     monkeypatch.setattr(forward_selection, "explained_share", lambda *_: 0.4)
     monkeypatch.setattr(examination, "replace", lambda one, **changes: SimpleNamespace(**{**vars(one), **changes}))
     monkeypatch.setattr(examination, "at_limit", lambda fit: [()] * len(fit.trial.parts))
-    monkeypatch.setattr(examination, "objections", lambda found, part, problem: ["zero"] * (part.kind == "offset"))
+    monkeypatch.setattr(examination, "objections", lambda found, part, *_: ["zero"] * (part.kind == "offset"))
     search: Any = of_one_record(polished=lambda fit: (fit, fit), without=lambda fit, k: one, problem=None)
     none: Any = None
     outcome = Outcome(none, both, (), (), 0.9, 10)
@@ -173,7 +173,7 @@ def test_what_is_explained_is_that_of_the_effects_without_the_one_that_is_refuse
     assert (left.final, left.explained, last, against) == (one, 0.4, one, ())
     kept, _, _, against = examination._examined(search, outcome, none, False)
     assert (kept.final, against) == (both, ())
-    monkeypatch.setattr(examination, "objections", lambda found, part, problem: ["zero"])
+    monkeypatch.setattr(examination, "objections", lambda found, part, *_: ["zero"])
     _, _, _, against = examination._examined(search, outcome, none, False)
     assert [fact.words for fact in against] == ["zero", "zero"], "a tie of effects that may all be absent was ambiguous"
 
@@ -188,7 +188,7 @@ def test_an_effect_is_fitted_again_in_the_form_that_its_intervals_contain(monkey
 
     def fit(part: Any) -> Any:
         trial = SimpleNamespace(parts=(part,))
-        return SimpleNamespace(trial=trial, runner=SimpleNamespace(trial=trial), values=([1.0], [values]))
+        return SimpleNamespace(trial=trial, runner=SimpleNamespace(trial=trial), values=([1.0], [values]), model=None)
 
     def with_parts(final: Any, moved: Any, parts: Any, starts: Any) -> Any:
         asked.append((parts, starts))
@@ -207,7 +207,7 @@ def test_an_effect_is_fitted_again_in_the_form_that_its_intervals_contain(monkey
     for name, value in {"estimate": None, "_by_both": None}.items():
         monkeypatch.setattr(examination, name, lambda *_, value=value: value)
     monkeypatch.setattr(examination, "at_limit", lambda fit: [()] * len(fit.trial.parts))
-    monkeypatch.setattr(examination, "objections", lambda found, part, problem: [])
+    monkeypatch.setattr(examination, "objections", lambda found, part, *_: [])
     search: Any = of_one_record(polished=lambda fit: (fit, fit), with_parts=with_parts, system=system, problem=None)
     outcome = Outcome(cast(Any, None), both, (), (), 0.9, 10)
     none: Any = None

@@ -137,6 +137,20 @@ def test_a_bristle_whose_stiffness_the_log_does_not_determine_is_refused(
     assert bool(words) is refused and all("does not determine sigma" in one for one in words)
 
 
+@pytest.mark.parametrize(("share", "refused"), [(0.02, False), (0.08, False), (0.13, True), (0.5, True)])
+def test_a_force_that_yields_over_much_of_the_stroke_is_no_presliding(log: Log, share: float, refused: bool) -> None:
+    """A gas spring with heat exchange was called presliding, its a/sigma of 0.13 m 17 % of the stroke."""
+    declared, level = system_of(stage()), 9.0
+    fitted = declared.with_parameters(dict.fromkeys(declared.contacts[0].law_parameters.values(), level), {})
+    part, motion = part_of(CATALOGUE["presliding"], 0, declared), smooth_motion(log)
+    sigma = level / (share * float(np.ptp(motion.positions[motion.usable])))
+    found = FoundEffect("presliding", part.on, {"sigma": sigma}, {"sigma": "N/m"}, (), {"sigma": (0.9 * sigma, sigma)})
+    words = objections(found, part, Problem(declared, motion, {}), fitted)
+    assert bool(words) is refused and all("of the stroke" in one for one in words)
+    of_a_wide_interval = replace(found, intervals={"sigma": (0.9 * sigma, 9 * sigma)})
+    assert not objections(of_a_wide_interval, part, Problem(declared, motion, {}), fitted), "it may be stiff"
+
+
 def test_a_shape_beyond_what_the_log_covers_is_said(log: Log) -> None:
     assert said(log, "stribeck", delta=2.0, v_s=0.05) == ([], [])
     against, (words,) = said(log, "stribeck", delta=2.0, v_s=5.0)

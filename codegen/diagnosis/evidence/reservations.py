@@ -27,10 +27,13 @@ wave cover 1.09 periods or more. On 138 of the others a wave was fitted that is 
 covers."""
 
 
-def objections(found: FoundEffect, part: Part, problem: Problem) -> list[str]:
+def objections(found: FoundEffect, part: Part, problem: Problem, model: System | None = None) -> list[str]:
     """Why an effect is not credited: intervals that include its absence or any value, or values that no log shows.
 
     A candidate has passed the tests of its values in its round; effects that are found later change them.
+
+    Args:
+        model: with the fitted friction levels; by default the declared one.
     """
     words = []
     absent = may_be_absent(part.effect, found.intervals)
@@ -54,13 +57,16 @@ def objections(found: FoundEffect, part: Part, problem: Problem) -> list[str]:
             )
     if is_level_or_line(problem.system, problem.motion, part, found.parameters):
         words.append(f"{found.kind} varies only outside the speeds of the log, within which it is a level or a line")
+    stroke = _stroke(problem.system, problem.motion, part)
     if never_passed(problem.system, problem.motion, part, found.parameters):
-        stroke, period = _stroke(problem.system, problem.motion, part), found.parameters["period"]
-        unit = found.units["period"]
+        period, unit = found.parameters["period"], found.units["period"]
         words.append(
             f"the log covers only {stroke:.3g} {unit} of the period of {found.kind}, {period:.3g} {unit}: "
             "nothing shows that it repeats"
         )
+    outside = part.effect.outside(model or problem.system, part.place, found.parameters, found.intervals, stroke)
+    if outside:
+        words.append(f"{found.kind} {outside}")
     held, delay = problem.motion.held, part.effect.delay(found.parameters)
     if 0 < delay <= held:
         words.append(

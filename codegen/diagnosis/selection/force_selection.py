@@ -271,7 +271,7 @@ def in_determined_forms(fits: ForceFits, fit: Fit) -> Fit:
     for k, (part, found) in enumerate(zip(trial.parts, named, strict=True)):
         simpler = [form for form in CATALOGUE[part.kind].forms if {p.name for p in form.parameters} < set(part.names)]
         form = determined_form(part, found.intervals)
-        if form is None and simpler and objections(found, part, fits.search.problem):
+        if form is None and simpler and objections(found, part, fits.search.problem, fit.model):
             form = simpler[-1]
         if form is None:
             continue

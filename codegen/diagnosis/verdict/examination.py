@@ -143,7 +143,9 @@ def with_estimate(search: Search, outcome: Outcome, plain: Answer, measured: Mea
     """The answer with the effects, values and intervals of a fit to the force residual, confirmed by the outcome."""
     parts = outcome.parts
     found = _named(by_force, estimate(by_force), plain.refit)
-    raised = tuple(w for f, p in zip(found, parts, strict=True) for w in objections(f, p, search.problem))
+    raised = tuple(
+        w for f, p in zip(found, parts, strict=True) for w in objections(f, p, search.problem, by_force.model)
+    )
     if raised:
         return plain.unknown(found, not_credited(raised))
     harm = _harmful(search, outcome.final, measured)
@@ -301,7 +303,7 @@ def _examined(
             final = simpler
             continue
         triples = zip(own, found, parts, strict=True)
-        raised = [_objections(o, f, p, search.problem) for o, f, p in triples]
+        raised = [_objections(o, f, p, search.problem, fit.model) for o, f, p in triples]
         if not any(raised) or not (strict or all(raised)):
             if final is not outcome.final:
                 outcome = outcome.with_final(search, final, outcome.rivals)
@@ -347,10 +349,11 @@ def _by_both(search: Search, base: Fit, final: Fit, polished: Fit, own: Estimate
     return widened_by(own, estimate(by_force), polished.trial.parts, shares)
 
 
-def _objections(own: FoundEffect, found: FoundEffect, part: Part, problem: Problem) -> list[str]:
+def _objections(own: FoundEffect, found: FoundEffect, part: Part, problem: Problem, model: System) -> list[str]:
     """The objections to an effect by its ``own`` interval, or that the interval of both criteria holds its absence."""
-    words = objections(own, part, problem)
-    return words if words or not may_be_absent(part.effect, found.intervals) else objections(found, part, problem)
+    words = objections(own, part, problem, model)
+    absent = may_be_absent(part.effect, found.intervals)
+    return words if words or not absent else objections(found, part, problem, model)
 
 
 def not_credited(words: Sequence[str]) -> tuple[Fact, ...]:

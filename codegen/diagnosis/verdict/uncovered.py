@@ -65,7 +65,7 @@ def not_determined(answer: Answer, one: Ranked, problem: Problem, named: str = "
     """The verdict ``unknown`` with an uncovered candidate; ``named``: the effects that explain less, in words."""
     part = one.part
     found = effect_of(part, one.found.parameters, problem.system)
-    reason = Fact("not credited", "; ".join(objections(found, part, problem)))
+    reason = Fact("not credited", "; ".join(objections(found, part, problem, one.found.model)))
     less = (Fact("not credited", f"It explains more than {named} together"),) if named else ()
     stroke = f"{found.parameters['period']:.3g} {found.units['period']} on {found.on}"
     return replace(answer.unknown((found,), (reason, *less)), stroke=stroke)
