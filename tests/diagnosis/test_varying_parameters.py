@@ -120,3 +120,26 @@ def test_a_constant_gain_is_not_refused_for_a_push(push: float, tmp_path: Path) 
             judged(replace(log, inputs=log.inputs + push * during * force), found("input_gain", "w", gain=0.605))
             is None
         )
+
+
+def drifting(folder: Path, slope: float = 0.0, level: float = 0.0, push: float = 0.0, start: float = 0.5) -> Log:
+    """40 s with friction ``slope`` v + ``level`` sgn v that decays within 1.5 s, and a force for 1 s."""
+    log = log_of(machine(duration=40.0), folder, "log.csv")
+    time = (log.sample_time * np.arange(log.size))[:, None]
+    speed = np.gradient(log.positions, log.sample_time, axis=0)
+    pushed = (time > start) & (time < start + 1)
+    more = (slope * speed + level * np.sign(speed)) * np.exp(-time / 1.5) + push * pushed
+    return replace(log, inputs=log.inputs + more)
+
+
+def test_viscous_friction_that_falls_as_it_warms_is_no_drift_of_the_level(tmp_path: Path) -> None:
+    """It acts in the first seconds: nearly all gains there are positive, but their z-score is 1.8."""
+    refused = judged(drifting(tmp_path, slope=20.0), found("friction_drift", delta=2.0, T=1.5))
+    assert refused is not None and (refused.over, refused.effect.kind) == ("speed", "friction_drift")
+
+
+@pytest.mark.parametrize(("push", "start"), [(0.0, 0.5), (3.0, 0.5), (8.0, 1.2), (-8.0, 2.0)])
+def test_a_level_that_drifts_is_not_refused(push: float, start: float, tmp_path: Path) -> None:
+    """Nor beside a force from outside in the seconds in which it acts."""
+    log = drifting(tmp_path, level=3.0, push=push, start=start)
+    assert judged(log, found("friction_drift", delta=2.8, T=1.6)) is None

@@ -18,6 +18,7 @@ from scipy.interpolate import BSpline
 from codegen.base.arrays import Array
 from codegen.base.parallel import in_processes
 from codegen.diagnosis.evidence.changes_in_time import ChangesInTime, changes_in_time
+from codegen.diagnosis.fit.credit import exact_sign_flips, random_signs
 from codegen.diagnosis.fit.identity_cache import OF_MODELS, identity_cache
 from codegen.diagnosis.fit.linear import rms
 from codegen.diagnosis.fit.measure import drive_force
@@ -215,10 +216,15 @@ def repeated_share(residual: Array, rows: NDArray[np.bool_], columns: Sequence[A
 def added_share(residual: Array, rows: NDArray[np.bool_], columns: Sequence[Array], further: Sequence[Array]) -> float:
     """Share of what ``columns`` leave of a squared residual that ``further`` ones explain, on held-out parts.
 
-    0 if it is not significantly positive over these.
+    0 if it is not significantly positive over these, by its z-score (``REPEATED``) or by a sign-flip test at the same
+    level. An effect that acts in a part of the log, as a drift of friction does, has its gains in few held-out parts;
+    then the z-score is small though nearly all gains are positive. A single event gains on its own parts alone.
     """
     plain, richer = (_gains(residual, rows, some) for some in (columns, [*columns, *further]))
-    return _repeated((richer - plain) / max(1 - float(plain.sum()), 1e-300))
+    gains = (richer - plain) / max(1 - float(plain.sum()), 1e-300)
+    if gains.sum() > 0 and exact_sign_flips(gains) <= random_signs(REPEATED):
+        return float(gains.sum())
+    return _repeated(gains)
 
 
 def _repeated(gains: Array) -> float:

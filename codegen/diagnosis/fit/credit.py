@@ -151,10 +151,17 @@ def random_signs(t: float) -> float:
 
 
 def p_of_sign_flips(gains: Array) -> float:
+    """One-sided p-value of ``exact_sign_flips``, not less than that of ``random_signs``."""
+    norm = float(np.linalg.norm(gains))
+    normal = random_signs(float(gains.sum()) / norm) if 0 < norm < np.inf else 1.0
+    return min(1.0, max(exact_sign_flips(gains), normal))
+
+
+def exact_sign_flips(gains: Array) -> float:
     """One-sided p-value of a sign-flip test: P(Σ s_b |g_b| ≥ Σ g_b) for independent random signs s_b = ±1.
 
     The distribution of Σ s_b |g_b| is the inverse Fourier transform of its characteristic function Π cos(ω |g_b|), with
-    the |g_b| rounded to a grid. The result is not less than that of ``random_signs``.
+    the |g_b| rounded to a grid.
     """
     sizes = np.abs(gains)
     whole = float(sizes.sum())
@@ -166,8 +173,7 @@ def p_of_sign_flips(gains: Array) -> float:
     turns = np.arange(length // 2 + 1, dtype=np.int32)[:, None] * steps % length
     cosines = np.cos(2 * np.pi / length * np.arange(length))
     probabilities = np.fft.irfft(cosines[turns].prod(axis=1), length)
-    exact = float(probabilities[np.arange(reached, most + 1)].sum())
-    return min(1.0, max(exact, random_signs(float(gains.sum() / np.linalg.norm(gains)))))
+    return min(1.0, float(probabilities[np.arange(reached, most + 1)].sum()))
 
 
 def evidence_of(before: Fit, after: Fit, floored: bool = True) -> Evidence:
