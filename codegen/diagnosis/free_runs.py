@@ -49,6 +49,7 @@ from codegen.diagnosis.verdict.late_inputs import corrected_for_leads
 from codegen.diagnosis.verdict.nameless import as_unknown, nameless_rival
 from codegen.diagnosis.verdict.statement import interval_in_words
 from codegen.diagnosis.verdict.uncovered import better_than_a_sum, better_than_refused, not_determined
+from codegen.diagnosis.verdict.unrepeated import unrepeated
 from codegen.diagnosis.verdict.varying_parameters import varying
 from codegen.mechanics.system import System
 from codegen.spec.model import Spec
@@ -251,7 +252,10 @@ class Judge:
         if nameless is not None:
             return as_unknown(answer, nameless)
         varies = varying(self.case.problem, answer.augmented, answer.effects, self.case.material)
-        return None if varies is None else answer.refused(varies.words)
+        if varies is not None:
+            return answer.refused(varies.words)
+        no_wave = unrepeated(self.case.problem, answer.augmented, answer.effects, self.case.material)
+        return answer.refused(no_wave) if no_wave else None
 
     def _refused(self, answer: Answer, outcome: Outcome) -> Answer:
         """The answer after the checks that can only refuse effects and values."""

@@ -109,6 +109,14 @@ def never_passed(system: System, motion: Motion, part: Part, parameters: Mapping
     return _stroke(system, motion, part) < LEAST_PERIOD * period and not _known_turn(system, part, period)
 
 
+def periods_covered(system: System, motion: Motion, part: Part, parameters: Mapping[str, float]) -> float:
+    """How often a log covers an effect's period; infinite without a period, or with that of a turn of an angle."""
+    period = parameters.get("period", 0.0)
+    if period <= 0 or _known_turn(system, part, period):
+        return float("inf")
+    return _stroke(system, motion, part) / period
+
+
 def resolvable_periods(system: System, motion: Motion, part: Part, parameters: Mapping[str, float]) -> float:
     """Number of distinguishable periods among which that of an effect was searched: stroke over shortest, or 1.
 
