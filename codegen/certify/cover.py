@@ -97,14 +97,23 @@ def with_cover(found: Found, h: Any) -> Found | None:
         decreases = _leaf(found.family, h, found.p)
     except ValueError:  # powers beyond the checker's limits
         return None
-    ranges = exact_ranges(found.family)
-    whole: Cell = {f"{a.name} t": (Fraction(0), Fraction(1)) for a in angles_of(found.family)}
+    matrix, ranges = found.family.matrix.xreplace(dict(found.family.parameters)), exact_ranges(found.family)
+    # The checker has no t of an angle that occurs in sums alone, as in sin(q + h w).
+    whole: Cell = {
+        f"{a.name} t": (Fraction(0), Fraction(1))
+        for a in angles_of(found.family)
+        if matrix.has(sympy.sin(a), sympy.cos(a))
+    }
     whole |= {v.name: ranges[v] for v in _curved(found.family)}
-    for share in LESS:
-        factor = 1 - 2 * Fraction(str(h)) * Fraction(f"{share * found.rate:.9g}")
-        tree = _cover(partial(decreases, factor), whole, whole)
-        if tree is not None:
-            return replace(found, rate=share * found.rate * 0.999, cover=(tree,))
+    tried: dict[float, Any] = {}
+    for share in (LESS[0], LESS[-1], *LESS[1:]):  # where the least share has no cover, none has
+        if share not in tried:
+            factor = 1 - 2 * Fraction(str(h)) * Fraction(f"{share * found.rate:.9g}")
+            tried[share] = _cover(partial(decreases, factor), whole, whole)
+        if share == LESS[-1] and tried[share] is None:
+            return None
+        if tried[share] is not None and (share != LESS[-1] or len(tried) == len(LESS)):
+            return replace(found, rate=share * found.rate * 0.999, cover=(tried[share],))
     return None
 
 

@@ -13,7 +13,8 @@ import pytest
 import sympy
 
 from codegen.certify.certificate_text import to_prefix
-from codegen.certify.cover import by_cover
+from codegen.certify.content import Found
+from codegen.certify.cover import LESS, by_cover, with_cover
 from codegen.certify.enclosure import enclose_family
 from codegen.certify.family import Family
 from codegen.checker import decay, kernel, verify
@@ -75,6 +76,26 @@ def test_a_frame_that_turns_is_proposed_up_to_where_no_common_p_is() -> None:
     found = by_cover(rotating(sympy.Rational(1)), sympy.Rational(1, 100))
     assert found is not None and 0.44 < found.rate < 0.5
     assert by_cover(rotating(sympy.Rational(5, 2)), sympy.Rational(1, 100)) is None
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_where_there_is_no_cover_few_cells_are_tried(turned: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    """All five shares were tried, on twice as many cells where a slip turns within a sample: sin(q + h w)."""
+    family, tried, decreases = rotating(sympy.Rational(1)), list[Any](), decay.decreases
+    if turned:
+        (q,), w = family.variables, sympy.Symbol("w", real=True)
+        sine = {e: v.subs(q, q + w / 2000) if v.has(sympy.cos) else v for e, v in family.parameters.items()}
+        family = Family({**family.variables, w: (sympy.Rational(-1), sympy.Rational(1))}, sine, family.matrix)
+    monkeypatch.setattr(decay, "decreases", lambda *given: tried.append(given) or decreases(*given))
+    h = sympy.Rational(1, 100)
+    assert with_cover(Found(family, np.eye(2), 5.0), h) is None and len(tried) <= 14
+
+
+@pytest.mark.parametrize("share", LESS)
+def test_the_largest_share_that_has_a_cover_is_proposed(share: float) -> None:
+    """V = e'e of the turning frame falls at 0.4976 1/s."""
+    found = with_cover(Found(rotating(sympy.Rational(1)), np.eye(2), 0.496 / share), sympy.Rational(1, 100))
+    assert found is not None and found.rate == pytest.approx(0.496 * 0.999)
 
 
 @pytest.mark.parametrize("seed", slow_except(range(12), range(4)))
