@@ -1,8 +1,8 @@
 """Limits on the size and nesting of a YAML file, checked on the parser's events before the document is built.
 
 Without limits a small file can take unbounded time or memory: the loader's time is exponential in the depth of mappings
-as keys. Anchors and aliases, which can expand to exponentially many values, are refused; ranges of names repeat entries
-(``ranges``).
+as keys. Merge keys, and anchors and aliases, which can expand to exponentially many values, are refused; ranges of
+names repeat entries (``ranges``).
 """
 
 from __future__ import annotations
@@ -66,8 +66,8 @@ class Limits:
         """Count the next event.
 
         Raises:
-            BadInput: at the line, for keys that are no plain words, duplicate keys, tags, anchors, aliases, another
-                version of YAML, and values that are too many or too deeply nested.
+            BadInput: at the line, for keys that are no plain words, duplicate and merge keys, tags, anchors, aliases,
+                another version of YAML, and values that are too many or too deeply nested.
         """
         self.line = event.start_mark.line + 1
         if getattr(event, "tag", None) is not None:
@@ -105,6 +105,8 @@ class Limits:
         if _LONG_NUMBER.search(text):
             raise self._fault("a number of thousands of digits", f"at most {LONGEST_NUMBER} digits")
         if inner.key_next and inner.keys is not None:
+            if text == "<<":  # the loader's time is quadratic in their number
+                raise self._fault("`<<`, a merge key of YAML", "the entries themselves")
             if len(text) > LONGEST_KEY:
                 raise self._fault(f"a key of {len(text)} characters", f"at most {LONGEST_KEY}")
             if text in inner.keys:

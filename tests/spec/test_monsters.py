@@ -21,6 +21,7 @@ MONSTERS = {
     "braces": ("{" * 24 + "a" + "}" * 24, 1, "SPEC006"),
     "a list as a key": ("a: 1\n? [b]\n: c\n", 2, "SPEC006"),
     "an anchor": ("a: 1\nb: &a c\n", 2, "SPEC002 `&a`"),
+    "a merge key": ("a: 1\nb: {<<: {c: 1}, d: 2}\n", 2, "SPEC002 `<<`"),
     "an alias": ("a: 1\nb: *u\n", 2, "SPEC002 `*u` quotes"),
     "one number written twice": ("0x1: [a]\n1: [b]\n", 2, "SPEC001"),
     "a number and its text": ("1: a\n'1': b\n", 2, "SPEC005"),
