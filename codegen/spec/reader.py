@@ -198,7 +198,8 @@ class _Reading:
             nearest = near if is_identifier(near) else None
             raise BadInput(self.place(key), f"the name `{name}`", expected, nearest, code="SPEC009")
         if why := why_not_name(name, self.document.name):
-            raise BadInput(self.place(key), f"the name `{name}`, {why}", "another name", f"{name}_", code="SPEC009")
+            nearest = None if why_not_name(f"{name}_", self.document.name) else f"{name}_"
+            raise BadInput(self.place(key), f"the name `{name}`, {why}", "another name", nearest, code="SPEC009")
 
     def _refuse_splices(self, source: str) -> None:
         """Raise BadInput for a line that C would join to the next one, which generated files cannot print."""

@@ -227,3 +227,10 @@ def test_an_entry_of_a_list_without_its_blank() -> None:
 def test_a_number_that_is_none(written: str) -> None:
     fault = told(GOOD.replace("value: 2,", f"value: {written},"))
     assert "without a formula, unit or separators" in fault.expected and "beside it" not in fault.expected
+
+
+def test_a_suggested_name_is_no_macro_either() -> None:
+    """`fmi2Mass_` was suggested for `fmi2Mass`, and refused in its turn."""
+    text = GOOD.replace("  mass: {", "  fmi2Mass: {")
+    assert "macro" in told(text).found and told(text).nearest is None
+    assert told(GOOD.replace("  mass: {", "  double: {")).nearest == "double_"
