@@ -175,6 +175,7 @@ class _Table:
     ) -> None:
         self.head = head
         self._described, self._period = described, period
+        self._stated_scale = described.stated_scale("t", spec)
         binding = bind(head, spec, described, columns)
         symbols = ["t", *(field.name for field in program.inputs)]
         for name in symbols:
@@ -226,6 +227,6 @@ class _Table:
             step = float(np.median(steps[1:]))
             found = f"a step of {step:.6g} s in every one of the first rows"
             expected = f"steps of the observer's sample time, {self._period:g} s"
-            scale = f"`scale: {{t: {self._period / step:.6g}}}` in meta.yaml beside the log"
+            scale = f"`scale: {{t: {self._stated_scale * self._period / step:.6g}}}` in meta.yaml beside the log"
             expected += f"; {scale}, where its time is in another unit"
             raise BadInput(columns.place(1, 0), found, expected, code="LOG008")

@@ -338,6 +338,15 @@ def test_a_time_in_milliseconds_is_refused(logs):
     assert told.value.code == "LOG008" and "scale: {t: 0.001}" in str(told.value), told.value
 
 
+def test_the_factor_of_a_time_replaces_a_stated_one(logs, tmp_path):
+    """Milliseconds with a stated 0.01: the factor beside it was told, 0.1, as if it came on top."""
+    (tmp_path / "meta.yaml").write_text("scale: {t: 0.01}\n")
+    (tmp_path / "log.csv").write_bytes(rewritten(logs[""], "plain"))
+    with pytest.raises(BadInput) as told:
+        watch(belt(), tmp_path / "log.csv", follow=False)
+    assert "scale: {t: 0.001}" in str(told.value), told.value
+
+
 CODED = [(coding, size) for size in (1, 501, 10**7) for coding in ("utf-16-le", "utf-16-be")]
 
 
