@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from codegen.app.derived import Source, derived_from
 from codegen.app.diagnosis_folder import DIAGNOSIS_FILES, ResultFolder, log_sha256
@@ -22,9 +22,6 @@ from codegen.diagnosis.diagnose import diagnose_log
 from codegen.diagnosis.results import MATERIAL, Diagnosis, FoundEffect, Verdict
 from codegen.logs import Allowance, read_logs
 from codegen.spec.quantity import read_part
-
-if TYPE_CHECKING:
-    pass
 
 Progress = Callable[[str, float], None]
 

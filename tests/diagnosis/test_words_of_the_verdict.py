@@ -83,6 +83,9 @@ def test_a_better_one_that_is_not_named_and_a_tie():
     doubtful = (candidate("cogging", 0.72), candidate("spring", 0.3, "may be chance: p = 0.1"))
     text = Diagnosed(diagnosis("ambiguous", *doubtful, rivals=(rival,)), Path(), ()).text(paths=False)
     assert "tied with the first; alone: may be chance: p = 0.1" in text and "no: " not in text
+    leading = (candidate("cogging", 0.72, "may be chance: p = 0.1"), candidate("spring", 0.7))
+    text = Diagnosed(diagnosis("ambiguous", *leading, rivals=(rival,)), Path(), ()).text(paths=False)
+    assert "tied with others; alone: may be chance: p = 0.1" in text and "tied with the first" not in text
     forms = [replace(candidate("cogging", 0.8), parameters={name: 1.0}) for name in ("amplitude", "sin_1")]
     named = (FoundEffect("cogging", "x", {"amplitude": 1.0}, {}, (), {}),)
     found = diagnosis("effect", *forms, effects=named)
