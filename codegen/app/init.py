@@ -51,7 +51,7 @@ def init(
     if not is_identifier(name):
         stem = Path(name).stem if Path(name).suffix.lower() in SPEC_ENDINGS else name
         near = re.sub(r"\W", "_", stem, flags=re.ASCII)
-        expected = "letters, digits and _, starting with a letter, such as my_axis; NAME.yaml is written"
+        expected = "letters a to z, digits and _, starting with a letter, such as my_axis; NAME.yaml is written"
         raise BadInput("NAME", f"`{name}`", expected, near if is_identifier(near) else None, code="SPEC009")
     target = Path(out) / f"{name}.yaml"
     refuse_target(target)

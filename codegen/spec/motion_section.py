@@ -198,8 +198,8 @@ class _MotionReader:
         before, parsed, values = len(faults.noted), list[list[Expression]](), list[list[sympy.Expr]]()
         with faults.noting():
             if column and len(rows) != shape[0]:
-                expected = f"{shape[0]} entries, one a coordinate"
-                raise BadInput(self.place(key), f"{len(rows)} entries", expected, code="SPEC015")
+                found, expected = (f"{n} entr{'y' if n == 1 else 'ies'}" for n in (len(rows), shape[0]))
+                raise BadInput(self.place(key), found, f"{expected}, one a coordinate", code="SPEC015")
             meaning = " (coordinates by contacts)" if key == "friction.distribution" else ""
             refuse_other_shape(rows, shape, key, self.place, meaning=meaning)
         for i, row in enumerate(rows):

@@ -13,7 +13,8 @@ from codegen.base.user_text import shown
 from codegen.spec.expression import exact_number, parse_expression, printed
 from codegen.spec.units import describe, dimension, parse_unit, same_dimension, si_factor
 
-_WITH_UNIT = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([^\W\d_].*|1/.*)")
+_WITH_UNIT = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(?![dD][-+]?\d+\s*$)([^\W\d_].*|1/.*)")
+"""A number and a unit; ``d-6`` is none, but the exponent of a Fortran program."""
 
 Numbers = dict[str, Any]
 LARGEST_SHARE = 10

@@ -193,7 +193,7 @@ class _Reading:
 
     def _name(self, name: str, key: str) -> None:
         if not is_identifier(name) or len(name) > 60:
-            expected = "at most 60 letters, digits and _, starting with a letter"
+            expected = "at most 60 letters a to z, digits and _, starting with a letter"
             near = re.sub(r"\W", "_", name, flags=re.ASCII)[:60]
             nearest = near if is_identifier(near) else None
             raise BadInput(self.place(key), f"the name `{name}`", expected, nearest, code="SPEC009")

@@ -25,7 +25,9 @@ def _number_like(value: object) -> object:
     try:
         float(value) if isinstance(value, str) else str(value)  # a whole number may be too large for a double
     except ValueError:
-        raise ValueError("expected a number alone, without a formula, unit or separators") from None
+        raise ValueError(
+            "expected a number alone, such as 350 or 3.5e-6, without a formula, unit or separators"
+        ) from None
     return str(value)
 
 
@@ -36,7 +38,7 @@ def _quantity_like(value: object) -> object:
     try:
         return _number_like(value)
     except ValueError:
-        raise ValueError("expected a number, or one with its unit such as 1 ms") from None
+        raise ValueError("expected a number such as 3.5e-6, or one with its unit such as 1 ms") from None
 
 
 def _value_beside_unit(value: object) -> object:
@@ -153,7 +155,7 @@ class ContactSection(BaseModel):
 
 
 class FrictionSection(Section):
-    distribution: list[list[Text]] | None = None
+    distribution: list[list[Text]] | None = Field(default=None, examples=[[[1, 0], [0, 1]]])
     contacts: list[ContactSection]
 
 
@@ -244,7 +246,7 @@ class DomainSection(Section):
 class ObserverSection(Section):
     kind: str = Field(examples=["gcfo"])
     velocity: Literal["measured", "estimated"] = "measured"
-    gains: dict[str, Gain]
+    gains: dict[str, Gain] = Field(examples=[{"K_F": 10, "K_v": 100}])
     sample_time: Quantity
     integration: Literal["euler", "semi_implicit", "implicit", "exponential"] = "euler"
     exponent: Number = "1"
@@ -259,11 +261,11 @@ class SimulationSection(Section):
     duration: Quantity
     sample_time: Quantity
     inputs: dict[str, Text] = {}
-    reference: dict[str, Text] = {}
-    position_gain: dict[str, Number] = {}
-    velocity_gain: dict[str, Number] = {}
-    input_limit: dict[str, Quantity] = {}
-    encoder_step: dict[str, Quantity] = {}
+    reference: dict[str, Text] = Field(default={}, examples=[{"x": "0.1*sin(t)"}])
+    position_gain: dict[str, Number] = Field(default={}, examples=[{"w": 400}])
+    velocity_gain: dict[str, Number] = Field(default={}, examples=[{"w": 40}])
+    input_limit: dict[str, Quantity] = Field(default={}, examples=[{"w": 20}])
+    encoder_step: dict[str, Quantity] = Field(default={}, examples=[{"x": "10 um"}])
     position_noise: dict[str, Quantity] = {}
     seed: NonNegativeInt = 0
     integral_gain: dict[str, Number] = {}
@@ -307,19 +309,19 @@ class CodeChoice(Section):
 class SpecDocument(Section):
     name: str
     source: str = ""
-    coordinates: dict[str, CoordinateSection]
-    inputs: dict[str, InputSection] = {}
-    parameters: dict[str, ParameterSection] = {}
-    mass_matrix: list[list[Text]] | None = None
+    coordinates: dict[str, CoordinateSection] = Field(examples=[{"x": {"velocity": "v", "unit": "m"}}])
+    inputs: dict[str, InputSection] = Field(default={}, examples=[{"w": {"unit": "N"}}])
+    parameters: dict[str, ParameterSection] = Field(default={}, examples=[{"m": {"value": 1, "unit": "kg"}}])
+    mass_matrix: list[list[Text]] | None = Field(default=None, examples=[[["m1", 0], [0, "m2"]]])
     topology: TopologySection | None = None
     constraints: ConstraintsSection | None = None
     lagrangian: LagrangianSection | None = None
     urdf: str | RobotSection | None = None  # read by ``urdf_section`` before the rest
-    force: list[Text] | None = None
+    force: list[Text] | None = Field(default=None, examples=[["w - k*x"]])
     friction: FrictionSection
     effects: list[EffectSection] = []
     observer: ObserverSection | None = None
-    envelope: dict[str, QuantityRange] = {}
+    envelope: dict[str, QuantityRange] = Field(default={}, examples=[{"v": [-5, 5]}])
     simulation: SimulationSection | None = None
     log: LogSection | None = None
     code: CodeChoice = CodeChoice()

@@ -343,7 +343,7 @@ def _combined(
         found = f"`{whole.source(node.left)}` in {describe(one)} with `{whole.source(node.right)}` in {describe(other)}"
         known = {name: dims.get(name, NONE) for name in _factors(node)}
         units = [f"{name} without unit" if d == NONE else f"{name} in {describe(d)}" for name, d in known.items()]
-        stated = f" (as declared: {', '.join(units)})" if units else ""
+        stated = f" (declared, in SI: {', '.join(units)})" if units else ""
         expected = f"terms of the same unit in a sum{stated}; give a number its unit as a parameter"
         raise BadInput(whole.place, found, expected, code="SPEC014")
     return one

@@ -19,6 +19,9 @@ from codegen.spec.yaml_text import load_plain
 
 MOST_FAULTS = 1000
 """Faults of keys that are explained; each takes a millisecond, for the nearest of the known keys."""
+_NO_NAME = re.compile(r"\d.*|.*\W.*", re.DOTALL)
+"""A key that YAML made of a number behind a decimal comma, or of a key and its value without a blank between them."""
+NAMED = "a key is a name with `: ` behind it, and a number has a decimal point"
 EXAMPLE = 60
 """Most characters of a value that a message repeats in a suggestion."""
 Model = TypeVar("Model", bound=BaseModel)
@@ -127,7 +130,9 @@ def _explain(
             known = _known_keys(model, steps[:-1])
             name = str(steps[-1])
             nearest, expected = nearest_name(name, known), f"one of {', '.join(known)}"
-            if nearest is None and "parameters" in known and len(steps) > 1:
+            if _NO_NAME.fullmatch(name):
+                expected += f"; {NAMED}"
+            elif nearest is None and "parameters" in known and len(steps) > 1:
                 expected += f"; a parameter is given as `parameters: {{{name}: …}}`"
             return BadInput(place, f"unknown key `{name}`", expected, nearest, code="SPEC004")
         case "value_error":
@@ -142,7 +147,12 @@ def _explain(
             expected = f"a list of mappings with {', '.join(keys)}"
         case other:
             expected = _EXPECTED.get(other, fault["msg"])
+            field = [*steps[: 1 + max(k for k, s in enumerate(steps) if isinstance(s, str))]] if steps else []
+            if other in ("list_type", "dict_type") and field and (examples := _field_examples(model, field)):
+                expected += f", as in `{field[-1]}: {examples}`"
     found = fault["input"]
+    if found is None and isinstance(steps[-1], str) and _NO_NAME.fullmatch(steps[-1]):
+        expected += f"; {NAMED}"
     if fault["type"] in ("value_error", "model_type") and isinstance(found, str) and comma_in_value(found):
         words = f"`{found}` with {DECIMAL_COMMA}"
         return BadInput(place, words, f"a decimal point: {with_point(found)}", code="SPEC006")
@@ -187,7 +197,7 @@ def _known_keys(model: type[BaseModel], steps: Sequence[Any]) -> list[str]:
 def _field_examples(model: type[BaseModel], steps: Sequence[Any]) -> str:
     """The examples of a key's value in the schema, joined by "or"; "" without any."""
     field = _section(model, steps[:-1]).model_fields.get(steps[-1])
-    return " or ".join(map(str, (field and field.examples) or ()))
+    return " or ".join(str(example).replace("'", "") for example in (field and field.examples) or ())
 
 
 def _section(model: type[BaseModel], steps: Sequence[Any]) -> type[BaseModel]:

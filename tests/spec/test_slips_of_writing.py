@@ -10,6 +10,7 @@ import stiction
 from codegen.base.errors import BadInput
 from codegen.mechanics import build_system
 from codegen.spec import parse_spec, read_spec
+from codegen.spec.quantity import split_quantity
 from codegen.spec.yaml_text import load_mapping
 from tests.expected_errors import refused
 
@@ -234,3 +235,59 @@ def test_a_suggested_name_is_no_macro_either() -> None:
     text = GOOD.replace("  mass: {", "  fmi2Mass: {")
     assert "macro" in told(text).found and told(text).nearest is None
     assert told(GOOD.replace("  mass: {", "  double: {")).nearest == "double_"
+
+
+@pytest.mark.parametrize(
+    ("good", "bad"),
+    [
+        ("{value: 30, unit: N/m}", "{value: 30,5, unit: N/m}"),
+        ("{value: 30, unit: N/m}", "{value:30, unit: N/m}"),
+        ("{value: 30, unit: N/m}", "{value=30, unit: N/m}"),
+        ("{value: 30, unit: N/m}", "{value: 30, unit: N/m, tolerance: 2,5 %}"),
+        ("gains: {K_F: 10,", "gains: {K_F: 10,5,"),
+    ],
+)
+def test_a_key_that_is_no_name_is_told_how_keys_and_numbers_are_written(good: str, bad: str) -> None:
+    """A decimal comma ends a value within braces, and the digits behind it are a key; so is `value:30`."""
+    fault = told(GOOD.replace(good, bad))
+    assert fault.place.line == 1 + GOOD[: GOOD.index(good)].count("\n")
+    assert "a key is a name with `: ` behind it, and a number has a decimal point" in fault.expected
+
+
+@pytest.mark.parametrize(
+    ("good", "bad", "shape"),
+    [
+        ("mass_matrix:\n  - [mass, 0]\n  - [0, J]\n", "mass_matrix: mass\n", "`mass_matrix: [[m1, 0], [0, m2]]`"),
+        (
+            "mass_matrix:\n  - [mass, 0]\n  - [0, J]\n",
+            "mass_matrix: [mass, 0; 0, J]\n",
+            "`mass_matrix: [[m1, 0], [0, m2]]`",
+        ),
+        ("distribution: [[1, 0], [0, 1]]", "distribution: 1", "`distribution: [[1, 0], [0, 1]]`"),
+        ("force:\n  - w - k*x\n  - -J*om/t0\n".replace("t0", "tau"), "force: w - k*x\n", "`force: [w - k*x]`"),
+        ("gains: {K_F: 10, K_v: 100}", "gains: 10", "`gains: {K_F: 10, K_v: 100}`"),
+        ("envelope:\n  x: [-1, 1]\n", "envelope:\n", "`envelope: {v: [-5, 5]}`"),
+    ],
+)
+def test_a_list_or_mapping_is_shown_in_the_form_that_the_section_has(good: str, bad: str, shape: str) -> None:
+    assert good in GOOD
+    assert shape in told(GOOD.replace(good, bad)).expected
+
+
+def test_a_fortran_exponent_is_no_unit() -> None:
+    """`unit: d2` beside the value, as the message proposed, is refused in turn."""
+    fault = told(GOOD.replace("{value: 30, unit: N/m}", "{value: 3.5d2, unit: N/m}"))
+    assert fault.found == "`3.5d2`"
+    assert fault.expected.startswith("a number alone, such as 350 or 3.5e-6")
+    assert told(GOOD.replace("x: [-1, 1]", "x: [-1d-6, 1]")).found == "`-1d-6`"
+    assert split_quantity("3 d") == ("3", "d")  # a day
+
+
+def test_a_key_less_indented_than_those_below_is_told_of_indentation() -> None:
+    fault = told(GOOD.replace("  velocity: estimated", "velocity: estimated"))
+    assert "indentation" in fault.expected
+
+
+def test_one_entry_is_in_the_singular_and_a_greek_name_is_told_which_letters() -> None:
+    assert told(GOOD.replace("  - w - k*x\n", "")).found == "1 entry"
+    assert "letters a to z" in told(GOOD.replace("  w: {unit: N}", "  τ: {unit: N}")).expected
