@@ -147,9 +147,9 @@ def _explain(
             expected = f"a list of mappings with {', '.join(keys)}"
         case other:
             expected = _EXPECTED.get(other, fault["msg"])
-            field = [*steps[: 1 + max(k for k, s in enumerate(steps) if isinstance(s, str))]] if steps else []
-            if other in ("list_type", "dict_type") and field and (examples := _field_examples(model, field)):
-                expected += f", as in `{field[-1]}: {examples}`"
+            names = [step for step in steps if isinstance(step, str)]
+            if other in ("list_type", "dict_type") and names and (examples := _field_examples(model, names)):
+                expected += f", as in `{names[-1]}: {examples}`"
     found = fault["input"]
     if found is None and isinstance(steps[-1], str) and _NO_NAME.fullmatch(steps[-1]):
         expected += f"; {NAMED}"
