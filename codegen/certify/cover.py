@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from fractions import Fraction
-from functools import partial
+from functools import cache, partial
 from itertools import product
 from typing import Any
 
@@ -105,16 +105,16 @@ def with_cover(found: Found, h: Any) -> Found | None:
         if matrix.has(sympy.sin(a), sympy.cos(a))
     }
     whole |= {v.name: ranges[v] for v in _curved(found.family)}
-    tried: dict[float, Any] = {}
-    for share in (LESS[0], LESS[-1], *LESS[1:]):  # where the least share has no cover, none has
-        if share not in tried:
-            factor = 1 - 2 * Fraction(str(h)) * Fraction(f"{share * found.rate:.9g}")
-            tried[share] = _cover(partial(decreases, factor), whole, whole)
-        if share == LESS[-1] and tried[share] is None:
-            return None
-        if tried[share] is not None and (share != LESS[-1] or len(tried) == len(LESS)):
-            return replace(found, rate=share * found.rate * 0.999, cover=(tried[share],))
-    return None
+
+    @cache
+    def tree(share: float) -> Any:
+        factor = 1 - 2 * Fraction(str(h)) * Fraction(f"{share * found.rate:.9g}")
+        return _cover(partial(decreases, factor), whole, whole)
+
+    if tree(LESS[0]) is None and tree(LESS[-1]) is None:
+        return None  # where the least share has no cover, none has
+    share = next(share for share in LESS if tree(share) is not None)
+    return replace(found, rate=share * found.rate * 0.999, cover=(tree(share),))
 
 
 def _leaf(family: Family, h: Any, p: Array) -> Callable[[Fraction, Cell], bool]:

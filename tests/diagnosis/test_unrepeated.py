@@ -55,3 +55,11 @@ def test_a_wave_is_not_refused(log: Log, times: float) -> None:
     assert judged(with_friction(wave, shaken), period, amplitude=1.45) == ""
     if times > 2:
         assert judged(with_friction(wave + 20 * x, log), period) == ""
+
+
+@pytest.mark.parametrize("level", [0.0, 0.5])
+def test_an_immaterial_curve_refuses_no_wave_beside_a_wrong_level(log: Log, level: float) -> None:
+    """A spring with 1.7 % of the drive force refused a wave, since that of a level, 8 %, was counted with it."""
+    x, period = log.positions, float(np.ptp(log.positions)) / 1.6
+    more = level + 1.5 * np.sin(2 * np.pi * x / period + 0.4)
+    assert judged(with_friction(more, replace(log, inputs=log.inputs + x - x.mean())), period) == ""

@@ -23,7 +23,7 @@ from codegen.diagnosis.fit.linear import rms
 from codegen.diagnosis.fit.residual import Problem, level_columns, residual_at_drive
 from codegen.diagnosis.fit.trial import part_of
 from codegen.diagnosis.results import FoundEffect
-from codegen.diagnosis.verdict.against_regression import VARIABLES, acts_on
+from codegen.diagnosis.verdict.against_regression import VARIABLES, acts_on, fitted_share
 from codegen.effects.declare import places_of
 from codegen.effects.nameless import effect_called
 from codegen.mechanics.system import System
@@ -54,8 +54,10 @@ def unrepeated(problem: Problem, augmented: System, named: Sequence[FoundEffect]
         rows = sliding(augmented, motion, problem.used, i)
         r, own = residual[:, i], VARIABLES[effect.seen_over]
         columns = remainder_columns(augmented, motion, residual, rows, i)[own]
-        share = added_share(r, rows, [c[:, None] for c in level_columns(augmented, motion, i).T], [columns])
-        if share >= MUCH_OF_THE_REST and sqrt(share) * rms(r[rows]) >= material * rms(acting[rows, i]):
+        levels = [c[:, None] for c in level_columns(augmented, motion, i).T]
+        left = sqrt(max(0.0, 1 - fitted_share(r, rows, levels))) * rms(r[rows])
+        share = added_share(r, rows, levels, [columns])
+        if share >= MUCH_OF_THE_REST and sqrt(share) * left >= material * rms(acting[rows, i]):
             return (
                 f"the log covers the period of {one.title} only {covered:.2g} times, and a smooth curve over the "
                 f"{own} explains {in_percent(share)} of what it leaves: nothing shows that this force repeats"
