@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from codegen.base.progress import shares_to
 from codegen.diagnosis.fit.credit import near_noise
 from codegen.diagnosis.fit.output_error import Fit
 from codegen.diagnosis.fit.search import Search
@@ -56,7 +57,8 @@ def test_an_effect_that_two_others_together_explain_better_is_replaced_by_them(
     gravity = part_of(CATALOGUE["gravity_imbalance"], 0, search.system)
     (alone,) = fit_candidates(search, base, [gravity])
     shares: list[float] = []
-    both = pairs.split_in_two(search, search.fitted_again(alone), shares.append)
+    with shares_to(shares.append):
+        both = pairs.split_in_two(search, search.fitted_again(alone))
     assert shares or kinds is None  # nothing is fitted in place of an effect that leaves only noise
     assert (both and {p.kind for p in both.trial.parts}) == kinds
     assert both is None or near_noise(both)
@@ -72,7 +74,8 @@ def test_two_effects_that_together_imitate_one_give_way_to_it(tmp_path: Path, mo
     both = search.with_parts(base, base.theta, [wave, hardening], values)
     monkeypatch.setattr(replacement, "every_part", lambda search, taken: [spring])
     shares: list[float] = []
-    found, rivals = replacement.judged_together(search, base, both, [], False, True, shares.append)
+    with shares_to(shares.append):
+        found, rivals = replacement.judged_together(search, base, both, [], False, True)
     assert shares
     assert found.trial.parts == (spring,) and not rivals and near_noise(found)
 

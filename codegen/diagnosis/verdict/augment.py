@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from copy import deepcopy
 from typing import Any
 
 from ruamel.yaml.comments import CommentedMap, CommentedSeq
@@ -143,7 +142,7 @@ def _replace(
     outermost: tuple[CommentedMap | CommentedSeq, str | int] | None = None
     section: Any = document
     for k in above:
-        parent, section = section, _unshared(section, k)
+        parent, section = section, section[k]
         if outermost is None and section.fa.flow_style():
             outermost = parent, k
     old = section.get(key, default)
@@ -152,15 +151,6 @@ def _replace(
     section[key] = _short(value)
     parent, entry = outermost or (section, key)
     _append_comment(parent, entry, f"{key} {how} by diagnosis, was {' '.join(str(old).split())}")
-
-
-def _unshared(section: CommentedMap | CommentedSeq, key: str | int) -> Any:
-    """``section[key]``; a copy in its place if another entry may share it by an alias or a merge (`<<`)."""
-    inner = section[key]
-    if inner.anchor.value is not None or getattr(section, "merge", None):
-        section[key] = inner = deepcopy(inner)
-        inner.yaml_set_anchor(None)
-    return inner
 
 
 def _append_comment(parent: CommentedMap | CommentedSeq, key: str | int, note: str) -> None:
