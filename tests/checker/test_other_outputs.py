@@ -297,6 +297,7 @@ OTHERWISE = {  # a text of the C, what is forged there -> the lines of IN_RESTAR
     ("", ""): [],
     (LEVEL_NEXT, f"{LEVEL_NEXT}(0.5 + learning_4) * v_hat + "): [0],
     (LEVEL_NEXT, f"{LEVEL_NEXT}(0.5 + learning_4) * (inputs->w - a_hat_rail) + "): [0],
+    (LEVEL_NEXT, f"{LEVEL_NEXT}(0.3 - 0.1 - 0.2) * v_hat + "): [0],
     (LEVEL_NEXT, f"{LEVEL_NEXT}1e12 * v_hat * (0.3 - 0.1 - 0.2) + "): None,
     (CLIPPED, f"{CLIPPED}v_hat) + 0.5 * fabs("): [1],
     (CLIPPED, "* (parameters->constant_1 + 0.4 * fabs("): [1],
