@@ -6,6 +6,7 @@ from types import SimpleNamespace
 from typing import Any
 
 from codegen.diagnosis.results import AtPlace
+from codegen.diagnosis.selection.ranking import Ranked
 from codegen.effects import CATALOGUE
 from tests.diagnosis.stage import stage, system_of
 
@@ -17,13 +18,7 @@ class Placed(AtPlace, SimpleNamespace):
 class InRound(SimpleNamespace):
     """A candidate of a round."""
 
-    @property
-    def part(self) -> Any:
-        return self.found.part
-
-    @property
-    def grade(self) -> int:
-        return int(self.unsure) if self.why_not else 2
+    part, grade = Ranked.part, Ranked.grade
 
 
 def fit(*parts: str) -> Any:
