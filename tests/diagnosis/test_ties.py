@@ -548,3 +548,9 @@ def test_a_load_that_only_the_force_refuses_is_a_rival_of_another_load(
     other.why_not, other.contradicted = refused, contradicted
     found = ranking._tied(search, best, [best, other])
     assert [r.found.part.kind for r in found] == (["compliance"] if tied else [])
+
+
+def test_a_candidate_that_may_be_chance_alone_is_between_the_others() -> None:
+    """Its grade is 1; of a credited candidate it is 2, of one that fails another test 0."""
+    tested = (("", False), ("may be chance", True), ("is too small to matter", False))
+    assert [InRound(why_not=why, unsure=unsure).grade for why, unsure in tested] == [2, 1, 0]
