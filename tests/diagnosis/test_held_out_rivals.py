@@ -35,10 +35,6 @@ TRUTHS = {
 }
 
 
-FAR_FROM_NOISE: dict[str, Any] = {"by_segment": np.full(4, 1e6), "residual": np.zeros((4, 10))}
-"""Loss and residual of a fit of four segments that is far from the noise."""
-
-
 def of_one_record(**methods: Any) -> Any:
     """A search with these methods, whose fits are all of its own segments."""
     return SimpleNamespace(on_its_record=lambda fit: fit, **methods)
@@ -153,7 +149,7 @@ def test_what_is_explained_is_that_of_the_effects_without_the_one_that_is_refuse
 
     def fit(*parts: Any) -> Any:
         trial = SimpleNamespace(parts=parts)
-        return SimpleNamespace(trial=trial, runner=SimpleNamespace(trial=trial), model=None, **FAR_FROM_NOISE)
+        return SimpleNamespace(trial=trial, runner=SimpleNamespace(trial=trial), model=None)
 
     both, one = fit(*parts), fit(parts[0])
     found = Placed(kind="spring", intervals={})
@@ -192,8 +188,7 @@ def test_an_effect_is_fitted_again_in_the_form_that_its_intervals_contain(monkey
 
     def fit(part: Any) -> Any:
         trial = SimpleNamespace(parts=(part,))
-        runner = SimpleNamespace(trial=trial)
-        return SimpleNamespace(trial=trial, runner=runner, values=([1.0], [values]), model=None, **FAR_FROM_NOISE)
+        return SimpleNamespace(trial=trial, runner=SimpleNamespace(trial=trial), values=([1.0], [values]), model=None)
 
     def with_parts(final: Any, moved: Any, parts: Any, starts: Any) -> Any:
         asked.append((parts, starts))
