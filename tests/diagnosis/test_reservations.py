@@ -147,7 +147,6 @@ def test_a_force_that_yields_over_much_of_the_stroke_is_no_presliding(log: Log, 
     found = FoundEffect("presliding", part.on, {"sigma": sigma}, {"sigma": "N/m"}, (), {"sigma": (0.9 * sigma, sigma)})
     words = objections(found, part, Problem(declared, motion, {}), fitted)
     assert bool(words) is refused and all("of the stroke" in one for one in words)
-    assert not objections(found, part, Problem(declared, motion, {}), fitted, leaves_noise=True), "nothing else is left"
     of_a_wide_interval = replace(found, intervals={"sigma": (0.9 * sigma, 9 * sigma)})
     assert not objections(of_a_wide_interval, part, Problem(declared, motion, {}), fitted), "it may be stiff"
 

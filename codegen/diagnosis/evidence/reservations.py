@@ -27,17 +27,13 @@ wave cover 1.09 periods or more. On 138 of the others a wave was fitted that is 
 covers."""
 
 
-def objections(
-    found: FoundEffect, part: Part, problem: Problem, model: System | None = None, leaves_noise: bool = False
-) -> list[str]:
+def objections(found: FoundEffect, part: Part, problem: Problem, model: System | None = None) -> list[str]:
     """Why an effect is not credited: intervals that include its absence or any value, or values that no log shows.
 
     A candidate has passed the tests of its values in its round; effects that are found later change them.
 
     Args:
         model: with the fitted friction levels; by default the declared one.
-        leaves_noise: whether the free runs with the effect are near the noise. Then no other force over position is
-            left that the effect may imitate, and ``Effect.outside`` is not asked.
     """
     words = []
     absent = may_be_absent(part.effect, found.intervals)
@@ -68,9 +64,9 @@ def objections(
             f"the log covers only {stroke:.3g} {unit} of the period of {found.kind}, {period:.3g} {unit}: "
             "nothing shows that it repeats"
         )
-    if not leaves_noise:
-        outside = part.effect.outside(model or problem.system, part.place, found.parameters, found.intervals, stroke)
-        words += [f"{found.kind} {outside}"] if outside else []
+    outside = part.effect.outside(model or problem.system, part.place, found.parameters, found.intervals, stroke)
+    if outside:
+        words.append(f"{found.kind} {outside}")
     held, delay = problem.motion.held, part.effect.delay(found.parameters)
     if 0 < delay <= held:
         words.append(

@@ -303,7 +303,7 @@ def _examined(
             final = simpler
             continue
         triples = zip(own, found, parts, strict=True)
-        raised = [_objections(o, f, p, search.problem, fit) for o, f, p in triples]
+        raised = [_objections(o, f, p, search.problem, fit.model) for o, f, p in triples]
         if not any(raised) or not (strict or all(raised)):
             if final is not outcome.final:
                 outcome = outcome.with_final(search, final, outcome.rivals)
@@ -349,12 +349,11 @@ def _by_both(search: Search, base: Fit, final: Fit, polished: Fit, own: Estimate
     return widened_by(own, estimate(by_force), polished.trial.parts, shares)
 
 
-def _objections(own: FoundEffect, found: FoundEffect, part: Part, problem: Problem, fit: Fit) -> list[str]:
+def _objections(own: FoundEffect, found: FoundEffect, part: Part, problem: Problem, model: System) -> list[str]:
     """The objections to an effect by its ``own`` interval, or that the interval of both criteria holds its absence."""
-    leaves_noise = credit.near_noise(fit)
-    words = objections(own, part, problem, fit.model, leaves_noise)
+    words = objections(own, part, problem, model)
     absent = may_be_absent(part.effect, found.intervals)
-    return words if words or not absent else objections(found, part, problem, fit.model, leaves_noise)
+    return words if words or not absent else objections(found, part, problem, model)
 
 
 def not_credited(words: Sequence[str]) -> tuple[Fact, ...]:
