@@ -19,11 +19,12 @@ from codegen.diagnosis.case import Case, Findings
 from codegen.diagnosis.evidence.residual_regression import acting_force, half_of_squares, remainders
 from codegen.diagnosis.experiments.separation import separate, tied_fits
 from codegen.diagnosis.fit.credit import is_far, near_noise
+from codegen.diagnosis.fit.drive import residual_at_drive
 from codegen.diagnosis.fit.linear import rms
 from codegen.diagnosis.fit.measure import RESTART_S, measure, restart_within_reach
 from codegen.diagnosis.fit.output_error import Fit, levels_at_zero
 from codegen.diagnosis.fit.record import record_of
-from codegen.diagnosis.fit.residual import Problem, residual_at_drive
+from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.search import Search, search_on
 from codegen.diagnosis.fit.trial import Part
 from codegen.diagnosis.results import ErrorFigures, Fact, Remainder, Separation, titles

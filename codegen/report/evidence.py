@@ -20,7 +20,8 @@ from codegen.diagnosis.evidence.residual_regression import (
     smooth_curve,
     variables_of,
 )
-from codegen.diagnosis.fit.residual import Problem, residual_at_drive, without_levels
+from codegen.diagnosis.fit.drive import residual_at_drive
+from codegen.diagnosis.fit.residual import Problem, without_levels
 from codegen.diagnosis.fit.trial import with_effects, with_values
 from codegen.diagnosis.results import Diagnosis, FoundEffect
 from codegen.diagnosis.verdict.against_regression import VARIABLES, acts_on

@@ -12,8 +12,8 @@ from scipy.signal import welch
 from codegen.base.arrays import Array, Flags, runs
 from codegen.diagnosis.diagnose import Models
 from codegen.diagnosis.evidence.residual_regression import predicted_load
+from codegen.diagnosis.fit.drive import residual_at_drive
 from codegen.diagnosis.fit.measure import free_run_series
-from codegen.diagnosis.fit.residual import residual_at_drive
 from codegen.mechanics.system import System
 
 MOST_POINTS = 4000

@@ -8,7 +8,8 @@ from unittest.mock import patch
 import numpy as np
 import pytest
 
-from codegen.diagnosis.fit.residual import drive_gain, moves_sensors
+from codegen.diagnosis.fit.drive import drive_gain
+from codegen.diagnosis.fit.residual import moves_sensors
 from codegen.diagnosis.fit.signals import smooth_motion
 from codegen.diagnosis.fit.trial import Trial, model_of, part_of
 from codegen.diagnosis.selection import force_fits

@@ -9,9 +9,10 @@ import pytest
 
 from codegen.diagnosis.evidence.adoption import CrossValidation, adopt_values
 from codegen.diagnosis.evidence.estimate import estimate, named_effects
+from codegen.diagnosis.fit.drive import drive_gain
 from codegen.diagnosis.fit.force_rows import force_rows, relative_force_rows
 from codegen.diagnosis.fit.record import record_of
-from codegen.diagnosis.fit.residual import Problem, drive_gain
+from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.search import Search, search_on
 from codegen.diagnosis.fit.signals import low_pass, smooth_motion
 from codegen.diagnosis.fit.trial import part_of, with_effects, with_values

@@ -21,18 +21,16 @@ from benchmarks.real.sets import DATA
 from codegen.diagnosis.evidence.force_gain import ForceCriterion, ForceGain, force_gain, prewhitened_gain
 from codegen.diagnosis.evidence.timing import acting_earlier
 from codegen.diagnosis.fit.credit import ALPHA, Evidence, random_signs
-from codegen.diagnosis.fit.force_rows import residual_slopes, slopes_of_evidence
-from codegen.diagnosis.fit.record import record_of
-from codegen.diagnosis.fit.residual import (
-    Problem,
+from codegen.diagnosis.fit.drive import (
     bounded_least_squares,
     drive_left,
     drive_shares,
-    inverse_dynamics_residual,
     residual_at_drive,
     residual_over_friction,
-    used_samples,
 )
+from codegen.diagnosis.fit.force_rows import residual_slopes, slopes_of_evidence
+from codegen.diagnosis.fit.record import record_of
+from codegen.diagnosis.fit.residual import Problem, inverse_dynamics_residual, used_samples
 from codegen.diagnosis.fit.search import Search, search_on
 from codegen.diagnosis.fit.signals import Motion, low_pass, smooth_motion
 from codegen.diagnosis.fit.trial import part_of, with_values

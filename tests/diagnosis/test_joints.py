@@ -19,17 +19,16 @@ from codegen.diagnosis.case import uncertain_values
 from codegen.diagnosis.evidence.force_gain import ForceCriterion
 from codegen.diagnosis.fit import residual
 from codegen.diagnosis.fit.credit import near_noise, noise_ratio
+from codegen.diagnosis.fit.drive import drive_shares, residual_at_drive
 from codegen.diagnosis.fit.joints import JointShooter, MotionTerms, RigidTerms, is_separable
 from codegen.diagnosis.fit.output_error import Fit
 from codegen.diagnosis.fit.record import Record, record_of
 from codegen.diagnosis.fit.residual import (
     Problem,
     ResidualAlong,
-    drive_shares,
     evaluate_forces,
     force_function,
     inverse_dynamics_residual,
-    residual_at_drive,
     unfiltered_residual,
 )
 from codegen.diagnosis.fit.search import Search, search_on

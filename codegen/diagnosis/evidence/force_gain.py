@@ -16,17 +16,12 @@ from codegen.base.arrays import Array
 from codegen.diagnosis.evidence.residual_regression import LEAST_ROWS
 from codegen.diagnosis.evidence.score_test import along_best, t_of_scores
 from codegen.diagnosis.fit.credit import SIGN_BLOCKS, are_large, p_of_log_ratios, p_of_sign_flips
+from codegen.diagnosis.fit.drive import residual_at_drive, residual_without_levels, without_values
 from codegen.diagnosis.fit.force_rows import slopes_of_evidence
 from codegen.diagnosis.fit.identity_cache import OF_MODELS, identity_cache
 from codegen.diagnosis.fit.linear import correlation, independent
 from codegen.diagnosis.fit.output_error import Fit
-from codegen.diagnosis.fit.residual import (
-    Problem,
-    inverse_dynamics_residual,
-    residual_at_drive,
-    residual_without_levels,
-    without_values,
-)
+from codegen.diagnosis.fit.residual import Problem, inverse_dynamics_residual
 from codegen.diagnosis.fit.search import Search, joint_of_difference
 from codegen.diagnosis.fit.trial import with_values
 

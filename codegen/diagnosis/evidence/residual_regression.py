@@ -19,10 +19,11 @@ from codegen.base.arrays import Array
 from codegen.base.parallel import in_processes
 from codegen.diagnosis.evidence.changes_in_time import ChangesInTime, changes_in_time
 from codegen.diagnosis.fit.credit import exact_sign_flips, random_signs
+from codegen.diagnosis.fit.drive import residual_at_drive
 from codegen.diagnosis.fit.identity_cache import OF_MODELS, identity_cache
 from codegen.diagnosis.fit.linear import rms
 from codegen.diagnosis.fit.measure import drive_force
-from codegen.diagnosis.fit.residual import contacts_on, evaluate_forces, residual_at_drive, slip_velocities
+from codegen.diagnosis.fit.residual import contacts_on, evaluate_forces, slip_velocities
 from codegen.diagnosis.fit.signals import Motion, central_difference
 from codegen.diagnosis.fit.starting_values import resonances, resonant
 from codegen.diagnosis.results import Remainder, Term

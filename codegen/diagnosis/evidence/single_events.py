@@ -21,13 +21,9 @@ from scipy.special import gammaincc
 
 from codegen.base.arrays import Array
 from codegen.diagnosis.evidence.residual_regression import LEAST_ROWS, acting_force
+from codegen.diagnosis.fit.drive import residual_at_drive, residual_without_levels
 from codegen.diagnosis.fit.linear import correlation, independent, rms
-from codegen.diagnosis.fit.residual import (
-    Problem,
-    inverse_dynamics_residual,
-    residual_at_drive,
-    residual_without_levels,
-)
+from codegen.diagnosis.fit.residual import Problem, inverse_dynamics_residual
 from codegen.mechanics.system import System
 
 ACTS = 0.05

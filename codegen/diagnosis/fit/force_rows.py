@@ -10,16 +10,9 @@ import sympy
 from numpy.typing import NDArray
 
 from codegen.base.arrays import Array
+from codegen.diagnosis.fit.drive import drive_gain, drive_symbols
 from codegen.diagnosis.fit.linear import rms, solved
-from codegen.diagnosis.fit.residual import (
-    Problem,
-    drive_gain,
-    drive_symbols,
-    effective_inputs,
-    force_function,
-    inverse_dynamics_residual,
-    points,
-)
+from codegen.diagnosis.fit.residual import Problem, effective_inputs, force_function, inverse_dynamics_residual, points
 from codegen.diagnosis.fit.signals import Motion
 from codegen.mechanics.casadi_form import over_rows
 from codegen.mechanics.system import Matrix, System

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from codegen.base.arrays import Array
 from codegen.diagnosis.fit.credit import SIGN_BLOCKS
+from codegen.diagnosis.fit.drive import residual_at_drive
 from codegen.diagnosis.fit.identity_cache import OF_MODELS, identity_cache
 from codegen.diagnosis.fit.linear import rms
 from codegen.diagnosis.fit.residual import (
@@ -17,7 +18,6 @@ from codegen.diagnosis.fit.residual import (
     evaluate_forces,
     inverse_dynamics_residual,
     level_parameters,
-    residual_at_drive,
 )
 from codegen.diagnosis.fit.restarted_run import free_run
 from codegen.diagnosis.fit.signals import TRIM_S, Motion, central_difference

@@ -14,18 +14,10 @@ from numpy.typing import NDArray
 from codegen.base.arrays import Array
 from codegen.diagnosis.evidence.adoption import adopt_values
 from codegen.diagnosis.fit.credit import SIGN_BLOCKS
+from codegen.diagnosis.fit.drive import DriveLeft, drive_gain, drive_left, drive_symbols, rubs_by_load
 from codegen.diagnosis.fit.force_rows import residual_slopes
 from codegen.diagnosis.fit.output_error import Fit, damped_step, polish, segment_cost, segment_weights, shooting_fit
-from codegen.diagnosis.fit.residual import (
-    DriveLeft,
-    ResidualAlong,
-    drive_gain,
-    drive_left,
-    drive_symbols,
-    inverse_dynamics_residual,
-    moves_sensors,
-    rubs_by_load,
-)
+from codegen.diagnosis.fit.residual import ResidualAlong, inverse_dynamics_residual, moves_sensors
 from codegen.diagnosis.fit.search import ROUNDS, Search, joint_of_difference
 from codegen.diagnosis.fit.shooting import hidden_states
 from codegen.diagnosis.fit.signals import Motion

@@ -20,8 +20,8 @@ from codegen.diagnosis.evidence.force_gain import ForceCriterion
 from codegen.diagnosis.evidence.reservations import determined_form, objections
 from codegen.diagnosis.fit import credit
 from codegen.diagnosis.fit.credit import Evidence, evidence, evidence_of, random_signs
+from codegen.diagnosis.fit.drive import drive_left, drive_shares
 from codegen.diagnosis.fit.output_error import Fit, segment_losses
-from codegen.diagnosis.fit.residual import drive_left, drive_shares
 from codegen.diagnosis.fit.search import Search, joint_of, joint_of_difference
 from codegen.diagnosis.fit.starting_values import ForceStart
 from codegen.diagnosis.fit.trial import Part, Trial, model_of, part_of

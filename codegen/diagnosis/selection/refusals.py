@@ -18,14 +18,9 @@ from codegen.diagnosis.evidence.reservations import is_level_or_line, never_pass
 from codegen.diagnosis.evidence.residual_regression import inertia_noise
 from codegen.diagnosis.fit import credit
 from codegen.diagnosis.fit.credit import Evidence, is_far, size_of
+from codegen.diagnosis.fit.drive import drive_in_motion, drive_left, drive_shares, residual_at_drive
 from codegen.diagnosis.fit.output_error import Fit
-from codegen.diagnosis.fit.residual import (
-    drive_in_motion,
-    drive_left,
-    drive_shares,
-    inverse_dynamics_residual,
-    residual_at_drive,
-)
+from codegen.diagnosis.fit.residual import inverse_dynamics_residual
 from codegen.diagnosis.fit.search import Search
 from codegen.diagnosis.fit.trial import Part, with_effects, with_values
 from codegen.diagnosis.results import FoundEffect

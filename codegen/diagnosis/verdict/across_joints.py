@@ -16,8 +16,8 @@ from codegen.diagnosis.evidence.force_gain import force_gain
 from codegen.diagnosis.evidence.residual_regression import remainders
 from codegen.diagnosis.fit import credit
 from codegen.diagnosis.fit.credit import evidence_of, random_signs
+from codegen.diagnosis.fit.drive import residual_without_levels
 from codegen.diagnosis.fit.output_error import Fit
-from codegen.diagnosis.fit.residual import residual_without_levels
 from codegen.diagnosis.fit.search import Search
 from codegen.diagnosis.results import Fact
 from codegen.diagnosis.selection.candidate_fits import every_part

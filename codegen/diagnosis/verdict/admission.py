@@ -18,7 +18,8 @@ from codegen.base.text import render
 from codegen.diagnosis.evidence.adoption import SAME, Refit
 from codegen.diagnosis.fit import credit
 from codegen.diagnosis.fit.credit import LEAST_SHARE, TIE_LEVEL, random_signs
-from codegen.diagnosis.fit.residual import Problem, drive_gain, drive_left
+from codegen.diagnosis.fit.drive import drive_gain, drive_left
+from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.trial import with_values
 from codegen.diagnosis.results import ErrorFigures, Fact
 from codegen.diagnosis.verdict.answer import Answer

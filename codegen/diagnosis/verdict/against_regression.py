@@ -19,9 +19,10 @@ from codegen.diagnosis.evidence.residual_regression import (
     varying_terms,
 )
 from codegen.diagnosis.fit.credit import is_far
+from codegen.diagnosis.fit.drive import residual_at_drive
 from codegen.diagnosis.fit.linear import rms
 from codegen.diagnosis.fit.output_error import Fit
-from codegen.diagnosis.fit.residual import Problem, contacts_on, residual_at_drive, without_levels
+from codegen.diagnosis.fit.residual import Problem, contacts_on, without_levels
 from codegen.diagnosis.fit.signals import Motion
 from codegen.diagnosis.results import Change, FoundEffect
 from codegen.diagnosis.verdict.wrong_values import FAR_LESS

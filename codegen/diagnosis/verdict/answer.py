@@ -10,9 +10,10 @@ from codegen.base.significant import in_percent
 from codegen.diagnosis.evidence.force_gain import ForceGain, force_gain
 from codegen.diagnosis.fit import credit
 from codegen.diagnosis.fit.credit import LEAST_SHARE, is_far
+from codegen.diagnosis.fit.drive import residual_without_levels
 from codegen.diagnosis.fit.measure import force_errors
 from codegen.diagnosis.fit.output_error import Fit
-from codegen.diagnosis.fit.residual import Problem, residual_without_levels
+from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.results import ErrorFigures, Fact, FoundEffect, ParameterError, Remainder, Verdict
 from codegen.diagnosis.selection.forward_selection import Outcome
 from codegen.diagnosis.selection.ranking import Ranked

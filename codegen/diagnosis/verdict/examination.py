@@ -15,8 +15,9 @@ from codegen.diagnosis.evidence.reservations import determined_form, may_be_abse
 from codegen.diagnosis.experiments.separation import without_leader
 from codegen.diagnosis.fit import credit
 from codegen.diagnosis.fit.credit import is_far
+from codegen.diagnosis.fit.drive import drive_shares
 from codegen.diagnosis.fit.output_error import Fit, at_limit
-from codegen.diagnosis.fit.residual import Problem, drive_shares
+from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.search import Search, joint_of, tolerances_away
 from codegen.diagnosis.fit.trial import Part, in_unit, part_of, with_effects, with_values
 from codegen.diagnosis.results import ErrorFigures, Fact, FoundEffect, Remainder, Verdict, titles

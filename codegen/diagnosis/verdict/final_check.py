@@ -25,9 +25,9 @@ from numpy.typing import NDArray
 from codegen.base.arrays import Array
 from codegen.base.significant import in_percent
 from codegen.diagnosis.fit.credit import SIGN_BLOCKS, TIE_LEVEL, p_of_sign_flips
+from codegen.diagnosis.fit.drive import residual_over_friction
 from codegen.diagnosis.fit.linear import rms
 from codegen.diagnosis.fit.measure import drive_force
-from codegen.diagnosis.fit.residual import residual_over_friction
 from codegen.diagnosis.results import ErrorFigures, Fact
 from codegen.diagnosis.verdict.admission import REFIT_WORSE, RUN, is_shown_worse, worsened
 from codegen.diagnosis.verdict.answer import Answer

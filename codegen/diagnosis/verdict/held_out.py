@@ -16,14 +16,9 @@ from codegen.diagnosis.evidence.estimate import BLOCKS, covariance
 from codegen.diagnosis.evidence.force_gain import ForceGain, force_gain
 from codegen.diagnosis.experiments.separation import in_place
 from codegen.diagnosis.fit.credit import TIE_LEVEL
+from codegen.diagnosis.fit.drive import residual_at_drive, residual_without_levels, without_values
 from codegen.diagnosis.fit.output_error import Fit
-from codegen.diagnosis.fit.residual import (
-    Problem,
-    inverse_dynamics_residual,
-    residual_at_drive,
-    residual_without_levels,
-    without_values,
-)
+from codegen.diagnosis.fit.residual import Problem, inverse_dynamics_residual
 from codegen.diagnosis.fit.search import Search
 from codegen.diagnosis.fit.signals import Motion
 from codegen.diagnosis.fit.trial import model_of

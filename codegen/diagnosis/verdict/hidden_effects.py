@@ -11,10 +11,11 @@ from scipy.stats import norm
 from codegen.base.arrays import Array
 from codegen.base.significant import in_percent
 from codegen.diagnosis.fit.credit import ALPHA
+from codegen.diagnosis.fit.drive import residual_at_drive
 from codegen.diagnosis.fit.force_rows import ForceRows, force_rows, information
 from codegen.diagnosis.fit.linear import inverse, rms, solved
 from codegen.diagnosis.fit.measure import Drive
-from codegen.diagnosis.fit.residual import Problem, residual_at_drive
+from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.search import Search
 from codegen.diagnosis.fit.trial import Part, with_effects
 from codegen.diagnosis.results import Fact, FoundEffect

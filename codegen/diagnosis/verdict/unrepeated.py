@@ -19,8 +19,9 @@ from codegen.diagnosis.evidence.residual_regression import (
     remainder_columns,
     sliding,
 )
+from codegen.diagnosis.fit.drive import residual_at_drive
 from codegen.diagnosis.fit.linear import rms
-from codegen.diagnosis.fit.residual import Problem, level_columns, residual_at_drive
+from codegen.diagnosis.fit.residual import Problem, level_columns
 from codegen.diagnosis.fit.trial import part_of
 from codegen.diagnosis.results import FoundEffect
 from codegen.diagnosis.verdict.against_regression import VARIABLES, acts_on, fitted_share

@@ -39,8 +39,9 @@ from codegen.diagnosis.evidence.residual_regression import (
     splines,
     variables_of,
 )
+from codegen.diagnosis.fit.drive import residual_at_drive
 from codegen.diagnosis.fit.linear import rms
-from codegen.diagnosis.fit.residual import Problem, level_columns, residual_at_drive
+from codegen.diagnosis.fit.residual import Problem, level_columns
 from codegen.diagnosis.fit.trial import with_effects
 from codegen.diagnosis.results import FoundEffect
 from codegen.diagnosis.verdict.against_regression import VARIABLES, acts_on, along_intervals, fitted_share

@@ -19,10 +19,11 @@ from numpy.typing import NDArray
 from codegen.base.arrays import Array
 from codegen.base.significant import in_percent, with_deserved_digits
 from codegen.diagnosis.evidence.estimate import estimate
+from codegen.diagnosis.fit.drive import residual_without_levels
 from codegen.diagnosis.fit.force_rows import ForceRows, force_rows
 from codegen.diagnosis.fit.measure import Drive
 from codegen.diagnosis.fit.output_error import AT_END, BLOCKS, WITHIN, Fit, segment_cost
-from codegen.diagnosis.fit.residual import Problem, evaluate_forces, inverse_dynamics_residual, residual_without_levels
+from codegen.diagnosis.fit.residual import Problem, evaluate_forces, inverse_dynamics_residual
 from codegen.diagnosis.fit.search import Search, tolerances_away
 from codegen.diagnosis.fit.trial import in_unit, with_effects, with_values
 from codegen.diagnosis.results import Fact, FoundEffect, titles
