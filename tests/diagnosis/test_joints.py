@@ -17,7 +17,7 @@ from mechanics.robots import TWO_LINKS
 
 from codegen.diagnosis.case import uncertain_values
 from codegen.diagnosis.evidence.force_gain import ForceCriterion
-from codegen.diagnosis.fit import residual
+from codegen.diagnosis.fit import drive, residual
 from codegen.diagnosis.fit.credit import near_noise, noise_ratio
 from codegen.diagnosis.fit.drive import drive_shares, residual_at_drive
 from codegen.diagnosis.fit.joints import JointShooter, MotionTerms, RigidTerms, is_separable
@@ -368,7 +368,8 @@ def test_forces_of_the_bodies_are_evaluated_once_for_all_fits(tmp_path: Path, mo
         tried.append(theta)
         return at(along, theta, every)
 
-    monkeypatch.setattr(residual, "over_rows", over)
+    for module in (drive, residual):
+        monkeypatch.setattr(module, "over_rows", over)
     monkeypatch.setattr(ResidualAlong, "at", at_values)
     for name in ("viscous", "coulomb_asymmetry"):
         part = next(p for p in every_part(search, []) if (p.kind, p.on, len(p.names)) == (name, "q_2", 1))
