@@ -9,6 +9,7 @@ from types import MethodType
 from typing import TYPE_CHECKING, Generic, TypeVar
 
 from codegen.app.derived import Derived
+from codegen.app.verify import Verified, verify, verify_machine
 from codegen.base.border import verb
 from codegen.spec import read_spec
 
@@ -21,7 +22,6 @@ if TYPE_CHECKING:
     from codegen.app.gains import GainReport
     from codegen.app.generate import Generated
     from codegen.app.simulate import Simulated
-    from codegen.app.verify import Verified
     from codegen.app.watch import Watched
     from codegen.replay.over_log import Replayed
 
@@ -61,10 +61,9 @@ class Machine(Derived):
         verbs = [name for name, value in vars(Machine).items() if isinstance(value, _Verb)]
         return sorted([*verbs, "verify", *STAGES])
 
+    @verb
     def verify(self, certificate: str | Path | None = None) -> Verified:
         """Check a certificate of this machine by the independent checker; by default that of ``files``."""
-        from codegen.app.verify import verify, verify_machine
-
         return verify_machine(self) if certificate is None else verify(certificate, self.spec.path)
 
 

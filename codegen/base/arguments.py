@@ -10,7 +10,7 @@ from pathlib import Path
 from types import NoneType, UnionType
 from typing import Any, Union, get_args, get_origin, get_type_hints
 
-from codegen.base.errors import BadInput
+from codegen.base.errors import BadInput, nearest_name
 
 _KINDS: dict[Any, tuple[type | tuple[type, ...], str]] = {
     Path: (os.PathLike, "a path"),
@@ -29,15 +29,23 @@ _KINDS: dict[Any, tuple[type | tuple[type, ...], str]] = {
 def refuse_wrong_arguments(work: Callable[..., object], given: tuple[object, ...], named: Mapping[str, object]) -> None:
     """Raise BadInput for an argument of another type than its annotation says.
 
-    Missing and unknown arguments are left to the call itself, which raises Python's own TypeError.
+    Missing arguments are left to the call itself, which raises Python's own TypeError. For an unknown one the TypeError
+    names those of the verb.
     """
+    known = [name for name in signature(work).parameters if name != "self"]
+    unknown = next((name for name in named if name not in known), None)
+    if unknown is not None:
+        nearest = nearest_name(unknown, known)
+        meant = f" (did you mean {nearest!r}?)" if nearest else ""
+        words = f"{work.__name__}() got an unexpected keyword argument {unknown!r}; expected one of {', '.join(known)}"
+        raise TypeError(words + meant)
     try:
         bound = signature(work).bind(*given, **named)
     except TypeError:
         return
     hints = get_type_hints(work)
     for name, value in bound.arguments.items():
-        if not _fits(value, hints[name]):
+        if name in hints and not _fits(value, hints[name]):
             raise BadInput(f"{work.__name__}(): `{name}`", _found(value), _words(hints[name]), code="CALL001")
 
 
@@ -49,6 +57,8 @@ def _fits(value: object, hint: Any) -> bool:
             return False  # ``Path("")`` would be the working directory
         return any(_fits(value, one) for one in inner)
     wanted = _KINDS[kind][0] if kind in _KINDS else kind
+    if kind is bool and _name(type(value)) in ("numpy.bool", "numpy.bool_"):
+        return True
     if not isinstance(value, wanted) or (kind in (int, float) and isinstance(value, bool)):
         return False
     if kind is Mapping and isinstance(value, Mapping):

@@ -7,7 +7,6 @@ import json
 import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack, contextmanager, suppress
-from errno import EACCES
 from pathlib import Path
 from tempfile import mkstemp
 from typing import Any, Self
@@ -51,8 +50,9 @@ def refuse_target(path: Path, sources: Mapping[str, Path] | None = None, endings
             named = path.parents[path.absolute().parents.index(standing)]
             found, expected = "cannot be written (a file of that name exists)", "a folder, or a name that is free"
             raise BadInput(str(named), found, expected, code="FILE003")
-        if not os.access(standing, os.W_OK | os.X_OK):
-            raise PermissionError(EACCES, os.strerror(EACCES))
+        handle, probe = mkstemp(".tmp", ".stiction-", standing)  # of /proc or a full disk no permission tells it
+        os.close(handle)
+        Path(probe).unlink()
 
 
 def refuse_ending(path: Path, endings: Iterable[str]) -> None:

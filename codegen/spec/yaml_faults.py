@@ -112,6 +112,27 @@ def _foreign_space(r: Reported) -> Fault | None:
 _INDENTATION = re.compile(r" *([^\S \t\r\n])")
 
 
+def _dedented(r: Reported) -> Fault | None:
+    """The first key of a mapping, if it alone is indented less than the two or more keys below it.
+
+    YAML takes the key below it for one that is indented too far, as it is where a later key is indented like the first.
+    """
+    lines = [(k, line) for k, line in enumerate(r.lines) if line.strip() and not line.lstrip().startswith("#")]
+    before = [(k, line) for k, line in lines if k < r.line][-2:]
+    found = _ENTRY.match(before[1][1]) if len(before) == 2 else None
+    if found is None or not _indent(before[0][1]) < _indent(before[1][1]) < _indent(r.at):
+        return None
+    below = [_indent(line) for k, line in lines if k > r.line]
+    shallower = next((i for i in below if i < _indent(r.at)), 0)
+    if shallower == _indent(before[1][1]) or below[:1] != [_indent(r.at)]:
+        return None
+    words = f"`{found[1]}:` indented less than the keys below it"
+    return Fault(before[1][0], words, "one indentation for all keys of a mapping")
+
+
+_ENTRY = re.compile(r"\s*(\w+):\s+[^\s#]")
+
+
 def _behind_a_closed_value(r: Reported) -> Fault | None:
     """Text behind a closing bracket or quote, ``[1, 2]]`` or ``'it's'``, where the line must end."""
     before, rest = r.at[: r.column].rstrip(), r.at[r.column :].strip()
@@ -167,6 +188,7 @@ def _indent(line: str) -> int:
 RULES: tuple[Callable[[Reported], Fault | None], ...] = (
     _foreign_space,
     _slip,
+    _dedented,
     _behind_a_closed_value,
     _bracket_in_value,
     _reserved_beginning,

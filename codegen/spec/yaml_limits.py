@@ -75,6 +75,9 @@ class Limits:
             raise self._fault(f"the tag `{tag}`", "a value without a tag")
         if getattr(event, "anchor", None) is not None:
             sign = "*" if isinstance(event, AliasEvent) else "&"
+            if sign == "*" and "*" in event.anchor:  # as Markdown writes emphasis
+                found = f"`*{event.anchor}`, a text that begins with `*` as an alias of YAML does"
+                raise self._fault(found, f'quotes around the text: `"*{event.anchor}…"`')
             expected = f'the value itself; or quotes around a text that begins so: `"{sign}{event.anchor}…"`'
             raise self._fault(f"`{sign}{event.anchor}`, an anchor or alias of YAML", expected)
         match event:

@@ -62,6 +62,13 @@ def test_output_that_cannot_be_written(folder, arguments):
     assert contents(folder) == {"file": b"kept\n"}
 
 
+@pytest.mark.parametrize("arguments", [("diagnose", ONE, "none.csv"), ("simulate", "none.yaml")])
+def test_a_place_that_cannot_be_written_is_told_before_a_file_is_read(folder, arguments):
+    """The logs were read first, which takes long."""
+    result = stiction(*arguments, "-o", "/proc/none" + ".csv" * (arguments[0] == "simulate"))
+    assert result.code == 2 and "/proc/none" in result.err and "no such file" not in result.err
+
+
 @pytest.fixture
 def mine(folder):
     """A folder with the user's own files under names that the verbs write."""

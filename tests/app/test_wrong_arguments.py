@@ -48,6 +48,20 @@ def test_a_missing_or_unknown_argument_is_pythons_own_error(one: stiction.Machin
         verb(*["x"] * len(needed), no_such=1)
 
 
+def test_an_unknown_argument_is_told_with_the_known_ones(one: stiction.Machine) -> None:
+    with pytest.raises(TypeError, match=r"^verify\(\) .* 'foo'; expected one of certificate$"):
+        one.verify(foo=3)  # type: ignore[call-arg]
+    with pytest.raises(TypeError, match=r"^gains\(\) .* 'overr'; .* \(did you mean 'over'\?\)$"):
+        one.gains(overr=("K_F", "h"))
+
+
+@pytest.mark.parametrize("force", [np.bool_(True), np.bool_(False)])
+def test_a_truth_value_of_numpy_is_one(one: stiction.Machine, tmp_path: Path, force: Any) -> None:
+    assert (one.generate(tmp_path, force=force).folder / "one_mass.c").is_file()
+    with pytest.raises(stiction.BadInput, match=r"`dwell`: an object of the type numpy\.bool"):
+        one.watch("log.csv", dwell=force)
+
+
 def test_a_verb_calls_its_argument_as_the_method_does(one: stiction.Machine) -> None:
     """Machine.verify has a signature of its own, which docs/how-to/python.md shows."""
     with pytest.raises(stiction.BadInput, match=r"^verify\(\): `certificate`: an object of the type int"):

@@ -93,6 +93,40 @@ def test_a_decimal_comma(old: str, new: str, line: int, right: str) -> None:
     assert fault.place.line == line
 
 
+@pytest.mark.parametrize(
+    ("old", "new", "line", "right"),
+    [
+        ("K_F: 10", "K_F: {free: 10, 100}", 28, "`free: [10, 100]`"),
+        ("K_F: 10", "K_F: {free: 10,100}", 28, "`free: [10, 100]`"),
+        ("  x: [-1, 1]", "  {x: -1, 1}", 31, "`x: [-1, 1]`"),
+    ],
+)
+def test_a_range_without_brackets(old: str, new: str, line: int, right: str) -> None:
+    assert GOOD.count(old) == 1
+    faults = [fault for fault in told(GOOD.replace(old, new)).all if right in fault.expected]
+    assert len(faults) == 1 and faults[0].place.line == line
+
+
+def test_a_first_key_that_alone_is_dedented_is_named_at_its_line() -> None:
+    """It was reported a line late, as if the keys below it were indented too far."""
+    fault = told(GOOD.replace("  kind: gcfo\n", " kind: gcfo  # on two coordinates\n"))
+    assert fault.found.startswith("`kind:` indented less") and fault.place.line == 26
+
+
+@pytest.mark.parametrize("text", ["a:\n  b: 1\n   c: 2\n  d: 3\n", "a:\n  b: 1 #\n   c: 2\n  d: 3\ne: 4\n"])
+def test_a_later_key_that_is_indented_too_far_is_named_at_its_line(text: str) -> None:
+    with refused("SPEC001") as fault:
+        load_mapping(text, "meta.yaml")
+    assert fault.value.place.line == 3
+
+
+@pytest.mark.parametrize(("written", "bold"), [("*bold* text", True), ("*bold*", True), ("*name", False)])
+def test_emphasis_is_text_in_quotes(written: str, bold: bool) -> None:
+    fault = told(GOOD.replace("source: a test", f"source: {written}"))
+    assert fault.place.line == 2 and fault.code == "SPEC002"
+    assert ("a text that begins with `*`" in fault.found) == bold and '"*' in fault.expected
+
+
 def test_a_comma_between_arguments_is_no_decimal_comma() -> None:
     fault = told(GOOD.replace("w - k*x", "w - hypot(3,4)*k"))
     assert "decimal" not in str(fault)

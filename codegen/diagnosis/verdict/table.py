@@ -15,7 +15,7 @@ from codegen.diagnosis.selection.ranking import Ranked, twins
 from codegen.diagnosis.selection.significance import chance
 from codegen.effects import CATALOGUE
 from codegen.effects.declare import places_of
-from codegen.effects.register import is_own, twins_of
+from codegen.effects.register import is_own
 from codegen.mechanics.system import System
 
 TABLE_SIZE = 12
@@ -78,10 +78,10 @@ def _listed(outcome: Outcome, ranked: Sequence[Ranked]) -> list[Ranked]:
 
 
 def _candidate(r: Ranked) -> Candidate:
-    return _row(r, -1, tuple(twins(r.part, r.found)))
+    return _row(r, -1)
 
 
-def _row(r: Ranked, k: int, also: tuple[tuple[str, str], ...]) -> Candidate:
+def _row(r: Ranked, k: int) -> Candidate:
     """The row of the k-th effect of a fit."""
     part, e = r.found.trial.parts[k], r.evidence
     return Candidate(
@@ -95,7 +95,7 @@ def _row(r: Ranked, k: int, also: tuple[tuple[str, str], ...]) -> Candidate:
         free_run=r.ratio,
         accepted=not r.why_not,
         why_not=r.why_not,
-        also=also,
+        also=tuple(twins(part, r.found)),
         size=r.size,
         own=is_own(part.kind),
         at_limit=at_limit(r.found)[k],
@@ -119,6 +119,5 @@ def in_no_round(search: Search, outcome: Outcome) -> tuple[Candidate, ...]:
         whole = soft.fitted_again(final)
         e = nested_evidence_of(without, whole)
         ratio, p = noise_ratio(whole) / noise_ratio(without), chance(search, whole, e, 1)
-        also = tuple(twins_of(part.effect, search.system, part.place))
-        rows.append(_row(Ranked(final, e, ratio, float("nan"), "", p=p), k, also))
+        rows.append(_row(Ranked(final, e, ratio, float("nan"), "", p=p), k))
     return tuple(rows)
