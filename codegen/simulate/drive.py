@@ -40,8 +40,9 @@ class Chains:
         last = self._last
         if last is not None and last[0] is commands and last[1] == values:  # most steps of a fit change no actuator
             return last[2]
-        columns = [c.act(commands[:, i], numbers, sample_time, substeps) for i, c in enumerate(self._chains)]
-        inputs = np.ascontiguousarray(np.column_stack(columns))
+        inputs = np.empty((len(commands) * substeps, len(self._chains)))  # no column of a machine that swings freely
+        for i, chain in enumerate(self._chains):
+            inputs[:, i] = chain.act(commands[:, i], numbers, sample_time, substeps)
         self._last = commands, values, inputs
         return inputs
 

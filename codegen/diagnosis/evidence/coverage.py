@@ -86,7 +86,7 @@ class Survey:
             across = column / (column @ column)
             used = np.logical_and.reduce(self.used[:, column != 0], axis=1)
         span = max(float(np.ptp(x)), 1e-12)
-        command = m.commands[:, part.place if sits_on == "input" else 0]
+        command = m.commands[:, part.place] if sits_on == "input" else np.zeros(len(m.time))
         return Covered(
             force=max(float(self.drive[:, i].std()), self.mass[i, i] * float(m.accelerations[:, i].std()), 1e-12),
             span=span,

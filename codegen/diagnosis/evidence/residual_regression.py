@@ -22,7 +22,7 @@ from codegen.diagnosis.fit.credit import exact_sign_flips, random_signs
 from codegen.diagnosis.fit.drive import residual_at_drive
 from codegen.diagnosis.fit.identity_cache import OF_MODELS, identity_cache
 from codegen.diagnosis.fit.linear import rms
-from codegen.diagnosis.fit.measure import drive_force
+from codegen.diagnosis.fit.measure import drive_force, inertial_force
 from codegen.diagnosis.fit.residual import contacts_on, evaluate_forces, slip_velocities
 from codegen.diagnosis.fit.signals import Motion, central_difference
 from codegen.diagnosis.fit.starting_values import resonances, resonant
@@ -95,15 +95,9 @@ def _joined(left: Remainder, rings: float, changed: ChangesInTime | None) -> Rem
     return replace(left, structured=structured, over=over, changes=changed.changes, changed=changed.share)
 
 
-def _inertial(system: System, motion: Motion) -> Array:
-    """(N, n) low-passed M a."""
-    row = Matrix(system.mass_matrix * Matrix(list(system.accelerations)))
-    return motion.low_pass(evaluate_forces(system, [row], motion)[0])
-
-
 def varying_terms(system: System, motion: Motion, i: int) -> dict[Term, Array]:
     """(N,) low-passed terms of one coordinate's force balance whose coefficients may change in time."""
-    inertia = _inertial(system, motion)[:, i]
+    inertia = inertial_force(system, motion)[:, i]
     terms: dict[Term, Array] = {"force": np.ones(len(inertia)), "inertia": inertia}
     touching = contacts_on(system, i)
     if touching:
@@ -163,7 +157,7 @@ def acting_force(system: System, motion: Motion) -> Array:
     drive = motion.low_pass(drive_force(system, motion))
     idle = ~np.any(drive != 0, axis=0)
     if idle.any():
-        drive[:, idle] = _inertial(system, motion)[:, idle]
+        drive[:, idle] = inertial_force(system, motion)[:, idle]
     return drive
 
 

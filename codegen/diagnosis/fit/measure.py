@@ -44,7 +44,7 @@ def measure(
 def force_errors(
     system: System, motion: Motion, used: NDArray[np.bool_], window: slice = WHOLE
 ) -> tuple[tuple[float, ...], float, float]:
-    """RMS low-passed residual by coordinate and over all, and its norm (``power``) over that of the drive force."""
+    """RMS low-passed residual by coordinate and over all, and its norm (``power``) over that of ``driving_force``."""
     residual = residual_at_drive(system, motion)
     inside = np.zeros(len(motion.time), dtype=bool)
     inside[window] = True
@@ -52,8 +52,7 @@ def force_errors(
     squares = [residual[rows[:, i], i] ** 2 for i in range(residual.shape[1])]
     per_row = tuple(float(np.sqrt(s.mean())) if len(s) else float("nan") for s in squares)
     pooled = np.concatenate(squares)
-    drive = motion.low_pass(drive_force(system, motion))
-    inverse = inverse_mass(system, motion)
+    drive, inverse = driving_force(system, motion), inverse_mass(system, motion)
     left, driven = (float(power(inverse, np.where(rows, r, 0.0)).sum()) for r in (residual, drive))
     relative = float(np.sqrt(left / driven)) if driven > 0 else float("inf")
     return per_row, float(np.sqrt(pooled.mean())) if len(pooled) else float("nan"), relative
@@ -127,6 +126,19 @@ def drive_force(system: System, motion: Motion) -> Array:
 
 
 @identity_cache(OF_MODELS)
+def inertial_force(system: System, motion: Motion) -> Array:
+    """(N, n) low-passed M a."""
+    row = Matrix(system.mass_matrix * Matrix(list(system.accelerations)))
+    return motion.low_pass(evaluate_forces(system, [row], motion)[0])
+
+
+def driving_force(system: System, motion: Motion) -> Array:
+    """(N, n) low-passed drive force; the inertial force of a machine that no input drives, such as a free pendulum."""
+    drive = motion.low_pass(drive_force(system, motion))
+    return drive if np.any(drive != 0) else inertial_force(system, motion)
+
+
+@identity_cache(OF_MODELS)
 def inverse_mass(system: System, motion: Motion) -> Array:
     """(N, n, n) M(x)⁻¹ along a motion."""
     columns = [Matrix(system.mass_matrix[:, j]) for j in range(system.degrees_of_freedom)]
@@ -143,13 +155,13 @@ def power(inverse: Array, forces: Array) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class Drive:
-    """The drive force along a motion as the reference for other forces."""
+    """The force that drives a motion, ``driving_force``, as the reference for other forces."""
 
     system: System
     motion: Motion
 
     def share(self, forces: Array) -> float:
-        """Forces, (N, n), over the drive force, in the norm of ``power`` over the usable samples."""
+        """Forces, (N, n), over the driving force, in the norm of ``power`` over the usable samples."""
         return float(np.sqrt(self._acting(forces) / max(self._driven, 1e-300)))
 
     @cached_property
@@ -162,7 +174,7 @@ class Drive:
 
     @cached_property
     def _driven(self) -> float:
-        return self._acting(self.motion.low_pass(drive_force(self.system, self.motion)))
+        return self._acting(driving_force(self.system, self.motion))
 
     def _acting(self, forces: Array) -> float:
         return float(power(self._inverse, forces[self.motion.usable]).sum())

@@ -1,0 +1,64 @@
+"""A machine without inputs, as a pendulum that swings out: its forces are compared with mass times acceleration."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from codegen.diagnosis.diagnose import diagnose_log
+from codegen.effects.declare import system_of
+from codegen.logs import read_log
+from codegen.spec import parse_spec
+from tests.slow_cases import slow_except
+
+J, MGL, LEVEL = 0.01, 0.3, 8e-4
+STEP = 2 * np.pi / 16384
+
+SPEC = f"""
+name: swing
+coordinates: {{q: {{velocity: w, unit: rad}}}}
+inputs: {{}}
+parameters:
+  J: {{value: {J}, unit: kg*m^2}}
+  mgl: {{value: {1.1 * MGL}, unit: N*m, tolerance: 20 %}}
+mass_matrix: [[J]]
+force: [-mgl*sin(q)]
+friction:
+  distribution: [[1]]
+  contacts: [{{name: hinge, law: coulomb, a: {1.5 * LEVEL}, unit: N*m}}]
+observer: {{kind: cfo, velocity: estimated, gains: {{K_F: 0.5, K_v: 50}}, sample_time: 5 ms}}
+envelope: {{w: [-8, 8], q: [-2, 2]}}
+"""
+
+
+def swing_out(viscous: float, seconds: float, h: float = 0.005, fine: int = 50) -> str:
+    """A log of t and q from rest at 1.2 rad, in steps of an encoder; integrated by small semi-implicit steps."""
+    q, w, rows = 1.2, 0.0, ["t,q"]
+    for k in range(round(seconds / h)):
+        rows.append(f"{k * h:.3f},{STEP * np.floor(q / STEP):.6f}")
+        for _ in range(fine):
+            push = -MGL * np.sin(q) - viscous * w
+            w += h / fine * (push - LEVEL * np.tanh(w / 1e-3)) / J
+            q += h / fine * w
+    return "\n".join(rows) + "\n"
+
+
+@pytest.mark.parametrize("viscous", slow_except((2e-3, 0.0), (2e-3,)))
+def test_damping_is_found_in_a_free_swing(viscous: float, tmp_path: Path) -> None:
+    spec = parse_spec(SPEC, tmp_path / "swing.yaml")
+    (tmp_path / "log.csv").write_text(swing_out(viscous, 12.0))
+    found, models = diagnose_log(spec, system_of(spec), read_log(tmp_path / "log.csv", spec))
+    assert found.verdict == ("effect" if viscous else "none"), found.sentence
+    assert [e.kind for e in found.effects] == (["viscous"] if viscous else [])
+    if viscous:
+        (b,) = found.effects[0].parameters.values()
+        assert b == pytest.approx(viscous, rel=0.1)
+    written = {s.name: float(v) for s, v in models.augmented.values.items()}
+    assert written["mgl"] == pytest.approx(MGL, rel=0.02)
+    # A tenth of the weight is a tenth of the force that turns the pendulum; there is no drive force to compare with.
+    (changed,) = re.findall(r"changes\s+the\s+force\s+by\s+([\d.]+)\s+%", found.sentence)
+    assert 5 < float(changed) < 15
+    assert 0.0 < found.augmented.relative_force < 0.2
