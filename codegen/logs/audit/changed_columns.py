@@ -18,7 +18,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain, combinations, islice, permutations
-from typing import NamedTuple
 
 import numpy as np
 from scipy.integrate import cumulative_trapezoid
@@ -193,17 +192,9 @@ def _integrated(case: Case, coordinates: Sequence[str]) -> Change:
     return Change(f"the {held}", f"the {held}", misfit, lines, far_better=True)
 
 
-class Signs(NamedTuple):
-    """Variables whose signs are reversed together, these in words, and the inputs among them."""
-
-    variables: tuple[str, ...]
-    words: str
-    inputs: tuple[str, ...] = ()
-
-
-def _flipped(case: Case, signs: Signs, mistakes: int = 1) -> Change:
-    """Variables whose signs are reversed."""
-    turned, words, inputs = signs
+def _flipped(case: Case, turned: tuple[str, ...], words: str, mistakes: int = 1) -> Change:
+    """Variables whose signs are reversed; ``words``: these in words."""
+    inputs = [i.name for i in case.spec.inputs if i.name in turned]
     topic = f"sign and scale of {inputs[0]}" if inputs else f"sign of {turned[0]}"
 
     def misfit() -> float:
@@ -304,26 +295,18 @@ def _changes(case: Case, now: float) -> Iterator[Change]:
 
 def _flips(case: Case, velocities: bool, pairs: bool) -> Iterator[Change]:
     """Reversed signs: of inputs, coordinates, one column of a coordinate, and with ``pairs`` of any two."""
-    spec = case.spec
-    names = tuple(i.name for i in spec.inputs)
-    inputs = [Signs((name,), f"input {name}", (name,)) for name in names]
-    whole = [
-        Signs((c.name, c.velocity) if velocities else (c.name,), f"the coordinate {c.name}") for c in spec.coordinates
-    ]
-    tried = [*inputs, *whole]
-    if velocities:
-        for c in spec.coordinates:
-            tried += Signs((c.name,), f"the position {c.name}"), Signs((c.velocity,), f"the velocity {c.velocity}")
-    if len(inputs) > 1:
-        tried.append(Signs(names, f"inputs {' and '.join(names)}", names))
-    if len(whole) > 1:
-        every = " and ".join(spec.positions)
-        tried.append(Signs(tuple(chain(*(one.variables for one in whole))), f"the coordinates {every}"))
-    yield from (_flipped(case, signs) for signs in tried)
+    spec, inputs = case.spec, {(i.name,): f"input {i.name}" for i in case.spec.inputs}
+    whole = {(c.name, c.velocity) if velocities else (c.name,): f"the coordinate {c.name}" for c in spec.coordinates}
+    tried = inputs | whole
+    for c in spec.coordinates if velocities else ():
+        tried |= {(c.name,): f"the position {c.name}", (c.velocity,): f"the velocity {c.velocity}"}
+    for group, what in ((inputs, "inputs"), (whole, "the coordinates")):
+        if len(group) > 1:
+            tried[tuple(chain(*group))] = f"{what} {' and '.join(names[0] for names in group)}"
+    yield from (_flipped(case, turned, words) for turned, words in tried.items())
     if pairs and len(inputs) + len(whole) <= IN_PAIRS:
-        for a, b in combinations([*inputs, *whole], 2):
-            both = Signs(a.variables + b.variables, f"{a.words} and {b.words}", a.inputs + b.inputs)
-            yield _flipped(case, both, mistakes=2)
+        for (a, one), (b, other) in combinations([*inputs.items(), *whole.items()], 2):
+            yield _flipped(case, a + b, f"{one} and {other}", mistakes=2)
 
 
 def _all_exchanged(case: Case, axes_alone: bool) -> Iterator[Change]:

@@ -19,7 +19,7 @@ from codegen.base.significant import in_percent
 from codegen.effects.declare import system_of
 from codegen.logs.audit.changed_columns import Case, changed_columns
 from codegen.logs.audit.force_balance import Balance, Forces, unexplained
-from codegen.logs.audit.input_audit import SCALE_OFF, Outside, audit_inputs, audit_undriven, is_constant, not_judged
+from codegen.logs.audit.input_audit import SCALE_OFF, audit_inputs, audit_undriven, is_constant, not_judged
 from codegen.logs.audit.scales import LONGEST_STEP, scales_of_velocities, wrong_scales
 from codegen.logs.log import Finding, Log
 from codegen.logs.motion import Motion
@@ -69,14 +69,8 @@ def audit_force(log: Log, spec: Spec, motion: Motion, steady: frozenset[int] = f
         words = "Too few samples in motion to compare the input's force with the acceleration."
         yield Finding("info", "sign and scale", words, {"samples": float(len(forces.inertia))})
         return
-    doubted = log.raw_data.doubted & {*spec.positions, *spec.velocities}
-    if doubted:
-        for i in spec.inputs:
-            yield not_judged(i.name, f"the numbers of {' and '.join(sorted(doubted))} are corrected")
-        return
-    if len(unsized := sorted(log.raw_data.unsized)) > 1:  # forces cannot tell two unknown factors apart
-        for i in spec.inputs:
-            yield not_judged(i.name, f"the units of {' and '.join(unsized)} are stated")
+    if before := _before_judging(log, spec):
+        yield from (not_judged(i.name, before) for i in spec.inputs)
         return
     outside = _furthest_outside(log, spec, motion)
     if not log.raw_data.doubted:
@@ -88,8 +82,19 @@ def audit_force(log: Log, spec: Spec, motion: Motion, steady: frozenset[int] = f
     yield from audit_undriven(forces, spec, outside)
 
 
-def _furthest_outside(log: Log, spec: Spec, motion: Motion) -> Outside | None:
-    """The coordinate furthest outside its declared range, by a factor of at least ``SCALE_OFF``; None where none is."""
+def _before_judging(log: Log, spec: Spec) -> str:
+    """What must be done before the forces of the inputs can be judged, as a clause; empty for nothing."""
+    if doubted := log.raw_data.doubted & {*spec.positions, *spec.velocities}:
+        return f"the numbers of {' and '.join(sorted(doubted))} are corrected"
+    unsized = sorted(log.raw_data.unsized)  # forces cannot tell two unknown factors apart
+    return f"the units of {' and '.join(unsized)} are stated" if len(unsized) > 1 else ""
+
+
+def _furthest_outside(log: Log, spec: Spec, motion: Motion) -> Finding | None:
+    """The beginning of a finding on the coordinate furthest outside its declared range; None where none is far.
+
+    It is at least ``SCALE_OFF`` times outside, its figure ``times``.
+    """
     found = []
     for j, c in enumerate(spec.coordinates):
         signals = {c.name: (log.positions, c.unit), c.velocity: (motion.velocities, f"{c.unit}/s")}
@@ -100,8 +105,9 @@ def _furthest_outside(log: Log, spec: Spec, motion: Motion) -> Outside | None:
             bound = max(abs(float(b)) for b in spec.envelope[name])
             if bound > 0 and size >= SCALE_OFF * bound:
                 what = f"{name} reaches {size:.3g} {unit}, {size / bound:.3g} times the spec's envelope"
-                found.append(Outside(c.name, what, size / bound))
-    return max(found, key=lambda o: o.times, default=None)
+                words = f"The scale of {c.name} seems off: {what}"
+                found.append(Finding("problem", f"scale of {c.name}", words, {"times": size / bound}))
+    return max(found, key=lambda finding: finding.figures["times"], default=None)
 
 
 def _computed_from_position(forces: Forces, spec: Spec, left_out: frozenset[int]) -> Iterator[Finding]:

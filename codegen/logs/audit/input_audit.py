@@ -7,19 +7,20 @@ factor, the finding is about that coordinate and not the input.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from math import log
 
 import numpy as np
 
 from codegen.base.arrays import Array
-from codegen.base.errors import BadInput, Place
+from codegen.base.errors import Place
 from codegen.logs.audit.force_balance import Forces, correlation, partial_correlation
 from codegen.logs.log import Finding, Log
+from codegen.spec.column_units import is_convertible
 from codegen.spec.model import Spec
 from codegen.spec.motion import KinematicTree
-from codegen.spec.units import same_dimension, si_factor
+from codegen.spec.units import si_factor
 
 FLIPPED, TELLING = -0.4, 0.6
 """Correlations of a force with the required force, below which its sign is wrong and above which it is right."""
@@ -37,22 +38,12 @@ NEAR_UNIT = 1.5
 """Largest ratio of the found factor to a unit's at which the unit is proposed; else a parameter may be wrong."""
 
 
-@dataclass(frozen=True)
-class Outside:
-    """A coordinate far outside the envelope: how far in words, and as a ratio to the bound."""
+def audit_inputs(forces: Forces, spec: Spec, outside: Finding | None, log: Log) -> Iterator[Finding]:
+    """Findings on the sign and scale of each input that changes, by least squares of the required force on all.
 
-    coordinate: str
-    what: str
-    times: float
-
-    @property
-    def words(self) -> str:
-        """The beginning of a message."""
-        return f"The scale of {self.coordinate} seems off: {self.what}"
-
-
-def audit_inputs(forces: Forces, spec: Spec, outside: Outside | None, log: Log) -> Iterator[Finding]:
-    """Findings on the sign and scale of each input that changes, by least squares of the required force on all."""
+    Args:
+        outside: the beginning of a finding on the coordinate furthest outside the envelope, with the ratio ``times``.
+    """
     if not len(forces.driven):
         return
     needed = forces.inertia - forces.rest
@@ -159,7 +150,7 @@ def _input(
     factor: float,
     wanted: Array,
     given: Array,
-    outside: Outside | None,
+    outside: Finding | None,
     parts: Mapping[str, Array],
     spec: Spec,
     log: Log,
@@ -174,12 +165,12 @@ def _input(
         line = f"({log.scale_lines({name: -1.0}, spec)} in meta.yaml beside the log reverses {name}.)"
         return Finding("problem", topic, _flipped(name, fit, seen, line), figures)
     telling = fit > TELLING
-    if outside is not None and (factor >= SCALE_OFF if telling else outside.times >= FAR_OUTSIDE):
+    if outside is not None and (factor >= SCALE_OFF if telling else outside.figures["times"] >= FAR_OUTSIDE):
         words = (
             f"{outside.words}, and the motion takes {factor:.3g} times the force of {name}. Check unit and scale of "
-            f"{outside.coordinate}, or the envelope."
+            f"this coordinate, or the envelope."
         )
-        return Finding("problem", f"scale of {outside.coordinate}", words, figures | {"times": outside.times})
+        return replace(outside, words=words, figures=figures | outside.figures)
     if telling and not 1 / SCALE_OFF < factor < SCALE_OFF:
         return _wrong_scale(name, figures, wanted, given, spec, log)
     words = f"Sign and scale of {name} fit the motion (factor {factor:.3g}, correlation {fit:.2f})."
@@ -248,7 +239,7 @@ def _flipped(name: str, fit: float, seen: Mapping[str, float], line: str) -> str
     )
 
 
-def audit_undriven(forces: Forces, spec: Spec, outside: Outside | None) -> Iterator[Finding]:
+def audit_undriven(forces: Forces, spec: Spec, outside: Finding | None) -> Iterator[Finding]:
     """Findings on the modelled force on each coordinate on which no input acts."""
     for i, c in enumerate(spec.coordinates):
         if np.any(forces.driven[:, :, i]):
@@ -262,9 +253,9 @@ def audit_undriven(forces: Forces, spec: Spec, outside: Outside | None) -> Itera
         if fit < FLIPPED:
             words = f"The force modelled on {c.name} runs against its acceleration: a sign seems flipped."
             yield Finding("problem", topic, words, figures)
-        elif outside is not None and outside.times >= FAR_OUTSIDE and off:
+        elif outside is not None and outside.figures["times"] >= FAR_OUTSIDE and off:
             words = f"{outside.words}. Check its unit and scale."
-            yield Finding("problem", f"scale of {outside.coordinate}", words, figures | {"times": outside.times})
+            yield replace(outside, words=words, figures=figures | outside.figures)
         elif fit > TELLING and off:
             words = (
                 f"The modelled force on {c.name} is off by a factor of {slope:.3g} from mass times acceleration. Check "
@@ -276,22 +267,18 @@ def audit_undriven(forces: Forces, spec: Spec, outside: Outside | None) -> Itera
             yield Finding("info", topic, words, figures)
 
 
-def _asked_unit(name: str, factor: float, spec: Spec, read: Log) -> str:
+def _asked_unit(name: str, factor: float, spec: Spec, log: Log) -> str:
     """The question whether an input is in another unit, by SI prefixes of its own, with the line for meta.yaml."""
-    own = next(i.unit for i in spec.inputs if i.name == name)
-    line = f"({read.scale_lines({name: factor}, spec)} in meta.yaml beside the log corrects a scale.)"
-    if own in ("", "1"):
-        return line
-    here = Place("")
-    taken = read.units.get(name, own)
-    wanted = factor * float(si_factor(taken, here))
-    for prefix in PREFIXES:
-        unit = prefix + own
-        try:
-            fits = unit != taken and same_dimension(unit, own, here)
-            apart = abs(log(float(si_factor(unit, here)) / wanted)) if fits else log(NEAR_UNIT)
-        except BadInput:  # a prefix that the unit does not take
-            continue
-        if apart < log(NEAR_UNIT):
+    own = spec.units[name]
+    usual = [] if own in ("", "1") else [prefix + own for prefix in PREFIXES]
+    for unit, by in other_units(log.units.get(name, own), usual):
+        if 1 / NEAR_UNIT < by / factor < NEAR_UNIT:
             return f"Is {name} in {unit}? (`units: {{{name}: {unit}}}` in meta.yaml beside the log)"
-    return line
+    return f"({log.scale_lines({name: factor}, spec)} in meta.yaml beside the log corrects a scale.)"
+
+
+def other_units(unit: str, usual: Sequence[str]) -> list[tuple[str, float]]:
+    """The units of the same kind among ``usual``, without ``unit``, with the factor on values read in ``unit``."""
+    here = Place("")
+    found = [other for other in usual if other != unit and is_convertible(other, unit)]
+    return [(other, float(si_factor(other, here) / si_factor(unit, here))) for other in found]

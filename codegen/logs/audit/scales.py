@@ -29,16 +29,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from codegen.base.errors import Place
 from codegen.base.significant import in_percent
 from codegen.logs.audit.changed_columns import Case
 from codegen.logs.audit.force_balance import Forces
-from codegen.logs.audit.input_audit import SCALE_OFF, TELLING, Outside
-from codegen.logs.log import Finding, Log
+from codegen.logs.audit.input_audit import SCALE_OFF, TELLING, other_units
+from codegen.logs.log import Finding
 from codegen.logs.motion import Motion, scaled
-from codegen.spec.column_units import is_convertible
 from codegen.spec.model import Spec, symbol
-from codegen.spec.units import si_factor
 
 APPARENT, SURE = 1.5, 3.0
 """Least factor on a position, either way, that is reported (a smaller one is an error of a parameter), and that is a
@@ -72,7 +69,7 @@ NEAR = 0.05
 UNITS = ("m", "cm", "mm", "um", "rad", "deg", "mrad")
 
 
-def wrong_scales(case: Case, steady: frozenset[int], outside: Outside | None) -> list[Finding]:
+def wrong_scales(case: Case, steady: frozenset[int], outside: Finding | None) -> list[Finding]:
     """Findings on the scale of positions or, where that balances the forces far better, of the time.
 
     Args:
@@ -87,7 +84,7 @@ def wrong_scales(case: Case, steady: frozenset[int], outside: Outside | None) ->
     return [Finding("problem" if sure else "warning", time.topic, time.words, time.figures)]
 
 
-def _wrong_positions(case: Case, steady: frozenset[int], outside: Outside | None) -> list[Finding]:
+def _wrong_positions(case: Case, steady: frozenset[int], outside: Finding | None) -> list[Finding]:
     """Findings on the scale of positions: in another unit, off by another factor, or off without a factor that fits.
 
     Args:
@@ -97,13 +94,11 @@ def _wrong_positions(case: Case, steady: frozenset[int], outside: Outside | None
     off = [f for f in doubtful if not 1 / INERTIA_OFF < f.figures.get("inertia", np.inf) < INERTIA_OFF]
     each = [] if steady else [_position_scale(case, j) for j in range(len(case.spec.coordinates))]
     factors = {f.topic: f for f in each if f is not None}
-    suspected = doubtful or outside or _steps_apart(case.log)
-    if not suspected or case.log.sample_time >= LONGEST_STEP:
+    if not (doubtful or outside) or case.log.sample_time >= LONGEST_STEP:
         return off or list(factors.values())
     known = {f.topic: f.figures for f in off}
     if outside:
-        topic = f"scale of {outside.coordinate}"
-        known[topic] = {"times": outside.times, **known.get(topic, {})}
+        known[outside.topic] = {**outside.figures, **known.get(outside.topic, {})}
     unit = _other_unit(case, tried_anyway=bool(off))
     found = list(factors.values()) or off
     if unit is not None:
@@ -158,7 +153,7 @@ def _other_unit(case: Case, tried_anyway: bool) -> Finding | None:
     for j, c in enumerate(case.spec.coordinates):
         inertia, correlation = case.forces.inertia_factor(j)
         moved = case.spec.mass_matrix is not None and symbol(c.name) in case.spec.mass_matrix.free_symbols
-        for unit, factor in _other_units(case.log.units.get(c.name, c.unit)):
+        for unit, factor in other_units(case.log.units.get(c.name, c.unit), UNITS):
             if tried_anyway or moved or (correlation > INERTIA_SHOWN and 1 / SCALE_OFF < inertia / factor < SCALE_OFF):
                 forces = case.balance.along(case.log, scaled(case.motion, j, factor))
                 tried.append((forces.misfit, j, unit, factor))
@@ -177,22 +172,6 @@ def _other_unit(case: Case, tried_anyway: bool) -> Finding | None:
     )
 
 
-def _other_units(unit: str) -> list[tuple[str, float]]:
-    """Each other usual unit of the same kind, with the factor on values that were read in ``unit``."""
-    here = Place("")
-    usual = [other for other in UNITS if other != unit and is_convertible(other, unit)]
-    return [(other, float(si_factor(other, here) / si_factor(unit, here))) for other in usual]
-
-
-def _steps_apart(log: Log) -> bool:
-    """Whether a position's quantisation step is a power of ten times the described one."""
-    for measured, stated in zip(log.raw_data.smallest_step or (), log.encoder_step or (), strict=False):
-        power = float(np.log10(measured / stated)) if measured > 0 and stated > 0 else 0.0
-        if round(power) != 0 and abs(power - round(power)) < np.log10(1 + NEAR):
-            return True
-    return False
-
-
 def scales_of_velocities(case: Case) -> Iterator[Finding]:
     """Findings on positions whose derivative is a multiple of the measured velocity, if both are logged."""
     log, motion = case.log, case.motion
@@ -207,7 +186,7 @@ def scales_of_velocities(case: Case) -> Iterator[Finding]:
         if 1 / APART < factor < APART:
             continue
         unit = log.units.get(c.name, c.unit)
-        meant = [other for other, by in _other_units(unit) if abs(by * factor - 1) < NEAR]
+        meant = [other for other, by in other_units(unit, UNITS) if abs(by * factor - 1) < NEAR]
         key = f"`units: {{{c.name}: {meant[0]}}}`" if meant else log.scale_lines({c.name: 1 / factor}, case.spec)
         words = (
             f"{c.name} moves {factor:.3g} times as far as the measured {c.velocity} says: one of the two has a wrong "
