@@ -35,6 +35,8 @@ DEEPEST = 8
 
 Inner = tuple[str | int, ...]
 """Path from a value to one inside: keys and indices."""
+Column = tuple[list[Any], Inner]
+"""The list with an entry for each row, and the path within an entry."""
 
 
 class JsonFile(LogFile):
@@ -154,10 +156,7 @@ class JsonFile(LogFile):
 
     def _values(self, name: str) -> list[Any]:
         """A column's values as parsed."""
-        path, inside = self._paths[name]
-        rows = self._content
-        for key in path:
-            rows = rows[key]
+        rows, inside = self._paths[name]
         return [_at(row, inside) for row in rows] if inside else list(rows)
 
     def _number(self, row: int, name: str, value: Any, begun: datetime | None) -> float:
@@ -204,8 +203,8 @@ class JsonFile(LogFile):
             raise self.fault(f"{len(tables)} tables, under {listing(list(tables))}", expected)
         raise self.fault("no list of records")
 
-    def _found(self) -> dict[str, tuple[tuple[str, ...], Inner]]:
-        """Column → keys of the list that holds it, and the path within a row."""
+    def _found(self) -> dict[str, Column]:
+        """The columns by name."""
         table = self._content
         if isinstance(table, dict):
             return _lists(table)
@@ -217,11 +216,11 @@ class JsonFile(LogFile):
                 raise BadInput(self.place, found, f"{what}, as the first one", code="LOG005")
         if kind is list:
             inner = [(name, k, *one) for k, name in enumerate(self._headings) for one in _inside(table[0][k])]
-            return {f"{name}.{part}" if part else name: ((), (k, *path)) for name, k, part, path in inner}
-        names: dict[str, tuple[tuple[str, ...], Inner]] = {}
+            return {f"{name}.{part}" if part else name: (table, (k, *path)) for name, k, part, path in inner}
+        names: dict[str, Column] = {}
         for record in table:
             for name, path in _inside(record):
-                if names.setdefault(name, ((), path))[1] != path:
+                if names.setdefault(name, (table, path))[1] != path:
                     self._twice.add(name)
             if len(names) > MOST_COLUMNS:
                 words = f"more than {MOST_COLUMNS} names in its records"
@@ -325,20 +324,20 @@ def _besides(entries: Mapping[str, Any]) -> list[Any]:
     return [v for v, columns in zip(entries.values(), rows, strict=True) if not columns]
 
 
-def _lists(table: Mapping[str, Any]) -> dict[str, tuple[tuple[str, ...], Inner]]:
+def _lists(table: Mapping[str, Any]) -> dict[str, Column]:
     """The lists of scalars of an object, and all inner lists that are as long as one of them."""
     plain = _plain(table)
     lengths = {len(v) for v in plain.values()}
-    found: dict[str, tuple[tuple[str, ...], Inner]] = {name: ((name,), ()) for name in plain}
+    found: dict[str, Column] = {name: (rows, ()) for name, rows in plain.items()}
 
-    def search(value: Mapping[str, Any], name: str, path: tuple[str, ...]) -> None:
+    def search(value: Mapping[str, Any], name: str, depth: int) -> None:
         for key, inner in value.items():
-            called, at = f"{name}.{key}" if name else key, (*path, key)
-            if isinstance(inner, dict) and len(at) < DEEPEST:
-                search(inner, called, at)
+            called = f"{name}.{key}" if name else key
+            if isinstance(inner, dict) and depth < DEEPEST:
+                search(inner, called, depth + 1)
             elif isinstance(inner, list) and len(inner) in lengths:
                 for inside, where in _inside(inner[0]):
-                    found.setdefault(f"{called}{inside}", (at, where))
+                    found.setdefault(f"{called}{inside}", (inner, where))
 
-    search(table, "", ())
+    search(table, "", 1)
     return dict(list(found.items())[:MOST_COLUMNS])
