@@ -170,7 +170,7 @@ def _input(
             f"{outside.words}, and the motion takes {factor:.3g} times the force of {name}. Check unit and scale of "
             f"this coordinate, or the envelope."
         )
-        return replace(outside, words=words, figures=figures | outside.figures)
+        return replace(outside, words=words, figures={**figures, **outside.figures})
     if telling and not 1 / SCALE_OFF < factor < SCALE_OFF:
         return _wrong_scale(name, figures, wanted, given, spec, log)
     words = f"Sign and scale of {name} fit the motion (factor {factor:.3g}, correlation {fit:.2f})."
@@ -255,7 +255,7 @@ def audit_undriven(forces: Forces, spec: Spec, outside: Finding | None) -> Itera
             yield Finding("problem", topic, words, figures)
         elif outside is not None and outside.figures["times"] >= FAR_OUTSIDE and off:
             words = f"{outside.words}. Check its unit and scale."
-            yield replace(outside, words=words, figures=figures | outside.figures)
+            yield replace(outside, words=words, figures={**figures, **outside.figures})
         elif fit > TELLING and off:
             words = (
                 f"The modelled force on {c.name} is off by a factor of {slope:.3g} from mass times acceleration. Check "
