@@ -212,6 +212,16 @@ def test_npz_tables(tmp_path, spec, order):
     assert np.array_equal(log.velocities[:, 0], MADE["v"])
 
 
+def test_a_table_of_records_is_no_column(tmp_path, spec):
+    """It ended in a traceback, since its records were counted by its first length."""
+    np.savez(tmp_path / "a.npz", **MADE, run=np.zeros((2, 100), dtype=[("x", "f8"), ("w", "f8")]))
+    assert np.array_equal(read_log(tmp_path / "a.npz", spec).positions[:, 0], MADE["x"])
+    with refused("LOG005 a.npz: run: an array that is not of one dimension"):
+        read_log(tmp_path / "a.npz", spec, columns={"x": "run"})
+    with refused("LOG003 `run.x`"):
+        read_log(tmp_path / "a.npz", spec, columns={"x": "run.x"})
+
+
 def test_npy_tables_without_names(tmp_path, spec):
     np.save(tmp_path / "a.npy", np.column_stack(list(MADE.values())))
     with refused("LOG003 a.npy: `t` `columns: {t: NUMBER}` 4"):

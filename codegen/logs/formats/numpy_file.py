@@ -182,11 +182,12 @@ class NpzFile(LogFile):
         try:
             with archive.open(info) as stream:
                 member = self._members[name] = read_member(stream)
+            fields = member.table().names if member.dtype.names else None
         except ValueError as error:
             self._others[name] = shown(str(error), 80)
             return
-        if member.dtype.names:
-            self._columns |= {f"{name}.{field}": (name, field) for field in member.dtype.names}
+        if fields:
+            self._columns |= {f"{name}.{field}": (name, field) for field in fields}
         elif len(member.shape) == 2 and 1 not in member.shape:
             self._columns |= {f"{name}.{k + 1}": (name, k) for k in range(min(member.columns, MOST_COLUMNS + 1))}
         elif member.shape:
