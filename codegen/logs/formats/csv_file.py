@@ -19,7 +19,7 @@ from codegen.logs.binding import column_of, time_of
 from codegen.logs.description import LogDescription
 from codegen.logs.formats.cells import MINUS, NUMBER, fields, is_row, value_of
 from codegen.logs.formats.row_forms import transposed_rows, whole_lines
-from codegen.logs.formats.series import Signal, grouped_by_time, joined
+from codegen.logs.formats.series import Signal, joined
 from codegen.logs.formats.source import Allowance, BlockFile, Columns, File, LogFile, NotStreamed, listing
 from codegen.logs.formats.table import END, Layout, end_of_table, find_layout, is_remark, starts_as_row
 from codegen.logs.formats.text_lines import EXPECTED, lines_of, text_of
@@ -110,7 +110,7 @@ class CsvSource(LogFile):
             time = read[str(self.layout.times[k])]
             valid = np.isfinite(time)
             signals[name] = Signal(self.names[k], (tick or 1.0) * (time[valid] - began), read[str(k)][valid])
-        return joined(self, grouped_by_time(signals), wanted, clock, in_seconds=tick is not None)
+        return joined(self, signals, wanted, clock, in_seconds=tick is not None)
 
     def _columns(self, wanted: Sequence[str], indices: list[int]) -> Columns:
         """The columns with these indices, row by row as in the file, with the names in ``wanted``."""
@@ -385,7 +385,7 @@ class LongTable(LogFile):
 
     def load(self, wanted: Sequence[str]) -> Columns:
         signals = {name: self._signal(name) for name in wanted if name != self._time}
-        return joined(self, grouped_by_time(signals), wanted, self._time, in_seconds=False)
+        return joined(self, signals, wanted, self._time, in_seconds=False)
 
     def _signal(self, name: str) -> Signal:
         """A signal from its own rows; the other lines become blank, so that messages still count lines correctly."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -22,19 +21,9 @@ TIME = "t"
 
 
 class Signal(NamedTuple):
-    """One column: its source (a topic, a group), (N,) times in s, (N,) values."""
+    """One column: its source (a topic, a group, a file), (N,) times in s, (N,) values."""
 
     source: str
-    time: Array
-    values: Array
-
-
-@dataclass(frozen=True, eq=False)
-class Series:
-    """Columns, (N, c), with the same times, (N,) s; ``name``: of the topic, group or channel."""
-
-    name: str
-    columns: tuple[str, ...]
     time: Array
     values: Array
 
@@ -59,7 +48,7 @@ class SignalFile(LogFile):
         self.take(16 * sum(self.lengths[name] for name in names))
         with self.reading():
             signals = self.signals(names)
-        return joined(self, grouped_by_time(signals), wanted, TIME, from_first=True)
+        return joined(self, signals, wanted, TIME, from_first=True)
 
 
 class ChannelFile(SignalFile):
@@ -75,14 +64,14 @@ class ChannelFile(SignalFile):
 
 def joined(
     log: LogFile,
-    series: Sequence[Series],
+    signals: Mapping[str, Signal],
     wanted: Sequence[str],
     clock: str = "",
     in_seconds: bool = True,
     from_first: bool = False,
 ) -> Columns:
     """The wanted columns of a log at common times, with a note; ``clock``: the column of the time, if any."""
-    time, columns, notes = at_common_times(str(log.path), series, log.description, in_seconds)
+    time, columns, notes = at_common_times(str(log.path), signals, log.description, in_seconds)
     log.own_notes += [note for note in notes if note not in log.own_notes]
     if clock:
         columns[clock] = time - time[0] if from_first else time
@@ -90,46 +79,48 @@ def joined(
 
 
 def at_common_times(
-    file: str, series: Sequence[Series], description: LogDescription, in_seconds: bool = True
+    file: str, signals: Mapping[str, Signal], description: LogDescription, in_seconds: bool = True
 ) -> tuple[Array, dict[str, Array], tuple[str, ...]]:
-    """Interpolate series to the times of the one with the most samples in the common span.
+    """Interpolate signals to the times of the one with the most samples in the common span.
 
     The others are interpolated linearly or, under ``hold`` of the description, by the sample before. Rows in a gap of
     one of them are left out.
 
     Args:
+        signals: column → its signal.
         in_seconds: whether times are known to be in s; else the notes state numbers of samples and not rates.
 
     Returns:
-        (N,) times, column → (N,) values, and notes in words.
+        (N,) times, column → (N,) values, and notes in words, one for signals of one source.
 
     Raises:
-        BadInput: for a series without samples or with times that decrease or are not finite, or no common span.
+        BadInput: for a signal without samples or with times that decrease or are not finite, or no common span.
     """
-    for one in series:
-        _require_rising(file, one)
-    start, stop = max(s.time[0] for s in series), min(s.time[-1] for s in series)
+    given = list(signals.values())
+    for signal in given:
+        _require_rising(file, signal)
+    start, stop = max(s.time[0] for s in given), min(s.time[-1] for s in given)
     if not start <= stop:
-        first, last = max(series, key=lambda s: s.time[0]), min(series, key=lambda s: s.time[-1])
-        found = f"no time at which both `{shown(first.name)}` and `{shown(last.name)}` were logged"
+        first, last = max(given, key=lambda s: s.time[0]), min(given, key=lambda s: s.time[-1])
+        found = f"no time at which both `{shown(first.source)}` and `{shown(last.source)}` were logged"
         expected = f"stamps of one clock; they are {first.time[0] - last.time[-1]:.6g} s apart"
         raise BadInput(Place(file), found, expected, code="LOG008")
-    base = max(series, key=lambda s: int(((s.time >= start) & (s.time <= stop)).sum()))
-    time = base.time[(base.time >= start) & (base.time <= stop)]
+    base = max(given, key=lambda s: int(((s.time >= start) & (s.time <= stop)).sum()))
+    common = (base.time >= start) & (base.time <= stop)
+    time = base.time[common]
     columns: dict[str, Array] = {}
     kept = np.ones(len(time), dtype=bool)
-    notes = []
-    for one in series:
-        if one is base:
-            columns |= dict(zip(one.columns, one.values[(one.time >= start) & (one.time <= stop)].T, strict=True))
+    notes: dict[str, None] = {}
+    for column, signal in signals.items():
+        if np.array_equal(signal.time, base.time):
+            columns[column] = signal.values[common]
             continue
-        before = np.clip(np.searchsorted(one.time, time, side="right") - 1, 0, len(one.time) - 1)
-        gap = _in_gap(one, time, before)
+        before = np.clip(np.searchsorted(signal.time, time, side="right") - 1, 0, len(signal.time) - 1)
+        gap = _in_gap(signal, time, before)
         kept &= ~gap
-        held = [c for c in one.columns if any(is_part_of(c, name) for name in description.hold)]
-        for column, values in zip(one.columns, one.values.T, strict=True):
-            columns[column] = values[before] if column in held else np.interp(time, one.time, values)
-        notes.append(_words(one, base, len(held), int(gap.sum()), in_seconds))
+        held = any(is_part_of(column, name) for name in description.hold)
+        columns[column] = signal.values[before] if held else np.interp(time, signal.time, signal.values)
+        notes[_words(signal, base, held, int(gap.sum()), in_seconds)] = None
     if not kept.any():
         found, expected = "every row lies in a gap of some topic", "topics that were logged at the same time"
         raise BadInput(Place(file), found, expected, code="LOG008")
@@ -150,7 +141,7 @@ def join_columns_by_time(
     for j in others:
         own = order[there[order, j]]
         signals[raw.names[j]] = Signal(raw.names[j], time[own], raw.values[own, j])
-    common, columns, notes = at_common_times(raw.file, grouped_by_time(signals), description)
+    common, columns, notes = at_common_times(raw.file, signals, description)
     rows = order[np.searchsorted(time[order], common)]
     values = raw.values[rows]
     for j in others:
@@ -158,31 +149,13 @@ def join_columns_by_time(
     return Columns(raw.file, raw.names, values, None if raw.lines is None else raw.lines[rows]), notes
 
 
-def grouped_by_time(signals: Mapping[str, Signal]) -> list[Series]:
-    """Series of the signals that have the same times."""
-    groups: list[dict[str, Signal]] = []
-    for column, signal in signals.items():
-        for group in groups:
-            time = next(iter(group.values())).time
-            if time is signal.time or np.array_equal(time, signal.time):
-                group[column] = signal
-                break
-        else:
-            groups.append({column: signal})
-    made = []
-    for group in groups:
-        first = next(iter(group.values()))
-        made.append(Series(first.source, tuple(group), first.time, np.column_stack([s.values for s in group.values()])))
-    return made
-
-
 def is_part_of(column: str, name: str) -> bool:
     """Whether a column is, or is part of, the column or topic of this name."""
     return column == name or column.startswith((f"{name}.", f"{name}["))
 
 
-def _require_rising(file: str, one: Series) -> None:
-    place = Place(file, None, shown(one.name, 80))
+def _require_rising(file: str, one: Signal) -> None:
+    place = Place(file, None, shown(one.source, 80))
     if not len(one.time):
         raise BadInput(place, "no sample", "at least one", code="LOG009")
     if not np.isfinite(one.time).all():
@@ -195,7 +168,7 @@ def _require_rising(file: str, one: Series) -> None:
         raise BadInput(place, found, "times that rise", code="LOG007")
 
 
-def _in_gap(one: Series, time: Array, before: Array) -> Flags:
+def _in_gap(one: Signal, time: Array, before: Array) -> Flags:
     """(N,) whether a time lies between two samples that are too far apart to interpolate."""
     steps = np.diff(one.time)
     if not len(steps):
@@ -205,16 +178,14 @@ def _in_gap(one: Series, time: Array, before: Array) -> Flags:
     return np.asarray((apart > GAP_STEPS * np.median(steps)) & (time > one.time[before]), dtype=bool)
 
 
-def _words(one: Series, base: Series, held: int, gap: int, in_seconds: bool) -> str:
-    how = "holding the last value" if held == len(one.columns) else "linear interpolation"
-    if 0 < held < len(one.columns):
-        how = f"linear interpolation, {held} of its columns by holding the last value"
+def _words(one: Signal, base: Signal, held: bool, gap: int, in_seconds: bool) -> str:
+    how = "holding the last value" if held else "linear interpolation"
     left = f"; {gap} rows in its gaps left out" if gap else ""
     rate, of = (_rate(s) if in_seconds else f"{len(s.time)} samples" for s in (one, base))
-    return f"`{shown(one.name)}` ({rate}) is converted to the times of `{shown(base.name)}` ({of}) by {how}{left}"
+    return f"`{shown(one.source)}` ({rate}) is converted to the times of `{shown(base.source)}` ({of}) by {how}{left}"
 
 
-def _rate(one: Series) -> str:
+def _rate(one: Signal) -> str:
     steps = np.diff(one.time)
     step = float(np.median(steps)) if len(steps) else 0.0
     return f"{1 / step:.4g} Hz" if step > 0 else f"{len(one.time)} samples"

@@ -8,7 +8,7 @@ import numpy as np
 
 from codegen.base.errors import BadInput, Place
 from codegen.logs.description import LogDescription
-from codegen.logs.formats.series import Series, joined
+from codegen.logs.formats.series import Signal, joined
 from codegen.logs.formats.source import Columns, LogFile
 
 
@@ -55,13 +55,13 @@ class SeveralFiles(LogFile):
             return self._by_number(numbered, owners)
         needed = dict.fromkeys([*numbered, *(self.times[name][0] for name in timed)])
         own = self._by_number(list(needed), owners)
-        clock = own.names.index(self.times[timed[0]][0])
-        series = [Series(self.log.path.name, own.names, own.values[:, clock], own.values)]
+        clock = own.values[:, own.names.index(self.times[timed[0]][0])]
+        signals = {c: Signal(self.log.path.name, clock, own.values[:, k]) for k, c in enumerate(own.names)}
         for name in timed:
             columns = [column for column in wanted if owners[column] == name]
             part = self.others[name].load([self.times[name][1], *(c.removeprefix(f"{name}.") for c in columns)])
-            series.append(Series(name, tuple(columns), part.values[:, 0], part.values[:, 1:]))
-        return joined(self, series, wanted, in_seconds=False)
+            signals |= {c: Signal(name, part.values[:, 0], part.values[:, k + 1]) for k, c in enumerate(columns)}
+        return joined(self, signals, wanted, in_seconds=False)
 
     def _by_number(self, wanted: Sequence[str], owners: Mapping[str, str | None]) -> Columns:
         """The wanted columns of files that are joined by row number; ``owners``: column → its file."""
