@@ -165,9 +165,9 @@ def test_an_effect_that_free_runs_do_not_need_is_dropped(tmp_path: Path) -> None
     parts = [part_of(CATALOGUE[kind], 0, search.system) for kind in ("quadratic_drag", "spring")]
     trial = search.declared_trial.with_part(parts[0]).with_part(parts[1])
     fit = fits.fit(trial, trial.theta(fits.adopted, [{"c": 0.1}, {"k": 30.0}]))
-    kept, run = confirmed(fits, fit, fits.run(fit))
+    kept = confirmed(fits, fit)
     assert [p.kind for p in kept.runner.trial.parts] == ["spring"]
-    assert run.values[1] == [pytest.approx(kept.values[1][0])]
+    assert fits.run(kept).values[1] == [pytest.approx(kept.values[1][0])]
 
 
 def test_free_runs_confirm_an_effect_beside_levels_that_suit_them(tmp_path: Path) -> None:
@@ -186,7 +186,7 @@ def test_free_runs_confirm_an_effect_beside_levels_that_suit_them(tmp_path: Path
         off = replace(found, theta=np.append(2.0 * found.theta[:1], found.theta[1:]))
         run = fits.run(off)
         assert run.values[1] == [pytest.approx(values) for values in found.values[1]]
-        kept.append([p.kind for p in confirmed(fits, off, run)[0].trial.parts])
+        kept.append([p.kind for p in confirmed(fits, off).trial.parts])
     assert kept == [["spring"], ["spring"]]
 
 
@@ -275,7 +275,7 @@ def test_two_wrong_models_that_are_nearly_alike_are_not_told_apart(tmp_path: Pat
     by_lag, by_delay = fitted(first, 0.01), fitted(delay, 0.01)
     less = evidence(segment_losses(by_lag.residual), segment_losses(by_delay.residual), by_lag.residual.shape[1])
     assert random_signs(less.t) < 1e-3 and by_delay.by_segment.sum() > 0.9 * by_lag.by_segment.sum()
-    found = ForceSelection(fits, by_delay, by_delay, 0.5, (), ())
+    found = ForceSelection(fits, by_delay, (), ())
     assert against_free_runs(found, by_lag) == ""
 
     leading = [judged(fits, fits.plain, fit, 10) for fit in (by_delay, by_lag)]
@@ -347,7 +347,7 @@ def tied_about_one_place(truth: str, leader: str, rival: str, folder: Path) -> t
     other = smooth_motion(logged(0.6, "test.csv"))
     unseen = Problem(system, other, {})
     errors = partial(measure, motion=other, used=unseen.used, window=slice(0, len(other.time)), restart_s=0.5)
-    tied = ForceSelection(fits, best, fits.run(best), 0.5, (LaterRound((), tuple(ranked)),), (ranked[1],))
+    tied = ForceSelection(fits, best, (LaterRound((), tuple(ranked)),), (ranked[1],))
     return tied, HeldOut(unseen, errors)
 
 
@@ -395,7 +395,7 @@ def test_the_answer_names_what_held_out_data_leave(tmp_path: Path, monkeypatch: 
     figures = held_out.measured(base.model)
     plain = Answer("unknown", (), base.model, base.model, (figures, figures, figures))
     verdicts = []
-    untold: Any = SimpleNamespace(measured=held_out.measured, refused=lambda fits: {})
+    untold: Any = SimpleNamespace(measured=held_out.measured, kept=lambda fits: (list(range(len(fits))), ()))
     for data in (untold, held_out):
         answer, _ = credited_by_force(search, outcome, plain, data)
         verdicts.append((answer.verdict, [e.kind for e in answer.effects]))
@@ -645,7 +645,7 @@ def test_what_free_runs_do_not_confirm_is_told(tmp_path: Path, monkeypatch: pyte
     search = searched(log)
     plain = ForceFits(search, search.refit())
     none = plain.fit(search.declared_trial, plain.adopted)
-    monkeypatch.setattr(force_selection, "confirmed", lambda fits, fit, run: (none, fits.run(none)))
+    monkeypatch.setattr(force_selection, "confirmed", lambda fits, fit: none)
     with among("spring", "viscous", "offset"):
         told = selected_by_force(search, search.refit())
     assert isinstance(told, Fact) and told.topic == "not credited"

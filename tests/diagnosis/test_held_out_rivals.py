@@ -125,19 +125,19 @@ def test_what_is_explained_is_that_of_the_rival_that_is_left(monkeypatch: pytest
     """Held-out data refuse the leader, which explains 90 %; the rival that is named then explains 40 %."""
     shares = {"leader": 0.9, "rival": 0.4, "other": 0.3}
     fits = {k: SimpleNamespace(trial=SimpleNamespace(parts=(Placed(kind=k, on="x"),))) for k in shares}
-    monkeypatch.setattr(separation, "in_place", lambda search, outcome, one: fits[one])
-    monkeypatch.setattr(rules, "in_place", lambda search, outcome, one: fits[one])
     monkeypatch.setattr(forward_selection, "explained_share", lambda search, base, fit: shares[fit.trial.parts[0].kind])
     none: Any = None
-    leader, rivals = fits["leader"], ("rival", "other")
+    leader, rivals = fits["leader"], tuple(SimpleNamespace(found=fits[k]) for k in ("rival", "other"))
+    search = of_one_record(led_by=lambda found, fit: found)
     outcome = Outcome(none, leader, (), rivals, shares["leader"], 10)  # type: ignore[arg-type]
-    refused: Any = SimpleNamespace(refused=lambda fits: {0: (1, 2.0)})
-    left, words = rules.without_refused(of_one_record(), outcome, refused)
-    assert left.final is fits["rival"] and left.rivals == ("other",) and left.explained == 0.4 and len(words) == 1
-    refused = SimpleNamespace(refused=lambda fits: {1: (0, 2.0)})
-    left, _ = rules.without_refused(of_one_record(), outcome, refused)
-    assert left.final is leader and left.rivals == ("other",) and left.explained == 0.9
-    after = list(separation.without_leader(of_one_record(), outcome))
+    held_out = rules.HeldOut(none, none)
+    monkeypatch.setattr(rules.HeldOut, "refused", lambda self, fits: {0: (1, 2.0)})
+    left, words = rules.without_refused(search, outcome, held_out)
+    assert left.final is fits["rival"] and left.rivals == rivals[1:] and left.explained == 0.4 and len(words) == 1
+    monkeypatch.setattr(rules.HeldOut, "refused", lambda self, fits: {1: (0, 2.0)})
+    left, _ = rules.without_refused(search, outcome, held_out)
+    assert left.final is leader and left.rivals == rivals[1:] and left.explained == 0.9
+    after = list(separation.without_leader(search, outcome))
     assert [(o.final, o.explained) for o in after] == [(fits["rival"], 0.4), (fits["other"], 0.3)]
 
 
@@ -190,8 +190,8 @@ def test_an_effect_is_fitted_again_in_the_form_that_its_intervals_contain(monkey
         trial = SimpleNamespace(parts=(part,))
         return SimpleNamespace(trial=trial, runner=SimpleNamespace(trial=trial), values=([1.0], [values]), model=None)
 
-    def with_parts(final: Any, moved: Any, parts: Any, starts: Any) -> Any:
-        asked.append((parts, starts))
+    def replaced(final: Any, others: Any) -> Any:
+        asked.append(others)
         return simple
 
     both, simple = fit(rich), fit(plain)
@@ -208,11 +208,11 @@ def test_an_effect_is_fitted_again_in_the_form_that_its_intervals_contain(monkey
         monkeypatch.setattr(examination, name, lambda *_, value=value: value)
     monkeypatch.setattr(examination, "at_limit", lambda fit: [()] * len(fit.trial.parts))
     monkeypatch.setattr(examination, "objections", lambda found, part, *_: [])
-    search: Any = of_one_record(polished=lambda fit: (fit, fit), with_parts=with_parts, system=system, problem=None)
+    search: Any = of_one_record(polished=lambda fit: (fit, fit), replaced=replaced, system=system, problem=None)
     outcome = Outcome(cast(Any, None), both, (), (), 0.9, 10)
     none: Any = None
     left, last, (found,), against = examination._examined(search, outcome, none, True)
-    assert asked == [([plain], [{"delta": 0.5, "v_s": 0.2}])]
+    assert asked == [{0: (plain, {"delta": 0.5, "v_s": 0.2})}]
     assert (left.final, left.explained, last, against) == (simple, 0.4, simple, ())
     assert list(found.intervals) == ["delta", "v_s"]
     asked.clear()

@@ -473,7 +473,7 @@ def test_joints_have_the_effects_of_free_runs_or_of_the_force_each_for_itself(
     by_runs = search.with_parts(base, base.values[0], list(credited), list(credited.values()))
     trial = search.declared_trial.with_part(spring)
     led = fits.fit(trial, trial.theta(fits.adopted, [{"k": 6.0}]))
-    monkeypatch.setattr(force_led, "selected_by_force", lambda *_: ForceSelection(fits, led, led, 0.5, (), ()))
+    monkeypatch.setattr(force_led, "selected_by_force", lambda *_: ForceSelection(fits, led, (), ()))
     monkeypatch.setattr(force_led, "against_free_runs", lambda *_: objection)
     figures = ErrorFigures(0.0, (0.0, 0.0), 0.0, 0.0, (0.0, 0.0))
 

@@ -248,11 +248,12 @@ def test_a_play_of_nothing_is_a_spring(cost: float, kinds: str) -> None:
         cost=100.0,
     )
 
-    def with_parts(fit: Any, moved: Any, parts: Any, values: Any) -> Any:
-        assert (moved, parts, values) == ([4.0], [offset, spring], [{"f0": 1.0}, own])
-        return SimpleNamespace(trial=SimpleNamespace(parts=tuple(parts)), values=(moved, values), cost=cost)
+    def replaced(fit: Any, others: Any) -> Any:
+        assert fit is current and others == {1: (spring, own)}
+        values = [4.0], [{"f0": 1.0}, own]
+        return SimpleNamespace(trial=SimpleNamespace(parts=(offset, spring)), values=values, cost=cost)
 
-    search: Any = SimpleNamespace(system=system, rigid=None, with_parts=with_parts)
+    search: Any = SimpleNamespace(system=system, rigid=None, replaced=replaced)
     rivals: Any = [InRound(found=SimpleNamespace(part=p)) for p in (spring, offset)]
     found, left = replacement.with_simplest_effects(search, current, rivals)
     assert found.trial.parts == ((offset, spring) if kinds == "c" else (offset, play))

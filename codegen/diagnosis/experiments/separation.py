@@ -54,13 +54,13 @@ LOOP_SHARE, LOOP_SAMPLES = 0.4, 60
 
 def tied_fits(search: Search, outcome: Outcome) -> list[Fit]:
     """The best fit, and the fits with each rival in place of its first effect."""
-    return [outcome.final, *(in_place(search, outcome, r) for r in outcome.rivals[:MOST_RIVALS])]
+    return [outcome.final, *(search.led_by(r.found, outcome.final) for r in outcome.rivals[:MOST_RIVALS])]
 
 
 def without_leader(search: Search, outcome: Outcome) -> Iterator[Outcome]:
     """The outcome with each rival in turn in place of its first effect, and the later ones as its rivals."""
     for k, rival in enumerate(outcome.rivals[:MOST_RIVALS]):
-        yield outcome.with_final(search, in_place(search, outcome, rival), outcome.rivals[k + 1 :])
+        yield outcome.with_final(search, search.led_by(rival.found, outcome.final), outcome.rivals[k + 1 :])
 
 
 def separate(
@@ -81,7 +81,7 @@ def separate(
         outcome: with rivals. tied: its fits, see ``tied_fits``.
         envelope: of the spec; the motions stay inside it or inside what the log has shown.
     """
-    fits = [*tied, *(in_place(search, outcome, r) for r in _confusable(outcome))]
+    fits = [*tied, *(search.led_by(r.found, outcome.final) for r in _confusable(outcome))]
     pairs = tuple(_tied_pair(search, outcome, fits[0], other) for other in tied[1:])
     reach = reach_of(search.system, search.motion, envelope)
     machines = [fit.model for fit in tied]
@@ -122,13 +122,6 @@ def _confusable(outcome: Outcome) -> list[Ranked]:
     named |= {same for r, part, place in first if place in named for same in twins(part, r.found)}
     possible = [r for r, part, at in first if not r.why_not and at not in named and kinds_of(part.kind) & confusable]
     return possible[:MOST_CONFUSABLE]
-
-
-def in_place(search: Search, outcome: Outcome, ranked: Ranked) -> Fit:
-    """The fit with another candidate in place of the first effect."""
-    rival, final = ranked.found, outcome.final
-    moved, found = final.values
-    return search.with_parts(final, moved, [rival.part, *outcome.parts[1:]], [rival.parameters, *found[1:]])
 
 
 def _tied_pair(search: Search, outcome: Outcome, first: Fit, other: Fit) -> TiedPair:

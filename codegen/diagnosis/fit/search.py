@@ -58,8 +58,42 @@ FITS = 6
 """Cached fits, since successive tests of effects use the same fits."""
 
 
+class ModelFits:
+    """Fits of models with effects, in which these are replaced and removed: to free runs, or to the force residual."""
+
+    def begun_by(self, fit: Fit, trial: Trial, theta: Array) -> Fit:
+        """The fit of another trial, from ``theta`` and what else a fit has found."""
+        raise NotImplementedError
+
+    @identity_cache(FITS)
+    def without(self, fit: Fit, index: int) -> Fit:
+        """The fit with one of its effects removed."""
+        return self.begun_by(fit, *fit.trial.without(fit.theta, index))
+
+    def with_parts(self, fit: Fit, moved: Array, parts: Sequence[Part], values: Sequence[Mapping[str, float]]) -> Fit:
+        """The fit with these effects in place of its own, from these starting values."""
+        trial = replace(fit.trial, parts=tuple(parts))
+        return self.begun_by(fit, trial, trial.theta(moved, values))
+
+    def replaced(self, fit: Fit, others: Mapping[int, tuple[Part, Mapping[str, float]]]) -> Fit:
+        """The fit with other effects, and their starting values, in place of those of these indices."""
+        moved, values = fit.values
+        pairs = [others.get(k, own) for k, own in enumerate(zip(fit.trial.parts, values, strict=True))]
+        return self.with_parts(fit, moved, [part for part, _ in pairs], [start for _, start in pairs])
+
+    def led_by(self, found: Fit, fit: Fit) -> Fit:
+        """A fit with the last effect of another one, ``found``, in place of its first effect."""
+        return self.replaced(fit, {0: (found.part, found.parameters)})
+
+    def eliminated(self, fit: Fit, needless: Callable[[Fit], int | None]) -> Fit:
+        """Backward elimination: the fit without the effects that ``needless`` names one after another, by index."""
+        while (k := needless(fit)) is not None:
+            fit = self.without(fit, k)
+        return fit
+
+
 @dataclass(frozen=True, eq=False)
-class Search:
+class Search(ModelFits):
     """Output-error fits of trials on one record.
 
     Attributes:
@@ -205,21 +239,10 @@ class Search:
         prior = self.prior(runner.trial, fit.theta, independent_share(fit))
         return polish(shooting_fit(runner, fit.theta, fit.offsets, prior, ROUNDS), ROUNDS)
 
-    @identity_cache(FITS)
-    def without(self, fit: Fit, index: int) -> Fit:
-        """The fit with one of its effects removed."""
-        trial, theta = fit.trial.without(fit.theta, index)
-        return self.fitted_again(self._begun_by(fit, trial, theta))
-
-    def with_parts(self, fit: Fit, moved: Array, parts: Sequence[Part], values: Sequence[Mapping[str, float]]) -> Fit:
-        """The fit with these effects in place of its own, from these starting values."""
-        trial = replace(fit.trial, parts=tuple(parts))
-        return self.fitted_again(self._begun_by(fit, trial, trial.theta(moved, values)))
-
-    def _begun_by(self, fit: Fit, trial: Trial, theta: Array) -> Fit:
-        """The fit as the start of one of another trial."""
+    def begun_by(self, fit: Fit, trial: Trial, theta: Array) -> Fit:
         (runner,) = self.runners([trial])
-        return replace(fit, runner=runner, theta=theta, offsets=runner.offsets_of(fit.runner, fit.offsets))
+        offsets = runner.offsets_of(fit.runner, fit.offsets)
+        return self.fitted_again(replace(fit, runner=runner, theta=theta, offsets=offsets))
 
     def on_another_record(self, fit: Fit) -> Fit:
         """The fit repeated on this search's record, where the fit is from another log."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -16,9 +16,10 @@ from codegen.diagnosis.evidence.adoption import adopt_values
 from codegen.diagnosis.fit.credit import SIGN_BLOCKS
 from codegen.diagnosis.fit.drive import DriveLeft, drive_gain, drive_left, drive_symbols, rubs_by_load
 from codegen.diagnosis.fit.force_rows import residual_slopes
+from codegen.diagnosis.fit.identity_cache import identity_cache
 from codegen.diagnosis.fit.output_error import Fit, damped_step, polish, segment_cost, segment_weights, shooting_fit
 from codegen.diagnosis.fit.residual import ResidualAlong, inverse_dynamics_residual, moves_sensors
-from codegen.diagnosis.fit.search import ROUNDS, Search, joint_of_difference
+from codegen.diagnosis.fit.search import ROUNDS, ModelFits, Search, joint_of_difference
 from codegen.diagnosis.fit.shooting import hidden_states
 from codegen.diagnosis.fit.signals import Motion
 from codegen.diagnosis.fit.starting_values import STEP
@@ -32,6 +33,8 @@ LEVEL = 10.0
 logarithmic, so that each block counts by the ratio of its residuals."""
 FIXED = 1e-9
 """Prior deviation, in sizes of a parameter, of the values of effects that are fixed in free runs."""
+RUNS = 4
+"""Cached free runs: the confirmation of effects runs the same fits as their selection."""
 STEPS, DAMPED = 5, 4
 """Most Gauss–Newton steps, and most attempts at one step with increasing damping."""
 
@@ -62,7 +65,7 @@ class DriveGain:
 
 
 @dataclass(frozen=True, eq=False)
-class ForceFits:
+class ForceFits(ModelFits):
     """Fits of models to the low-passed force residual, with the log in ``SIGN_BLOCKS`` blocks in place of segments.
 
     Attributes:
@@ -294,15 +297,10 @@ class ForceFits:
             slopes.append((now - self._residual(trial, moved)) / step)
         return np.array(slopes)
 
-    def with_parts(self, fit: Fit, moved: Array, parts: Sequence[Part], values: Sequence[Mapping[str, float]]) -> Fit:
-        """The fit with these effects in place of its own, from these starting values."""
-        trial = replace(fit.trial, parts=tuple(parts))
-        return self.fit(trial, trial.theta(moved, values))
+    def begun_by(self, fit: Fit, trial: Trial, theta: Array) -> Fit:
+        return self.fit(trial, theta)
 
-    def without(self, fit: Fit, index: int) -> Fit:
-        """The fit with one of its effects removed."""
-        return self.fit(*fit.trial.without(fit.theta, index))
-
+    @identity_cache(RUNS)
     def run(self, fit: Fit, joint: int | None = None) -> Fit:
         """Free runs with fixed effects of a fit, and fitted levels, toleranced values and start states.
 

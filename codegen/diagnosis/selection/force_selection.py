@@ -61,22 +61,28 @@ class ForceSelection:
 
     Attributes:
         fit: to the force residual, with all effects.
-        run: ``ForceFits.run`` of ``fit``.
-        explained: share of the squared free-run error that the effects remove.
         rounds: for each round its candidates, the best first, and the effects found before.
         rivals: of the first effect.
     """
 
     fits: ForceFits
     fit: Fit
-    run: Fit
-    explained: float
     rounds: tuple[LaterRound, ...]
     rivals: tuple[Ranked, ...]
 
     @property
     def parts(self) -> tuple[Part, ...]:
         return self.fit.trial.parts
+
+    @property
+    def run(self) -> Fit:
+        """``ForceFits.run`` of ``fit``."""
+        return self.fits.run(self.fit)
+
+    @property
+    def explained(self) -> float:
+        """Share of the squared free-run error that the effects remove."""
+        return evidence_of_blocks(self.fits.run(self.fits.plain), self.run).share
 
 
 def selected_by_force(search: Search, base: Fit) -> ForceSelection | Fact | None:
@@ -88,7 +94,7 @@ def selected_by_force(search: Search, base: Fit) -> ForceSelection | Fact | None
         base: the refit of the declared structure by free runs.
     """
     fits = ForceFits(search, base)
-    fit = plain = fits.plain
+    fit = fits.plain
     rounds: list[LaterRound] = []
     joints: Sequence[int | None] = (search.record.joints or ()) if search.rigid else [None]
     most, report = MOST_EFFECTS * len(joints), share_display()
@@ -114,18 +120,16 @@ def selected_by_force(search: Search, base: Fit) -> ForceSelection | Fact | None
         fit = credited
     rounds.sort(key=lambda one: not one.ranked or one.ranked[0].part not in fit.trial.parts)
     first = rounds[0].ranked
-    fit = still_credited(fits, fit, in_determined_forms(fits, fit))
-    before = fits.run(plain)
-    by_force = fit
-    fit, run = confirmed(fits, fit, fits.run(fit))
+    by_force = still_credited(fits, fit, in_determined_forms(fits, fit))
+    fit = confirmed(fits, by_force)
     if not fit.trial.parts:
-        return _not_confirmed(plain, by_force) if by_force.trial.parts else None
+        return _not_confirmed(fits.plain, by_force) if by_force.trial.parts else None
     leading = [first[0]]
     if first[0].found.part in fit.trial.parts:
         again, leading = special_case(fits, *best_first_effect(fits, fit, [first[0], *_tied(search, first)]))
-        fit, run = (fit, run) if again is fit else confirmed(fits, again, fits.run(again))
+        fit = fit if again is fit else confirmed(fits, again)
     rounds[0] = replace(rounds[0], ranked=tuple(led_by(leading[0], first)))
-    return ForceSelection(fits, fit, run, evidence_of_blocks(before, run).share, tuple(rounds), tuple(leading[1:]))
+    return ForceSelection(fits, fit, tuple(rounds), tuple(leading[1:]))
 
 
 def _tied(search: Search, ranked: Sequence[Ranked]) -> list[Ranked]:
@@ -266,18 +270,17 @@ def judged(
 
 def in_determined_forms(fits: ForceFits, fit: Fit) -> Fit:
     """The fit with a simpler form of each effect whose interval includes zero in a form with more parameters."""
-    trial, (moved, values) = fit.trial, fit.values
-    named = named_effects(trial.parts, estimate(fit), fit.model)
-    for k, (part, found) in enumerate(zip(trial.parts, named, strict=True)):
+    parts = fit.trial.parts
+    named = named_effects(parts, estimate(fit), fit.model)
+    for k, (part, found) in enumerate(zip(parts, named, strict=True)):
         simpler = [form for form in CATALOGUE[part.kind].forms if {p.name for p in form.parameters} < set(part.names)]
         form = determined_form(part, found.intervals)
         if form is None and simpler and objections(found, part, fits.search.problem, fit.model):
             form = simpler[-1]
-        if form is None:
-            continue
-        parts = [part_of(form, p.place, trial.system) if p is part else p for p in trial.parts]
-        kept = {name: values[k][name] for name in parts[k].names}
-        return in_determined_forms(fits, fits.with_parts(fit, moved, parts, [*values[:k], kept, *values[k + 1 :]]))
+        if form is not None:
+            simpler_part = part_of(form, part.place, fit.trial.system)
+            kept = {name: fit.values[1][k][name] for name in simpler_part.names}
+            return in_determined_forms(fits, fits.replaced(fit, {k: (simpler_part, kept)}))
     return fit
 
 
@@ -286,15 +289,17 @@ def still_credited(fits: ForceFits, before: Fit, fit: Fit) -> Fit:
 
     A curve over speed may imitate another missing force; a line in its place may then explain nothing.
     """
-    for k, part in enumerate(fit.trial.parts):
-        if part not in before.trial.parts:
-            other = fits.without(fit, k)
-            shown, ratio = shown_on_blocks(fits, other, fit)
-            share = min(shown.share, 1 - ratio**2)
-            chance = hypotheses(fits.parts) * random_signs(shown.t)
-            if share < credit.LEAST_SHARE or chance > credit.ALPHA:
-                return still_credited(fits, before, other)
-    return fit
+
+    def is_chance(fit: Fit, k: int) -> bool:
+        shown, ratio = shown_on_blocks(fits, fits.without(fit, k), fit)
+        chance = hypotheses(fits.parts) * random_signs(shown.t)
+        return min(shown.share, 1 - ratio**2) < credit.LEAST_SHARE or chance > credit.ALPHA
+
+    def needless(fit: Fit) -> int | None:
+        changed = (k for k, part in enumerate(fit.trial.parts) if part not in before.trial.parts)
+        return next((k for k in changed if is_chance(fit, k)), None)
+
+    return fits.eliminated(fit, needless)
 
 
 def best_first_effect(fits: ForceFits, fit: Fit, leading: Sequence[Ranked]) -> tuple[Fit, list[Ranked]]:
@@ -314,7 +319,8 @@ def best_first_effect(fits: ForceFits, fit: Fit, leading: Sequence[Ranked]) -> t
     leading = [one for one in leading if one.part.key not in taken]
     if len(leading) < 2:
         return fit, list(leading)
-    fitted = [(fit, leading[0]), *((with_first(fits, fit, one) if later else one.found, one) for one in leading[1:])]
+    fitted = [(fit, leading[0])]
+    fitted += [(fits.led_by(one.found, fit) if later else one.found, one) for one in leading[1:]]
     if later:
         fitted.sort(key=lambda pair: pair[0].cost)
         best, _ = fitted[0]
@@ -353,7 +359,7 @@ def special_case(fits: ForceFits, fit: Fit, leading: Sequence[Ranked]) -> tuple[
     leader, *rivals = leading
     for one in rivals:
         if _is_special_case(one.part, fit):
-            special = with_first(fits, fit, one)
+            special = fits.led_by(one.found, fit)
             if random_signs(shown_on_blocks(fits, special, fit)[0].t) > credit.TIE_LEVEL:
                 return special, [one, *(other for other in rivals if other is not one)]
     return fit, [leader, *rivals]
@@ -368,34 +374,24 @@ def _is_special_case(part: Part, fit: Fit) -> bool:
     return part.effect.seen_over == first.effect.seen_over and len(part.names) < len(first.names)
 
 
-def with_first(fits: ForceFits, fit: Fit, one: Ranked) -> Fit:
-    """The fit with another candidate in place of its first effect."""
-    moved, values = fit.values
-    parts = [one.part, *fit.trial.parts[1:]]
-    return fits.with_parts(fit, moved, parts, [one.found.parameters, *values[1:]])
-
-
-def confirmed(fits: ForceFits, fit: Fit, run: Fit) -> tuple[Fit, Fit]:
-    """The fit and its free runs, without effects whose removal does not make free runs significantly worse.
+def confirmed(fits: ForceFits, fit: Fit) -> Fit:
+    """The fit without effects whose removal does not make free runs significantly worse.
 
     Nor is an effect confirmed that only attenuates the noise of the logged inputs.
     """
-    while parts := fit.trial.parts:
-        others = [fits.without(fit, k) for k in range(len(parts))]
-        joints = [joint_of_difference(fits.search, fit, other) for other in others]
-        pairs = [
-            (fits.run(other, j), run if j is None else fits.run(fit, j))
-            for other, j in zip(others, joints, strict=True)
-        ]
-        doubt = [
-            1.0 if only_attenuates_noise(fits.search, *pair) else random_signs(evidence_of_blocks(*pair).t)
-            for pair in pairs
-        ]
-        k = int(np.argmax(doubt))
-        if doubt[k] <= credit.TIE_LEVEL:
-            break
-        fit, run = others[k], pairs[k][0] if joints[k] is None else fits.run(others[k])
-    return fit, run
+
+    def doubt(fit: Fit, k: int) -> float:
+        other = fits.without(fit, k)
+        joint = joint_of_difference(fits.search, fit, other)
+        pair = fits.run(other, joint), fits.run(fit, joint)
+        return 1.0 if only_attenuates_noise(fits.search, *pair) else random_signs(evidence_of_blocks(*pair).t)
+
+    def needless(fit: Fit) -> int | None:
+        doubts = [doubt(fit, k) for k in range(len(fit.trial.parts))]
+        k = int(np.argmax(doubts)) if doubts else None
+        return None if k is None or doubts[k] <= credit.TIE_LEVEL else k
+
+    return fits.eliminated(fit, needless)
 
 
 def shown_on_blocks(fits: ForceFits, before: Fit, after: Fit, everywhere: bool = False) -> tuple[Evidence, float]:

@@ -192,7 +192,7 @@ def with_simplest_effects(search: Search, current: Fit, rivals: list[Ranked]) ->
     compliance; viscous friction whose slope falls with speed may be a line once a spring is found. A simpler kind is
     then removed from the rivals. A parameter of the other form starts from the one with its unit.
     """
-    trial, (moved, values) = current.trial, current.values
+    trial, values = current.trial, current.values[1]
     if len(trial.parts) < 2:
         return current, rivals
     for k, part in enumerate(trial.parts):
@@ -200,9 +200,8 @@ def with_simplest_effects(search: Search, current: Fit, rivals: list[Ranked]) ->
         here = joint_of(search, part) == joint_of(search, trial.parts[-1])
         for form in simpler_forms(part) if here else []:
             simpler = part_of(form, part.place, search.system)
-            parts = [simpler if p is part else p for p in trial.parts]
             start = {p.name: values[k].get(p.name, own.get(p.unit, 1.0)) for p in form.parameters}
-            other = search.with_parts(current, moved, parts, [*values[:k], start, *values[k + 1 :]])
+            other = search.replaced(current, {k: (simpler, start)})
             if other.cost <= current.cost + FORM_GAIN:
                 return with_simplest_effects(search, other, [r for r in rivals if r.part.key != simpler.key])
     return current, rivals

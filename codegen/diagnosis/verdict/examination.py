@@ -328,11 +328,10 @@ def _in_determined_forms(search: Search, final: Fit, found: Sequence[FoundEffect
     forms = [determined_form(p, f.intervals) for p, f in zip(final.trial.parts, found, strict=True)]
     if not any(forms):
         return None
-    moved, values = final.values
     pairs = zip(final.trial.parts, forms, strict=True)
     parts = [part_of(form, part.place, search.system) if form else part for part, form in pairs]
-    kept = [{name: known[name] for name in part.names} for part, known in zip(parts, values, strict=True)]
-    return search.with_parts(final, moved, parts, kept)
+    kept = [{name: known[name] for name in part.names} for part, known in zip(parts, final.values[1], strict=True)]
+    return search.replaced(final, dict(enumerate(zip(parts, kept, strict=True))))
 
 
 def _by_both(search: Search, base: Fit, final: Fit, polished: Fit, own: Estimate) -> Estimate:

@@ -23,7 +23,6 @@ from codegen.diagnosis.selection.force_selection import (
     confirmed,
     evidence_of_blocks,
     selected_by_force,
-    with_first,
 )
 from codegen.diagnosis.selection.forward_selection import Outcome
 from codegen.diagnosis.selection.ranking import Ranked, credible, led_by
@@ -31,7 +30,7 @@ from codegen.diagnosis.selection.refusals import only_attenuates_noise
 from codegen.diagnosis.selection.significance import hypotheses
 from codegen.diagnosis.verdict.answer import Answer
 from codegen.diagnosis.verdict.examination import with_estimate
-from codegen.diagnosis.verdict.held_out import HeldOut, in_words
+from codegen.diagnosis.verdict.held_out import HeldOut
 from codegen.diagnosis.verdict.wrong_values import better_values
 
 
@@ -188,9 +187,11 @@ def with_shown_on_joints(found: ForceSelection, by_runs: Fit) -> tuple[Fit, tupl
 
 def _on_joint(fits: ForceFits, fit: Fit, joint: int | None) -> Fit:
     """The fit to the force residual without the effects on other joints."""
-    while others := [k for k, p in enumerate(fit.trial.parts) if joint_of(fits.search, p) != joint]:
-        fit = fits.without(fit, others[-1])
-    return fit
+
+    def elsewhere(fit: Fit) -> int | None:
+        return max((k for k, p in enumerate(fit.trial.parts) if joint_of(fits.search, p) != joint), default=None)
+
+    return fits.eliminated(fit, elsewhere)
 
 
 def _against_on_joint(found: ForceSelection, by_runs: Fit, own: Fit, joint: int | None) -> str:
@@ -221,22 +222,16 @@ def without_refused_ties(found: ForceSelection, held_out: HeldOut) -> tuple[Forc
         return found, ()
     fits, first = found.fits, found.rounds[0]
     leading = [first.ranked[0], *found.rivals]
-    tied = [found.fit, *(with_first(fits, found.fit, one) for one in found.rivals)]
-    refused = held_out.refused(tied)
-    kept = [k for k in range(len(tied)) if k not in refused]
-    if not refused or not kept:
-        return found, ()
+    tied = [found.fit, *(fits.led_by(one.found, found.fit) for one in found.rivals)]
+    kept, words = held_out.kept(tied)
     led = replace(found, rivals=tuple(leading[k] for k in kept[1:]))
     if kept[0]:
         fit = tied[kept[0]]
-        run = fits.run(fit)
-        if confirmed(fits, fit, run)[0] is not fit:
+        if confirmed(fits, fit) is not fit:
             return found, ()
         ranked = tuple(led_by(leading[kept[0]], first.ranked))
-        explained = evidence_of_blocks(fits.run(fits.plain), run).share
-        rounds = (replace(first, ranked=ranked), *found.rounds[1:])
-        led = replace(led, fit=fit, run=run, explained=explained, rounds=rounds)
-    return led, in_words(tied, refused)
+        led = replace(led, fit=fit, rounds=(replace(first, ranked=ranked), *found.rounds[1:]))
+    return led, words
 
 
 def against_free_runs(found: ForceSelection, by_runs: Fit) -> str:
@@ -269,14 +264,15 @@ def _needed(fits: ForceFits, fit: Fit) -> Fit:
     The effect that removes the smallest share of the residual is left out, until this share is significant and at least
     ``credit.ELSEWHERE``, or one effect is left.
     """
-    while len(fit.trial.parts) > 1:
-        others = [fits.without(fit, k) for k in range(len(fit.trial.parts))]
-        shown = [evidence_of_blocks(*fits.where_they_differ(other, fit)) for other in others]
-        k = min(range(len(shown)), key=lambda k: shown[k].share)
-        if shown[k].share >= credit.ELSEWHERE and random_signs(shown[k].t) <= credit.TIE_LEVEL:
-            break
-        fit = others[k]
-    return fit
+
+    def needless(fit: Fit) -> int | None:
+        if (count := len(fit.trial.parts)) < 2:
+            return None
+        shown = [evidence_of_blocks(*fits.where_they_differ(fits.without(fit, k), fit)) for k in range(count)]
+        k = min(range(count), key=lambda k: shown[k].share)
+        return None if shown[k].share >= credit.ELSEWHERE and random_signs(shown[k].t) <= credit.TIE_LEVEL else k
+
+    return fits.eliminated(fit, needless)
 
 
 def _with_first(first: Sequence[Ranked], named: Sequence[Ranked]) -> tuple[Ranked, ...]:
