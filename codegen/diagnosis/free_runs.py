@@ -27,7 +27,7 @@ from codegen.diagnosis.fit.record import record_of
 from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.search import Search, search_on
 from codegen.diagnosis.fit.trial import Part
-from codegen.diagnosis.results import ErrorFigures, Fact, Remainder, Separation, titles
+from codegen.diagnosis.results import ErrorFigures, Fact, ParameterError, Remainder, Separation, titles
 from codegen.diagnosis.selection.forward_selection import Outcome, common_effects, find_effects, within_reach
 from codegen.diagnosis.verdict import wrong_values
 from codegen.diagnosis.verdict.across_joints import credited_across_joints
@@ -280,11 +280,12 @@ class Judge:
         chosen, case, problem = self.selection, self.case, self.case.problem
         lacks = answer.verdict == "effect"
         yield from answer.remarks
-        yield from _dense(chosen.search)
+        if (record := chosen.search.record).every > 1:
+            yield Fact.said("note", "dense", every=record.every, step=record.sample_time)
         if answer.verdict == "unknown":
             yield from wrong_values.explaining_values(case.spec, answer.refit, problem)
         for name in levels_at_zero(problem.system, (answer.refit, answer.augmented), problem.levels):
-            yield Fact("declared value", f"The fit reduces the friction level {name} to zero, its lowest value")
+            yield Fact.said("declared value", "level at zero", name=name)
         if answer.verdict == "none" and not answer.errors:
             yield from hidden_effects(chosen.search, answer.refit, case.material)
         yield from wrong_values.wrong_links_in_words(chosen.search, answer)
@@ -294,18 +295,6 @@ class Judge:
             yield from wrong_values.equal_parameters(chosen.search, chosen.base, outcome)
         yield from wrong_values.moved_values(answer, outcome.final if lacks else chosen.base, problem, case.material)
         yield from _once_on_held_out(answer, case)
-
-
-def _dense(search: Search) -> Iterator[Fact]:
-    """The fact that free runs take longer steps than the rows of a log that is sampled very densely."""
-    record = search.record
-    if record.every > 1:
-        h = record.sample_time
-        yield Fact(
-            "note",
-            f"The log is sampled every {h / record.every:.3g} s. Free runs take steps of {record.every} rows, {h:.3g} "
-            "s, with the mean of the inputs; the force residual is of all rows",
-        )
 
 
 @numerical("the fit of the model to the log")
@@ -375,14 +364,8 @@ def _once_on_held_out(answer: Answer, case: Case) -> tuple[Fact, ...]:
         about = np.abs(motion.time - 0.5 * (start + stop)) <= 0.5 * (stop - start) + 1 / motion.cutoff_hz
         if np.ptp(np.sign(motion.velocities[about, i])) > 0:
             continue
-        where, when = f" on {x.name}" if residual.shape[1] > 1 else "", interval_in_words(start, stop, log)
-        facts.append(
-            Fact(
-                "log",
-                f"Half of the squared residual force on held-out data{where} lies within {stop - start:.2g} s, {when}. "
-                "A push, or another event outside the inputs, may decide what these data refuse",
-            )
-        )
+        on, when = x.name if residual.shape[1] > 1 else "", interval_in_words(start, stop, log)
+        facts.append(Fact.said("log", "half at once", on=on, span=stop - start, when=when))
     return tuple(facts)
 
 
@@ -391,8 +374,8 @@ def _left_out(outcome: Outcome, answer: Answer) -> Fact:
     parts = (outcome.parts[0], *(r.part for r in outcome.rivals))
     tied = " or ".join(dict.fromkeys(p.title for p in parts))
     if answer.errors:
-        return Fact("declared value", f"{_kept(answer)}, {tied} would be named in addition")
-    return Fact("unexplained", f"{tied} explains part of what is left; this log cannot tell which")
+        return Fact.said("declared value", "in addition", errors=_names(answer.errors), named=tied)
+    return Fact.said("unexplained", "cannot tell which", named=tied)
 
 
 def _in_place(parts: Sequence[Part], answer: Answer) -> list[Fact]:
@@ -401,8 +384,8 @@ def _in_place(parts: Sequence[Part], answer: Answer) -> list[Fact]:
     named = titles(p for p in parts if p.key not in found)
     if not named or not answer.errors:
         return []
-    return [Fact("declared value", f"{_kept(answer)}, {named} would be named in place of a wrong value")]
+    return [Fact.said("declared value", "in place of a value", errors=_names(answer.errors), named=named)]
 
 
-def _kept(answer: Answer) -> str:
-    return f"With {', '.join(e.name for e in answer.errors)} kept within three tolerances"
+def _names(errors: Sequence[ParameterError]) -> str:
+    return ", ".join(e.name for e in errors)

@@ -15,7 +15,7 @@ from typing import Any
 from pydantic import TypeAdapter
 from scipy.special import betaincinv
 
-from codegen.base.significant import in_percent
+from codegen.base.text import render
 
 FILE = Path(__file__).with_name("reliability.json")
 CONFIDENCE = 0.95
@@ -46,15 +46,9 @@ class Reliability:
     @property
     def words(self) -> str:
         """The counts in a sentence."""
-        low, high = (in_percent(v) for v in self.interval)
-        kind = self.name.replace(", at the", ", simulation error near the").replace(
-            ", above", ", simulation error above"
-        )
-        return (
-            f"{self.right} of {self.of} verdicts of this class ({kind}) were right on logs with known truth: "
-            f"probability about {in_percent(self.probability)}, estimated from these (95 %: "
-            f"{low.removesuffix(' %')} to {high})."
-        )
+        (low, high), probability = self.interval, self.probability
+        given = {"right": self.right, "of": self.of, "probability": probability, "low": low, "high": high}
+        return render("text/facts.j2", say="reliability", name=self.name, **given).strip()
 
     def as_json(self) -> dict[str, Any]:
         """The object of diagnosis.json."""

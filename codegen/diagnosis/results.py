@@ -8,6 +8,7 @@ from math import inf, isfinite, sqrt
 from typing import Any, Literal, get_args
 
 from codegen.base.result import Shown, named, plain
+from codegen.base.text import render
 from codegen.diagnosis.reliability import Reliability
 from codegen.effects.declare import written_place
 
@@ -33,6 +34,11 @@ TOPICS: tuple[Topic, ...] = get_args(Topic)
 """All topics, in the order in which facts are shown."""
 
 
+def worded(say: str, **given: Any) -> str:
+    """The words ``say`` of templates/text/facts.j2, of which ``given`` are the arguments."""
+    return render("text/facts.j2", say=say, **given).strip()
+
+
 @dataclass(frozen=True)
 class Fact:
     """One labelled sentence of a verdict of about thirty words; ``detail``: conditions and figures."""
@@ -40,6 +46,12 @@ class Fact:
     topic: Topic
     words: str
     detail: str = ""
+
+    @classmethod
+    def said(cls, topic: Topic, say: str, **given: Any) -> Fact:
+        """The fact of which ``worded`` gives the words and, after an empty line, the detail."""
+        words, _, detail = worded(say, **given).partition("\n\n")
+        return cls(topic, words, detail)
 
 
 @dataclass(frozen=True)

@@ -415,9 +415,5 @@ def _not_confirmed(plain: Fit, fit: Fit) -> Fact:
     effects = " and ".join(
         f"{e.title} ({', '.join(f'{k} = {v:.3g} {e.units[k]}' for k, v in e.parameters.items())})" for e in named
     )
-    share = evidence_of_blocks(plain, fit).share
-    return Fact(
-        "not credited",
-        f"The residual force alone would name {effects}, which removes {in_percent(share, 3)} of its square. "
-        "Simulations of the training log do not confirm it",
-    )
+    share = in_percent(evidence_of_blocks(plain, fit).share, 3)
+    return Fact.said("not credited", "not confirmed", named=effects, share=share)

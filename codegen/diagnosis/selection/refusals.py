@@ -23,7 +23,7 @@ from codegen.diagnosis.fit.output_error import Fit
 from codegen.diagnosis.fit.residual import inverse_dynamics_residual
 from codegen.diagnosis.fit.search import Search
 from codegen.diagnosis.fit.trial import Part, with_effects, with_values
-from codegen.diagnosis.results import FoundEffect
+from codegen.diagnosis.results import FoundEffect, worded
 from codegen.diagnosis.selection.candidate_fits import simpler_forms
 from codegen.mechanics.system import System
 
@@ -270,10 +270,7 @@ def corrects_a_form(before: ForceCriterion, after: ForceCriterion) -> str:
     most, larger = max(sizes, key=lambda one: one[0])
     if net >= FORM_ERROR * most:
         return ""
-    return (
-        f"adds only {in_percent(net)} of the drive force to the {in_percent(most)} of {larger.kind}: no "
-        "more than a misfit of that curve's form may leave"
-    )
+    return worded("forms", net=net, most=most, kind=larger.kind)
 
 
 def contradicted_by_force(before: ForceCriterion, after: ForceCriterion, share: float = 0.0) -> str:

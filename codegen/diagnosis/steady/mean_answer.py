@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from codegen.diagnosis.evidence.estimate import effect_of
 from codegen.diagnosis.results import ErrorFigures, Fact, FoundEffect, Round
 from codegen.diagnosis.steady.mean_fits import SteadyFit, SteadySearch, Tried
-from codegen.diagnosis.steady.record_means import Means, mean_forces
+from codegen.diagnosis.steady.record_means import mean_forces
 from codegen.diagnosis.verdict.admission import Measured, Reference, admitted, merged
 from codegen.diagnosis.verdict.answer import Answer
 from codegen.diagnosis.verdict.table import TABLE_SIZE
@@ -62,7 +62,9 @@ def answer_of(search: SteadySearch, measured: Measured, judged: Measured) -> tup
     chosen = admitted(options, judged, Reference(declared))
     refit = system if chosen.option is None else chosen.option[1]
     errors = measured(system), measured(refit)
-    remarks = (Fact("note", _judged_by(search.means)), *chosen.remarks)
+    left_out = search.means.left_out
+    given = {"left_out": listing(left_out), "one": len(left_out) == 1}
+    remarks = (Fact.said("note", "records", count=len(search.means), **given), *chosen.remarks)
     answer = Answer("none", (), refit, refit, (*errors, errors[1]), remarks=remarks)
     if not found.fits:
         return answer, found
@@ -82,15 +84,6 @@ def answer_of(search: SteadySearch, measured: Measured, judged: Measured) -> tup
         remarks=(*remarks, *search.values_away(found.rivals)),
     )
     return answer, found
-
-
-def _judged_by(means: Means) -> str:
-    """What the records are judged by, and which take no part, in words."""
-    words = f"Each of the {len(means)} records runs at one speed, so it is judged by its mean"
-    if not means.left_out:
-        return words
-    verbs = "does not, and takes" if len(means.left_out) == 1 else "do not, and take"
-    return f"{words}; {listing(means.left_out)} {verbs} no part in the fit"
 
 
 def _not_refused(

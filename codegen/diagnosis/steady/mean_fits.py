@@ -207,9 +207,9 @@ class SteadySearch:
             k = int(np.argmax(away))
             if away[k] > AWAY:
                 symbol, declared = self.problem.moved[k], self.problem.declared[k]
-                value = f"{symbol} = {one.fit.theta[k]:.3g}{in_unit(self.system, symbol)}"
-                words = f"{one.row.title} fits with {value}, {away[k]:.2g} tolerances from {declared:.3g}"
-                facts.append(Fact("note", words))
+                given = {"value": one.fit.theta[k], "unit": in_unit(self.system, symbol), "away": away[k]}
+                given |= {"name": symbol.name, "declared": declared}
+                facts.append(Fact.said("note", "away", named=one.row.title, **given))
         return tuple(facts)
 
     def _tried(self, trial: Trial, base: SteadyFit, count: int) -> Tried | None:

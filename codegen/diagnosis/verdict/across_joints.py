@@ -11,7 +11,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
-from codegen.base.significant import in_percent
 from codegen.diagnosis.evidence.force_gain import force_gain
 from codegen.diagnosis.evidence.residual_regression import remainders
 from codegen.diagnosis.fit import credit
@@ -56,12 +55,7 @@ def credited_across_joints(
     second, led = examined(led)
     if second.verdict != "effect":
         return answer, outcome
-    removed = in_percent(found.evidence.share)
-    words = (
-        f"The forces of all joints together show it: it removes {removed} of their squared residual. On its own joint "
-        "refitted friction and masses take its place, which then fit worse at other joints"
-    )
-    return second.noted(Fact("evidence", words)), led
+    return second.noted(Fact.said("evidence", "across joints", share=found.evidence.share)), led
 
 
 def _credited_by_runs(search: Search, base: Fit, final: Fit) -> bool:

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codegen.base.arrays import Array
-from codegen.base.significant import in_percent
 from codegen.diagnosis.evidence.residual_regression import (
     changed_on,
     explained_over,
@@ -24,7 +23,7 @@ from codegen.diagnosis.fit.linear import rms
 from codegen.diagnosis.fit.output_error import Fit
 from codegen.diagnosis.fit.residual import Problem, contacts_on, without_levels
 from codegen.diagnosis.fit.signals import Motion
-from codegen.diagnosis.results import Change, FoundEffect
+from codegen.diagnosis.results import Change, FoundEffect, worded
 from codegen.diagnosis.verdict.wrong_values import FAR_LESS
 from codegen.effects import CATALOGUE
 from codegen.effects.declare import places_of
@@ -70,10 +69,8 @@ class OtherCause:
     @property
     def words(self) -> str:
         """The objection to the effects."""
-        return (
-            f"{self.what} explains {100 * self.alone:.0f} % of the residual force. The law explains "
-            f"{in_percent(self.by_law)}, and only {in_percent(max(0.0, self.both - self.alone))} in addition to that"
-        )
+        more = max(0.0, self.both - self.alone)
+        return worded("other cause", what=self.what, alone=self.alone, by_law=self.by_law, more=more)
 
 
 @dataclass(frozen=True)

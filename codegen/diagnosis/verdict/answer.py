@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import isfinite
 
-from codegen.base.significant import in_percent
 from codegen.diagnosis.evidence.force_gain import ForceGain, force_gain
 from codegen.diagnosis.fit import credit
 from codegen.diagnosis.fit.credit import LEAST_SHARE, is_far
@@ -147,11 +146,7 @@ def unknown_above_drive(answer: Answer, left: Sequence[Remainder], problem: Prob
     relative = force_errors(answer.refit, problem.motion, problem.used)[2]
     if relative < 1 or not isfinite(relative):  # infinite where no input acts, whatever is left
         return answer
-    words = (
-        f"The residual force is {in_percent(relative)} of the drive force: noise, wrong masses, a wrong gain of the "
-        "input or wrong units. Too few samples are in motion to tell on what it depends"
-    )
-    return replace(answer, verdict="unknown").noted(Fact("unexplained", words))
+    return replace(answer, verdict="unknown").noted(Fact.said("unexplained", "above the drive", relative=relative))
 
 
 def unknown_for_a_candidate(answer: Answer, tried: Sequence[Ranked], material: float) -> Answer:
@@ -169,9 +164,5 @@ def unknown_for_a_candidate(answer: Answer, tried: Sequence[Ranked], material: f
     if not found:
         return answer
     best = max(found, key=lambda r: r.evidence.share)
-    words = (
-        f"{best.part.title} removes {in_percent(best.evidence.share)} of the squared "
-        f"simulation error on held-out parts, so something may be missing. The log has too few parts to tell: record a "
-        "longer one, or several"
-    )
-    return replace(answer, verdict="unknown").noted(Fact("unexplained", words))
+    fact = Fact.said("unexplained", "in doubt", named=best.part.title, share=best.evidence.share)
+    return replace(answer, verdict="unknown").noted(fact)

@@ -11,7 +11,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
-from codegen.base.significant import in_percent
 from codegen.diagnosis.evidence.single_events import Event, Prediction, largest_event, predicted
 from codegen.diagnosis.fit import credit
 from codegen.diagnosis.fit.output_error import Fit
@@ -43,7 +42,10 @@ def shown_in_events(search: Search, outcome: Outcome, held_out: Problem, log: Lo
     named = replace(leader, why_not="", unsure=False, p=shown.p)
     first = (named, *(r for r in outcome.first if r is not leader))
     credited = replace(outcome, first=first, unexplained=False).with_final(search, found, rivals)
-    return credited, _in_words(found.part.title, shown, log)
+    (start, stop), count = shown.spans[0], len(shown.spans)
+    when, left = interval_in_words(start, stop, log), 1 - shown.share
+    given = {"named": found.part.title, "count": count, "when": when, "left": left, "p": shown.p}
+    return credited, Fact.said("evidence", "predicts events", **given)
 
 
 def _prediction(search: Search, base: Fit, found: Fit, held_out: Problem) -> Prediction | None:
@@ -56,17 +58,6 @@ def _prediction(search: Search, base: Fit, found: Fit, held_out: Problem) -> Pre
     i = found.part.effect.coordinate(search.system, found.part.place)
     own, other = (predicted(problem, base.model, found.model, i) for problem in (search.problem, held_out))
     return other if own.is_exact and other.is_exact else None
-
-
-def _in_words(named: str, shown: Prediction, log: Log) -> Fact:
-    (start, stop), many = shown.spans[0], len(shown.spans)
-    events, first = ("one event", "") if many == 1 else (f"{many} events", "the first ")
-    return Fact(
-        "evidence",
-        f"{named} acts in {events} of the held-out data, {first}{interval_in_words(start, stop, log)}. With the values "
-        f"of the training log it leaves {in_percent(1 - shown.share)} of the squared residual force there",
-        f"p = {shown.p:.2g} for a disturbance in its place.",
-    )
 
 
 def unknown_for_an_event(answer: Answer, problems: Mapping[str, tuple[Problem, Log]]) -> Answer:
@@ -87,8 +78,5 @@ def unknown_for_an_event(answer: Answer, problems: Mapping[str, tuple[Problem, L
     if not found:
         return answer
     event, where = max(found, key=lambda one: one[0].over_drive)
-    words = (
-        f"The residual force {where} is {in_percent(event.over_drive)} of the drive force, and {event.over_usual:.2g} "
-        "times the usual one: a push, or an effect that acts there alone"
-    )
-    return replace(answer, verdict="unknown").noted(Fact("unexplained", words))
+    sizes = {"over_drive": event.over_drive, "over_usual": event.over_usual}
+    return replace(answer, verdict="unknown").noted(Fact.said("unexplained", "event", where=where, **sizes))

@@ -93,10 +93,9 @@ def examine(
             left: Verdict = "ambiguous" if other.rivals else "effect"
             second, other = _with_effects(final_search, other, replace(plain, verdict=left), measured)
             if second.verdict == left:
-                named = titles(outcome.parts)
-                words = f"{named}, which fits the training log as well, is refused: {answer.against[0].words}"
-                of_leader = replace(answer.against[0], words=words)
-                return second.noted(*refused, of_leader), other
+                given = {"named": titles(outcome.parts), "why": answer.against[0].words}
+                of_leader = Fact.said("not credited", "refused leader", **given)
+                return second.noted(*refused, replace(of_leader, detail=answer.against[0].detail)), other
     return answer, examined
 
 
@@ -134,10 +133,7 @@ def refused_at_limit(answer: Answer, left_by: Callable[[Answer], Sequence[Remain
     ends = [f"{name} of {e.title}" for e in answer.effects for name in e.at_limit]
     if answer.verdict != "effect" or not ends or not any(r.is_changing(material) for r in left_by(answer)):
         return answer
-    return answer.refused(
-        f"the fit ends at the limit of {' and '.join(ends)}, and what it leaves changes in time: "
-        "the log does not determine this law, and there is another cause"
-    )
+    return answer.refused(Fact.said("not credited", "ends at limits", ends=ends).words)
 
 
 def with_estimate(search: Search, outcome: Outcome, plain: Answer, measured: Measured, by_force: Fit) -> Answer:
@@ -276,8 +272,7 @@ def _far_values(search: Search, one: Ranked) -> Fact:
         f"declared, {away[k]:.2g} tolerances away)"
         for k in far
     ]
-    part = one.part
-    return Fact("evidence", f"{part.title} fits the log as well, but needs {', '.join(values)}")
+    return Fact.said("evidence", "far values", named=one.part.title, values=values)
 
 
 def _examined(

@@ -16,7 +16,7 @@ from codegen.diagnosis.fit.credit import random_signs
 from codegen.diagnosis.fit.output_error import Fit
 from codegen.diagnosis.fit.search import Search, joint_of
 from codegen.diagnosis.fit.trial import Part
-from codegen.diagnosis.results import Fact, Verdict, titles
+from codegen.diagnosis.results import Fact, Verdict, titles, worded
 from codegen.diagnosis.selection.force_fits import ForceFits
 from codegen.diagnosis.selection.force_selection import (
     ForceSelection,
@@ -118,14 +118,9 @@ class ForceLed:
             return answer.noted(*_refused(answer, second)), outcome
         better = "" if self.steady else better_values(self.search, led)
         if better:
-            named = titles(second.effects)
-            words = f"The residual force alone would name {named}, but in simulation {better} the training log better"
-            return answer.noted(Fact("not credited", words)), outcome
-        words = (
-            "The residual force shows it; simulations of the training log with these values confirm it. "
-            f"By them {alone}"
-        )
-        return second.noted(Fact("evidence", words), *refused), led
+            said = Fact.said("not credited", "values instead", named=titles(second.effects), values=better)
+            return answer.noted(said), outcome
+        return second.noted(Fact.said("evidence", "by force", alone=alone), *refused), led
 
 
 def _second_choice(found: ForceSelection, outcome: Outcome, leader: Part | None) -> list[Ranked]:
@@ -208,9 +203,8 @@ def _refused(answer: Answer, by_force: Answer) -> tuple[Fact, ...]:
     shown = [e.title for e in by_force.effects]
     if answer.verdict != "unknown" or shown == [e.title for e in answer.effects]:
         return ()
-    named = f"{' and '.join(shown)}, which the residual force shows and simulations of the training log confirm,"
-    is_refused = "is refused" if len(shown) == 1 else "are refused"
-    return tuple(replace(fact, words=f"{named} {is_refused}: {fact.words}") for fact in by_force.against[:1])
+    given = {"named": " and ".join(shown), "one": len(shown) == 1}
+    return tuple(replace(f, words=worded("refused by force", why=f.words, **given)) for f in by_force.against[:1])
 
 
 def without_refused_ties(found: ForceSelection, held_out: HeldOut) -> tuple[ForceSelection, tuple[Fact, ...]]:

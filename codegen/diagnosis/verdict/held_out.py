@@ -105,15 +105,8 @@ def without_refused(search: Search, outcome: Outcome, held_out: HeldOut) -> tupl
 def in_words(fits: Sequence[Fit], refused: Mapping[int, tuple[int, float]]) -> tuple[Fact, ...]:
     """Facts on the fits that held-out data refuse (``HeldOut.refused``), which are named by their first effects."""
     names = [part.title for part in (fit.trial.parts[0] for fit in fits)]
-    return tuple(
-        Fact(
-            "not credited",
-            f"{names[k]}, which fits the training log as well as {names[j]}, is refused: on held-out data it leaves "
-            f"{times:.3g} times the squared residual force",
-            "The errors of what is left are measured on the data that chose it, so they are slightly optimistic.",
-        )
-        for k, (j, times) in refused.items()
-    )
+    pairs = [({"named": names[k], "other": names[j]}, times) for k, (j, times) in refused.items()]
+    return tuple(Fact.said("not credited", "refused tie", times=times, **named) for named, times in pairs)
 
 
 def within(motion: Motion, window: slice) -> Motion:

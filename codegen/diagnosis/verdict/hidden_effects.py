@@ -73,17 +73,10 @@ def hidden_effects(search: Search, refit: System, material: float) -> list[Fact]
 def _in_words(part: Part, change: float, reach: float, names: Sequence[str]) -> Fact:
     """The fact on an effect with the best change of its parameter, the largest change from that, and the values."""
     (parameter,) = part.effect.parameters
-    values = f"{', '.join(names[:-1])} {{}} {names[-1]}" if len(names) > 1 else names[0]
     neutral, most = parameter.neutral or 0.0, abs(change) + reach
     size = f"an error of up to {in_percent(most / neutral)}" if neutral else f"{parameter.name} of up to {most:.2g}"
-    return Fact(
-        "note",
-        f"{part.title}, {size}, cannot be told from errors of {values.format('and')} in this log, which "
-        f"exert the same force. To show it, declare {values.format('or')} without tolerance, or log "
-        "another motion, or one with a known load, as well",
-        f"{parameter.name} from {neutral + change - reach:.3g} to {neutral + change + reach:.3g} explains the log as "
-        "well, with other values of these.",
-    )
+    ends = {"low": neutral + change - reach, "high": neutral + change + reach}
+    return Fact.said("note", "hidden", named=part.title, size=size, names=list(names), parameter=parameter.name, **ends)
 
 
 def _slope(part: Part, refit: System, search: Search) -> Array | None:

@@ -7,12 +7,21 @@ from dataclasses import replace
 from math import floor, isfinite, log10, sqrt
 from typing import Any
 
-from codegen.base.significant import in_percent
 from codegen.base.text import render
 from codegen.diagnosis.case import Case
 from codegen.diagnosis.fit import credit
 from codegen.diagnosis.fit.credit import noise_ratio
-from codegen.diagnosis.results import TOPICS, Fact, FoundEffect, Remainder, Separation, Statement, Topic, written_values
+from codegen.diagnosis.results import (
+    TOPICS,
+    Fact,
+    FoundEffect,
+    Remainder,
+    Separation,
+    Statement,
+    Topic,
+    worded,
+    written_values,
+)
 from codegen.diagnosis.selection.forward_selection import Outcome
 from codegen.diagnosis.verdict.against_regression import acts_on
 from codegen.diagnosis.verdict.answer import Answer
@@ -187,22 +196,12 @@ def changes_in_words(left: Remainder, system: System, i: int, material: float, l
     """The ``MOST_CHANGES`` largest changes in time of a coordinate's force balance, each with its times."""
     if not left.is_changing(material):
         return []
-    force, speed = system.force_unit(i), f"{system.force_unit(i)}*s/{system.position_units[i]}"
+    units = {"force": system.force_unit(i), "position": system.position_units[i]}
     words = []
     for change in left.changes[:MOST_CHANGES]:
-        size, more = f"{abs(change.coefficient):.3g}", change.coefficient > 0
-        match change.term:
-            case "force":
-                what = f"a force of {'-' if more else '+'}{size} {force} acts that the model lacks"
-            case "inertia":
-                share = f"{in_percent(abs(change.coefficient))} of the declared one"
-                what = f"the inertia is {'larger' if more else 'smaller'} by {share}"
-            case "friction level":
-                what = f"the friction level is {size} {force} {'higher' if more else 'lower'}"
-            case _:
-                what = f"the viscous friction is {size} {speed} {'larger' if more else 'smaller'}"
-        compared = "" if change.term == "force" else " than in the rest"
-        words.append(f"{interval_in_words(change.start, change.stop, log)} {what}{compared}")
+        when = interval_in_words(change.start, change.stop, log)
+        given = {"term": change.term, "size": abs(change.coefficient), "more": change.coefficient > 0, **units}
+        words.append(worded("change", when=when, **given))
     further = len(left.changes) - len(words)
     return [*words, *([f"and so on in {further} further interval{'s' * (further > 1)}"] if further else [])]
 

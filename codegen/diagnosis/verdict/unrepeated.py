@@ -11,7 +11,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import sqrt
 
-from codegen.base.significant import in_percent
 from codegen.diagnosis.evidence.reservations import periods_covered
 from codegen.diagnosis.evidence.residual_regression import (
     acting_force,
@@ -23,7 +22,7 @@ from codegen.diagnosis.fit.drive import residual_at_drive
 from codegen.diagnosis.fit.linear import rms
 from codegen.diagnosis.fit.residual import Problem, level_columns
 from codegen.diagnosis.fit.trial import part_of
-from codegen.diagnosis.results import FoundEffect
+from codegen.diagnosis.results import FoundEffect, worded
 from codegen.diagnosis.verdict.against_regression import VARIABLES, acts_on, fitted_share
 from codegen.effects.declare import places_of
 from codegen.effects.nameless import effect_called
@@ -59,8 +58,5 @@ def unrepeated(problem: Problem, augmented: System, named: Sequence[FoundEffect]
         left = sqrt(max(0.0, 1 - fitted_share(r, rows, levels))) * rms(r[rows])
         share = added_share(r, rows, levels, [columns])
         if share >= MUCH_OF_THE_REST and sqrt(share) * left >= material * rms(acting[rows, i]):
-            return (
-                f"the log covers the period of {one.title} only {covered:.2g} times, and a smooth curve over the "
-                f"{own} explains {in_percent(share)} of what it leaves: nothing shows that this force repeats"
-            )
+            return worded("unrepeated", named=one.title, covered=covered, own=own, share=share)
     return ""

@@ -28,7 +28,6 @@ import sympy
 from numpy.typing import NDArray
 
 from codegen.base.arrays import Array
-from codegen.base.significant import in_percent
 from codegen.diagnosis.evidence.residual_regression import (
     STATE,
     acting_force,
@@ -43,7 +42,7 @@ from codegen.diagnosis.fit.drive import residual_at_drive
 from codegen.diagnosis.fit.linear import rms
 from codegen.diagnosis.fit.residual import Problem, level_columns
 from codegen.diagnosis.fit.trial import with_effects
-from codegen.diagnosis.results import FoundEffect
+from codegen.diagnosis.results import FoundEffect, worded
 from codegen.diagnosis.verdict.against_regression import VARIABLES, acts_on, along_intervals, fitted_share
 from codegen.effects.declare import effect_symbols
 from codegen.effects.nameless import effect_called
@@ -76,12 +75,7 @@ class Varying:
 
     @property
     def words(self) -> str:
-        name = self.effect.title
-        return (
-            f"the parameters of {name} vary with the {self.over}: where they may, they explain "
-            f"{in_percent(self.share)} of the squared residual force that it leaves, more than a curve beside it does. "
-            "The catalogue has no such law"
-        )
+        return worded("vary", named=self.effect.title, over=self.over, share=self.share)
 
 
 def varying(problem: Problem, augmented: System, named: Sequence[FoundEffect], material: float) -> Varying | None:

@@ -124,13 +124,7 @@ def wrong_links_in_words(search: Search, answer: Answer) -> list[Fact]:
     links = wrong_links(search, np.array([float(written.values[s]) for s in search.moved]))
     if links is None:
         return []
-    names = " and ".join(search.system.positions[k].name for k in links)
-    several = len(links) > 1
-    words = (
-        f"Wrong numbers of the link{'s' if several else ''} on {names} alone explain all link parameters that are far "
-        "from their declared values, such as an unknown load there"
-    )
-    return [Fact("declared value", words, "A base parameter contains part of the mass of the links behind it.")]
+    return [Fact.said("declared value", "links", names=[search.system.positions[k].name for k in links])]
 
 
 def _after_regression(y: Array, columns: Array) -> Array:
@@ -148,8 +142,7 @@ def equal_parameters(search: Search, base: Fit, outcome: Outcome) -> list[Fact]:
         return []
     (part,) = outcome.parts
     words = _far_values(search, freed[1])
-    said = f"{words} the training log as well as {part.title} does"
-    return [Fact("declared value", said)] if words else []
+    return [Fact.said("declared value", "equal values", values=words, named=part.title)] if words else []
 
 
 def better_values(search: Search, outcome: Outcome) -> str:
@@ -210,19 +203,11 @@ def moved_values(answer: Answer, fit: Fit, problem: Problem, material: float) ->
             continue
         unit, tolerance = in_unit(declared, s), problem.deviation[s]
         part = abs(now - was) / tolerance
-        where = "within" if part <= 1 else f"{part:.2g} times"
         # A share of a declared zero, as of a symmetric link's moment, does not exist, and one above 1 says nothing.
         size = in_percent(tolerance / abs(was), 3) if tolerance <= abs(was) else f"{tolerance:.3g}{unit}"
-        of = f"{where} its tolerance of {size}"
         value, *ends = (with_deserved_digits(end, (low, high)) for end in (now, low, high))
-        facts.append(
-            Fact(
-                "spec.yaml",
-                f"{s.name} = {value}{unit} is written in place of {was:.5g}{unit}, "
-                f"{of}. That changes the force by {in_percent(share)} of the drive force",
-                f"95 % interval of {s.name}: {' to '.join(ends)}{unit}." if ends[0] != ends[1] else "",
-            )
-        )
+        given = {"name": s.name, "unit": unit, "was": was, "part": part, "size": size, "share": share}
+        facts.append(Fact.said("spec.yaml", "moved value", value=value, ends=ends, **given))
     return facts
 
 
@@ -250,15 +235,8 @@ def turned_terms(answer: Answer, problem: Problem) -> list[Fact]:
                     continue
                 reported.add(abs(term))
                 size, unit = float(np.sqrt(np.mean(force[used] ** 2))), plain.force_unit(k)
-                which = titles(group)
-                facts.append(
-                    Fact(
-                        "next",
-                        f"Check the sign of {term} in the force on {x.name} first: it is {size:.4g} {unit} (RMS), and "
-                        f"the force of {which} is {ratio:.3g} times it along this log",
-                        "The term with the other sign is the same force, so no log can tell the two apart.",
-                    )
-                )
+                given = {"term": term, "on": x.name, "size": size, "unit": unit, "ratio": ratio}
+                facts.append(Fact.said("next", "sign", named=titles(group), **given))
     return facts
 
 
@@ -299,12 +277,8 @@ def refused_for_a_value(spec: Spec, answer: Answer, problem: Problem, measured: 
         return answer
     if is_shown_worse(measured(with_values(answer.refit, found.values)), answer.figures[2]):
         return answer
-    named = titles(answer.effects)
-    words = (
-        f"{named} would leave {in_percent(left)} of the squared residual force of the training log, "
-        f"another value of {found.symbol.name} alone {in_percent(1 - found.share)}"
-    )
-    return answer.refused(words)
+    given = {"named": titles(answer.effects), "name": found.symbol.name, "others": 1 - found.share}
+    return answer.refused(Fact.said("not credited", "another value", left=left, **given).words)
 
 
 def _left_by_effects(answer: Answer, problem: Problem) -> float:
@@ -344,17 +318,10 @@ def explaining_values(spec: Spec, refit: System, problem: Problem) -> list[Fact]
     found = _explaining_value(spec, refit, problem)
     if found is None:
         return []
-    s, unit = found.symbol, in_unit(refit, found.symbol)
-    declared, value = float(refit.values[s]), found.values[s.name]
-    return [
-        Fact(
-            "declared value",
-            f"{s.name} = {value:.4g}{unit} would explain {100 * found.share:.0f} % of the squared "
-            f"residual force; declared is {declared:.4g}{unit} ({100 * (value - declared) / abs(declared):+.2g} %)",
-            f"On held-out parts of the training log. The spec gives {s.name} no tolerance, so it is not fitted.",
-        ),
-        Fact("next", f"Give {s.name} a `tolerance` in the spec, so that it is fitted, and diagnose again"),
-    ]
+    s, name = found.symbol, found.symbol.name
+    given = {"unit": in_unit(refit, s), "value": found.values[name], "declared": float(refit.values[s])}
+    said = Fact.said("declared value", "explaining value", name=name, share=found.share, **given)
+    return [said, Fact.said("next", "give a tolerance", name=name)]
 
 
 def _explaining_value(spec: Spec, refit: System, problem: Problem) -> ExplainingValue | None:
