@@ -13,7 +13,6 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from codegen.base.significant import in_percent
 from codegen.base.text import render
 from codegen.diagnosis.evidence.adoption import SAME, Refit
 from codegen.diagnosis.fit import credit
@@ -75,7 +74,7 @@ def merged(
             "least": 1 - FALLS,
             "every": len(group) == len(refusals) and all_refitted,
         }
-        given |= {"spans": {name: _span([one.worse[name] for one in group]) for name in criteria}}
+        given |= {"worse": {name: [one.worse[name] for one in group] for name in criteria}}
         given |= {"options": [one.option for one in group]}
         words, detail = (render("text/refusal.j2", say=asked, **given).strip() for asked in (say, "detail"))
         facts.append(Fact("not credited" if say == "against" else "spec.yaml", words, detail))
@@ -261,19 +260,6 @@ def _ratio(error: float, declared: float) -> float:
     if not np.isfinite(declared):
         return 1.0 if not np.isfinite(error) else 0.0
     return error / declared if declared > 0 else float(error > 0) + 1.0
-
-
-def _span(ratios: Sequence[float]) -> str:
-    """The ratios of errors to another model's in words: one ratio, or the least and the largest."""
-    low, high = min(ratios), max(ratios)
-    if not np.isfinite(high):
-        return "infinitely larger (the simulation diverges)"
-    if high > 2:
-        return f"larger by a factor of {high:.3g}" if len(ratios) == 1 else f"larger by a factor of up to {high:.3g}"
-    ends = [in_percent(abs(ratio - 1)) for ratio in (low, high)]
-    if low > 1:
-        return f"{ends[1]} larger" if ends[0] == ends[1] else f"{ends[0].removesuffix(' %')} to {ends[1]} larger"
-    return f"only {ends[0]} smaller" if high <= 1 else f"up to {ends[1]} larger"
 
 
 def spared(
