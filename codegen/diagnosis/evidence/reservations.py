@@ -11,7 +11,7 @@ from codegen.diagnosis.fit.output_error import levels_at_zero
 from codegen.diagnosis.fit.residual import Problem, slip_velocities
 from codegen.diagnosis.fit.signals import Motion, is_resolved
 from codegen.diagnosis.fit.trial import Part
-from codegen.diagnosis.results import FoundEffect
+from codegen.diagnosis.results import FoundEffect, worded
 from codegen.effects import Effect
 from codegen.mechanics.system import System
 
@@ -38,41 +38,32 @@ def objections(found: FoundEffect, part: Part, problem: Problem, model: System |
     words = []
     absent = may_be_absent(part.effect, found.intervals)
     if absent:
-        spans = ((name, *found.intervals[name]) for name in absent[:3])
-        listed = ", ".join(f"{name} ({low:.3g} to {high:.3g})" for name, low, high in spans)
-        words.append(f"the 95 % interval of {listed} contains the value at which {found.kind} is absent")
+        spans = [(name, *found.intervals[name]) for name in absent[:3]]
+        words.append(worded("absent", spans=spans, kind=found.kind))
     for p in part.effect.parameters:
         low, high = found.intervals.get(p.name, (1.0, 1.0))
         if p.widest is not None and high > p.widest * low:
-            words.append(f"the log does not determine {p.name} of {found.kind}: 95 % interval {low:.3g} to {high:.3g}")
+            words.append(worded("undetermined", name=p.name, kind=found.kind, low=low, high=high))
     top = _top_speed(problem.system, problem.motion, part)
     for p in part.effect.parameters:
         if p.seen_at is None or p.name not in found.intervals:
             continue
         (low, high), least = found.intervals[p.name], p.seen_at[0] * top
         if low < least:
-            words.append(
-                f"the 95 % interval of {p.name} ({low:.3g} to {high:.3g}) of {found.kind} reaches below {least:.3g} "
-                f"{found.units[p.name]}: with so small a value the curve is a level on this log"
-            )
+            given = {"name": p.name, "unit": found.units[p.name], "kind": found.kind}
+            words.append(worded("a level", low=low, high=high, least=least, **given))
     if is_level_or_line(problem.system, problem.motion, part, found.parameters):
         words.append(f"{found.kind} varies only outside the speeds of the log, within which it is a level or a line")
     stroke = _stroke(problem.system, problem.motion, part)
     if never_passed(problem.system, problem.motion, part, found.parameters):
         period, unit = found.parameters["period"], found.units["period"]
-        words.append(
-            f"the log covers only {stroke:.3g} {unit} of the period of {found.kind}, {period:.3g} {unit}: "
-            "nothing shows that it repeats"
-        )
+        words.append(worded("not passed", stroke=stroke, unit=unit, period=period, kind=found.kind))
     outside = part.effect.outside(model or problem.system, part.place, found.parameters, found.intervals, stroke)
     if outside:
         words.append(f"{found.kind} {outside}")
     held, delay = problem.motion.held, part.effect.delay(found.parameters)
     if 0 < delay <= held:
-        words.append(
-            f"the log repeats each reading for {1e3 * held:.2g} ms on average, as of a bus that is read faster than "
-            f"its values are updated: that looks like the {1e3 * delay:.2g} ms by which {found.kind} is late"
-        )
+        words.append(worded("held readings", held=held, delay=delay, kind=found.kind))
     return words
 
 
@@ -177,11 +168,8 @@ def remarks(found: FoundEffect, part: Part, problem: Problem) -> list[str]:
         most = covered.get(p.unit)
         if most is None or p.neutral is not None or not found.parameters[p.name] > most:
             continue
-        unit = found.units[p.name]
-        words.append(
-            f"{p.name} = {found.parameters[p.name]:.3g} {unit} of {found.title} lies beyond what the log "
-            f"covers ({most:.3g} {unit}), so the log shows only the start of its shape"
-        )
+        given = {"name": p.name, "value": found.parameters[p.name], "unit": found.units[p.name]}
+        words.append(worded("beyond the log", named=found.title, most=most, **given))
     return words
 
 
@@ -190,12 +178,7 @@ def _motion_logged_late(found: FoundEffect, part: Part, problem: Problem, delay:
     system, integrated = problem.system, problem.motion.integrated
     i = part.effect.coordinate(system, part.place)
     logged = (system.velocities if integrated and integrated[i] else system.positions)[i].name
-    by = f"{1e3 * delay:.2g} ms"
-    return (
-        f"{found.title} moves the machine as if {logged} were logged {by} late, by a filter or as a "
-        f"difference over several rows: no log can tell them apart. If so, `late: {{{logged}: {by}}}` in meta.yaml "
-        "beside the log"
-    )
+    return worded("logged late", named=found.title, logged=logged, delay=delay)
 
 
 def _known_turn(system: System, part: Part, period: float) -> bool:
