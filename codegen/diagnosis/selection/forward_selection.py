@@ -143,7 +143,7 @@ class _Rounds:
         rivals: of the first effect.
         first, later: the candidates of the first round, and the other rounds.
         joint: of the last round. hypotheses: number that it tested.
-        begun: number of rounds. taken: number of those that had a possible candidate.
+        taken: number of rounds that had a possible candidate.
         waiting: candidates of a round that pass every test where its leader does not, and predict held-out segments as
             well. beside: the others of that round that may tie with them, the leader among them.
         leaders: the best of the first round, until pairs of them are tried. led: the fit with the first of them.
@@ -162,7 +162,6 @@ class _Rounds:
     later: list[LaterRound] = field(default_factory=list)
     joint: int | None = None
     hypotheses: int = 0
-    begun: int = 0
     taken: int = 0
     waiting: list[Ranked] = field(default_factory=list)
     beside: list[Ranked] = field(default_factory=list)
@@ -189,10 +188,9 @@ class _Rounds:
     def next(self) -> None:
         """One step: pairs of the first round's best candidates, once the best had a second round; else a new round."""
         joints = self._joints()
-        if self.leaders and (self.search.rigid or self.begun > 1 or not joints):
+        if self.leaders and (self.search.rigid or self.taken > 1 or not joints):
             self._try_pairs()
             return
-        self.begun += 1
         ranked = self._ranked(joints) if joints else []
         possible = [r for r in ranked if r.grade]
         contradicted = [r for r in ranked if r.contradicted]

@@ -56,7 +56,6 @@ DENSE = 2.2 * REACH * FAST
 class Waves:
     """Harmonics of one coordinate's force residual: orders, (2 per order) weights, and the share removed held-out."""
 
-    coordinate: int
     period: float
     orders: tuple[int, ...]
     weights: Array
@@ -166,7 +165,7 @@ def regress(problem: Problem, force: Array, coordinate: int, period: float) -> W
     blocks = np.array_split(np.column_stack([columns, force[rows]]), BLOCKS)
     grams = np.stack([b.T @ b for b in blocks])
     orders, weights, share = _sparse(grams, highest)
-    return Waves(coordinate, period, orders, weights, share) if orders else None
+    return Waves(period, orders, weights, share) if orders else None
 
 
 def _sparse(grams: Array, highest: int) -> tuple[tuple[int, ...], Array, float]:
