@@ -188,7 +188,8 @@ def test_a_replacement_whose_period_the_log_cannot_show_is_none(monkeypatch: pyt
     for test in refusing:
         monkeypatch.setattr(replacement, test, lambda *_: "")
     monkeypatch.setattr(refusals, "acts_as_its_limit", lambda search, found: "")
-    monkeypatch.setattr(refusals, "unseen", lambda search, part, values: "longer than the stroke")
+    monkeypatch.setattr(refusals, "uncovered", lambda search, part, values: "longer than the stroke")
+    monkeypatch.setattr(refusals, "_unvarying", lambda search, part, values: "")
     monkeypatch.setattr(refusals, "takes_the_level", lambda problem, system, model: "")
     shared = {"problem": None, "system": None}
     search: Any = SimpleNamespace(
@@ -199,7 +200,7 @@ def test_a_replacement_whose_period_the_log_cannot_show_is_none(monkeypatch: pyt
     current = fit(part_named("spring"), part_named("viscous_asymmetry"))
     current.cost = 100.0
     assert replacement.swapped(search, current, []) == (None, {})
-    monkeypatch.setattr(refusals, "unseen", lambda search, part, values: "")
+    monkeypatch.setattr(refusals, "uncovered", lambda search, part, values: "")
     monkeypatch.setattr(replacement, "force_speaks_for", lambda here, found: False)
     assert replacement.swapped(search, current, [])[0] is wave
     monkeypatch.setattr(replacement, "force_speaks_for", lambda here, found: True)

@@ -48,13 +48,8 @@ def why_refused(before: ForceCriterion, after: ForceCriterion, e: Evidence, size
         return f"removes {in_percent(e.share)} of the squared simulation error on held-out parts; {needed} is needed"
     if is_too_small(found, size):
         return too_small_in_words(size)
-    if not admissible(search.system, found):
-        return "fits only with unphysical values"
     return (
-        _unvarying(search, found.part, found.parameters)
-        or acts_as_its_limit(search, found)
-        or takes_the_level(search.problem, before.fit.model, found.model)
-        or hides_an_effect(search, found)
+        impossible(search, found, before.fit.model)
         or absorbed_by_refit(before, after)
         or only_reduces_drive(before, after, e)
         or corrects_a_form(before, after)
@@ -63,7 +58,7 @@ def why_refused(before: ForceCriterion, after: ForceCriterion, e: Evidence, size
 
 def is_too_small(found: Fit, size: float) -> bool:
     """Whether a candidate of this size is no effect, whatever it explains."""
-    return size < _least_size(found)
+    return size < (credit.LEAST_NET if found.trial.adds_states else credit.LEAST_SIZE)
 
 
 def too_small_in_words(size: float) -> str:
@@ -73,10 +68,6 @@ def too_small_in_words(size: float) -> str:
 def matters(search: Search, found: Fit, base: Fit) -> bool:
     """Whether a candidate is large enough, compared with the drive force, to be an effect."""
     return not is_too_small(found, relative_size(search, found, base))
-
-
-def _least_size(found: Fit) -> float:
-    return credit.LEAST_NET if found.trial.adds_states else credit.LEAST_SIZE
 
 
 def relative_size(search: Search, found: Fit, base: Fit) -> float:
@@ -103,12 +94,23 @@ def force_share(search: Search, part: Part, values: Mapping[str, float]) -> floa
 
 
 def is_possible(search: Search, found: Fit) -> bool:
-    """Whether the values are within the effect's bounds, and the log can show them and its part of friction."""
-    if not admissible(search.system, found) or unseen(search, found.part, found.parameters):
-        return False
-    if acts_as_its_limit(search, found) or hides_an_effect(search, found):
-        return False
-    return not takes_the_level(search.problem, search.system, found.model)
+    """Whether the log covers the effect's period, and nothing speaks against the values (``impossible``)."""
+    return not (uncovered(search, found.part, found.parameters) or impossible(search, found, search.system))
+
+
+def impossible(search: Search, found: Fit, plain: System) -> str:
+    """Objection to values out of the effect's bounds, or that the log cannot show beside the other effects; else empty.
+
+    ``plain``: the model without the effect, whose friction levels are compared.
+    """
+    if not admissible(search.system, found):
+        return "fits only with unphysical values"
+    return (
+        _unvarying(search, found.part, found.parameters)
+        or acts_as_its_limit(search, found)
+        or takes_the_level(search.problem, plain, found.model)
+        or hides_an_effect(search, found)
+    )
 
 
 def admissible(system: System, found: Fit) -> bool:

@@ -22,7 +22,7 @@ from codegen.diagnosis.fit.search import Search
 from codegen.diagnosis.fit.signals import low_pass
 from codegen.diagnosis.fit.trial import Part, part_of
 from codegen.diagnosis.selection.candidate_fits import NEAR, SHORTEST
-from codegen.diagnosis.selection.crediting import at_noise, explained_share, pruned, worth_it
+from codegen.diagnosis.selection.crediting import at_noise, pruned, worth_it
 from codegen.diagnosis.selection.forward_selection import Outcome
 from codegen.diagnosis.selection.ranking import Ranked, credible
 from codegen.diagnosis.selection.refusals import relative_size
@@ -217,11 +217,4 @@ def _adopted(search: Search, outcome: Outcome, before: Fit, richer: Fit) -> Outc
     after = soft.fitted_again(richer)
     one, ratio = nested_evidence_of(base, after), noise_ratio(after) / noise_ratio(base)
     ranked = Ranked(richer, one, ratio, relative_size(search, richer, base), "", p=chance(search, after, one, 1))
-    return replace(
-        outcome,
-        final=richer,
-        first=(*outcome.first, ranked),
-        rivals=(),
-        explained=explained_share(search, before, richer),
-        unexplained=False,
-    )
+    return replace(outcome.with_final(search, richer, ()), first=(*outcome.first, ranked), unexplained=False)
