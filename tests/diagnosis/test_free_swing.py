@@ -9,6 +9,9 @@ import numpy as np
 import pytest
 
 from codegen.diagnosis.diagnose import diagnose_log
+from codegen.diagnosis.evidence.residual_regression import remainders
+from codegen.diagnosis.fit.residual import Problem
+from codegen.diagnosis.fit.signals import smooth_motion
 from codegen.effects.declare import system_of
 from codegen.logs import read_log
 from codegen.spec import parse_spec
@@ -34,11 +37,13 @@ envelope: {{w: [-8, 8], q: [-2, 2]}}
 """
 
 
-def swing_out(viscous: float, seconds: float, h: float = 0.005, fine: int = 50) -> str:
-    """A log of t and q from rest at 1.2 rad, in steps of an encoder; integrated by small semi-implicit steps."""
-    q, w, rows = 1.2, 0.0, ["t,q"]
+def swing_out(
+    viscous: float, seconds: float, h: float = 0.005, start: float = 1.2, step: float = STEP, fine: int = 50
+) -> str:
+    """A log of t and q from rest at ``start`` rad, in steps of an encoder; integrated by small semi-implicit steps."""
+    q, w, rows = start, 0.0, ["t,q"]
     for k in range(round(seconds / h)):
-        rows.append(f"{k * h:.3f},{STEP * np.floor(q / STEP):.6f}")
+        rows.append(f"{k * h:.3f},{step * np.floor(q / step):.6f}")
         for _ in range(fine):
             push = -MGL * np.sin(q) - viscous * w
             w += h / fine * (push - LEVEL * np.tanh(w / 1e-3)) / J
@@ -62,3 +67,16 @@ def test_damping_is_found_in_a_free_swing(viscous: float, tmp_path: Path) -> Non
     (changed,) = re.findall(r"changes\s+the\s+force\s+by\s+([\d.]+)\s+%", found.sentence)
     assert 5 < float(changed) < 15
     assert 0.0 < found.augmented.relative_force < 0.2
+
+
+@pytest.mark.parametrize("start", [0.133, 0.141, 0.15, 0.128, 0.137, 0.155])
+def test_rounding_by_a_coarse_encoder_is_noise_and_no_vibration(start: float, tmp_path: Path) -> None:
+    """Near the cutoff it is strongest, as a vibration would be, and the weight has the same noise of the position."""
+    right = SPEC.replace(f"value: {1.1 * MGL}", f"value: {MGL}").replace(f"a: {1.5 * LEVEL}", f"a: {LEVEL}")
+    spec = parse_spec(right, tmp_path / "swing.yaml")
+    (tmp_path / "log.csv").write_text(swing_out(0.0, 4.5, 0.01, start, 4 * STEP))
+    problem = Problem(system_of(spec), smooth_motion(read_log(tmp_path / "log.csv", spec), 10.0), {})
+    (left,) = remainders(problem.system, problem.motion, problem.used)
+    assert left.share > 0.05  # of mass times acceleration
+    assert left.over["ringing"] == left.over["frequency"] == 0.0
+    assert left.nature(0.02) == "noise", left

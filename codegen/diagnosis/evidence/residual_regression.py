@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import BSpline
+from scipy.special import gammaincc
 
 from codegen.base.arrays import Array
 from codegen.base.parallel import in_processes
@@ -31,6 +32,8 @@ from codegen.mechanics.system import Matrix, System
 
 CHUNKS, FOLDS = 48, 8
 """Pieces of equal length of the log; every eighth piece is held out together."""
+LONGER = 2.0
+"""Least length of a piece where the noise of neighbouring ones has to be independent, in periods of the cutoff."""
 KNOTS = 14
 POSITION_KNOTS = 40
 """Knots of the splines over the position, and over any other variable (``KNOTS``)."""
@@ -43,6 +46,8 @@ LEAST_ROWS = 200
 """Least number of samples of a regression."""
 NEIGHBOURS, LEAST_PERIODS = 2, 6
 """Spectral line: neighbouring bins on each side, by which its amplitude may vary; least periods in the log."""
+BACKGROUND, SURELY_A_LINE = 7, 0.01
+"""Spectral line: bins on each side whose median is the noise there; greatest probability of it in noise, in any bin."""
 STATE = ("speed", "position", "load", "acceleration", "distance since reversal")
 """Variables of the motion; what these predict is no change in time."""
 MOSTLY = 0.5
@@ -71,7 +76,8 @@ def remainders(system: System, motion: Motion, used: NDArray[np.bool_]) -> tuple
     def resonance(i: int) -> float:
         acceleration = variables_of(system, motion, residual, i)["acceleration"]
         inertia = float(np.mean(_inertia(system, motion, i)))
-        return ringing(residual[:, i], rows[i], acceleration, inertia, motion)
+        found = ringing(residual[:, i], rows[i], acceleration, inertia, motion)
+        return min(found, beyond_noise(system, motion, residual[:, i], rows[i], i))
 
     def changed(i: int) -> ChangesInTime:
         return changed_on(system, motion, residual[:, i], rows[i], columns[i], i)
@@ -177,6 +183,16 @@ def noise_share(system: System, motion: Motion, residual: Array, i: int) -> floa
     """Share of the squared residual of one coordinate that is noise of the measured acceleration; at most 1."""
     whole = float(np.mean(residual[motion.usable, i] ** 2))
     return min(1.0, inertia_noise(system, motion, i) / whole) if whole > 0 else 0.0
+
+
+def beyond_noise(system: System, motion: Motion, r: Array, rows: NDArray[np.bool_], i: int) -> float:
+    """Share of the squared residual (N,) of one coordinate that noise of its measured acceleration does not explain.
+
+    That noise is most of the residual after a coarse encoder. It is the strongest near the cutoff, as a vibration
+    would be, and the force of a spring or a weight has the same noise of the position.
+    """
+    whole = float(np.mean(r[rows] ** 2)) if rows.any() else 0.0
+    return max(0.0, 1 - inertia_noise(system, motion, i) / whole) if whole > 0 else 0.0
 
 
 def sliding(system: System, motion: Motion, used: NDArray[np.bool_], i: int) -> NDArray[np.bool_]:
@@ -298,7 +314,7 @@ def ringing(residual: Array, rows: NDArray[np.bool_], acceleration: Array, inert
     if not found:
         return 0.0
     column = resonant(found[0].frequency, found[0].damping_ratio, acceleration, motion)[kept]
-    y, piece, fold = residual[kept], _pieces(kept), np.arange(CHUNKS) % FOLDS
+    y, piece, fold = residual[kept], _pieces(kept, motion), np.arange(CHUNKS) % FOLDS
     power, along = (np.bincount(piece, weights=z, minlength=CHUNKS) for z in (column**2, column * y))
     rest_power, rest_along = (z.sum() - np.bincount(fold, weights=z)[fold] for z in (power, along))
     weight = rest_along / np.maximum(rest_power, 1e-300)
@@ -315,6 +331,8 @@ def remainder_columns(
     over = variables_of(system, motion, residual, i)
     sign = motion.low_pass(np.sign(over["speed"])[:, None])[:, 0]
     along, load = splines(over["position"], POSITION_KNOTS), over["load"]
+    r = residual[:, i]
+    oscillates = beyond_noise(system, motion, r, rows, i) > 0
     return {
         "speed": np.column_stack([splines(over["speed"], KNOTS), splines(motion.velocities[:, i], KNOTS), sign]),
         "position": np.column_stack([along, along * sign[:, None]]),
@@ -323,16 +341,22 @@ def remainder_columns(
         "input rate": splines(over["input rate"], KNOTS),
         "time": splines(over["time"], KNOTS),
         "distance since reversal": splines(over["distance since reversal"], KNOTS) * sign[:, None],
-        "frequency": line(residual[:, i], rows, motion),
+        "frequency": line(r, rows, motion) if oscillates else np.ones((len(r), 1)),
     }
 
 
 def line(residual: Array, rows: NDArray[np.bool_], motion: Motion) -> Array:
-    """(N, m) sines and cosines at the highest peak of the spectrum below the cutoff, and at neighbouring bins."""
+    """(N, m) sines and cosines at the highest peak of the spectrum below the cutoff, and at neighbouring bins.
+
+    A constant where such a peak is in noise too. In a short log five bins are much of the band below the cutoff, and
+    noise in them is smooth enough to be predicted on a held-out piece from the pieces before and behind it.
+    """
     resolution, peak = 1 / (len(residual) * motion.sample_time), _peak(residual, rows, motion)
     if peak is None:
         return np.ones((len(residual), 1))
     bins = range(max(1, peak - NEIGHBOURS), peak + NEIGHBOURS + 1)
+    if _as_noise(residual, rows, motion, bins) > SURELY_A_LINE:
+        return np.ones((len(residual), 1))
     turns = [2 * np.pi * k * resolution * motion.time for k in bins]
     return np.column_stack([f(turn) for turn in turns for f in (np.sin, np.cos)])
 
@@ -353,6 +377,19 @@ def _peak(residual: Array, rows: NDArray[np.bool_], motion: Motion) -> int | Non
     frequencies = np.fft.rfftfreq(count, h)
     seen = (frequencies > LEAST_PERIODS / (count * h)) & (frequencies < motion.cutoff_hz)
     return int(np.argmax(np.where(seen, power, 0.0))) if seen.any() else None
+
+
+def _as_noise(residual: Array, rows: NDArray[np.bool_], motion: Motion, bins: range) -> float:
+    """Probability of such power in any as many bins below the cutoff, of noise whose spectrum is smooth.
+
+    The power of noise in a bin is exponential about its mean, here the median of the neighbours over log 2.
+    """
+    power = np.abs(np.fft.rfft(np.where(rows, residual, 0.0))) ** 2
+    below = int(motion.cutoff_hz * len(residual) * motion.sample_time)
+    near = [power[max(1, k - BACKGROUND) : k + BACKGROUND + 1] for k in bins]
+    levels = np.maximum([np.median(one) / np.log(2) for one in near], 1e-300)
+    over = float(np.sum(power[bins.start : bins.stop] / levels))
+    return min(1.0, below / len(bins) * float(gammaincc(len(bins), over)))
 
 
 def since_reversal(x: Array, v: Array) -> Array:
@@ -382,10 +419,18 @@ def _thinned(rows: NDArray[np.bool_]) -> NDArray[np.bool_]:
     return kept
 
 
-def _pieces(kept: NDArray[np.bool_]) -> NDArray[np.int64]:
-    """The piece of the log in which each kept row lies."""
+def _pieces(kept: NDArray[np.bool_], motion: Motion | None = None) -> NDArray[np.int64]:
+    """The piece of the log in which each kept row lies.
+
+    Args:
+        motion: if given, pieces have at least ``LONGER`` periods of its cutoff, so that low-passed noise in one is
+            independent of that in the next. A short log then has fewer pieces, but one for each fold.
+    """
     places = np.flatnonzero(kept)
-    return np.asarray((places - places[0]) * CHUNKS // max(1, places[-1] - places[0] + 1))
+    span, count = places[-1] - places[0] + 1, CHUNKS
+    if motion is not None:
+        count = int(np.clip(span * motion.sample_time * motion.cutoff_hz / LONGER, FOLDS, CHUNKS))
+    return np.asarray((places - places[0]) * count // max(1, span))
 
 
 def _cross_validated(y: Array, groups: Sequence[Array], piece: NDArray[np.int64]) -> tuple[Array, Array]:
