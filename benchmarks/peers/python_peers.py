@@ -11,8 +11,8 @@ import sympy
 from benchmarks.measure.build import Missing
 from benchmarks.model import NUDGE, Model
 from benchmarks.peers import two_mass_by_hand as by_hand
-from codegen.replay.engine import load_twin
 from codegen.spec.functions import Magnitude, Sgn
+from tests.twin import load_twin
 
 Run = Callable[[np.ndarray], list[Any]]
 """From rows of inputs to the outputs of every step, in whatever form the peer gives them."""

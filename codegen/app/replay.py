@@ -9,7 +9,7 @@ from pathlib import Path
 from codegen.app.derived import Source, derived_from
 from codegen.base.border import verb
 from codegen.base.files import refuse_target
-from codegen.replay.engine import engine_for
+from codegen.replay.engine import Engine
 from codegen.replay.log_warnings import declared_friction, preflight_warnings
 from codegen.replay.over_log import Replayed, replay_log
 from codegen.replay.samples import Samples
@@ -24,7 +24,7 @@ def replay(
     columns: Mapping[str, str] | None = None,
     only: Sequence[str] = (),
 ) -> Replayed:
-    """Run the generated C of a spec's observer over a log, or its Python twin where there is no C compiler.
+    """Run the generated C of a spec's observer over a log.
 
     Args:
         log: CSV or .npy of any length, or .mat.
@@ -33,14 +33,15 @@ def replay(
         only: the outputs to write; all by default.
 
     Raises:
-        BadInput: for a bad spec, log or output, or a log at another sample time than the observer's.
+        BadInput: for a bad spec, log or output, or a log at another sample time than the observer's; or without a
+            C compiler.
     """
     machine = derived_from(source)
     spec, program = machine.spec, machine.program
     target = Path(out) if out is not None else None
     if target is not None:
         refuse_target(target, {"the log itself": Path(log), "the spec itself": spec.path})
-    engine = engine_for(program, machine.sources)
+    engine = Engine(program, machine.sources)
     samples = Samples(spec, program, float(machine.observer.sample_time), Path(log), description, columns)
     declared = declared_friction(spec, machine.observer)
     result = replay_log(spec, program, engine, samples, declared, target, only)

@@ -16,7 +16,7 @@ from codegen.base.result import Result, named
 from codegen.base.text import render
 from codegen.certify.bound.bounds import ErrorBound
 from codegen.certify.outcome import Certificate, Refusal
-from codegen.replay.engine import engine_for
+from codegen.replay.engine import Engine
 from codegen.replay.live import Stop, called, is_recorded, live_blocks, pieces
 from codegen.replay.samples import Block, Samples
 from codegen.replay.watch import Alarm, Limit, Tally, Watch, is_watchable, too_slow
@@ -103,7 +103,7 @@ def watch(
     bounds = _usable_bounds(machine)
     period = float(machine.observer.sample_time)
     patience = DWELL if dwell is None else max(round(_seconds(dwell) / period), 1)
-    engine = engine_for(machine.program, machine.sources)
+    engine = Engine(machine.program, machine.sources)
     watched = Watch(machine.spec, machine.system, machine.program, bounds, engine, period, patience)
     stop = Stop()
     blocks, read_notes = _opened(machine, log, columns, follow, given, stop)

@@ -28,14 +28,18 @@ LONGEST_MESSAGE = 400
 """Largest number of characters of the compiler's messages that an error quotes."""
 
 
-def find_compiler() -> tuple[str, ...] | None:
+def find_compiler() -> tuple[str, ...]:
     """The compiler's command, as a list of words: that of the variable CC, else the first of cc, gcc and clang found.
 
-    None where there is no compiler. Raises BadInput where CC names a command that cannot be used.
+    Raises BadInput where there is none, or CC names a command that cannot be used.
     """
     named = os.environ.get("CC", "").strip()
     if not named:
-        return next(((found,) for name in ("cc", "gcc", "clang") if (found := shutil.which(name)) is not None), None)
+        first = next(filter(None, map(shutil.which, ("cc", "gcc", "clang"))), None)
+        if first is None:
+            expected = "cc, gcc or clang (Debian: apt install gcc), or CC"
+            raise BadInput("the C compiler", "none on the path", expected, code="TOOL001")
+        return (first,)
     expected = "a C compiler on the path and its options, such as `gcc` or `ccache gcc -m64`; or no CC"
     try:
         program, *options = shlex.split(named)
@@ -58,9 +62,6 @@ def compile_shared(sources: Mapping[str, str], units: Sequence[str], flags: Sequ
         BadInput: where there is no compiler, or it refuses the code.
     """
     compiler = find_compiler()
-    if compiler is None:
-        expected = "cc, gcc or clang (Debian: apt install gcc), or CC"
-        raise BadInput("the C compiler", "none on the path", expected, code="TOOL001")
     with private_folder() as folder:
         for file, text in sources.items():
             (folder / file).write_text(text, encoding="utf-8")
@@ -138,8 +139,8 @@ def cached_library(sources: Mapping[str, str], units: Sequence[str], flags: Sequ
     Raises:
         BadInput: where there is no compiler, or it refuses the code.
     """
-    compiler = find_compiler() or ()
-    parts = [*compiler, "", *FLAGS, *flags, "", *units, *(f"{name}\0{sources[name]}" for name in sorted(sources))]
+    texts = (f"{name}\0{sources[name]}" for name in sorted(sources))
+    parts = [*find_compiler(), "", *FLAGS, *flags, "", *units, *texts]
     return cached(parts, lambda: compile_shared(sources, units, flags))
 
 

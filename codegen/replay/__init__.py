@@ -1,1 +1,1 @@
-"""Replay of the generated observer over a measured log: compiled C, or the Python twin."""
+"""Replay of the generated observer over a measured log: as compiled C."""

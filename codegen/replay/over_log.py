@@ -46,7 +46,6 @@ class Replayed(Result):
     """Result of ``replay``.
 
     Attributes:
-        engine: compiled C or Python, in words.
         samples: number of steps.
         duration: from the first sample to the last, s.
         starts: number of initialisations: 1, and 1 more for each gap in the log.
@@ -61,7 +60,6 @@ class Replayed(Result):
 
     template = "replayed"
     name: str
-    engine: str
     samples: int
     duration: float
     starts: int
@@ -123,13 +121,13 @@ def replay_log(
     try:
         seen = _run(_Summary(spec, program, declared), program, engine, samples.streamed(), path, chosen)
         if seen.samples:
-            return seen.result(program, engine, samples, path, began)
+            return seen.result(program, samples, path, began)
     except Irregular as error:
         why = error
     except NotStreamed:
         why = None
     seen = _run(_Summary(spec, program, declared), program, engine, samples.whole(why), path, chosen)
-    return seen.result(program, engine, samples, path, began)
+    return seen.result(program, samples, path, began)
 
 
 class _Summary:
@@ -159,7 +157,7 @@ class _Summary:
             if size[row] >= 0 and not size[row] <= abs(self.largest[j]):
                 self.largest[j], self.at[j] = estimates[row, k], block.time[row]
 
-    def result(self, program: Program, engine: Engine, samples: Samples, path: Path | None, began: float) -> Replayed:
+    def result(self, program: Program, samples: Samples, path: Path | None, began: float) -> Replayed:
         peaks = tuple(
             Peak(name, unit, float(value), float(at))
             for (name, unit), value, at in zip(self.named, self.largest, self.at, strict=True)
@@ -167,7 +165,6 @@ class _Summary:
         excessive = excessive_friction([(p.name, p.unit, p.value) for p in peaks], self.declared)
         return Replayed(
             name=program.name,
-            engine=engine.name,
             samples=self.samples,
             duration=self.last - self.first,
             starts=self.starts,

@@ -22,7 +22,7 @@ class ObserverInLoop:
     """A generated observer, stepped once every ``every`` samples of the loop.
 
     Attributes:
-        engine: the compiled C or the Python twin.
+        engine: the compiled C.
         every: the observer's sample time over the loop's, a whole number.
     """
 
@@ -41,10 +41,7 @@ class ObserverInLoop:
 
 
 def generated_observer(spec: Spec, observer: Observer, every: int = 1) -> ObserverInLoop:
-    """An observer's generated code, ready to run: compiled C, or without a C compiler the Python twin.
-
-    Raises BadInput if the compiler refuses the code.
-    """
+    """An observer's generated code, ready to run. Raises BadInput without a C compiler, or if it refuses the code."""
     return ObserverInLoop(engine_of(spec, observer, spec.code), every)
 
 

@@ -20,8 +20,8 @@ from codegen.emit.package import emit_sources, make_header
 from codegen.mechanics import System, build_system
 from codegen.observers import Observer, build_observer
 from codegen.program import build_program
-from codegen.replay.engine import load_twin
 from codegen.spec import Spec, read_spec
+from tests.twin import load_twin
 
 from .gain_specs import MASS, spec_of
 

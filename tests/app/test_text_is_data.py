@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from codegen.replay.engine import load_twin
+from tests.twin import load_twin
 
 from .command import SPECS, Result, contents, is_one_message, stiction
 

@@ -12,9 +12,10 @@ from codegen.cancellation import with_cancellation
 from codegen.emit.package import emit_sources, make_header
 from codegen.observers import observer_of
 from codegen.program import build_program
-from codegen.replay.engine import CompiledEngine, TwinEngine
+from codegen.replay.engine import Engine
 from codegen.spec import parse_spec
 from tests.machines import machine_text, read
+from tests.twin import TwinEngine
 
 from .test_best_input import ENVELOPE, INPUTS_OF_X, MASS_OF_X, numbers, smallest_best
 
@@ -28,7 +29,7 @@ def run_both(text: str, rows: np.ndarray) -> tuple[list[str], np.ndarray]:
     program = build_program(with_cancellation(spec, observer_of(spec)))
     files = emit_sources(program, make_header("machine.yaml", "0" * 64, ""))
     found = []
-    for engine in (CompiledEngine(program, files), TwinEngine(program, files)):
+    for engine in (Engine(program, files), TwinEngine(program, files)):
         engine.start(rows[0])
         found.append(engine.run(rows)[0])
     assert found[0].tobytes() == found[1].tobytes()

@@ -20,8 +20,8 @@ import pytest
 import sympy
 
 from codegen.checker import verify
-from codegen.replay.engine import load_twin
 from tests.checker.test_verify import value
+from tests.twin import load_twin
 
 GENERATED = Path(__file__).parents[2] / "generated"
 CONSTANT = (

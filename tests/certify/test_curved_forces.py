@@ -18,7 +18,7 @@ from codegen.certify.bound.disturbances import ModelError, disturbances
 from codegen.certify.bound.error_response import error_response
 from codegen.certify.certify import Certificate
 from codegen.checker import verify
-from codegen.replay.engine import engine_for
+from codegen.replay.engine import Engine
 from codegen.spec import parse_spec
 
 H, MASS, LEVEL, NOISE, SPEED, TOP = 0.001, 2.5, 30.0, 1e-4, 0.1, 4.0
@@ -138,7 +138,7 @@ def errors(machine: Derived, force: Callable[[float], float], noise: float) -> A
         k4 = rate((x + H * k3[0], v + H * k3[1]))
         assert abs(v) <= SPEED and max(abs(k[1]) for k in (k1, k2, k3, k4)) <= TOP
         x, v = (y + H / 6 * (a + 2 * b + 2 * c + d) for y, a, b, c, d in zip((x, v), k1, k2, k3, k4, strict=True))
-    engine = engine_for(machine.program, machine.sources)
+    engine = Engine(machine.program, machine.sources)
     engine.start(np.array(rows[0]))
     at = [name for name, _, _ in machine.program.outputs].index("a_hat_rail")
     return np.abs(LEVEL - engine.run(np.array(rows))[0][3000:, at])

@@ -25,7 +25,7 @@ from codegen.emit.package import emit_sources, make_header
 from codegen.mechanics import build_system
 from codegen.observers import build_observer
 from codegen.program import build_program
-from codegen.replay.engine import engine_for
+from codegen.replay.engine import Engine
 from codegen.spec import parse_spec
 from tests.expected_errors import matches
 from tests.slow_cases import drawn, slow_except
@@ -77,7 +77,7 @@ class Machine:
         self.spec, self.analysis = spec, analysis
         if single:
             program = replace(program, precision="single")
-        self.engine = engine_for(program, emit_sources(program, make_header("rail.yaml", "0" * 64, "")))
+        self.engine = Engine(program, emit_sources(program, make_header("rail.yaml", "0" * 64, "")))
         self.outputs = [name for name, _, _ in program.outputs]
 
     def run(self, x: Any, w: Any) -> dict[str, Any]:

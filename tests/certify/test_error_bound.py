@@ -29,7 +29,7 @@ from codegen.emit.package import emit_sources, make_header
 from codegen.mechanics import build_system
 from codegen.observers import build_observer
 from codegen.program import build_program
-from codegen.replay.engine import engine_for
+from codegen.replay.engine import Engine
 from codegen.spec import Spec, parse_spec
 from tests.slow_cases import slow_except
 
@@ -72,7 +72,7 @@ class Bench:
         assert self.bound.of_code is not None
         self.checked, self.slope = self.bound.of_code, sliding(observer, observer.system.contacts[0])
         program = build_program(observer)
-        self.engine = engine_for(program, emit_sources(program, make_header("rail.yaml", "0" * 64, "")))
+        self.engine = Engine(program, emit_sources(program, make_header("rail.yaml", "0" * 64, "")))
         names = [name for name, _, _ in program.outputs]
         self.force, self.speed = names.index("F_hat_on_x"), names.index("v_hat")
 
@@ -155,7 +155,7 @@ def test_the_response_is_that_of_the_compiled_code(kind: str, step: str) -> None
         v[k + 1] = v[k] + H * a[k] + d_v[k]
         x[k + 1] = x[k] + H * v[k + (step == "semi_implicit")] + d_x[k]
         friction[k + 1] = friction[k] + d_f[k]
-    engine = engine_for(program, emit_sources(program, make_header("rail.yaml", "0" * 64, "")))
+    engine = Engine(program, emit_sources(program, make_header("rail.yaml", "0" * 64, "")))
     rows, names = np.column_stack([x + noise, w]), [name for name, _, _ in program.outputs]
     engine.start(rows[0])
     found, _ = engine.run(rows)
@@ -239,7 +239,7 @@ def test_friction_that_slides_after_its_own_state(sign: int) -> None:
     most = bound.stated
     assert bound.parts["friction"] > 0.5 * most  # 3 N s/m at 80 m/s^2
     program = build_program(observer)
-    engine = engine_for(program, emit_sources(program, make_header("rail.yaml", "0" * 64, "")))
+    engine = Engine(program, emit_sources(program, make_header("rail.yaml", "0" * 64, "")))
     force = [name for name, _, _ in program.outputs].index("F_hat_on_x")
     drift, push = np.zeros((4, 4)), np.array([0, 1 / MASS, 0, 0])
     drift[0, 1], drift[1, 2], drift[2] = 1, -LEVEL / MASS, [0, 100, -1000, 100 * 10 * (1 - 0.001)]

@@ -17,7 +17,7 @@ from codegen.app.certify import Certified
 from codegen.app.derived import Derived
 from codegen.certify.outcome import Certificate
 from codegen.certify.sticking import slowest_while_sticking
-from codegen.replay.engine import CompiledEngine
+from codegen.replay.engine import Engine
 from codegen.simulate.closed_loop import simulate
 from codegen.spec import parse_spec
 from tests.checker.test_kernel import spec_path
@@ -30,7 +30,7 @@ def at_rest(name: str, inputs: dict[str, float], samples: int, h: float | None =
     machine = Derived(parse_spec(text, Path(f"{name}.yaml")))
     program = machine.program
     rows = np.tile([inputs.get(f.name, 0.0) for f in program.inputs], (samples, 1))
-    engine = CompiledEngine(program, machine.sources)
+    engine = Engine(program, machine.sources)
     jolt = rows[0] - [1e-9 * (f.name in machine.spec.positions) for f in program.inputs]
     engine.start(jolt)
     return dict(zip([n for n, _, _ in program.outputs], engine.run(rows)[0].T, strict=True))

@@ -18,7 +18,7 @@ from codegen.certify.certify import Certificate, certify
 from codegen.checker import verify
 from codegen.emit.package import emit_sources, make_header
 from codegen.program import build_program
-from codegen.replay.engine import engine_for
+from codegen.replay.engine import Engine
 from tests.slow_cases import slow_except
 
 from .certified import analysis_of, lyapunov, outcome, step_matrix
@@ -102,7 +102,7 @@ def test_the_sample_in_which_a_slip_turns_is_not_claimed() -> None:
     assert any("while a slip chatters" in sentence for sentence in certificate.turning["assumptions"])
     assert not any("while a slip chatters" in sentence for sentence in certificate.content["assumptions"])
     program = build_program(analysis.dynamics.observer)
-    engine = engine_for(program, emit_sources(program, make_header("rail.yaml", "0" * 64, "")))
+    engine = Engine(program, emit_sources(program, make_header("rail.yaml", "0" * 64, "")))
     names = [name for name, _, _ in program.outputs]
     columns = [names.index(n) for n in ("v_hat", "a_hat_rail", "F_hat_rail")]
 

@@ -15,10 +15,11 @@ from codegen.app.derived import Derived
 from codegen.certify.bound.friction_bounds import largest_friction
 from codegen.certify.outcome import Certificate
 from codegen.checker import ellipsoid, errors
-from codegen.replay.engine import CompiledEngine, load_twin
+from codegen.replay.engine import Engine
 from codegen.simulate.closed_loop import simulate
 from codegen.spec import parse_spec, read_spec
 from tests.checker.test_kernel import GENERATED, numbers, seen, spec_path, texts
+from tests.twin import load_twin
 
 TRACKERS = ["rig_to", "two_mass_gto"]
 
@@ -40,7 +41,7 @@ class Run:
     def __init__(self, name: str) -> None:
         self.proof, self.claim = content(name, "proof.json"), content(name, "ellipsoid.json")
         machine = Derived(read_spec(spec_path(name)))
-        self.engine, program = CompiledEngine(machine.program, machine.sources), machine.program
+        self.engine, program = Engine(machine.program, machine.sources), machine.program
         self.at = seen(load_twin(machine.sources["__init__.py"], name).Parameters(), "parameters")
         self.inputs = [f"inputs.{program.reference(f.name)}" for f in program.inputs]
         self.outputs = [f"outputs.{program.reference(n)}" for n, _, _ in program.outputs]

@@ -27,11 +27,11 @@ from codegen.app.derived import Derived
 from codegen.certify.certify import Certificate
 from codegen.checker import files, frame, verify
 from codegen.checker.verify import Refused
-from codegen.replay.engine import load_twin
 from codegen.spec import parse_spec
 from tests.checker.forged import GENERATED, certificate, changed, check, sources
 from tests.machines import TEXTS
 from tests.slow_cases import drawn, slow_except
+from tests.twin import load_twin
 
 TWIN = "__init__.py"
 LAW = "parameters->one_over_m * (inputs->w - F_hat_rail)"

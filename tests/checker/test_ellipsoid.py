@@ -19,10 +19,11 @@ import pytest
 
 from codegen.app.derived import Derived
 from codegen.checker import ellipsoid, errors, verify
-from codegen.replay.engine import CompiledEngine, load_twin
+from codegen.replay.engine import Engine
 from codegen.spec import read_spec
 from tests.checker.test_kernel import GENERATED, PROVED, numbers, seen, spec_path, texts
 from tests.slow_cases import slow_except
+from tests.twin import load_twin
 
 kernel = ellipsoid.kernel
 
@@ -113,7 +114,7 @@ class Run:
     def __init__(self, name: str) -> None:
         self.proof, self.claim = content(name, "proof.json"), content(name, "ellipsoid.json")
         machine = Derived(read_spec(spec_path(name)))
-        self.engine = CompiledEngine(machine.program, machine.sources)
+        self.engine = Engine(machine.program, machine.sources)
         program = machine.program
         twin = load_twin(machine.sources["__init__.py"], name)
         self.at: dict[str, float] = seen(twin.Parameters(), "parameters")

@@ -27,9 +27,9 @@ from codegen.checker import counterexamples, errors, frame, kernel, verify
 from codegen.checker.enclosure import Refused
 from codegen.observers import observer_of
 from codegen.program import build_program
-from codegen.replay.engine import load_twin
 from codegen.spec import parse_spec, read_spec
 from tests.checker.forged import POINT, check
+from tests.twin import load_twin
 
 ROOT = Path(__file__).parents[2]
 GENERATED = ROOT / "generated"

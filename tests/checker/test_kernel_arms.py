@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from codegen.checker import errors, held, kernel, verify
-from codegen.replay.engine import load_twin
+from tests.twin import load_twin
 
 NAME = "two_link_arm"
 HERE = Path(__file__).parents[2] / "generated" / NAME

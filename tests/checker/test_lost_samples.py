@@ -17,10 +17,11 @@ from codegen.app.derived import Derived
 from codegen.certify.certify import Certificate
 from codegen.checker import errors, verify
 from codegen.checker.verify import Refused
-from codegen.replay.engine import engine_for, load_twin
+from codegen.replay.engine import Engine
 from codegen.spec import parse_spec
 from tests.checker.forged import GENERATED, POINT, certificate, changed, check, replace_once, sources
 from tests.slow_cases import slow_except
+from tests.twin import load_twin
 
 MISSED = "    state->z_v = state->z_v - parameters->sample_time * parameters->K_v * outputs->v_hat;\n"
 RESUMED = (
@@ -76,7 +77,7 @@ def test_where_every_valid_sample_after_an_invalid_one_sets_the_states_none_is_p
     counted = moved.replace(">= 1u", ">= 2u")
     with pytest.raises(Refused, match=r"of the C: predict: .* do not go on with what was held"):
         check(proof, {"one_mass.c": counted.encode(), "one_mass.h": given["one_mass.h"]})
-    engine = engine_for(machine.program, machine.sources)
+    engine = Engine(machine.program, machine.sources)
     rows = np.column_stack([np.linspace(0.0, 0.1, 100 + invalid), np.full(100 + invalid, 50.0)])
     held = slice(60, 60 + invalid)
     rows[held] = np.nan

@@ -16,7 +16,7 @@ import pytest
 
 from codegen.checker import frame, verify
 from codegen.checker.verify import Refused
-from codegen.replay.engine import load_twin
+from tests.twin import load_twin
 
 from .forged import certificate, changed, check
 

@@ -11,7 +11,7 @@ import pytest
 
 from codegen.checker import verify
 from codegen.checker.verify import Refused
-from codegen.replay.engine import load_twin
+from tests.twin import load_twin
 
 HERE = Path(__file__).parents[2] / "generated" / "one_mass"
 SOURCES = {path.name: path.read_bytes() for path in HERE.glob("one_mass.[ch]")}

@@ -21,12 +21,12 @@ import pytest
 from scipy.optimize import linprog
 
 from codegen.app.derived import Derived
-from codegen.replay.engine import load_twin
 from codegen.spec import read_spec
 from tests.checker.test_ellipsoid import BOUNDED, bounds, content, ellipsoid
 from tests.checker.test_kernel import GENERATED, numbers, seen, spec_path
 from tests.compiled.toolchain import compiled
 from tests.slow_cases import slow_except
+from tests.twin import load_twin
 
 DOUBLES = ctypes.POINTER(ctypes.c_double)
 LONGS = ctypes.POINTER(ctypes.c_long)

@@ -15,8 +15,8 @@ from codegen.emit.package import emit_sources, make_header
 from codegen.mechanics.build import build_system
 from codegen.observers import build_observer
 from codegen.program import Program, build_program
-from codegen.replay.engine import load_twin
 from codegen.spec.reader import parse_spec
+from tests.twin import load_twin
 
 from .toolchain import compiled
 

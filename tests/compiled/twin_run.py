@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from codegen.replay.engine import load_twin
+from tests.twin import load_twin
 
 from .interface import Interface, Member
 

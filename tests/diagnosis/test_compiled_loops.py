@@ -26,9 +26,9 @@ from codegen.mechanics import System, build_system
 from codegen.mechanics.casadi_form import over_rows
 from codegen.observers import build_observer
 from codegen.program import build_program
-from codegen.replay.engine import TwinEngine
 from codegen.spec import read_spec
 from tests.diagnosis.stage import log_of, stage, system_of
+from tests.twin import TwinEngine
 
 
 @pytest.mark.parametrize("count", [0, 1, 199, 200, 401])

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from codegen.app.machine import load
-from codegen.replay.engine import load_twin
 from tests.app.command import SPECS, is_one_message, stiction
+from tests.twin import load_twin
 
 from .st_interpreter import Block
 

@@ -18,12 +18,13 @@ from codegen.emit.fmu import VERSIONS, Fmu, emit_fmu
 from codegen.emit.package import emit_sources, make_header
 from codegen.observers import observer_of
 from codegen.program import Program, build_program
-from codegen.replay.engine import CompiledEngine, fill, inputs_of, load_twin, values_of
+from codegen.replay.engine import Engine
 from codegen.spec import read_spec
 from codegen.spec.schema import CodeChoice
 from fmu import unit as driven
 from tests.app.command import SPECS, is_one_message, stiction
 from tests.expected_errors import refused
+from tests.twin import fill, inputs_of, load_twin, values_of
 
 ROWS = 400
 
@@ -125,7 +126,7 @@ def test_it_gives_the_bits_of_the_c_and_of_the_twin(made: Made) -> None:
     unit.begin(dict(zip(made.inputs, rows[0].tolist(), strict=True)))
     estimates = unit.run(rows, made.inputs, made.outputs, made.period)
     unit.end()
-    engine = CompiledEngine(made.program, made.files)
+    engine = Engine(made.program, made.files)
     engine.start(rows[0])
     assert estimates.tobytes() == engine.run(rows)[0].tobytes()
     assert estimates.tobytes() == made.by_twin(rows).tobytes()

@@ -22,7 +22,7 @@ from codegen.emit.package import emit_sources, make_header
 from codegen.logs import preflight, read_log
 from codegen.observers import observer_of
 from codegen.program import Program, build_program
-from codegen.replay.engine import Engine, engine_for
+from codegen.replay.engine import Engine
 from codegen.replay.over_log import replay_log
 from codegen.replay.samples import Samples
 from codegen.spec import Spec, parse_spec
@@ -40,7 +40,7 @@ def observed() -> tuple[Spec, Program, Engine]:
     """The spec whose logs these are, and its observer, compiled once."""
     spec = parse_spec(SPEC, Path("one_mass.yaml"))
     program = build_program(with_cancellation(spec, observer_of(spec)), spec.code)
-    return spec, program, engine_for(program, emit_sources(program, make_header("one_mass.yaml", spec.sha256, "")))
+    return spec, program, Engine(program, emit_sources(program, make_header("one_mass.yaml", spec.sha256, "")))
 
 
 def log(seed: int) -> Case:

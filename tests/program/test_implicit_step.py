@@ -13,10 +13,10 @@ from codegen.emit.package import emit_sources, make_header
 from codegen.observers import Observer, build_observer
 from codegen.program import Program, build_program
 from codegen.program.implicit_step import solved_by_one_step
-from codegen.replay.engine import load_twin
 from tests.machines import machine
 from tests.observers.cases import SPEED, seeded, write_observer
 from tests.observers.reference import Reference
+from tests.twin import load_twin
 
 from .test_program_build import program_of
 

@@ -14,9 +14,9 @@ from codegen.emit.package import emit_sources, make_header
 from codegen.mechanics.build import build_system
 from codegen.observers import build_observer
 from codegen.program import Program, build_program, lower
-from codegen.replay.engine import load_twin
 from codegen.spec.reader import parse_spec
 from tests.machines import chain, coupled
+from tests.twin import load_twin
 
 TO = "{K_2: -40, K_v: 30}"
 VISCOUS = "effects:\n  - {kind: viscous, on: ground1..20, parameters: {b: 0.3}}\n"

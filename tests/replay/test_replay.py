@@ -19,12 +19,14 @@ from codegen.logs.formats import csv_file
 from codegen.observers import observer_of
 from codegen.program import build_program
 from codegen.replay import log_warnings, samples
-from codegen.replay.engine import CompiledEngine, TwinEngine, load_twin
+from codegen.replay.engine import Engine
 from codegen.spec import read_spec
 from codegen.spec.schema import CodeChoice
 from stiction import replay
 from tests.app.command import SPECS, is_one_message, stiction
+from tests.expected_errors import refused
 from tests.slow_cases import slow_except
+from tests.twin import TwinEngine, load_twin
 
 SPEC = SPECS / "two_mass.yaml"
 PERIOD = 0.001
@@ -87,7 +89,7 @@ def test_the_compiled_engine_gives_the_bits_of_the_twin(spec: str, precision: st
     rows = np.cumsum(np.random.default_rng(2).normal(size=(10_000, len(program.inputs))), axis=0) * 1e-3
     rows[4000:5000] = rows[4000]
     results = []
-    for engine in (CompiledEngine(program, files), TwinEngine(program, files)):
+    for engine in (Engine(program, files), TwinEngine(program, files)):
         engine.start(rows[0])
         parts = [engine.run(part) for part in np.split(rows, [1, 4097])]
         first, again = (engine.trial_step(rows[:1]) for _ in range(2))
@@ -162,14 +164,13 @@ def test_the_result_gives_the_estimates_by_name(tmp_path: Path, ending: str) -> 
         _ = replay(SPEC, log).estimates
 
 
-def test_without_a_compiler_the_twin_steps(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_a_compiler_nothing_is_replayed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     log = write_csv(tmp_path / "log.csv", record(500))
-    replay(SPEC, log, tmp_path / "a.csv")
     monkeypatch.delenv("CC", raising=False)
     monkeypatch.setenv("PATH", str(tmp_path / "none"))
-    result = replay(SPEC, log, tmp_path / "b.csv")
-    assert "twin" in result.engine
-    assert (tmp_path / "a.csv").read_bytes() == (tmp_path / "b.csv").read_bytes()
+    with refused("TOOL001 gcc"):
+        replay(SPEC, log, tmp_path / "b.csv")
+    assert not (tmp_path / "b.csv").exists()
 
 
 @pytest.mark.parametrize("jitter", [0.0, 0.3])

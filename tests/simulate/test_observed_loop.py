@@ -20,6 +20,7 @@ from codegen.simulate.observer_in_loop import Cancellation, generated_observer
 from codegen.simulate.sensors import Sensors
 from tests.expected_errors import refused
 from tests.machines import arm, axis, one_mass, two_mass
+from tests.twin import TwinEngine
 
 from .event_integrator import Mass, integrate
 
@@ -57,8 +58,8 @@ simulation:
 
 
 def by_twin(function, *arguments):
-    """The function's result where the generated observer is the Python twin, as without a C compiler."""
-    with patch("codegen.replay.engine.find_compiler", return_value=None):
+    """The function's result where the generated observer is the Python twin."""
+    with patch("codegen.replay.engine.Engine", TwinEngine):
         return function(*arguments)
 
 

@@ -12,9 +12,9 @@ from codegen.emit.package import emit_sources, make_header
 from codegen.mechanics import build_system
 from codegen.observers import build_observer
 from codegen.program import build_program
-from codegen.replay.engine import load_twin
 from codegen.simulate.closed_loop import simulate
 from codegen.spec import read_spec
+from tests.twin import load_twin
 
 THESIS = Path(__file__).parents[2] / "specs" / "thesis"
 
