@@ -15,6 +15,7 @@ from codegen.diagnosis.fit.credit import Evidence, independent_share, near_noise
 from codegen.diagnosis.fit.output_error import Fit
 from codegen.diagnosis.fit.search import Search
 from codegen.diagnosis.fit.trial import Part
+from codegen.diagnosis.results import worded
 
 FORCE_SHARE, FORCE_SHARE_OF_FEW = 0.1, 0.5
 """Share of α for the test on the force residual (weighted Bonferroni), and that for logs of fewer than
@@ -44,12 +45,7 @@ def chance(search: Search, fit: Fit, e: Evidence, candidates: float) -> float:
 
 def chance_in_words(p: float, many: float) -> str:
     """A p-value over so many hypotheses: why a gain on every held-out part may still be chance."""
-    which = (
-        "it gains as much"
-        if many < 2
-        else f"of {many:,.0f} hypotheses tried (effects, places, periods) one gains as much"
-    )
-    return f"{which} without any effect with p = {p:.2g}, and at most {credit.ALPHA:g} is accepted"
+    return worded("chance", p=p, many=many, alpha=credit.ALPHA)
 
 
 def combined_p(p: float, before: ForceCriterion, after: ForceCriterion, candidates: float) -> float:

@@ -23,12 +23,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codegen.base.arrays import Array
-from codegen.base.significant import in_percent
 from codegen.diagnosis.fit.credit import SIGN_BLOCKS, TIE_LEVEL, p_of_sign_flips
 from codegen.diagnosis.fit.drive import residual_over_friction
 from codegen.diagnosis.fit.linear import rms
 from codegen.diagnosis.fit.measure import drive_force
-from codegen.diagnosis.results import ErrorFigures, Fact
+from codegen.diagnosis.results import ErrorFigures, Fact, worded
 from codegen.diagnosis.verdict.admission import REFIT_WORSE, RUN, is_shown_worse, worsened
 from codegen.diagnosis.verdict.answer import Answer
 from codegen.diagnosis.verdict.held_out import HeldOut
@@ -70,8 +69,7 @@ class FinalCheck:
         """By what a model is worse than the declared one, in words; empty if it is not."""
         by_run = worsened(figures, declared, REFIT_WORSE).get(RUN)
         if by_run is not None and is_shown_worse(figures, declared):
-            times = f"{by_run:.3g} times as large" if np.isfinite(by_run) else "infinite (the simulation diverges)"
-            return f"the simulation error on held-out data is {times} as declared"
+            return worded("worse in free runs", times=by_run)
         return self._worse_by_force(model)
 
     def _worse_by_force(self, model: System) -> str:
@@ -88,14 +86,10 @@ class FinalCheck:
             more = own[used, i] ** 2 - (share * its[used, i]) ** 2
             if not self._counts(more, rms(share * its[used, i]), size):
                 continue
-            name = system.positions[i].name
-            if size > 0 and its_size > 0:
-                left, before = in_percent(rms(own[used, i]) / size), in_percent(rms(its[used, i]) / its_size)
-                size_in_words = f"{left} of the drive force, {before} as declared"
-            else:
-                times = rms(own[used, i]) / max(rms(its[used, i]), 1e-300)
-                size_in_words = f"{times:.3g} times as large as declared"
-            return f"the residual force on {name} on held-out data is {size_in_words}"
+            left, before = rms(own[used, i]), rms(its[used, i])
+            shares = (left / size, before / its_size) if size > 0 and its_size > 0 else None
+            on, times = system.positions[i].name, left / max(before, 1e-300)
+            return worded("worse by force", on=on, shares=shares, times=times)
         return ""
 
     def _counts(self, more: Array, before: float, drive: float) -> bool:
