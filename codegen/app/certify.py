@@ -25,9 +25,9 @@ from codegen.certify.remedies.proposals import propose
 from codegen.certify.remedies.sample_times import largest_sample_times
 from codegen.program.implicit_step import solved_by_one_step
 
-OF_BOUND = "name unit steady of_code"
+OF_BOUND = "name unit steady proved"
 """Attributes of an ``ErrorBound`` that are printed."""
-OF_SPEED = "contact unit computed of_code"
+OF_SPEED = "contact unit threshold"
 """Attributes of a ``SlipSpeed`` that are printed."""
 OF_REGIONS = "rates reversal_growth=reversal not_found=missing proofs"
 """Attributes of ``Regions`` that are printed."""
@@ -59,7 +59,7 @@ class Certified(Result):
     @property
     def summary(self) -> Mapping[str, object]:
         bounds = () if isinstance(self.bounds, str) else self.bounds
-        limits = {f"|{b.name}| at most": f"{rounded_to(b.stated, 4, ROUND_CEILING)} {b.unit}" for b in bounds}
+        limits = {f"|{b.name}| at most": f"{rounded_to(b.steady, 4, ROUND_CEILING)} {b.unit}" for b in bounds}
         times = {
             f"largest sample time ({step})": f"{h:g} s" if math.isfinite(h) else "any"
             for step, h in self.sample_times.items()

@@ -191,7 +191,7 @@ def _usable_bounds(machine: Derived) -> tuple[ErrorBound, ...]:
         most, least = slow
         found = (
             f"{least.contact} slides at most at {most:.3g} {least.unit} in the envelope, and the bound holds above "
-            f"{least.stated:.3g} {least.unit}"
+            f"{least.threshold:.3g} {least.unit}"
         )
         expected = "a wider envelope of velocities, or less noise and drift: nothing could be judged"
         raise BadInput(spec.place("envelope"), found, expected, code="SPEC037")

@@ -168,7 +168,7 @@ class Watch:
         inputs = [f.name for f in program.inputs]
         self._positions = [inputs.index(x) for x in spec.positions]
         self._speeds = bounds[0].slip_speeds
-        self._least = np.array([speed.stated for speed in self._speeds])
+        self._least = np.array([speed.threshold for speed in self._speeds])
         self._too_slow = np.zeros(len(self._speeds), dtype=int)  # samples, of each contact
         self._ranges = np.array([[float(e) for e in spec.envelope.get(v, (-np.inf, np.inf))] for v in spec.velocities])
         self._limited = [v for v in spec.velocities if v in spec.envelope]
@@ -216,7 +216,7 @@ class Watch:
         of = f"of {tally.samples} samples"
         after = f"{self.settle * tally.period:.4g} s after a reversal, a stop, or a sample that cannot be compared"
         slow = [
-            f"{speed.contact} no faster than {speed.stated:.3g} {speed.unit} in {count}"
+            f"{speed.contact} no faster than {speed.threshold:.3g} {speed.unit} in {count}"
             for speed, count in zip(self._speeds, self._too_slow, strict=True)
             if count
         ]
@@ -280,7 +280,7 @@ class Watch:
 def _limit(stated: ErrorBound, system: System) -> Limit:
     """The output whose error is bounded, with the last and smallest bound after a reversal."""
     name = stated.name[len(LEVEL) :]
-    bound = (stated.after_of_code or stated.after)[-1][1]
+    bound = stated.after[-1][1]
     if stated.name.startswith(FORCE):
         return Limit(f"F_hat_on_{name}", f"friction on {name}", bound, stated.unit)
     column = system.distribution[:, system.contact_index(name)]
@@ -314,7 +314,7 @@ def too_slow(spec: Spec, system: System, bounds: Sequence[ErrorBound]) -> tuple[
         if column.free_symbols:
             continue
         most = sum(abs(float(u)) * v for u, v in zip(column, fastest, strict=True) if u != 0)
-        if most <= speed.stated:
+        if most <= speed.threshold:
             return most, speed
     return None
 

@@ -107,7 +107,7 @@ def change(*path: Any) -> Callable[[Any], None]:
 
 
 FORGERIES: dict[str, tuple[Callable[[Any], None], str]] = {
-    "a smaller bound": (change("sets", -1, "rows", 0, -1, "60"), "smaller than the proved one"),
+    "a smaller bound": (change("sets", -1, "rows", 1, -1, "60"), "smaller than the proved one"),
     "more friction for the same bound": (change("friction", "true.F_theta", "31"), "too small"),
     "friction that does not push": (
         lambda c: [row.__setitem__(-1, "0") for row in c["push"]],
@@ -119,7 +119,7 @@ FORGERIES: dict[str, tuple[Callable[[Any], None], str]] = {
     "friction below zero": (change("friction", "true.F_theta", "-30"), "below 0"),
     "a set of another friction": (change("sets", -1, "friction", "none"), "friction"),
     "a set of any friction, and none is said": (lambda c: c.pop("friction"), "."),
-    "any friction in a set of a constant one": (change("sets", 1, "friction", "any"), "friction"),
+    "any friction in a set of a constant one": (change("sets", 0, "friction", "any"), "friction"),
     "any friction of nothing": (change("friction", {}), "."),
     "a start in a set of any friction": (lambda c: c["sets"][-1].update({"after": []}), "friction"),
     "no weight where friction acts": (change("sets", -1, "weights", -1, "0"), "not above 0"),

@@ -317,7 +317,7 @@ def test_the_sign_of_a_slip_is_right_above_its_threshold_and_can_be_wrong_below(
     attack = Attack(name, tmp_path)
     responses, n = attack.responses(), len(attack.places)
     bounds_ = Derived(read_spec(spec_path(name))).outcome.bounds
-    thresholds = np.array([slip.stated for slip in bounds_[0].slip_speeds])
+    thresholds = np.array([slip.threshold for slip in bounds_[0].slip_speeds])
     for contact, side in enumerate(attack.sides[n:]):
         row = np.concatenate([attack.slip[contact], np.zeros(len(attack.frictions))])
         (line,) = (x for x in attack.lines if not len(x.start) and not x.any_friction and (x.row == row).all())

@@ -63,7 +63,6 @@ class SlipSpeed:
         error: E.
         more: added to E: the ``slip_speed`` of a domain, below which the observer does not update its level, or 0.
         sliding: the speed from which on a law with a state slides; 0 for other laws.
-        error_of_code: E as proved of the C (checker/ellipsoid.py); None if it is not proved.
     """
 
     contact: str
@@ -71,22 +70,11 @@ class SlipSpeed:
     error: float
     more: float
     sliding: float
-    error_of_code: float | None = None
 
     @property
-    def computed(self) -> float:
-        """The threshold by ``error``."""
+    def threshold(self) -> float:
+        """The speed: E + ``more``, or ``sliding`` if that is larger."""
         return max(self.error + self.more, self.sliding)
-
-    @property
-    def of_code(self) -> float | None:
-        """The threshold as proved of the C; None if it is not proved."""
-        return None if self.error_of_code is None else max(self.error_of_code + self.more, self.sliding)
-
-    @property
-    def stated(self) -> float:
-        """``of_code`` if it is proved, else ``computed``."""
-        return self.computed if self.of_code is None else self.of_code
 
 
 @dataclass(frozen=True, repr=False)
@@ -100,8 +88,9 @@ class ErrorBound(Shown):
         start: bound on |error| that is assumed at time 0, the end of a reversal: when true and estimated slip have the
             new sign, a law with a state has reached its level, and all other errors are within their ``steady``.
         starts: the assumed |error| of every component at time 0, in the observer's order.
-        after: (0, ``start``), then pairs (time in s, bound from then on), which decrease to ``steady``. Before the
-            first of these times the bound may be above ``start``, since the error may oscillate.
+        after: pairs (time in s since the start, bound from then on), which decrease to ``steady``. The bound at the
+            first of these times may be above ``start``, since the error may oscillate. If ``reversal`` or ``always`` is
+            proved, the start is within the errors that this gives, else within ``starts``.
         worst: largest error of the first-order system that disturbances within their bounds attain in the samples that
             were summed; below ``steady``, which also bounds the remainder of the sum.
         slip_speeds: of every contact, in the order of the system, the speed that its slip must exceed.
@@ -109,15 +98,13 @@ class ErrorBound(Shown):
         percent: kind of model error (mass, input gain, sample time) → increase of ``steady`` by one percent of it.
         largest_model_error: kind of model error → the largest relative error, up to 1, for which ``domain`` has a
             bound.
-        of_code: ``steady`` as proved of the C (checker/ellipsoid.py); None if it is not proved.
-        after_of_code: ``after`` as proved of the C. If ``reversal`` or ``always`` is proved, it starts from the errors
-            that this gives, else from the assumed ``starts``.
+        proved: whether ``steady``, ``after`` and the slip speeds are proved of the C (checker/ellipsoid.py).
         reversal: bound after a reversal as proved of the C; None if it is not proved.
         largest: bound on |friction|, by the envelope's range of its level or by the law; None if not known.
         level: declared |friction| where sliding begins.
         always: for trackers, proved of the C: long-run bound at every sample, for any friction within ``largest``,
-            through stick, reversals and chatter; ``after_of_code`` then starts when every contact slides in one
-            direction. None if it is not proved.
+            through stick, reversals and chatter; ``after`` then starts when every contact slides in one direction.
+            None if it is not proved.
         without_noise: positions whose noise was taken as zero, since the envelope has no range for it.
     """
 
@@ -135,20 +122,14 @@ class ErrorBound(Shown):
     largest_model_error: Mapping[str, float] = field(default_factory=dict)
     largest: float | None = None
     level: float = 0.0
-    of_code: float | None = None
-    after_of_code: tuple[tuple[float, float], ...] = ()
+    proved: bool = False
     reversal: Reversal | None = None
     always: float | None = None
     without_noise: tuple[str, ...] = ()
 
     @property
-    def stated(self) -> float:
-        """The limit of the bound: ``of_code`` if it is proved, else ``steady``."""
-        return self.steady if self.of_code is None else self.of_code
-
-    @property
     def summary(self) -> Mapping[str, object]:
-        limit = rounded_to(self.stated, 4, ROUND_CEILING)
+        limit = rounded_to(self.steady, 4, ROUND_CEILING)
         return {"error": self.name, "long after a reversal at most": f"{limit} {self.unit}"}
 
     @property
@@ -158,8 +139,8 @@ class ErrorBound(Shown):
 
     @property
     def useless(self) -> bool:
-        """Whether the friction itself is not larger than the stated bound: an estimate of zero would be as good."""
-        return 0 < self.friction <= self.stated
+        """Whether the friction itself is not larger than the bound: an estimate of zero would be as good."""
+        return 0 < self.friction <= self.steady
 
     @property
     def largest_part(self) -> str:

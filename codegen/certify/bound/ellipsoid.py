@@ -1,35 +1,35 @@
-"""Invariant ellipsoids of the error under bounded disturbances, as proposals for checker/ellipsoid.py.
+"""The bounds of error_bound.py as a claim in rationals, ellipsoid.json, which checker/ellipsoid.py proves of the C.
 
 Let e[k+1] = Φe[k] + Σ_j b_j w_j with |w_j| ≤ d_j. The ellipsoid {e : e'Q⁻¹e ≤ 1}, on which |c'e| ≤ √(c'Qc) for every
 row c', is invariant if
 
     Q ≥ ΦQΦ'/f + Σ_j t_j b_j b_j'    and    f + Σ_j d_j²/t_j ≤ 1,    0 < f < 1, t_j > 0.
 
-For one row c and a given f the least √(c'Qc) is, by Cauchy's inequality, Σ_j d_j √(b_j'Xb_j/(1 − f)), where
-X = Φ'XΦ/f + cc' and t_j ∝ d_j/√(b_j'Xb_j). So only f is searched for. Nothing here is trusted.
+Let Φ'PΦ ≤ γ²P, so ΦP⁻¹Φ' ≤ γ²P⁻¹, and b_j b_j' ≤ b_j'Pb_j P⁻¹ by Cauchy's inequality. With a_j = √(b_j'Pb_j) and
+S = Σ_j d_j a_j these hold for f = γ, t_j = d_j S/((1 − γ) a_j) and Q = P⁻¹ S²/(1 − γ)², the ellipsoid of ``reach.py``.
+Nothing here is trusted.
 """
 
 from __future__ import annotations
 
 import json
 import math
-from bisect import bisect
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from functools import cache
 from typing import Any
 
 import numpy as np
 import sympy
-from scipy.linalg import solve_discrete_lyapunov
 
 from codegen.base.arrays import Array
 from codegen.base.significant import float_above
 from codegen.certify.bound.bounds import ErrorBound, Reversal
 from codegen.certify.bound.disturbances import disturbances, dot
+from codegen.certify.bound.error_bound import after_reversal
 from codegen.certify.bound.error_response import Response
-from codegen.certify.certificate_text import fraction, rational_text, rounded, rounded_matrix, texts, upwards
+from codegen.certify.bound.reach import Reach, reach_of
+from codegen.certify.certificate_text import fraction, rational_text, rounded_matrix, texts, upwards
 from codegen.certify.content import with_reversals
 from codegen.certify.kernel_form import Writer
 from codegen.certify.outcome import Certificate
@@ -38,20 +38,17 @@ from codegen.checker import verify as checker
 from codegen.observers.equations import Observer
 from codegen.spec.model import Spec
 
-FEW = 8
-"""Largest number of errors for which each row has its own ellipsoid; with more, all rows have one in common."""
-SHARES = 64
-"""Number of intervals of the grid for f, from ρ² to 1, ρ the spectral radius of Φ."""
-DIGITS = 7
-"""Significant digits of Q, t and the bounds."""
+DIGITS, OF_MATRIX = 7, 12
+"""Significant digits of the bounds, and of Q, f and t."""
 START_DIGITS = 6
 """Significant digits of the errors at a start."""
-SUMMED, LONGEST = 3.0, 2000
-"""Length of the explicit sum before the ellipsoid bounds the remainder: in time constants, and at most in samples."""
 NEAR = 1e-6
 """Relative margin for rounding errors."""
-SPARE = 1e-4
-"""Relative enlargement of Q, so that the inequality holds for the rounded Q too."""
+SPARE = 1e-2
+"""Relative enlargement of Q, so that the inequality holds for the rounded Q too. Of a bound, the remainder of the sum
+alone grows with Q."""
+LEAST = 1e-6
+"""Least a_j as a share of their weighted mean: a b_j that is nearly zero has no large t_j then."""
 
 
 @dataclass(frozen=True)
@@ -95,7 +92,9 @@ def with_ellipsoid(
     if isinstance(sizes, str) or not any(map(any, sizes.values())):
         return certificate
     proof = json.loads(certificate.kernel)
-    claim = _Claim(observer, Writer(observer, places), proof, shown, response, sizes, certificate.bounds).content()
+    reach = reach_of(response, certificate.content)
+    write, counts = Writer(observer, places), after_reversal(observer, certificate)
+    claim = _Claim(observer, write, proof, shown, response, reach, sizes, certificate.bounds, counts).content()
     text = json.dumps(claim, indent=1) + "\n"
     try:
         found = theorem.kept(proof, shown, text.encode())[1]
@@ -117,15 +116,15 @@ def with_ellipsoid(
     speeds = []
     for c, speed in enumerate(certificate.bounds[0].slip_speeds):
         slip = [*map(fraction, observer.distribution.col(c)), *[0] * len(units)]
-        of_slip = [x for row, (_, begun, x, any_) in proved if row == slip and not begun and not any_]
-        speeds.append(replace(speed, error_of_code=min(of_slip, default=None)))
+        speeds.append(replace(speed, error=min(x for row, (_, begun, x, any_) in proved if row == slip and not begun)))
     for b, unit in zip(certificate.bounds, units, strict=True):
         own = [bound for row, bound in proved if row == unit]
-        after = tuple((time, x) for time, begun, x, _ in own if begun)
+        after = tuple((time, x) for time, begun, x, _ in own if begun)[:-1]  # without that ``BEYOND`` them
         steady, always = (min((x for _, begun, x, any_ in own if not begun and any_ == of), default=None)
                           for of in (False, True))  # fmt: skip
-        of_code = replace(b, of_code=steady, after_of_code=after, reversal=turns.get(unit.index(1.0)))
-        bounds.append(replace(of_code, always=always, slip_speeds=tuple(speeds)))
+        assert steady is not None
+        b = replace(b, proved=True, steady=steady, after=after, reversal=turns.get(unit.index(1.0)), always=always)
+        bounds.append(replace(b, slip_speeds=tuple(speeds)))
     said = with_reversals(certificate.content, [entry["sign"].removeprefix("sign.") for entry in reversals])
     return replace(certificate, content=said, bounds=tuple(bounds), ellipsoid=text)
 
@@ -139,8 +138,10 @@ class _Claim:
         proof: the kernel's proof.
         shown: what the kernel derives from it.
         response: linear response of the errors to disturbances.
+        reach: of this response, by the certificate's V.
         sizes: cause → the largest disturbance of each coordinate or friction (``disturbances``).
-        bounds: of each friction error; they give the times after a reversal at which the claim has a bound.
+        bounds: of each friction error.
+        counts: numbers of samples after a reversal from which on the claim has a bound.
     """
 
     observer: Observer
@@ -148,8 +149,10 @@ class _Claim:
     proof: dict[str, Any]
     shown: dict[str, Any]
     response: Response
+    reach: Reach
     sizes: Mapping[str, Sequence[Fraction]]
     bounds: Sequence[ErrorBound]
+    counts: Sequence[int]
 
     def content(self) -> dict[str, Any]:
         """The JSON object of ellipsoid.json (docs/certificate_format.md)."""
@@ -157,26 +160,20 @@ class _Claim:
         positions = [self.write(x) for x in observer.system.positions]
         n, friction = len(positions), self._any_friction()
         of = self._disturbances(positions, friction)
-        step = np.array(response.step, dtype=float)
-        rows = [[*column, *[0] * (len(step) - n)] for column in observer.distribution.T.tolist()]
-        errors = sympy.eye(len(step))[n:, :].tolist()
+        m = len(response.step.col(0))
+        rows = [[*column, *[0] * (m - n)] for column in observer.distribution.T.tolist()]
+        errors = sympy.eye(m)[n:, :].tolist()
         size = np.array([float(d.size) for d in of])
         columns = np.array([[float(b) for b in d.column] for d in of]).T
         acting = size * [d.kind != ellipsoid.FRICTION for d in of]
         free = size * [not (d.kind == "drift" and d.of in friction) for d in of]
-
-        def grouped(asked: Group) -> list[Group]:
-            """Each row alone, or all rows together if there are more than ``FEW`` errors."""
-            return [[each] for each in asked] if len(step) <= FEW else [asked]
-
-        # Sets that hold for any friction: of trackers, whose proof has no signs.
-        units = [] if proof["signs"] or not friction else sympy.eye(len(step)).tolist()
-        every = grouped([(row, None) for row in units]) if units else []
-        any_friction_sets = [_set(step, columns, free, group) | {ellipsoid.FRICTION: "any"} for group in every]
+        # A set that holds for any friction: of trackers, whose proof has no signs.
+        units = [] if proof["signs"] or not friction else sympy.eye(m).tolist()
+        any_friction = [_set(self.reach, columns, free, units) | {ellipsoid.FRICTION: "any"}] if units else []
         noise = [float(dot(row, self.sizes["noise"])) for row in response.direct.tolist()]
         level_signs, truths = ([e[part] for e in proof["errors"]] for part in ("sign", "truth"))
-        # The largest errors in these sets, from which the bounds after a reversal start.
-        whole = [fraction(row[-1]) for ball in any_friction_sets for row in ball["rows"]]
+        # The largest errors in this set, from which the bounds after a reversal start.
+        whole = [fraction(row[-1]) for ball in any_friction for row in ball["rows"]]
         worst = [
             upwards(float(most + friction.get(truth, 0)) + x, START_DIGITS)
             for most, truth, x in zip(whole, truths, noise, strict=bool(units))
@@ -192,26 +189,53 @@ class _Claim:
                 for row, s in zip(response.direct.tolist(), level_signs, strict=True)
             ],
             **({ellipsoid.FRICTION: {truth: str(most) for truth, most in friction.items()}} if friction else {}),
-            "push": [[d.entry(i) for d in of] for i in range(len(step))],
+            "push": [[d.entry(i) for d in of] for i in range(m)],
             "sets": [],
         }
-        # Sets of the long run: rows of the slip velocities and of the friction errors.
-        groups = grouped([(row, None) for row in rows] + list(zip(errors, bounds, strict=True)))
-        ellipsoids = [(group, _set(step, columns, acting, group)) for group in groups]
+        # The set of the long run: rows of the slip velocities and of the friction errors.
+        ball = _set(self.reach, columns, acting, [*rows, *errors])
         # Errors right after a reversal: those for any friction, else assumed; of a (G)CFO as ``reversals`` proves them.
         starts = {b.name: worst or [upwards(s, START_DIGITS) for s in b.starts] for b in bounds}
         if friction and level_signs[-1]:
-            known = {tuple(row): float(bound) for _, ball in ellipsoids for *row, bound in map(_numbers, ball["rows"])}
-            most = [*bounds[0].starts[:n], *(known[tuple(row)] + x for row, x in zip(errors, noise[n:], strict=True))]
+            known = [float(fraction(row[-1])) for row in ball["rows"][len(rows) :]]
+            most = [*bounds[0].starts[:n], *(x + y for x, y in zip(known, noise[n:], strict=True))]
             entries = self._reversals(claim, most)
             claim[ellipsoid.REVERSALS] = entries
             starts |= {b.name: _numbers(entry["after"]) for b, entry in zip(bounds, entries, strict=False)}
-        h = float(observer.sample_time)
-        claim["sets"] = [
-            *(_with_decay(ball, group, starts, step, columns * acting, noise, h) for group, ball in ellipsoids),
-            *any_friction_sets,
-        ]
+        claim["sets"] = [ball | self._decay(ball, starts, columns, acting, noise), *any_friction]
         return claim
+
+    def _decay(
+        self, ball: Mapping[str, Any], starts: Mapping[str, Any], columns: Array, size: Array, noise: Sequence[float]
+    ) -> dict[str, Any]:
+        """The fields within and after of a set: bounds on the friction errors from given times after a reversal on.
+
+        Args:
+            ball: the set.
+            starts: name of a bound → |error| of each component right after the reversal: proved, or else assumed.
+            columns, size: b_j and d_j.
+            noise: bound on the direct feedthrough of noise to each error.
+        """
+        units = np.eye(len(noise))
+        whole = {name: np.array([float(s) for s in start]) + noise for name, start in starts.items()}
+        within = [upwards(w * (1 + NEAR), DIGITS) for w in np.max([*whole.values()], axis=0)]
+        matrix = np.array([[float(Fraction(x)) for x in row] for row in ball["matrix"]])
+        scale = np.array([float(s) for s in within])
+        most = float(np.linalg.eigvalsh(np.outer(scale, scale) * np.linalg.inv(matrix)).max()) * len(scale)
+        larger = upwards(max(1.001 * most, 1.0), 3)
+        level = float(larger) * float(matrix[0, 0] / self.reach.inverse[0, 0])
+        after, counts = [], self.counts
+        for row, b in zip(units[-len(self.bounds) :], self.bounds, strict=True):
+            start = whole[b.name]
+            found = self.reach.later(row, columns * size, counts, start, level)
+            stated = [
+                [str(k), rational_text(upwards(x * (1 + NEAR), DIGITS))]
+                for k, x in zip(counts, found, strict=True)
+                if x < row @ start or k in counts[-2:]  # a bound above that at the start adds nothing
+            ]
+            line = {"row": [str(int(x)) for x in row], "start": [rational_text(x) for x in starts[b.name]]}
+            after.append(line | {"bounds": stated})
+        return {"within": [rational_text(x) for x in (larger, *within)], "after": after}
 
     def _reversals(self, claim: dict[str, Any], most: Sequence[float]) -> list[dict[str, Any]]:
         """The entries of the field ``reversals``: for each contact, bounds on the errors after one reversal of it.
@@ -311,155 +335,29 @@ def _shift(parts: Sequence[tuple[Any, str]], sign: str) -> str:
     return " + ".join(terms) or "0"
 
 
-Group = Sequence[tuple[Sequence[Any], ErrorBound | None]]
-"""Pairs (row c, bound of the friction error that the row selects, or None) that have one ellipsoid in common."""
-
-
-def _set(step: Array, columns: Array, size: Array, group: Group) -> dict[str, Any]:
-    """An entry of ``sets``: an invariant ellipsoid, and for each row c a bound on |c'e| in the long run.
-
-    |c'e| ≤ Σ_{i<N} Σ_j |c'Φ^i b_j| d_j + √(c'Φ^N Q Φ'^N c): a sum over N samples, and the ellipsoid for the remainder.
-    Q minimises the second term for one row, or a compromise for several.
+def _set(reach: Reach, columns: Array, size: Array, rows: Sequence[Sequence[Any]]) -> dict[str, Any]:
+    """An entry of ``sets``: the invariant ellipsoid, and for each row c' a bound on |c'e| in the long run.
 
     Args:
-        step: Φ, m by m.
         columns: b_j, m by number of disturbances.
         size: d_j.
     """
-    rows = [row for row, _ in group]
-    largest = float(np.abs(np.linalg.eigvals(step)).max())
-    samples = min(math.ceil(SUMMED / (1 - largest)), LONGEST)
-    last = np.linalg.matrix_power(step, samples)
-    floats = [np.array([float(x) for x in row]) @ last for row in rows]
-    shares = [rounded(largest**2 + (1 - largest**2) * k / SHARES, DIGITS) for k in range(1, SHARES)]
-
-    def least(target: Array) -> tuple[float, Any]:
-        """(Least worst case, the f of it).
-
-        The worst case Σ_j d_j √(Σ_k (c'Φ^k b_j)² f^-k)/√(1 − f) has a convex logarithm in log f, term by term: so it
-        falls up to its minimum and grows after it.
-        """
-
-        @cache
-        def worst_case(k: int) -> float:
-            f = float(shares[k])
-            return float(size @ _amplitudes(step, f, columns, target)) / math.sqrt(1 - f)
-
-        k = bisect(range(len(shares) - 1), False, key=lambda k: worst_case(k + 1) >= worst_case(k))
-        return worst_case(k), shares[k]
-
-    own = [least(np.outer(row, row))[0] for row in floats] if len(rows) > 1 else [1.0]
-    target: Array = np.sum([np.outer(row, row) / b**2 for row, b in zip(floats, own, strict=True)], axis=0)
-    _, share = least(target)
-    f = float(share)
-    gains = _amplitudes(step, f, columns, target)
-    gains = np.maximum(gains, 1e-6 * float(size @ gains) / size.sum())
-    best = size * float(size @ gains) / ((1 - f) * gains) * (1 + 10.0 ** (1 - DIGITS))
-    weights = [upwards(w, DIGITS) if w else sympy.Integer(0) for w in best]
-    driven = (columns * np.array([float(w) for w in weights])) @ columns.T
-    matrix = solve_discrete_lyapunov(step / np.sqrt(f), driven)
-    scale = np.diag(np.diag(matrix))
-    more = solve_discrete_lyapunov(step / np.sqrt(f), scale)
-    matrix = matrix + SPARE / float(np.max(np.diag(more) / np.diag(scale))) * more
-    exact = rounded_matrix((matrix + matrix.T) / 2, DIGITS, np.sqrt(np.diag(matrix)))
-    bounds = [_bound(np.array(row, dtype=float), step, columns * size, samples, exact) for row in rows]
+    lengths = reach.lengths(columns)
+    lengths = np.maximum(lengths, LEAST * float(size @ lengths) / size.sum())
+    share = upwards(reach.gamma, OF_MATRIX)
+    f, whole = float(share), float(size @ lengths)
+    best = size * whole / ((1 - f) * lengths) * (1 + 10.0 ** (1 - OF_MATRIX))
+    weights = [upwards(w, OF_MATRIX) if w else sympy.Integer(0) for w in best]
+    matrix = reach.inverse * (whole**2 / ((1 - f) * (1 - reach.gamma**2 / f)) * (1 + SPARE))
+    exact = rounded_matrix(matrix, OF_MATRIX, np.sqrt(np.diag(matrix)))
+    floats = np.array(rows, dtype=float)
+    summed, rest, samples = reach.sums(floats, columns, [size])
+    bounds = (summed @ size + rest @ size * (1 + SPARE)) * (1 + NEAR)
     return {
         "matrix": texts(exact),
         "weights": [rational_text(w) for w in (share, *weights)],
         "samples": str(samples),
-        "rows": [[rational_text(x) for x in (*row, bound)] for row, bound in zip(rows, bounds, strict=True)],
+        "rows": [
+            [rational_text(x) for x in (*row, upwards(bound, DIGITS))] for row, bound in zip(rows, bounds, strict=True)
+        ],
     }
-
-
-def _with_decay(
-    ball: dict[str, Any], group: Group, starts: Mapping[str, Any], step: Array, driven: Array, noise: Any, h: float
-) -> dict[str, Any]:
-    """The entry of ``sets`` with bounds on its rows from given times after a reversal on (fields within and after).
-
-    Args:
-        ball: the entry.
-        starts: name of a bound → |error| of each component right after the reversal: proved, or else assumed.
-        step: Φ, m by m.
-        driven: b_j d_j, m by number of disturbances.
-        noise: bound on the direct feedthrough of noise to each error.
-        h: sample time, s.
-    """
-    after, within = [], np.zeros(len(step))
-    for row, bound in ((row, bound) for row, bound in group if bound is not None):
-        start = starts[bound.name]
-        whole = np.array([float(s) for s in start]) + noise
-        within = np.maximum(within, whole)
-        after.append((row, start, whole, [round(time / h) for time, _ in bound.after[1:]]))
-    if not after:
-        return ball
-    sizes = [upwards(w * (1 + NEAR), DIGITS) for w in within]
-    scale = np.array([float(s) for s in sizes])
-    matrix = np.array([[float(Fraction(x)) for x in row] for row in ball["matrix"]])
-    most = float(np.linalg.eigvalsh(np.outer(scale, scale) * np.linalg.inv(matrix)).max()) * len(step)
-    larger = upwards(max(1.001 * most, 1.0), 3)
-    ball["within"] = [rational_text(x) for x in (larger, *sizes)]
-    ball["after"] = []
-    for row, start, whole, counts in after:
-        floats = np.array(row, dtype=float)
-        found = _bounds_from(floats, step, driven, counts, whole, float(larger) * matrix)
-        line, start_texts = ([rational_text(x) for x in each] for each in (row, start))
-        stated = [
-            [str(k), rational_text(upwards(b * (1 + NEAR), DIGITS))]
-            for k, b in zip(counts, found, strict=True)
-            if b < np.abs(floats) @ whole or k == counts[-1]  # a bound above that at the start adds nothing
-        ]
-        ball["after"].append({"row": line, "start": start_texts, "bounds": stated})
-    return ball
-
-
-def _bounds_from(
-    row: Array, step: Array, driven: Array, counts: Sequence[int], start: Array, matrix: Array
-) -> list[float]:
-    """For each number of samples k in ``counts``, a bound on |c'e| at all samples from k on.
-
-    It is the smaller one of two: √(c'Qc) after k samples, by an ellipsoid Q that contains the start; or the largest
-    bound of the single samples up to the next number, and the bound from there on. With m errors the first is larger
-    than needed by up to √m.
-
-    Args:
-        row: c.
-        driven: b_j d_j, m by number of disturbances.
-        start: |error| of each component at the start.
-        matrix: Q, m by m.
-    """
-    by_set, largest = list[float](), [0.0 for _ in counts]
-    total, row = _driven_part(row, step, driven, counts[0])
-    for k in range(counts[0], counts[-1] + 1):
-        if k in counts:
-            by_set.append(total + float(row @ matrix @ row) ** 0.5)
-        bound_now = total + float(np.abs(row) @ start)
-        largest[len(by_set) - 1] = max(largest[len(by_set) - 1], bound_now)
-        more, row = _driven_part(row, step, driven, 1)
-        total += more
-    found = [by_set[-1]]
-    for by_ellipsoid, by_samples in zip(by_set[-2::-1], largest[-2::-1], strict=True):
-        by_samples = max(by_samples, found[0])
-        found.insert(0, max(min(by_ellipsoid, by_samples), found[0]))
-    return found
-
-
-def _driven_part(row: Array, step: Array, driven: Array, samples: int) -> tuple[float, Array]:
-    """(Σ_{i<N} Σ_j |c'Φ^i b_j| d_j, c'Φ^N) for N samples: effect of the disturbances on c'e, and the row after."""
-    total = 0.0
-    for _ in range(samples):
-        total += float(np.abs(row @ driven).sum())
-        row = row @ step
-    return total, row
-
-
-def _bound(row: Array, step: Array, columns: Array, samples: int, matrix: Any) -> Any:
-    """The bound on |c'e| of ``_set``, rounded up: sum over N samples plus √(c'Φ^N Q Φ'^N c)."""
-    total, row = _driven_part(row, step, columns, samples)
-    remainder = float(row @ np.array(matrix, dtype=float) @ row) ** 0.5
-    return upwards((total + remainder) * (1 + NEAR), DIGITS)
-
-
-def _amplitudes(step: Array, f: float, columns: Array, target: Array) -> Array:
-    """√(b_j'Xb_j) for each j, where X = Φ'XΦ/f + ``target``."""
-    x = solve_discrete_lyapunov(step.T / np.sqrt(f), target)
-    return np.asarray(np.sqrt(np.maximum(np.sum(columns * (x @ columns), axis=0), 0.0)))

@@ -1,13 +1,11 @@
 """Bound on the error of each friction estimate, in its own unit, as a function of time since the last reversal.
 
-With |d_j| ≤ δ_j for every disturbance (``disturbances.py``), the error k samples after a reversal satisfies
+With |d_j| ≤ δ_j for every disturbance (``disturbances.py``), the error of row C long after a reversal is within
 
-    |C e[k]| ≤ Σ_j (|D_j| + Σ_{i<k} |C Φ^i B_j|) δ_j + |C Φ^k| e₀,
+    |D| δ_noise + Σ_j (Σ_{i<N} |C Φ^i B_j| + √(rP⁻¹r') √(B_j'PB_j)/(1 − γ)) δ_j,    r = C Φ^N,
 
-the L1 norms of the impulse responses; independent disturbances attain it. The infinite sum is computed up to a sample
-from which on its remainder is below ``REST`` of it, by |C Φ^i b| ≤ γ^i √(C P⁻¹ C') √(b'Pb) with the certificate's P and
-γ² = 1 − 2αh. All of this is in double precision with ``ROUNDING`` added; ellipsoid.py has the bound that is proved of
-the C in rationals.
+the L1 norms of the impulse responses over N samples, and the invariant ellipsoid of the certificate's V for all later
+ones (``reach.py``). ellipsoid.py writes the same bound in rationals, and the checker proves it of the C.
 """
 
 from __future__ import annotations
@@ -16,17 +14,18 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from typing import Any
 
 import numpy as np
 
 from codegen.analysis.analysis import Analysis
+from codegen.base.arrays import Array
 from codegen.base.errors import BadInput
 from codegen.certify.bound.bounds import DomainBound, ErrorBound, SlipSpeed
 from codegen.certify.bound.disturbances import ModelError, Sizes, disturbances, dot, of_friction, with_rounding
 from codegen.certify.bound.domain_bound import domain_bound
 from codegen.certify.bound.error_response import Response, error_response
 from codegen.certify.bound.friction_bounds import Sliding, largest_friction, sliding
+from codegen.certify.bound.reach import LONGEST, Reach, reach_of
 from codegen.certify.outcome import Certificate
 from codegen.certify.sticking import slowest_while_sticking
 from codegen.observers.equations import Observer
@@ -35,6 +34,8 @@ from codegen.spec.numerics import numerical
 
 SHARES = (1, 2, 3, 4, 6)
 """Times after a reversal at which the bound is stated, in units of 1/α, α the best rate known."""
+BEYOND = 9
+"""The same, from which on the ellipsoid alone bounds the error; it is not stated, and makes those before it smaller."""
 PERCENT = Fraction(1, 100)
 """Relative model error for which the increase of the bound is stated."""
 OFF = {
@@ -45,95 +46,62 @@ OFF = {
 """Kind of model error → a model error of one percent."""
 HALVINGS = 24
 """Bisection steps for the tolerated model error of a domain."""
-LONGEST, EVERY = 20_000, 64
-"""Largest number of samples that are summed, and number of samples between two checks of the remainder."""
-REST, ENOUGH = 1e-6, 1e-4
-"""Bound on the remainder relative to the sum, at which the summation ends; and the one accepted after ``LONGEST``."""
-ROUNDING = 1e-9
-"""Relative allowance for rounding errors."""
+PEAK_SAMPLES = 20.0
+"""Time constants of V after which a peak of Φ^k is bounded by V."""
 
 
 @dataclass(frozen=True)
-class Steady:
-    """Bound on one error component in the long run, under bounded disturbances: an L1 norm of impulse responses.
-
-    Attributes:
-        worst: Σ over the samples that were summed, which independent disturbances attain.
-        parts: cause → its part of ``bound``.
-    """
-
-    worst: float
-    parts: dict[str, float]
-
-    @property
-    def bound(self) -> float:
-        """Σ over all samples, the remainder included."""
-        return sum(self.parts.values())
-
-
-@dataclass(frozen=True)
-class Sums:
-    """L1 norms Σ_k |Φ^k b| of the impulse responses of every error component to every disturbance; rounded up.
+class LongRun:
+    """Bounds on every error component in the long run, linear in the sizes of the disturbances.
 
     Attributes:
         of: cause and index of each disturbance.
-        finite: the sum over the samples that were computed, m by disturbances.
-        remainder: bound on the sum over all later samples, m by disturbances.
+        columns: b of each, m by disturbances.
+        summed: Σ_{k<N} |Φ^k b|, m by disturbances.
+        rest: bound on the sum over all later k, m by disturbances.
     """
 
+    response: Response
     of: tuple[tuple[str, int], ...]
-    finite: Any
-    remainder: Any
+    columns: Array
+    summed: Array
+    rest: Array
+
+    def parts(self, sizes: Sizes, i: int) -> dict[str, float]:
+        """Cause → its part of the bound on component i; their sum is the bound."""
+        parts = {"noise": float(dot(self.response.direct.row(i), sizes["noise"]))}
+        for (cause, k), whole in zip(self.of, self.summed[i] + self.rest[i], strict=True):
+            parts[cause] = parts.get(cause, 0.0) + float(whole) * float(sizes[cause][k])
+        return parts
+
+    def bounds(self, sizes: Sizes) -> list[float]:
+        """The bound on every component."""
+        return [sum(self.parts(sizes, i).values()) for i in range(len(self.summed))]
+
+    def driven(self, sizes: Sizes) -> tuple[Array, Array, Array]:
+        """(columns b_j, bound on the direct feedthrough of noise to every component, d_j)."""
+        size = np.array([float(sizes[cause][k]) for cause, k in self.of])
+        rows = range(len(self.summed))
+        return self.columns, np.array([float(dot(self.response.direct.row(i), sizes["noise"])) for i in rows]), size
+
+    def attained(self, sizes: Sizes, i: int) -> float:
+        """What some disturbances attain of component i in the samples that are summed."""
+        direct = float(dot(self.response.direct.row(i), sizes["noise"]))
+        return direct + sum(float(s) * float(sizes[c][k]) for (c, k), s in zip(self.of, self.summed[i], strict=True))
 
 
-def lyapunov_tail(certificate: Certificate) -> tuple[Any, float, Any, Any]:
-    """(P, γ, r, c) with |(Φ^k)_ij| ≤ γ^k r_i c_j, where r_i = √((P⁻¹)_ii), c_j = √(P_jj) and γ² = 1 − 2αh."""
-    content = certificate.content
-    p = np.array([[float(Fraction(x)) for x in row] for row in content["lyapunov_matrix"]])
-    columns = np.sqrt(np.diag(p))
-    rows = np.sqrt(np.diag(np.linalg.inv(p / np.outer(columns, columns)))) / columns
-    decrease = 1 - 2 * Fraction(content["decay_rate"]) * Fraction(content["sample_time"])
-    return p, float(decrease) ** 0.5, rows, columns
-
-
-def impulse_sums(response: Response, sizes: Sequence[Sizes], certificate: Certificate) -> Sums | None:
-    """The L1 norms for all disturbances that some of ``sizes`` has; None if ``LONGEST`` samples are too few.
-
-    The bound on the remainder after N samples is √((P⁻¹)_ii) √(x'Px)/(1 − γ) with x = Φ^N b.
-    """
-    p, gamma, rows, _ = lyapunov_tail(certificate)
-    step = np.array(response.step, dtype=float)
+def long_run(response: Response, reach: Reach, sizes: Sequence[Sizes]) -> LongRun:
+    """The bounds in the long run under the disturbances that are in some of ``sizes``."""
     named = {
         (cause, k): column
         for cause, block in response.inputs.items()
         for k, column in enumerate(np.array(block, dtype=float).T)
         if column.any() and any(size[cause][k] > 0 for size in sizes)
     }
-    vectors = np.column_stack([np.zeros((len(step), 0)), *named.values()])
-    finite, series = np.zeros_like(vectors), rows / (1 - gamma) * (1 + ROUNDING)
-    for count in range(1, LONGEST + 1):
-        finite += np.abs(vectors)
-        vectors = step @ vectors
-        if count % EVERY == 0:
-            remainder = np.outer(series, np.sqrt(np.maximum(np.sum(vectors * (p @ vectors), axis=0), 0.0)))
-            rest = REST if count + EVERY <= LONGEST else ENOUGH
-            if (remainder <= rest * finite)[finite > 0].all():
-                return Sums(tuple(named), finite * (1 + ROUNDING), remainder * (1 + ROUNDING))
-    return None
-
-
-def steady_bounds(response: Response, sums: Sums, sizes: Sizes) -> list[Steady]:
-    """The long-run bound |D| δ_noise + Σ_j Σ_k |Φ^k B_j| δ_j of every error component."""
-    result = []
-    for i in range(response.step.rows):
-        direct = float(dot(response.direct.row(i), sizes["noise"]))
-        parts, worst = {"noise": direct}, direct
-        for (cause, k), finite, remainder in zip(sums.of, sums.finite[i], sums.remainder[i], strict=True):
-            size = float(sizes[cause][k])
-            worst += float(finite) * size
-            parts[cause] = parts.get(cause, 0.0) + float(finite + remainder) * size
-        result.append(Steady(worst, parts))
-    return result
+    columns = np.column_stack([np.zeros((len(reach.step), 0)), *named.values()])
+    numbers = [np.array([float(size[cause][k]) for cause, k in named]) for size in sizes]
+    summed, rest, _ = reach.sums(np.eye(len(reach.step)), columns, numbers)
+    return LongRun(response, tuple(named), columns, summed, rest)
 
 
 def error_bounds(
@@ -164,34 +132,41 @@ def error_bounds(
     sizes = with_rounding(sizes, response, *rounding)
     with_model_error = {cause: disturbances(spec, observer, response, off) for cause, off in OFF.items()}
     other_sizes = {cause: size for cause, size in with_model_error.items() if not isinstance(size, str)}
-    sums = impulse_sums(response, [sizes, *other_sizes.values()], certificate)
-    if sums is None:
-        return f"the error has not decayed after {LONGEST} samples, the most that are summed"
-    bounds = steady_bounds(response, sums, sizes)
-    steady = [b.bound for b in bounds]
-    other_bounds = {cause: steady_bounds(response, sums, size) for cause, size in other_sizes.items()}
+    reach = reach_of(response, certificate.content)
+    later = long_run(response, reach, [sizes, *other_sizes.values()])
+    steady = later.bounds(sizes)
+    with_other = {cause: later.bounds(size) for cause, size in other_sizes.items()}
     # ``disturbances`` has a bound for each contact, so each has a slope.
     slides = [s for s in (sliding(observer, contact) for contact in system.contacts) if s is not None]
     largest = [x for x in largest_friction(spec, observer) if x is not None]
     of_friction_errors = list(enumerate(observer.errors))[system.degrees_of_freedom :]
     levels = {i: float(of_friction(observer, e, [s.level for s in slides])) for i, e in of_friction_errors}
     starts = _at_reversal(observer, steady, levels)
-    after = _after_reversal(observer, response, certificate, steady, starts)
+    counts = after_reversal(observer, certificate)
     speeds = _slip_speeds(observer, steady, slides)
-    domain, tolerated = _in_domain(spec, observer, response, certificate, sums, sizes, [*other_sizes])
+    domain, tolerated = _in_domain(spec, observer, reach, later, sizes, [*other_sizes])
+    driven, noise, size = later.driven(sizes)
+    times = [k * float(observer.sample_time) for k in counts[:-1]]
+
+    def after(i: int) -> tuple[tuple[float, float], ...]:
+        """Bounds on friction error i from each of these times on, after the start that is assumed."""
+        whole = np.array(starts[i]) + noise
+        found = reach.later(np.eye(len(whole))[i], driven * size, counts, whole, reach.level_of(whole, driven, size))
+        return tuple((t, x + noise[i]) for t, x in zip(times, found[:-1], strict=True))
+
     return tuple(
         ErrorBound(
             name=error.symbol.name,
             unit=error.unit,
             steady=steady[i],
-            parts=bounds[i].parts,
+            parts=later.parts(sizes, i),
             start=starts[i][i],
             starts=starts[i],
-            after=after[i],
-            worst=bounds[i].worst,
+            after=after(i),
+            worst=later.attained(sizes, i),
             slip_speeds=speeds,
             domain=domain,
-            percent={cause: b[i].bound - steady[i] for cause, b in other_bounds.items()},
+            percent={cause: b[i] - steady[i] for cause, b in with_other.items()},
             largest_model_error=tolerated,
             largest=float(of_friction(observer, error, largest)) if len(largest) == len(slides) else None,
             level=levels[i],
@@ -217,33 +192,14 @@ def _at_reversal(
     return {i: tuple(s + (2 * levels[j] if j in (i, *together) else 0.0) for j, s in enumerate(steady)) for i in levels}
 
 
-def _after_reversal(
-    observer: Observer,
-    response: Response,
-    certificate: Certificate,
-    steady: Sequence[float],
-    starts: Mapping[int, tuple[float, ...]],
-) -> dict[int, tuple[tuple[float, float], ...]]:
-    """Index of a friction error → (seconds since a reversal, bound on that error), at 0 and at ``SHARES`` of 1/α."""
+def after_reversal(observer: Observer, certificate: Certificate) -> list[int]:
+    """The numbers of samples after a reversal from which on a bound is stated, and one ``BEYOND`` these."""
     h, best_rate = float(observer.sample_time), certificate.best_rate or certificate.decay_rate
-    counts = [math.ceil(share / best_rate / h) for share in SHARES]
-    reach, gamma = _reach(certificate)
-    after = {}
-    for i, start in starts.items():
-        falling = _decay_of_start(response, i, np.array(start), counts, reach[i], gamma)
-        later = [(k * h, left * (1 + ROUNDING) + steady[i]) for k, left in zip(counts, falling, strict=True)]
-        after[i] = ((0.0, start[i]), *later)
-    return after
+    return [math.ceil(share / best_rate / h) for share in (*SHARES, BEYOND)]
 
 
 def _in_domain(
-    spec: Spec,
-    observer: Observer,
-    response: Response,
-    certificate: Certificate,
-    sums: Sums,
-    sizes: Sizes,
-    causes: Sequence[str],
+    spec: Spec, observer: Observer, reach: Reach, later: LongRun, sizes: Sizes, causes: Sequence[str]
 ) -> tuple[DomainBound | str | None, dict[str, float]]:
     """Bounds in the observer's domain, or why there are none, and cause → the model error up to which there are.
 
@@ -251,14 +207,18 @@ def _in_domain(
     """
     if observer.domain is None:
         return None, {}
-    inside = _bounds_in_domain(observer, response, sums, *_reach(certificate), observer.domain.samples)
-    return inside(sizes), {cause: _tolerated(spec, observer, response, OFF[cause], inside) for cause in causes}
+    unit, more = np.eye(len(reach.step)), math.ceil(min(PEAK_SAMPLES / (1 - reach.gamma), LONGEST))
+    peaks = {
+        (i, j, k): reach.later(unit[i], unit[:, :0], [k, k + more], unit[j], reach.p[j, j])[0]
+        for i in (0, 1)
+        for j in (0, 1)
+        for k in {0, observer.domain.samples}
+    }
 
+    def inside(sizes: Sizes) -> DomainBound | str:
+        return domain_bound(observer, later.response, sizes, later.bounds(sizes), peaks)
 
-def _reach(certificate: Certificate) -> tuple[Any, float]:
-    """(R, γ) with |(Φ^k)_ij| ≤ γ^k R_ij; rounded up."""
-    _, gamma, rows, columns = lyapunov_tail(certificate)
-    return np.outer(rows, columns) * (1 + ROUNDING), gamma
+    return inside(sizes), {cause: _tolerated(spec, observer, later.response, OFF[cause], inside) for cause in causes}
 
 
 def _slip_speeds(observer: Observer, steady: Sequence[float], slides: Sequence[Sliding]) -> tuple[SlipSpeed, ...]:
@@ -314,8 +274,7 @@ def rounding_share(
         return None
     none = {cause: [Fraction(0)] * block.cols for cause, block in response.inputs.items()}
     sizes, n = with_rounding(none, response, *rounding), response.noise.cols
-    sums = impulse_sums(response, [sizes], certificate)
-    return None if sums is None else [b.bound for b in steady_bounds(response, sums, sizes)[n:]]
+    return long_run(response, reach_of(response, certificate.content), [sizes]).bounds(sizes)[n:]
 
 
 def refuse_empty_domain(spec: Spec, observer: Observer, bounds: tuple[ErrorBound, ...] | str) -> None:
@@ -337,29 +296,6 @@ def refuse_empty_domain(spec: Spec, observer: Observer, bounds: tuple[ErrorBound
         raise BadInput(spec.place("observer.domain.slip_speed"), found, expected, code="SPEC026")
 
 
-def _bounds_in_domain(
-    observer: Observer, response: Response, sums: Sums, reach: Any, fall: float, settle: int
-) -> Callable[[Sizes], DomainBound | str]:
-    """The function (bounds on the disturbances) → bounds in the observer's domain, or the reason why there are none.
-
-    Args:
-        reach, fall: as of ``_decay_of_start``, ``reach`` for each error component.
-        settle: samples after which the domain's bounds hold.
-    """
-    highest = {
-        (i, j, k): _decay_of_start(response, i, unit, [k], reach[i], fall)[0] * (1 + ROUNDING)
-        for i in (0, 1)
-        for j, unit in enumerate(np.eye(response.step.rows)[:2])
-        for k in {0, settle}
-    }
-
-    def inside(sizes: Sizes) -> DomainBound | str:
-        at = [b.bound for b in steady_bounds(response, sums, sizes)]
-        return domain_bound(observer, response, sizes, at, highest)
-
-    return inside
-
-
 def _tolerated(
     spec: Spec, observer: Observer, response: Response, unit: ModelError, inside: Callable[[Sizes], DomainBound | str]
 ) -> float:
@@ -379,27 +315,3 @@ def _tolerated(
         good = isinstance(bound, DomainBound) and bound.inside is not None
         low, high = (middle, high) if good else (low, middle)
     return float(low)
-
-
-def _decay_of_start(
-    response: Response, i: int, start: Any, counts: Sequence[int], reach: Any, fall: float
-) -> list[float]:
-    """sup over j ≥ k of Σ_l |(Φ^j)_il| start_l, for each number of samples k in ``counts``: decay of initial errors.
-
-    The powers are computed until the bound on all later ones, from the certificate's P, is below the largest found.
-
-    Args:
-        i: index of the error component.
-        start: |error| of each component at the start.
-        reach, fall: numbers with |(Φ^j)_il| ≤ reach_l fall^j (``lyapunov_tail``).
-    """
-    step = np.array(response.step, dtype=float)
-    row, found, last = np.linalg.matrix_power(step, counts[0])[i], [0.0 for _ in counts], counts[-1] + LONGEST
-    for k in range(counts[0], last + 1):
-        here, rest = float(np.abs(row) @ start), float(reach @ start) * fall ** (k + 1)
-        here = max(here, rest) if k == last else here
-        found = [max(left, here) if count <= k else left for left, count in zip(found, counts, strict=True)]
-        if k >= counts[-1] and rest <= found[-1]:
-            break
-        row = row @ step
-    return found
