@@ -112,17 +112,37 @@ def cells_of(breaks: Mapping[sympy.Symbol, Sequence[Any]]) -> list[Cell]:
 
 
 def enclose_family(family: Family) -> Cells:
-    """Partition the envelope until the enclosures are within 0.5 % of the sampled ranges, by at most 14 bisections.
+    """The partition of the envelope of ``partition``, with the matrices at the vertices.
 
     Raises:
         NotEnclosable: with more than twelve parameters that vary.
         codegen.checker.verify.Refused: if interval arithmetic cannot enclose an expression.
     """
-    enclosure = Enclosure(family)
+    Enclosure(family)  # raises NotEnclosable before the partition is sought
+    return enclose_cells(family, partition(family))
+
+
+def enclose_cells(family: Family, breaks: Mapping[sympy.Symbol, Sequence[Fraction]]) -> Cells:
+    """The cells of a grid with these breakpoints, with the matrices at the vertices; raises as ``enclose_family``.
+
+    A variable of the family without breakpoints is not cut.
+    """
+    grid = {v: breaks.get(v, ends) for v, ends in exact_ranges(family).items()}
+    splits = {v: [sympy.Rational(b.numerator, b.denominator) for b in bs] for v, bs in grid.items() if len(bs) > 2}
+    return Cells(splits, Enclosure(family).vertices(cells_of(grid)))
+
+
+def partition(family: Family, most: int = MOST_CELLS) -> dict[sympy.Symbol, list[Fraction]]:
+    """Breakpoints, for at most so many cells, whose enclosures are within 0.5 % of the sampled ranges if possible.
+
+    They are found by at most ``ROUNDS`` bisections.
+
+    Raises:
+        codegen.checker.verify.Refused: if interval arithmetic cannot enclose an expression.
+    """
     varying = tuple(e for e in family.parameters.values() if e.free_symbols)
-    breaks = _partition(varying, tuple(family.variables.items()), decay.MAX_TOTAL >> len(family.parameters))
-    splits = {v: [sympy.Rational(b.numerator, b.denominator) for b in bs] for v, bs in breaks.items() if len(bs) > 2}
-    return Cells(splits, enclosure.vertices(cells_of(breaks)))
+    allowed = min(most, decay.MAX_TOTAL >> len(family.parameters))
+    return _partition(varying, tuple(family.variables.items()), allowed)
 
 
 @lru_cache(maxsize=16)
@@ -161,7 +181,7 @@ def _partition(
     for _ in range(ROUNDS):
         at = midpoints()
         grown = {v: sorted({*b, *(m for (w, m) in at if w == v)}) for v, b in breaks.items()}
-        if not at or np.prod([len(b) - 1 for b in grown.values()]) > min(MOST_CELLS, most):
+        if not at or np.prod([len(b) - 1 for b in grown.values()]) > most:
             break
         breaks = grown
     return breaks

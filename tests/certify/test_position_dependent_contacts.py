@@ -12,8 +12,10 @@ import pytest
 import sympy
 
 import stiction
+from codegen.certify import enclosure
 from codegen.certify.certify import Certificate
 from codegen.certify.family import small_differences
+from codegen.certify.remedies.sample_times import largest_sample_times
 from codegen.checker import verify
 from tests.slow_cases import slow_except
 
@@ -147,3 +149,17 @@ def _level_error(path: Path, folder: Path, h: float) -> float:
                 state.z_v, state.z_rail = v - 50 * x, 3 + 10 * v
         level = twin.step(state, parameters, inputs).a_hat_rail
     return 3 - level
+
+
+def test_the_cells_of_the_envelope_are_chosen_once_for_all_sample_times(tmp_path: Path) -> None:
+    """They were chosen anew for each: `certify` of a slider-crank did not end in 300 s."""
+    path = tmp_path / "crank.yaml"
+    path.write_text(CRANK)
+    machine = stiction.load(path)
+    outcome = machine.outcome
+    assert isinstance(outcome, Certificate) and outcome.content["splits"]
+    before = enclosure._partition.cache_info().misses
+    found = largest_sample_times(machine.spec, machine.analysis, outcome)
+    assert enclosure._partition.cache_info().misses == before + 1
+    assert set(found) == {"euler", "semi_implicit", "implicit", "exponential"}
+    assert found["euler"] > 0.01 and found["implicit"] == np.inf

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -21,7 +22,7 @@ from codegen.certify.centre import least_rate
 from codegen.certify.certify import Certificate, Refusal
 from codegen.certify.content import Found, frame, proved
 from codegen.certify.cover import sampled_matrices, with_cover
-from codegen.certify.enclosure import Cells, Enclosure, enclose_family, exact_ranges
+from codegen.certify.enclosure import Cells, Enclosure, enclose_cells, exact_ranges, partition
 from codegen.certify.family import Family, NotEnclosable, build_family
 from codegen.certify.levels import levels_of
 from codegen.certify.lyapunov import common_lyapunov_at, decay_rate_limit
@@ -45,8 +46,14 @@ FACTOR = 4.0
 MARGIN, NEAR = 0.995, 0.99
 """Share of the largest feasible sample time that is submitted to the checker, and share of the spectral limit that is
 tried first."""
+CELLS = 64
+"""Largest number of cells of the envelope, if a P is found over these at the spec's own sample time. With the thousands
+that a certificate may have, the search takes minutes; for a slider-crank it finds a sample time that is 1 % longer."""
 SLOWEST = 1e-3
 """Required decay rate for a varying A, as a share of the upper bound that the vertices give."""
+
+Breaks = Mapping[sympy.Symbol, Sequence[Fraction]]
+"""Variable → breakpoints of the cells."""
 
 
 @numerical("the largest sample times")
@@ -71,6 +78,10 @@ def largest_sample_times(spec: Spec, own: Analysis, outcome: Certificate | Refus
     regions = outcome.regions if isinstance(outcome, Refusal) else None
     sliding = None if regions is None else regions.proofs.get("sliding.json")
     content = outcome.content if isinstance(outcome, Certificate) else {"variables": {}}
+    breaks, covered = dict[sympy.Symbol, Sequence[Fraction]](), True
+    if sliding is None and not own.points.missing:
+        with suppress(NotEnclosable, TypeError, verify.Refused):
+            breaks, covered = _chosen(spec, levels_of(own, content), isinstance(outcome, Certificate))
     for integration in INTEGRATIONS:
         if spec.observer.velocity == "measured" and integration in ("semi_implicit", "exponential"):
             continue
@@ -89,36 +100,62 @@ def largest_sample_times(spec: Spec, own: Analysis, outcome: Certificate | Refus
                 euler = analysis.dynamics if integration == "euler" else euler
                 if analysis.points.missing:
                     continue
-                largest = _largest(chosen, levels_of(analysis, content))
+                largest = _largest(chosen, levels_of(analysis, content), breaks, covered)
             if largest is not None:
                 found[integration] = largest
     return found
 
 
-def _largest(spec: Spec, analysis: Analysis) -> float | None:
-    """The largest certified sample time over the envelope, s, as of ``_Proofs.largest``."""
+def _chosen(spec: Spec, analysis: Analysis, certified: bool) -> tuple[Breaks, bool]:
+    """How P is proved at every sample time and by every method, as it can be at the spec's own.
+
+    Args:
+        certified: whether there is a P at the spec's own sample time.
+
+    Returns:
+        (breakpoints of the cells, whether a P with a cover is searched for first).
+    """
+    family = build_family(analysis.dynamics, analysis.points.ranges)
+    few = partition(family, CELLS)
+    if not certified:
+        return few, True
+    own = float(analysis.dynamics.observer.sample_time)
+    covered = not analysis.dynamics.implicit and sampled_matrices(family) is not None
+    covered = covered and _Proofs(spec, analysis, _at_samples, covered=True).certified(own)
+    enough = _Proofs(spec, analysis, partial(_at_cells, few)).feasible(own)
+    return few if enough else partition(family), covered
+
+
+def _largest(spec: Spec, analysis: Analysis, breaks: Breaks, covered: bool) -> float | None:
+    """The largest certified sample time over the envelope, s, as of ``_Proofs.largest``.
+
+    Args:
+        breaks: breakpoints of the cells at every sample time, by variable.
+        covered: whether a P with a cover is searched for first.
+    """
+    at_cells = partial(_at_cells, breaks)
     dynamics, ranges = analysis.dynamics, analysis.points.ranges
     stable, own = _stable(analysis), build_family(dynamics, ranges)
     if not any(e.free_symbols for e in own.parameters.values()):
-        return _Proofs(spec, analysis, _at_cells).largest(stable, STEPS)
+        return _Proofs(spec, analysis, at_cells).largest(stable, STEPS)
     if analysis.largest_sample_time == 0:  # not stable in continuous time
         return 0.0
     low = high = float(dynamics.observer.sample_time)
     while high < ANY and stable(high):
         low, high = high, high * FACTOR
     beyond = _between(stable, low, high, STEPS_VARYING if low < high < ANY else 0)[1]
-    if not dynamics.implicit and sampled_matrices(own) is not None:
+    if covered and not dynamics.implicit and sampled_matrices(own) is not None:
         proofs = _Proofs(spec, analysis, _at_samples, covered=True)
         if largest := proofs.largest(proofs.feasible, STEPS_VARYING, beyond):
             return largest
-    proofs = _Proofs(spec, analysis, _at_cells)
+    proofs = _Proofs(spec, analysis, at_cells)
     return proofs.largest(proofs.feasible, STEPS_VARYING, beyond)
 
 
-def _at_cells(analysis: Analysis) -> tuple[Family, Cells]:
+def _at_cells(breaks: Breaks, analysis: Analysis) -> tuple[Family, Cells]:
     """The family of an analysis over the envelope, and its cells."""
     family = build_family(analysis.dynamics, analysis.points.ranges)
-    return family, enclose_family(family)
+    return family, enclose_cells(family, breaks)
 
 
 def _at_samples(analysis: Analysis) -> tuple[Family, Cells]:
