@@ -234,7 +234,8 @@ def test_the_machine_s_motion_in_a_sample_is_said() -> None:
     the error is said to be at most 1e-5 m/s; it tends to h a/2.
     """
     claim = json.loads((HERE / "ellipsoid.json").read_text("utf-8"))
-    ball = claim["sets"][0] | {"rows": [["1", "0", "1/100000"]], "samples": "5000"}
+    ball = {x: claim["sets"][0][x] for x in ("matrix", "weights")}
+    ball |= {"rows": [["1", "0", "1/100000"]], "samples": "5000"}
     tiny = [[str(Fraction(x) / 10**12) for x in row] for row in ball["matrix"]]
     f, noise, *_ = ball["weights"]
     ball |= {"matrix": tiny, "weights": [f, str(Fraction(noise) / 10**12)]}
