@@ -37,7 +37,6 @@ same factor, because the terms in ρ add up to at most zero.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
@@ -49,9 +48,9 @@ import sympy
 from codegen.analysis.analysis import Analysis
 from codegen.base.arrays import Array
 from codegen.base.exact_numbers import geometric
-from codegen.certify.centre import least_rate
 from codegen.certify.certificate_text import rounded
 from codegen.certify.content import Found, Frame, lines, one_line, proved
+from codegen.certify.cover import with_cover
 from codegen.certify.enclosure import Enclosure
 from codegen.certify.family import Family
 from codegen.certify.lyapunov import common_lyapunov
@@ -62,16 +61,8 @@ from codegen.spec.model import symbol
 
 MODES = 40
 """Values of σ for which P is searched."""
-MOST_CELLS, FINEST = 400, 1e-3
-"""Largest number of intervals of σ, and least length of an interval relative to its upper end."""
 KAPPAS = (0.8, 1.1, 1.4, 1.8)
 """Values of κk/ν that are tried, ν being the least eigenvalue."""
-SHARES = (0.97, 0.9, 0.75)
-"""Shares of the rate at the ``MODES`` values that are tried for the whole interval of σ."""
-Ends = tuple[Fraction, Fraction]
-"""(low, high) of σ."""
-Corners = Callable[[Fraction, Fraction], Array]
-"""Ends of an interval of σ → A at the vertices of the box of (σ, σ², 1/σ) over it."""
 MODE, SIGMA, P, Q, NU = (symbol(name) for name in ("mode", "sigma", "p", "q", "nu"))
 """Parameter of the scalar step, the variable σ, and the parameters p = σ, q = 1/σ and nu = σ² of the 3 by 3 step."""
 SCALAR = (("f", "a component of G^(-1/2) e, e the force errors, G = -K_2"),)
@@ -165,7 +156,7 @@ def moving_mass(analysis: Analysis) -> MovingMass | None:
 def certified_mode(h: Any, k: Any, machine: Extremes) -> MovingMass | None:
     """The mode with the κ and P that give the largest rate; None if no V is found.
 
-    P is searched for ``MODES`` values of σ, then checked on intervals that cover all of σ (``_splits``).
+    P is searched for ``MODES`` values of σ, then verified on a cover of all of σ (``with_cover``).
 
     Args:
         h, k: sample time in s and velocity gain in 1/s, exact.
@@ -177,29 +168,24 @@ def certified_mode(h: Any, k: Any, machine: Extremes) -> MovingMass | None:
     if ends[0] <= 0:
         return None
     found = []
-    beta = h * k / 2
+    beta, exact = h * k / 2, (sympy.Rational(ends[0]), sympy.Rational(ends[1]))
+    values = [Fraction(s) for s in geometric(float(ends[0]), float(ends[1]), MODES)]
     for ratio in KAPPAS:
         kappa = rounded(ratio * machine.slowest / float(k), 3)
         step = mode_step(h, k, machine, kappa, beta)
-        exact = (sympy.Rational(ends[0]), sympy.Rational(ends[1]))
         family = Family({SIGMA: exact}, {P: SIGMA, NU: SIGMA**2, Q: 1 / SIGMA}, step)
-        enclosure = Enclosure(family)
-        sampled = enclosure.vertices(
-            {SIGMA: (s, s)} for s in map(Fraction, geometric(float(ends[0]), float(ends[1]), MODES))
-        )
+        sampled = Enclosure(family).vertices({SIGMA: (s, s)} for s in values)
         proposal = common_lyapunov(sampled, float(h), np.eye(3, dtype=bool))
         if proposal is not None:
-            found.append((proposal[1], kappa, family, proposal[0], enclosure))
+            found.append((kappa, Found(family, proposal[0] / proposal[0][1, 1], proposal[1])))
     if not found:
         return None
-    alpha, kappa, family, p, enclosure = max(found, key=lambda each: each[0])
-    for share in SHARES:
-        splits = _splits(lambda a, b: enclosure.vertices([{SIGMA: (a, b)}]), p, ends, alpha * share, float(h))
-        if splits is not None:
-            return MovingMass(
-                family, p / p[1, 1], alpha * share, {SIGMA: splits}, extremes=machine, kappa=kappa, beta=beta
-            )
-    return None
+    kappa, best = max(found, key=lambda each: each[1].rate)
+    covered = with_cover(best, h)
+    if covered is None:
+        return None
+    words = {"extremes": machine, "kappa": kappa, "beta": beta}
+    return MovingMass(best.family, best.p, covered.rate, cover=covered.cover, **words)
 
 
 def _structure(analysis: Analysis) -> tuple[Any, Array] | None:
@@ -248,21 +234,3 @@ def _multi_affine(entry: Any, s: sympy.Symbol) -> Any:
     powers = (Q, sympy.Integer(1), P, NU, P * NU)
     polynomial = sympy.Poly(sympy.expand(entry * s), s)
     return sum((polynomial.coeff_monomial(s**i) * power for i, power in enumerate(powers)), sympy.Integer(0))
-
-
-def _splits(corners: Corners, p: Array, ends: Ends, alpha: float, h: float) -> list[Fraction] | None:
-    """Ends of intervals of σ such that P proves the rate at every vertex of the box of (σ, σ², 1/σ) over each; or None.
-
-    Found by bisection. None if more than ``MOST_CELLS`` intervals, or shorter ones than ``FINEST``, would be needed.
-    """
-    waiting, done = [ends], [ends[0]]
-    while waiting and len(done) + len(waiting) <= MOST_CELLS:
-        a, b = waiting.pop()
-        if least_rate(p, corners(a, b), h) > alpha:
-            done.append(b)
-        elif b - a < FINEST * b:
-            return None
-        else:
-            middle = Fraction(round(float(a + b) * 5000), 10000)
-            waiting += [(middle, b), (a, middle)]
-    return None if waiting else done
