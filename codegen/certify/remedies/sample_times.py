@@ -78,7 +78,8 @@ def largest_sample_times(spec: Spec, own: Analysis, outcome: Certificate | Refus
     regions = outcome.regions if isinstance(outcome, Refusal) else None
     sliding = None if regions is None else regions.proofs.get("sliding.json")
     content = outcome.content if isinstance(outcome, Certificate) else {"variables": {}}
-    breaks, covered = dict[sympy.Symbol, Sequence[Fraction]](), True
+    breaks: Breaks = {}
+    covered = True
     if sliding is None and not own.points.missing:
         with suppress(NotEnclosable, TypeError, verify.Refused):
             breaks, covered = _chosen(spec, levels_of(own, content), isinstance(outcome, Certificate))
