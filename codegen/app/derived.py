@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from math import pi
@@ -233,13 +232,16 @@ class Derived(Shown):
             bounded = with_bounds(self.spec, self.analysis, outcome)
             begin("proof of the C")
             found, refused = _with_kernel_proof(bounded, self, sources)
-            if not refused or not (angles := _narrow_angles(self.analysis)):
+            angles = _narrow_angles(self.analysis) if refused else []
+            if not angles and not (refused and FALLS_SHORT in found.not_by_kernel):
                 return found
-            begin("certificate for a full turn")
+            begin("certificate over a cover")
             other = of_spec(all_angles=True)
             if isinstance(other, Certificate):
                 turned, refused = _with_kernel_proof(with_bounds(self.spec, self.analysis, other), self, sources)
                 return replace(found, not_by_kernel=turned.not_by_kernel) if refused else turned
+            if not angles:
+                return found
             names = " and ".join(angles)
             words = (
                 f"V decreases for {names} in the envelope; of the C this is proved only for all values of the sine and "
@@ -281,6 +283,8 @@ class Derived(Shown):
         return files
 
 
+FALLS_SHORT = "V may not fall"
+"""Words of a refusal of the kernel that another P or another cover may change."""
 Source = Derived | str | Path
 """Argument of a verb: a machine, or the file of its spec."""
 
@@ -356,7 +360,7 @@ def _with_kernel_proof(
         kernel was given one and did not accept it.
     """
     from codegen.certify.bound.ellipsoid import with_ellipsoid
-    from codegen.certify.kernel_form import NotCovered, proof_text, with_halved_cells
+    from codegen.certify.kernel_form import NotCovered, proof_text
     from codegen.checker import verify as checker
 
     observer, places = machine.observer, machine.program.places
@@ -366,18 +370,7 @@ def _with_kernel_proof(
     try:
         proof = proof_text(observer, places, certificate.content)
         content = checker.parsed(certificate.text)
-        try:
-            _, shown, unproved = checker.of_its_proof(content, {**sources, checker.PROOF: proof.encode()})
-        except checker.Refused as error:
-            if "V may not fall" not in str(error):
-                raise
-            for finer in with_halved_cells(proof):
-                with suppress(checker.Refused):
-                    _, shown, unproved = checker.of_its_proof(content, {**sources, checker.PROOF: finer.encode()})
-                    proof = finer
-                    break
-            else:
-                raise
+        _, shown, unproved = checker.of_its_proof(content, {**sources, checker.PROOF: proof.encode()})
     except (NotCovered, checker.Refused) as error:
         return replace(certificate, not_by_kernel=str(error)), isinstance(error, checker.Refused)
     if unproved:

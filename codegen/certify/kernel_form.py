@@ -10,7 +10,7 @@ sliding_form.py.
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from fractions import Fraction
 from typing import Any
 
@@ -25,10 +25,6 @@ from codegen.spec.model import symbol
 
 FUNCTIONS = {sympy.cos: "cos", sympy.exp: "exp", sympy.sin: "sin", Magnitude: "fabs", Sgn: "sgn"}
 """SymPy function → its name in the kernel. A function of measured quantities has the same value in machine and code."""
-
-
-MOST_CELLS = 64
-"""Largest number of cells into which one of a certificate is halved."""
 
 
 class NotCovered(Exception):
@@ -220,34 +216,6 @@ def _cells(splits: list[tuple[str, list[str]]], box: Mapping[str, list[str]]) ->
         return [x, cuts[middle], tree(cuts[:middle]), tree(cuts[middle + 1 :])]
 
     return tree(inner)
-
-
-def with_halved_cells(proof: str) -> Iterator[str]:
-    """The same proof over finer covers: the cells halved once, twice and three times in each position with a range.
-
-    On a cell the kernel bounds powers of a position independently of each other. In M = m + c z⁴ for |z| ≤ 1, say, that
-    costs more than a certificate over cells of z⁴ itself has to spare.
-    """
-    made = json.loads(proof)
-    cut = [x for x in made["positions"] if x in made["box"]]
-
-    def halved(cover: Any, cell: Mapping[str, list[str]], times: int) -> Any:
-        if cover:
-            x, middle, *parts = cover
-            ends = cell.get(x, ["0", "1"])  # t of an angle
-            lower, upper = [ends[0], middle], [middle, ends[1]]
-            return [x, middle, *(halved(p, {**cell, x: e}, times) for p, e in zip(parts, (lower, upper), strict=True))]
-        return _cells([(x, _cuts(cell[x], 2**times)) for x in cut], cell)
-
-    for times in (1, 2, 3):
-        if cut and 2 ** (times * len(cut)) <= MOST_CELLS:
-            yield proof_json(made | {"cover": halved(made["cover"], made["box"], times)})
-
-
-def _cuts(ends: list[str], parts: int) -> list[str]:
-    """The numbers that divide an interval into so many parts of the same length."""
-    low, high = map(Fraction, ends)
-    return [str(low + (high - low) * k / parts) for k in range(1, parts)]
 
 
 def _range_of_magnitude(ends: Any) -> list[str] | None:

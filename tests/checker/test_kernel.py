@@ -234,7 +234,7 @@ envelope: {x: [-0.5, 0.5], z: [-1, 1], vx: [-0.6, 0.6], vz: [-1, 1]}
 
 
 def test_a_mass_with_a_high_power_of_a_position_is_proved_on_smaller_cells() -> None:
-    """The certificate has one cell of z**4. On one cell of z the kernel did not find that V falls; on two it does."""
+    """Over one cell of z**4 V falls, and on one cell of z the kernel did not find that; on two of a cover it does."""
     outcome, files = generated(HOIST)
     assert outcome.kernel is not None, outcome.not_by_kernel
     made, given = json.loads(files["proof.json"]), {name: text.encode() for name, text in files.items()}
