@@ -70,8 +70,7 @@ def rounding_bounds(
             return f"no bound of them: {error}"
         more = (Fraction(position), [Fraction(e) for e in states.values()])
         with_it, share = error_bounds(spec, analysis, certificate, more), rounding_share(observer, certificate, more)
-        if isinstance(with_it, str) or share is None:
-            return "no bound of them: the error decays too slowly to be summed"
+        assert not isinstance(with_it, str) and share is not None  # there is ``bound``, by the same response
         after = with_it[0].domain
         inside = after.inside if isinstance(after, DomainBound) else None
         result[precision] = Rounding(
