@@ -11,7 +11,7 @@ import pytest
 
 from codegen.diagnosis.evidence.adoption import Refit
 from codegen.diagnosis.evidence.coverage import survey
-from codegen.diagnosis.fit.credit import LEAST_NET, is_negligible, misfit, near_noise, share_far
+from codegen.diagnosis.fit.credit import FAR, LEAST_NET, is_negligible, misfit, near_noise, noise_ratio, share_far
 from codegen.diagnosis.fit.output_error import Fit, polish
 from codegen.diagnosis.fit.record import MOST_STEPS, PLENTY, Record, is_shortened, record_of
 from codegen.diagnosis.fit.residual import Problem
@@ -38,11 +38,19 @@ friction: {distribution: [[1]], contacts: [{name: rail, law: coulomb, a: 1, unit
 """
 
 
-def search(speed: float, seconds: float = 12.0, cutoff_hz: float = 20.0) -> Search:
-    """A mass that moves by 0.3 sin 4t about a constant speed."""
-    t = np.arange(round(seconds / 0.002)) * 0.002
-    x, w = 0.3 * np.sin(4 * t) + speed * t, -9.6 * np.sin(4 * t)
-    log = Log(Path("a.csv"), "a", t, x[:, None], None, w[:, None], 0.002, cutoff_hz, None, None, ())
+def search(
+    speed: float,
+    seconds: float = 12.0,
+    cutoff_hz: float = 20.0,
+    step: float = 0.002,
+    lacking: float = 0.0,
+    noise: float = 0.0,
+) -> Search:
+    """A mass that moves by 0.3 sin 4t about a constant speed, with noise, and an input that lacks some of the force."""
+    t = np.arange(round(seconds / step)) * step
+    x, w = 0.3 * np.sin(4 * t) + speed * t, -9.6 * np.sin(4 * t) + lacking * np.sin(9 * t)
+    x = x + noise * np.random.default_rng(1).normal(size=len(t))
+    log = Log(Path("a.csv"), "a", t, x[:, None], None, w[:, None], step, cutoff_hz, None, None, ())
     motion = smooth_motion(log)
     problem = Problem(build_system(parse_spec(SPEC, Path("one.yaml"))), motion, {})
     return search_on(problem, lambda share: record_of(motion, log, share))
@@ -98,6 +106,26 @@ def test_free_runs_of_a_very_dense_log_take_several_rows_a_step() -> None:
     )
     moved = full[:, ::5] - full[:, :1]
     assert np.sqrt(np.mean((few - full[:, ::5]) ** 2)) < 1e-3 * np.sqrt(np.mean(moved**2))
+
+
+@pytest.mark.parametrize(("step", "coarse"), [(0.0005, (0.002, 1)), (0.002, (0.002, 1)), (0.004, (0.004, 2))])
+def test_far_from_the_data_few_segments_take_steps_of_25_in_a_period(step: float, coarse: tuple[float, int]) -> None:
+    """In place of 50 or, at 2 kHz, 100; runs differ by little of what the base leaves. Near the data they are usual."""
+    one, near = (search(0.0, step=step, lacking=lacking, noise=1e-4) for lacking in (2.0, 0.0))
+    base, exact = one.refit(), near.refit()
+    assert noise_ratio(base) > FAR > noise_ratio(exact)
+    few, kept = (
+        CandidateFits(s, fit, tuple(every_part(s, ())[:1])).few[None] for s, fit in ((one, base), (near, exact))
+    )
+    runner = few.runner
+    assert (runner.record.sample_time, runner.substeps) == (pytest.approx(coarse[0]), coarse[1])
+    rows = runner.record.every
+    segments = replace(one.record, start=runner.record.start * rows, length=runner.record.length * rows)
+    usual = replace(runner, record=segments, substeps=one.substeps)
+    runs = [r.run(few.theta, r.record.at_rest) for r in (runner, usual)]
+    left = runs[0] - runner.record.targets
+    assert np.sqrt(np.mean((runs[0] - runs[1][:, ::rows]) ** 2)) < 0.02 * np.sqrt(np.mean(left**2))
+    assert (kept.runner.record.sample_time, kept.runner.substeps) == (near.record.sample_time, near.substeps)
 
 
 @pytest.mark.parametrize(("rate", "seconds", "every"), [(10_000, 12.0, 2), (1000, 120.0, 1), (2000, 12.0, 1)])

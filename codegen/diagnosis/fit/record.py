@@ -118,6 +118,11 @@ class Record:
             every=self.every * every,
         )
 
+    def steps(self, per_period: int, cutoff_hz: float) -> tuple[int, int]:
+        """(rows in a time step, time steps in a row) of at least so many time steps in a period of the cutoff."""
+        rows = min(int(1 / (per_period * cutoff_hz * self.sample_time) + 1e-9), self.length // LEAST_SAMPLES)
+        return max(1, rows), substeps_of(self.sample_time, cutoff_hz, per_period)
+
     def with_inputs(self, commands: Array) -> Record:
         """The record with other inputs, (N, m) of all rows of the log; of a thinned one, with their means."""
         return replace(self, commands=_means(commands, self.every))
@@ -239,9 +244,9 @@ def record_of(motion: Motion, log: Log, shorter: float = 1.0, events: Sequence[i
     return record.thinned(every) if every > 1 else record
 
 
-def substeps_of(sample_time: float, cutoff_hz: float) -> int:
-    """Time steps in a sample."""
-    return max(1, int(np.ceil(sample_time * STEPS_PER_PERIOD * cutoff_hz)))
+def substeps_of(sample_time: float, cutoff_hz: float, per_period: int = STEPS_PER_PERIOD) -> int:
+    """Time steps in a sample, at least so many in a period of the cutoff."""
+    return max(1, int(np.ceil(sample_time * per_period * cutoff_hz)))
 
 
 def is_shortened(record: Record, motion: Motion) -> bool:

@@ -39,6 +39,10 @@ many; otherwise an effect that acts rarely, such as saturation, could be missed.
 NEAR, SHORTEST = 30.0, 0.2
 """Ratio of the refit's error to the noise above which candidates are first fitted on shorter segments, and the least
 share of their length. The error of a free-run simulation grows with the square of time."""
+COARSE = 25
+"""Least time steps in a period of the cutoff on few segments, if the base is more than ``FAR`` times the noise from the
+data: half of those of other free runs, and fewer rows of a dense log. It changes little beside what such a base leaves.
+"""
 LEAST_EXCESS = 0.05
 """Share of the worst joint's loss above the noise below which no effect on another joint is tried in a round of the
 force residual, to save time; these effects count as hypotheses, since the log makes the choice. A round of free runs
@@ -379,7 +383,7 @@ class CandidateFits:
     def gain_of(self, fit: Fit, k: int) -> float:
         """The gain of a fit over the base on the few segments of part ``k``."""
         few = self._few(k)
-        runner, prior = replace(fit.runner, record=few.runner.record), self.search.prior(fit.trial, fit.theta)
+        runner, prior = _as_of(few, fit.runner), self.search.prior(fit.trial, fit.theta)
         there = shooting_fit(runner, fit.theta, few.runner.record.at_rest, prior, 0, final_slopes=False)
         return few.cost - there.cost
 
@@ -444,8 +448,7 @@ class CandidateFits:
 
     def _polished(self, k: int, theta: Array, base: Fit, raw: Sequence[Array] | None = None) -> Fit:
         """Part ``k`` fitted in addition to a base, with new slopes by the start states while they reduce the cost."""
-        runner = replace(self.runners[k], record=base.runner.record)
-        fit, before = self.search.fit_from(runner, theta, base, ROUNDS, raw), np.inf
+        fit, before = self.search.fit_from(_as_of(base, self.runners[k]), theta, base, ROUNDS, raw), np.inf
         for _ in range(POLISHES):
             if fit.cost > (1 - MOVING) * before:
                 break
@@ -472,7 +475,7 @@ class CandidateFits:
 
     def _runner(self, k: int) -> Runner:
         """Free runs of a part on few segments."""
-        return replace(self.runners[k], record=self._few(k).runner.record)
+        return _as_of(self._few(k), self.runners[k])
 
     def _joint(self, part: Part) -> int | None:
         """The joint on which a part acts, for an arm that is run joint by joint; else None."""
@@ -496,8 +499,13 @@ class CandidateFits:
         return found
 
 
+def _as_of(base: Fit, runner: Runner) -> Runner:
+    """Free runs on the segments of a base fit, with its time steps."""
+    return replace(runner, record=base.runner.record, substeps=base.runner.substeps)
+
+
 def _screening(search: Search, base: Fit, joint: int | None) -> Fit:
-    """The base on fewer and, if it is far from the data, shorter segments; of one joint if one is given."""
+    """The base on fewer and, if it is far from the data, shorter segments with coarser steps; of one joint if given."""
     left = base.by_segment
     if joint is not None:
         left = left[base.rows_of(joint)]
@@ -512,5 +520,8 @@ def _screening(search: Search, base: Fit, joint: int | None) -> Fit:
     few = replace(record, start=np.ascontiguousarray(record.start[chosen]))
     few = few if joint is None else replace(few, joints=(joint,))
     runner = replace(base.runner, record=few)
+    if search.rigid is None and ratio > FAR:
+        rows, substeps = few.steps(COARSE, search.motion.cutoff_hz)
+        runner = replace(runner, record=few.thinned(rows) if rows > 1 else few, substeps=substeps)
     prior = search.prior(runner.trial, base.theta, base.prior.tempering)
-    return shooting_fit(runner, base.theta, few.at_rest, prior, FIRST_ROUNDS)
+    return shooting_fit(runner, base.theta, runner.record.at_rest, prior, FIRST_ROUNDS)
