@@ -253,13 +253,6 @@ class _Search:
             expected += (
                 "; where that file describes another log, `diagnose` and `replay` take this one's by `--description`"
             )
-        if symbol in self.explicit:
-            expected += "; the option is for every log of a command: where their columns differ, meta.yaml beside each"
-        if self.headless:
-            reason = reason or ", and no header line"
-            expected = (
-                f"`columns: {{{symbol}: NUMBER}}` in meta.yaml beside the log, NUMBER from 1 to {len(self.names)}"
-            )
         found = f"no column `{shown(text)}`{reason}"
         as_written = [name for name in self.names if name in text and name != identifier(name)]
         if as_written and OPERATORS & set(text):
@@ -331,7 +324,8 @@ class _Search:
         if not lacking:
             return
         first = self._not_integrated(lacking[0])
-        if not proposed and (len(lacking) == 1 or any("an expression" in self.missing[s].expected for s in lacking)):
+        alone = len(lacking) == 1 and not self.headless
+        if not proposed and (alone or any("an expression" in self.missing[s].expected for s in lacking)):
             raise first
         counted = "t" in lacking and "t" not in found and all(map(is_counter, left))
         absent = f"no {'columns' if len(lacking) > 1 else 'column'} {', '.join(f'`{s}`' for s in lacking)}"

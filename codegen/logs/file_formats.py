@@ -123,7 +123,7 @@ def format_of(path: Path) -> Opener:
     raise BadInput(place, found, expected, nearest_name(path.suffix.lower(), FORMATS), code="LOG002")
 
 
-def open_stream(path: Path, description: LogDescription | None = None) -> LogFile:
+def open_stream(path: Path, description: LogDescription | None = None) -> BlockFile:
     """Open a log to be read in blocks.
 
     Raises:

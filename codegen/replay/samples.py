@@ -15,7 +15,7 @@ from codegen.logs import LogDescription, read_log
 from codegen.logs.binding import Binding, bind
 from codegen.logs.counters import corrected, require_columns
 from codegen.logs.file_formats import open_stream
-from codegen.logs.formats.source import LARGEST, Columns, LogFile, NotStreamed
+from codegen.logs.formats.source import LARGEST, BlockFile, Columns, NotStreamed
 from codegen.logs.log import Log
 from codegen.logs.readers import log_description
 from codegen.logs.term import columns_of, compute
@@ -137,7 +137,7 @@ class Samples:
                 last = min(first + ROWS, stop)
                 yield Block(log.time[first:last], values[first:last], first == start)
 
-    def _blocks(self, stream: LogFile, binding: Binding, described: LogDescription) -> Iterator[Block]:
+    def _blocks(self, stream: BlockFile, binding: Binding, described: LogDescription) -> Iterator[Block]:
         """The rows of a stream in blocks, split at gaps."""
         timed = "t" in binding.terms
         symbols = (["t"] if timed else []) + self._inputs

@@ -187,10 +187,6 @@ class LogFile(File, ABC):
             BadInput: for the first value that is not a number, columns of different length, or too many numbers.
         """
 
-    def blocks(self, wanted: Sequence[str]) -> Iterator[Columns]:
-        """The rows of the wanted columns (``load``), in blocks of rows if the format allows it."""
-        yield self.load(wanted)
-
     def take(self, size: int) -> None:
         """Count the bytes that the file holds when unpacked; see ``Allowance.take``."""
         self.allowance.take(self.path, size, self.expected)
@@ -211,6 +207,10 @@ class BlockFile(LogFile):
     """A log that is read by its ``blocks``; ``rows`` is the number of rows."""
 
     rows = 0
+
+    @abstractmethod
+    def blocks(self, wanted: Sequence[str]) -> Iterator[Columns]:
+        """The rows of the wanted columns (``load``), in blocks of rows."""
 
     def load(self, wanted: Sequence[str]) -> Columns:
         if not self.rows:
