@@ -141,8 +141,6 @@ def _computed_from_position(forces: Forces, spec: Spec, left_out: frozenset[int]
 def _without_function_of(x: Array, columns: Array) -> Array:
     """Columns (K, m) less their least-squares piecewise linear functions of x, (K,)."""
     knots = np.unique(np.quantile(x, np.linspace(0, 1, KNOTS)))
-    if len(knots) < 3:
-        return np.asarray(columns - columns.mean(axis=0))
     hats = np.column_stack([np.interp(x, knots, row) for row in np.eye(len(knots))])
     gram = hats.T @ hats + 1e-9 * len(x) / len(knots) * np.eye(len(knots))
     return np.asarray(columns - hats @ np.linalg.solve(gram, hats.T @ columns))
