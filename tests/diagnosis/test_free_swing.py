@@ -12,6 +12,7 @@ from codegen.diagnosis.diagnose import diagnose_log
 from codegen.diagnosis.evidence.residual_regression import remainders
 from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.signals import smooth_motion
+from codegen.diagnosis.verdict.wrong_values import explaining_values
 from codegen.effects.declare import system_of
 from codegen.logs import read_log
 from codegen.spec import parse_spec
@@ -38,14 +39,21 @@ envelope: {{w: [-8, 8], q: [-2, 2]}}
 
 
 def swing_out(
-    viscous: float, seconds: float, h: float = 0.005, start: float = 1.2, step: float = STEP, fine: int = 50
+    viscous: float,
+    seconds: float,
+    h: float = 0.005,
+    start: float = 1.2,
+    step: float = STEP,
+    fine: int = 50,
+    gusts: float = 0.0,
 ) -> str:
     """A log of t and q from rest at ``start`` rad, in steps of an encoder; integrated by small semi-implicit steps."""
     q, w, rows = start, 0.0, ["t,q"]
     for k in range(round(seconds / h)):
         rows.append(f"{k * h:.3f},{step * np.floor(q / step):.6f}")
+        gust = gusts * (np.sin(7.3 * k * h) + np.sin(11.9 * k * h + 1))
         for _ in range(fine):
-            push = -MGL * np.sin(q) - viscous * w
+            push = gust - MGL * np.sin(q) - viscous * w
             w += h / fine * (push - LEVEL * np.tanh(w / 1e-3)) / J
             q += h / fine * w
     return "\n".join(rows) + "\n"
@@ -80,3 +88,16 @@ def test_rounding_by_a_coarse_encoder_is_noise_and_no_vibration(start: float, tm
     assert left.share > 0.05  # of mass times acceleration
     assert left.over["ringing"] == left.over["frequency"] == 0.0
     assert left.nature(0.02) == "noise", left
+
+
+def test_a_mass_that_scales_the_whole_equation_explains_nothing(tmp_path: Path) -> None:
+    """A mass near zero, or below, leaves a residual force near zero whatever is lacking, but not the acceleration."""
+    own = """  m: {value: 0.04, unit: kg}
+  l2: {value: 0.25, unit: m^2, tolerance: 1 %}
+  gl: {value: 7.5, unit: m^2/s^2, tolerance: 1 %}
+"""
+    text = SPEC.replace("[[J]]", "[[m*l2]]").replace("-mgl*sin(q)", "-m*gl*sin(q)")
+    spec = parse_spec(re.sub("  J: .*\n  mgl: .*\n", own, text), tmp_path / "swing.yaml")
+    (tmp_path / "log.csv").write_text(swing_out(0.0, 12.0, gusts=0.05))
+    problem = Problem(system_of(spec), smooth_motion(read_log(tmp_path / "log.csv", spec)), {})
+    assert explaining_values(spec, problem.system, problem) == []

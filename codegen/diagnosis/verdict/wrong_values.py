@@ -21,7 +21,7 @@ from codegen.base.significant import in_percent, with_deserved_digits
 from codegen.diagnosis.evidence.estimate import estimate
 from codegen.diagnosis.fit.drive import residual_without_levels
 from codegen.diagnosis.fit.force_rows import ForceRows, force_rows
-from codegen.diagnosis.fit.measure import Drive
+from codegen.diagnosis.fit.measure import Drive, inverse_mass
 from codegen.diagnosis.fit.output_error import AT_END, BLOCKS, WITHIN, Fit, segment_cost
 from codegen.diagnosis.fit.residual import Problem, evaluate_forces, inverse_dynamics_residual
 from codegen.diagnosis.fit.search import Search, tolerances_away
@@ -339,12 +339,34 @@ def _explaining_value(spec: Spec, refit: System, problem: Problem) -> Explaining
     rows = force_rows(refit, problem, [*fixed, *problem.levels])
     levels = list(range(len(fixed), len(fixed) + len(problem.levels)))
     shares = [_explained(rows, [k, *levels], levels) for k in range(len(fixed))]
-    best = int(np.argmax(shares))
-    if shares[best] < EXPLAINS:
-        return None
-    chosen, changes = [fixed[best], *problem.levels], _weights(rows, [best, *levels])
-    values = {s.name: float(refit.values[s]) + float(change) for s, change in zip(chosen, changes, strict=True)}
-    return ExplainingValue(fixed[best], values, float(shares[best]))
+    for best in np.argsort(-np.array(shares), kind="stable"):
+        if shares[best] < EXPLAINS:
+            break
+        chosen, changes = [fixed[best], *problem.levels], _weights(rows, [best, *levels])
+        values = {s.name: float(refit.values[s]) + float(change) for s, change in zip(chosen, changes, strict=True)}
+        if _explained_acceleration(refit, with_values(refit, values), problem) >= EXPLAINS:
+            return ExplainingValue(fixed[best], values, float(shares[best]))
+    return None
+
+
+def _explained_acceleration(before: System, after: System, problem: Problem) -> float:
+    """Share of the squared acceleration M⁻¹ r of the force residual of one system that another one takes away.
+
+    A mass that is in all terms of an equation takes its whole residual force away as it goes to zero, and explains
+    nothing. After regression on the levels; −inf for a system whose M(x) is not positive definite along the motion.
+    """
+    motion = problem.motion
+    inverses = [inverse_mass(system, motion) for system in (before, after)]
+    if not np.linalg.eigvalsh(inverses[1]).min() > 0:
+        return float("-inf")
+    forces = [residual_without_levels(problem, system)[:, :, None] for system in (before, after)]
+    was, left = ((inverse @ force)[:, :, 0] for inverse, force in zip(inverses, forces, strict=True))
+    shares = [
+        float(np.sum(left[used, i] ** 2)) / max(float(np.sum(was[used, i] ** 2)), 1e-300)
+        for i, used in enumerate(problem.used.T)
+        if used.any()
+    ]
+    return 1 - float(np.mean(shares)) if shares else float("-inf")
 
 
 def _explained(rows: Sequence[ForceRows], columns: Sequence[int], without: Sequence[int]) -> float:
