@@ -61,13 +61,12 @@ def test_what_is_shipped_is_proved_and_near_the_worst(name: str) -> None:
     for ball, found in zip(claim["sets"], bounds(name, claim), strict=True):
         for line, bound in zip(ellipsoid.claimed_rows(ball), found, strict=True):
             worst = reachable(name, claim, line, any_friction="friction" in ball)
-            near = (1.16 if name == "chain" and not line[2] else 1.01) * worst
-            assert worst <= float(bound) < (near if line[2] is None or line[3] else 1.6 * worst)
+            assert worst <= float(bound) < (1.001 if line[2] is None or line[3] else 1.6) * worst
     if name in SUMS:
         pairs = zip(claim["sets"], bounds(name, claim), strict=True)
         steady = [float(b) for ball, each in pairs if "friction" not in ball for b in each[: len(ball["rows"])]]
         for ours, summed in zip(steady[-len(SUMS[name]) :], SUMS[name], strict=True):
-            assert 0.999 * summed < ours < (1.16 if name == "chain" else 1.01) * summed
+            assert 0.999 * summed < ours < 1.001 * summed
 
 
 def reachable(name: str, claim: Any, line: tuple[Any, ...], shown: Any = None, any_friction: bool = False) -> float:
