@@ -161,6 +161,10 @@ class Effect(ABC):
         """By how much the input acts late at low frequencies, in s, with these parameter values; by default 0."""
         return 0.0
 
+    def period(self, values: Mapping[str, float]) -> float:
+        """Distance after which the shape over position repeats, in the coordinate's unit; 0 without one."""
+        return values.get("period", 0.0)
+
     @property
     def forms(self) -> tuple[Effect, ...]:
         """The forms of this effect that a diagnosis tries, the simplest first; several with optional parameters."""

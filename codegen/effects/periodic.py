@@ -128,6 +128,9 @@ class GravityImbalance(Periodic):
     def applies(self, system: System, place: int) -> bool:
         return system.position_units[place] == "rad"
 
+    def period(self, values: Mapping[str, float]) -> float:
+        return 2 * pi
+
     def angle(self, system: System, place: int, p: Symbols) -> sympy.Expr:
         return system.positions[place]
 

@@ -100,6 +100,20 @@ def test_a_period_longer_than_the_stroke_is_not_credited(log: Log) -> None:
     assert "nothing shows that it repeats" in against[0] and f"covers only {stroke:.3g} m" in against[0]
 
 
+def test_a_weight_that_is_seen_over_less_than_a_turn_is_named_with_the_range_of_the_log(log: Log) -> None:
+    """A hose on an arm's joint that moved by 1.6 rad was named gravity_imbalance, without a word on its range."""
+    system = replace(system_of(stage()), position_units=("rad",))
+    part = part_of(CATALOGUE["gravity_imbalance"], 0, system)
+    units = {"G": "N*m", "phase": "rad"}
+    found = FoundEffect("gravity_imbalance", "x", {"G": 8.7, "phase": 2.1}, units, (), {"G": (7.8, 9.6)})
+    problem = Problem(system, smooth_motion(log), {})
+    stroke = np.ptp(log.positions[500:-500])
+    assert objections(found, part, problem) == []
+    assert remarks(found, part, problem) == [
+        f"The log covers only {stroke:.3g} of 6.28 rad of the period of gravity_imbalance on x"
+    ]
+
+
 @pytest.mark.parametrize(
     ("kind", "name", "values"), [("spring", "k", {"k": 18.0}), ("input_gain", "gain", {"gain": 1.1})]
 )

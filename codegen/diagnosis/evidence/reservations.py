@@ -96,13 +96,13 @@ def _holds(interval: tuple[float, float], value: float) -> bool:
 
 def never_passed(system: System, motion: Motion, part: Part, parameters: Mapping[str, float]) -> bool:
     """Whether a log covers clearly less than an effect's period, unless that is a whole turn of an angle."""
-    period = parameters.get("period", 0.0)
+    period = part.effect.period(parameters)
     return _stroke(system, motion, part) < LEAST_PERIOD * period and not _known_turn(system, part, period)
 
 
 def periods_covered(system: System, motion: Motion, part: Part, parameters: Mapping[str, float]) -> float:
     """How often a log covers an effect's period; infinite without a period, or with that of a turn of an angle."""
-    period = parameters.get("period", 0.0)
+    period = part.effect.period(parameters)
     if period <= 0 or _known_turn(system, part, period):
         return float("inf")
     return _stroke(system, motion, part) / period
@@ -159,9 +159,9 @@ def remarks(found: FoundEffect, part: Part, problem: Problem) -> list[str]:
         words.append(_motion_logged_late(found, part, problem, delay))
     if part.effect.rough:
         words.append(f"The values of {found.kind} have no interval, since the error is no smooth function of them")
-    stroke, period = _stroke(problem.system, problem.motion, part), found.parameters.get("period", 0.0)
+    stroke, period = _stroke(problem.system, problem.motion, part), part.effect.period(found.parameters)
     if period > stroke and not never_passed(problem.system, problem.motion, part, found.parameters):
-        unit = found.units["period"]
+        unit = found.units.get("period", "rad")  # without this parameter it is a turn
         words.append(f"The log covers only {stroke:.3g} of {period:.3g} {unit} of the period of {found.title}")
     covered = {"{q}/s": _top_speed(problem.system, problem.motion, part), "s": float(np.ptp(problem.motion.time))}
     for p in part.effect.parameters:
