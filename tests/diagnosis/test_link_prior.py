@@ -15,6 +15,7 @@ from codegen.diagnosis.case import uncertain_values
 from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.search import Search
 from codegen.diagnosis.fit.trial import with_values
+from codegen.diagnosis.results import Fact
 from codegen.diagnosis.verdict.wrong_values import is_better, wrong_links
 from codegen.logs import Log
 from codegen.mechanics.base_parameters import base_values
@@ -140,3 +141,13 @@ def test_a_load_on_one_link_is_fewer_changes_than_gains_of_three_drives(tmp_path
 
     assert is_better(search, fit(values, 0), search, fit(search.declared, 3))
     assert not is_better(search, fit(values, 0), search, fit(search.declared, 1))
+
+
+@pytest.mark.parametrize(
+    ("part", "words"), [(0.4, "within"), (1.0, "within"), (1.02, "at"), (1.08, "1.1 times"), (1.53, "1.5 times")]
+)
+def test_a_value_at_the_edge_of_its_tolerance_is_not_once_its_tolerance_away(part: float, words: str) -> None:
+    """Of a two-link arm with masses off by 30 %, a diagnosis wrote "1 times its tolerance of 32.2 %"."""
+    given = {"name": "fore_my", "value": "-0.9533", "unit": " kg*m", "was": -1.4153, "ends": ["-0.96", "-0.95"]}
+    said = Fact.said("spec.yaml", "moved value", part=part, size="32.2 %", share=0.16, **given)
+    assert f"-1.4153 kg*m, {words} its tolerance of 32.2 %." in said.words
