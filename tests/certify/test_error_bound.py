@@ -358,6 +358,17 @@ def test_a_bound_that_is_of_little_use_is_told_from_one_that_is() -> None:
     assert bounds[80][0].steady < 30 < bounds[8000][0].steady
 
 
+def test_an_error_that_decays_slowly_is_bounded_while_samples_suffice() -> None:
+    """A time constant of 1400 samples: nine of them are more than the checker follows, and no bound was proved."""
+    slow = OBSERVERS["cfo"].replace("K_F: 40, K_v: 90", "K_F: 10, K_v: 1.5") % "euler"
+    bound = proved(parse_spec(TEXT + f"observer: {slow}\n", Path("rail.yaml")))
+    assert bound.proved and bound.after and bound.worst < bound.steady < 1.01 * bound.worst
+    spec = parse_spec(TEXT + f"observer: {slow.replace('0.001', '0.00001')}\n", Path("rail.yaml"))
+    found = Derived(spec).outcome
+    assert isinstance(found, Certificate)
+    assert found.bounds == "the error has not decayed after 10000 samples, the most that are summed"
+
+
 def test_after_a_start_that_is_wrong() -> None:
     """The declared level is off by less than the bound's start: the error stays below the bound as time goes on."""
     bench = Bench("cfo", "euler")

@@ -119,7 +119,8 @@ def with_ellipsoid(
         speeds.append(replace(speed, error=min(x for row, (_, begun, x, any_) in proved if row == slip and not begun)))
     for b, unit in zip(certificate.bounds, units, strict=True):
         own = [bound for row, bound in proved if row == unit]
-        after = tuple((time, x) for time, begun, x, _ in own if begun)[:-1]  # without that ``BEYOND`` them
+        after = tuple((time, x) for time, begun, x, _ in own if begun)
+        after = after[:-1] or after  # without that ``BEYOND`` them
         steady, always = (min((x for _, begun, x, any_ in own if not begun and any_ == of), default=None)
                           for of in (False, True))  # fmt: skip
         assert steady is not None

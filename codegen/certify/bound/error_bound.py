@@ -78,6 +78,12 @@ class LongRun:
         """The bound on every component."""
         return [sum(self.parts(sizes, i).values()) for i in range(len(self.summed))]
 
+    def has_decayed(self, sizes: Sizes) -> bool:
+        """Whether for each component the rest is smaller than the sum, so that the bound is within twice the worst."""
+        size = self.driven(sizes)[2]
+        summed, rest = self.summed @ size, self.rest @ size
+        return bool((rest <= summed)[summed > 0].all())
+
     def driven(self, sizes: Sizes) -> tuple[Array, Array, Array]:
         """(columns b_j, bound on the direct feedthrough of noise to every component, d_j)."""
         size = np.array([float(sizes[cause][k]) for cause, k in self.of])
@@ -134,6 +140,8 @@ def error_bounds(
     other_sizes = {cause: size for cause, size in with_model_error.items() if not isinstance(size, str)}
     reach = reach_of(response, certificate.content)
     later = long_run(response, reach, [sizes, *other_sizes.values()])
+    if not later.has_decayed(sizes):
+        return f"the error has not decayed after {LONGEST} samples, the most that are summed"
     steady = later.bounds(sizes)
     with_other = {cause: later.bounds(size) for cause, size in other_sizes.items()}
     # ``disturbances`` has a bound for each contact, so each has a slope.
@@ -146,13 +154,13 @@ def error_bounds(
     speeds = _slip_speeds(observer, steady, slides)
     domain, tolerated = _in_domain(spec, observer, reach, later, sizes, [*other_sizes])
     driven, noise, size = later.driven(sizes)
-    times = [k * float(observer.sample_time) for k in counts[:-1]]
+    times = [k * float(observer.sample_time) for k in counts[:-1] or counts]
 
     def after(i: int) -> tuple[tuple[float, float], ...]:
         """Bounds on friction error i from each of these times on, after the start that is assumed."""
         whole = np.array(starts[i]) + noise
         found = reach.later(np.eye(len(whole))[i], driven * size, counts, whole, reach.level_of(whole, driven, size))
-        return tuple((t, x + noise[i]) for t, x in zip(times, found[:-1], strict=True))
+        return tuple((t, x + noise[i]) for t, x in zip(times, found, strict=False))
 
     return tuple(
         ErrorBound(
@@ -195,7 +203,8 @@ def _at_reversal(
 def after_reversal(observer: Observer, certificate: Certificate) -> list[int]:
     """The numbers of samples after a reversal from which on a bound is stated, and one ``BEYOND`` these."""
     h, best_rate = float(observer.sample_time), certificate.best_rate or certificate.decay_rate
-    return [math.ceil(share / best_rate / h) for share in (*SHARES, BEYOND)]
+    counts = (math.ceil(share / best_rate / h) for share in (*SHARES, BEYOND))
+    return [*dict.fromkeys(min(count, LONGEST) for count in counts)]
 
 
 def _in_domain(
