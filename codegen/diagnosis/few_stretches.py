@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from codegen.base.errors import BadInput
 from codegen.diagnosis.case import HELD_OUT_SHARE, Case, holds_segments
-from codegen.diagnosis.fit.record import LEAST_SEGMENTS, PERIODS, SHORTENED
+from codegen.diagnosis.fit.record import LEAST_SAMPLES, LEAST_SEGMENTS, PERIODS, SHORTENED
 from codegen.diagnosis.fit.signals import CUTOFFS_HZ, TRIM_S, smooth_motion
 
 MOSTLY_AT_REST = 0.5
@@ -47,5 +47,5 @@ def _at_rest(case: Case) -> list[tuple[str, float]]:
 
 def _enough_s(case: Case) -> float:
     """Seconds of motion that hold enough of the shortest stretches, with the ends and the held-out part."""
-    shortest = LEAST_SEGMENTS * SHORTENED[-1] * PERIODS / case.motion.cutoff_hz
-    return 2 * TRIM_S + shortest / (1 - HELD_OUT_SHARE if case.test_log is None else 1)
+    shortest = max(SHORTENED[-1] * PERIODS / case.motion.cutoff_hz, LEAST_SAMPLES * case.log.sample_time)
+    return 2 * TRIM_S + LEAST_SEGMENTS * shortest / (1 - HELD_OUT_SHARE if case.test_log is None else 1)

@@ -49,6 +49,16 @@ def test_the_proposed_cutoff_passes_the_check(tmp_path: Path, every: int, durati
     assert len(record_of(case.problem.motion, case.log).start) >= LEAST_SEGMENTS
 
 
+def test_the_duration_counts_the_samples_of_the_shortest_stretch(tmp_path: Path) -> None:
+    """At 50 Hz twelve samples are 0.24 s, more than two periods of a stated cutoff of 14 Hz."""
+    stated = "cutoff_hz: 14\n"
+    words = refusal(sampled(tmp_path, log_of(stage(level=4.5, duration=4.1), tmp_path, "log.csv"), 10, stated))
+    (needed,) = re.findall(r"about (\d+) s of such motion", words)
+    longer = log_of(stage(level=4.5, duration=float(needed)), tmp_path, "log.csv")
+    case = case_of(stage(), system_of(stage()), sampled(tmp_path, longer, 10, stated), None, 0.02)
+    assert len(record_of(case.problem.motion, case.log).start) >= LEAST_SEGMENTS
+
+
 def test_a_log_that_mostly_rests_is_told_so(tmp_path: Path) -> None:
     """It moves in 1 of 12 s; no cutoff is proposed, since none passes."""
     once = "0.1*(1 + tanh(8*(t - 6)))"
