@@ -9,7 +9,7 @@ import pytest
 
 from codegen.diagnosis.evidence.adoption import CrossValidation, adopt_values
 from codegen.diagnosis.evidence.estimate import estimate, named_effects
-from codegen.diagnosis.fit.drive import drive_gain
+from codegen.diagnosis.fit.drive import DriveLeft, drive_gain
 from codegen.diagnosis.fit.force_rows import force_rows, relative_force_rows
 from codegen.diagnosis.fit.record import record_of
 from codegen.diagnosis.fit.residual import Problem
@@ -142,3 +142,26 @@ def test_the_scale_of_all_forces_is_that_of_the_tolerances(tmp_path: Path, seed:
     for one in judge._of_all:
         pull = one.values @ problem.prior_information @ (one.values - search.declared)
         assert abs(pull) < 1e-3 * (one.values @ problem.prior_information @ one.values)
+
+
+@pytest.mark.parametrize(("kind", "values"), [("input_gain", (0.8, 0.9)), ("load_dependent_friction", (0.1, 0.2))])
+def test_the_drive_that_is_left_is_computed_once_for_values_that_do_not_act_on_it(
+    kind: str, values: tuple[float, float], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Beside a gain a mass and a level do not. For other values that act it is what a new one finds."""
+    search = searched(tmp_path)
+    part = part_of(CATALOGUE[kind], 0, search.system)
+    trial, asked, along = search.declared_trial.with_part(part), [], DriveLeft._along
+    monkeypatch.setattr(DriveLeft, "_along", lambda self, theta: asked.append(theta) or along(self, theta))
+
+    def theta(value: float, **moved: float) -> np.ndarray:
+        declared = dict(zip((s.name for s in search.moved), search.declared, strict=True))
+        return np.append(list((declared | moved).values()), part.inward({part.names[0]: value}))
+
+    one, levels = DriveLeft(trial, search.motion), [s.name for s in search.problem.levels]
+    first = one.at(theta(values[0]))
+    again = one.at(theta(values[0], m=2.5, **dict.fromkeys(levels, 3.0)))
+    assert kind != "input_gain" or (again is first and len(asked) == 1)
+    for other in (theta(values[1]), theta(values[0], kt=1.2)):
+        assert np.array_equal(one.at(other), DriveLeft(trial, search.motion).at(other))
+    assert not np.array_equal(one.at(theta(values[1])), first)

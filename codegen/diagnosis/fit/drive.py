@@ -46,17 +46,24 @@ class DriveLeft:
     def __init__(self, trial: Trial, motion: Motion) -> None:
         self._trial, self._motion, system = trial, motion, trial.changed
         self._function: casadi.Function | None = None
+        self._known: dict[bytes, Array] = {}
+        self._acting: list[int] = []  # indices of the symbols on which it depends
         if _changes_drive(system):
             inputs = Matrix(system.inputs)  # Σ w ∂f/∂w of f = g and f = g − M a − U λ
             columns = [Matrix(f.jacobian(inputs) * inputs) for f in (system.force, Matrix(system.equation_error))]
             self._arguments = arguments_of(trial, columns)
             self._function = force_function(system, columns, [trial.symbols[k] for k in self._arguments])
+            of_chains = [k for k, s in enumerate(trial.symbols) if s in trial.symbols_of_chains]
+            self._acting = [*self._arguments, *of_chains]
 
     def at(self, theta: Array) -> Array:
-        """(n,) at a vector of the trial, which changes no sensor error."""
-        shares, passed = self._along(theta)
-        left = [np.median(one[some]) if some.any() else 1.0 for one, some in zip(shares.T, passed.T, strict=True)]
-        return np.clip(left, LEAST_LEFT, 1 / LEAST_LEFT)
+        """(n,) at a vector of the trial, which changes no sensor error; once for all values that do not act on it."""
+        key = self._trial.numbers(theta)[self._acting].tobytes()
+        if key not in self._known:
+            shares, passed = self._along(theta)
+            left = [np.median(one[some]) if some.any() else 1.0 for one, some in zip(shares.T, passed.T, strict=True)]
+            self._known[key] = np.clip(left, LEAST_LEFT, 1 / LEAST_LEFT)
+        return self._known[key]
 
     def relative(self, theta: Array) -> Array | None:
         """(N, n) fraction at each sample over the median of ``at``; None if friction does not follow the inputs.

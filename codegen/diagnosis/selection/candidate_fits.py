@@ -398,14 +398,16 @@ class CandidateFits:
         The missing effect itself may have moved these values, and beside it they go back. That can be more than the
         steps of one fit reach: beside a weight with a tolerance, the width of a dead zone remained too small by half.
         """
-        found, search = self._fitted(k, theta), self.search
+        search, whole = self.search, self.search.rigid is None
+        fitted = self._begun if whole else self._fitted  # of a whole machine only the better one is polished
+        found = fitted(k, theta)
         known = np.flatnonzero(search.prior_precision > 0)
-        if not self.base.limited[known].any():
-            return found
-        other = found.theta.copy()
-        other[known] = search.declared[known]
-        again = self._fitted(k, other)
-        return again if again.cost < found.cost - resolution(found.cost) else found
+        if self.base.limited[known].any():
+            other = found.theta.copy()
+            other[known] = search.declared[known]
+            again = fitted(k, other)
+            found = again if again.cost < found.cost - resolution(found.cost) else found
+        return self._while_moving(found) if whole else found
 
     def _fitted(self, k: int, theta: Array) -> Fit:
         """A part fitted on all segments, with new slopes by the start states while they reduce the cost."""
@@ -448,7 +450,16 @@ class CandidateFits:
 
     def _polished(self, k: int, theta: Array, base: Fit, raw: Sequence[Array] | None = None) -> Fit:
         """Part ``k`` fitted in addition to a base, with new slopes by the start states while they reduce the cost."""
-        fit, before = self.search.fit_from(_as_of(base, self.runners[k]), theta, base, ROUNDS, raw), np.inf
+        return self._while_moving(self._begun(k, theta, base, raw))
+
+    def _begun(self, k: int, theta: Array, base: Fit | None = None, raw: Sequence[Array] | None = None) -> Fit:
+        """Part ``k`` fitted in addition to a base, the usual one if none is given, with its slopes by start states."""
+        base = base or self.base
+        return self.search.fit_from(_as_of(base, self.runners[k]), theta, base, ROUNDS, raw)
+
+    def _while_moving(self, fit: Fit) -> Fit:
+        """The fit repeated with new slopes by the start states while they reduce the cost."""
+        before = np.inf
         for _ in range(POLISHES):
             if fit.cost > (1 - MOVING) * before:
                 break
