@@ -186,6 +186,8 @@ class _Rows:
 def _table(file: str, lines: Sequence[str], header: int | None, named: Sequence[str], asked: Collection[str]) -> Layout:
     """The layout of the table in plain lines; see ``find_layout``."""
     start = next(iter(significant(lines)), None)
+    if start is None and header is None:
+        raise BadInput(Place(file), "comments and no header", EXPECTED, code="LOG001")
     if header:
         return _at_line(file, lines, header)
     plain = None if start is None or header == 0 else _first_line(file, lines, start)
@@ -213,15 +215,21 @@ def _table(file: str, lines: Sequence[str], header: int | None, named: Sequence[
 
 
 def _first_line(file: str, lines: Sequence[str], index: int) -> Layout | None:
-    """The layout with the first line as the header; None if it is a row."""
+    """The layout with the first line, or a comment above it, as the header; None if neither has names."""
     line = lines[index]
     delimiter = delimiter_of(line)
     texts = filled_fields(line, delimiter) or fields(line, delimiter, Place(file, index + 1))
     first = next((index + 1 + i for i in significant(lines[index + 1 :])), index + 1)
+    head = _Head(file, lines, _Rows(first, delimiter, len(texts), len(texts)))
     behind = filled_fields(lines[first], delimiter) if first < len(lines) else []
-    if all(map(is_number, texts)) or _has_same_columns(texts, behind):
-        return None
-    return _Head(file, lines, _Rows(first, delimiter, len(texts), len(texts))).layout(index, _named(texts))
+    if not (all(map(is_number, texts)) or _has_same_columns(texts, behind)):
+        return head.layout(index, _named(texts))
+    comment = next((i for i in range(index - 1, -1, -1) if COMMENT.match(lines[i])), None)
+    if comment is not None:
+        names = fields(_bare(lines[comment]), delimiter, Place(file, comment + 1))
+        if len(names) == len(texts) and not any(map(is_number, names)):
+            return replace(head.layout(comment, _named(names)), first=index)
+    return None
 
 
 def _is_table(lines: Sequence[str], layout: Layout) -> bool:
