@@ -7,9 +7,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.stats import binom
 
 from codegen.base.resources import resource_folder
+from codegen.diagnosis.evidence import residual_regression
 from codegen.diagnosis.evidence.residual_regression import (
+    CHUNKS,
+    added_share,
     explained_over,
     remainders,
     repeated_share,
@@ -164,6 +168,22 @@ def test_a_share_in_which_the_held_out_parts_do_not_agree_is_none() -> None:
     lone = np.where(np.arange(COUNT) < COUNT // 40, 3.0, 0.0) + noise
     few = repeated_share(lone, EVERY, [splines(TIME, 40)])
     assert few == 0.0 < explained_over(lone, EVERY, [splines(TIME, 40)])
+
+
+@pytest.mark.parametrize("large", [4, 8, CHUNKS])
+def test_an_added_share_that_is_chance_is_significant_as_rarely_as_stated(
+    large: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Gains of random signs in few parts: 2.3 %. The z-score of four equal gains is 2, in one of 16 draws."""
+    draw, draws = np.random.default_rng(12), 500
+    sizes = np.where(np.arange(CHUNKS) < large, 1.0, 0.0)
+    monkeypatch.setattr(
+        residual_regression,
+        "_gains",
+        lambda r, rows, columns: len(columns) * sizes * draw.choice((-1, 1), CHUNKS) / CHUNKS,
+    )
+    shares = [added_share(X, EVERY, [], [X]) for _ in range(draws)]
+    assert np.count_nonzero(shares) <= binom.ppf(0.999, draws, 0.0228)
 
 
 def test_the_sentence_names_a_variable_by_its_force_and_not_only_by_its_share() -> None:

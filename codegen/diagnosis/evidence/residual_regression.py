@@ -227,15 +227,16 @@ def repeated_share(residual: Array, rows: NDArray[np.bool_], columns: Sequence[A
 def added_share(residual: Array, rows: NDArray[np.bool_], columns: Sequence[Array], further: Sequence[Array]) -> float:
     """Share of what ``columns`` leave of a squared residual that ``further`` ones explain, on held-out parts.
 
-    0 if it is not significantly positive over these, by its z-score (``REPEATED``) or by a sign-flip test at the same
-    level. An effect that acts in a part of the log, as a drift of friction does, has its gains in few held-out parts;
-    then the z-score is small though nearly all gains are positive. A single event gains on its own parts alone.
+    0 if it is not significantly positive over these, by a sign-flip test at the level of ``REPEATED``: under the null
+    hypothesis the gain of each part has either sign with the same probability. The test is exact where few parts decide,
+    as for an effect that acts in a part of the log: its z-score is small there though nearly all gains are positive, and
+    that of a few equal gains by chance is large. A single event gains on its own parts alone.
     """
     plain, richer = (_gains(residual, rows, some) for some in (columns, [*columns, *further]))
-    gains = (richer - plain) / max(1 - float(plain.sum()), 1e-300)
-    if gains.sum() > 0 and exact_sign_flips(gains) <= random_signs(REPEATED):
-        return float(gains.sum())
-    return _repeated(gains)
+    gains = richer - plain
+    if exact_sign_flips(gains) > random_signs(REPEATED):
+        return 0.0
+    return float(gains.sum()) / max(1 - float(plain.sum()), 1e-300)
 
 
 def _repeated(gains: Array) -> float:
