@@ -21,6 +21,7 @@ from benchmarks.surrogates.surrogate import WAYS, Way, surrogate
 from codegen.base.files import write_atomically
 from codegen.diagnosis.diagnose import Models, diagnose_log
 from codegen.diagnosis.fit.credit import LEAST_NET
+from codegen.diagnosis.fit.trial import with_values
 from codegen.diagnosis.results import Diagnosis
 from codegen.effects.declare import system_of
 from codegen.logs import Log, excerpt, read_log
@@ -111,8 +112,10 @@ def _trial(spec: Spec, system: System, log: Log, test: Log | None, models: Model
     random, way = np.random.default_rng([zlib.crc32(name.encode()), k]), WAYS[k % len(WAYS)]
     cutoff = models.train.motion.cutoff_hz
     before = os.times()
-    made = surrogate(log, models.refit, way, random, cutoff, models.augmented)
-    held_out = None if test is None else surrogate(test, models.refit, way, random, cutoff, models.augmented)
+    moved = {s.name: float(models.augmented.values[s]) for s in models.train.moved}
+    machine = with_values(system, moved)  # beside the effects the values are nearest to the true ones
+    made = surrogate(log, machine, way, random, cutoff, models.augmented)
+    held_out = None if test is None else surrogate(test, machine, way, random, cutoff, models.augmented)
     said = diagnose_log(spec, system, made, held_out)[0]
     after = os.times()
     cpu = sum(after[:4]) - sum(before[:4])

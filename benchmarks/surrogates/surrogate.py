@@ -1,29 +1,38 @@
-"""Surrogates of a log: the same motion, the residual's size and colour, and no law between the two.
+"""Surrogates of a log: logs like it of a machine that is the declared model, so that no law is missing.
 
-The force that the effects of a diagnosis add is taken out everywhere, so that the declared model lacks nothing. What
-its own residual then is, that of the model that the diagnosis ends with, is cut into blocks; each block gets a random
-sign, or all are put into a random order. (Shifted around within itself, a block keeps its mean, and so a law over
-position that is slower than the block.) The change goes into the logged input, as the shared spike.py does it.
+A bootstrap under the null hypothesis, by simulation of the fitted model with resampled residuals (Davison and Hinkley
+1997, chapters 4 and 8). The declared model with fitted values follows the motion of the log under a position loop. A
+disturbance acts on it that the log does not have: the force residual of the model that a diagnosis ends with, cut into
+blocks, each with a random sign, or all in a random order. (Shifted around within itself, a block keeps its mean, and so
+a law over position that is slower than the block.) Its noise of M a is left out; new noise of the sensors takes its
+place. So noise, disturbance and motion are independent, and an effect's force is nowhere.
 
-Blocks fade into each other, and into what is there near a standstill and a reversal. The residual of a good model is
-the noise of the measured position, M ë: its double integral stays small only if it is cut smoothly. A step in it is a
-push, after which free runs leave the motion by tens of times the noise. So is the residual at a reversal if it is
-moved: the low-passed jump of the friction stands against the sign of a smoothed speed there.
+A surrogate with the measured motion, and the change of the force in the logged input, is none of that: the low-passed
+force of an effect that is taken out leaves what it has above the cutoff and at reversals; a coordinate without an input
+keeps its residual; and a residual of another sign is noise in the input that is correlated with the measured motion.
+
+Blocks fade into each other, and away from standstills and reversals, since the residual of a good model is the noise
+of the measured position, M ë: its double integral stays small only if it is cut smoothly.
 """
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import convolve1d, maximum_filter1d, minimum_filter1d
 
+from codegen.base.errors import BadInput
+from codegen.diagnosis.evidence.residual_regression import noise_share
+from codegen.diagnosis.experiments.separation import logged, loop_gains, measured
+from codegen.diagnosis.fit.record import position_noise
 from codegen.diagnosis.fit.residual import Problem, evaluate_forces, inverse_dynamics_residual, slip_velocities
 from codegen.diagnosis.fit.signals import SHORTEST_TEST_S, Motion, smooth_motion
 from codegen.logs import Log
 from codegen.mechanics.system import Matrix, System
+from codegen.simulate.controller import Feedback, sampled
+from codegen.simulate.observed_loop import SampledLoop, run_loop
 
 Array = NDArray[np.float64]
 Way = Literal["signs", "order"]
@@ -34,12 +43,12 @@ BLOCK_S = 1.0
 FADE_PERIODS = 3.0
 """Duration of a fade in periods of the cutoff: longer than the correlation of the low-passed noise."""
 REVERSAL_PERIODS = 1.0
-"""Periods of the cutoff before and after a reversal at which the residual is not changed."""
+"""Periods of the cutoff before and after a reversal without a disturbance: the residual there is that of the filter."""
 
 
 def surrogate(
     log: Log,
-    refit: System,
+    machine: System,
     way: Way,
     random: np.random.Generator,
     cutoff_hz: float | None = None,
@@ -48,18 +57,38 @@ def surrogate(
     """A surrogate of a log.
 
     Args:
-        refit: the declared model with refitted values, which lacks nothing in the surrogate.
+        machine: the declared model with fitted values, which lacks nothing in the surrogate.
         cutoff_hz: of the low-pass on the residual; by default as a diagnosis chooses it.
-        augmented: the model whose residual is cut and put in place of that of the refit; by default the refit. It has
-            what a diagnosis credits, so that blocks cannot bring that along.
+        augmented: the model whose residual is cut and acts as a disturbance; by default ``machine``. It has what a
+            diagnosis credits, so that blocks cannot bring that along.
+
+    Raises:
+        BadInput: if the machine does not follow the motion.
     """
-    motion = smooth_motion(log, cutoff_hz, SHORTEST_TEST_S)
-    residual, left = (inverse_dynamics_residual(system, motion) for system in (refit, augmented or refit))
-    length = max(2, round(BLOCK_S / log.sample_time))
-    fade, near = (round(k / (motion.cutoff_hz * log.sample_time)) for k in (FADE_PERIODS, REVERSAL_PERIODS))
-    moving = faded(Problem(refit, motion, {}).used & ~at_reversals(refit, motion, near), fade)
-    change = moving * (scrambled(moving * left, length, fade, way, random) - left)
-    return replace(log, inputs=log.inputs + input_change(refit, log, change + left - residual, cutoff_hz))
+    motion, h = smooth_motion(log, cutoff_hz, SHORTEST_TEST_S), log.sample_time
+    lacking, left = (inverse_dynamics_residual(system, motion) for system in (machine, augmented or machine))
+    length = max(2, round(BLOCK_S / h))
+    fade, near = (round(k / (motion.cutoff_hz * h)) for k in (FADE_PERIODS, REVERSAL_PERIODS))
+    moving = faded(Problem(machine, motion, {}).used & ~at_reversals(machine, motion, near), fade)
+    every = range(left.shape[1])
+    kept = [np.sqrt(1 - noise_share(augmented or machine, motion, left, i)) for i in every]  # what is no noise of M a
+    disturbance = input_change(machine, log, -scrambled(moving * left * kept, length, fade, way, random), cutoff_hz)
+    position_gain, velocity_gain = loop_gains(machine, motion.cutoff_hz, motion.positions.mean(axis=0), h)
+    loop = Feedback(
+        len(machine.inputs),
+        feedforward=sampled(log.inputs + input_change(machine, log, -lacking, cutoff_hz) + disturbance, h),
+        reference=sampled(motion.positions, h),
+        velocity_reference=sampled(motion.velocities, h),
+        position_gain=position_gain,
+        velocity_gain=velocity_gain,
+    )
+    run = run_loop(machine, SampledLoop(loop), h, log.size, (motion.positions[0], motion.velocities[0]))
+    if not (np.isfinite(run.positions).all() and np.isfinite(run.inputs).all()):
+        expected = "a log whose motion the model can follow under a position loop"
+        raise BadInput(log.where, "a motion that the model with the fitted values leaves", expected, code="LOG009")
+    seed = int(random.integers(2**31))
+    positions = measured(log, position_noise(motion, log), run.positions, seed)
+    return logged(log, positions, run.inputs - disturbance)
 
 
 def scrambled(residual: Array, length: int, fade: int, way: Way, random: np.random.Generator) -> Array:

@@ -22,9 +22,10 @@ from codegen.diagnosis.fit.residual import Problem, inverse_dynamics_residual
 from codegen.diagnosis.fit.search import search_on
 from codegen.diagnosis.fit.signals import smooth_motion
 from codegen.diagnosis.results import Candidate
-from tests.diagnosis.stage import log_of, stage, system_of
+from tests.diagnosis.stage import RESTS, log_of, stage, system_of
 
 MADE = 8
+GAIN = "[{kind: input_gain, on: w, parameters: {gain: 1.3}}]"
 SPRING = "[{kind: spring, on: x, parameters: {k: 30}}]"
 
 
@@ -55,22 +56,22 @@ def test_no_sample_that_is_not_used_takes_part() -> None:
 
 @pytest.mark.parametrize("way", WAYS)
 def test_a_surrogate_has_the_motion_the_residuals_size_and_no_spring(way: Way, tmp_path: Path) -> None:
+    """The log is of a spring of 30 N/m that no model has, so the residual is its force."""
     log, system = log_of(stage(SPRING), tmp_path, "log.csv"), system_of(stage())
     made = [surrogate(log, system, way, np.random.default_rng(k)) for k in range(MADE)]
-    assert all(np.array_equal(one.positions, log.positions) for one in made)
+    assert all(np.abs(one.positions - log.positions).max() < 0.1 * np.ptp(log.positions) for one in made)
     before = smooth_motion(log)
-    near = round(4 / (before.cutoff_hz * log.sample_time))  # a reversal, and the fade away from it, keep what they have
+    near = round(4 / (before.cutoff_hz * log.sample_time))  # no disturbance at a reversal, and little near it
     used = (Problem(system, before, {}).used & ~at_reversals(system, before, near))[:, 0]
     x = before.positions[used, 0]
     residual, *others = [inverse_dynamics_residual(system, smooth_motion(one))[used, 0] for one in (log, *made)]
     assert float(residual @ x / (x @ x)) == pytest.approx(30, rel=0.02)  # the drive makes up for the spring
     # Signs and order are random: one surrogate may keep some of the spring, on the average nothing is left of it.
     assert abs(np.mean([r @ x / (x @ x) for r in others])) < 10
-    # Blocks meet in steps, which the low-pass rounds off; in another order some of them meet standstill, which stays.
     sizes = [np.sqrt(np.mean(r**2) / np.mean(residual**2)) for r in others]
     assert 0.6 < np.mean(sizes) < 1.15
     again = surrogate(log, system, way, np.random.default_rng(0))
-    assert np.array_equal(again.inputs, made[0].inputs)
+    assert np.array_equal(again.inputs, made[0].inputs) and np.array_equal(again.positions, made[0].positions)
 
 
 def test_what_the_augmented_model_explains_is_not_in_a_surrogate(tmp_path: Path) -> None:
@@ -145,16 +146,27 @@ def test_the_picture_is_the_empirical_distribution_and_the_same_each_time() -> N
 
 
 @pytest.mark.parametrize("way", WAYS)
-def test_the_noise_of_the_positions_stays_noise(way: Way, tmp_path: Path) -> None:
-    """A log that lacks nothing: free runs through a surrogate end as near the noise as through the log.
+@pytest.mark.parametrize("missing", ["[]", GAIN])
+def test_the_noise_of_the_positions_stays_noise(missing: str, way: Way, tmp_path: Path) -> None:
+    """Free runs of the model that a surrogate is made with end at the noise, also if the log has an effect.
 
-    Blocks that met in steps, and residuals of a reversal elsewhere, pushed them away, to up to 65 times the noise.
+    Where the low-passed force of a gain was added to the logged input in place of a simulation, what it has above the
+    cutoff was left over, in every surrogate alike: the median square was 4 to 6000 times that of the noise.
     """
-    spec, system = stage(noise=2e-5), system_of(stage())
+    spec, system = stage(missing, reference=RESTS, noise=2e-5), system_of(stage())
     log = log_of(spec, tmp_path, "log.csv")
     for k in range(2):
-        made = surrogate(log, system, way, np.random.default_rng(k))
-        motion = smooth_motion(made)
+        made = surrogate(log, system, way, np.random.default_rng(k), 5.0, system_of(spec))
+        motion = smooth_motion(made, 5.0)
         base = search_on(Problem(system, motion, {}), partial(record_of, motion, made)).refit()
         squares = base.by_segment / base.residual.shape[1]
-        assert np.quantile(squares, 0.9) < 1.5 and squares.max() < 4
+        assert np.median(squares) < 1.5 and squares.max() < 8
+
+
+def test_the_noise_of_a_surrogate_is_not_that_of_the_log(tmp_path: Path) -> None:
+    """With the measured positions kept, the input that fits them had the noise with which they are compared."""
+    log, system = log_of(stage(noise=1e-3), tmp_path, "log.csv"), system_of(stage())
+    made = [surrogate(log, system, "signs", np.random.default_rng(k)) for k in range(2)]
+    noises = [(one.positions - smooth_motion(one).positions)[:, 0] for one in (log, *made)]
+    assert np.abs(np.corrcoef(noises) - np.eye(3)).max() < 0.05
+    assert [np.std(n) for n in noises] == pytest.approx([1e-3] * 3, rel=0.1)

@@ -228,9 +228,9 @@ def added_share(residual: Array, rows: NDArray[np.bool_], columns: Sequence[Arra
     """Share of what ``columns`` leave of a squared residual that ``further`` ones explain, on held-out parts.
 
     0 if it is not significantly positive over these, by a sign-flip test at the level of ``REPEATED``: under the null
-    hypothesis the gain of each part has either sign with the same probability. The test is exact where few parts decide,
-    as for an effect that acts in a part of the log: its z-score is small there though nearly all gains are positive, and
-    that of a few equal gains by chance is large. A single event gains on its own parts alone.
+    hypothesis the gain of each part has either sign with the same probability. It is exact where few parts decide: of
+    an effect that acts in a part of the log the z-score is small though nearly all gains there are positive, and that
+    of a few equal gains is large by chance. A single event gains on its own parts alone.
     """
     plain, richer = (_gains(residual, rows, some) for some in (columns, [*columns, *further]))
     gains = richer - plain

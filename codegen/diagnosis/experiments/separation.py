@@ -183,7 +183,7 @@ def follow(
     diverges.
 
     Args:
-        search: its system and cutoff give the gains, see ``loop_gains``.
+        search: its system and cutoff give the gains (``loop_gains``).
         target, rate: (N, n) reference positions and velocities, one row for each sample.
         centre: (n,) positions at which the gains are computed.
         limit: (m,) largest |w|.
@@ -194,7 +194,7 @@ def follow(
     # Imported here: it comes with the code generator, which few diagnoses need.
     from codegen.simulate.observed_loop import SampledLoop, run_loop
 
-    position_gain, velocity_gain = loop_gains(search, centre, h)
+    position_gain, velocity_gain = loop_gains(search.system, search.motion.cutoff_hz, centre, h)
     controller = Feedback(
         len(machine.inputs),
         reference=sampled(target, h),
@@ -213,14 +213,13 @@ def logged(log: Log, positions: Array, inputs: Array) -> Log:
     return replace(log, time=time, positions=positions, velocities=None, inputs=inputs, gaps=())
 
 
-def loop_gains(search: Search, centre: Array, h: float) -> tuple[Array, Array]:
+def loop_gains(system: System, cutoff_hz: float, centre: Array, h: float) -> tuple[Array, Array]:
     """(m, n) gains ω² B⁺M and 2ω B⁺M of a critically damped position loop; M and B = ∂g/∂w at ``centre``."""
-    system = search.system
     at = dict(system.values) | dict(zip(system.positions, map(float, centre), strict=True))
     at |= dict.fromkeys((*system.velocities, *system.inputs), 0)
     mass = np.array(system.mass_matrix.subs(at), dtype=float)
     reached = np.array(sympy.Matrix(system.force).jacobian(list(system.inputs)).subs(at), dtype=float)
-    frequency = 2 * np.pi * min(LOOP_SHARE * search.motion.cutoff_hz, 1 / (LOOP_SAMPLES * h))
+    frequency = 2 * np.pi * min(LOOP_SHARE * cutoff_hz, 1 / (LOOP_SAMPLES * h))
     to_inputs = np.linalg.pinv(reached) @ mass
     return frequency**2 * to_inputs, 2 * frequency * to_inputs
 
@@ -229,13 +228,11 @@ def _energy(run: LoopRun, h: float) -> float:
     return float((run.inputs**2).sum() * h)
 
 
-def _measured(search: Search, log: Log, positions: Array, seed: int) -> Array:
-    """Positions with the resolution and noise of this log's sensors."""
+def measured(log: Log, noise: Array, positions: Array, seed: int) -> Array:
+    """Positions with the resolution of a log's sensors, and noise of the RMS ``noise`` (n,), rounding included."""
     n = positions.shape[1]
-    step = np.array(log.encoder_step or log.raw_data.smallest_step or (0.0,) * n)
-    stated = np.array(log.description.position_noise_rms or (0.0,) * n)
-    noise = np.where((step > 0) | (stated > 0), stated, search.record.noise)
-    sensors = Sensors(np.broadcast_to(noise, n), np.broadcast_to(step, n))
+    step = np.broadcast_to(np.array(log.encoder_step or log.raw_data.smallest_step or (0.0,)), n)
+    sensors = Sensors(np.sqrt(np.maximum(noise**2 - step**2 / 12, 0.0)), step)
     noises = sensors.noise(len(positions), n, seed)[0]
     if any(log.raw_data.integrated):
         noises = np.where(log.raw_data.integrated, np.cumsum(noises, axis=0), noises)
@@ -244,9 +241,9 @@ def _measured(search: Search, log: Log, positions: Array, seed: int) -> Array:
 
 def _search_there(search: Search, log: Log, simulated: LoopRun, seed: int) -> Search | None:
     """The search on the first part of a simulated motion; None if it has too little motion."""
-    measured, commands = _measured(search, log, simulated.positions, seed), simulated.inputs
-    kept = round(TRAINED * len(measured))
-    made = logged(log, measured[:kept], commands[:kept])
+    positions, commands = measured(log, search.record.noise, simulated.positions, seed), simulated.inputs
+    kept = round(TRAINED * len(positions))
+    made = logged(log, positions[:kept], commands[:kept])
     try:
         motion = smooth_motion(made, search.motion.cutoff_hz)
         record = replace(record_of(motion, made), noise=search.record.noise, joints=search.record.joints)
