@@ -33,6 +33,7 @@ from codegen.diagnosis.fit.signals import (
     NOISE_SHARE,
     SHORTEST_TEST_S,
     Motion,
+    is_within_rate,
     smooth_motion,
 )
 from codegen.diagnosis.fit.trial import in_unit
@@ -190,7 +191,7 @@ def smoothed(log: Log, system: System) -> Motion:
     fast = _above(log, motion) > MOSTLY_FASTER
     if log.cutoff_hz or not fast.any():
         return motion
-    for cutoff in (hz for hz in FASTER_HZ if motion.cutoff_hz < hz <= 0.1 / log.sample_time):
+    for cutoff in (hz for hz in FASTER_HZ if motion.cutoff_hz < hz and is_within_rate(hz, log.sample_time)):
         faster = smooth_motion(log, cutoff)
         if np.all(_above(log, faster)[fast] <= MOSTLY_FASTER) and _is_quiet(system, faster):
             return faster
@@ -205,7 +206,7 @@ def cutoff_with_segments(log: Log, motion: Motion, split: int) -> float | None:
     """
     if log.cutoff_hz or holds_segments(log, motion, split):
         return None
-    higher = (hz for hz in reversed(CUTOFFS_HZ) if motion.cutoff_hz < hz <= 0.1 / log.sample_time)
+    higher = (hz for hz in reversed(CUTOFFS_HZ) if motion.cutoff_hz < hz and is_within_rate(hz, log.sample_time))
     return next((hz for hz in higher if holds_segments(log, smooth_motion(log, hz), split)), None)
 
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 from codegen.base.errors import BadInput
 from codegen.diagnosis.case import HELD_OUT_SHARE, Case, holds_segments
 from codegen.diagnosis.fit.record import LEAST_SAMPLES, LEAST_SEGMENTS, PERIODS, SHORTENED
-from codegen.diagnosis.fit.signals import CUTOFFS_HZ, TRIM_S, smooth_motion
+from codegen.diagnosis.fit.signals import CUTOFFS_HZ, TRIM_S, is_within_rate, smooth_motion
 
 MOSTLY_AT_REST = 0.5
 """Share of the time at rest from which on it is named as the cause."""
@@ -33,7 +33,7 @@ def few_stretches(case: Case, refused: BadInput) -> BadInput:
 def passing_cutoff(case: Case) -> float | None:
     """The lowest of the usual cutoffs above the case's at which its training part holds enough stretches, Hz."""
     log, usual, split = case.log, case.motion.cutoff_hz, len(case.problem.motion.time)
-    higher = (hz for hz in reversed(CUTOFFS_HZ) if usual < hz <= HIGHEST / log.sample_time)
+    higher = (hz for hz in reversed(CUTOFFS_HZ) if usual < hz and is_within_rate(hz, log.sample_time, HIGHEST))
     stated = (replace(log, cutoff_hz=hz) for hz in higher)
     return next((one.cutoff_hz for one in stated if holds_segments(one, smooth_motion(one), split)), None)
 

@@ -8,11 +8,12 @@ from types import SimpleNamespace
 from typing import Any, cast
 
 import numpy as np
+import pytest
 
 from codegen.diagnosis.case import case_of, cutoff_with_segments
 from codegen.diagnosis.diagnose import diagnose_log
 from codegen.diagnosis.fit.record import LEAST_SEGMENTS, is_shortened, record_of
-from codegen.diagnosis.fit.signals import smooth_motion
+from codegen.diagnosis.fit.signals import CUTOFFS_HZ, quiet_cutoff, smooth_motion
 from codegen.diagnosis.fit.starting_values import ForceStart
 from codegen.logs import Log
 from tests.diagnosis.stage import among, log_of, stage, system_of
@@ -65,6 +66,31 @@ def test_a_short_log_with_noise_has_a_higher_cutoff(tmp_path: Path) -> None:
     case = case_of(stage(), system_of(stage()), longer, None, 0.02)
     assert case.motion.cutoff_hz == smooth_motion(longer).cutoff_hz
     assert not [f for f in case.findings["train"] if f.topic == "cutoff"]
+
+
+@pytest.mark.parametrize("rate", [200, 100, 50, 25])
+def test_a_clock_that_is_somewhat_slow_takes_no_cutoff_away(rate: int, tmp_path: Path) -> None:
+    """A tenth of the rate of a wheel logged at 100 Hz, with 10.001 ms by its clock, was 9.999 Hz: it had 7 Hz."""
+    t = np.arange(20 * rate) / rate
+    x = np.sin(3 * t)[:, None]
+    assert rate / 10 in CUTOFFS_HZ
+    assert [quiet_cutoff(x, h / rate) for h in (1.0, 1.0001, 1.009)] == [rate / 10] * 3
+    assert quiet_cutoff(x, 1.02 / rate) < rate / 10
+
+
+def test_a_short_log_of_a_slow_clock_has_a_higher_cutoff_too(tmp_path: Path) -> None:
+    log = log_of(stage("[]", 4.5, duration=8.0, noise=1e-2), tmp_path, "noisy.csv")
+    rows = slice(0, None, 10)  # 20 ms a step
+    coarse = replace(
+        log,
+        **{name: getattr(log, name)[rows] for name in ("time", "positions", "inputs")},
+        sample_time=0.02,
+    )
+    chosen = [
+        cutoff_with_segments(one, smooth_motion(one, 2.5), round(0.7 * one.size))
+        for one in (coarse, replace(coarse, time=1.0005 * coarse.time, sample_time=0.02001))
+    ]
+    assert chosen[0] == chosen[1] == 5.0
 
 
 def test_segments_of_half_the_usual_length_are_counted_with_any_cutoff(tmp_path: Path) -> None:

@@ -35,6 +35,10 @@ NOISE_SHARE = 0.05
 """Largest share of noise in the low-passed acceleration, or of that in M a in the drive force, on every coordinate."""
 FASTER_HZ = (80.0, 56.0, 40.0, 28.0)
 """Cutoffs for a motion that is mostly above the usual ones, such as a motor's cogging at speed."""
+A_TENTH = 0.1
+"""Highest default cutoff over the sample rate."""
+SLOW_CLOCK = 0.01
+"""Error of a logger's clock that lowers no cutoff: at 100 Hz, with steps of 10.001 ms, 10 Hz is a tenth of the rate."""
 FINER_SHARE = 0.05
 """Largest cutoff of ``Motion.finer`` over the sample rate: up to it, central differences and means of neighbouring
 inputs attenuate by less than 4 %."""
@@ -241,13 +245,18 @@ def derivative_noise(noise: Array, cutoff_hz: float, h: float, order: int, integ
     return np.asarray(noise * (2 * np.pi * cutoff_hz) ** k * np.sqrt(2 * cutoff_hz * h / (2 * k + 1)))
 
 
+def is_within_rate(cutoff_hz: float, h: float, share: float = A_TENTH) -> bool:
+    """Whether a cutoff is at most this share of the sample rate 1/h, of which the clock is known to ``SLOW_CLOCK``."""
+    return cutoff_hz * h <= share * (1 + SLOW_CLOCK)
+
+
 def quiet_cutoff(positions: Array, h: float, integrated: Sequence[bool] = ()) -> float:
     """The highest cutoff in Hz at which the acceleration is mostly motion, not white noise; seldom above 20 Hz."""
     noise = white_noise(positions, low_pass(positions, 0.2 / h, h), 0.2 / h, h, integrated)
 
     def quiet(cutoffs: Sequence[float]) -> tuple[float, Array] | None:
         for cutoff in cutoffs:
-            if cutoff > 0.1 / h:
+            if not is_within_rate(cutoff, h):
                 continue
             smooth = low_pass(positions, cutoff, h)
             acceleration = np.std(central_difference(central_difference(smooth, h), h), axis=0)
