@@ -253,6 +253,8 @@ class _Search:
             expected += (
                 "; where that file describes another log, `diagnose` and `replay` take this one's by `--description`"
             )
+        if symbol in self.explicit:
+            expected += "; the option is for every log of a command: where their columns differ, meta.yaml beside each"
         found = f"no column `{shown(text)}`{reason}"
         as_written = [name for name in self.names if name in text and name != identifier(name)]
         if as_written and OPERATORS & set(text):

@@ -144,7 +144,7 @@ def unknown_above_drive(answer: Answer, left: Sequence[Remainder], problem: Prob
     if answer.verdict != "none" or all(isfinite(r.material) for r in left):
         return answer
     relative = force_errors(answer.refit, problem.motion, problem.used)[2]
-    if relative < 1 or not isfinite(relative):  # infinite where no input acts, whatever is left
+    if relative < 1 or not isfinite(relative):  # infinite where neither an input nor the inertia acts
         return answer
     return replace(answer, verdict="unknown").noted(Fact.said("unexplained", "above the drive", relative=relative))
 
