@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,8 +15,11 @@ from codegen.base.resources import resource_folder
 from codegen.diagnosis.evidence import residual_regression
 from codegen.diagnosis.evidence.residual_regression import (
     CHUNKS,
+    FOLDS,
+    LONGER,
     added_share,
     explained_over,
+    line,
     remainders,
     repeated_share,
     since_reversal,
@@ -22,7 +27,7 @@ from codegen.diagnosis.evidence.residual_regression import (
     splines,
 )
 from codegen.diagnosis.fit.residual import Problem
-from codegen.diagnosis.fit.signals import smooth_motion
+from codegen.diagnosis.fit.signals import low_pass, smooth_motion
 from codegen.diagnosis.results import Remainder
 from codegen.diagnosis.verdict.answer import is_small
 from codegen.diagnosis.verdict.statement import main_variables
@@ -184,6 +189,33 @@ def test_an_added_share_that_is_chance_is_significant_as_rarely_as_stated(
     )
     shares = [added_share(X, EVERY, [], [X]) for _ in range(draws)]
     assert np.count_nonzero(shares) <= binom.ppf(0.999, draws, 0.0228)
+
+
+def short(seconds: float, step: float = 0.005, cutoff_hz: float = 10.0) -> Any:
+    """What the tests below take of a motion."""
+    time = np.arange(round(seconds / step)) * step
+    return SimpleNamespace(time=time, sample_time=step, cutoff_hz=cutoff_hz)
+
+
+def test_the_highest_peak_of_noise_is_seldom_a_line_and_a_vibration_in_it_is_one() -> None:
+    """Any spectrum has a highest peak; the five bins about it held up to 40 % of low-passed noise."""
+    motion, draws, found = short(10.0), 60, {0.0: 0, 0.8: 0}
+    rows = np.ones(len(motion.time), dtype=bool)
+    for k in range(draws):
+        noise = low_pass(np.random.default_rng(k).normal(size=(len(rows), 1)), motion.cutoff_hz, motion.sample_time)
+        for size in found:
+            shaken = noise[:, 0] / noise.std() + size * np.sqrt(2) * np.sin(2 * np.pi * 6.3 * motion.time + k)
+            found[size] += line(shaken, rows, motion).shape[1] > 1
+    assert found[0.0] <= 0.15 * draws and found[0.8] >= 0.95 * draws
+
+
+@pytest.mark.parametrize(("seconds", "count"), [(1.2, FOLDS), (3.0, 15), (30.0, CHUNKS)])
+def test_the_pieces_of_a_short_log_are_longer_than_noise_is_alike(seconds: float, count: int) -> None:
+    motion = short(seconds)
+    piece = residual_regression._pieces(np.ones(len(motion.time), dtype=bool), motion)
+    sizes = np.bincount(piece)
+    assert len(sizes) == count and np.ptp(sizes) <= 1
+    assert count == FOLDS or (sizes.min() + 1) * motion.sample_time >= LONGER / motion.cutoff_hz
 
 
 def test_the_sentence_names_a_variable_by_its_force_and_not_only_by_its_share() -> None:

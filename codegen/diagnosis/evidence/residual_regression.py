@@ -47,7 +47,7 @@ LEAST_ROWS = 200
 NEIGHBOURS, LEAST_PERIODS = 2, 6
 """Spectral line: neighbouring bins on each side, by which its amplitude may vary; least periods in the log."""
 BACKGROUND, SURELY_A_LINE = 7, 0.01
-"""Spectral line: bins on each side whose median is the noise there; greatest probability of it in noise, in any bin."""
+"""Spectral line: bins on each side whose median is the noise there; greatest nominal probability of it in noise."""
 STATE = ("speed", "position", "load", "acceleration", "distance since reversal")
 """Variables of the motion; what these predict is no change in time."""
 MOSTLY = 0.5
