@@ -83,6 +83,15 @@ def test_an_effect_in_a_log_without_noise_passes(tmp_path: Path) -> None:
     assert not is_attenuated_noise(search.problem, base, found)
 
 
+@pytest.mark.parametrize("limit", [4.5, 6])
+def test_a_limit_that_most_commands_exceed_attenuates_no_noise(limit: float, tmp_path: Path) -> None:
+    """It was refused: inputs that move the machine without it stay below it, so it explains nothing with them."""
+    log = log_of(stage(f"[{{kind: saturation, on: w, parameters: {{limit: {limit}}}}}]"), tmp_path, "log.csv")
+    search, base, found = fitted(log, "saturation")
+    assert found.cost < base.cost - 10
+    assert not is_attenuated_noise(search.problem, base, found)
+
+
 def test_an_effect_with_which_free_runs_are_worse_attenuates_no_noise(tmp_path: Path) -> None:
     """It reduces no error, with or without noise; that it is worse is for other tests to say."""
     log = log_of(stage("[{kind: viscous, on: rail, parameters: {b: 4}}]"), tmp_path, "log.csv")

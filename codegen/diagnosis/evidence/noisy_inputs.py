@@ -19,20 +19,20 @@ from dataclasses import replace
 import numpy as np
 
 from codegen.base.arrays import Array
-from codegen.diagnosis.fit.credit import is_far
 from codegen.diagnosis.fit.output_error import Fit
 from codegen.diagnosis.fit.record import Record
 from codegen.diagnosis.fit.residual import Problem, evaluate_forces, inverse_dynamics_residual
 from codegen.diagnosis.fit.signals import Motion
 from codegen.mechanics.system import Matrix, System
 
-LEAST_KEPT, LEAST_NEAR_NOISE = 0.25, 0.1
-"""Least share of what effects explain that they must also explain with inputs without noise; and the same where free
-runs end near the noise of the motion. On a simulated axis, with noise of 70 % of the drive force's RMS, attenuated
-noise kept 19 % at most, and true effects 40 % and more; where these kept less, their parameters were wrong by half and
-more. Near the noise, a load behind a spring whose resonance is the frequency of a ripple kept 1 %, and true effects of
-the practice logs 29 % and more: least a saturation, since ŵ does not exceed its limit. One at 0.75 of the largest
-input of ``two_mass`` kept 19 %, so far from the noise it would be refused."""
+LEAST_KEPT = 0.25
+"""Least share of what effects explain that they must also explain with inputs without noise. On a simulated axis, with
+noise of 70 % of the drive force's RMS, attenuated noise kept 19 % at most, and true effects 40 % and more; where these
+kept less, their parameters were wrong by half and more."""
+LEAST_BY_NOISE = 0.5
+"""Least share of what effects explain that the noise of inputs explains, if they only attenuate it; by definition at
+least 1, apart from the error of ŵ. On simulated axes attenuated noise had 0.9 and more. True saturations that act most
+of the time, which keep little since ŵ is the input that acts, had 0.15 at most."""
 
 
 def is_attenuated_noise(problem: Problem, before: Fit, after: Fit) -> bool:
@@ -41,28 +41,41 @@ def is_attenuated_noise(problem: Problem, before: Fit, after: Fit) -> bool:
     With e the error without the effects, d their change of the prediction and d̂ that change with inputs without noise,
     both less what start states explain, the shares of Σ e² that they explain are compared:
 
-        sgn(e·d̂) (e·d̂)²/(d̂·d̂)  <  κ sgn(e·d) (e·d)²/(d·d),   κ = ``LEAST_KEPT`` or ``LEAST_NEAR_NOISE``
+        sgn(e·d̂) (e·d̂)²/(d̂·d̂)  <  κ sgn(e·d) (e·d)²/(d·d),   κ = ``LEAST_KEPT``
 
     Neither side depends on the size of the effects, which noise biases. Each segment has the weight 1/(1 + (e² + d²)/K)
     of the score test. Two ŵ are tried, and the better one counts: those with which the model without the effects
     follows the measured motion, and those with which the model with them does.
+
+    What attenuation removes is caused by the noise. So inputs without it must explain as much without the effects
+    (κ = ``LEAST_BY_NOISE``): the low-passed ones, or those with which the model with the effects follows the motion.
     """
     if not before.model.inputs:
         return False
-    least = LEAST_KEPT if is_far(after) else LEAST_NEAR_NOISE
     record = before.runner.record
     explained = _explained(before, _change(before, after, record))
     if explained <= 0:  # free runs are no better, and no noise makes them so
         return False
     clean = (record.with_inputs(inputs) for inputs in _without_noise(problem, before, after))
     kept = max(_explained(before, _change(before, after, one)) for one in clean)
-    return kept < least * explained
+    if kept >= LEAST_KEPT * explained:
+        return False
+    motion = problem.motion
+    smooth = np.asarray(motion.low_pass(motion.commands)), inputs_that_move(problem, after.model, motion)
+    by_noise = max(_explained(before, _change_by_inputs(before, record.with_inputs(one))) for one in smooth)
+    return by_noise >= LEAST_BY_NOISE * explained
 
 
 def _change(before: Fit, after: Fit, record: Record) -> Array:
     """(S, K n) change of the prediction by effects, with a record's inputs, after regression on the start states."""
     without, with_it = (before.residual_of(replace(f.runner, record=record), f.theta) for f in (before, after))
     return before.starts.project(without - with_it, slope=True)
+
+
+def _change_by_inputs(fit: Fit, record: Record) -> Array:
+    """(S, K n) change of the prediction of a fit by a record's inputs, after regression on the start states."""
+    own, other = (fit.residual_of(replace(fit.runner, record=one), fit.theta) for one in (fit.runner.record, record))
+    return fit.starts.project(own - other, slope=True)
 
 
 def _explained(before: Fit, change: Array) -> float:
