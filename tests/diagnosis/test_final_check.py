@@ -155,7 +155,8 @@ def test_refitted_values_that_are_worse_are_not_written(verdict: str, tmp_path: 
     answer = Answer("none" if verdict == "none" else "ambiguous", (), refit, refit, (declared, figures, figures))
     found = FinalCheck(data, False, MATERIAL).passed(answer)
     assert (found.verdict, found.adopted) == (verdict, system)
-    assert found.remarks[-1].words.startswith("Refitted values are not written: with them the ")
+    assert found.remarks[-2].words.startswith("Refitted values are not written: with them the ")
+    assert found.remarks[-1].words == "Refused: rail_a = 7 N (declared 4)"
     assert found.figures[1] == declared
 
 

@@ -6,9 +6,10 @@ from dataclasses import replace
 from math import inf, nan
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any, get_args
+from typing import Any, cast, get_args
 
 import pytest
+from sympy import Float, Symbol
 
 from codegen.app.diagnose import Diagnosed
 from codegen.diagnosis.fit.trial import Part
@@ -27,11 +28,12 @@ from codegen.diagnosis.results import (
     TiedPair,
     Verdict,
 )
-from codegen.diagnosis.verdict.admission import FORCE, RUN, Admitted, Refusal, merged
+from codegen.diagnosis.verdict.admission import FORCE, RUN, Admitted, Refusal, merged, refused_values
 from codegen.diagnosis.verdict.answer import Answer, by_remainder
 from codegen.diagnosis.verdict.examination import refused_at_limit
 from codegen.diagnosis.verdict.statement import best_refused, changes_in_words
 from codegen.logs import read_logs
+from codegen.mechanics import System
 from tests.diagnosis.fakes import InRound, Placed
 from tests.diagnosis.stage import log_of, stage, system_of
 from tests.diagnosis.statements import statement_of
@@ -370,6 +372,28 @@ def test_what_a_refused_option_leaves_is_told() -> None:
     (fact,) = Admitted(None, FIGURES, (refusal,)).remarks
     assert "instead" not in fact.words
     assert Admitted(option, FIGURES, ()).remarks == ()
+
+
+def test_the_values_of_a_refused_refit_are_told() -> None:
+    """Of a cart that rested too long, the refit was refused and shown nowhere, so its owner learnt nothing from it."""
+    names = ("m", "b", "k", "c", "d", "e", "same")
+    symbols = {name: Symbol(name, real=True) for name in names}
+    units = {symbols["m"]: "kg", symbols["b"]: "N*s/m"}
+    declared = (2.0, 6.0, 0.0, 1.0, 1.0, 1.0, 5.0)
+    refit = (2.5, 0.0, 3.0, -1.0, 1.1, 1.2, 5.0 + 1e-9)
+    one, other = (
+        cast(
+            System,
+            SimpleNamespace(units=units, values={symbols[n]: Float(v) for n, v in zip(names, some, strict=True)}),
+        )
+        for some in (refit, declared)
+    )
+    (fact,) = refused_values(one, other)
+    assert fact.topic == "spec.yaml" and fact.words == (
+        "Refused: c = -1 (declared 1), b = 0 N*s/m (declared 6), k = 3 (declared 0), m = 2.5 kg (declared 2), "
+        "and 2 others"
+    )
+    assert refused_values(other, other) == ()
 
 
 def test_refusals_by_the_same_test_are_one_statement_and_that_of_most_options_is_first() -> None:

@@ -19,7 +19,7 @@ from codegen.diagnosis.fit import credit
 from codegen.diagnosis.fit.credit import LEAST_SHARE, TIE_LEVEL, random_signs
 from codegen.diagnosis.fit.drive import drive_gain, drive_left
 from codegen.diagnosis.fit.residual import Problem
-from codegen.diagnosis.fit.trial import with_values
+from codegen.diagnosis.fit.trial import in_unit, with_values
 from codegen.diagnosis.results import ErrorFigures, Fact
 from codegen.diagnosis.verdict.answer import Answer
 from codegen.mechanics.system import System
@@ -32,6 +32,8 @@ FALLS = float(np.sqrt(1 - LEAST_SHARE))
 """Ratio of errors up to which an error counts as smaller."""
 UNSEEN = 1e-3
 """Relative change of both errors up to which an effect counts as not acting on the held-out data."""
+MOST_VALUES = 4
+"""Refused values that are told."""
 Measured = Callable[[System], ErrorFigures]
 """Errors of a system on held-out data."""
 Option = tuple[str, System]
@@ -102,6 +104,25 @@ class Admitted:
             return facts
         instead = f"Written instead: {self.option[0]}."
         return (*facts[:-1], replace(facts[-1], words=f"{facts[-1].words} {instead}"))
+
+
+def refused_values(refused: System, declared: System) -> tuple[Fact, ...]:
+    """A fact on the values of a refit that is not written, those that change most first; empty if none changes.
+
+    Held-out data may refuse a refit for one of its values, and its owner may know which of the others is right.
+    """
+    changes = {}
+    for s, declared_value in declared.values.items():
+        was, now = float(declared_value), float(refused.values[s])
+        if abs(now - was) > UNSEEN * max(abs(now), abs(was)):
+            changes[s] = abs(now - was) / max(abs(now), abs(was))
+    most = sorted(changes, key=lambda s: -changes[s])[:MOST_VALUES]
+    values = [
+        f"{s} = {float(refused.values[s]):.3g}{in_unit(declared, s)} (declared {float(declared.values[s]):.3g})"
+        for s in most
+    ]
+    more = len(changes) - len(most)
+    return (Fact.said("spec.yaml", "refused values", values=values, more=more),) if values else ()
 
 
 class Reference(NamedTuple):

@@ -40,6 +40,7 @@ from codegen.diagnosis.verdict.admission import (
     outweighed,
     reduces_both,
     reference_of,
+    refused_values,
     spared,
     worsened,
 )
@@ -72,13 +73,15 @@ def examine(
         figures = measured(refit)
         return Answer(verdict, (), refit, refit, (declared, figures, figures)), outcome
     base = adopt_values(search, outcome.base, system)
-    chosen = admitted(options_of(system, base), measured, _by_drive(declared, search.problem))
+    options = options_of(system, base)
+    chosen = admitted(options, measured, _by_drive(declared, search.problem))
+    refused_refit = refused_values(options[0][1], system) if chosen.refusals else ()
     errors = () if chosen.refusals else base.errors
     chosen, kept = spared(chosen, [s.name for s in search.moved], search.problem, declared, measured)
     errors = tuple(e for e in errors if e.name not in kept)
     refit = system if chosen.option is None else chosen.option[1]
     three = (declared, chosen.figures, chosen.figures)
-    plain = Answer(verdict, (), refit, refit, three, errors, remarks=(*base.notes, *chosen.remarks))
+    plain = Answer(verdict, (), refit, refit, three, errors, remarks=(*base.notes, *chosen.remarks, *refused_refit))
     if not outcome.parts:
         return plain, outcome
     refused: tuple[Fact, ...] = ()

@@ -28,7 +28,7 @@ from codegen.diagnosis.fit.drive import residual_over_friction
 from codegen.diagnosis.fit.linear import rms
 from codegen.diagnosis.fit.measure import drive_force
 from codegen.diagnosis.results import ErrorFigures, Fact, worded
-from codegen.diagnosis.verdict.admission import REFIT_WORSE, RUN, is_shown_worse, worsened
+from codegen.diagnosis.verdict.admission import REFIT_WORSE, RUN, is_shown_worse, refused_values, worsened
 from codegen.diagnosis.verdict.answer import Answer
 from codegen.diagnosis.verdict.held_out import HeldOut
 from codegen.mechanics.system import System
@@ -63,7 +63,8 @@ class FinalCheck:
         last = answer.figures[2] if answer.verdict == "ambiguous" else declared
         augmented = answer.augmented if answer.verdict == "ambiguous" else system
         plain = replace(answer, refit=system, augmented=augmented, figures=(declared, declared, last), errors=())
-        return plain.noted(Fact("spec.yaml", f"Refitted values are not written: with them {words}"))
+        told = Fact("spec.yaml", f"Refitted values are not written: with them {words}")
+        return plain.noted(told, *refused_values(answer.refit, system))
 
     def worse(self, model: System, figures: ErrorFigures, declared: ErrorFigures) -> str:
         """By what a model is worse than the declared one, in words; empty if it is not."""
