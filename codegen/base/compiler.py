@@ -37,7 +37,7 @@ def find_compiler() -> tuple[str, ...]:
     if not named:
         first = next(filter(None, map(shutil.which, ("cc", "gcc", "clang"))), None)
         if first is None:
-            expected = "cc, gcc or clang (Debian: apt install gcc), or CC"
+            expected = "cc, gcc or clang (Debian: apt install gcc), or the variable CC with the command of another"
             raise BadInput("the C compiler", "none on the path", expected, code="TOOL001")
         return (first,)
     expected = "a C compiler on the path and its options, such as `gcc` or `ccache gcc -m64`; or no CC"
