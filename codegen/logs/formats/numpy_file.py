@@ -150,7 +150,7 @@ class NpyFile(BlockFile):
 class NpzFile(LogFile):
     """An opened archive, of whose arrays the headers have been read."""
 
-    expected = "an .npz log: an archive of NumPy arrays, one for each column"
+    expected = "an .npz log: an archive of NumPy arrays of numbers: one for each column, or tables"
 
     def find(self) -> None:
         self._data = self.read_bytes()
