@@ -101,10 +101,12 @@ class Samples:
         """
         described = log_description(self._path, self._given)
         stream = open_stream(self._path, described)
-        binding = bind(stream, self._spec, described, self._columns)
         apart = described.beside or described.missing == "join"
-        if apart or described.unwrap or described.rows or described.late or set(binding.integrated) & set(self._inputs):
-            raise NotStreamed  # rows depend on other rows
+        if apart or described.unwrap or described.rows or described.late:
+            raise NotStreamed  # rows depend on other rows, and columns may be in other files
+        binding = bind(stream, self._spec, described, self._columns)
+        if set(binding.integrated) & set(self._inputs):
+            raise NotStreamed
         require_columns(stream.names, described)
         self._require_inputs(binding.terms, stream.place)
         self.notes = [*stream.notes, *binding.notes, *(finding.words for finding in binding.findings)]

@@ -288,6 +288,19 @@ def test_the_scale_that_is_asked_for_gives_the_same_estimates(tmp_path: Path, sc
     assert [p.value for p in replay(SPEC, log).peaks] == [p.value for p in plain.peaks]
 
 
+def test_an_input_in_a_file_beside_the_log_is_replayed(tmp_path: Path) -> None:
+    """A diagnosis read such logs; a replay asked the first file alone for all columns."""
+    table = record(3000)
+    plain = replay(SPEC, write_csv(tmp_path / "plain.csv", table))
+    (tmp_path / "apart").mkdir()
+    log = write_csv(tmp_path / "apart" / "log.csv", table[:, :3], "t,x1,x2")
+    np.savetxt(tmp_path / "apart" / "force.csv", table[:, 3:], fmt="%.17g", header="w")
+    (tmp_path / "apart" / "meta.yaml").write_text("beside: {force: force.csv}\ncolumns: {w: force.w}\n")
+    apart = replay(SPEC, log)
+    assert apart.samples == plain.samples == 3000
+    assert [p.value for p in apart.peaks] == pytest.approx([p.value for p in plain.peaks], rel=1e-12)
+
+
 @pytest.mark.parametrize(("bad", "faults"), [(500, [500]), (0, [0, 1])])
 def test_a_value_that_is_not_finite_is_held_over_or_refused(tmp_path: Path, bad: int, faults: list[int]) -> None:
     """Where it is the first, the good sample behind it starts the observer."""
