@@ -49,7 +49,7 @@ from codegen.diagnosis.verdict.hidden_effects import hidden_effects
 from codegen.diagnosis.verdict.late_inputs import corrected_for_leads
 from codegen.diagnosis.verdict.nameless import as_unknown, nameless_rival
 from codegen.diagnosis.verdict.statement import interval_in_words
-from codegen.diagnosis.verdict.uncovered import better_than_a_sum, better_than_refused, not_determined
+from codegen.diagnosis.verdict.uncovered import better_than_named, better_than_refused, not_determined
 from codegen.diagnosis.verdict.unrepeated import unrepeated
 from codegen.diagnosis.verdict.varying_parameters import varying
 from codegen.mechanics.system import System
@@ -156,17 +156,16 @@ class Judge:
     def conclude(self, report: Report) -> Conclusion:
         """The answer after all checks.
 
-        An outcome is credited. A wave whose period the log does not cover takes the place of several effects that
-        explain less. Effects that tie are compared, and what they have in common is named. Then checks refuse, and
+        An outcome is credited. A wave whose period the log does not cover takes the place of effects that explain
+        less. Effects that tie are compared, and what they have in common is named. Then checks refuse, and
         what is left decides between ``unknown`` and ``none``.
         """
         chosen, case = self.selection, self.case
         answer, outcome = self._credited(report)
-        wave, less = None, ""
+        wave, less = None, answer.effects
         if answer.verdict in ("effect", "ambiguous"):
-            wave = better_than_a_sum(chosen.search, chosen.tried, outcome)
+            wave = better_than_named(chosen.search, chosen.tried, outcome)
         if wave is not None:
-            less = titles(answer.effects)
             tried = chosen.tried
             answer, outcome = self._examined(chosen.search, replace(tried, final=tried.base, rivals=(), explained=0.0))
         tied: Sequence[Fit] = ()
@@ -184,7 +183,7 @@ class Judge:
             held_out = self.held_out.problem, case.log_of_test
             answer = unknown_for_an_event(answer, {"training": (case.problem, case.log), "held-out": held_out})
         if wave is None and another is None and answer.verdict in ("none", "unknown"):
-            wave = better_than_refused(chosen.search, chosen.tried, outcome, case.material)
+            wave, less = better_than_refused(chosen.search, chosen.tried, outcome, case.material), ()
         if wave is not None:
             answer = not_determined(answer, wave, case.problem, less)
         answer = replace(answer, remarks=tuple(self._remarks(outcome, answer)))

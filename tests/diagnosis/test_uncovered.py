@@ -8,11 +8,38 @@ from unittest.mock import patch
 import pytest
 
 from codegen.diagnosis import free_runs
+from codegen.diagnosis.diagnose import diagnose_log
+from codegen.diagnosis.results import Diagnosis
 from codegen.diagnosis.verdict import uncovered
-from tests.diagnosis.stage import diagnosed
+from codegen.spec import Spec, parse_spec
+from tests.diagnosis.stage import STAGE, among, diagnosed, log_of, system_of
 
 OF_POSITION = ("cogging", "spring", "hardening_spring", "offset", "position_dependent_friction")
 """The stage moves over 0.517 m."""
+
+
+PART_OF_A_TURN = "0.3 + 0.55*sin(2*pi*0.31*t) + 0.15*sin(2*pi*0.83*t)"
+"""1.4 rad."""
+OTHER_PART = "0.3 + 0.45*sin(2*pi*0.37*t + 1) + 0.2*sin(2*pi*0.21*t)"
+
+
+def joint(force: str = "0", reference: str = PART_OF_A_TURN, duration: float = 14.0) -> Spec:
+    """A joint with this torque over its position x, in N*m."""
+    text = STAGE.format(effects="[]", level=4, reference=reference, duration=duration, noise=2e-5)
+    units = {"unit: m}": "unit: rad}", "unit: N}": "unit: N*m}", "N*s/m": "N*m*s", "unit: kg}": "unit: kg*m^2}"}
+    values = {"value: 2,": "value: 0.5,", "value: 6,": "value: 1.5,", "{w: 900}": "{w: 400}", "2e-6": "2e-5"}
+    torque = {"mass_matrix:": "  one: {value: 1, unit: N*m}\nmass_matrix:", "b*v]": f"b*v + one*({force})]"}
+    for old, new in (units | values | torque).items():
+        text = text.replace(old, new)
+    return parse_spec(text, Path("joint.yaml"))
+
+
+def with_torque(force: str, folder: Path) -> Diagnosis:
+    train = log_of(joint(force), folder, "train.csv")
+    test = log_of(joint(force, OTHER_PART, 10.0), folder, "test.csv")
+    spec = joint()
+    with among("gravity_imbalance", "cogging"):
+        return diagnose_log(spec, system_of(spec), train, test)[0]
 
 
 def wave(period: float, phase: float = 0.3, kind: str = "cogging", on: str = "x") -> str:
@@ -61,3 +88,21 @@ def test_a_wave_whose_period_is_unsure_refuses_no_other_effect(tmp_path: Path) -
     with patch.object(uncovered, "SURE", 1e-9):
         diagnosis, _ = diagnosed(wave(0.57), tmp_path, kinds=OF_POSITION)
     assert diagnosis.verdict == "effect" and {e.kind for e in diagnosis.effects} == {"spring", "hardening_spring"}
+
+
+def test_a_weight_over_part_of_a_turn_is_named(tmp_path: Path) -> None:
+    diagnosis = with_torque("-3*sin(x + 0.5)", tmp_path)
+    assert diagnosis.verdict == "effect" and [e.kind for e in diagnosis.effects] == ["gravity_imbalance"]
+
+
+@pytest.mark.parametrize("is_sure", [True, False])
+def test_another_torque_over_part_of_a_turn_is_no_weight(is_sure: bool, tmp_path: Path) -> None:
+    """A weight was named, whose period of a turn needs no stroke, although another period explains far more."""
+    with patch.object(uncovered, "SURE", uncovered.SURE if is_sure else 1e-9):
+        diagnosis = with_torque("2*sin(1.9*x + 0.3)", tmp_path)
+    assert diagnosis.verdict == "unknown" and diagnosis.effects == ()
+    reason, less = diagnosis.statement.of("not credited")
+    assert "nothing shows that it repeats" in reason
+    assert less == "It explains more than gravity_imbalance on x."
+    assert "rad on x, and diagnose again" in diagnosis.statement.of("next")[0] or not is_sure
+    assert is_sure or "Log a longer stroke on x" in " ".join(diagnosis.statement.of("next"))

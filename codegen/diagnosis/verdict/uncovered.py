@@ -2,18 +2,25 @@
 
 Nothing shows that such a wave repeats, so it is not credited. But the force is there, and effects that explain it worse
 are not what is missing. The verdict is then ``unknown``, with the candidate and the stroke that would show its period.
+
+A weight on a turning axis is a wave with the period of a turn, and is credited on any stroke. Where another period
+explains more, no weight is there, although nothing shows that this period is the true one either: within a part of its
+period a wave follows many smooth curves.
 """
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 from codegen.diagnosis.evidence.estimate import effect_of, estimate
 from codegen.diagnosis.evidence.force_gain import ForceCriterion
 from codegen.diagnosis.evidence.reservations import objections
+from codegen.diagnosis.fit.credit import LEAST_SHARE, TIE_LEVEL
 from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.search import Search
-from codegen.diagnosis.results import Fact
+from codegen.diagnosis.fit.trial import Part
+from codegen.diagnosis.results import Fact, FoundEffect, titles
 from codegen.diagnosis.selection.crediting import BETTER
 from codegen.diagnosis.selection.forward_selection import Outcome
 from codegen.diagnosis.selection.ranking import Ranked, force_prefers, same_signature
@@ -24,48 +31,90 @@ SURE = 0.05
 waves that imitated springs and weights within their period it was 8, 45 and 780 %; of two true ones 0.2 and 0.3 %."""
 
 
-def better_than_a_sum(search: Search, tried: Outcome, outcome: Outcome) -> Ranked | None:
-    """The uncovered candidate that explains more than several effects of its place and variable together, or None.
+@dataclass(frozen=True, eq=False)
+class Longer:
+    """An uncovered candidate that explains more than the effects in whose place it is fitted.
+
+    Attributes:
+        is_sure: whether its period is, by ``SURE``. is_extension: whether it is that one effect with a free period.
+    """
+
+    wave: Ranked
+    is_sure: bool
+    is_extension: bool = False
+
+
+def better_than_named(search: Search, tried: Outcome, outcome: Outcome) -> Longer | None:
+    """The uncovered candidate that explains more than all effects of its place and variable together, or None.
+
+    In place of several effects its period must be sure: two laws may add up to what a wave imitates. In place of one it
+    need not be, but that one must be the wave with a fixed period (``Effect.limit``).
 
     Args:
         tried: of the selection by free runs. outcome: that of the answer, whose effects are compared.
     """
     every = (*tried.first, *(r for later in tried.later for r in later.ranked))
-    return next((r for r in every if r.uncovered and _explains_more(search, tried, r, outcome, least=2)), None)
+    found = (_in_place(search, tried, r, outcome, of_its_variable=True) for r in every if r.uncovered)
+    return next((one for one in found if one is not None and (one.is_sure or one.is_extension)), None)
 
 
-def better_than_refused(search: Search, tried: Outcome, outcome: Outcome, material: float) -> Ranked | None:
+def better_than_refused(search: Search, tried: Outcome, outcome: Outcome, material: float) -> Longer | None:
     """The uncovered candidate of material size that explains more than all refused effects together, or None."""
     shown = [r for r in tried.first if r.uncovered and r.size >= material]
     best = min(shown, key=lambda r: r.found.cost, default=None)
-    return best if best is not None and _explains_more(search, tried, best, outcome) else None
+    found = None if best is None else _in_place(search, tried, best, outcome)
+    return found if found is not None and found.is_sure else None
 
 
-def _explains_more(search: Search, tried: Outcome, one: Ranked, outcome: Outcome, least: int = 0) -> bool:
-    """Whether a candidate fits free runs better, as a replacement must, the force prefers it, and its period is sure.
+def _in_place(
+    search: Search, tried: Outcome, one: Ranked, outcome: Outcome, of_its_variable: bool = False
+) -> Longer | None:
+    """A candidate fitted in place of all effects, if free runs fit better, as a replacement must, and the force agrees.
 
-    It is fitted in place of all effects; with ``least`` of those of its place and variable, if they are as many.
+    With ``of_its_variable`` in place of those of its place and variable, if there are any.
     """
     (moved, values), parts, part = outcome.final.values, outcome.final.trial.parts, one.part
-    kept = [k for k, p in enumerate(parts) if least and not same_signature(p, part)]
-    if len(parts) - len(kept) < least:
-        return False
+    kept = [k for k, p in enumerate(parts) if of_its_variable and not same_signature(p, part)]
+    replaced = [p for k, p in enumerate(parts) if k not in kept]
+    if of_its_variable and not replaced:
+        return None
+    extends = of_its_variable and len(replaced) == 1
+    if extends and not _contains(search, one, replaced[0]):
+        return None
     whole = search.with_parts(tried.base, moved, parts, values) if parts else tried.base
     others, known = [parts[k] for k in kept], [values[k] for k in kept]
     wave = search.with_parts(tried.base, moved, [*others, part], [*known, one.found.parameters])
     if wave.cost > whole.cost - BETTER:
-        return False
-    if not force_prefers(ForceCriterion(search, wave), ForceCriterion(search, whole)):
-        return False
+        return None
+    here, there = ForceCriterion(search, wave), ForceCriterion(search, whole)
+    if not (_shows_its_period(here, there) if extends else force_prefers(here, there)):
+        return None
     period, (low, high) = estimate(*search.polished(wave)).effects[-1]["period"]
-    return high - low <= 2 * SURE * period
+    return Longer(one, high - low <= 2 * SURE * period, extends)
 
 
-def not_determined(answer: Answer, one: Ranked, problem: Problem, named: str = "") -> Answer:
-    """The verdict ``unknown`` with an uncovered candidate; ``named``: the effects that explain less, in words."""
+def _contains(search: Search, one: Ranked, law: Part) -> bool:
+    """Whether a wave with a certain period is this law, as with that of a turn it is a weight on a turning axis."""
+    limit = one.part.effect.limit(search.system, one.part.place, one.found.parameters)
+    return limit is not None and limit[0] == law.kind
+
+
+def _shows_its_period(wave: ForceCriterion, law: ForceCriterion) -> bool:
+    """Whether the force residual shows the period of a wave, the one parameter that the law does not have."""
+    gain = wave.added_to(law)
+    return gain.left <= 1 - LEAST_SHARE and gain.p_added(1) <= TIE_LEVEL
+
+
+def not_determined(answer: Answer, longer: Longer, problem: Problem, named: Sequence[FoundEffect] = ()) -> Answer:
+    """The verdict ``unknown`` with an uncovered candidate; ``named``: the effects that explain less."""
+    one = longer.wave
     part = one.part
     found = effect_of(part, one.found.parameters, problem.system)
     reason = Fact("not credited", "; ".join(objections(found, part, problem, one.found.model)))
-    less = (Fact("not credited", f"It explains more than {named} together"),) if named else ()
+    together = " together" if len(named) > 1 else ""
+    less = (Fact("not credited", f"It explains more than {titles(named)}{together}"),) if named else ()
+    unknown = answer.unknown((found,), (reason, *less))
+    if not longer.is_sure:
+        return unknown.noted(Fact.said("next", "longer stroke", on=found.on))
     stroke = f"{found.parameters['period']:.3g} {found.units['period']} on {found.on}"
-    return replace(answer.unknown((found,), (reason, *less)), stroke=stroke)
+    return replace(unknown, stroke=stroke)
