@@ -26,7 +26,7 @@ from codegen.mechanics import System, build_system
 from codegen.mechanics.casadi_form import over_rows
 from codegen.observers import build_observer
 from codegen.program import build_program
-from codegen.spec import read_spec
+from codegen.spec import parse_spec, read_spec
 from tests.diagnosis.stage import log_of, stage, system_of
 from tests.twin import TwinEngine
 
@@ -192,3 +192,57 @@ def test_several_vectors_at_once_have_the_bits_of_each_alone(kinds: tuple[str, .
         for count in (1, 3, 4, 5):
             found = [run(record.at_rest) for run in runner.several(thetas[:count])]
             assert all(np.array_equal(one, other) for one, other in zip(found, alone[:count], strict=True))
+
+
+LUGRE = "lugre, sigma_0: 1e4, sigma_1: 30, sigma_2: 0.4, F_c: 3, F_s: 4, v_s: 0.05"
+
+
+@pytest.mark.parametrize(
+    ("law", "kinds", "idle"),
+    [
+        ("coulomb, a: 4.0", ("presliding", "spring"), {"m", "b", "spring_x_k"}),
+        ("coulomb, a: 4.0", ("presliding", "stribeck"), {"m", "b"}),
+        ("coulomb, a: 4.0", ("presliding", "position_dependent_friction"), {"m", "b"}),
+        (LUGRE, ("spring",), {"m", "b", "spring_x_k"}),
+        ("coulomb, a: 4.0", ("presliding", "load_dependent_friction"), set()),
+        ("coulomb, a: 4.0", ("presliding", "actuator_lag"), {"m", "b", "actuator_lag_w_tau"}),
+        ("coulomb, a: 4.0", ("presliding", "compliance"), set()),
+    ],
+)
+def test_states_are_kept_for_values_that_do_not_act_on_them(
+    law: str, kinds: tuple[str, ...], idle: set[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """With each value changed in turn they have the bits of a simulation of their own."""
+    spec = parse_spec(stage().text.replace("coulomb, a: 4.0", law), Path("stage.yaml"))
+    system, (_, positions, velocities) = system_of(spec), moved_axis()
+    others = tuple(s for s in system.values if s.name in ("m", "b"))
+    trial = trial_of(system, *kinds)
+    trial = replace(trial, moved=(*others, *trial.moved))
+    commands = 12 * np.sign(np.sin(20 * 1e-3 * np.arange(1500)))[:, None]
+    start = np.arange(0, 1300, 100, dtype=np.int32)
+    record = Record(positions, positions, velocities, commands, 1e-3, np.ones(1), start, 90)
+    called, simulate = list[int](), Shooter._followed
+
+    def counted(shooter: Shooter, model: int, values: Any, *others: Any) -> tuple[Array, Array]:
+        called.append(len(values))
+        return simulate(shooter, model, values, *others)
+
+    monkeypatch.setattr(Shooter, "_followed", counted)
+    effects = [LACKING.get(kind) or {p.name: 0.3 for p in CATALOGUE[kind].parameters} for kind in kinds]
+    moved = np.array([float(system.values[s]) for s in trial.moved])
+    runner, first = Runner(trial, made(trial), 0, record, 3), trial.theta(moved, effects)
+    runner.hidden(first)
+    kept = set()
+    for k, symbol in enumerate(trial.symbols):
+        theta = first.copy()
+        theta[k] += 0.01 * max(1.0, abs(theta[k]))
+        called.clear()
+        found = runner.hidden(theta)
+        kept |= set() if called else {symbol.name}
+        assert np.array_equal(found, Runner(trial, made(trial), 0, record, 3).hidden(theta)), symbol
+        assert np.ptp(found) > 0
+    assert kept == idle
+
+
+def made(trial: Trial) -> Shooter:
+    return Shooter([trial.changed], [trial.free])

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Sequence
+from collections import OrderedDict
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
 from functools import cache, partial
 from itertools import pairwise, zip_longest
+from threading import Lock
 from typing import Any, Protocol
 
 import casadi
@@ -117,6 +119,8 @@ its equations within them: up to four times as fast without sines, for a tenth o
 _REST = 1e-12
 """Slip speed that counts as standstill where no level jumps there, in slip unit/s."""
 WARM_S = 1.0
+FOLLOWED = 12
+"""Cached results of ``Shooter.hidden``: those of a fit's values and of the steps of some of these, in two threads."""
 OBSERVER = 4.0
 """Double pole of the observer of start states, over the inverse length of a segment: a wrong force then moves the
 observed state less than the segment's own free run. Faster ones come nearer to the measured motion, with its noise."""
@@ -143,6 +147,11 @@ class Structure:
     def has_states(self) -> bool:
         """Whether a free run has states besides positions and velocities."""
         return bool(self.split or len(self.rest) or max(self.sigma, default=0.0) > 0)
+
+    @property
+    def key(self) -> Hashable:
+        """The numbers that act on bristles and on states of laws."""
+        return self.sigma, self.limits.tobytes(), self.rest.tobytes()
 
 
 @dataclass(frozen=True, eq=False)
@@ -185,6 +194,7 @@ class Shooter:
         self.coordinates = systems[0].degrees_of_freedom
         self.loads = max(len(s.transmissions) for s in systems) if loads is None else loads
         self.states = max(len(owners(s)) for s in systems)
+        self._equations, self._acting = list(zip(systems, free, strict=True)), dict[int, list[int] | None]()
         inputs = driven or [len(s.inputs) for s in systems]
         jumps = any(map(level_jumps, systems)) if jumps is None else jumps
         source = shooting_source(systems, free, self.loads, self.states, inputs, jumps)
@@ -206,9 +216,12 @@ class Shooter:
         Raises:
             BadInput: where there is no C compiler.
         """
-        gain = OBSERVER / (record.length * record.sample_time) if observed and values[0].structure.split else 0.0
-        hidden, found = self.hidden(model, values, record, substeps, gain)
-        shifts = found - record.states if gain else np.zeros(len(values))
+        if observed and values[0].structure.split:
+            gain = OBSERVER / (record.length * record.sample_time)
+            hidden, found = self._followed(model, values, record, substeps, gain)
+            shifts = found - record.states
+        else:
+            hidden, shifts = self.hidden(model, values, record, substeps), np.zeros(len(values))
         starts = zip(values, hidden, shifts, strict=True)
         return [self._run(model, one, record, substeps, *start) for one, *start in starts]
 
@@ -231,20 +244,44 @@ class Shooter:
 
         return run
 
-    def hidden(
-        self, model: int, values: Sequence[Values], record: Record, substeps: int, gain: float = 0.0
-    ) -> tuple[Array, Array]:
+    def hidden(self, model: int, values: Sequence[Values], record: Record, substeps: int) -> Array:
         """States at the start of each segment, simulated along the measured motion for each of R values of a model.
 
-        ``LANES`` of them are simulated at once.
+        Those without loads are kept for all values that do not act on them: for a slope, a fit changes one value.
+
+        Returns:
+            (R, S, contacts + states + 2 loads) states that are not logged: bristle deflections, states of laws,
+            positions of the loads, their velocities.
+        """
+        if model not in self._acting:
+            self._acting[model] = arguments_of_states(*self._equations[model])
+        acting = self._acting[model]
+        if acting is None:
+            return self._followed(model, values, record, substeps)[0]
+        same = id(self), model, id(record), substeps
+        keys = [(*same, one.structure.key, np.asarray(one.p, dtype=float)[acting].tobytes()) for one in values]
+        with _lock:
+            known = {key: _kept[key] for key in keys if key in _kept}
+        missing = {key: one for key, one in zip(keys, values, strict=True) if key not in known}
+        if missing:
+            found = self._followed(model, list(missing.values()), record, substeps)[0]
+            known |= {key: (self, record, one) for key, one in zip(missing, found, strict=True)}
+        with _lock:
+            for key, one in known.items():
+                _kept[key] = one
+                _kept.move_to_end(key)
+            while len(_kept) > FOLLOWED:
+                _kept.popitem(last=False)
+        return np.stack([known[key][2] for key in keys])
+
+    def _followed(
+        self, model: int, values: Sequence[Values], record: Record, substeps: int, gain: float = 0.0
+    ) -> tuple[Array, Array]:
+        """The states of ``hidden``, and (R, S, 2n) observed positions and velocities; ``LANES`` are simulated at once.
 
         Args:
             gain: above 0, positions and velocities are those of an observer with a double pole at −``gain`` 1/s, if the
                 model has loads.
-
-        Returns:
-            (R, S, contacts + states + 2 loads) states that are not logged: bristle deflections, states of laws,
-            positions of the loads, their velocities; and (R, S, 2n) observed positions and velocities.
         """
         states = np.zeros((len(values), len(record.start), 2 * self.coordinates))
         hidden = np.zeros((len(values), len(record.start), self.contacts + self.states + 2 * self.loads))
@@ -288,6 +325,11 @@ def _begun(record: Record, structure: Structure) -> Indices:
             begun = np.maximum(record.start - warm, last)
     begun[:1] = np.maximum(begun[:1], 0)
     return begun
+
+
+_kept: OrderedDict[Hashable, tuple[Shooter, Record, Array]] = OrderedDict()
+"""Results of ``Shooter.hidden``, with the objects whose identity is in their key."""
+_lock = Lock()
 
 
 _REAL, _INDEX = np.dtype(np.float64), np.dtype(np.int32)
@@ -378,6 +420,19 @@ def terms_of(system: System) -> tuple[sympy.Expr, ...]:
     laws = [term for c, terms in all_law_terms(system) for term in (sympy.Integer(c), terms.force, *terms.rates)]
     forces = *system.force, *system.declared_force
     return (*system.mass_matrix, *forces, *system.distribution, *contacts, *laws)
+
+
+def arguments_of_states(system: System, free: Sequence[sympy.Symbol]) -> list[int] | None:
+    """Indices of the arguments that act on bristles and states of laws along a given motion.
+
+    Inertia and smooth forces do not: the motion is given. None if there are no such states, or if loads or inputs act.
+    """
+    laws = (term for _, terms in all_law_terms(system) for term in (terms.force, *terms.rates))
+    terms = *system.distribution, *(_set_valued_level(c) for c in system.contacts), *laws
+    acting = set().union(*(sympy.sympify(term).free_symbols for term in terms))
+    if not hidden_states(system) or system.transmissions or not acting.isdisjoint(system.inputs):
+        return None
+    return [k for k, s in enumerate(free) if s in acting]
 
 
 def is_plain(system: System) -> bool:

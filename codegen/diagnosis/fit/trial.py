@@ -259,7 +259,7 @@ class Runner:
         numbers = self.trial.numbers(theta)
         assert isinstance(self.shooter, Shooter)  # an arm is never separated here
         followed = self._along_true_motion(numbers)
-        return np.asarray(self.shooter.hidden(self.model, [self._values(numbers)], followed, self.substeps)[0][0])
+        return np.asarray(self.shooter.hidden(self.model, [self._values(numbers)], followed, self.substeps)[0])
 
     def _along_true_motion(self, numbers: Array) -> Record:
         """The record, its motion without the sensor errors of the trial, along which states that are not logged follow.
