@@ -76,7 +76,7 @@ def test_verdict_and_numbers_are_the_same_in_other_units(both: list[Diagnosis]) 
     assert [e.kind for e in one.effects] == [e.kind for e in other.effects] == ["spring"]
     beside = {c.kind: c for c in other.candidates}
     assert {c.kind for c in one.candidates} == beside.keys()
-    assert beside.keys() >= {"spring", "viscous", "inertia_error", "hardening_spring", "quadratic_drag"}
+    assert beside.keys() >= {"spring", "viscous", "inertia_error", "hardening_spring"}
     for candidate in one.candidates:
         factors, there = FACTORS[candidate.kind], beside[candidate.kind]
         assert there.gain == pytest.approx(candidate.gain, abs=1e-6)
