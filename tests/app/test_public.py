@@ -151,7 +151,7 @@ def test_certify_verify_and_generate_hand_out_one_certificate(one: api.Machine, 
     assert all(fact in said for fact in checked.report.facts)
     for result in (found, found.certificate, *found.bounds, made, checked):
         shows_itself(result)
-    assert repr(found.bounds[0]) == "<ErrorBound: error e_a_rail, long after a reversal at most 1.788 N>"
+    assert repr(found.bounds[0]) == "<ErrorBound: error e_a_rail, long after a reversal at most 1.79 N>"
 
 
 def test_a_certificate_of_another_machine_is_refused(one: api.Machine) -> None:

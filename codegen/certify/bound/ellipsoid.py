@@ -5,9 +5,9 @@ row c', is invariant if
 
     Q ≥ ΦQΦ'/f + Σ_j t_j b_j b_j'    and    f + Σ_j d_j²/t_j ≤ 1,    0 < f < 1, t_j > 0.
 
-Let Φ'PΦ ≤ γ²P, so ΦP⁻¹Φ' ≤ γ²P⁻¹, and b_j b_j' ≤ b_j'Pb_j P⁻¹ by Cauchy's inequality. With a_j = √(b_j'Pb_j) and
-S = Σ_j d_j a_j these hold for f = γ, t_j = d_j S/((1 − γ) a_j) and Q = P⁻¹ S²/(1 − γ)², the ellipsoid of ``reach.py``.
-Nothing here is trusted.
+Let Φ'PΦ ≤ γ²P, so M = P⁻¹ − ΦP⁻¹Φ'/γ is positive definite, and b_j b_j' ≤ b_j'M⁻¹b_j M by Cauchy's inequality. With
+a_j = √(b_j'M⁻¹b_j/(1 − γ)) and S = Σ_j d_j a_j these hold for f = γ, t_j = d_j S/((1 − γ) a_j) and Q = P⁻¹ S², the
+ellipsoid of ``reach.py``, since Q − ΦQΦ'/f = S²M. Nothing here is trusted.
 """
 
 from __future__ import annotations
@@ -349,7 +349,7 @@ def _set(reach: Reach, columns: Array, size: Array, rows: Sequence[Sequence[Any]
     f, whole = float(share), float(size @ lengths)
     best = size * whole / ((1 - f) * lengths) * (1 + 10.0 ** (1 - OF_MATRIX))
     weights = [upwards(w, OF_MATRIX) if w else sympy.Integer(0) for w in best]
-    matrix = reach.inverse * (whole**2 / ((1 - f) * (1 - reach.gamma**2 / f)) * (1 + SPARE))
+    matrix = reach.inverse * (whole**2 * (1 + SPARE))
     exact = rounded_matrix(matrix, OF_MATRIX, np.sqrt(np.diag(matrix)))
     floats = np.array(rows, dtype=float)
     summed, rest, samples = reach.sums(floats, columns, [size])

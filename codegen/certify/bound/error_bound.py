@@ -2,10 +2,10 @@
 
 With |d_j| ≤ δ_j for every disturbance (``disturbances.py``), the error of row C long after a reversal is within
 
-    |D| δ_noise + Σ_j (Σ_{i<N} |C Φ^i B_j| + √(rP⁻¹r') √(B_j'PB_j)/(1 − γ)) δ_j,    r = C Φ^N,
+    |D| δ_noise + Σ_j (Σ_{i<N} |C Φ^i B_j| + √(rP⁻¹r') a_j) δ_j,    r = C Φ^N,
 
 the L1 norms of the impulse responses over N samples, and the invariant ellipsoid of the certificate's V for all later
-ones (``reach.py``). ellipsoid.py writes the same bound in rationals, and the checker proves it of the C.
+ones (a_j: ``reach.py``). ellipsoid.py writes the same bound in rationals, and the checker proves it of the C.
 """
 
 from __future__ import annotations

@@ -1,7 +1,9 @@
 """Bounds on linear combinations c'e of the errors by the invariant ellipsoid of a certificate's V = e'Pe.
 
-Let e[k+1] = Φe[k] + Σ_j b_j w_j with |w_j| ≤ d_j and Φ'PΦ ≤ γ²P. With S = Σ_j d_j √(b_j'Pb_j)/(1 − γ), the ellipsoid
-{e : e'Pe ≤ S²} is invariant. So, in the long run, with r = c'Φ^N for any number of samples N,
+Let e[k+1] = Φe[k] + Σ_j b_j w_j with |w_j| ≤ d_j and Φ'PΦ ≤ γ²P. So M = P⁻¹ − ΦP⁻¹Φ'/γ ≥ (1 − γ)P⁻¹. With a_j =
+√(b_j'M⁻¹b_j/(1 − γ)) and S = Σ_j d_j a_j, the ellipsoid {e : e'Pe ≤ S²} is invariant (ellipsoid.py); a_j is at most
+√(b_j'Pb_j)/(1 − γ), and far less where b_j is in a direction that decays fast. So, in the long run, with r = c'Φ^N for
+any number of samples N,
 
     |c'e| ≤ Σ_{k<N} Σ_j |c'Φ^k b_j| d_j + S √(rP⁻¹r').
 
@@ -21,7 +23,7 @@ import numpy as np
 from codegen.base.arrays import Array
 from codegen.certify.bound.error_response import Response
 
-REST, LONGEST = 1e-4, 10_000
+REST, LONGEST = 1e-3, 10_000
 """Share of the sum below which the ellipsoid's term is to be, and largest number of samples that are summed; the
 checker's is the same."""
 ROUNDING = 1e-9
@@ -36,16 +38,18 @@ class Reach:
         step: Φ, m by m.
         p, inverse: P and P⁻¹, m by m.
         gamma: γ = √(1 − 2αh).
+        entry: M⁻¹/(1 − γ).
     """
 
     step: Array
     p: Array
     inverse: Array
     gamma: float
+    entry: Array
 
     def lengths(self, columns: Array) -> Array:
-        """√(b'Pb) for each column b."""
-        return np.asarray(np.sqrt(np.maximum(np.sum(columns * (self.p @ columns), axis=0), 0.0)))
+        """a = √(b'M⁻¹b/(1 − γ)) for each column b: with |w| ≤ 1 along b alone, e'Pe ≤ a² is invariant."""
+        return np.asarray(np.sqrt(np.maximum(np.sum(columns * (self.entry @ columns), axis=0), 0.0)))
 
     def widths(self, rows: Array) -> Array:
         """√(rP⁻¹r') for each row r."""
@@ -57,7 +61,7 @@ class Reach:
         N is the first number of samples for which the second is below ``REST`` of the first, both times d_j and summed
         over j, for every row and each d of ``sizes``; at most ``LONGEST``.
         """
-        found, entering = np.zeros((len(rows), columns.shape[1])), self.lengths(columns) / (1 - self.gamma)
+        found, entering = np.zeros((len(rows), columns.shape[1])), self.lengths(columns)
         weights = [(np.asarray(d), float(entering @ d)) for d in sizes]
         samples = 0
         while samples < LONGEST:
@@ -99,7 +103,7 @@ class Reach:
         For m errors with |e_i| ≤ s_i, V ≤ m λ, with λ the largest eigenvalue of the matrix of s_i P_ij s_j.
         """
         box = float(np.linalg.eigvalsh(np.outer(start, start) * self.p).max()) * len(start)
-        return max(box, float(self.lengths(columns) @ size / (1 - self.gamma)) ** 2)
+        return max(box, float(self.lengths(columns) @ size) ** 2)
 
 
 def reach_of(response: Response, content: Mapping[str, Any]) -> Reach:
@@ -109,7 +113,13 @@ def reach_of(response: Response, content: Mapping[str, Any]) -> Reach:
         content: the certificate's JSON object.
     """
     p = np.array([[float(Fraction(x)) for x in row] for row in content["lyapunov_matrix"]])
-    scale = np.sqrt(np.diag(p))
     decrease = 1 - 2 * Fraction(content["decay_rate"]) * Fraction(content["sample_time"])
-    inverse = np.linalg.inv(p / np.outer(scale, scale)) / np.outer(scale, scale)
-    return Reach(np.array(response.step, dtype=float), p, inverse, float(decrease) ** 0.5)
+    gamma, step, inverse = float(decrease) ** 0.5, np.array(response.step, dtype=float), _scaled_inverse(p)
+    entry = _scaled_inverse(inverse - step @ inverse @ step.T / gamma) / (1 - gamma)
+    return Reach(step, p, inverse, gamma, entry)
+
+
+def _scaled_inverse(matrix: Array) -> Array:
+    """The inverse of a positive definite matrix, whose variables may have very different units."""
+    scale = np.sqrt(np.diag(matrix))
+    return np.asarray(np.linalg.inv(matrix / np.outer(scale, scale)) / np.outer(scale, scale))
