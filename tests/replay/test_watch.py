@@ -278,7 +278,7 @@ def test_a_machine_at_rest_is_not_called_sound(tmp_path: Path) -> None:
     rows = "t,x,u\n" + "".join(f"{k * PERIOD:.4f},0,0\n" for k in range(300))
     (tmp_path / "log.csv").write_text(rows)
     done = stiction("watch", BELT, "--log", tmp_path / "log.csv")
-    slow = "a contact was too slow for the bound: guide no faster than 0.00654 m/s in 300"
+    slow = "a contact was too slow for the bound: guide no faster than 0.00655 m/s in 300"
     assert f"nothing was compared: in 300 of 300 samples {slow}" in done.out
     assert done.code == 2 and "log.csv: no sample that can be compared" in done.err and "[LOG015]" in done.err
 
