@@ -256,7 +256,8 @@ def test_slower_gains_are_suggested_where_the_bound_of_fast_ones_is_as_large_as_
             chosen = chosen.replace(f"{name}: {{free: {free}}}", f"{name}: {one['numbers'][name]!r}")
         (tmp_path / "chosen.yaml").write_text(chosen)
         certified = json.loads(stiction("certify", tmp_path / "chosen.yaml", "--json").out)
-        assert certified["error_bounds"][0]["steady"] == pytest.approx(one["bound"]["steady"], rel=1e-5)
+        # what is proved of the C is larger: the invariant set that bounds the remainder has rounded numbers
+        assert 1 <= certified["error_bounds"][0]["steady"] / one["bound"]["steady"] < 1 + 2e-5
         assert certified["decay_rate"] == one["certified_rate"]
     words = stiction("gains", path).out
     printed = [float(x) for x in re.findall(r"\|e_a_rail\| <= (\S+) N long after a reversal", words)]
