@@ -8,8 +8,9 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
+from codegen.diagnosis.fit.output_error import Fit
 from codegen.diagnosis.fit.search import ModelFits
-from codegen.diagnosis.fit.trial import Part, Trial, part_of
+from codegen.diagnosis.fit.trial import Trial, part_of
 from codegen.effects import CATALOGUE
 from tests.diagnosis.stage import stage, system_of
 
@@ -23,17 +24,7 @@ class Start:
     trial: Trial
     theta: np.ndarray
 
-    @property
-    def values(self) -> tuple[np.ndarray, list[dict[str, float]]]:
-        return self.trial.split(self.theta)
-
-    @property
-    def part(self) -> Part:
-        return self.trial.parts[-1]
-
-    @property
-    def parameters(self) -> dict[str, float]:
-        return self.values[1][-1]
+    values, part, parameters = Fit.values, Fit.part, Fit.parameters
 
 
 class Starts(ModelFits):

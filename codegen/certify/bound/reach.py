@@ -1,9 +1,12 @@
 """Bounds on linear combinations c'e of the errors by the invariant ellipsoid of a certificate's V = e'Pe.
 
-Let e[k+1] = Φe[k] + Σ_j b_j w_j with |w_j| ≤ d_j and Φ'PΦ ≤ γ²P. So M = P⁻¹ − ΦP⁻¹Φ'/γ ≥ (1 − γ)P⁻¹. With a_j =
-√(b_j'M⁻¹b_j/(1 − γ)) and S = Σ_j d_j a_j, the ellipsoid {e : e'Pe ≤ S²} is invariant (ellipsoid.py); a_j is at most
-√(b_j'Pb_j)/(1 − γ), and far less where b_j is in a direction that decays fast. So, in the long run, with r = c'Φ^N for
-any number of samples N,
+The errors follow e[k+1] = Φe[k] + Σ_j b_j w_j, with disturbances |w_j| ≤ d_j, and V decreases: Φ'PΦ ≤ γ²P. Let
+
+    M = P⁻¹ − ΦP⁻¹Φ'/γ,   a_j = √(b_j'M⁻¹b_j/(1 − γ)),   S = Σ_j d_j a_j.
+
+M ≥ (1 − γ)P⁻¹ is positive definite, and the ellipsoid {e : e'Pe ≤ S²} is invariant (ellipsoid.py). a_j is at most
+√(b_j'Pb_j)/(1 − γ), and far less where b_j is in a direction that decays fast. In the long run, with r = c'Φ^N for any
+number of samples N,
 
     |c'e| ≤ Σ_{k<N} Σ_j |c'Φ^k b_j| d_j + S √(rP⁻¹r').
 

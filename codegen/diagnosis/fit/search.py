@@ -6,6 +6,7 @@ joints would compare an effect at one joint with the unexplained forces of the o
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -44,6 +45,7 @@ LARGEST_RATIO = 50.0
 SECOND_LENGTH = 0.6
 """Factor on the segment length for the second fit, whose difference widens the intervals."""
 BOTH_WAYS = 0.05
+"""Least share of the samples in motion with slip in each direction, for a contact that reverses."""
 ROUNDS = 10
 """Most steps of a fit."""
 FREED = 5
@@ -58,12 +60,12 @@ FITS = 6
 """Cached fits, since successive tests of effects use the same fits."""
 
 
-class ModelFits:
+class ModelFits(ABC):
     """Fits of models with effects, in which these are replaced and removed: to free runs, or to the force residual."""
 
+    @abstractmethod
     def begun_by(self, fit: Fit, trial: Trial, theta: Array) -> Fit:
         """The fit of another trial, from ``theta`` and what else a fit has found."""
-        raise NotImplementedError
 
     @identity_cache(FITS)
     def without(self, fit: Fit, index: int) -> Fit:
