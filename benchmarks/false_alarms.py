@@ -1,4 +1,4 @@
-"""How often the force residual credits one of 20 effects, none there or one. `python -m benchmarks.false_alarms`.
+"""How often the force residual accepts one of 20 effects, none there or one. `python -m benchmarks.false_alarms`.
 
 A residual of n independent values, or one with a slow part, is fitted with 20 candidates by linear least squares along
 one motion: 14 of one parameter, 3 of two, two periodic ones with an unknown period and one with an unknown width. A
@@ -17,7 +17,7 @@ from scipy.signal import lfilter
 from codegen.base.arrays import Array
 from codegen.diagnosis.evidence.force_gain import ForceGain, slow_noise_likelihood
 from codegen.diagnosis.evidence.score_test import t_of_scores
-from codegen.diagnosis.fit.credit import ALPHA, LEAST_SHARE, SIGN_BLOCKS
+from codegen.diagnosis.fit.acceptance import ALPHA, LEAST_SHARE, SIGN_BLOCKS
 from codegen.diagnosis.selection.significance import FORCE_SHARE, FORCE_SHARE_OF_FEW
 
 Candidate = tuple[int, float, list[Array]]
@@ -57,7 +57,7 @@ def residual(kind: str, n: int, draw: np.random.Generator) -> Array:
 
 
 def passes(r: Array, candidate: Candidate, share: float, count: int) -> bool:
-    """Whether a candidate is credited by the residual (n,) that is left without it."""
+    """Whether a candidate is accepted by the residual (n,) that is left without it."""
     k, periods, some = candidate
     columns = max(some, key=lambda c: float(np.sum((c.T @ r) ** 2)))
     force = columns @ (columns.T @ r)

@@ -28,7 +28,7 @@ from benchmarks.real.spiked import real_sets
 from benchmarks.spikes.outcome import DETECTED, EXTRA, WITH, WITHOUT, WRONG, named, outcome_of, spike_of
 from codegen.base.files import write_atomically
 from codegen.base.text import render
-from codegen.diagnosis.fit.credit import NEAR_NOISE
+from codegen.diagnosis.fit.acceptance import NEAR_NOISE
 from codegen.diagnosis.reliability import FILE, Reliability, class_of
 
 PAGE = ROOT / "docs" / "reliability.md"

@@ -21,7 +21,7 @@ from benchmarks.practice.score import right, score, summary
 from benchmarks.practice.seeds import PAGE, kept, section, with_section
 from codegen.base.files import write_atomically
 from codegen.base.text import render
-from codegen.diagnosis.fit.credit import ALPHA, LEAST_SHARE, LEAST_SIZE
+from codegen.diagnosis.fit.acceptance import ALPHA, LEAST_SHARE, LEAST_SIZE
 
 PARTS = ("diagnosis", "declared", "peer")
 

@@ -16,7 +16,7 @@ from benchmarks.practice.cases import Case
 from benchmarks.practice.runs import code_version
 from codegen.base.files import write_atomically
 from codegen.diagnosis.evidence.estimate import estimate
-from codegen.diagnosis.fit.credit import LEAST_SHARE, LEAST_SIZE
+from codegen.diagnosis.fit.acceptance import LEAST_SHARE, LEAST_SIZE
 from codegen.diagnosis.fit.measure import Drive
 from codegen.diagnosis.fit.record import record_of
 from codegen.diagnosis.fit.residual import Problem

@@ -34,7 +34,7 @@ from benchmarks.spikes.rows import ROWS, Part, Row, merged, parts_in, text_of
 from benchmarks.spikes.runs import SPIKE, Bench, kinds_for
 from codegen.base.files import write_atomically
 from codegen.base.text import render
-from codegen.diagnosis.fit.credit import LEAST_SHARE
+from codegen.diagnosis.fit.acceptance import LEAST_SHARE
 
 PAGE = ROOT / "docs" / "spikes.md"
 SHARES = (3.0, 10.0, 20.0)

@@ -14,7 +14,7 @@ from typing import Any
 from scipy.stats import norm
 
 from benchmarks.rates import Rate, rate
-from codegen.diagnosis.fit.credit import ALPHA, LEAST_SHARE, TIE_LEVEL
+from codegen.diagnosis.fit.acceptance import ALPHA, LEAST_SHARE, TIE_LEVEL
 from codegen.effects import CATALOGUE
 
 NEAR = 0.3

@@ -1,1 +1,1 @@
-"""Logs whose residual has been cut from the motion: how often an effect is credited where none can be."""
+"""Logs whose residual has been cut from the motion: how often an effect is accepted where none can be."""

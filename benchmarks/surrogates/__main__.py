@@ -21,7 +21,7 @@ from benchmarks.surrogates.surrogate import BLOCK_S, WAYS
 from codegen.base.errors import BadInput
 from codegen.base.files import write_all
 from codegen.base.text import render
-from codegen.diagnosis.fit.credit import ALPHA, LEAST_NET
+from codegen.diagnosis.fit.acceptance import ALPHA, LEAST_NET
 
 PAGE, PICTURE = "calibration.md", "calibration.svg"
 REAL = "real sets"
@@ -44,7 +44,7 @@ def page(found: Sequence[Trials], code: str, here: int = 0) -> dict[str, str]:
     }
     every = [t for one in found for t in one.trials]
     totals = [
-        ("an effect is credited", rate(t.verdict == "effect" for t in every), FEW),
+        ("an effect is accepted", rate(t.verdict == "effect" for t in every), FEW),
         (f"p ≤ {ALPHA}, of a material candidate", rate(t.p_material <= ALPHA for t in every), Bar(most=ALPHA)),
         (f"p ≤ {ALPHA}, of any candidate", rate(t.p <= ALPHA for t in every), None),
     ]

@@ -20,7 +20,7 @@ from benchmarks.real.spiked import real_sets
 from benchmarks.surrogates.surrogate import WAYS, Way, surrogate
 from codegen.base.files import write_atomically
 from codegen.diagnosis.diagnose import Models, diagnose_log
-from codegen.diagnosis.fit.credit import LEAST_NET
+from codegen.diagnosis.fit.acceptance import LEAST_NET
 from codegen.diagnosis.fit.trial import with_values
 from codegen.diagnosis.results import Diagnosis
 from codegen.effects.declare import system_of
@@ -50,7 +50,7 @@ class Trial:
 
     Attributes:
         p: the least of the candidates of the first round, each over all candidates of the round; 1 without any.
-        p_material: the least of those that are at least ``LEAST_NET`` of the drive force; others are never credited.
+        p_material: the least of those that are at least ``LEAST_NET`` of the drive force; others are never accepted.
         named: kinds of a verdict `effect`.
         cpu_s: of this diagnosis.
     """
@@ -142,7 +142,7 @@ def _real() -> Iterator[Source]:
 
 
 def table(found: Sequence[Trials], alpha: float) -> list[dict[str, Any]]:
-    """A row a group and way: how often an effect was credited, and p is at most α; with the cost."""
+    """A row a group and way: how often an effect was accepted, and p is at most α; with the cost."""
     rows = []
     for group in dict.fromkeys(one.group for one in found):
         for way in WAYS:
@@ -153,7 +153,7 @@ def table(found: Sequence[Trials], alpha: float) -> list[dict[str, Any]]:
                     "group": group,
                     "way": way,
                     "logs": len({name for name, _ in logs}),
-                    "credited": rate(t.verdict == "effect" for t in own),
+                    "accepted": rate(t.verdict == "effect" for t in own),
                     "at_alpha": rate(t.p <= alpha for t in own),
                     "material": rate(t.p_material <= alpha for t in own),
                     "verdicts": sorted(Counter(t.verdict for t in own).items()),

@@ -60,7 +60,7 @@ def surrogate(
         machine: the declared model with fitted values, which lacks nothing in the surrogate.
         cutoff_hz: of the low-pass on the residual; by default as a diagnosis chooses it.
         augmented: the model whose residual is cut and acts as a disturbance; by default ``machine``. It has what a
-            diagnosis credits, so that blocks cannot bring that along.
+            diagnosis accepts, so that blocks cannot bring that along.
 
     Raises:
         BadInput: if the machine does not follow the motion.

@@ -1,8 +1,8 @@
 """Diagnosis by free-run simulation and force residual: the stages from the search to the answer.
 
-    case → selection → credit → ties → refusals → conclusion
+    case → selection → acceptance → ties → refusals → conclusion
 
-Forward selection finds effects that explain the training log. Held-out data and the force residual then credit them,
+Forward selection finds effects that explain the training log. Held-out data and the force residual then accept them,
 effects that explain it as well are compared, and further checks can only refuse. The last ones look at what is left.
 """
 
@@ -18,7 +18,7 @@ from codegen.base.progress import shares_to
 from codegen.diagnosis.case import Case, Findings
 from codegen.diagnosis.evidence.residual_regression import acting_force, half_of_squares, remainders
 from codegen.diagnosis.experiments.separation import separate, tied_fits
-from codegen.diagnosis.fit.credit import is_far, near_noise
+from codegen.diagnosis.fit.acceptance import is_far, near_noise
 from codegen.diagnosis.fit.drive import residual_at_drive
 from codegen.diagnosis.fit.linear import rms
 from codegen.diagnosis.fit.measure import RESTART_S, measure, restart_within_reach
@@ -30,7 +30,7 @@ from codegen.diagnosis.fit.trial import Part
 from codegen.diagnosis.results import ErrorFigures, Fact, ParameterError, Remainder, Separation, titles
 from codegen.diagnosis.selection.forward_selection import Outcome, common_effects, find_effects, within_reach
 from codegen.diagnosis.verdict import wrong_values
-from codegen.diagnosis.verdict.across_joints import credited_across_joints
+from codegen.diagnosis.verdict.across_joints import accepted_across_joints
 from codegen.diagnosis.verdict.answer import (
     Answer,
     by_remainder,
@@ -103,7 +103,7 @@ class Conclusion:
 def select(case: Case, search: Search, report: Report, tell: Callable[[Findings], None]) -> Selection:
     """Refit and forward selection; once more if the effects found turn out to be inputs that were logged late.
 
-    The joints of an arm are judged independently, so there this is asked once an effect is credited: rounds of the
+    The joints of an arm are judged independently, so there this is asked once an effect is accepted: rounds of the
     other joints are not run twice. Of other machines it is asked of all effects. Where these would give way to a lead,
     the search without limits of parameters ends once one of its effects would as well: it is not run twice either.
     """
@@ -156,12 +156,12 @@ class Judge:
     def conclude(self, report: Report) -> Conclusion:
         """The answer after all checks.
 
-        An outcome is credited. A wave whose period the log does not cover takes the place of effects that explain
+        An outcome is accepted. A wave whose period the log does not cover takes the place of effects that explain
         less. Effects that tie are compared, and what they have in common is named. Then checks refuse, and
         what is left decides between ``unknown`` and ``none``.
         """
         chosen, case = self.selection, self.case
-        answer, outcome = self._credited(report)
+        answer, outcome = self._accepted(report)
         wave, less = None, answer.effects
         if answer.verdict in ("effect", "ambiguous"):
             wave = better_than_named(chosen.search, chosen.tried, outcome)
@@ -189,7 +189,7 @@ class Judge:
         answer = replace(answer, remarks=tuple(self._remarks(outcome, answer)))
         return Conclusion(answer, outcome, left, tied, separation, excitation)
 
-    def _credited(self, report: Report) -> tuple[Answer, Outcome]:
+    def _accepted(self, report: Report) -> tuple[Answer, Outcome]:
         """The answer by free runs, else by the force residual if these end far from the data, or across joints."""
         chosen, case, search = self.selection, self.case, self.selection.search
         leader = chosen.outcome.parts[0] if chosen.outcome.rivals else None
@@ -209,9 +209,9 @@ class Judge:
             lasting = self._checked(answer, outcome.final) if answer.verdict == "effect" else answer
             by_force = ForceLed(search, self.held_out, case.steady, examined, self._checked)
             with shares_to(lambda done: report("effects by the force residual", 0.8 + 0.05 * done)):
-                answer, outcome = by_force.credited(outcome, lasting, leader)
+                answer, outcome = by_force.accepted(outcome, lasting, leader)
         if answer.verdict in ("none", "unknown") and not case.faults:
-            answer, outcome = credited_across_joints(search, outcome, answer, examined, case.material)
+            answer, outcome = accepted_across_joints(search, outcome, answer, examined, case.material)
         return answer, outcome
 
     def _examined(self, last: Search, found: Outcome) -> tuple[Answer, Outcome]:

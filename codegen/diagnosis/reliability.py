@@ -1,7 +1,7 @@
 """Measured reliability of a verdict: the share of right verdicts of its class on logs with known truth.
 
-A class is a verdict together with whether the final model reaches the noise (``credit.NEAR_NOISE``). The counts lie in
-reliability.json beside this file, which `python -m benchmarks.reliability` writes.
+A class is a verdict together with whether the final model reaches the noise (``acceptance.NEAR_NOISE``). The counts lie
+in reliability.json beside this file, which `python -m benchmarks.reliability` writes.
 """
 
 from __future__ import annotations

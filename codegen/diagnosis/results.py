@@ -27,7 +27,7 @@ Nature = Literal["immaterial", "noise", "structured"]
 Term = Literal["force", "friction level", "inertia", "viscous friction"]
 """A term of the force balance whose coefficient may change in time."""
 Topic = Literal[
-    "log", "values", "evidence", "not credited", "declared value", "spec.yaml", "note", "unexplained", "next"
+    "log", "values", "evidence", "not accepted", "declared value", "spec.yaml", "note", "unexplained", "next"
 ]
 """Topic of a fact of a verdict, which is also its label."""
 TOPICS: tuple[Topic, ...] = get_args(Topic)
@@ -452,7 +452,7 @@ class Diagnosis(Shown):
         """Value that the augmented spec changes → (declared, written)."""
         return written_values(self.verdict, self.refitted)
 
-    def is_credited(self, candidate: Candidate) -> bool:
+    def is_named(self, candidate: Candidate) -> bool:
         """Whether the verdict names this effect at this place; not for a refused form if another form of it passes."""
         place = candidate.key
         other_form = any(c.accepted and c.key == place for c in self.candidates)
@@ -469,7 +469,7 @@ class Diagnosis(Shown):
 
         def place(c: Candidate) -> tuple[int, float]:
             explained = c.gain if isfinite(c.gain) else -inf
-            if self.is_credited(c):
+            if self.is_named(c):
                 return 0, 0.0
             return (1, 0.0) if self.is_tied(c) else (2, -explained) if c.accepted else (3, -explained)
 
@@ -483,7 +483,7 @@ class Diagnosis(Shown):
         """
         ranked = self.in_order(self.candidates)
         shown = ranked[:most] + [c for c in ranked[most:] if c.own]
-        named = [c for c in shown if self.is_credited(c)]
+        named = [c for c in shown if self.is_named(c)]
         there = {c.key for c in named}
         later: list[tuple[Candidate, str]] = []
         for effect in self.effects if self.verdict == "effect" else ():

@@ -74,8 +74,8 @@ def law_evidence(diagnosis: Diagnosis, models: Models) -> tuple[LawEvidence, ...
 
     On the training log, to which the effects were fitted, with friction levels refitted to each residual.
     """
-    credited = diagnosis.verdict in ("effect", "ambiguous")
-    values = {name: (augmented if credited else refit) for name, (_, refit, augmented) in diagnosis.refitted.items()}
+    accepted = diagnosis.verdict in ("effect", "ambiguous")
+    values = {name: (augmented if accepted else refit) for name, (_, refit, augmented) in diagnosis.refitted.items()}
     bare = with_values(models.declared, values)
     named = list(models.named)
 

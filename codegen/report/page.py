@@ -142,7 +142,7 @@ def _outcome(candidate: Candidate, diagnosis: Diagnosis, models: Models) -> Outc
     def is_one_of(effects: Sequence[FoundEffect]) -> bool:
         return any((candidate.kind, candidate.on) == (e.kind, e.on) for e in effects)
 
-    if diagnosis.is_credited(candidate):
+    if diagnosis.is_named(candidate):
         return "chosen" if candidate.accepted else "later"
     if diagnosis.verdict == "ambiguous" and is_one_of(models.named):
         return "carried"

@@ -16,7 +16,7 @@ from benchmarks.surrogates.__main__ import PAGE, PICTURE, page
 from benchmarks.surrogates.picture import LEAST, picture, steps
 from benchmarks.surrogates.runs import Trial, Trials, least_p, table
 from benchmarks.surrogates.surrogate import WAYS, Way, at_reversals, faded, scrambled, surrogate
-from codegen.diagnosis.fit.credit import LEAST_NET
+from codegen.diagnosis.fit.acceptance import LEAST_NET
 from codegen.diagnosis.fit.record import record_of
 from codegen.diagnosis.fit.residual import Problem, inverse_dynamics_residual
 from codegen.diagnosis.fit.search import search_on
@@ -117,12 +117,12 @@ def test_a_small_candidate_counts_in_p_and_not_among_the_material_ones() -> None
     assert (least_p(only_small), least_p(only_small, LEAST_NET)) == (1e-9, 1.0)
 
 
-def test_the_table_counts_credit_and_p_apart() -> None:
+def test_the_table_counts_acceptance_and_p_apart() -> None:
     rows = table(found(), 0.01)
     assert [(r["group"], r["way"], r["logs"]) for r in rows] == [("standard", "signs", 1), ("standard", "order", 2)]
     signs, order = rows
-    assert (signs["credited"], signs["at_alpha"], signs["material"]) == (Rate(0, 2), Rate(1, 2), Rate(0, 2))
-    assert (order["credited"], order["at_alpha"], order["cpu"]) == (Rate(2, 2), Rate(2, 2), 20.0)
+    assert (signs["accepted"], signs["at_alpha"], signs["material"]) == (Rate(0, 2), Rate(1, 2), Rate(0, 2))
+    assert (order["accepted"], order["at_alpha"], order["cpu"]) == (Rate(2, 2), Rate(2, 2), 20.0)
     assert signs["cpu"] == 20.0 and signs["verdicts"] == [("none", 2)]
 
 
@@ -131,7 +131,7 @@ def test_the_page_names_each_false_alarm_and_what_could_not_be_tried() -> None:
     assert "- standard/case_0002, order: spring (p = 0.004)" in files[PAGE]
     assert "Without a surrogate, as log and model do not fit together: rig." in files[PAGE]
     assert f"]({PICTURE})" in files[PAGE]
-    assert "| an effect is credited | 2 of 4: 50 % (15 … 85) | ≤ 3 % | **missed** |" in files[PAGE]
+    assert "| an effect is accepted | 2 of 4: 50 % (15 … 85) | ≤ 3 % | **missed** |" in files[PAGE]
     assert "| p ≤ 0.01, of a material candidate | 2 of 4: 50 % (15 … 85) | ≤ 1 % | **missed** |" in files[PAGE]
     assert "| p ≤ 0.01, of any candidate | 3 of 4: 75 % (30 … 95) | – | – |" in files[PAGE]
     assert "| standard | order | 2 | 2/2 | 2/2 | 2/2 | effect 2 | 20 |" in files[PAGE]

@@ -27,7 +27,7 @@ from codegen.diagnosis.selection.force_selection import judged
 from codegen.diagnosis.selection.ranking import Ranked
 from codegen.diagnosis.selection.significance import hypotheses
 from codegen.diagnosis.verdict import across_joints
-from codegen.diagnosis.verdict.across_joints import credited_across_joints, found_across_joints
+from codegen.diagnosis.verdict.across_joints import accepted_across_joints, found_across_joints
 from codegen.spec import parse_spec
 from tests.diagnosis.stage import log_of, system_of
 
@@ -137,4 +137,4 @@ def test_effects_are_tried_on_joints_with_little_misfit(monkeypatch: pytest.Monk
 def test_a_machine_that_is_simulated_as_a_whole_is_left_alone() -> None:
     search: Any = SimpleNamespace(rigid=None, system=SimpleNamespace(degrees_of_freedom=2))
     outcome, answer = SimpleNamespace(parts=()), object()
-    assert credited_across_joints(search, outcome, answer, None, MATERIAL) == (answer, outcome)  # type: ignore[arg-type]
+    assert accepted_across_joints(search, outcome, answer, None, MATERIAL) == (answer, outcome)  # type: ignore[arg-type]

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from codegen.diagnosis.fit.credit import SIGN_BLOCKS, evidence_of
+from codegen.diagnosis.fit.acceptance import SIGN_BLOCKS, evidence_of
 from codegen.diagnosis.fit.search import joint_of_difference, where_they_differ
 from codegen.diagnosis.selection.force_fits import ForceFits
 from tests.diagnosis.fakes import Placed

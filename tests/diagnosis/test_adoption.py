@@ -269,7 +269,7 @@ def test_held_out_data_refuse_an_effect_that_is_worse_there(tmp_path: Path) -> N
     test = log_of(stage("[]", 4.0, TEST, 10.0), tmp_path, "test.csv")
     diagnosis, models = diagnose_log(stage(), system_of(stage()), train, test)
     assert diagnosis.verdict == "unknown" and diagnosis.effects == ()
-    (why, *_) = diagnosis.statement.of("not credited")
+    (why, *_) = diagnosis.statement.of("not accepted")
     assert why.startswith("spring on x") and "on held-out data" in why
     assert models.spec_text == stage().text
     assert diagnosis.candidates[0].kind == "spring" and diagnosis.candidates[0].accepted
@@ -283,10 +283,10 @@ def test_held_out_data_refuse_the_best_of_several_that_tie_too(tmp_path: Path, m
     test = log_of(stage("[]", 4.0, TEST, 10.0), tmp_path, "test.csv")
     monkeypatch.setattr(free_runs, "verdict_of", lambda outcome, faults: "ambiguous")
     diagnosis, _ = diagnose_log(stage(), system_of(stage()), train, test)
-    assert diagnosis.verdict == "unknown" and "on held-out data" in diagnosis.statement.of("not credited")[0]
+    assert diagnosis.verdict == "unknown" and "on held-out data" in diagnosis.statement.of("not accepted")[0]
 
 
-def test_an_effect_whose_interval_holds_zero_is_not_credited(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_effect_whose_interval_holds_zero_is_not_accepted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def wide(fit: Fit, other: Fit | None = None) -> Estimate:
         found = estimate(fit, other)
         return Estimate(found.moved, tuple({n: (v, (-1.0, 40.0)) for n, (v, _) in e.items()} for e in found.effects))
@@ -298,7 +298,7 @@ def test_an_effect_whose_interval_holds_zero_is_not_credited(tmp_path: Path, mon
     assert diagnosis.verdict == "unknown" and diagnosis.effects == ()
     assert (
         "the 95 % interval of k (-1 to 40) contains the value at which spring is absent"
-        in diagnosis.statement.of("not credited")[0]
+        in diagnosis.statement.of("not accepted")[0]
     )
     assert parse_spec(models.spec_text, Path("s.yaml")).effects == ()
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from codegen.diagnosis.fit.credit import noise_ratio
+from codegen.diagnosis.fit.acceptance import noise_ratio
 from codegen.diagnosis.fit.record import record_of
 from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.search import search_on

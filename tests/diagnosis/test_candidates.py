@@ -11,7 +11,7 @@ import pytest
 
 from codegen.diagnosis.evidence.adoption import Refit
 from codegen.diagnosis.evidence.coverage import survey
-from codegen.diagnosis.fit.credit import FAR, LEAST_NET, is_negligible, misfit, near_noise, noise_ratio, share_far
+from codegen.diagnosis.fit.acceptance import FAR, LEAST_NET, is_negligible, misfit, near_noise, noise_ratio, share_far
 from codegen.diagnosis.fit.output_error import Fit, polish
 from codegen.diagnosis.fit.record import MOST_STEPS, PLENTY, Record, is_shortened, record_of
 from codegen.diagnosis.fit.residual import Problem

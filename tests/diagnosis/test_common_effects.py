@@ -1,4 +1,4 @@
-"""Models tie for what an effect leaves: the effect that all of them have may be credited alone."""
+"""Models tie for what an effect leaves: the effect that all of them have may be accepted alone."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ def assert_cogging(found: Outcome, size: float) -> None:
     assert values["period"] == pytest.approx(0.05, rel=0.001)
 
 
-@pytest.mark.parametrize(("size", "push", "credited"), [(2.0, 0.1, True), (1.0, 1.2, False)])
-def test_the_common_effect_stands_where_it_is_credited_alone(
-    size: float, push: float, credited: bool, tmp_path: Path
+@pytest.mark.parametrize(("size", "push", "accepted"), [(2.0, 0.1, True), (1.0, 1.2, False)])
+def test_the_common_effect_stands_where_it_is_accepted_alone(
+    size: float, push: float, accepted: bool, tmp_path: Path
 ) -> None:
     log = log_of(stage(EFFECTS.format(size=size, push=push)), tmp_path, "train.csv")
     search = search_of(stage(), log)
@@ -39,7 +39,7 @@ def test_the_common_effect_stands_where_it_is_credited_alone(
     both = search.with_parts(base, base.theta, parts, values)
     rival: Any = SimpleNamespace()  # only its being there counts
     found = common_effects(search, Outcome(base, both, (rival,) * 20, (rival,), 1.0, len(search.record.start)))
-    if not credited:
+    if not accepted:
         assert found is None
         return
     assert found is not None

@@ -13,7 +13,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.stats import binom, norm, ttest_1samp
 
-from codegen.diagnosis.fit.credit import evidence, p_of_sign_flips
+from codegen.diagnosis.fit.acceptance import evidence, p_of_sign_flips
 from codegen.diagnosis.selection import significance
 from tests.slow_cases import drawn
 
@@ -75,7 +75,7 @@ def test_a_worse_model_is_never_significant() -> None:
 
 
 @drawn(500, 2000)
-def test_as_good_a_model_is_credited_as_rarely_as_stated(draws: int) -> None:
+def test_as_good_a_model_is_accepted_as_rarely_as_stated(draws: int) -> None:
     """Two models whose residuals are drawn alike, far above the noise in a few segments each: p is below 5 % in no more
     of the draws than chance allows.
     """
@@ -121,12 +121,12 @@ def test_an_effect_in_two_segments_that_leaves_noise_there_is_likely() -> None:
 
 
 @drawn(500, 2000)
-def test_a_likelihood_credits_none_of_two_models_that_are_wrong_alike(
+def test_a_likelihood_accepts_none_of_two_models_that_are_wrong_alike(
     monkeypatch: pytest.MonkeyPatch, draws: int
 ) -> None:
     """13 segments at 2.6 times the noise: each has one error of its own, which counts once and not for each sample.
 
-    A log of a swing-up credited a Stribeck effect in place of a friction that falls with time, by three segments.
+    A log of a swing-up accepted a Stribeck effect in place of a friction that falls with time, by three segments.
     """
     generator, level, few = np.random.default_rng(4), 0.05, 13
     monkeypatch.setattr(significance, "independent_share", lambda fit: 0.2)

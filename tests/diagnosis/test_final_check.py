@@ -170,6 +170,6 @@ def test_whatever_the_other_checks_admit_is_compared_before_it_is_written(
     with among("spring", "offset"):
         found, models = diagnose_log(stage(), system_of(stage()), train, test)
     assert found.verdict == "unknown" and found.effects == (), found.sentence
-    (why, *_) = found.statement.of("not credited")
+    (why, *_) = found.statement.of("not accepted")
     assert why.startswith("spring on x") and "on held-out data is" in why
     assert models.spec_text == stage().text

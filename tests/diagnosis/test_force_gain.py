@@ -20,7 +20,7 @@ from scipy.stats import binom
 from benchmarks.real.sets import DATA
 from codegen.diagnosis.evidence.force_gain import ForceCriterion, ForceGain, force_gain, prewhitened_gain
 from codegen.diagnosis.evidence.timing import acting_earlier
-from codegen.diagnosis.fit.credit import ALPHA, Evidence, random_signs
+from codegen.diagnosis.fit.acceptance import ALPHA, Evidence, random_signs
 from codegen.diagnosis.fit.drive import (
     bounded_least_squares,
     drive_left,
@@ -160,7 +160,7 @@ def test_two_models_that_are_as_good_are_told_apart_as_rarely_as_stated(log: Log
 
 
 @drawn(100, 400)
-def test_a_force_that_is_not_there_is_credited_as_rarely_as_stated(log: Log, draws: int) -> None:
+def test_a_force_that_is_not_there_is_accepted_as_rarely_as_stated(log: Log, draws: int) -> None:
     """A wave fitted by least squares to residuals with jerks, of the log's spectrum: one coefficient too many."""
     problem, draw = problem_of(log), np.random.default_rng(3)
     count, rows = len(problem.motion.time), problem.used
@@ -184,7 +184,7 @@ def test_a_force_that_is_not_there_is_credited_as_rarely_as_stated(log: Log, dra
     ],
 )
 @drawn(100, 400)
-def test_a_force_of_three_coefficients_is_credited_as_rarely_as_stated_where_part_of_the_residual_is_slow(
+def test_a_force_of_three_coefficients_is_accepted_as_rarely_as_stated_where_part_of_the_residual_is_slow(
     pole: float, share: float, log: Log, draws: int
 ) -> None:
     """Neighbours of the residual, white but for a slow part of a share of its size, are nearly uncorrelated."""
@@ -204,7 +204,7 @@ def test_a_force_of_three_coefficients_is_credited_as_rarely_as_stated_where_par
 
 @pytest.mark.parametrize("coefficients", [2, 10, 60])
 @drawn(50, 150)
-def test_forces_fitted_where_most_is_left_are_credited_as_rarely_as_stated(
+def test_forces_fitted_where_most_is_left_are_accepted_as_rarely_as_stated(
     coefficients: int, log: Log, draws: int
 ) -> None:
     """Harmonics of a motion in eight blocks of 48, where alone the residual is large: ten of them take a share of it,
@@ -255,7 +255,7 @@ def test_a_log_that_stands_still_most_of_the_time_shows_an_added_force_as_well(
     used: float, log: Log, draws: int
 ) -> None:
     """A wave 7 standard errors from zero: samples that are not used are in no block of the score test. And one
-    that is not there is credited as rarely as stated, though all 48 blocks then lie in a quarter of the log.
+    that is not there is accepted as rarely as stated, though all 48 blocks then lie in a quarter of the log.
     """
     problem, draw = problem_of(log), np.random.default_rng(9)
     count = len(problem.motion.time)
@@ -303,7 +303,7 @@ def test_the_force_residual_decides_where_free_runs_leave_doubt(log: Log) -> Non
 
 
 def test_what_a_value_within_its_tolerance_explains_of_the_force_is_no_evidence_for_an_effect(log: Log) -> None:
-    """A refit leaves the mass 1 % off; a spring of no stiffness that is fitted with the right mass is not credited.
+    """A refit leaves the mass 1 % off; a spring of no stiffness that is fitted with the right mass is not accepted.
 
     A mass that its tolerance holds there leaves a force that an effect is needed for.
     """
@@ -374,7 +374,7 @@ def test_values_that_act_alike_or_not_at_all_are_fitted_within_their_limits() ->
 
 @pytest.mark.parametrize("off", [0.0, 3.0])
 @drawn(100, 300)
-def test_beside_a_toleranced_value_a_force_that_is_not_there_is_credited_as_rarely_as_stated(
+def test_beside_a_toleranced_value_a_force_that_is_not_there_is_accepted_as_rarely_as_stated(
     off: float, log: Log, draws: int
 ) -> None:
     """A wave fitted together with the acceleration, where the residual without it has that some standard errors off."""

@@ -1,4 +1,4 @@
-"""Selection by the force residual, for logs whose free runs credit nothing."""
+"""Selection by the force residual, for logs whose free runs accept nothing."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from scipy.stats import multivariate_normal
 
 from benchmarks.real.sets import DATA
 from codegen.diagnosis.evidence.estimate import estimate
-from codegen.diagnosis.fit.credit import ALPHA, Evidence, evidence, random_signs
+from codegen.diagnosis.fit.acceptance import ALPHA, Evidence, evidence, random_signs
 from codegen.diagnosis.fit.measure import measure
 from codegen.diagnosis.fit.output_error import Fit, segment_losses
 from codegen.diagnosis.fit.record import position_noise, record_of
@@ -255,7 +255,7 @@ def test_free_runs_do_not_keep_a_compliance_that_the_force_does_not_need(
 def test_two_wrong_models_that_are_nearly_alike_are_not_told_apart(tmp_path: Path) -> None:
     """The machine has a lag, and cogging that neither model has: with a delay in its place 6 % less is left, p < 0.001.
 
-    So the lag that free runs credit stands; where the delay is the best by the force residual, the lag ties with it,
+    So the lag that free runs accept stands; where the delay is the best by the force residual, the lag ties with it,
     and above the cutoff, prewhitened, it is the better one.
     """
     lag, cogging = "kind: actuator_lag, on: w, parameters: {tau: 0.01}", "kind: cogging, on: x, parameters: "
@@ -374,7 +374,7 @@ def test_held_out_data_tell_what_the_force_residual_leaves_open(
         )
 
 
-def credited_by_force(
+def accepted_by_force(
     search: Search,
     outcome: Outcome,
     answer: Answer,
@@ -383,7 +383,7 @@ def credited_by_force(
     checked: Callable[[Answer, Fit], Answer] = lambda one, fit: one,
 ) -> tuple[Answer, Outcome]:
     by_force = force_led.ForceLed(search, held_out, steady, lambda one: (answer, one), checked)
-    return by_force.credited(outcome, answer)
+    return by_force.accepted(outcome, answer)
 
 
 def test_the_answer_names_what_held_out_data_leave(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -397,10 +397,10 @@ def test_the_answer_names_what_held_out_data_leave(tmp_path: Path, monkeypatch: 
     verdicts = []
     untold: Any = SimpleNamespace(measured=held_out.measured, kept=lambda fits: (list(range(len(fits))), ()))
     for data in (untold, held_out):
-        answer, _ = credited_by_force(search, outcome, plain, data)
+        answer, _ = accepted_by_force(search, outcome, plain, data)
         verdicts.append((answer.verdict, [e.kind for e in answer.effects]))
     assert verdicts == [("ambiguous", ["offset"]), ("effect", ["spring"])]
-    last, _ = credited_by_force(
+    last, _ = accepted_by_force(
         search, outcome, plain, held_out, checked=lambda one, fit: one.refused("it is worse on held-out data")
     )
     assert (last.verdict, last.effects) == ("unknown", ())
@@ -408,13 +408,13 @@ def test_the_answer_names_what_held_out_data_leave(tmp_path: Path, monkeypatch: 
     assert said.startswith("spring on x") and said.endswith("worse on held-out data")
     monkeypatch.setattr(force_led, "better_values", lambda search, led: "the value m = 3 kg explains")
     for steady, verdict in ((False, "unknown"), (True, "effect")):
-        answer, _ = credited_by_force(search, outcome, plain, held_out, steady)
+        answer, _ = accepted_by_force(search, outcome, plain, held_out, steady)
         assert answer.verdict == verdict
         assert steady or "spring on x, but in simulation the value m = 3 kg explains" in answer.remarks[-1].words
-    why = Fact("not credited", "a smooth curve explains twice as much of the residual force as the law does")
+    why = Fact("not accepted", "a smooth curve explains twice as much of the residual force as the law does")
     refused = replace(answer, verdict="unknown", against=(why,), remarks=())
     monkeypatch.setattr(force_led, "with_estimate", lambda *_: refused)
-    answer, _ = credited_by_force(search, outcome, plain, held_out)
+    answer, _ = accepted_by_force(search, outcome, plain, held_out)
     words = "spring on x, which the residual force shows and simulations of the training log confirm, is refused: a"
     assert answer.verdict == "unknown" and answer.remarks[-1].words.startswith(words)
 
@@ -432,11 +432,11 @@ def test_a_second_choice_of_free_runs_ties_with_the_leader_that_the_force_residu
     outcome = Outcome(base, final, tuple(ranked.values()), (), 0.5, len(base.residual))
     figures = held_out.measured(base.model)
     plain = Answer("effect", (), base.model, base.model, (figures, figures, figures))
-    plain = plain.noted(Fact("not credited", "spring on x is refused"))
+    plain = plain.noted(Fact("not accepted", "spring on x is refused"))
 
     def led_by(part: Part | None) -> tuple[Answer, Outcome]:
         by_force = force_led.ForceLed(search, held_out, False, lambda one: (plain, one), lambda one, fit: one)
-        return by_force.credited(outcome, plain, part)
+        return by_force.accepted(outcome, plain, part)
 
     answer, led = led_by(leader)
     assert (answer.verdict, [e.kind for e in answer.effects]) == ("ambiguous", ["spring"])
@@ -479,10 +479,10 @@ def round_with(
 
 @pytest.mark.parametrize("segments", [13, 200])
 @pytest.mark.parametrize("correlation", [0.0, 0.5, 0.8, 0.95])
-def test_a_round_credits_by_either_criterion_at_the_level_of_one(
+def test_a_round_accepts_by_either_criterion_at_the_level_of_one(
     correlation: float, segments: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Force residual and free runs each had α: with normal scores that are alike, 1.5 α credited something."""
+    """Force residual and free runs each had α: with normal scores that are alike, 1.5 α accepted something."""
     scores = {"force": 0.0, "runs": 0.0}
     ranked = round_with(scores, segments, 1, monkeypatch)
     values, width = np.linspace(-4.5, 6.5, 111, retstep=True)
@@ -496,7 +496,7 @@ def test_a_round_credits_by_either_criterion_at_the_level_of_one(
 
 
 def test_few_segments_take_little_of_the_level_of_the_residual_force(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A cogging put into a log of 13 segments had t = 3.49 over 23 candidates; with half of α it was not credited.
+    """A cogging put into a log of 13 segments had t = 3.49 over 23 candidates; with half of α it was not accepted.
 
     The sign test of free runs gives at least Φ(−√13), of which 23 candidates with half of α leave next to nothing.
     """
@@ -648,14 +648,14 @@ def test_what_free_runs_do_not_confirm_is_told(tmp_path: Path, monkeypatch: pyte
     monkeypatch.setattr(force_selection, "confirmed", lambda fits, fit: none)
     with among("spring", "viscous", "offset"):
         told = selected_by_force(search, search.refit())
-    assert isinstance(told, Fact) and told.topic == "not credited"
+    assert isinstance(told, Fact) and told.topic == "not accepted"
     assert told.words.startswith("The residual force alone would name spring on x (k = ") and "N/m)" in told.words
 
 
 def test_a_simpler_form_that_explains_nothing_is_not_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Of a motor with friction of its load it was said that viscous friction removes 0.226 % of the residual force.
 
-    A curve over speed had been credited in place of it, and its simplest form was never judged.
+    A curve over speed had been accepted in place of it, and its simplest form was never judged.
     """
     log = jittered(log_of(stage("[]", 5.5), tmp_path, "train.csv"), tmp_path)
     search = searched(log)

@@ -14,8 +14,8 @@ from codegen.diagnosis.fit.search import Search
 from codegen.diagnosis.fit.trial import part_of
 from codegen.diagnosis.selection import (
     candidate_fits,
-    crediting,
     forward_selection,
+    parsimony,
     ranking,
     significance,
 )
@@ -198,17 +198,17 @@ def test_effects_are_tried_in_pairs_where_the_best_alone_is_far_off_in_some_segm
     monkeypatch.setattr(forward_selection, "with_simplest_effects", lambda search, one, rivals: (one, rivals))
     monkeypatch.setattr(forward_selection, "best_pair", in_pairs)
     monkeypatch.setattr(forward_selection, "judged_together", lambda search, base, found, *_: (found, []))
-    for where in (forward_selection, crediting):
+    for where in (forward_selection, parsimony):
         monkeypatch.setattr(where, "at_noise", lambda fit: fit is pair)
-    monkeypatch.setattr(forward_selection.credit, "is_negligible", lambda fit: False)
+    monkeypatch.setattr(forward_selection.acceptance, "is_negligible", lambda fit: False)
     search: Any = SimpleNamespace(rigid=None, fitted_again=lambda one: one, record=SimpleNamespace(start=[0.0]))
     found = forward_selection.find_effects(search, fit(), lambda turn, share: None)
     assert found.final is (pair if paired else alone) and asked == [[best]] * paired
-    monkeypatch.setattr(forward_selection.credit, "is_negligible", lambda fit: fit is alone)
+    monkeypatch.setattr(forward_selection.acceptance, "is_negligible", lambda fit: fit is alone)
     forward_selection.find_effects(search, fit(), lambda turn, share: None)
     assert asked == [[best]] * paired, "nothing is left that a pair could explain"
-    monkeypatch.setattr(forward_selection.credit, "is_negligible", lambda fit: False)
-    for where in (forward_selection, crediting):
+    monkeypatch.setattr(forward_selection.acceptance, "is_negligible", lambda fit: False)
+    for where in (forward_selection, parsimony):
         monkeypatch.setattr(where, "at_noise", lambda fit: True)
     forward_selection.find_effects(search, fit(), lambda turn, share: None)
     assert asked == [[best]] * paired, "the effects of the rounds leave only noise"
@@ -230,7 +230,7 @@ class JointFit:
 
 
 def test_each_joint_of_an_arm_has_rounds_of_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The dead zone of a quiet joint was never tried, since a round that credited nothing at a loud one ended all.
+    """The dead zone of a quiet joint was never tried, since a round that accepted nothing at a loud one ended all.
 
     Effects on two joints are no rivals, as neither explains what is left at the other's joint: a spring of 22 N·m/rad,
     found as 22.1, tied with a weaker motor of another joint.
@@ -275,7 +275,7 @@ def test_each_joint_of_an_arm_has_rounds_of_its_own(monkeypatch: pytest.MonkeyPa
         "leader_first": lambda search, some: some,
     }.items():
         monkeypatch.setattr(forward_selection, name, value)
-    monkeypatch.setattr(forward_selection.credit, "near_noise", lambda fit: True)
+    monkeypatch.setattr(forward_selection.acceptance, "near_noise", lambda fit: True)
     search: Any = SimpleNamespace(
         rigid=object(),
         fitted_again=lambda one: one,
@@ -303,7 +303,7 @@ def test_an_effect_that_passes_alone_is_tried_where_a_doubtful_one_gets_no_secon
     third is sought.
     """
     rounds = {(): ("input_gain", "offset"), ("input_gain",): beside, ("offset",): ()}
-    credited = [("offset",)]
+    accepted = [("offset",)]
     begun: list[tuple[str, ...]] = []
 
     def run_round(search: Any, base: Any, parts: Any) -> list[Any]:
@@ -317,7 +317,7 @@ def test_an_effect_that_passes_alone_is_tried_where_a_doubtful_one_gets_no_secon
         ]
 
     monkeypatch.setattr(forward_selection, "run_round", run_round)
-    monkeypatch.setattr(forward_selection, "credible", lambda search, a, b, count: b.trial.parts in credited)
+    monkeypatch.setattr(forward_selection, "credible", lambda search, a, b, count: b.trial.parts in accepted)
     monkeypatch.setattr(forward_selection, "every_part", lambda search, taken: [])
     monkeypatch.setattr(forward_selection, "joint_of", lambda search, part: None)
     monkeypatch.setattr(forward_selection, "hypotheses", lambda parts: 1)
@@ -328,7 +328,7 @@ def test_an_effect_that_passes_alone_is_tried_where_a_doubtful_one_gets_no_secon
     monkeypatch.setattr(forward_selection, "split_in_two", lambda search, current: None)
     monkeypatch.setattr(forward_selection, "with_simplest_effects", lambda search, current, rivals: (current, rivals))
     monkeypatch.setattr(forward_selection, "refused_when_fitted_again", lambda first, chosen: first)
-    monkeypatch.setattr(forward_selection.credit, "near_noise", lambda found: True)
+    monkeypatch.setattr(forward_selection.acceptance, "near_noise", lambda found: True)
     search: Any = SimpleNamespace(rigid=None, fitted_again=lambda fit: fit, record=SimpleNamespace(start=[]))
     outcome = forward_selection.find_effects(search, fit(), lambda turn, share: None)
     assert outcome.parts == named

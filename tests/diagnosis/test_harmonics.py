@@ -1,4 +1,4 @@
-"""Cogging of several waves: the orders are found by regression, and free runs credit the effect that has them."""
+"""Cogging of several waves: the orders are found by regression, and free runs accept the effect that has them."""
 
 from __future__ import annotations
 

@@ -70,13 +70,13 @@ def test_held_out_data_refuse_what_is_another_motion_there(truth: str, other: st
     found = told(truth, QUICK, tmp_path)
     assert found.verdict == "effect", found.sentence
     assert {"offset" if e.kind == "coulomb_asymmetry" else e.kind for e in found.effects} == {truth}
-    assert any(words.startswith(other) and "is refused" in words for words in found.statement.of("not credited"))
+    assert any(words.startswith(other) and "is refused" in words for words in found.statement.of("not accepted"))
 
 
 def test_what_is_one_motion_on_both_logs_stays_ambiguous(tmp_path: Path) -> None:
     found = told("dead_zone", TRAIN, tmp_path)
     assert found.verdict == "ambiguous"
-    assert found.statement.of("not credited") == ()
+    assert found.statement.of("not accepted") == ()
     first, *others = found.tied
     assert found.effects == () and others == list(found.rivals) and f"cannot tell {first.kind}" in found.sentence
     assert first.units.keys() == first.parameters.keys() and first.intervals
@@ -159,7 +159,7 @@ def test_what_is_explained_is_that_of_the_effects_without_the_one_that_is_refuse
         "_by_both": None,
         "may_be_absent": False,
         "determined_form": None,
-        "is_credited": True,
+        "is_accepted": True,
     }.items():
         monkeypatch.setattr(examination, name, lambda *_, value=value: value)
     monkeypatch.setattr(forward_selection, "explained_share", lambda *_: 0.4)
@@ -295,7 +295,7 @@ def test_harmonics_are_sought_again_without_an_effect_that_held_out_data_refuse(
         return replace(plain, effects=(search, *one.parts))
 
     def harm(search: Any, final: Any, measured: Any) -> Any:
-        return (2, Fact("not credited", "worse")) if "compliance" in final.trial.parts else None
+        return (2, Fact("not accepted", "worse")) if "compliance" in final.trial.parts else None
 
     start = of_one_record(without=lambda final, k: [p for i, p in enumerate(final.trial.parts) if i != k])
     sought: list[Any] = []
@@ -306,7 +306,7 @@ def test_harmonics_are_sought_again_without_an_effect_that_held_out_data_refuse(
 
     monkeypatch.setattr(examination, "_examined", lambda search, one, *_: (one, one.final, (), ()))
     monkeypatch.setattr(examination, "_harmful", harm)
-    monkeypatch.setattr(examination, "is_credited", lambda *_: True)
+    monkeypatch.setattr(examination, "is_accepted", lambda *_: True)
     monkeypatch.setattr(examination, "with_harmonics", with_harmonics)
     monkeypatch.setattr(examination, "_judged", judged)
     none: Any = None

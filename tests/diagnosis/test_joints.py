@@ -18,7 +18,7 @@ from mechanics.robots import TWO_LINKS
 from codegen.diagnosis.case import uncertain_values
 from codegen.diagnosis.evidence.force_gain import ForceCriterion
 from codegen.diagnosis.fit import drive, residual
-from codegen.diagnosis.fit.credit import near_noise, noise_ratio
+from codegen.diagnosis.fit.acceptance import near_noise, noise_ratio
 from codegen.diagnosis.fit.drive import drive_shares, residual_at_drive
 from codegen.diagnosis.fit.joints import JointShooter, MotionTerms, RigidTerms, is_separable
 from codegen.diagnosis.fit.output_error import Fit
@@ -36,7 +36,7 @@ from codegen.diagnosis.fit.shooting import FreeRun, Values
 from codegen.diagnosis.fit.signals import smooth_motion
 from codegen.diagnosis.fit.trial import Part, model_of, part_of
 from codegen.diagnosis.results import ErrorFigures, FoundEffect
-from codegen.diagnosis.selection import crediting, forward_selection, replacement
+from codegen.diagnosis.selection import forward_selection, parsimony, replacement
 from codegen.diagnosis.selection.candidate_fits import CandidateFits, every_part
 from codegen.diagnosis.selection.force_fits import ForceFits
 from codegen.diagnosis.selection.force_selection import ForceSelection
@@ -312,7 +312,7 @@ def test_effects_on_a_joint_are_tried_in_pairs_for_what_is_left_there(
     def no_pair(*_: object) -> None:
         raise AssertionError("effects were tried in pairs")
 
-    for asking in (forward_selection, replacement, crediting):
+    for asking in (forward_selection, replacement, parsimony):
         monkeypatch.setattr(asking, "every_part", few)
     monkeypatch.setattr(forward_selection, "best_pair", no_pair)
     outcome = forward_selection.find_effects(search, search.refit(), lambda turn, share: None)
@@ -461,16 +461,16 @@ def test_joints_have_the_effects_of_free_runs_or_of_the_force_each_for_itself(
     searches: Searches,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """Free runs credit friction on joint 2 and perhaps a constant force on joint 1, the force a spring there.
+    """Free runs accept friction on joint 2 and perhaps a constant force on joint 1, the force a spring there.
 
-    Of the logs some have the spring: only there do free runs credit it. The force may object to the constant one.
+    Of the logs some have the spring: only there do free runs accept it. The force may object to the constant one.
     """
     search, base, fits = searches(missing)
     parts = every_part(search, [])
     drag = next(p for p in parts if (p.kind, p.on, p.names) == ("viscous", "q_2", ("b",)))
     spring, offset = (next(p for p in parts if (p.kind, p.on) == (kind, "q_1")) for kind in ("spring", "offset"))
-    credited = {drag: {"b": 0.4}} | ({offset: {"f0": 0.1}} if beside else {})
-    by_runs = search.with_parts(base, base.values[0], list(credited), list(credited.values()))
+    accepted = {drag: {"b": 0.4}} | ({offset: {"f0": 0.1}} if beside else {})
+    by_runs = search.with_parts(base, base.values[0], list(accepted), list(accepted.values()))
     trial = search.declared_trial.with_part(spring)
     led = fits.fit(trial, trial.theta(fits.adopted, [{"k": 6.0}]))
     monkeypatch.setattr(force_led, "selected_by_force", lambda *_: ForceSelection(fits, led, (), ()))
@@ -487,7 +487,7 @@ def test_joints_have_the_effects_of_free_runs_or_of_the_force_each_for_itself(
     none: Any = SimpleNamespace(measured=lambda system: figures)
     for how, kinds in ((examined, named), (partial(examined, refused="spring"), own)):
         by_force = ForceLed(search, none, False, how, lambda one, fit: one)
-        second, richer = by_force.credited(outcome, answer)
+        second, richer = by_force.accepted(outcome, answer)
         assert [e.kind for e in second.effects] == [p.kind for p in richer.parts] == kinds
         said = [f"By free runs alone offset on q_1 would be named, {objection}"]
         assert [f.words for f in second.remarks] == (said if own[1:] and kinds != own else [])

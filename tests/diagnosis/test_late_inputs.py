@@ -124,7 +124,7 @@ def test_the_effects_are_sought_again_with_the_input_taken_earlier(tmp_path: Pat
 
 
 @pytest.mark.parametrize(
-    ("rigid", "may_be_late", "credited", "freed", "final", "asked"),
+    ("rigid", "may_be_late", "accepted", "freed", "final", "asked"),
     [
         (True, True, ["first", "late", "third"], ["late"], "late", ["first", "late", "late"]),
         (False, True, ["first", "late", "third"], ["late"], "late", ["third"]),  # the lead of parameters without limits
@@ -136,7 +136,7 @@ def test_the_effects_are_sought_again_with_the_input_taken_earlier(tmp_path: Pat
 def test_nothing_is_searched_twice_where_an_input_is_late(
     rigid: bool,
     may_be_late: bool,
-    credited: list[str],
+    accepted: list[str],
     freed: list[str],
     final: str,
     asked: list[str],
@@ -153,7 +153,7 @@ def test_nothing_is_searched_twice_where_an_input_is_late(
     free: Any = SimpleNamespace(rigid=None)
 
     def find(search: Any, base: Any, progress: Any, faults: bool, is_superseded: Any) -> Any:
-        fits = freed if search is free else credited
+        fits = freed if search is free else accepted
         return SimpleNamespace(final=next((one for one in fits if is_superseded(one)), fits[-1]), parts=())
 
     def corrected(case: Any, search: Any, final: Any) -> Any:

@@ -11,7 +11,7 @@ import pytest
 from codegen.diagnosis.case import unknown_starts
 from codegen.diagnosis.diagnose import diagnose_log
 from codegen.diagnosis.evidence.residual_regression import remainders
-from codegen.diagnosis.fit.credit import noise_ratio
+from codegen.diagnosis.fit.acceptance import noise_ratio
 from codegen.diagnosis.fit.record import record_of
 from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.search import search_on

@@ -52,7 +52,7 @@ def diagnosed(folder: Path, effects: str = "", share: float = 0.0, reference: st
 def test_a_ripple_in_proportion_to_the_drive_force_is_not_named_as_friction(tmp_path: Path) -> None:
     diagnosis = diagnosed(tmp_path, share=0.2)
     assert diagnosis.verdict == "unknown" and not diagnosis.effects
-    (reason,) = diagnosis.statement.of("not credited")
+    (reason,) = diagnosis.statement.of("not accepted")
     assert "in proportion to the drive force and periodic in position (amplitude 20" in reason
     assert f"period {PERIOD:.3g} m)" in reason
     assert "better than position_dependent_friction on rail" in reason

@@ -9,8 +9,8 @@ from unittest.mock import patch
 import numpy as np
 import pytest
 
-from codegen.diagnosis.fit import credit
-from codegen.diagnosis.fit.credit import Evidence
+from codegen.diagnosis.fit import acceptance
+from codegen.diagnosis.fit.acceptance import Evidence
 from codegen.diagnosis.selection import ranking
 from codegen.diagnosis.selection.ranking import EQUAL, Ranked, preferred_by_force
 
@@ -40,7 +40,7 @@ def candidate(loss: float, force: float) -> Ranked:
 def test_the_force_residual_chooses(nats: float, apart: float, near: bool, preferred: bool) -> None:
     one, other = candidate(1.0, 0.0), candidate(1.0 + nats / 10, apart * DRIVE)
     with (
-        patch.object(credit, "near_noise", lambda fit: near),
+        patch.object(acceptance, "near_noise", lambda fit: near),
         patch.object(ranking, "force_prefers", lambda *given: True),
         patch.object(ranking, "most_left", lambda fit: 1.0),
         patch.object(ranking, "differ_in_time", lambda *fits: False),

@@ -102,7 +102,7 @@ def test_a_log_at_constant_speed_keeps_the_declared_mass(tmp_path: Path) -> None
     (told,) = (words for words in found.findings["train"] if "The diagnosis keeps m at 2 kg" in words)
     assert told.startswith("warning: The motion of this log hardly shows m")
     # At constant speed the drive force is nearly constant, and so are cogging and a ripple in proportion to it alike.
-    (reason,) = found.statement.of("not credited")
+    (reason,) = found.statement.of("not accepted")
     assert found.verdict == "unknown" and reason.startswith("cogging on x, the best candidate: a force in")
 
 

@@ -1,4 +1,4 @@
-"""A user's own effects stand in the table whatever became of them: credited, screened, never tried."""
+"""A user's own effects stand in the table whatever became of them: accepted, screened, never tried."""
 
 from __future__ import annotations
 

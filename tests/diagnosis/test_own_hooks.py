@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from codegen.diagnosis.fit.credit import noise_ratio
+from codegen.diagnosis.fit.acceptance import noise_ratio
 from codegen.diagnosis.fit.record import Record, record_of
 from codegen.diagnosis.fit.residual import Problem, inverse_dynamics_residual
 from codegen.diagnosis.fit.search import search_on

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from codegen.diagnosis.fit.credit import NEAR_NOISE
+from codegen.diagnosis.fit.acceptance import NEAR_NOISE
 from codegen.diagnosis.fit.trial import part_of
 from codegen.diagnosis.selection import (
     ranking,
@@ -121,7 +121,7 @@ def test_far_from_the_noise_a_replacement_that_is_nearly_alike_ties(
 def test_a_replacement_of_a_special_form_must_be_clearly_better_to_be_a_rival(
     cost: float, rival: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Two equal lags beside a delay that was credited together with another effect: the delay was `ambiguous`."""
+    """Two equal lags beside a delay that was accepted together with another effect: the delay was `ambiguous`."""
     lags = fit(part_named("actuator_lag", ("tau_each",)))
     monkeypatch.setattr(replacement, "fit_candidates", lambda *_: [lags])
     monkeypatch.setattr(replacement, "is_possible", lambda search, found: True)
@@ -150,7 +150,7 @@ def test_a_replacement_that_the_force_residual_speaks_against_is_none_far_from_t
     near: bool, prefers: bool, speaks: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A saturation found to 0.4 % gave way to a soft compliance by a few nats of free runs at 25 times the noise."""
-    monkeypatch.setattr(replacement.credit, "near_noise", lambda found: near)
+    monkeypatch.setattr(replacement.acceptance, "near_noise", lambda found: near)
     monkeypatch.setattr(replacement, "force_prefers", lambda here, other, most: prefers)
     here: Any = SimpleNamespace(search=None)
     assert replacement.force_speaks_for(here, fit(part_named("compliance"))) is speaks
@@ -232,7 +232,7 @@ def test_the_effect_of_the_largest_force_is_named_first(
 
 
 def test_without_an_effect_nothing_is_put_first() -> None:
-    """Where dropping one of two effects leaves the other without credit: an error that ended the diagnosis."""
+    """Where dropping one of two effects leaves the other no longer accepted: an error that ended the diagnosis."""
     none: Any = fit()
     assert replacement.largest_first(none, none) is none
 
@@ -268,7 +268,7 @@ def test_a_replacement_without_its_gap_is_a_spring_too(monkeypatch: pytest.Monke
     monkeypatch.setattr(replacement, "pruned_with_rivals", lambda search, found, rivals: (found, rivals))
     seen = lambda search, found, rivals: (spring if found is play else found, rivals)  # noqa: E731
     monkeypatch.setattr(replacement, "with_simplest_effects", seen)
-    monkeypatch.setattr(replacement, "still_credited", lambda search, base, found, rivals: (found, rivals))
+    monkeypatch.setattr(replacement, "still_accepted", lambda search, base, found, rivals: (found, rivals))
     monkeypatch.setattr(replacement, "largest_first", lambda search, found: found)
     none: Any = None
     assert replacement.judged_together(none, fit(), first, [], False, True)[0] is spring

@@ -80,7 +80,7 @@ def test_a_speed_whose_interval_reaches_below_those_of_the_log_is_refused(
 
 
 @pytest.mark.parametrize(("speed", "refused"), [(0.2, False), (0.7, True)])
-def test_a_rise_by_direction_that_is_a_line_on_the_log_is_not_credited(log: Log, speed: float, refused: bool) -> None:
+def test_a_rise_by_direction_that_is_a_line_on_the_log_is_not_accepted(log: Log, speed: float, refused: bool) -> None:
     """In a round it is no candidate; beside a wrong inertia, found later, a real drive got one above its top speed."""
     values = {"delta": 15.0, "v_s": speed, "d_delta": 6.0}
     part = part_of(CATALOGUE["stribeck"].with_parameters(list(values)), 0, system_of(stage()))
@@ -90,13 +90,13 @@ def test_a_rise_by_direction_that_is_a_line_on_the_log_is_not_credited(log: Log,
     assert bool(words) is refused and all("is a level or a line" in one for one in words)
 
 
-def test_a_period_longer_than_the_stroke_is_not_credited(log: Log) -> None:
+def test_a_period_longer_than_the_stroke_is_not_accepted(log: Log) -> None:
     stroke = np.ptp(log.positions[500:-500])  # without the second at each end that is not used
-    for times, credited in ((0.9, True), (1.03, True), (1.1, False), (1.78, False)):
+    for times, accepted in ((0.9, True), (1.03, True), (1.1, False), (1.78, False)):
         for kind in ("cogging", "position_dependent_friction", "encoder_eccentricity"):
             against, remarked = said(log, kind, amplitude=1.5, period=times * stroke, phase=0.3)
-            assert (against == []) == credited, kind
-            assert any("of the period of" in words for words in remarked) == (credited and times > 1)
+            assert (against == []) == accepted, kind
+            assert any("of the period of" in words for words in remarked) == (accepted and times > 1)
     assert "nothing shows that it repeats" in against[0] and f"covers only {stroke:.3g} m" in against[0]
 
 

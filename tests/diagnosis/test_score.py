@@ -20,7 +20,7 @@ from codegen.diagnosis.evidence.score_test import (
     nested_evidence_of,
     score_test,
 )
-from codegen.diagnosis.fit.credit import Evidence, evidence_of
+from codegen.diagnosis.fit.acceptance import Evidence, evidence_of
 from codegen.diagnosis.fit.output_error import Fit, Prior, Starts, segment_weights
 from codegen.effects import CATALOGUE
 from tests.diagnosis.fakes import Placed
@@ -30,7 +30,7 @@ Array = NDArray[np.float64]
 
 SEGMENTS, KEPT, OWN = 48, 12, 3
 LEVEL = 0.01 / 23 / 5
-"""p at which one of 23 candidates is credited by the smallest of five tests."""
+"""p at which one of 23 candidates is accepted by the smallest of five tests."""
 
 
 def fit_of(measured: Array, slopes: Array) -> Fit:
@@ -82,7 +82,7 @@ def noise_of(kind: str, draw: np.random.Generator) -> Array:
 @pytest.mark.parametrize("acting", [1.0, 0.15])
 @pytest.mark.parametrize(("kind", "added"), [("white", 1), ("white", 4), ("far", 1)])
 @drawn(100, 300)
-def test_an_effect_that_is_not_there_is_credited_as_rarely_as_stated(
+def test_an_effect_that_is_not_there_is_accepted_as_rarely_as_stated(
     kind: str, added: int, acting: float, draws: int
 ) -> None:
     """Also one that acts in a share of the segments, elsewhere fifty times less: a few blocks are fitted by chance."""
@@ -97,7 +97,7 @@ def test_an_effect_that_is_not_there_is_credited_as_rarely_as_stated(
 
 @pytest.mark.parametrize("added", [1, 3])
 @drawn(100, 300)
-def test_beside_a_slow_force_an_effect_that_is_not_there_is_credited_little_more_often(added: int, draws: int) -> None:
+def test_beside_a_slow_force_an_effect_that_is_not_there_is_accepted_little_more_often(added: int, draws: int) -> None:
     """Blocks of a slow force are alike; with each counted as independent it was up to 20 % at p ≤ 1 %."""
     draw, p = np.random.default_rng(2), []
     for _ in range(draws):

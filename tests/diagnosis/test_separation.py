@@ -15,7 +15,7 @@ import stiction
 from codegen.diagnosis.diagnose import diagnose_log
 from codegen.diagnosis.experiments import separation
 from codegen.diagnosis.experiments.separation import Reach, library, reach_of, separate, tied_fits
-from codegen.diagnosis.fit.credit import Evidence
+from codegen.diagnosis.fit.acceptance import Evidence
 from codegen.diagnosis.fit.record import record_of
 from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.search import search_on

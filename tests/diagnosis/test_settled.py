@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from codegen.diagnosis.diagnose import diagnose_log
-from codegen.diagnosis.fit.credit import free_runs_settle
+from codegen.diagnosis.fit.acceptance import free_runs_settle
 from codegen.diagnosis.fit.output_error import Fit
 from codegen.spec import Spec, parse_spec
 from tests.diagnosis.stage import STAGE, TEST, TRAIN, among, log_of, system_of

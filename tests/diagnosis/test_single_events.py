@@ -51,7 +51,7 @@ def logs(folder: Path, effects: str, noise: float = NOISE) -> tuple[Log, Log]:
 
 
 def test_a_limit_that_acts_once_in_each_log_is_found_by_that_alone(tmp_path: Path) -> None:
-    """The tests on blocks cannot credit it: the noise of the force hides all that free runs show elsewhere."""
+    """The tests on blocks cannot accept it: the noise of the force hides all that free runs show elsewhere."""
     train, test = logs(tmp_path, LIMITED)
     for log, at in zip((train, test), AT, strict=True):
         above = log.time[(np.abs(log.inputs[:, 0]) > LIMIT) & (log.time > TRIM_S)]

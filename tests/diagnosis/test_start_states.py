@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from codegen.diagnosis.fit.credit import noise_ratio
+from codegen.diagnosis.fit.acceptance import noise_ratio
 from codegen.diagnosis.fit.output_error import _restarted, polish, shooting_fit
 from codegen.diagnosis.fit.record import Record, record_of
 from codegen.diagnosis.fit.residual import Problem

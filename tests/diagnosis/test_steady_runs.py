@@ -176,7 +176,7 @@ def test_a_further_effect_that_held_out_records_refuse_is_not_named(tmp_path: Pa
     """
     found = warmed_up(tmp_path, RISE)
     assert found["verdict"] == "effect" and [e["kind"] for e in found["effects"]] == ["stribeck"]
-    (said,) = (fact["words"] for fact in found["facts"] if fact["topic"] == "not credited")
+    (said,) = (fact["words"] for fact in found["facts"] if fact["topic"] == "not accepted")
     assert said.startswith("quadratic_drag on q, a further effect: on held-out data the residual force is")
 
 
@@ -184,7 +184,7 @@ def test_where_the_first_effect_is_refused_it_is_told_alone(tmp_path: Path) -> N
     """It was told with the values that it has beside a second effect, which no held-out record had judged."""
     found = warmed_up(tmp_path, 0.0)
     assert found["verdict"] == "unknown"
-    alone, (said,) = found["candidates"][0], (f["words"] for f in found["facts"] if f["topic"] == "not credited")
+    alone, (said,) = found["candidates"][0], (f["words"] for f in found["facts"] if f["topic"] == "not accepted")
     assert said.startswith(f"stribeck on nut (delta = {alone['parameters']['delta']:.2g} N*m, v_s = ")
     assert "on held-out data" in said and "further" not in said
 

@@ -12,8 +12,8 @@ import pytest
 
 from codegen.diagnosis.diagnose import diagnose_log
 from codegen.diagnosis.evidence.force_gain import ForceGain
-from codegen.diagnosis.fit import credit
-from codegen.diagnosis.fit.credit import NEAR_NOISE
+from codegen.diagnosis.fit import acceptance
+from codegen.diagnosis.fit.acceptance import NEAR_NOISE
 from codegen.diagnosis.fit.output_error import Fit
 from codegen.diagnosis.fit.trial import part_of
 from codegen.diagnosis.results import Fact
@@ -80,7 +80,7 @@ def real_ranked(kind: str, system: Any, why_not: str = "") -> ranking.Ranked:
     return ranking.Ranked(found, none, 1.0, 1.0, why_not)
 
 
-def test_a_candidate_that_is_not_credited_when_fitted_again_passes_in_no_table() -> None:
+def test_a_candidate_that_is_not_accepted_when_fitted_again_passes_in_no_table() -> None:
     """A real pendulum with a constant force: the table said "passes", and the verdict spoke of another candidate."""
     system = system_of(stage())
     offset, twin = real_ranked("offset", system), real_ranked("coulomb_asymmetry", system)
@@ -131,7 +131,7 @@ def test_of_a_closer_fit_and_a_simpler_one_held_out_free_runs_decide(
     monkeypatch.setattr(ranking, "is_identical", lambda *_: False)
     monkeypatch.setattr(ranking, "adds_load", lambda _: False)
     monkeypatch.setattr(ranking, "_from_declared", lambda *_: 0.0)
-    monkeypatch.setattr(ranking.credit, "near_noise", lambda fit: False)
+    monkeypatch.setattr(ranking.acceptance, "near_noise", lambda fit: False)
 
     def prefer(search: Any, best: Any, other: Any) -> bool:
         return bool(other.held_out_losses.sum() - best.held_out_losses.sum() > 500)
@@ -189,7 +189,7 @@ def test_at_the_noise_force_decides_nothing_against_ten_nats_of_free_runs(
     monkeypatch.setattr(ranking, "runs_prefer", lambda *_: False)
     monkeypatch.setattr(ranking, "tolerances_prefer", lambda *_: False)
     monkeypatch.setattr(ranking, "adds_load", lambda _: False)
-    monkeypatch.setattr(ranking.credit, "near_noise", lambda fit: times <= 3)
+    monkeypatch.setattr(ranking.acceptance, "near_noise", lambda fit: times <= 3)
     lag, delay = ranked("actuator_lag", 0.1), ranked("input_delay", 0.1)
     lag.found.held_out_losses, delay.found.held_out_losses = np.array([100.0]), np.array([100.0 + nats])
     delay.found.cost = 50.0  # in training alone
@@ -230,7 +230,7 @@ def test_a_gap_that_held_out_parts_do_not_show_leaves_the_compliance(
     gains: np.ndarray, kept: list[str], refused: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A compliance was named backlash: 54 nats for a gap that was not there, 2.4 % of the squared error."""
-    one = credit.evidence(200.0 + gains, np.full(48, 200.0), 40)
+    one = acceptance.evidence(200.0 + gains, np.full(48, 200.0), 40)
     monkeypatch.setattr(ranking, "where_they_differ", lambda _, before, after: (before, after))
     monkeypatch.setattr(ranking, "evidence_of", lambda before, after: one)
     tried = [ranked(kind, 0.9) for kind in ("compliance", "backlash")]
@@ -270,7 +270,7 @@ def test_at_the_noise_nats_of_free_runs_count_against_those_of_the_force(
     monkeypatch.setattr(ranking, "is_far", lambda fit: False)
     monkeypatch.setattr(ranking, "adds_load", lambda _: False)
     monkeypatch.setattr(ranking, "are_one_motion", lambda *_: False)
-    monkeypatch.setattr(ranking.credit, "near_noise", lambda fit: True)
+    monkeypatch.setattr(ranking.acceptance, "near_noise", lambda fit: True)
     lag, delay = ranked("actuator_lag", 0.1), ranked("input_delay", 0.1)
     lag.found.held_out_losses, delay.found.held_out_losses = np.array([480.0]), np.array([480.0 + against])
     gain = ForceGain(left=0.967, nats=4.9, ratios=(), where_apart=1e-3)
@@ -400,7 +400,7 @@ def test_the_next_of_tied_candidates_is_examined_where_held_out_data_refuse_the_
     def with_effects(search: Any, one: Any, plain: Any, measured: Any) -> Any:
         refused = one is first
         verdict = "unknown" if refused else plain.verdict
-        against = (Fact("not credited", "worse"),) * refused
+        against = (Fact("not accepted", "worse"),) * refused
         return Answer(verdict, (), plain.refit, plain.refit, plain.figures, against=against), one
 
     monkeypatch.setattr(examination, "adopt_values", lambda *_: SimpleNamespace(errors=(), notes=()))
@@ -478,7 +478,7 @@ def test_an_effect_with_fewer_parameters_that_fits_as_well_replaces_another(tmp_
     parts = [part_of(CATALOGUE[kind], 0, search.system) for kind in kinds]
     values = [{"k": 0.02, "c": 2.7, "load_fraction": 0.13}, {"gain": 1.0}]
     both = search.with_parts(base, base.theta, parts, values)
-    assert credit.near_noise(both)
+    assert acceptance.near_noise(both)
     fit, rivals = reconsidered(search, both, [])
     assert sorted(p.kind for p in fit.trial.parts) == ["input_gain", "viscous"] and not rivals
     assert fit.cost < both.cost + FORM_GAIN
@@ -489,7 +489,7 @@ def test_at_the_noise_one_segment_tells_no_two_models_apart_neither_of_which_con
 ) -> None:
     """13 segments, of which one alone is fitted better, by 60 nats."""
     gains = np.where(np.arange(13) == 5, 60.0, 0.0)
-    one = credit.evidence(14.0 + gains, np.full(13, 14.0), 40)
+    one = acceptance.evidence(14.0 + gains, np.full(13, 14.0), 40)
     monkeypatch.setattr(ranking, "evidence_of", lambda *_, **__: one)
     monkeypatch.setattr(ranking, "whiteness", lambda *_: 1.0)
     monkeypatch.setattr(ranking, "dispersion", lambda *_: 1.0)
@@ -506,7 +506,7 @@ def test_a_play_is_judged_against_the_spring_that_it_contains_by_the_score_test(
     The gains of blocks told nothing: a load that hits the end of its play a sample late loses what others gain.
     """
     gains = np.where(np.arange(48) % 2, -60.0, 66.0)
-    one = credit.evidence(200.0 + gains, np.full(48, 200.0), 40)
+    one = acceptance.evidence(200.0 + gains, np.full(48, 200.0), 40)
     monkeypatch.setattr(ranking, "evidence_of", lambda *_, **__: one)
     monkeypatch.setattr(ranking, "nested_evidence_of", lambda *_: replace(one, by_score=by_score))
     monkeypatch.setattr(ranking, "whiteness", lambda *_: 0.6)
@@ -551,6 +551,6 @@ def test_a_load_that_only_the_force_refuses_is_a_rival_of_another_load(
 
 
 def test_a_candidate_that_may_be_chance_alone_is_between_the_others() -> None:
-    """Its grade is 1; of a credited candidate it is 2, of one that fails another test 0."""
+    """Its grade is 1; of an accepted candidate it is 2, of one that fails another test 0."""
     tested = (("", False), ("may be chance", True), ("is too small to matter", False))
     assert [InRound(why_not=why, unsure=unsure).grade for why, unsure in tested] == [2, 1, 0]

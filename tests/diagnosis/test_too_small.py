@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 import stiction
-from codegen.diagnosis.fit.credit import ALPHA, LEAST_NET, LEAST_SIZE
+from codegen.diagnosis.fit.acceptance import ALPHA, LEAST_NET, LEAST_SIZE
 from codegen.diagnosis.selection import ranking
 from codegen.diagnosis.selection.ranking import Ranked
 from tests.diagnosis.fakes import Placed

@@ -1,4 +1,4 @@
-"""A credited force that is −2 times a term of the spec along the log is named with that term's sign."""
+"""An accepted force that is −2 times a term of the spec along the log is named with that term's sign."""
 
 from __future__ import annotations
 
@@ -77,5 +77,5 @@ def test_beside_another_effect_and_by_two_together(motion) -> None:
 
 
 @pytest.mark.parametrize("verdict", ["none", "unknown", "ambiguous"])
-def test_what_is_not_credited_turns_nothing(motion, verdict: str) -> None:
+def test_what_is_not_accepted_turns_nothing(motion, verdict: str) -> None:
     assert facts(motion, found("offset", f0=-40), verdict=verdict) == []

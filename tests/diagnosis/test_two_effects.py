@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from codegen.base.progress import shares_to
-from codegen.diagnosis.fit.credit import near_noise
+from codegen.diagnosis.fit.acceptance import near_noise
 from codegen.diagnosis.fit.output_error import Fit
 from codegen.diagnosis.fit.search import Search
 from codegen.diagnosis.fit.trial import Trial, part_of

@@ -1,4 +1,4 @@
-"""A wave of which the log covers less than a period: it is not credited, and neither is anything in its place."""
+"""A wave of which the log covers less than a period: it is not accepted, and neither is anything in its place."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def test_no_sum_of_other_effects_is_named_in_place_of_a_long_wave(
     said = diagnosis.statement
     assert diagnosis.verdict == "unknown" and diagnosis.effects == ()
     assert said.headline == "Something is missing, perhaps cogging on x, but the log covers only part of its period."
-    reason, *less = said.of("not credited")
+    reason, *less = said.of("not accepted")
     assert f"covers only 0.51{8 if period > 0.553 else 7} m of the period of cogging, {period:g} m" in reason
     words = "It explains more than spring on x and hardening_spring on x together."
     assert less == ([words] if sum_named else [])
@@ -101,7 +101,7 @@ def test_another_torque_over_part_of_a_turn_is_no_weight(is_sure: bool, tmp_path
     with patch.object(uncovered, "SURE", uncovered.SURE if is_sure else 1e-9):
         diagnosis = with_torque("2*sin(1.9*x + 0.3)", tmp_path)
     assert diagnosis.verdict == "unknown" and diagnosis.effects == ()
-    reason, less = diagnosis.statement.of("not credited")
+    reason, less = diagnosis.statement.of("not accepted")
     assert "nothing shows that it repeats" in reason
     assert less == "It explains more than gravity_imbalance on x."
     assert "rad on x, and diagnose again" in diagnosis.statement.of("next")[0] or not is_sure

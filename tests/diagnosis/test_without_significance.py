@@ -1,4 +1,4 @@
-"""A candidate that explains most of what a model leaves, on a log too short to credit it: ``unknown``, not ``none``."""
+"""A candidate that explains most of what a model leaves, on a log too short to accept it: ``unknown``, not ``none``."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 
 from codegen.diagnosis.diagnose import diagnose_log
-from codegen.diagnosis.fit.credit import Evidence
+from codegen.diagnosis.fit.acceptance import Evidence
 from codegen.diagnosis.selection.ranking import Ranked
 from codegen.diagnosis.verdict import answer as answers
-from codegen.diagnosis.verdict.answer import MOST_UNCREDITED, Answer, unknown_for_a_candidate
+from codegen.diagnosis.verdict.answer import LEAST_EXPLAINED, Answer, unknown_for_a_candidate
 from tests.diagnosis.fakes import Placed
 from tests.diagnosis.stage import TEST, TRAIN, log_of, stage, system_of
 
@@ -41,7 +41,7 @@ def test_the_candidate_that_explains_most_is_told() -> None:
 @pytest.mark.parametrize(
     ("share", "size", "unsure"),
     [
-        (MOST_UNCREDITED - 0.01, 0.1, True),
+        (LEAST_EXPLAINED - 0.01, 0.1, True),
         (0.95, MATERIAL / 2, True),  # less than a material force
         (0.95, 0.1, False),  # refused for another reason, such as the held-out data
     ],
@@ -64,8 +64,8 @@ def test_a_diagnosis_asks(tmp_path: Path) -> None:
         found.append(replace(log, inputs=log.inputs + noise))
     plain = diagnose_log(stage(), system_of(stage()), *found)[0]
     (best,) = [c for c in plain.candidates if c.gain == max(c.gain for c in plain.candidates)]
-    assert plain.verdict == "none" and 0.3 < best.gain < MOST_UNCREDITED, plain.sentence
-    with patch.object(answers, "MOST_UNCREDITED", 0.3):
+    assert plain.verdict == "none" and 0.3 < best.gain < LEAST_EXPLAINED, plain.sentence
+    with patch.object(answers, "LEAST_EXPLAINED", 0.3):
         stricter = diagnose_log(stage(), system_of(stage()), *found)[0]
     assert stricter.verdict == "unknown" and stricter.effects == ()
     assert any(f"{best.kind} on {best.on} removes" in words for words in stricter.statement.of("unexplained"))

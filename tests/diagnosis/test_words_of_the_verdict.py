@@ -178,7 +178,7 @@ def test_the_evidence_compares_with_declared_and_refitted_values():
 
 
 @pytest.mark.parametrize("why", ["is too small", ""])
-def test_none_says_why_the_best_candidate_is_not_credited(why: str) -> None:
+def test_none_says_why_the_best_candidate_is_not_accepted(why: str) -> None:
     """One that removes 89 % and is too small must not be counted with those that remove nothing."""
     part, evidence = Placed(kind="stribeck", on="rail", form=""), SimpleNamespace(share=0.89)
     ranked = InRound(found=SimpleNamespace(part=part), evidence=evidence, why_not=why)
@@ -187,7 +187,7 @@ def test_none_says_why_the_best_candidate_is_not_credited(why: str) -> None:
     assert refused == (("stribeck", "rail", why) if why else None)
     said = statement_of("none", refused=refused)
     assert said.headline == "No missing effect found."
-    assert said.of("not credited") == (("stribeck on rail, the best candidate, is too small.",) if why else ())
+    assert said.of("not accepted") == (("stribeck on rail, the best candidate, is too small.",) if why else ())
     assert bool(said.of("evidence")) is not bool(why)  # that no candidate removes a share
 
 
@@ -208,8 +208,8 @@ def test_the_best_refused_candidate_is_named_with_its_form_as_in_the_table() -> 
 @pytest.mark.parametrize("verdict", ["none", "unknown"])
 def test_nothing_is_claimed_of_all_effects_where_one_passed_and_was_refused_later(verdict: str) -> None:
     """A play that removed 81 % of the free-run error was refused later: 'no effect removes a share' is false."""
-    said = statement_of(verdict, effects=(PLAY,), against=(Fact("not credited", "it is worse on held-out data"),))
-    assert said.of("not credited") == (
+    said = statement_of(verdict, effects=(PLAY,), against=(Fact("not accepted", "it is worse on held-out data"),))
+    assert said.of("not accepted") == (
         "backlash on x (gap = 0.0001 m), the best candidate: it is worse on held-out data.",
     )
     assert said.of("evidence") == () and "explains it" not in said.headline
@@ -238,7 +238,7 @@ def test_unknown_says_no_more_than_its_reason(over: Any, refused: Any, headline:
     """It began "Something is missing that is not in the catalogue", of a constant and of refused candidates too."""
     said = statement_of("unknown", refused=refused, records=records, over=over)
     assert said.headline == headline
-    assert said.of("not credited") == (("cogging on x, the best candidate, fits no better.",) if refused else ())
+    assert said.of("not accepted") == (("cogging on x, the best candidate, fits no better.",) if refused else ())
     assert ("24 steady records" if records else "5.2 times the measurement noise") in said.of("evidence")[0]
 
 
@@ -254,14 +254,14 @@ def test_unknown_with_a_value_that_would_explain_it_says_so_first_and_asks_for_n
 
 
 def test_a_candidate_that_is_refused_alone_and_named_in_the_end_is_no_plain_refusal() -> None:
-    """Beside cogging, a Stribeck peak was credited; alone it may be chance, and the table said "no: may be chance"."""
+    """Beside cogging, a Stribeck peak was accepted; alone it may be chance, and the table said "no: may be chance"."""
     peak, other = candidate("stribeck", 0.2, "may be chance"), candidate("backlash", 0.1, "may be chance")
     found = diagnosis("effect", candidate("cogging", 0.9), peak, other)
     found = replace(found, effects=tuple(replace(SPRING, kind=c.kind, on=c.on) for c in (found.candidates[0], peak)))
-    assert [found.is_credited(c) for c in (peak, other)] == [True, False]
-    assert not replace(found, verdict="unknown").is_credited(peak)
+    assert [found.is_named(c) for c in (peak, other)] == [True, False]
+    assert not replace(found, verdict="unknown").is_named(peak)
     form = replace(candidate("cogging", 0.95, "may be chance"), parameters={"sin_1": 1.0})  # another one passes
-    assert not replace(found, candidates=(*found.candidates, form)).is_credited(form)
+    assert not replace(found, candidates=(*found.candidates, form)).is_named(form)
     shown = Diagnosed(found, Path(), ()).text(paths=False)
     rows = {line.split()[0]: line for line in shown.splitlines() if line.endswith("may be chance")}
     assert rows["stribeck"].endswith("named in the end; alone: may be chance")
@@ -308,7 +308,7 @@ def test_a_remainder_that_changes_in_time_asks_for_a_log_and_no_effect(changed, 
 
 
 def test_unknown_names_the_candidate_that_leaves_most() -> None:
-    (words,) = statement_of("unknown", effects=(PLAY,)).of("not credited")
+    (words,) = statement_of("unknown", effects=(PLAY,)).of("not accepted")
     assert words.startswith("backlash on x (gap = 0.0001 m), the best candidate, leaves most of the simulation error")
 
 

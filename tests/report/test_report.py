@@ -178,7 +178,7 @@ def test_the_law_stands_beside_the_curve_that_knows_none(lacking: Case) -> None:
     assert percent(found.law) in ReadPage(lacking.html).text
 
 
-def test_a_law_that_is_not_credited_and_a_rival_are_drawn_too(lacking: Case) -> None:
+def test_a_law_that_is_not_accepted_and_a_rival_are_drawn_too(lacking: Case) -> None:
     refused = replace(lacking.diagnosis, verdict="unknown", effects=())
     (found,) = law_evidence(refused, lacking.models)
     assert found.law > 0.9

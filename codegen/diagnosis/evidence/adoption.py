@@ -20,7 +20,7 @@ from scipy.stats import norm
 
 from codegen.base.arrays import Array, Flags
 from codegen.diagnosis.evidence.estimate import CONFIDENCE, estimate
-from codegen.diagnosis.fit.credit import independent_share
+from codegen.diagnosis.fit.acceptance import independent_share
 from codegen.diagnosis.fit.force_rows import (
     LEAST_GAIN,
     ForceRows,

@@ -15,7 +15,7 @@ from scipy.stats import chi2
 from codegen.base.arrays import Array
 from codegen.diagnosis.evidence.residual_regression import LEAST_ROWS
 from codegen.diagnosis.evidence.score_test import along_best, t_of_scores
-from codegen.diagnosis.fit.credit import SIGN_BLOCKS, are_large, p_of_log_ratios, p_of_sign_flips
+from codegen.diagnosis.fit.acceptance import SIGN_BLOCKS, are_large, p_of_log_ratios, p_of_sign_flips
 from codegen.diagnosis.fit.drive import residual_at_drive, residual_without_levels, without_values
 from codegen.diagnosis.fit.force_rows import slopes_of_evidence
 from codegen.diagnosis.fit.identity_cache import OF_MODELS, identity_cache

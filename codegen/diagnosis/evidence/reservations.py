@@ -1,4 +1,4 @@
-"""Objections to an effect that forward selection credits, and remarks that must accompany it."""
+"""Objections to an effect that forward selection accepts, and remarks that must accompany it."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ covers."""
 
 
 def objections(found: FoundEffect, part: Part, problem: Problem, model: System | None = None) -> list[str]:
-    """Why an effect is not credited: intervals that include its absence or any value, or values that no log shows.
+    """Why an effect is not accepted: intervals that include its absence or any value, or values that no log shows.
 
     A candidate has passed the tests of its values in its round; effects that are found later change them.
 
@@ -152,7 +152,7 @@ def takes_the_level(problem: Problem, refit: System, augmented: System) -> str:
 
 
 def remarks(found: FoundEffect, part: Part, problem: Problem) -> list[str]:
-    """Remarks on a credited effect: what the log does not cover, missing intervals, and a motion logged late."""
+    """Remarks on an accepted effect: what the log does not cover, missing intervals, and a motion logged late."""
     words = []
     delay = part.effect.delay(found.parameters)
     if delay:

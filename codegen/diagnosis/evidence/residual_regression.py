@@ -19,7 +19,7 @@ from scipy.special import gammaincc
 from codegen.base.arrays import Array
 from codegen.base.parallel import in_processes
 from codegen.diagnosis.evidence.changes_in_time import ChangesInTime, changes_in_time
-from codegen.diagnosis.fit.credit import exact_sign_flips, random_signs
+from codegen.diagnosis.fit.acceptance import exact_sign_flips, random_signs
 from codegen.diagnosis.fit.drive import residual_at_drive
 from codegen.diagnosis.fit.identity_cache import OF_MODELS, identity_cache
 from codegen.diagnosis.fit.linear import rms

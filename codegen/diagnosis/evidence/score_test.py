@@ -8,7 +8,7 @@ import numpy as np
 from scipy.stats import f
 
 from codegen.base.arrays import Array
-from codegen.diagnosis.fit.credit import Evidence, evidence_of, in_blocks
+from codegen.diagnosis.fit.acceptance import Evidence, evidence_of, in_blocks
 from codegen.diagnosis.fit.linear import correlation, solved
 from codegen.diagnosis.fit.output_error import Fit
 from codegen.diagnosis.fit.trial import Trial

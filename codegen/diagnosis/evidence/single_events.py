@@ -1,6 +1,6 @@
 """Single events: intervals in which an effect acts, and those in which a force residual is far above the usual.
 
-A test on blocks of the log cannot credit an effect that acts in one or two of them. But in such an event the effect
+A test on blocks of the log cannot accept an effect that acts in one or two of them. But in such an event the effect
 predicts the course of the residual: with b and a the residuals without and with the effect, and the values of another
 log, a/b is small only if size, beginning and course agree. Let r = Σa²/Σb² in an event, and n its number of independent
 values. If the effect is not there and b is a disturbance in these n dimensions, of any direction and size (uniform in a

@@ -21,7 +21,7 @@ import numpy as np
 from codegen.base.arrays import Array
 from codegen.base.text import render
 from codegen.diagnosis.evidence.residual_regression import KNOTS, LEAST_ROWS, since_reversal, splines
-from codegen.diagnosis.fit.credit import LEAST_SIZE
+from codegen.diagnosis.fit.acceptance import LEAST_SIZE
 from codegen.diagnosis.fit.linear import correlation, independent
 from codegen.diagnosis.fit.measure import drive_force
 from codegen.diagnosis.fit.residual import Problem, inverse_dynamics_residual

@@ -13,7 +13,7 @@ from sympy import sin, tanh
 
 from codegen.base.arrays import Array
 from codegen.base.errors import BadInput
-from codegen.diagnosis.fit.credit import independent_share
+from codegen.diagnosis.fit.acceptance import independent_share
 from codegen.diagnosis.fit.output_error import Fit
 from codegen.diagnosis.fit.record import LEAST_SEGMENTS, PERIODS, Record, record_of
 from codegen.diagnosis.fit.search import Search

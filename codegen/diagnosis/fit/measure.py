@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codegen.base.arrays import Array
-from codegen.diagnosis.fit.credit import SIGN_BLOCKS
+from codegen.diagnosis.fit.acceptance import SIGN_BLOCKS
 from codegen.diagnosis.fit.drive import residual_at_drive
 from codegen.diagnosis.fit.identity_cache import OF_MODELS, identity_cache
 from codegen.diagnosis.fit.linear import rms

@@ -16,7 +16,7 @@ import sympy
 from numpy.typing import NDArray
 
 from codegen.base.arrays import Array
-from codegen.diagnosis.fit.credit import independent_share, noise_ratio
+from codegen.diagnosis.fit.acceptance import independent_share, noise_ratio
 from codegen.diagnosis.fit.force_rows import residual_slopes
 from codegen.diagnosis.fit.identity_cache import identity_cache
 from codegen.diagnosis.fit.joints import JointShooter, Memory, RigidTerms, is_separable, rigid_terms
@@ -223,7 +223,7 @@ class Search(ModelFits):
     def with_noise_floor(self, base: Fit, largest_ratio: float = LARGEST_RATIO) -> tuple[Search, Fit]:
         """The search with noise no smaller than the base's error over ``largest_ratio``, and the base fitted in it.
 
-        Far above the noise, the logarithmic loss would credit a candidate that happens to fit a few segments. If an arm
+        Far above the noise, the logarithmic loss would accept a candidate that happens to fit a few segments. If an arm
         is simulated joint by joint, each joint has its own noise.
         """
         factor = np.maximum(1.0, _noise_ratios(base) / largest_ratio)

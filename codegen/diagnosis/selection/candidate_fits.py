@@ -13,7 +13,7 @@ from codegen.base.arrays import Array
 from codegen.base.parallel import in_processes
 from codegen.base.progress import share_display
 from codegen.diagnosis.evidence.coverage import survey
-from codegen.diagnosis.fit.credit import FAR, near_noise, noise_loss, share_far
+from codegen.diagnosis.fit.acceptance import FAR, near_noise, noise_loss, share_far
 from codegen.diagnosis.fit.output_error import Fit, polish, resolution, shooting_fit
 from codegen.diagnosis.fit.search import ROUNDS, Search, joint_of
 from codegen.diagnosis.fit.starting_values import (

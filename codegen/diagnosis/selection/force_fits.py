@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from codegen.base.arrays import Array
 from codegen.diagnosis.evidence.adoption import adopt_values
-from codegen.diagnosis.fit.credit import SIGN_BLOCKS
+from codegen.diagnosis.fit.acceptance import SIGN_BLOCKS
 from codegen.diagnosis.fit.drive import DriveLeft, drive_gain, drive_left, drive_symbols, rubs_by_load
 from codegen.diagnosis.fit.force_rows import residual_slopes
 from codegen.diagnosis.fit.identity_cache import identity_cache

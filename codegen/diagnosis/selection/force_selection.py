@@ -18,17 +18,17 @@ from codegen.base.significant import in_percent
 from codegen.diagnosis.evidence.estimate import estimate, named_effects
 from codegen.diagnosis.evidence.force_gain import ForceCriterion
 from codegen.diagnosis.evidence.reservations import determined_form, objections
-from codegen.diagnosis.fit import credit
-from codegen.diagnosis.fit.credit import Evidence, evidence, evidence_of, random_signs
+from codegen.diagnosis.fit import acceptance
+from codegen.diagnosis.fit.acceptance import Evidence, evidence, evidence_of, random_signs
 from codegen.diagnosis.fit.drive import drive_left, drive_shares
 from codegen.diagnosis.fit.output_error import Fit, segment_losses
 from codegen.diagnosis.fit.search import Search, joint_of, joint_of_difference
 from codegen.diagnosis.fit.starting_values import ForceStart
 from codegen.diagnosis.fit.trial import Part, Trial, model_of, part_of
 from codegen.diagnosis.results import Fact
-from codegen.diagnosis.selection.crediting import MOST_EFFECTS, least_share
 from codegen.diagnosis.selection.force_fits import ForceFits
 from codegen.diagnosis.selection.forward_selection import LaterRound
+from codegen.diagnosis.selection.parsimony import MOST_EFFECTS, least_share
 from codegen.diagnosis.selection.ranking import (
     Ranked,
     differ_in_time,
@@ -57,7 +57,7 @@ since such a start makes every force small."""
 
 @dataclass(frozen=True, eq=False)
 class ForceSelection:
-    """Effects that are credited by the force residual and confirmed by free runs.
+    """Effects that are accepted by the force residual and confirmed by free runs.
 
     Attributes:
         fit: to the force residual, with all effects.
@@ -86,9 +86,9 @@ class ForceSelection:
 
 
 def selected_by_force(search: Search, base: Fit) -> ForceSelection | Fact | None:
-    """Forward selection by the force residual, confirmed by free runs; None if no effect is credited.
+    """Forward selection by the force residual, confirmed by free runs; None if no effect is accepted.
 
-    Where the force residual credits effects and free runs confirm none, the fact that says so.
+    Where the force residual accepts effects and free runs confirm none, the fact that says so.
 
     Args:
         base: the refit of the declared structure by free runs.
@@ -99,28 +99,28 @@ def selected_by_force(search: Search, base: Fit) -> ForceSelection | Fact | None
     joints: Sequence[int | None] = (search.record.joints or ()) if search.rigid else [None]
     most, report = MOST_EFFECTS * len(joints), share_display()
     for joint in joints:
-        credited = fit
+        accepted = fit
         for turn in range(MOST_EFFECTS):
             with shares_to(partial(lambda done, share: report((done + share) / most), len(rounds))):
                 ranked = force_round(fits, fit, joint)
             kept = (r if r.grade else r.for_table for r in ranked)
             rounds.append(LaterRound(fit.trial.parts, tuple(kept)))
-            # Rivals are reported for the first effect only; another joint's effect with rivals is not credited.
+            # Rivals are reported for the first effect only; another joint's effect with rivals is not accepted.
             is_tied = fit.trial.parts and not turn and _tied(search, ranked)
             # An effect that is not significant alone may be with a second one: each hides the other.
-            doubtful = fit is not credited
+            doubtful = fit is not accepted
             if not ranked or is_tied or (ranked[0].why_not and (doubtful or not ranked[0].unsure)):
                 break
             fit = ranked[0].found
             if ranked[0].why_not:
                 continue
-            if doubtful and not are_significant(fits, credited, fit):
+            if doubtful and not are_significant(fits, accepted, fit):
                 break
-            credited = fit
-        fit = credited
+            accepted = fit
+        fit = accepted
     rounds.sort(key=lambda one: not one.ranked or one.ranked[0].part not in fit.trial.parts)
     first = rounds[0].ranked
-    by_force = still_credited(fits, fit, in_determined_forms(fits, fit))
+    by_force = still_accepted(fits, fit, in_determined_forms(fits, fit))
     fit = confirmed(fits, by_force)
     if not fit.trial.parts:
         return _not_confirmed(fits.plain, by_force) if by_force.trial.parts else None
@@ -138,18 +138,18 @@ def _tied(search: Search, ranked: Sequence[Ranked]) -> list[Ranked]:
 
 
 def are_significant(fits: ForceFits, before: Fit, fit: Fit) -> bool:
-    """Whether several effects together are credited over a fit without them, of all sets of as many candidates."""
+    """Whether several effects together are accepted over a fit without them, of all sets of as many candidates."""
     added = len(fit.trial.parts) - len(before.trial.parts)
     shown, _ = shown_on_blocks(fits, before, fit)
     chance = comb(hypotheses(fits.parts), added) * random_signs(shown.t)
-    return shown.share >= credit.LEAST_SHARE and chance <= credit.ALPHA
+    return shown.share >= acceptance.LEAST_SHARE and chance <= acceptance.ALPHA
 
 
 def force_round(fits: ForceFits, plain: Fit, joint: int | None) -> list[Ranked]:
-    """Add to a fit each of the candidates with the best starts (see ``FITTED``), and rank these: credited ones first.
+    """Add to a fit each of the candidates with the best starts (see ``FITTED``), and rank these: accepted ones first.
 
     ``joint``: of an arm that is simulated joint by joint, the joint of the candidates; else None. Of several forms of
-    one effect, the simplest that fits as well and is credited is kept, if any is.
+    one effect, the simplest that fits as well and is accepted is kept, if any is.
     """
     taken = {p.key for p in plain.trial.parts}
     parts = [p for p in fits.candidates.parts if p.key not in taken and joint_of(fits.search, p) == joint]
@@ -163,14 +163,14 @@ def force_round(fits: ForceFits, plain: Fit, joint: int | None) -> list[Ranked]:
 def share_of_runs(segments: int) -> float:
     """Share of α for free runs in a round, B/(B + ``SIGN_BLOCKS``), B their blocks; the rest is the force residual's.
 
-    Either of the two criteria may credit a candidate. Their p-values depend on each other in an unknown way (with α for
-    each, normal scores with a correlation of 0.8 credit one of 20 candidates without an effect with a probability of
+    Either of the two criteria may accept a candidate. Their p-values depend on each other in an unknown way (with α for
+    each, normal scores with a correlation of 0.8 accept one of 20 candidates without an effect with a probability of
     1.7 α), so they share it (weighted Bonferroni). A sign test on B blocks gives at least Φ(−√B): free runs in few
     segments can hardly pass, and with half of α for them the other criterion would lose it for nothing. B is known
     before the test.
     """
-    blocks = min(credit.SIGN_BLOCKS, segments)
-    return blocks / (blocks + credit.SIGN_BLOCKS)
+    blocks = min(acceptance.SIGN_BLOCKS, segments)
+    return blocks / (blocks + acceptance.SIGN_BLOCKS)
 
 
 def judged_in_addition(
@@ -192,7 +192,7 @@ def judged_in_addition(
     shares = [drive_kept(fits, plain, trial, theta) for _, theta, trial in started]
     begun = [(*one, share) for one, share in zip(started, shares, strict=True) if share > 0]  # else nothing is left
     begun.sort(key=lambda one: one[0] / one[3] ** 2)
-    chosen = [one for rank, one in enumerate(begun) if rank < FITTED or one[3] < 1 - credit.LEAST_SHARE]
+    chosen = [one for rank, one in enumerate(begun) if rank < FITTED or one[3] < 1 - acceptance.LEAST_SHARE]
     found, report = list[Fit](), share_display()
     for _, theta, trial, _ in chosen:
         report(len(found) / len(chosen))
@@ -201,18 +201,18 @@ def judged_in_addition(
 
 
 def shown_by_runs(fits: ForceFits, plain: Fit, one: Ranked, candidates: int, of_level: float) -> Ranked:
-    """The candidate, credited if free runs with these values of it are better by more than chance over all of them.
+    """The candidate, accepted if free runs with these values of it are better by more than chance over all of them.
 
-    The force residual must then confirm it (p ≤ ``credit.TIE_LEVEL``): elsewhere the force residual selects and free
-    runs confirm, here the reverse. The values are those of the force residual, since free runs of a model that lacks
-    other forces too may choose values with which that residual does not fall.
+    The force residual must then confirm it (p ≤ ``acceptance.TIE_LEVEL``): elsewhere the force residual selects and
+    free runs confirm, here the reverse. The values are those of the force residual, since free runs of a model that
+    lacks other forces too may choose values with which that residual does not fall.
     """
-    if random_signs(one.evidence.t) > credit.TIE_LEVEL:
+    if random_signs(one.evidence.t) > acceptance.TIE_LEVEL:
         return one
     joint = joint_of_difference(fits.search, plain, one.found)
     shown = evidence_of_blocks(fits.run(plain, joint), fits.run(one.found, joint))
     p = min(1.0, candidates * random_signs(shown.t) / of_level)
-    if shown.share < credit.LEAST_SHARE or p > credit.ALPHA:
+    if shown.share < acceptance.LEAST_SHARE or p > acceptance.ALPHA:
         return one
     return replace(one, why_not="", unsure=False, p=p)
 
@@ -236,7 +236,7 @@ def fit_in_addition(fits: ForceFits, plain: Fit, trial: Trial, theta: Array) -> 
 def judged(
     fits: ForceFits, plain: Fit, found: Fit, candidates: int, everywhere: bool = False, of_level: float = 1.0
 ) -> Ranked:
-    """A candidate with its evidence from the force residual over a fit without it, and the reason if not credited.
+    """A candidate with its evidence from the force residual over a fit without it, and the reason if not accepted.
 
     An effect that reduces the drive force reduces the residual in proportion, so only a larger reduction counts. The
     residual is already divided by a constant factor on the drive, as by friction in proportion to it
@@ -263,7 +263,7 @@ def judged(
         why_not = "is too small to matter"
     elif form := corrects_a_form(ForceCriterion(fits.search, plain), ForceCriterion(fits.search, found)):
         why_not = form
-    elif p > credit.ALPHA:
+    elif p > acceptance.ALPHA:
         why_not, unsure = f"may be chance: {chance_in_words(p, candidates)}", True
     return Ranked(found, one, ratio, relative_size(fits.search, found, plain), why_not, unsure, p)
 
@@ -284,8 +284,8 @@ def in_determined_forms(fits: ForceFits, fit: Fit) -> Fit:
     return fit
 
 
-def still_credited(fits: ForceFits, before: Fit, fit: Fit) -> Fit:
-    """The fit without effects that are credited in the form of ``before`` and not in their simpler form here.
+def still_accepted(fits: ForceFits, before: Fit, fit: Fit) -> Fit:
+    """The fit without effects that are accepted in the form of ``before`` and not in their simpler form here.
 
     A curve over speed may imitate another missing force; a line in its place may then explain nothing.
     """
@@ -293,7 +293,7 @@ def still_credited(fits: ForceFits, before: Fit, fit: Fit) -> Fit:
     def is_chance(fit: Fit, k: int) -> bool:
         shown, ratio = shown_on_blocks(fits, fits.without(fit, k), fit)
         chance = hypotheses(fits.parts) * random_signs(shown.t)
-        return min(shown.share, 1 - ratio**2) < credit.LEAST_SHARE or chance > credit.ALPHA
+        return min(shown.share, 1 - ratio**2) < acceptance.LEAST_SHARE or chance > acceptance.ALPHA
 
     def needless(fit: Fit) -> int | None:
         changed = (k for k, part in enumerate(fit.trial.parts) if part not in before.trial.parts)
@@ -325,7 +325,7 @@ def best_first_effect(fits: ForceFits, fit: Fit, leading: Sequence[Ranked]) -> t
         fitted.sort(key=lambda pair: pair[0].cost)
         best, _ = fitted[0]
         shown = ((shown_on_blocks(fits, other, best)[0], other, one) for other, one in fitted[1:])
-        tied = ((f, r) for e, f, r in shown if random_signs(e.t) > credit.TIE_LEVEL or fits.nearly_alike(f, best))
+        tied = ((f, r) for e, f, r in shown if random_signs(e.t) > acceptance.TIE_LEVEL or fits.nearly_alike(f, best))
         fitted = [fitted[0], *tied]
     best, leader = fitted[0]
     for other, one in fitted[1:]:
@@ -360,7 +360,7 @@ def special_case(fits: ForceFits, fit: Fit, leading: Sequence[Ranked]) -> tuple[
     for one in rivals:
         if _is_special_case(one.part, fit):
             special = fits.led_by(one.found, fit)
-            if random_signs(shown_on_blocks(fits, special, fit)[0].t) > credit.TIE_LEVEL:
+            if random_signs(shown_on_blocks(fits, special, fit)[0].t) > acceptance.TIE_LEVEL:
                 return special, [one, *(other for other in rivals if other is not one)]
     return fit, [leader, *rivals]
 
@@ -389,7 +389,7 @@ def confirmed(fits: ForceFits, fit: Fit) -> Fit:
     def needless(fit: Fit) -> int | None:
         doubts = [doubt(fit, k) for k in range(len(fit.trial.parts))]
         k = int(np.argmax(doubts)) if doubts else None
-        return None if k is None or doubts[k] <= credit.TIE_LEVEL else k
+        return None if k is None or doubts[k] <= acceptance.TIE_LEVEL else k
 
     return fits.eliminated(fit, needless)
 
@@ -410,10 +410,10 @@ def evidence_of_blocks(before: Fit, after: Fit) -> Evidence:
 
 
 def _not_confirmed(plain: Fit, fit: Fit) -> Fact:
-    """The fact on effects that the force residual credits and free runs do not confirm."""
+    """The fact on effects that the force residual accepts and free runs do not confirm."""
     named = named_effects(fit.trial.parts, estimate(fit), fit.model)
     effects = " and ".join(
         f"{e.title} ({', '.join(f'{k} = {v:.3g} {e.units[k]}' for k, v in e.parameters.items())})" for e in named
     )
     share = in_percent(evidence_of_blocks(plain, fit).share, 3)
-    return Fact.said("not credited", "not confirmed", named=effects, share=share)
+    return Fact.said("not accepted", "not confirmed", named=effects, share=share)

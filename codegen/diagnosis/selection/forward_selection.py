@@ -7,23 +7,23 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 
 from codegen.base.progress import shares_to
-from codegen.diagnosis.fit import credit
-from codegen.diagnosis.fit.credit import noise_ratio
+from codegen.diagnosis.fit import acceptance
+from codegen.diagnosis.fit.acceptance import noise_ratio
 from codegen.diagnosis.fit.output_error import Fit
 from codegen.diagnosis.fit.search import Search, joint_of
 from codegen.diagnosis.fit.trial import Part
 from codegen.diagnosis.selection.candidate_fits import every_part
-from codegen.diagnosis.selection.crediting import (
+from codegen.diagnosis.selection.pairs import best_pair, split_in_two
+from codegen.diagnosis.selection.parsimony import (
     BETTER,
     MOST_EFFECTS,
     at_noise,
     explained_share,
     explains_enough,
-    is_credited,
+    is_accepted,
     nothing_left,
     worth_it,
 )
-from codegen.diagnosis.selection.pairs import best_pair, split_in_two
 from codegen.diagnosis.selection.ranking import (
     Ranked,
     credible,
@@ -63,7 +63,7 @@ class Outcome:
         rivals: of the first effect, which the data do not distinguish from it.
         explained: share of the squared residual, or of its excess over the noise, that the effects remove.
         segments: number in the record.
-        unexplained: whether no effect is credited although the residual is material and far above the noise, at least
+        unexplained: whether no effect is accepted although the residual is material and far above the noise, at least
             in some segments.
         later: rounds after the first, whether or not they found an effect.
     """
@@ -104,12 +104,12 @@ def find_effects(
     refit_only: bool = False,
     is_superseded: Callable[[Fit], bool] = lambda found: False,
 ) -> Outcome:
-    """Forward selection until no candidate is credited; no round with ``refit_only``.
+    """Forward selection until no candidate is accepted; no round with ``refit_only``.
 
     If an arm is simulated joint by joint, each joint has its own rounds, the worst joint first.
 
     Args:
-        is_superseded: asked of each fit with a further credited effect, whether the effects are sought again anyway.
+        is_superseded: asked of each fit with a further accepted effect, whether the effects are sought again anyway.
             The outcome then has the effects so far.
     """
     rounds = _Rounds.before_the_first(search, base, 0 if refit_only else MOST_EFFECTS, report_progress)
@@ -125,21 +125,21 @@ def find_effects(
             confirmed, rivals, paired, among_all = pair, [], True, False
         rivals = rivals if confirmed.trial.parts else []
         current, rivals = judged_together(search, base, confirmed, rivals, paired, among_all)
-    lost = current is base and not refit_only and not credit.near_noise(base)
-    return rounds.outcome(base, current, rivals, lost and credit.misfit(base) > credit.LEAST_SIZE)
+    lost = current is base and not refit_only and not acceptance.near_noise(base)
+    return rounds.outcome(base, current, rivals, lost and acceptance.misfit(base) > acceptance.LEAST_SIZE)
 
 
 @dataclass(eq=False)
 class _Rounds:
     """The rounds of a forward selection, and what they have found so far.
 
-    An effect that is not credited alone may be with a second one at the same joint, so it stays for one more round.
+    An effect that is not accepted alone may be with a second one at the same joint, so it stays for one more round.
     Then the other candidates of its round are tried in its place.
 
     Attributes:
         left: joint → rounds that it may still have; one joint, None, for a machine that is simulated as a whole.
-        confirmed: the fit with all credited effects.
-        current: the fit that the next round extends: ``confirmed``, or that with an effect that is not credited alone.
+        confirmed: the fit with all accepted effects.
+        current: the fit that the next round extends: ``confirmed``, or that with an effect that is not accepted alone.
         rivals: of the first effect.
         first, later: the candidates of the first round, and the other rounds.
         joint: of the last round. hypotheses: number that it tested.
@@ -205,11 +205,11 @@ class _Rounds:
         return _unexplained(self.search, self.current, self.left, bool(self.taken))
 
     def _doubtful(self) -> Sequence[Part]:
-        """The effects that are not credited alone."""
+        """The effects that are not accepted alone."""
         return self.current.trial.parts[len(self.confirmed.trial.parts) :]
 
     def _end(self) -> None:
-        """No further round at this joint; an effect that is not credited alone is left out."""
+        """No further round at this joint; an effect that is not accepted alone is left out."""
         self.current, self.left[self.joint] = self.confirmed, 0
 
     def _ranked(self, joints: Sequence[int | None]) -> list[Ranked]:
@@ -226,7 +226,7 @@ class _Rounds:
         return ranked
 
     def _fall_back(self, contradicted: list[Ranked]) -> None:
-        """Try the waiting candidates in place of a leader that is not credited; one that fails too ends the rounds."""
+        """Try the waiting candidates in place of a leader that is not accepted; one that fails too ends the rounds."""
         waiting, self.waiting = self.waiting, []
         self.current = self.confirmed
         self.joint = joint_of(self.search, waiting[0].part)
@@ -234,7 +234,7 @@ class _Rounds:
         self._take(waiting, [*contradicted, *self.beside], falls_back=True)
 
     def _take(self, possible: Sequence[Ranked], alike: Sequence[Ranked], falls_back: bool = False) -> None:
-        """The first of these candidates, credited or in doubt; ``alike``: others that may tie with it."""
+        """The first of these candidates, accepted or in doubt; ``alike``: others that may tie with it."""
         search, is_first = self.search, not self.taken
         last_chance = falls_back or bool(self._doubtful())
         possible = leader_first(search, possible)
@@ -258,18 +258,18 @@ class _Rounds:
         self.confirmed, self.among_all = self.current, True
         # What other joints lack is theirs.
         alone = self.current if self.joint is None else self.current.of_joint(self.joint)
-        if is_first and not credit.near_noise(alone) and not credit.is_negligible(alone):
+        if is_first and not acceptance.near_noise(alone) and not acceptance.is_negligible(alone):
             self.leaders, self.led, self.alone = list(possible[:PAIRED]), self.current, self.hypotheses
 
     def _keep_in_doubt(self, possible: Sequence[Ranked], last_chance: bool) -> None:
-        """Keep an effect that is not credited alone for one more round, and note the candidates to try in its place.
+        """Keep an effect that is not accepted alone for one more round, and note the candidates to try in its place.
 
         There is no second such round: with three effects in doubt there are so many sets that one passes by chance.
         """
         if last_chance:
             self.left[self.joint] = 0
         else:
-            least = possible[0].evidence.share - credit.LEAST_SHARE
+            least = possible[0].evidence.share - acceptance.LEAST_SHARE
             self.waiting = [r for r in possible[1:] if not r.why_not and r.evidence.share > least]
             self.beside = [r for r in possible if all(r is not one for one in self.waiting)]
         if not self.left[self.joint]:
@@ -303,7 +303,7 @@ def _is_better_pair(pair: Fit, confirmed: Fit) -> bool:
 
 
 def common_effects(search: Search, outcome: Outcome) -> tuple[Search, Outcome] | None:
-    """The outcome with the effects that all tied models have in common; None if these are not credited alone.
+    """The outcome with the effects that all tied models have in common; None if these are not accepted alone.
 
     Rivals may tie in explaining the remainder of an effect, such as a delay or a lag of a fraction of a sample with a
     dead zone, or a wrong parameter. If the fit with the common effects ends at a limit, it and the refit are repeated
@@ -319,6 +319,6 @@ def common_effects(search: Search, outcome: Outcome) -> tuple[Search, Outcome] |
     if freed is not None:
         search, common = freed
         base = search.fitted_again(base)
-    if not is_credited(search, base, common):
+    if not is_accepted(search, base, common):
         return None
     return search, replace(outcome, base=base).with_final(search, common, ())

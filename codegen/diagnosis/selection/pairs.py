@@ -10,7 +10,7 @@ from codegen.diagnosis.fit.output_error import Fit
 from codegen.diagnosis.fit.search import Search, joint_of
 from codegen.diagnosis.fit.trial import Part
 from codegen.diagnosis.selection.candidate_fits import every_part, fit_candidates
-from codegen.diagnosis.selection.crediting import BETTER, at_noise
+from codegen.diagnosis.selection.parsimony import BETTER, at_noise
 from codegen.diagnosis.selection.ranking import (
     Ranked,
     force_prefers,

@@ -10,8 +10,8 @@ import numpy as np
 
 from codegen.diagnosis.evidence.force_gain import ForceCriterion
 from codegen.diagnosis.evidence.score_test import added_parameters, beyond, contains, extends, nested_evidence_of
-from codegen.diagnosis.fit import credit
-from codegen.diagnosis.fit.credit import Evidence, evidence_of, is_far, noise_ratio, random_signs
+from codegen.diagnosis.fit import acceptance
+from codegen.diagnosis.fit.acceptance import Evidence, evidence_of, is_far, noise_ratio, random_signs
 from codegen.diagnosis.fit.output_error import Fit, at_limit, resolution
 from codegen.diagnosis.fit.search import Search, where_they_differ
 from codegen.diagnosis.fit.trial import Part
@@ -109,12 +109,12 @@ def run_round(search: Search, current: Fit, parts: Sequence[Part], leading: bool
         many = tried(search, base, found, count)
         p = chance(search, there, one, many)
         p = p if why_not else combined_p(p, before, after, many)
-        unsure = not why_not and p > credit.ALPHA
+        unsure = not why_not and p > acceptance.ALPHA
         if unsure:
             better_on = f"it is better on {one.won} of {one.blocks} held-out parts"
             why_not = f"may be chance: {better_on}, but {chance_in_words(p, many)}"
         ratio = noise_ratio(there) / noise_ratio(here)
-        only = bool(repeats_nowhere) and p <= credit.ALPHA and "period" not in at_limit(found)[-1]
+        only = bool(repeats_nowhere) and p <= acceptance.ALPHA and "period" not in at_limit(found)[-1]
         ranked.append(Ranked(found, one, ratio, size, why_not, unsure, p, after, only, bool(contradicted)))
     ranked = _without_extensions_not_shown(search, [_beside_too_small(search, r, ranked) for r in ranked])
     return sorted(in_simplest_admitted_forms(ranked), key=lambda r: (not r.grade, r.found.cost))
@@ -127,12 +127,12 @@ def _beside_too_small(search: Search, one: Ranked, ranked: Sequence[Ranked]) -> 
     So without this a load behind a spring would be named for what friction does over its last 2 mrad/s, as of a plant
     whose friction is simulated by tanh(v/v_s), although a Stribeck curve of 0.3 % of the drive force explains more.
     """
-    if one.why_not or one.size >= credit.LEAST_SIZE or not one.found.trial.adds_states:
+    if one.why_not or one.size >= acceptance.LEAST_SIZE or not one.found.trial.adds_states:
         return one
     for other in ranked:
         part, found = other.part, other.found
         small_force = not found.trial.adds_states and is_too_small(found, other.size)
-        better = other.evidence.share > one.evidence.share and other.p <= credit.ALPHA
+        better = other.evidence.share > one.evidence.share and other.p <= acceptance.ALPHA
         if small_force and better and _coordinate(search, other) == _coordinate(search, one):
             words = f"explains less than {part.title}, which {too_small_in_words(other.size)}"
             return replace(one, why_not=words)
@@ -145,7 +145,7 @@ def _coordinate(search: Search, one: Ranked) -> int:
 
 
 def credible(search: Search, before: Fit, after: Fit, candidates: int) -> bool:
-    """Whether a model with more effects is credited over one with fewer, each chosen among so many candidates.
+    """Whether a model with more effects is accepted over one with fewer, each chosen among so many candidates.
 
     An effect may have passed its tests together with another one that was removed since, so the drive force that the
     effects leave together is tested too.
@@ -153,12 +153,12 @@ def credible(search: Search, before: Fit, after: Fit, candidates: int) -> bool:
     soft, base = search.with_noise_floor(before)
     base, richer = where_they_differ(search, base, soft.fitted_again(after))
     one = nested_evidence_of(base, richer) if contains(after.trial, before.trial) else evidence_of(base, richer)
-    if one.share < credit.LEAST_SHARE:
+    if one.share < acceptance.LEAST_SHARE:
         return False
     many = tried(search, before, after, candidates)
     p = chance(search, richer, one, many)
     plain, found = ForceCriterion(search, before), ForceCriterion(search, after)
-    if combined_p(p, plain, found, many) > credit.ALPHA or only_reduces_drive(plain, found, one):
+    if combined_p(p, plain, found, many) > acceptance.ALPHA or only_reduces_drive(plain, found, one):
         return False
     return not only_attenuates_noise(search, base, richer)
 
@@ -189,12 +189,12 @@ def _without_extensions_not_shown(search: Search, ranked: Sequence[Ranked]) -> l
 def extension_is_shown(search: Search, plain: Fit, found: Fit) -> bool:
     """Whether free runs show what a kind adds to the one that it extends, as a backlash adds a gap to a compliance.
 
-    As any further effect, it must remove the share ``credit.LEAST_SHARE`` of the squared error that the other leaves on
-    held-out parts, or else these must agree on it. Nats alone do not show it: residuals are correlated, and a few
-    segments gave 54 nats to a gap that was not there, with 4 of 8 held-out parts better.
+    As any further effect, it must remove the share ``acceptance.LEAST_SHARE`` of the squared error that the other
+    leaves on held-out parts, or else these must agree on it. Nats alone do not show it: residuals are correlated, and a
+    few segments gave 54 nats to a gap that was not there, with 4 of 8 held-out parts better.
     """
     gained = evidence_of(*where_they_differ(search, plain, found))
-    return gained.share >= credit.LEAST_SHARE or random_signs(gained.t) <= credit.TIE_LEVEL
+    return gained.share >= acceptance.LEAST_SHARE or random_signs(gained.t) <= acceptance.TIE_LEVEL
 
 
 def refused_when_fitted_again(ranked: Sequence[Ranked], chosen: Ranked) -> list[Ranked]:
@@ -266,9 +266,9 @@ def runs_prefer(search: Search, best: Fit, other: Fit) -> bool:
     if extends(best.trial, other.trial):
         if best.cost >= other.cost:
             return False
-        return nested_evidence_of(other, best).p(whiteness(search, best), only_noise=False) <= credit.TIE_LEVEL
-    gained, at_noise = evidence_of(other, best, floored=False), dispersion(search, best) <= credit.ONLY_NOISE
-    return gained.p_of_rivals(whiteness(search, best), at_noise) <= credit.TIE_LEVEL
+        return nested_evidence_of(other, best).p(whiteness(search, best), only_noise=False) <= acceptance.TIE_LEVEL
+    gained, at_noise = evidence_of(other, best, floored=False), dispersion(search, best) <= acceptance.ONLY_NOISE
+    return gained.p_of_rivals(whiteness(search, best), at_noise) <= acceptance.TIE_LEVEL
 
 
 def tolerances_prefer(search: Search, best: Fit, other: Fit) -> bool:
@@ -279,17 +279,17 @@ def tolerances_prefer(search: Search, best: Fit, other: Fit) -> bool:
     priors have the weight of their own residuals. It is used at the noise only, since elsewhere an incomplete model
     moves the values.
     """
-    if best.of_forces or dispersion(search, best) > credit.ONLY_NOISE or extends(best.trial, other.trial):
+    if best.of_forces or dispersion(search, best) > acceptance.ONLY_NOISE or extends(best.trial, other.trial):
         return False
     other, best = where_they_differ(search, *(search.fitted_again(fit) for fit in (other, best)))
     by_prior, gained = other.prior_nats - best.prior_nats, evidence_of(other, best, floored=False)
-    at_noise = dispersion(search, best) <= credit.ONLY_NOISE
-    return by_prior > 0 and gained.p_of_rivals(whiteness(search, best), at_noise, by_prior) <= credit.TIE_LEVEL
+    at_noise = dispersion(search, best) <= acceptance.ONLY_NOISE
+    return by_prior > 0 and gained.p_of_rivals(whiteness(search, best), at_noise, by_prior) <= acceptance.TIE_LEVEL
 
 
 def leaves_as_little(one: Ranked, best: Ranked) -> bool:
     """Whether a candidate leaves at most ``TIE_RATIO`` times the squared residual of the best."""
-    return 1 - one.evidence.share <= credit.TIE_RATIO * (1 - best.evidence.share)
+    return 1 - one.evidence.share <= acceptance.TIE_RATIO * (1 - best.evidence.share)
 
 
 def is_no_better_form(found: Fit, best: Fit, part: Part) -> bool:
@@ -391,7 +391,7 @@ def preferred_by_force(one: Ranked, other: Ranked) -> bool:
     if (
         are_one_motion(one, other)
         and not differ_in_time(one.found, other.found)
-        and _force_apart(one, other) < credit.LEAST_SIZE
+        and _force_apart(one, other) < acceptance.LEAST_SIZE
     ):
         return False
     against = _nats_against(one, other)
@@ -409,7 +409,7 @@ def are_one_motion(one: Ranked, other: Ranked) -> bool:
     (``over_in_time``), where such an error does not count.
     """
     nats = float(one.found.held_out_losses.sum() - other.found.held_out_losses.sum())
-    return abs(nats) <= EQUAL and credit.near_noise(one.found) and credit.near_noise(other.found)
+    return abs(nats) <= EQUAL and acceptance.near_noise(one.found) and acceptance.near_noise(other.found)
 
 
 def _force_apart(one: Ranked, other: Ranked) -> float:
@@ -423,7 +423,7 @@ def _force_apart(one: Ranked, other: Ranked) -> float:
 def _nats_against(one: Ranked, other: Ranked) -> float:
     """Nats on held-out segments by which free runs prefer another candidate that ends near the noise; else 0."""
     nats = float(one.found.held_out_losses.sum() - other.found.held_out_losses.sum())
-    return nats if nats > 0 and credit.near_noise(other.found) else 0.0
+    return nats if nats > 0 and acceptance.near_noise(other.found) else 0.0
 
 
 def force_prefers(one: ForceCriterion, other: ForceCriterion, most: float = 1.0, against: float = 0.0) -> bool:
@@ -440,7 +440,7 @@ def force_prefers(one: ForceCriterion, other: ForceCriterion, most: float = 1.0,
     a, b = one.fit.trial, other.fit.trial
     gain = one.over_in_time(other) if differ_in_time(one.fit, other.fit) else one.over(other)
     more = max(added_parameters(b, a) - added_parameters(a, b), 0)
-    return gain.left < most and gain.p_of_rivals(more, against) <= credit.TIE_LEVEL
+    return gain.left < most and gain.p_of_rivals(more, against) <= acceptance.TIE_LEVEL
 
 
 def differ_in_time(one: Fit, other: Fit) -> bool:

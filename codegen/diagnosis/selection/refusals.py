@@ -16,8 +16,8 @@ from codegen.diagnosis.evidence.force_gain import ForceCriterion
 from codegen.diagnosis.evidence.noisy_inputs import is_attenuated_noise
 from codegen.diagnosis.evidence.reservations import is_level_or_line, never_passed, takes_the_level
 from codegen.diagnosis.evidence.residual_regression import inertia_noise
-from codegen.diagnosis.fit import credit
-from codegen.diagnosis.fit.credit import Evidence, is_far, size_of
+from codegen.diagnosis.fit import acceptance
+from codegen.diagnosis.fit.acceptance import Evidence, is_far, size_of
 from codegen.diagnosis.fit.drive import drive_in_motion, drive_left, drive_shares, residual_at_drive
 from codegen.diagnosis.fit.output_error import Fit
 from codegen.diagnosis.fit.residual import inverse_dynamics_residual
@@ -43,8 +43,8 @@ def why_refused(before: ForceCriterion, after: ForceCriterion, e: Evidence, size
     search, found = after.search, after.fit
     if e.gain <= 0:
         return "does not reduce the simulation error on held-out parts of the log"
-    if e.share < credit.LEAST_SHARE:
-        needed = in_percent(credit.LEAST_SHARE)
+    if e.share < acceptance.LEAST_SHARE:
+        needed = in_percent(acceptance.LEAST_SHARE)
         return f"removes {in_percent(e.share)} of the squared simulation error on held-out parts; {needed} is needed"
     if is_too_small(found, size):
         return too_small_in_words(size)
@@ -58,7 +58,7 @@ def why_refused(before: ForceCriterion, after: ForceCriterion, e: Evidence, size
 
 def is_too_small(found: Fit, size: float) -> bool:
     """Whether a candidate of this size is no effect, whatever it explains."""
-    return size < (credit.LEAST_NET if found.trial.adds_states else credit.LEAST_SIZE)
+    return size < (acceptance.LEAST_NET if found.trial.adds_states else acceptance.LEAST_SIZE)
 
 
 def too_small_in_words(size: float) -> str:
@@ -157,7 +157,7 @@ def hides_an_effect(search: Search, found: Fit) -> str:
 
 
 def acts_as_its_limit(search: Search, found: Fit) -> str:
-    """Objection if the last effect's force is that of a simpler one to within ``credit.LEAST_SIZE``; else empty.
+    """Objection if the last effect's force is that of a simpler one to within ``acceptance.LEAST_SIZE``; else empty.
 
     What refitted values and a constant force explain of the difference does not count. Example: a load behind a spring
     that is too soft to move it is an inertia error with two needless parameters. What the spring adds is nearly
@@ -172,7 +172,7 @@ def acts_as_its_limit(search: Search, found: Fit) -> str:
     simpler = with_effects(refitted, [*others, FoundEffect(kind, part.on, values, {})])
     difference = residual_at_drive(found.model, search.motion) - residual_at_drive(simpler, search.motion)
     own = search.drive.share(ForceCriterion(search, found).beyond_values(difference))
-    if own >= credit.LEAST_SIZE:
+    if own >= acceptance.LEAST_SIZE:
         return ""
     return f"acts as {kind}: what it adds to that and to a constant force is {in_percent(own)} of the drive force"
 
@@ -182,7 +182,7 @@ def absorbed_by_refit(before: ForceCriterion, after: ForceCriterion) -> str:
     if after.fit.trial.adds_states:
         return ""
     net = before.search.drive.share(after.residual - before.residual)
-    if net >= credit.LEAST_NET:
+    if net >= acceptance.LEAST_NET:
         return ""
     return f"is absorbed by refitted values: it changes the refitted force by {in_percent(net)} of the drive force only"
 
@@ -213,14 +213,14 @@ def only_reduces_drive(before: ForceCriterion, after: ForceCriterion, e: Evidenc
     remaining = acting / scales  # q
     if _leaves_more(before, after, remaining, CONTRADICTED):
         return f"weakens the drive force to {in_percent(least)}, of which a larger share stays unexplained"
-    small, far = 1 - credit.LEAST_SHARE, is_far(after.fit)
+    small, far = 1 - acceptance.LEAST_SHARE, is_far(after.fit)
     by_runs = 1 - e.share > small * float(np.min(remaining)) ** 2
     if far and by_runs and _leaves_more(before, after, remaining, small):
         return f"weakens the drive force to {in_percent(least)}, of which it explains no larger share"
     scale = float(np.min(scales))
-    if scale >= 1 - credit.LEAST_SHARE or 1 - e.share <= (1 - credit.LEAST_SHARE) * scale**2:
+    if scale >= 1 - acceptance.LEAST_SHARE or 1 - e.share <= (1 - acceptance.LEAST_SHARE) * scale**2:
         return ""
-    if after.over(before).left <= 1 - credit.LEAST_SHARE:
+    if after.over(before).left <= 1 - acceptance.LEAST_SHARE:
         return ""
     return f"weakens the drive force for the motion to {in_percent(left.min())}, of which it explains no larger share"
 
@@ -229,15 +229,15 @@ def _explains_its_drive(after: ForceCriterion, acting: Array, scales: Array) -> 
     """Whether the motion takes the drive force that an effect leaves, where that is little; not for a constant factor.
 
     A limit that commands exceed many times, as those of a stiff position loop after a step, leaves little of them, but
-    that moves the machine: of what friction levels do not explain of it, ``credit.LEAST_SHARE`` is left at most.
+    that moves the machine: of what friction levels do not explain of it, ``acceptance.LEAST_SHARE`` is left at most.
     """
     search, model = after.search, after.fit.model
     for i in np.flatnonzero(acting < LEAST_DRIVE).tolist():
         used = search.problem.used[:, i]
-        if scales[i] < 1 - credit.LEAST_SHARE or not used.any():
+        if scales[i] < 1 - acceptance.LEAST_SHARE or not used.any():
             return False
         drive = drive_in_motion(model, search.motion, used, i)
-        if np.sum(after.without_levels[used, i] ** 2) > credit.LEAST_SHARE * np.sum(drive**2):
+        if np.sum(after.without_levels[used, i] ** 2) > acceptance.LEAST_SHARE * np.sum(drive**2):
             return False
     return True
 
@@ -246,7 +246,7 @@ def _leaves_more(before: ForceCriterion, after: ForceCriterion, remaining: Array
     """Whether r² > times (q² r₀² + (1 − q²) min(n², r₀²)) on a coordinate whose drive force falls to q."""
     search = before.search
     for i, used in enumerate(search.problem.used.T):
-        if used.any() and remaining[i] < 1 - credit.LEAST_SHARE:
+        if used.any() and remaining[i] < 1 - acceptance.LEAST_SHARE:
             without, with_effect = (float(np.mean(c.without_levels[used, i] ** 2)) for c in (before, after))
             noise, share = inertia_noise(search.system, search.motion, i), float(remaining[i]) ** 2
             if with_effect > times * (share * without + (1 - share) * min(noise, without)):
@@ -285,9 +285,9 @@ def contradicted_by_force(before: ForceCriterion, after: ForceCriterion, share: 
         share: of the squared free-run residual that the candidate removes on held-out segments.
     """
     times = after.over(before).left
-    if times < CONTRADICTED or before.over(after).p > credit.ALPHA:
+    if times < CONTRADICTED or before.over(after).p > acceptance.ALPHA:
         return ""
-    if credit.free_runs_settle(after.fit, share, times):
+    if acceptance.free_runs_settle(after.fit, share, times):
         return ""
     return f"makes the squared residual force {times:.2g} times as large"
 

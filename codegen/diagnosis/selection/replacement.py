@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 from codegen.diagnosis.evidence.force_gain import ForceCriterion
 from codegen.diagnosis.evidence.score_test import nested_evidence_of
-from codegen.diagnosis.fit import credit
-from codegen.diagnosis.fit.credit import noise_ratio
+from codegen.diagnosis.fit import acceptance
+from codegen.diagnosis.fit.acceptance import noise_ratio
 from codegen.diagnosis.fit.output_error import Fit
 from codegen.diagnosis.fit.search import Search, joint_of, where_they_differ
 from codegen.diagnosis.fit.shooting import hidden_states
@@ -19,7 +19,7 @@ from codegen.diagnosis.selection.candidate_fits import (
     in_simplest_forms,
     simpler_forms,
 )
-from codegen.diagnosis.selection.crediting import BETTER, MOST_EFFECTS, pruned_with_rivals, still_credited
+from codegen.diagnosis.selection.parsimony import BETTER, MOST_EFFECTS, pruned_with_rivals, still_accepted
 from codegen.diagnosis.selection.ranking import (
     CLOSE,
     Ranked,
@@ -65,7 +65,7 @@ def judged_together(
     current, rivals = reconsidered(search, current, None if paired else rivals, among_all)
     current, rivals = pruned_with_rivals(search, current, rivals)
     current, rivals = with_simplest_effects(search, current, rivals)  # also of an effect that replaced another
-    current, rivals = still_credited(search, base, current, rivals)
+    current, rivals = still_accepted(search, base, current, rivals)
     return current if rivals else largest_first(search, current), rivals
 
 
@@ -174,7 +174,7 @@ def _is_unshown_extension(search: Search, part: Part, current: Fit, found: Fit) 
 
 def force_speaks_for(here: ForceCriterion, found: Fit) -> bool:
     """Whether the force residual prefers the present effects to a replacement far from the noise."""
-    return not credit.near_noise(found) and force_prefers(here, ForceCriterion(here.search, found), 1 / CLOSE)
+    return not acceptance.near_noise(found) and force_prefers(here, ForceCriterion(here.search, found), 1 / CLOSE)
 
 
 def _is_refused(search: Search, without: Fit, found: Fit) -> bool:

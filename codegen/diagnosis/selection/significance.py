@@ -10,8 +10,8 @@ import numpy as np
 from codegen.diagnosis.evidence.force_gain import ForceCriterion
 from codegen.diagnosis.evidence.reservations import resolvable_periods
 from codegen.diagnosis.evidence.score_test import added_parameters, beyond
-from codegen.diagnosis.fit import credit
-from codegen.diagnosis.fit.credit import Evidence, independent_share, near_noise, noise_ratio
+from codegen.diagnosis.fit import acceptance
+from codegen.diagnosis.fit.acceptance import Evidence, independent_share, near_noise, noise_ratio
 from codegen.diagnosis.fit.output_error import Fit
 from codegen.diagnosis.fit.search import Search
 from codegen.diagnosis.fit.trial import Part
@@ -19,7 +19,7 @@ from codegen.diagnosis.results import worded
 
 FORCE_SHARE, FORCE_SHARE_OF_FEW = 0.1, 0.5
 """Share of α for the test on the force residual (weighted Bonferroni), and that for logs of fewer than
-``credit.SIGN_BLOCKS`` segments, since a sign test on B segments gives at least Φ(−√B)."""
+``acceptance.SIGN_BLOCKS`` segments, since a sign test on B segments gives at least Φ(−√B)."""
 
 
 def hypotheses(parts: Sequence[Part]) -> int:
@@ -40,23 +40,25 @@ def tried(search: Search, before: Fit, after: Fit, candidates: int) -> float:
 
 def chance(search: Search, fit: Fit, e: Evidence, candidates: float) -> float:
     """Nominal probability of such a gain without an effect, for any of so many candidates (Bonferroni)."""
-    return min(1.0, candidates * e.p(whiteness(search, fit), credit.leaves_only_noise(fit, noise_assumed(search, fit))))
+    return min(
+        1.0, candidates * e.p(whiteness(search, fit), acceptance.leaves_only_noise(fit, noise_assumed(search, fit)))
+    )
 
 
 def chance_in_words(p: float, many: float) -> str:
     """A p-value over so many hypotheses: why a gain on every held-out part may still be chance."""
-    return worded("chance", p=p, many=many, alpha=credit.ALPHA)
+    return worded("chance", p=p, many=many, alpha=acceptance.ALPHA)
 
 
 def combined_p(p: float, before: ForceCriterion, after: ForceCriterion, candidates: float) -> float:
     """P-value by free runs, or also by the force residual if that by free runs is too large (weighted Bonferroni)."""
-    few = len(after.search.record.start) < credit.SIGN_BLOCKS
+    few = len(after.search.record.start) < acceptance.SIGN_BLOCKS
     share = FORCE_SHARE_OF_FEW if few else FORCE_SHARE
     free = min(1.0, p / (1 - share))
-    if free <= credit.ALPHA:
+    if free <= acceptance.ALPHA:
         return free
     gain = after.added_to(before)
-    if gain.left > 1 - credit.LEAST_SHARE:
+    if gain.left > 1 - acceptance.LEAST_SHARE:
         return free
     return min(free, candidates * gain.p_added(added_parameters(before.fit.trial, after.fit.trial)) / share)
 

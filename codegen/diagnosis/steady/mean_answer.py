@@ -29,7 +29,7 @@ class SteadyOutcome:
 
 
 def select_effects(search: SteadySearch) -> SteadyOutcome:
-    """Forward selection: effects one after the other, while one is credited."""
+    """Forward selection: effects one after the other, while one is accepted."""
     base = current = search.refit()
     fits: list[SteadyFit] = []
     rounds: list[Round] = []
@@ -74,7 +74,7 @@ def answer_of(search: SteadySearch, measured: Measured, judged: Measured) -> tup
     if against:
         further = found.fits[len(named.trial.parts)].part
         words = f"{further.title}, a further effect: {against[0].words}"
-        remarks = (*remarks, Fact("not credited", words))
+        remarks = (*remarks, Fact("not accepted", words))
     answer = replace(
         answer,
         verdict="ambiguous" if found.rivals else "effect",

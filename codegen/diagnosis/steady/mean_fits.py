@@ -20,7 +20,7 @@ from codegen.diagnosis.evidence.adoption import AWAY
 from codegen.diagnosis.evidence.coverage import Survey, survey
 from codegen.diagnosis.evidence.estimate import CONFIDENCE
 from codegen.diagnosis.evidence.reservations import may_be_absent
-from codegen.diagnosis.fit import credit
+from codegen.diagnosis.fit import acceptance
 from codegen.diagnosis.fit.linear import fitted, inverse, rms
 from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.trial import Part, Trial, in_unit, model_of, part_of
@@ -35,7 +35,7 @@ TRIES, STEP = 100, 1e-5
 """Most evaluations of a fit, and the step of its slopes over the size of each parameter."""
 STARTS = 3
 """Starting values of a candidate that are fitted."""
-TIE_NATS = float(-np.log(credit.TIE_LEVEL))
+TIE_NATS = float(-np.log(acceptance.TIE_LEVEL))
 """Nats of log-likelihood by which a fit must be better for two effects to be distinguished."""
 
 
@@ -166,7 +166,7 @@ class SteadySearch:
         return SteadyFit(trial, theta, residual, np.stack(slopes, axis=1), prior * scale**2)
 
     def ranked_candidates(self, base: SteadyFit) -> list[Tried]:
-        """Every effect that such records can show, in addition to those of a fit: credited ones first, best first."""
+        """Every effect that such records can show, in addition to those of a fit: accepted ones first, best first."""
         trial, taken = base.trial, {p.key for p in base.trial.parts}
         trials = [
             trial.with_part(part_of(form, place, self.system))
@@ -181,7 +181,7 @@ class SteadySearch:
         return sorted(kept, key=lambda a: (not a.row.accepted, a.fit.squares))
 
     def ties(self, ranked: Sequence[Tried], base: SteadyFit) -> list[Tried]:
-        """Credited candidates that are no worse than the best, its twins left out.
+        """Accepted candidates that are no worse than the best, its twins left out.
 
         They are those that the records cannot tell from the best; then those that are better than it by ``TIE_NATS``
         where no tolerance holds a parameter. A parameter that is several tolerances off leaves a force that another
@@ -245,7 +245,7 @@ class SteadySearch:
             p=min(1.0, count * _chance(fit, base)),
             form=part.form,
         )
-        why_not = self._why_not(fit, row, credit.FURTHER if base.trial.parts else credit.LEAST_SHARE)
+        why_not = self._why_not(fit, row, acceptance.FURTHER if base.trial.parts else acceptance.LEAST_SHARE)
         return Tried(fit, replace(row, accepted=not why_not, why_not=why_not))
 
     def _why_not(self, fit: SteadyFit, row: Candidate, least: float) -> str:
@@ -255,12 +255,12 @@ class SteadySearch:
             return f"removes {in_percent(row.gain)} of the squared residual of left-out records"
         if not part.effect.admissible(self.system, part.place, row.parameters):
             return "fits only with unphysical values"
-        if row.size < credit.LEAST_SIZE:
+        if row.size < acceptance.LEAST_SIZE:
             return f"is too small to matter: {in_percent(row.size)} of the drive force"
         absent = may_be_absent(part.effect, fit.intervals()[-1])
         if absent:
             return f"may be absent: the 95 % interval of {', '.join(absent)} contains the value without it"
-        return "" if row.p <= credit.ALPHA else f"may be chance: p = {row.p:.2g} over all candidates"
+        return "" if row.p <= acceptance.ALPHA else f"may be chance: p = {row.p:.2g} over all candidates"
 
     def _starts(self, trial: Trial, base: SteadyFit) -> list[Array]:
         """The best starting values over the shapes of the last part, its weights by one linear step."""

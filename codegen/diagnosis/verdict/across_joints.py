@@ -13,8 +13,8 @@ from dataclasses import replace
 
 from codegen.diagnosis.evidence.force_gain import force_gain
 from codegen.diagnosis.evidence.residual_regression import remainders
-from codegen.diagnosis.fit import credit
-from codegen.diagnosis.fit.credit import evidence_of, random_signs
+from codegen.diagnosis.fit import acceptance
+from codegen.diagnosis.fit.acceptance import evidence_of, random_signs
 from codegen.diagnosis.fit.drive import residual_without_levels
 from codegen.diagnosis.fit.output_error import Fit
 from codegen.diagnosis.fit.search import Search
@@ -28,7 +28,7 @@ from codegen.diagnosis.selection.significance import hypotheses
 from codegen.diagnosis.verdict.answer import Answer
 
 
-def credited_across_joints(
+def accepted_across_joints(
     search: Search,
     outcome: Outcome,
     answer: Answer,
@@ -37,7 +37,7 @@ def credited_across_joints(
 ) -> tuple[Answer, Outcome]:
     """The answer with the effect of ``found_across_joints``; unchanged if there is none, or if a check refuses it.
 
-    Free runs of all joints together must credit it too, and it is examined as other effects are: by its interval, and
+    Free runs of all joints together must accept it too, and it is examined as other effects are: by its interval, and
     by held-out data on all joints and on its own. A machine that is simulated as a whole has no joints to be judged
     apart, so nothing is tried there. It takes the place of effects on single joints that were refused.
     """
@@ -48,7 +48,7 @@ def credited_across_joints(
         return answer, outcome
     moved, values = found.found.values
     final = search.with_parts(outcome.base, moved, found.found.trial.parts, values)
-    if not _credited_by_runs(search, outcome.base, final):
+    if not _accepted_by_runs(search, outcome.base, final):
         return answer, outcome
     led = outcome.with_final(search, final, ())
     led = replace(led, first=tuple(led_by(found, outcome.first)), unexplained=False)
@@ -58,16 +58,16 @@ def credited_across_joints(
     return second.noted(Fact.said("evidence", "across joints", share=found.evidence.share)), led
 
 
-def _credited_by_runs(search: Search, base: Fit, final: Fit) -> bool:
-    """Whether free runs of all joints together credit the fit, by a sign test for all candidates (Bonferroni)."""
+def _accepted_by_runs(search: Search, base: Fit, final: Fit) -> bool:
+    """Whether free runs of all joints together accept the fit, by a sign test for all candidates (Bonferroni)."""
     soft, before = search.with_noise_floor(base)
     shown = evidence_of(before, soft.fitted_again(final))
     many = hypotheses(every_part(search, ()))
-    return shown.share >= credit.LEAST_SHARE and many * random_signs(shown.t) <= credit.ALPHA
+    return shown.share >= acceptance.LEAST_SHARE and many * random_signs(shown.t) <= acceptance.ALPHA
 
 
 def found_across_joints(search: Search, base: Fit, material: float) -> Ranked | None:
-    """The effect that the forces of all joints credit, clearly better than every rival on any joint; None if none.
+    """The effect that the forces of all joints accept, clearly better than every rival on any joint; None if none.
 
     Only effects with one parameter are tried, since a curve on one joint can imitate a wrong mass at the others. They
     are tried on all joints, also those with little misfit: there the refit may hide the effect best. The p-value counts
@@ -97,10 +97,10 @@ def found_across_joints(search: Search, base: Fit, material: float) -> Ranked | 
 def _is_better(search: Search, best: Fit, rival: Fit) -> bool:
     """Whether the forces of all joints prefer a fit to a rival's by more than chance, each joint with its own noise."""
     shown = evidence_of(rival, best, floored=False)
-    if random_signs(shown.t) > credit.TIE_LEVEL:
+    if random_signs(shown.t) > acceptance.TIE_LEVEL:
         return False
     one, other = (residual_without_levels(search.problem, fit.model) for fit in (best, rival))
-    return force_gain(search.problem, other, one).p_of_rivals() <= credit.TIE_LEVEL
+    return force_gain(search.problem, other, one).p_of_rivals() <= acceptance.TIE_LEVEL
 
 
 def _is_complete(search: Search, fit: Fit, material: float) -> bool:

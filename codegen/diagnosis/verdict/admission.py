@@ -15,8 +15,8 @@ import numpy as np
 
 from codegen.base.text import render
 from codegen.diagnosis.evidence.adoption import SAME, Refit
-from codegen.diagnosis.fit import credit
-from codegen.diagnosis.fit.credit import LEAST_SHARE, TIE_LEVEL, random_signs
+from codegen.diagnosis.fit import acceptance
+from codegen.diagnosis.fit.acceptance import LEAST_SHARE, TIE_LEVEL, random_signs
 from codegen.diagnosis.fit.drive import drive_gain, drive_left
 from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.trial import in_unit, with_values
@@ -79,7 +79,7 @@ def merged(
         given |= {"worse": {name: [one.worse[name] for one in group] for name in criteria}}
         given |= {"options": [one.option for one in group]}
         words, detail = (render("text/refusal.j2", say=asked, **given).strip() for asked in (say, "detail"))
-        facts.append(Fact("not credited" if say == "against" else "spec.yaml", words, detail))
+        facts.append(Fact("not accepted" if say == "against" else "spec.yaml", words, detail))
     return tuple(facts)
 
 
@@ -334,7 +334,7 @@ def reference_of(
     leaves, which amplifies the noise of the acceleration too.
     """
     declared, refit = plain.figures[:2]
-    least = float(np.sqrt(1 - credit.LEAST_SHARE)) - 1
+    least = float(np.sqrt(1 - acceptance.LEAST_SHARE)) - 1
     of_declared = in_proportion(declared, augmented, problem.system, problem)
     of_refit = in_proportion(refit, augmented, plain.refit, problem)
     if settled or (augmented.transmissions and near):

@@ -17,7 +17,7 @@ from codegen.diagnosis.evidence.residual_regression import (
     sliding,
     varying_terms,
 )
-from codegen.diagnosis.fit.credit import is_far
+from codegen.diagnosis.fit.acceptance import is_far
 from codegen.diagnosis.fit.drive import residual_at_drive
 from codegen.diagnosis.fit.linear import rms
 from codegen.diagnosis.fit.output_error import Fit

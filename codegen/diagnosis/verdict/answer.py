@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from math import isfinite
 
 from codegen.diagnosis.evidence.force_gain import ForceGain, force_gain
-from codegen.diagnosis.fit import credit
-from codegen.diagnosis.fit.credit import LEAST_SHARE, is_far
+from codegen.diagnosis.fit import acceptance
+from codegen.diagnosis.fit.acceptance import LEAST_SHARE, is_far
 from codegen.diagnosis.fit.drive import residual_without_levels
 from codegen.diagnosis.fit.measure import force_errors
 from codegen.diagnosis.fit.output_error import Fit
@@ -18,7 +18,7 @@ from codegen.diagnosis.selection.forward_selection import Outcome
 from codegen.diagnosis.selection.ranking import Ranked
 from codegen.mechanics.system import System
 
-MOST_UNCREDITED = 0.7
+LEAST_EXPLAINED = 0.7
 """Largest share of the squared simulation error that a candidate without significance may remove where nothing is
 missing. A period is searched on the whole training log, so noise is fitted to some extent on held-out parts too."""
 
@@ -28,9 +28,9 @@ class Answer:
     """A verdict and the systems that go with it.
 
     Attributes:
-        effects: the effects of the verdict, credited or not.
+        effects: the effects of the verdict, accepted or not.
         errors: parameter errors in the model that is written.
-        against: why the effects are not credited, the decisive reason first.
+        against: why the effects are not accepted, the decisive reason first.
         remarks: further facts for the reader.
         stroke: in words, the motion that would show the period of the refused effect; else empty.
     """
@@ -57,12 +57,12 @@ class Answer:
         return replace(self, remarks=(*self.remarks, *facts))
 
     def unknown(self, effects: tuple[FoundEffect, ...], against: tuple[Fact, ...]) -> Answer:
-        """The verdict ``unknown`` with effects that are not credited, and the reasons."""
+        """The verdict ``unknown`` with effects that are not accepted, and the reasons."""
         return replace(self, verdict="unknown", effects=effects, against=against)
 
     def refused(self, words: str) -> Answer:
         """The verdict ``unknown`` and the model without the effects, which are candidates; ``words``: why."""
-        figures, against = (*self.figures[:2], self.figures[1]), (Fact("not credited", words),)
+        figures, against = (*self.figures[:2], self.figures[1]), (Fact("not accepted", words),)
         return replace(self, verdict="unknown", augmented=self.refit, figures=figures, errors=(), against=against)
 
 
@@ -86,7 +86,7 @@ def is_small(left: Sequence[Remainder], material: float) -> bool:
 
 def settled_by_free_runs(final: Fit, share: float, problem: Problem, refit: System, augmented: System) -> bool:
     """``free_runs_settle`` for effects that remove this share of the squared free-run residual."""
-    return credit.free_runs_settle(final, share, _gain(problem, refit, augmented).left)
+    return acceptance.free_runs_settle(final, share, _gain(problem, refit, augmented).left)
 
 
 def _gain(problem: Problem, before: System, after: System) -> ForceGain:
@@ -95,7 +95,7 @@ def _gain(problem: Problem, before: System, after: System) -> ForceGain:
 
 
 def force_agrees(final: Fit, problem: Problem, refit: System, augmented: System) -> bool:
-    """Whether the force residual confirms effects that free runs credit: its square falls by ``LEAST_SHARE`` too.
+    """Whether the force residual confirms effects that free runs accept: its square falls by ``LEAST_SHARE`` too.
 
     Not asked of backlash, since in the gap no log shows where the load is. At the noise of free runs it is mostly noise
     of the differentiation and must only not contradict; there a load behind a spring is not tested.
@@ -106,16 +106,16 @@ def force_agrees(final: Fit, problem: Problem, refit: System, augmented: System)
     if near and augmented.transmissions:
         return True
     before, after = (force_errors(s, problem.motion, problem.used)[2] for s in (refit, augmented))
-    if after**2 <= (1 - credit.LEAST_SHARE) * before**2:
+    if after**2 <= (1 - acceptance.LEAST_SHARE) * before**2:
         return True
-    return near and _gain(problem, augmented, refit).p > credit.TIE_LEVEL
+    return near and _gain(problem, augmented, refit).p > acceptance.TIE_LEVEL
 
 
 def without_effects(outcome: Outcome) -> Verdict:
-    """The verdict if no effect is credited: ``unknown`` if the refit leaves a material misfit above the noise."""
+    """The verdict if no effect is accepted: ``unknown`` if the refit leaves a material misfit above the noise."""
     base = outcome.base
-    far = is_far(base) or credit.share_far(base) > credit.FEW
-    return "unknown" if far and credit.misfit(base) > credit.LEAST_SIZE else "none"
+    far = is_far(base) or acceptance.share_far(base) > acceptance.FEW
+    return "unknown" if far and acceptance.misfit(base) > acceptance.LEAST_SIZE else "none"
 
 
 def by_remainder(verdict: Verdict, left: Sequence[Remainder], material: float) -> Verdict:
@@ -160,7 +160,7 @@ def unknown_for_a_candidate(answer: Answer, tried: Sequence[Ranked], material: f
     """
     if answer.verdict != "none":
         return answer
-    found = [r for r in tried if r.unsure and r.evidence.share > MOST_UNCREDITED and r.size >= material]
+    found = [r for r in tried if r.unsure and r.evidence.share > LEAST_EXPLAINED and r.size >= material]
     if not found:
         return answer
     best = max(found, key=lambda r: r.evidence.share)

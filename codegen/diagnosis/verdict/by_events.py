@@ -1,7 +1,7 @@
 """What single events say of a verdict: an effect that predicts those of held-out data, and an event that nothing does.
 
-The tests on blocks cannot credit an effect that acts in one or two of them. Forward selection then ends with a best
-candidate that fails the test of significance alone. It is credited if, with the values of the training log, it predicts
+The tests on blocks cannot accept an effect that acts in one or two of them. Forward selection then ends with a best
+candidate that fails the test of significance alone. It is accepted if, with the values of the training log, it predicts
 the force residual in its events of the held-out data, and explains those of the training log (``single_events``). An
 event that is left is no noise, so the verdict is not ``none``.
 """
@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from codegen.diagnosis.evidence.single_events import Event, Prediction, largest_event, predicted
-from codegen.diagnosis.fit import credit
+from codegen.diagnosis.fit import acceptance
 from codegen.diagnosis.fit.output_error import Fit
 from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.search import Search
@@ -25,7 +25,7 @@ from codegen.logs import Log
 
 
 def shown_in_events(search: Search, outcome: Outcome, held_out: Problem, log: Log) -> tuple[Outcome, Fact] | None:
-    """The outcome with the effect that events of the held-out data credit, and the fact that says so; None without one.
+    """The outcome with the effect that events of the held-out data accept, and the fact that says so; None without one.
 
     Only the leader of the first round is tested, so that there is one hypothesis. ``log``: the held-out one.
     """
@@ -35,17 +35,17 @@ def shown_in_events(search: Search, outcome: Outcome, held_out: Problem, log: Lo
     leader, *others = leader_first(search, in_doubt)
     found = search.fitted_again(leader.found)
     shown = _prediction(search, outcome.base, found, held_out)
-    if shown is None or shown.p > credit.ALPHA:
+    if shown is None or shown.p > acceptance.ALPHA:
         return None
     alike = ties(search, [leader, *others])
     rivals = [r for r in alike if _prediction(search, outcome.base, r.found, held_out) is not None]
     named = replace(leader, why_not="", unsure=False, p=shown.p)
     first = (named, *(r for r in outcome.first if r is not leader))
-    credited = replace(outcome, first=first, unexplained=False).with_final(search, found, rivals)
+    accepted = replace(outcome, first=first, unexplained=False).with_final(search, found, rivals)
     (start, stop), count = shown.spans[0], len(shown.spans)
     when, left = interval_in_words(start, stop, log), 1 - shown.share
     given = {"named": found.part.title, "count": count, "when": when, "left": left, "p": shown.p}
-    return credited, Fact.said("evidence", "predicts events", **given)
+    return accepted, Fact.said("evidence", "predicts events", **given)
 
 
 def _prediction(search: Search, base: Fit, found: Fit, held_out: Problem) -> Prediction | None:

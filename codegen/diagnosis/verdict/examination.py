@@ -13,17 +13,17 @@ from codegen.diagnosis.evidence.adoption import adopt_values, settled_values
 from codegen.diagnosis.evidence.estimate import Estimate, estimate, named_effects, widened_by
 from codegen.diagnosis.evidence.reservations import determined_form, may_be_absent, objections, remarks, takes_the_level
 from codegen.diagnosis.experiments.separation import without_leader
-from codegen.diagnosis.fit import credit
-from codegen.diagnosis.fit.credit import is_far
+from codegen.diagnosis.fit import acceptance
+from codegen.diagnosis.fit.acceptance import is_far
 from codegen.diagnosis.fit.drive import drive_shares
 from codegen.diagnosis.fit.output_error import Fit, at_limit
 from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.search import Search, joint_of, tolerances_away
 from codegen.diagnosis.fit.trial import Part, in_unit, part_of, with_effects, with_values
 from codegen.diagnosis.results import ErrorFigures, Fact, FoundEffect, Remainder, Verdict, titles
-from codegen.diagnosis.selection.crediting import is_credited
 from codegen.diagnosis.selection.force_fits import ForceFits
 from codegen.diagnosis.selection.forward_selection import Outcome
+from codegen.diagnosis.selection.parsimony import is_accepted
 from codegen.diagnosis.selection.ranking import Ranked, less_probable
 from codegen.diagnosis.selection.significance import dispersion
 from codegen.diagnosis.verdict.admission import (
@@ -97,7 +97,7 @@ def examine(
             second, other = _with_effects(final_search, other, replace(plain, verdict=left), measured)
             if second.verdict == left:
                 given = {"named": titles(outcome.parts), "why": answer.against[0].words}
-                of_leader = Fact.said("not credited", "refused leader", **given)
+                of_leader = Fact.said("not accepted", "refused leader", **given)
                 return second.noted(*refused, replace(of_leader, detail=answer.against[0].detail)), other
     return answer, examined
 
@@ -136,7 +136,7 @@ def refused_at_limit(answer: Answer, left_by: Callable[[Answer], Sequence[Remain
     ends = [f"{name} of {e.title}" for e in answer.effects for name in e.at_limit]
     if answer.verdict != "effect" or not ends or not any(r.is_changing(material) for r in left_by(answer)):
         return answer
-    return answer.refused(Fact.said("not credited", "ends at limits", ends=ends).words)
+    return answer.refused(Fact.said("not accepted", "ends at limits", ends=ends).words)
 
 
 def with_estimate(search: Search, outcome: Outcome, plain: Answer, measured: Measured, by_force: Fit) -> Answer:
@@ -147,7 +147,7 @@ def with_estimate(search: Search, outcome: Outcome, plain: Answer, measured: Mea
         w for f, p in zip(found, parts, strict=True) for w in objections(f, p, search.problem, by_force.model)
     )
     if raised:
-        return plain.unknown(found, not_credited(raised))
+        return plain.unknown(found, not_accepted(raised))
     harm = _harmful(search, outcome.final, measured)
     if harm is not None:
         return plain.unknown(found, (harm[1],))
@@ -166,7 +166,7 @@ def _with_effects(final_search: Search, outcome: Outcome, plain: Answer, measure
     harm = _harmful(final_search, outcome.final, measured) if plain.verdict == "effect" else None
     if harm is not None:
         final = final_search.without(outcome.final, harm[0])
-        if not is_credited(final_search, final_search.on_its_record(outcome.base), final):
+        if not is_accepted(final_search, final_search.on_its_record(outcome.base), final):
             return plain.unknown(found, (harm[1],)), outcome
         fewer, last = with_harmonics(final_search, outcome.with_final(final_search, final, outcome.rivals))
         answer, fewer = _with_effects(last, fewer, plain, measured)
@@ -226,12 +226,12 @@ def _judged(
     agrees = force_agrees(outcome.final, *models)
     if not (settled or agrees):
         against = (
-            f"it does not reduce the squared residual force of the training log by {in_percent(credit.LEAST_SHARE)}"
+            f"it does not reduce the squared residual force of the training log by {in_percent(acceptance.LEAST_SHARE)}"
         )
     level = takes_the_level(*models)
     against = against or against_regression(outcome.final, *models, found) or (f"it {level}" if level else "")
     if against:
-        return plain.unknown(found, not_credited([against]))
+        return plain.unknown(found, not_accepted([against]))
     without_effect = with_values(system, without_it)
 
     def shown() -> bool:
@@ -288,7 +288,7 @@ def _examined(
     Args:
         strict: set unless candidates tie. Effects are then fitted again in the simplest form that their intervals
             contain. Those with objections are removed one at a time, and the others fitted again; if these are not
-            credited over the refit, all effects are returned with the objections.
+            accepted over the refit, all effects are returned with the objections.
     """
     final = outcome.final
     while True:
@@ -307,11 +307,11 @@ def _examined(
             if final is not outcome.final:
                 outcome = outcome.with_final(search, final, outcome.rivals)
             return outcome, fit, found, ()
-        against = not_credited([w for one in raised for w in one])
+        against = not_accepted([w for one in raised for w in one])
         if all(raised):
             return outcome, fit, found, against
         final = search.without(final, next(k for k, one in enumerate(raised) if one))
-        if not is_credited(search, search.on_its_record(outcome.base), final):
+        if not is_accepted(search, search.on_its_record(outcome.base), final):
             return outcome, fit, found, against
 
 
@@ -339,7 +339,9 @@ def _by_both(search: Search, base: Fit, final: Fit, polished: Fit, own: Estimate
     joints = [joint_of(search, part) for part in final.trial.parts]
     left = {j: dispersion(search, final if j is None else final.of_joint(j)) for j in set(joints)}
     shares = {
-        k: 1 - credit.ONLY_NOISE / left[joint] for k, joint in enumerate(joints) if left[joint] > credit.ONLY_NOISE
+        k: 1 - acceptance.ONLY_NOISE / left[joint]
+        for k, joint in enumerate(joints)
+        if left[joint] > acceptance.ONLY_NOISE
     }
     if not shares:
         return own
@@ -354,6 +356,6 @@ def _objections(own: FoundEffect, found: FoundEffect, part: Part, problem: Probl
     return words if words or not absent else objections(found, part, problem, model)
 
 
-def not_credited(words: Sequence[str]) -> tuple[Fact, ...]:
+def not_accepted(words: Sequence[str]) -> tuple[Fact, ...]:
     """Reasons against an effect as facts."""
-    return tuple(Fact("not credited", one) for one in words)
+    return tuple(Fact("not accepted", one) for one in words)

@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codegen.base.arrays import Array
-from codegen.diagnosis.fit.credit import SIGN_BLOCKS, TIE_LEVEL, p_of_sign_flips
+from codegen.diagnosis.fit.acceptance import SIGN_BLOCKS, TIE_LEVEL, p_of_sign_flips
 from codegen.diagnosis.fit.drive import residual_over_friction
 from codegen.diagnosis.fit.linear import rms
 from codegen.diagnosis.fit.measure import drive_force
@@ -44,7 +44,7 @@ class FinalCheck:
     """Comparison of models with the declared one on held-out data.
 
     Attributes:
-        near: whether the free runs of the credited model end at the noise of the training log.
+        near: whether the free runs of the accepted model end at the noise of the training log.
         material: share of the RMS of the drive force from which on a force matters.
     """
 

@@ -1,9 +1,9 @@
 """The answer by effects that the force residual selects, for logs that free runs do not follow.
 
 A free run integrates everything that the model lacks. Its error may be dominated by something that is not an effect,
-such as jitter of the time stamps or a drift, and then no effect is credited by free runs. The force residual at one
+such as jitter of the time stamps or a drift, and then no effect is accepted by free runs. The force residual at one
 time does not depend on earlier times. Effects that it selects and free runs confirm are examined as others are. They
-replace those that free runs credit only where the force residual objects to these.
+replace those that free runs accept only where the force residual objects to these.
 """
 
 from __future__ import annotations
@@ -11,8 +11,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
-from codegen.diagnosis.fit import credit
-from codegen.diagnosis.fit.credit import random_signs
+from codegen.diagnosis.fit import acceptance
+from codegen.diagnosis.fit.acceptance import random_signs
 from codegen.diagnosis.fit.output_error import Fit
 from codegen.diagnosis.fit.search import Search, joint_of
 from codegen.diagnosis.fit.trial import Part
@@ -51,10 +51,10 @@ class ForceLed:
     examined: Callable[[Outcome], tuple[Answer, Outcome]]
     checked: Callable[[Answer, Fit], Answer]
 
-    def credited(self, outcome: Outcome, answer: Answer, leader: Part | None = None) -> tuple[Answer, Outcome]:
-        """The answer with effects that the force residual credits and free runs confirm; unchanged if there are none.
+    def accepted(self, outcome: Outcome, answer: Answer, leader: Part | None = None) -> tuple[Answer, Outcome]:
+        """The answer with effects that the force residual accepts and free runs confirm; unchanged if there are none.
 
-        Effects that free runs credited are replaced only if ``against_free_runs`` gives a reason; of an arm that is
+        Effects that free runs accepted are replaced only if ``against_free_runs`` gives a reason; of an arm that is
         simulated joint by joint those of each joint apart (``with_shown_on_joints``). Held-out data may refuse some of
         the selected effects that tie (``without_refused_ties``). Nor are they replaced by effects that only attenuate
         the noise of the logged inputs, as a lag does: the force residual contains less of it then.
@@ -70,13 +70,13 @@ class ForceLed:
             return answer.noted(*fact), outcome
         found, refused = without_refused_ties(found, self.held_out)
         if answer.verdict == "unknown":
-            return self._replaced(found, outcome, answer, refused, "alone no effect would be credited")
+            return self._replaced(found, outcome, answer, refused, "alone no effect would be accepted")
         if self.search.rigid:
             return _joint_by_joint(found, outcome, answer, self.examined)
         second_choice = _second_choice(found, outcome, leader)
         if second_choice:
             found = replace(found, rivals=(*found.rivals, *second_choice))
-            answer = replace(answer, remarks=tuple(fact for fact in answer.remarks if fact.topic != "not credited"))
+            answer = replace(answer, remarks=tuple(fact for fact in answer.remarks if fact.topic != "not accepted"))
             against = "since the better one is refused in the form that fits them best"
         else:
             against = against_free_runs(found, outcome.final)
@@ -93,7 +93,7 @@ class ForceLed:
         """The answer with the selected effects in place of those of free runs; unchanged if they are refused.
 
         Their values and intervals are those of the fit to the force residual. They are examined as others are: by their
-        intervals, by a smooth curve over their own variable, and by held-out data. They are not credited where wrong
+        intervals, by a smooth curve over their own variable, and by held-out data. They are not accepted where wrong
         values of the spec's own parameters explain the free runs better.
 
         Args:
@@ -118,19 +118,19 @@ class ForceLed:
             return answer.noted(*_refused(answer, second)), outcome
         better = "" if self.steady else better_values(self.search, led)
         if better:
-            said = Fact.said("not credited", "values instead", named=titles(second.effects), values=better)
+            said = Fact.said("not accepted", "values instead", named=titles(second.effects), values=better)
             return answer.noted(said), outcome
         return second.noted(Fact.said("evidence", "by force", alone=alone), *refused), led
 
 
 def _second_choice(found: ForceSelection, outcome: Outcome, leader: Part | None) -> list[Ranked]:
     """The candidate that the answer has in place of a leader which the force residual selects; empty otherwise."""
-    credited = {p.key for p in outcome.parts}
-    if leader is None or leader.key in credited:
+    accepted = {p.key for p in outcome.parts}
+    if leader is None or leader.key in accepted:
         return []
     if leader.key not in {p.key for p in found.parts}:
         return []
-    return [r for r in outcome.first if {p.key for p in r.found.trial.parts} == credited]
+    return [r for r in outcome.first if {p.key for p in r.found.trial.parts} == accepted]
 
 
 def _joint_by_joint(
@@ -151,9 +151,9 @@ def _joint_by_joint(
 def with_shown_on_joints(found: ForceSelection, by_runs: Fit) -> tuple[Fit, tuple[Fact, ...]]:
     """The fit to free runs with, on each joint of an arm, the better of two selections; and remarks on what changed.
 
-    The joints are judged independently. On a joint where free runs credit no effect, those that the force residual
-    selects are added. On a joint where they credit some and the force residual objects to these, its own replace them.
-    In both cases free runs must credit them against no effect on that joint.
+    The joints are judged independently. On a joint where free runs accept no effect, those that the force residual
+    selects are added. On a joint where they accept some and the force residual objects to these, its own replace them.
+    In both cases free runs must accept them against no effect on that joint.
 
     This is necessary since the selection by free runs compares candidates on a few segments first, and fits only the
     best of them on all. A dead zone, which acts while the input is small, may not be among these, and another effect is
@@ -229,7 +229,7 @@ def without_refused_ties(found: ForceSelection, held_out: HeldOut) -> tuple[Forc
 
 
 def against_free_runs(found: ForceSelection, by_runs: Fit) -> str:
-    """The objection of the force residual to the effects that free runs credit, in words; empty if there is none.
+    """The objection of the force residual to the effects that free runs accept, in words; empty if there is none.
 
     Backlash is exempt, since no log shows where the load is within the gap.
     """
@@ -241,9 +241,9 @@ def against_free_runs(found: ForceSelection, by_runs: Fit) -> str:
     needed = _needed(fits, fits.fit(trial, by_runs.theta))
     gained = evidence_of_blocks(*fits.where_they_differ(needed, found.fit))
     not_needed = sorted(kind for kind, _ in known.keys() - _forms(needed.trial.parts).keys())
-    if (not_needed or larger) and random_signs(-gained.t) > credit.TIE_LEVEL:
+    if (not_needed or larger) and random_signs(-gained.t) > acceptance.TIE_LEVEL:
         return f"but the residual force shows no {' and '.join(not_needed or larger)}"
-    leaves_more = random_signs(gained.t) <= credit.TIE_LEVEL and not fits.nearly_alike(needed, found.fit)
+    leaves_more = random_signs(gained.t) <= acceptance.TIE_LEVEL and not fits.nearly_alike(needed, found.fit)
     return "which leaves more of the residual force" if leaves_more else ""
 
 
@@ -256,7 +256,7 @@ def _needed(fits: ForceFits, fit: Fit) -> Fit:
     """The fit to the force residual with the effects that are needed: backward elimination from ``fit``.
 
     The effect that removes the smallest share of the residual is left out, until this share is significant and at least
-    ``credit.ELSEWHERE``, or one effect is left.
+    ``acceptance.ELSEWHERE``, or one effect is left.
     """
 
     def needless(fit: Fit) -> int | None:
@@ -264,7 +264,9 @@ def _needed(fits: ForceFits, fit: Fit) -> Fit:
             return None
         shown = [evidence_of_blocks(*fits.where_they_differ(fits.without(fit, k), fit)) for k in range(count)]
         k = min(range(count), key=lambda k: shown[k].share)
-        return None if shown[k].share >= credit.ELSEWHERE and random_signs(shown[k].t) <= credit.TIE_LEVEL else k
+        return (
+            None if shown[k].share >= acceptance.ELSEWHERE and random_signs(shown[k].t) <= acceptance.TIE_LEVEL else k
+        )
 
     return fits.eliminated(fit, needless)
 

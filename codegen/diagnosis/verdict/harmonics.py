@@ -13,7 +13,7 @@ import numpy as np
 
 from codegen.base.arrays import Array
 from codegen.diagnosis.evidence.score_test import nested_evidence_of
-from codegen.diagnosis.fit.credit import noise_ratio
+from codegen.diagnosis.fit.acceptance import noise_ratio
 from codegen.diagnosis.fit.linear import solved
 from codegen.diagnosis.fit.measure import force_errors
 from codegen.diagnosis.fit.output_error import Fit
@@ -22,8 +22,8 @@ from codegen.diagnosis.fit.search import Search
 from codegen.diagnosis.fit.signals import low_pass
 from codegen.diagnosis.fit.trial import Part, part_of
 from codegen.diagnosis.selection.candidate_fits import NEAR, SHORTEST
-from codegen.diagnosis.selection.crediting import at_noise, pruned, worth_it
 from codegen.diagnosis.selection.forward_selection import Outcome
+from codegen.diagnosis.selection.parsimony import at_noise, pruned, worth_it
 from codegen.diagnosis.selection.ranking import Ranked, credible
 from codegen.diagnosis.selection.refusals import relative_size
 from codegen.diagnosis.selection.significance import chance
@@ -67,7 +67,7 @@ class Waves:
 
 
 def with_harmonics(search: Search, outcome: Outcome) -> tuple[Outcome, Search]:
-    """The outcome with a cogging of several harmonics if free runs credit it, and the search of its last fit.
+    """The outcome with a cogging of several harmonics if free runs accept it, and the search of its last fit.
 
     Its segments are short if the refit is far from the data, since free runs of a rotor in steep cogging soon diverge.
     """
@@ -126,7 +126,7 @@ def _start(search: Search, fit: Fit, kept: Sequence[int]) -> tuple[Array, System
 
 
 def _periods(search: Search, outcome: Outcome, coordinate: int, richer: CoggingHarmonics) -> Iterator[float]:
-    """Periods to try: a whole turn of an angle, and multiples of single sines that were credited."""
+    """Periods to try: a whole turn of an angle, and multiples of single sines that were accepted."""
     system, motion = search.system, search.motion
     x, used = motion.positions[:, coordinate], motion.usable[1:] & motion.usable[:-1]
     span, way = float(np.ptp(x[motion.usable])), float(np.abs(np.diff(x))[used].sum())

@@ -14,7 +14,7 @@ import numpy as np
 from codegen.base.arrays import Array
 from codegen.diagnosis.evidence.estimate import BLOCKS, covariance
 from codegen.diagnosis.evidence.force_gain import ForceGain, force_gain
-from codegen.diagnosis.fit.credit import TIE_LEVEL
+from codegen.diagnosis.fit.acceptance import TIE_LEVEL
 from codegen.diagnosis.fit.drive import residual_at_drive, residual_without_levels, without_values
 from codegen.diagnosis.fit.output_error import Fit
 from codegen.diagnosis.fit.residual import Problem, inverse_dynamics_residual
@@ -106,7 +106,7 @@ def in_words(fits: Sequence[Fit], refused: Mapping[int, tuple[int, float]]) -> t
     """Facts on the fits that held-out data refuse (``HeldOut.refused``), which are named by their first effects."""
     names = [part.title for part in (fit.trial.parts[0] for fit in fits)]
     pairs = [({"named": names[k], "other": names[j]}, times) for k, (j, times) in refused.items()]
-    return tuple(Fact.said("not credited", "refused tie", times=times, **named) for named, times in pairs)
+    return tuple(Fact.said("not accepted", "refused tie", times=times, **named) for named, times in pairs)
 
 
 def within(motion: Motion, window: slice) -> Motion:

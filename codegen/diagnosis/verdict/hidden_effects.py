@@ -10,7 +10,7 @@ from scipy.stats import norm
 
 from codegen.base.arrays import Array
 from codegen.base.significant import in_percent
-from codegen.diagnosis.fit.credit import ALPHA
+from codegen.diagnosis.fit.acceptance import ALPHA
 from codegen.diagnosis.fit.drive import residual_at_drive
 from codegen.diagnosis.fit.force_rows import ForceRows, force_rows, information
 from codegen.diagnosis.fit.linear import inverse, rms, solved

@@ -27,13 +27,13 @@ from codegen.diagnosis.evidence.timing import (
     lead_finding,
     overcorrection_finding,
 )
-from codegen.diagnosis.fit.credit import LEAST_SHARE, independent_share, is_far
+from codegen.diagnosis.fit.acceptance import LEAST_SHARE, independent_share, is_far
 from codegen.diagnosis.fit.identity_cache import identity_cache
 from codegen.diagnosis.fit.output_error import Fit, segment_cost
 from codegen.diagnosis.fit.search import Search
 from codegen.diagnosis.fit.shooting import hidden_states
 from codegen.diagnosis.fit.trial import model_of
-from codegen.diagnosis.selection.crediting import BETTER
+from codegen.diagnosis.selection.parsimony import BETTER
 from codegen.logs import Finding
 from codegen.logs.uniform import earlier
 

@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 
 from codegen.base.significant import in_percent
 from codegen.diagnosis.evidence.force_gain import ForceCriterion
-from codegen.diagnosis.fit.credit import TIE_LEVEL
+from codegen.diagnosis.fit.acceptance import TIE_LEVEL
 from codegen.diagnosis.fit.output_error import Fit
 from codegen.diagnosis.fit.search import Search
 from codegen.diagnosis.fit.trial import Part, part_of

@@ -9,8 +9,8 @@ from typing import Any
 
 from codegen.base.text import render
 from codegen.diagnosis.case import Case
-from codegen.diagnosis.fit import credit
-from codegen.diagnosis.fit.credit import noise_ratio
+from codegen.diagnosis.fit import acceptance
+from codegen.diagnosis.fit.acceptance import noise_ratio
 from codegen.diagnosis.results import (
     TOPICS,
     Fact,
@@ -74,7 +74,7 @@ def statement(
         records=records,
         refused=None if outcome is None or answer.against else best_refused(outcome),
         noise=0.0 if outcome is None else noise_ratio(outcome.base),
-        far=0.0 if outcome is None else credit.share_far(outcome.base),
+        far=0.0 if outcome is None else acceptance.share_far(outcome.base),
         left=left[most] if isfinite(left[most].share) else None,
         left_on=system.positions[most].name if several else "",
         over=main_variables(left[most], material),
@@ -104,8 +104,8 @@ def _errors_on(i: int, answer: Answer, system: System) -> dict[str, Any]:
 def stated(**given: Any) -> Statement:
     """The statement from plain values; names as in the templates."""
     view = {
-        "far_noise": credit.FAR,
-        "near_noise": credit.NEAR_NOISE,
+        "far_noise": acceptance.FAR,
+        "near_noise": acceptance.NEAR_NOISE,
         "stroke": "",
         "misread": [],
         "elsewhere": [],
@@ -125,8 +125,8 @@ def _facts(view: Mapping[str, Any]) -> Iterator[Fact]:
             yield _said("values", "twins", view, effect=e)
     yield _said("evidence", "evidence", view)
     if verdict in ("unknown", "none") and (effects or view["refused"]):
-        first, *others = view["against"] or [Fact("not credited", "")]
-        one = _said("not credited", "not_credited", view, reason=first.words)
+        first, *others = view["against"] or [Fact("not accepted", "")]
+        one = _said("not accepted", "not_accepted", view, reason=first.words)
         yield replace(one, detail=f"{one.detail} {first.detail}".strip())
         yield from (_sentence(replace(f, words=f.words[0].upper() + f.words[1:])) for f in others)
     for error in view["errors"]:
@@ -173,7 +173,7 @@ MOST_CHANGES = 2
 
 def best_refused(outcome: Outcome) -> tuple[str, str, str] | None:
     """(kind and form, on, why not) of the refused candidate that explains most, ``LEAST_SHARE`` at least."""
-    refused = [r for r in outcome.first if r.why_not and r.evidence.share >= credit.LEAST_SHARE]
+    refused = [r for r in outcome.first if r.why_not and r.evidence.share >= acceptance.LEAST_SHARE]
     if not refused:
         return None
     most = max(refused, key=lambda r: r.evidence.share)

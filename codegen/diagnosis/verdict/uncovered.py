@@ -1,9 +1,9 @@
 """Candidates that a log refuses only since it covers less than their period.
 
-Nothing shows that such a wave repeats, so it is not credited. But the force is there, and effects that explain it worse
+Nothing shows that such a wave repeats, so it is not accepted. But the force is there, and effects that explain it worse
 are not what is missing. The verdict is then ``unknown``, with the candidate and the stroke that would show its period.
 
-A weight on a turning axis is a wave with the period of a turn, and is credited on any stroke. Where another period
+A weight on a turning axis is a wave with the period of a turn, and is accepted on any stroke. Where another period
 explains more, no weight is there, although nothing shows that this period is the true one either: within a part of its
 period a wave follows many smooth curves.
 """
@@ -16,13 +16,13 @@ from dataclasses import dataclass, replace
 from codegen.diagnosis.evidence.estimate import effect_of, estimate
 from codegen.diagnosis.evidence.force_gain import ForceCriterion
 from codegen.diagnosis.evidence.reservations import objections
-from codegen.diagnosis.fit.credit import LEAST_SHARE, TIE_LEVEL
+from codegen.diagnosis.fit.acceptance import LEAST_SHARE, TIE_LEVEL
 from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.search import Search
 from codegen.diagnosis.fit.trial import Part
 from codegen.diagnosis.results import Fact, FoundEffect, titles
-from codegen.diagnosis.selection.crediting import BETTER
 from codegen.diagnosis.selection.forward_selection import Outcome
+from codegen.diagnosis.selection.parsimony import BETTER
 from codegen.diagnosis.selection.ranking import Ranked, force_prefers, same_signature
 from codegen.diagnosis.verdict.answer import Answer
 
@@ -110,9 +110,9 @@ def not_determined(answer: Answer, longer: Longer, problem: Problem, named: Sequ
     one = longer.wave
     part = one.part
     found = effect_of(part, one.found.parameters, problem.system)
-    reason = Fact("not credited", "; ".join(objections(found, part, problem, one.found.model)))
+    reason = Fact("not accepted", "; ".join(objections(found, part, problem, one.found.model)))
     together = " together" if len(named) > 1 else ""
-    less = (Fact("not credited", f"It explains more than {titles(named)}{together}"),) if named else ()
+    less = (Fact("not accepted", f"It explains more than {titles(named)}{together}"),) if named else ()
     unknown = answer.unknown((found,), (reason, *less))
     if not longer.is_sure:
         return unknown.noted(Fact.said("next", "longer stroke", on=found.on))

@@ -27,8 +27,8 @@ from codegen.diagnosis.fit.residual import Problem, evaluate_forces, inverse_dyn
 from codegen.diagnosis.fit.search import Search, tolerances_away
 from codegen.diagnosis.fit.trial import in_unit, with_effects, with_values
 from codegen.diagnosis.results import Fact, FoundEffect, titles
-from codegen.diagnosis.selection.crediting import BETTER
 from codegen.diagnosis.selection.forward_selection import Outcome
+from codegen.diagnosis.selection.parsimony import BETTER
 from codegen.diagnosis.verdict.admission import Measured, is_shown_worse
 from codegen.diagnosis.verdict.answer import Answer
 from codegen.mechanics.system import System
@@ -212,7 +212,7 @@ def moved_values(answer: Answer, fit: Fit, problem: Problem, material: float) ->
 
 
 def turned_terms(answer: Answer, problem: Problem) -> list[Fact]:
-    """Facts on terms of the declared force that have the opposite sign with the credited effects.
+    """Facts on terms of the declared force that have the opposite sign with the accepted effects.
 
     A term T with the wrong sign is the same as a missing force −2 T, which some effect may represent: an offset, if T
     is a weight; a spring, if T is one. So the force of each effect, and of all together, is compared with −2 T.
@@ -278,7 +278,7 @@ def refused_for_a_value(spec: Spec, answer: Answer, problem: Problem, measured: 
     if is_shown_worse(measured(with_values(answer.refit, found.values)), answer.figures[2]):
         return answer
     given = {"named": titles(answer.effects), "name": found.symbol.name, "others": 1 - found.share}
-    return answer.refused(Fact.said("not credited", "another value", left=left, **given).words)
+    return answer.refused(Fact.said("not accepted", "another value", left=left, **given).words)
 
 
 def _left_by_effects(answer: Answer, problem: Problem) -> float:

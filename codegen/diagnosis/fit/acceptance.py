@@ -18,7 +18,7 @@ from codegen.diagnosis.fit.linear import independent, limited
 from codegen.diagnosis.fit.output_error import BLOCKS, Fit, mean_residuals
 
 ALPHA = 0.01
-"""False-alarm rate of one round over all its candidates (Bonferroni); up to three rounds may credit something."""
+"""False-alarm rate of one round over all its candidates (Bonferroni); up to three rounds may accept something."""
 LEAST_SHARE = 0.05
 """Least share of the squared residual that a candidate must remove (``Evidence.share``)."""
 LEAST_SIZE = 5e-3
@@ -316,7 +316,7 @@ def leaves_only_noise(fit: Fit, times: float = 1.0) -> bool:
 
 
 def free_runs_settle(fit: Fit, share: float, times: float) -> bool:
-    """Whether free runs credit a model although it increases the force residual, squared, by the factor ``times``.
+    """Whether free runs accept a model although it increases the force residual, squared, by the factor ``times``.
 
     They must end near the noise, which no wrong model does, and their squared error must decrease, by ``share``, by a
     larger factor (``SETTLED``). The force residual shows neither a narrow Stribeck peak nor a load behind a spring.

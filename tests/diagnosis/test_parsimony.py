@@ -7,12 +7,12 @@ from typing import Any
 
 import pytest
 
-from codegen.diagnosis.fit import credit
+from codegen.diagnosis.fit import acceptance
 from codegen.diagnosis.fit.trial import Trial, part_of
 from codegen.diagnosis.selection import (
-    crediting,
+    parsimony,
 )
-from codegen.diagnosis.selection.crediting import explains_enough, least_share, still_credited
+from codegen.diagnosis.selection.parsimony import explains_enough, least_share, still_accepted
 from codegen.effects import CATALOGUE
 from tests.diagnosis.fakes import fit, part_named, rival
 from tests.diagnosis.stage import stage, system_of
@@ -29,11 +29,11 @@ def parts_of(search: Any, *kinds: str) -> list[Any]:
 @pytest.mark.parametrize(
     ("known", "kind", "least"),
     [
-        ((), "cogging", credit.LEAST_SHARE),
-        (("viscous",), "stribeck", credit.FURTHER),
-        (("viscous",), "cogging", credit.ELSEWHERE),
-        (("viscous", "spring"), "cogging", credit.FURTHER),
-        (("coulomb_asymmetry",), "viscous", credit.ELSEWHERE),
+        ((), "cogging", acceptance.LEAST_SHARE),
+        (("viscous",), "stribeck", acceptance.FURTHER),
+        (("viscous",), "cogging", acceptance.ELSEWHERE),
+        (("viscous", "spring"), "cogging", acceptance.FURTHER),
+        (("coulomb_asymmetry",), "viscous", acceptance.ELSEWHERE),
     ],
 )
 def test_a_further_effect_must_explain_more_over_the_variable_of_a_known_one(
@@ -60,7 +60,7 @@ def test_what_a_further_effect_must_explain_in_free_runs(
     known: str, kind: str, share: float, confirmed: bool, enough: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Cogging in a servo's logs, with all else that no effect describes, explained 25 % of what its friction in
-    proportion to the load left, and was not credited. What any misfit leaves also changes in time.
+    proportion to the load left, and was not accepted. What any misfit leaves also changes in time.
     """
     search = searched()
     before, after = (
@@ -70,15 +70,15 @@ def test_what_a_further_effect_must_explain_in_free_runs(
     runs, force = SimpleNamespace(t=2.0), SimpleNamespace(left=0.9, p_added=lambda count: 0.001)
     if not confirmed:
         runs.t = 1.0
-    monkeypatch.setattr(crediting, "explained_share", lambda *_: share)
-    monkeypatch.setattr(crediting, "where_they_differ", lambda search, one, other: (one, other))
-    monkeypatch.setattr(crediting, "evidence_of", lambda *_: runs)
-    monkeypatch.setattr(crediting, "ForceCriterion", lambda *_: SimpleNamespace(added_to=lambda other: force))
+    monkeypatch.setattr(parsimony, "explained_share", lambda *_: share)
+    monkeypatch.setattr(parsimony, "where_they_differ", lambda search, one, other: (one, other))
+    monkeypatch.setattr(parsimony, "evidence_of", lambda *_: runs)
+    monkeypatch.setattr(parsimony, "ForceCriterion", lambda *_: SimpleNamespace(added_to=lambda other: force))
     search.with_noise_floor = lambda one: (search, one)
     search.fitted_again = lambda one: one
     asked: tuple[Any, Any, Any] = (search, before, after)
     assert explains_enough(*asked) is enough
-    if enough and share < credit.FURTHER:
+    if enough and share < acceptance.FURTHER:
         force.p_added = lambda count: 0.1
         assert not explains_enough(*asked), "the force residual does not confirm it"
         force.p_added, force.left = lambda count: 0.001, 0.97
@@ -89,39 +89,39 @@ def test_what_a_further_effect_must_explain_in_free_runs(
             assert not explains_enough(*asked), "its force is simulated, and no second criterion"
 
 
-def test_two_effects_that_are_credited_in_turn_stand(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A friction, and a cogging in addition to it, were each credited, but not as one of 250,000 pairs."""
+def test_two_effects_that_are_accepted_in_turn_stand(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A friction, and a cogging in addition to it, were each accepted, but not as one of 250,000 pairs."""
     base, one, both = fit(), fit("cogging"), fit("cogging", "load_dependent_friction")
-    credited = [(base, one), (one, both)]
-    monkeypatch.setattr(crediting, "is_credited", lambda search, before, after: (before, after) in credited)
+    accepted = [(base, one), (one, both)]
+    monkeypatch.setattr(parsimony, "is_accepted", lambda search, before, after: (before, after) in accepted)
     search: Any = SimpleNamespace(without=lambda current, k: one if k else fit("load_dependent_friction"))
-    assert still_credited(search, base, both, []) == (both, [])
-    credited.pop()
-    assert still_credited(search, base, both, []) == (base, [])
+    assert still_accepted(search, base, both, []) == (both, [])
+    accepted.pop()
+    assert still_accepted(search, base, both, []) == (base, [])
 
 
-@pytest.mark.parametrize("credited", [True, False])
-def test_what_is_left_of_several_effects_stands_only_if_it_is_credited(
-    credited: bool, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize("accepted", [True, False])
+def test_what_is_left_of_several_effects_stands_only_if_it_is_accepted(
+    accepted: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A dead zone in a real log: a lag and a Stribeck effect, each needed beside the other, together predicted held-out
     segments 15 % worse than the refit, and one of them was named. And what tied beside another effect is no rival.
     """
     asked = []
 
-    def is_credited(search: Any, before: Any, after: Any) -> bool:
+    def is_accepted(search: Any, before: Any, after: Any) -> bool:
         asked.append((before, after))
-        return credited
+        return accepted
 
-    monkeypatch.setattr(crediting, "is_credited", is_credited)
+    monkeypatch.setattr(parsimony, "is_accepted", is_accepted)
     base, one, both = fit(), fit("inertia_error"), fit("inertia_error", "cogging")
     first, second = rival("spring"), rival("inertia_error", "stribeck")
     search: Any = SimpleNamespace(without=lambda current, k: one)
-    pair = still_credited(search, base, both, [first, second])
-    left = still_credited(search, base, one, [first, second])
+    pair = still_accepted(search, base, both, [first, second])
+    left = still_accepted(search, base, one, [first, second])
     assert asked[0] == (base, both) and asked[-1] == (base, one)
-    assert pair == ((both, [first, second]) if credited else (base, []))
-    assert left == ((one, [first]) if credited else (base, []))
+    assert pair == ((both, [first, second]) if accepted else (base, []))
+    assert left == ((one, [first]) if accepted else (base, []))
 
 
 @pytest.mark.parametrize(("left", "kept"), [(("wave", "dead_zone"), True), (("dead_zone",), False)])
@@ -131,6 +131,6 @@ def test_rivals_of_an_effect_that_is_dropped_are_dropped(
     """A third effect that ties with another came first and was pruned: its rival is none of the effect behind it."""
     search: Any = None
     before, after = (fit(*map(part_named, kinds)) for kinds in (("wave", "dead_zone"), left))
-    monkeypatch.setattr(crediting, "pruned", lambda search, current, candidates: after)
+    monkeypatch.setattr(parsimony, "pruned", lambda search, current, candidates: after)
     rivals: Any = [rival("hardening_spring")]
-    assert crediting.pruned_with_rivals(search, before, rivals) == (after, rivals if kept else [])
+    assert parsimony.pruned_with_rivals(search, before, rivals) == (after, rivals if kept else [])
