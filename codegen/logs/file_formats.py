@@ -97,10 +97,8 @@ def format_of(path: Path) -> Opener:
     reader = FORMATS.get(path.suffix.lower())
     if reader is not None and not (reader is open_csv and is_there(path) and path.is_file()):
         return reader
-    place, expected = (
-        Place(shown(str(path), 200)),
-        f"text, a log file ending in {', '.join(FORMATS)}, or a ROS 2 bag folder",
-    )
+    place = Place(shown(str(path), 200))
+    expected = f"text, a log file ending in {', '.join(FORMATS)}, or a ROS 2 bag folder"
     if "\0" not in str(path):
         if is_there(path) and path.is_dir():
             if is_bag(path):

@@ -122,7 +122,7 @@ def test_equal_gains_in_five_blocks_tell_no_rivals_apart(log: Log) -> None:
     block = blocks_of(problem)[:, None]
     sizes, sign = np.ones(block.shape), np.where(np.arange(len(block)) % 2, 1.0, -1.0)[:, None]
     larger = np.where(np.isin(block, [3, 11, 22, 31, 44]), 1.2, 1.0)
-    gain = replace(force_gain(problem, larger * sign * sizes, sizes), ratios=(), where_apart=1.0, nats=50.0)
+    gain = replace(force_gain(problem, larger * sign * sizes, sizes), ratios=(), by_shift=1.0, nats=50.0)
     assert gain.by_signs == pytest.approx(1 / 32, rel=0.2)
     assert gain.p_of_rivals() == pytest.approx(3 / 32, rel=0.2)
 

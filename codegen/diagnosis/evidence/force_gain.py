@@ -38,7 +38,7 @@ class ForceGain:
         nats_added: gain in log-likelihood if either residual may contain slow noise (``slow_noise_likelihood``).
         ratios: logarithms of the other model's squares over this one's, in the blocks with most to explain.
         values: number of independent residuals in those blocks.
-        where_apart: p of the shift test (``by_shifts``).
+        by_shift: p of a permutation test by circular shifts (``by_shifts``).
     """
 
     left: float
@@ -47,7 +47,7 @@ class ForceGain:
     nats_added: float = 0.0
     ratios: tuple[float, ...] = ()
     values: float = 0.0
-    where_apart: float = 1.0
+    by_shift: float = 1.0
     by_signs: float = 1.0
 
     @property
@@ -65,7 +65,7 @@ class ForceGain:
             fitted: number of parameters that only this model has, fitted to the same residuals.
             against: nats of other evidence for the other model.
         """
-        by_blocks = min(self.by_signs, self.where_large(fitted), self.where_apart)
+        by_blocks = min(self.by_signs, self.where_large(fitted), self.by_shift)
         return max(min(1.0, 3 * by_blocks), exp(-max(self.nats - fitted - against, 0.0)))
 
     def p_added(self, parameters: int) -> float:
@@ -174,7 +174,7 @@ class ForceCriterion:
     """The force residual of a fit, computed when it is needed.
 
     Two fits to an arm that is simulated joint by joint are compared at the joint on which their effects differ: a step
-    of the links' values that suits this joint may be felt at another one whose forces are explained already.
+    of the links' values that suits this joint may increase the residual at another one, which is explained already.
     """
 
     search: Search
@@ -301,6 +301,7 @@ def by_shifts(pairs: Sequence[tuple[Array, Array]]) -> float:
 LONGEST = 1 / 12
 """Longest correlation time over the length of the log; slower noise is like an offset or a drift."""
 TIMES = 8
+"""Number of correlation times of the slow noise."""
 SHARES = (0.01, 0.02, 0.04, 0.08, 0.15, 0.25, 0.4, 0.6, 0.8, 0.9, 0.95, 1.0)
 """Shares of the power in the slow noise."""
 

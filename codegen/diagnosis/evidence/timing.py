@@ -96,8 +96,8 @@ class Lead:
     def is_shown(self) -> bool:
         """Whether its estimate is significant and its force is material; it may be too long to be corrected."""
         certain = self.expected and self.estimate > CERTAIN * self.deviation
-        alone = self.rows <= ABOUT_HALF or self.explained >= EXPLAINED or certain
-        return self.is_significant and self.size >= LEAST_SIZE and alone
+        plausible = self.rows <= ABOUT_HALF or self.explained >= EXPLAINED or certain
+        return self.is_significant and self.size >= LEAST_SIZE and plausible
 
 
 def acting_earlier(log: Log, rows: Mapping[int, float]) -> Log:
@@ -146,11 +146,11 @@ def input_leads(problem: Problem, log: Log) -> tuple[dict[int, float], tuple[Fin
 
 
 def further_leads(problem: Problem, log: Log, before: Mapping[int, float]) -> dict[int, Lead]:
-    """The significant leads that inputs still have beside effects, index of the input → the whole lead.
+    """The significant leads that inputs still have in a model with effects, index of the input → the whole lead.
 
-    None where held commands are stated, of an input whose time is stated, and where the whole lead would be longer than
-    ``LARGEST_IN_PLACE``. The rows are those of the estimate and never of ``USUAL``: what those leave of a filter's lag
-    could be named as an effect again.
+    Left out are inputs that are stated to be held commands, those whose time is stated, and leads that would be longer
+    than ``LARGEST_IN_PLACE`` in all. The rows are those of the estimate and never of ``USUAL``: the rest of a filter's
+    lag could be named as an effect again.
 
     Args:
         problem: the model with its effects, and the motion with the inputs as corrected so far.

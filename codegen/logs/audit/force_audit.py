@@ -2,10 +2,8 @@
 
     M(x) a − g(x, v, 0) + U λ  =  g(x, v, w) − g(x, v, 0)
 
-On the left is the force that the motion requires, with the declared friction; on the right the force of the inputs. The
-least-squares factor of each input between the two sides is near one if sign and scale are right, also if friction is
-larger than inertia. For coordinates on which no input acts, the correlation of g − U λ with M a is judged instead. If a
-coordinate exceeds the spec's envelope by as large a factor, the finding is about that coordinate and not the input.
+On the left is the force that the motion requires, with the declared friction; on the right the force of the inputs
+(``input_audit``). For coordinates on which no input acts, the correlation of g − U λ with M a is judged instead.
 """
 
 from __future__ import annotations
@@ -33,11 +31,11 @@ KNOTS = 60
 """Number of knots of the piecewise linear function of the position."""
 COMPUTED = 0.01
 """Largest share of the input's force that a function of the position leaves unexplained if it was computed from it."""
-CARRIED, MATERIAL = 10.0, 0.03
-"""The part of the required force that no such function explains, over that part of the input's force, and as a share of
-both forces, from which on an unlogged force must move the machine."""
+TIMES_COMPUTED, MATERIAL = 10.0, 0.03
+"""Least part of the required force that is no function of the position, from which on a force that is not logged must
+move the machine: over the same part of the input's force, and as a share of both forces."""
 SWINGING = 0.5
-"""Share of the inertia force, less such a function, that friction explains in a free oscillation."""
+"""In a free oscillation friction explains this share of the inertia force, functions of the position taken out."""
 
 SIGN_OF = "sign of "
 """How the topic of a finding on a sign begins; the input's or coordinate's name follows."""
@@ -127,7 +125,7 @@ def _computed_from_position(forces: Forces, spec: Spec, left_out: frozenset[int]
         required = inertia - forces.rest[:, i]
         left = _without_function_of(x, np.column_stack([given[:, i], required, inertia, friction, v]))
         share, other = (float(np.sqrt(np.mean(y**2))) / size for y in left.T[:2])
-        least = max(CARRIED * share, MATERIAL, MATERIAL * float(np.std(required)) / size)
+        least = max(TIMES_COMPUTED * share, MATERIAL, MATERIAL * float(np.std(required)) / size)
         if share > COMPUTED or other < least or _oscillates_freely(left[:, 2], left[:, 3:]):
             continue
         words = (

@@ -1,8 +1,8 @@
 """Preflight of the sign and scale of each input, and of the force on each coordinate on which none acts.
 
 The least-squares factor between the force that the motion requires and the force of the input is near one if sign and
-scale are right, also if friction is larger than inertia. If a coordinate exceeds the spec's envelope by as large a
-factor, the finding is about that coordinate and not the input.
+scale are right, also if friction is larger than inertia. If a coordinate exceeds the spec's envelope by ``SCALE_OFF``
+or more, the finding is about that coordinate and not the input.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ from codegen.spec.model import Spec
 from codegen.spec.motion import KinematicTree
 from codegen.spec.units import si_factor
 
-FLIPPED, TELLING = -0.4, 0.6
-"""Correlations of a force with the required force, below which its sign is wrong and above which it is right."""
+FLIPPED, MATCHED = -0.4, 0.6
+"""Correlations of a force with the required force: its sign is wrong below the first, and right above the second."""
 SCALE_OFF = 3.0
 """Factor on a force, either way, from which on its scale is wrong."""
 FAR_OUTSIDE = 10.0
@@ -61,7 +61,7 @@ def audit_inputs(forces: Forces, spec: Spec, outside: Finding | None, log: Log) 
     wanted = stacked(needed)
     scales = np.linalg.norm(columns[acting], axis=1)
     factors = np.linalg.lstsq((columns[acting] / scales[:, None]).T, wanted, rcond=1e-8)[0] / scales
-    whole = wanted - factors @ columns[acting]
+    left = wanted - factors @ columns[acting]
     modelled = {"inertia": forces.inertia, "friction": forces.friction, "gravity and springs": -forces.static}
     parts = {what: stacked(force) for what, force in modelled.items()}
     for factor, j in zip(factors, acting, strict=True):
@@ -71,13 +71,13 @@ def audit_inputs(forces: Forces, spec: Spec, outside: Finding | None, log: Log) 
         if name in log.raw_data.doubted:
             yield not_judged(name, f"the numbers of {name} are corrected")
             continue
-        own = whole + factor * columns[j]
-        found = _input(name, float(factor), own, columns[j], outside, parts, spec, log)
+        own = left + factor * columns[j]  # the required force less that of the other inputs
+        found = _finding_on(name, float(factor), own, columns[j], outside, parts, spec, log)
         if found.severity == "problem" and 0 < factor <= 1 / SCALE_OFF and found.topic == f"sign and scale of {name}":
             losses = np.array([stacked(loss) for loss in _losses(forces, j)])
-            found = _beside_losses(name, own, columns[j], losses, found)
+            found = _with_losses(name, own, columns[j], losses, found)
         other_links = found.severity == "problem" and factor > 0 and _are_links_wrong(forces, spec, j, float(factor))
-        yield _of_links(name, float(factor), found) if other_links else found
+        yield _as_wrong_links(name, float(factor), found) if other_links else found
 
 
 def is_constant(values: Array) -> bool:
@@ -96,8 +96,8 @@ def _losses(forces: Forces, j: int) -> Iterator[Array]:
             yield loss
 
 
-def _beside_losses(name: str, wanted: Array, given: Array, losses: Array, found: Finding) -> Finding:
-    """The finding on an input's scale as a warning if its scale is right beside damping and friction, else unchanged.
+def _with_losses(name: str, wanted: Array, given: Array, losses: Array, found: Finding) -> Finding:
+    """The finding on an input's scale as a warning if it is right with losses fitted too; else unchanged.
 
     A motor at a voltage has the damping k²/R of its back-EMF. Without it in the spec the motion takes a small part of
     the input's force. Its inertia shows the scale: of input and losses together the input's factor is then near one.
@@ -107,12 +107,12 @@ def _beside_losses(name: str, wanted: Array, given: Array, losses: Array, found:
         losses: (2d, K') speed, and declared friction, of each of d coordinates.
     """
     factor, alone = partial_correlation(wanted, given, losses.T)
-    if alone < TELLING or not 1 / SCALE_OFF < factor < SCALE_OFF:
+    if alone < MATCHED or not 1 / SCALE_OFF < factor < SCALE_OFF:
         return found
     words = (
-        f"The motion takes {found.figures['factor']:.3g} times the force of {name}, but {factor:.3g} times beside a "
-        "damping or a friction that the spec lacks or declares too small, such as a motor's back-EMF at a voltage. "
-        "That is no wrong scale."
+        f"The motion takes {found.figures['factor']:.3g} times the force of {name}, but {factor:.3g} times if a "
+        "damping or a friction is fitted too. The spec lacks it or declares it too small, as a motor's back-EMF at a "
+        "voltage. That is no wrong scale."
     )
     return Finding("warning", found.topic, words, {**found.figures, "factor_beside_losses": factor})
 
@@ -120,8 +120,8 @@ def _beside_losses(name: str, wanted: Array, given: Array, losses: Array, found:
 def _are_links_wrong(forces: Forces, spec: Spec, j: int, factor: float) -> bool:
     """Whether friction shows that the links of an arm have other masses, as with a load, and no wrong scale of input j.
 
-    An input that is c times too large is against c times the declared friction; ``factor`` is then 1/c. Wrong masses
-    leave the friction as declared. Asked only where the links have a tolerance, so that other masses are fitted.
+    Of an input that is logged c times too large, friction is found c times too large as well, and ``factor`` is 1/c.
+    Wrong masses leave the friction as declared. False where the links have no tolerance: their masses are not fitted.
     """
     if not isinstance(spec.form, KinematicTree) or spec.form.tolerance is None:
         return False
@@ -130,7 +130,7 @@ def _are_links_wrong(forces: Forces, spec: Spec, j: int, factor: float) -> bool:
     return all(seen > PART_SEEN and abs(log(level)) < abs(log(level * factor)) for level, seen in found)
 
 
-def _of_links(name: str, factor: float, found: Finding) -> Finding:
+def _as_wrong_links(name: str, factor: float, found: Finding) -> Finding:
     """The finding on an input's scale as a warning that the links have other masses."""
     words = (
         f"With the declared links the motion takes {factor:.3g} times the force of {name}, but the declared friction "
@@ -145,7 +145,7 @@ def not_judged(name: str, before: str) -> Finding:
     return Finding("info", f"sign and scale of {name}", words)
 
 
-def _input(
+def _finding_on(
     name: str,
     factor: float,
     wanted: Array,
@@ -164,23 +164,23 @@ def _input(
         figures |= {f"against_{what.split()[0]}": value for what, value in seen.items()}
         line = f"({log.scale_lines({name: -1.0}, spec)} in meta.yaml beside the log reverses {name}.)"
         return Finding("problem", topic, _flipped(name, fit, seen, line), figures)
-    telling = fit > TELLING
-    if outside is not None and (factor >= SCALE_OFF if telling else outside.figures["times"] >= FAR_OUTSIDE):
+    matched = fit > MATCHED
+    if outside is not None and (factor >= SCALE_OFF if matched else outside.figures["times"] >= FAR_OUTSIDE):
         words = (
             f"{outside.words}, and the motion takes {factor:.3g} times the force of {name}. Check unit and scale of "
             f"this coordinate, or the envelope."
         )
         return replace(outside, words=words, figures={**figures, **outside.figures})
-    if telling and not 1 / SCALE_OFF < factor < SCALE_OFF:
+    if matched and not 1 / SCALE_OFF < factor < SCALE_OFF:
         return _wrong_scale(name, figures, wanted, given, spec, log)
     words = f"Sign and scale of {name} fit the motion (factor {factor:.3g}, correlation {fit:.2f})."
-    if fit < TELLING:
-        words = f"The motion does not tell whether sign and scale of {name} are right (correlation {fit:.2f})."
+    if fit < MATCHED:
+        words = f"The motion does not show whether sign and scale of {name} are right (correlation {fit:.2f})."
     return Finding("info", topic, words, figures)
 
 
 def _wrong_scale(name: str, figures: Mapping[str, float], wanted: Array, given: Array, spec: Spec, log: Log) -> Finding:
-    """The finding on an input of which the motion takes another multiple than one; ``figures`` as of ``_input``.
+    """The finding on an input of which the motion takes another multiple than one; ``figures`` as of ``_finding_on``.
 
     Where the input is small, below the median of its size, a limit does not act; a wrong scale does there too.
     """
@@ -199,7 +199,7 @@ def _wrong_scale(name: str, figures: Mapping[str, float], wanted: Array, given: 
         f"The scale of input {name} is off by a factor of {factor:.3g}: the motion takes that many times its "
         f"force. Check its unit, its factor in `force`, whether it saturates, and the declared masses, friction "
         f"levels, gravity and springs. "
-        f"{_asked_unit(name, factor, spec, log)}"
+        f"{_unit_or_scale(name, factor, spec, log)}"
     )
     return Finding("problem", topic, words, figures)
 
@@ -256,7 +256,7 @@ def audit_undriven(forces: Forces, spec: Spec, outside: Finding | None) -> Itera
         elif outside is not None and outside.figures["times"] >= FAR_OUTSIDE and off:
             words = f"{outside.words}. Check its unit and scale."
             yield replace(outside, words=words, figures={**figures, **outside.figures})
-        elif fit > TELLING and off:
+        elif fit > MATCHED and off:
             words = (
                 f"The modelled force on {c.name} is off by a factor of {slope:.3g} from mass times acceleration. Check "
                 f"the mass of {c.name} and the parameters of `force` in the spec, and its unit in the log."
@@ -267,8 +267,8 @@ def audit_undriven(forces: Forces, spec: Spec, outside: Finding | None) -> Itera
             yield Finding("info", topic, words, figures)
 
 
-def _asked_unit(name: str, factor: float, spec: Spec, log: Log) -> str:
-    """The question whether an input is in another unit, by SI prefixes of its own, with the line for meta.yaml."""
+def _unit_or_scale(name: str, factor: float, spec: Spec, log: Log) -> str:
+    """The advice on a wrong scale: another SI prefix of the input's unit if one fits, else the line with the factor."""
     own = spec.units[name]
     usual = [] if own in ("", "1") else [prefix + own for prefix in PREFIXES]
     for unit, by in other_units(log.units.get(name, own), usual):

@@ -32,7 +32,7 @@ from scipy.optimize import minimize_scalar
 from codegen.base.significant import in_percent
 from codegen.logs.audit.changed_columns import Case
 from codegen.logs.audit.force_balance import Forces
-from codegen.logs.audit.input_audit import SCALE_OFF, TELLING, other_units
+from codegen.logs.audit.input_audit import MATCHED, SCALE_OFF, other_units
 from codegen.logs.log import Finding
 from codegen.logs.motion import Motion, scaled
 from codegen.spec.model import Spec, symbol
@@ -119,7 +119,7 @@ def _off_scale(case: Case, steady: frozenset[int]) -> list[Finding]:
             continue
         (inertia, r_inertia), (friction, r_friction) = forces.inertia_factor(i), forces.friction_factor(i)
         fits = r_friction > FRICTION_SHOWN and 1 / FRICTION_FITS < friction < FRICTION_FITS
-        if sizes[0] > TOO_MUCH * sizes[1] and float(required @ push) < TELLING * sizes[0] * sizes[1]:
+        if sizes[0] > TOO_MUCH * sizes[1] and float(required @ push) < MATCHED * sizes[0] * sizes[1]:
             times = sizes[0] / sizes[1]
             why = f"its motion requires {times:.3g} times the force of the inputs, and does not correlate with it"
             figures = {"times": times}

@@ -1,7 +1,7 @@
 """MATLAB logs up to format 7 (7.3 is HDF5): a column for each vector, field of a struct or column of a matrix.
 
 The bytes of formats 4 and 5 to 7 are read here, with every length checked. SciPy's reader is compiled and trusts the
-lengths and types that stand in the file: a damaged one can end the process. A log needs plain numeric arrays only.
+lengths and types written in the file: a damaged one can end the process. A log needs plain numeric arrays only.
 """
 
 from __future__ import annotations
@@ -23,6 +23,7 @@ from codegen.logs.description import LogDescription
 from codegen.logs.formats.hdf5_file import MAGIC, UNPACKED, Hdf5File
 from codegen.logs.formats.source import LARGEST_STREAM, Allowance, Columns, LogFile, listing
 
+# Codes of the file: of the type of numbers in format 5 and in format 4, of an element, of MATLAB's class.
 _STORED = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8"}
 _STORED_4 = ("f8", "f4", "i4", "i2", "u2", "u1")
 _MATRIX, _COMPRESSED = 14, 15
@@ -35,7 +36,7 @@ _HEADER = 128
 _EMPTY = memoryview(b"")
 MOST_VARIABLES = 10_000
 MOST_LINES = 200
-"""Most columns of a matrix that are taken as columns of a log."""
+"""Most columns, or rows, of a matrix that are taken as columns of a log."""
 DEEPEST = 8
 """Most levels of nested structs."""
 Item = TypeVar("Item")

@@ -44,7 +44,7 @@ class MdfFile(ChannelFile):
                 self._spots[name], lengths[name] = (g, c), int(group.channel_group.cycles_nr)
                 units[name] = str(channel.unit or "")
         self.units = units
-        self.found(lengths)
+        self.set_columns(lengths)
 
     def signal(self, name: str) -> Signal:
         g, c = self._spots[name]

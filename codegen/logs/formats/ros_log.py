@@ -110,7 +110,7 @@ class RosFile(SignalFile):
         if not self._topic_of:
             words = "; ".join(f"`{shown(name)}`: {why}" for name, why in list(self.unread.items())[:3]) or "no topic"
             raise self.fault(f"no topic with numbers ({words})")
-        self.found(dict.fromkeys(self._topic_of, 0))  # counted as they are read
+        self.set_columns(dict.fromkeys(self._topic_of, 0))  # counted as they are read
 
     def signals(self, wanted: Sequence[str]) -> dict[str, Signal]:
         numbers = {name: _Numbers() for name in wanted}

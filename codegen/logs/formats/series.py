@@ -37,7 +37,7 @@ class SignalFile(LogFile):
     def signals(self, wanted: Sequence[str]) -> dict[str, Signal]:
         """The signals of some columns; an exception means a damaged file."""
 
-    def found(self, lengths: Mapping[str, int]) -> None:
+    def set_columns(self, lengths: Mapping[str, int]) -> None:
         """Set the columns of the log; raises BadInput for no column."""
         if not lengths:
             raise self.fault("no signal of numbers")

@@ -43,7 +43,7 @@ class TdmsFile(ChannelFile):
             begins = [c.properties[BEGIN] for c, _ in self._channels.values() if BEGIN in c.properties]
             self._origin = min(begins, default=None)
         self.units = {name: str(c.properties.get("unit_string", "")) for name, (c, _) in self._channels.items()}
-        self.found({name: len(channel) for name, (channel, _) in self._channels.items()})
+        self.set_columns({name: len(channel) for name, (channel, _) in self._channels.items()})
 
     def signal(self, name: str) -> Signal:
         channel, clock = self._channels[name]

@@ -27,7 +27,7 @@ class UlogFile(ChannelFile):
             self._topics = {d.name if not d.multi_id else f"{d.name}[{d.multi_id}]": d.data for d in log.data_list}
         timed = {topic: data for topic, data in self._topics.items() if "timestamp" in data}
         self.unread = {topic: "it has no timestamp" for topic in self._topics if topic not in timed}
-        self.found({f"{t}.{name}": len(v) for t, data in timed.items() for name, v in data.items() if len(v)})
+        self.set_columns({f"{t}.{name}": len(v) for t, data in timed.items() for name, v in data.items() if len(v)})
 
     def signal(self, name: str) -> Signal:
         topic, _, field = name.partition(".")
