@@ -145,6 +145,22 @@ def input_leads(problem: Problem, log: Log) -> tuple[dict[int, float], tuple[Fin
     return leads, tuple(found)
 
 
+def undecided(problem: Problem, log: Log, corrected: Mapping[int, float]) -> dict[int, Lead]:
+    """Inputs of which the force balance cannot tell whether they are held or were measured: index → the half row.
+
+    Their estimate is not significant, or there is none for want of rows, and it agrees with half a row.
+
+    Args:
+        corrected: the inputs that are corrected already.
+    """
+    system, about = problem.system, log.description
+    if system.actuators or about.input_hold:
+        return {}
+    open_ones = (k for k, w in enumerate(system.inputs) if k not in corrected and w.name not in about.late)
+    own, half = {k: lead_of(problem, k) for k in open_ones}, USUAL[0]
+    return {k: replace(lead, rows=half) for k, lead in own.items() if not lead.is_shown and lead.apart(half) <= SURE}
+
+
 def further_leads(problem: Problem, log: Log, before: Mapping[int, float]) -> dict[int, Lead]:
     """The significant leads that inputs still have in a model with effects, index of the input → the whole lead.
 

@@ -11,6 +11,9 @@ a compliance does. There it must also explain a share of the residual force, as 
 The estimate of a lead before effects are sought may also be too large. Free runs then find a delay or lag of the same
 input that is about as long or shorter. It is no effect of the machine: the lead is reduced by it, and the effects are
 sought again.
+
+Where no effect is found, the force balance of a short log may decide neither whether an input is held or was measured,
+half a row apart. Free runs then decide it.
 """
 
 from __future__ import annotations
@@ -26,6 +29,7 @@ from codegen.diagnosis.evidence.timing import (
     further_leads,
     lead_finding,
     overcorrection_finding,
+    undecided,
 )
 from codegen.diagnosis.fit.acceptance import LEAST_SHARE, independent_share, is_far
 from codegen.diagnosis.fit.identity_cache import identity_cache
@@ -51,6 +55,8 @@ def corrected_for_leads(case: Case, search: Search, final: Fit) -> Case | None:
     """
     if over := _overcorrected(case, final):
         return case.with_leads({k: rows for k, (rows, _) in over.items()}, [finding for _, finding in over.values()])
+    if not final.trial.parts:
+        return _taken_as_measured(case, search, final)
     with_states = [k for k in range(len(final.trial.parts)) if _adds_states(final, k)]
     if not with_states:
         return None
@@ -73,6 +79,23 @@ def corrected_for_leads(case: Case, search: Search, final: Fit) -> Case | None:
     found = [
         lead_finding(names[k], lead, case.log, most=LARGEST_IN_PLACE, replaced=replaced) for k, lead in leads.items()
     ]
+    return case.with_leads({k: lead.rows for k, lead in leads.items()}, found)
+
+
+def _taken_as_measured(case: Case, search: Search, base: Fit) -> Case | None:
+    """The case with inputs taken as measured, where free runs of the refit gain more than ``BETTER`` nats by that.
+
+    The nats are tempered by the share of independent residuals. None where the force balance decides.
+    """
+    leads = {} if case.faults or case.steady else undecided(case.problem, case.log, case.leads)
+    if not leads:
+        return None
+    measured = _with_earlier_inputs(case, search, leads).refit()
+    gained = independent_share(base) * (segment_cost(base.residual) - segment_cost(measured.residual))
+    if gained <= BETTER:
+        return None
+    names = [w.name for w in case.problem.system.inputs]
+    found = [lead_finding(names[k], lead, case.log) for k, lead in leads.items()]
     return case.with_leads({k: lead.rows for k, lead in leads.items()}, found)
 
 
