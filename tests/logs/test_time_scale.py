@@ -17,6 +17,14 @@ RATE = 500.0
 DAMPED = TEXT.replace("force: [w]", "force: [w - b*v]").replace(
     "parameters:\n", f"parameters:\n  b: {{value: {DAMPING}, unit: N*s/m}}\n"
 )
+SPRUNG = """name: sprung_slider
+coordinates: {x: {velocity: v, unit: m}}
+inputs: {w: {unit: N}}
+parameters: {m: {value: 0.3, unit: kg}, b: {value: 6, unit: N*s/m}, k: {value: 60, unit: N/m}}
+mass_matrix: [[m]]
+force: [w - b*v - k*x]
+friction: {distribution: [[1]], contacts: [{name: rail, a: 0.4, unit: N}]}
+"""
 
 
 def found(
@@ -70,6 +78,22 @@ def test_another_mass_is_not_taken_for_another_time(tmp_path: Path) -> None:
     """Inertia alone tells nothing of the time: a mass that is too small explains as much."""
     assert not found(tmp_path, mass=4 * MASS)
     assert not found(tmp_path, c=2.0, text=TEXT)
+
+
+@pytest.mark.parametrize("delay", [0.03, 0.1])
+def test_inputs_that_act_late_are_not_taken_for_another_time(delay: float, tmp_path: Path) -> None:
+    """A spring of 60 N/m moved slowly: a delay adds damping and mass as a time 1.3 and 1.9 times too long would. The
+    delay was named as an effect, with the warning of a wrong sample rate beside it.
+    """
+    t, waves = np.arange(10000) / RATE, [(0.15, 0.9, 0.0), (0.05, 2.3, 0.4)]
+    now, later = (
+        [sum(b * o**n * np.sin(o * at + p + n * np.pi / 2) for b, o, p in waves) for n in range(3)]
+        for at in (t, t + delay)
+    )
+    force = 60 * later[0] + 6 * later[1] + 0.3 * later[2] + 0.4 * np.sign(later[1])
+    path = write_csv(tmp_path / "a.csv", {"t": t, "x": now[0], "w": force}, fmt="%.12g")
+    spec = parse_spec(SPRUNG, Path("slider.yaml"))
+    assert not [f for f in preflight(read_log(path, spec), spec) if f.topic == SCALE_OF_TIME]
 
 
 def test_no_other_column_is_suggested_where_the_unit_of_time_is_in_doubt(tmp_path: Path) -> None:

@@ -25,6 +25,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from itertools import chain
 
 import numpy as np
 from scipy.optimize import minimize_scalar
@@ -35,6 +36,7 @@ from codegen.logs.audit.force_balance import Forces
 from codegen.logs.audit.input_audit import MATCHED, SCALE_OFF, other_units
 from codegen.logs.log import Finding
 from codegen.logs.motion import Motion, scaled
+from codegen.logs.uniform import earlier
 from codegen.spec.model import Spec, symbol
 
 APPARENT, SURE = 1.5, 3.0
@@ -58,6 +60,8 @@ RATE_KNOWN = 0.01
 """Relative error of an estimated sample rate, by which the proposed one is rounded."""
 ABOUT, TOLERANCE = 2.0, 1e-3
 """Range of the search for a factor about its starting value, either way, and its relative accuracy."""
+DELAYS = 0.01, 0.04, 0.16, 0.64
+"""Starting values, in s, of the search for a delay of the inputs: with that range they cover 5 ms to 1.28 s."""
 SAME_MOTION, APART = 0.9, 2.0
 """Least correlation of a measured velocity with the position's derivative, and the ratio from which on they differ."""
 SCALE_OF_TIME = "scale of time"
@@ -279,7 +283,8 @@ def _other_inputs(case: Case, j: int, position: Explanation, found: Forces) -> t
 def _wrong_time(case: Case) -> Finding | None:
     """A warning that the time is too long by a factor; None if no factor balances the forces.
 
-    One factor must balance them on every coordinate. It is not reported where other masses alone do so as well.
+    One factor must balance them on every coordinate. It is not reported where other masses alone do so as well, or
+    inputs that act later: by a delay T a spring k looks like a damping k T and a mass k T²/2 in addition.
     """
     forces, spec, log = case.forces, case.spec, case.log
     each = [forces.inertia_factor(j) for j in range(len(spec.coordinates))]
@@ -297,7 +302,10 @@ def _wrong_time(case: Case) -> Finding | None:
     plain, time = worst(forces), _best(lambda factor: worst(shortened(factor)), float(np.sqrt(middle)))
     by_mass = _best(lambda factor: worst(forces, mass=1 / factor), 1 / middle)
     explains = time.misfit <= min(EXPLAINED, MUCH_LESS * plain.misfit) and time.level_fits
-    if not explains or by_mass.misfit <= ALIKE * time.misfit:
+    if not explains:
+        return None
+    delayed = (_best(lambda delay: worst(_acting_later(case, delay)), about) for about in DELAYS)
+    if any(other.misfit <= ALIKE * time.misfit for other in chain([by_mass], delayed)):
         return None
     c, rate = time.factor, 1 / log.sample_time
     likely = _rounded(rate * c)
@@ -322,6 +330,13 @@ def _wrong_time(case: Case) -> Finding | None:
 def _rounded(rate: float) -> float:
     """The number of fewest digits within ``RATE_KNOWN`` of an estimated rate: 500 for 498.4."""
     return next(r for digits in range(1, 5) if abs((r := float(f"{rate:.{digits}g}")) - rate) <= RATE_KNOWN * rate)
+
+
+def _acting_later(case: Case, delay: float) -> Forces:
+    """The forces with inputs that act later by a delay in s."""
+    rows = delay / case.log.sample_time
+    inputs = np.column_stack([earlier(values, -rows) for values in case.log.inputs.T])
+    return case.balance.along(replace(case.log, inputs=inputs), case.motion)
 
 
 def _in_shorter_time(motion: Motion, factor: float) -> Motion:
