@@ -30,6 +30,9 @@ TABLES = {
     "an object of lists": (LISTS, ""),
     "an object of lists beside scalars": ({"mass": 2, **LISTS}, ""),
     "an object of lists under a key": ({"mass": 2, "data": LISTS}, ""),
+    "one record of lists": ([LISTS], ""),
+    "one record of lists beside others": ({"gains": [1, 2], "log": [{"rate": 500, **LISTS}]}, "records: log\n"),
+    "one of two records of lists": ({"runs": [{k: v[:9] for k, v in LISTS.items()}, LISTS]}, "records: runs.1\n"),
     "a list of rows": ([list(r.values()) for r in RECORDS], "columns: {t: 1, x: 2, v: 3, w: 4}\n"),
     "a list of rows with names beside them": (
         {"index": [0, 1], "columns": list(RECORDS[0]), "data": [list(r.values()) for r in RECORDS]},
@@ -95,6 +98,7 @@ REFUSED = {
     '[{"t": 0}, 3]': "LOG005 1 `3`",
     "[[1, 2], [1]]": "LOG005 1 `[1]` 2",
     '{"a": [{"t": 0}], "b": [{"t": 0}]}': "LOG001 2 `records KEY`",
+    '[{"t": [0, 1, 2], "x": [1, 2, 3]}, {"t": [0, 1, 2], "x": [1, 2, 3]}]': "LOG001 2 `records NUMBER` 0 1",
     '{"t": [0, 1], "x": [1], "w": [1, 2]}': "LOG011 1 2 `t`",
     '[{"t": 0, "x": "abc", "w": 1}, {"t": 1, "x": 2, "w": 1}]': 'LOG005 [0].x `"abc"`',
     '[{"t": 0, "w": 1}, {"t": 1, "w": 1}]': "LOG003 `x`",

@@ -51,6 +51,15 @@ def test_a_comment_names_the_columns_with_units_in_brackets(tmp_path, spec, sepa
     assert np.allclose(log.positions[:, 0], [1e-3 * row[1] for row in ROWS], rtol=1e-12)
 
 
+def test_a_comment_names_the_one_column_of_a_file(tmp_path, spec):
+    """A file of one column beside the log; with a unit the comment had two words for one column, and was refused."""
+    (tmp_path / "log.csv").write_text("t,x\n" + "".join(f"{t:g},{x:g}\n" for t, x, _ in ROWS))
+    (tmp_path / "force.txt").write_text("# w [mN]\n" + "".join(f"{w:g}\n" for *_, w in ROWS))
+    (tmp_path / "meta.yaml").write_text("beside: {f: force.txt}\ncolumns: {w: 'f.w [mN]'}\n")
+    log = read_log(tmp_path / "log.csv", spec)
+    assert np.allclose(log.inputs[:, 0], [1e-3 * row[2] for row in ROWS], rtol=1e-12)
+
+
 @pytest.mark.parametrize("ending", [".csv", ".txt"])
 @pytest.mark.parametrize("case", READ)
 def test_the_header_is_found(tmp_path, spec, case, ending):

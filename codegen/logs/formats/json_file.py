@@ -61,7 +61,7 @@ class JsonFile(LogFile):
         turned, in_order = _turned(content)
         if not in_order:
             self.own_notes.append("the rows are sorted by the numbers that are their keys, not by these as texts")
-        self._under, self._content = self._table(turned)
+        self._under, self._content = self._of_one_record(*self._table(turned))
         self._headings = _headings(content, self._content)
         self._twice: set[str] = set()
         self._paths = self._found()
@@ -181,9 +181,9 @@ class JsonFile(LogFile):
         entries = content if isinstance(content, dict) else {}
         key = self.description.records
         if key:
-            table = entries[key] if key in entries else _at(entries, tuple(key.split(".")))
+            table = entries[key] if key in entries else _at(content, tuple(key.split(".")))
             if table is None:
-                expected = f"one of the keys {listing(list(entries))}" if entries else "an object with keys"
+                expected = f"one of the keys {listing(list(entries))}" if entries else "the number of a record, from 0"
                 place = self.description.place("records")
                 raise BadInput(place, f"`{shown(key)}`", expected, nearest_name(key, entries), code="LOG013")
             if not _is_table(table):
@@ -202,6 +202,19 @@ class JsonFile(LogFile):
             expected = f"`records: KEY` in meta.yaml beside the log, KEY one of {listing(list(tables))}"
             raise self.fault(f"{len(tables)} tables, under {listing(list(tables))}", expected)
         raise self.fault("no list of records")
+
+    def _of_one_record(self, key: str, table: Any) -> tuple[str, Any]:
+        """The table with its key; of a list with one record that holds the columns as lists, this record."""
+        if not (isinstance(table, list) and isinstance(table[0], dict)):
+            return key, table
+        lists = _plain(table[0])
+        if max(map(len, lists.values()), default=0) > len(table) == 1:
+            return key, table[0]
+        if len(lists) == len(table[0]) and min(map(len, lists.values()), default=0) > len(table):
+            path = f"{key}.NUMBER" if key else "NUMBER"
+            expected = f"`records: {path}` in meta.yaml beside the log, NUMBER from 0 to {len(table) - 1}"
+            raise self.fault(f"{len(table)} records of lists", expected)
+        return key, table
 
     def _found(self) -> dict[str, Column]:
         """The columns by name."""
@@ -286,8 +299,8 @@ def _at(value: Any, path: Inner) -> Any:
     """The value at a path; None if there is none."""
     for key in path:
         try:
-            value = value[key]
-        except (LookupError, TypeError):
+            value = value[int(key) if isinstance(value, list) else key]
+        except (LookupError, TypeError, ValueError):
             return None
     return value
 

@@ -54,6 +54,8 @@ _UNIT_COMMENT = re.compile(r"\s*(?:#|%|//)\s*(?i:units?|einheit(?:en)?)\s*[:=]?\
 """``# units: s, mm, N``"""
 _PROPERTY = re.compile(r"([A-Za-z]+): ?(.*)")
 """A property of a column below its name, ``Unit: mm``, as Simulink's Data Inspector writes them."""
+_NAME = re.compile(rf"\S+(?:\s+[\[(][^\])]{{0,{LONGEST_UNIT}}}[\])])?")
+"""A word as a column's name, perhaps with a unit in brackets behind it."""
 _SCOPE_NAMES = ("name", "channel name", "channel")
 """The first fields of the line of names in a scope's export."""
 _TWINCAT = "sampletime[ms]"
@@ -195,7 +197,7 @@ def _table(file: str, lines: Sequence[str], header: int | None, named: Sequence[
     if plain is not None and _is_table(lines, plain) and (rows is None or rows.width <= len(plain.names)):
         return plain
     if rows is None:
-        if plain is not None and (len(plain.names) > 1 or len(plain.names[0].split()) == 1):
+        if plain is not None and (len(plain.names) > 1 or _NAME.fullmatch(plain.names[0])):
             return plain
         yaml = file.lower().endswith((".yaml", ".yml"))
         hint = "; is this the spec? A command takes the spec first, then the log" if yaml else ""
@@ -225,10 +227,8 @@ def _first_line(file: str, lines: Sequence[str], index: int) -> Layout | None:
     if not (all(map(is_number, texts)) or _has_same_columns(texts, behind)):
         return head.layout(index, _named(texts))
     comment = next((i for i in range(index - 1, -1, -1) if COMMENT.match(lines[i])), None)
-    if comment is not None:
-        names = fields(_bare(lines[comment]), delimiter, Place(file, comment + 1))
-        if len(names) == len(texts) and not any(map(is_number, names)):
-            return replace(head.layout(comment, _named(names)), first=index)
+    if comment is not None and (names := head.names.get(comment)):
+        return replace(head.layout(comment, _named(names)), first=index)
     return None
 
 
@@ -326,7 +326,7 @@ class _Head:
         ways = [filled_fields(text, delimiter)] if delimiter else []
         ways += [filled_fields(text.strip(), mark) for mark in others]
         if others or not delimiter:
-            ways += [filled_fields(text, ""), re.findall(rf"\S+(?:\s+[\[(][^\])]{{0,{LONGEST_UNIT}}}[\])])?", text)]
+            ways += [filled_fields(text, ""), _NAME.findall(text)]
         return next((names for texts in ways if (names := self._as_names(texts, count))), [])
 
     def _as_names(self, texts: list[str], count: int) -> list[str]:
