@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+import numpy as np
 
 from codegen.base.errors import BadInput
-from codegen.diagnosis.case import HELD_OUT_SHARE, Case, holds_segments
+from codegen.diagnosis.case import HELD_OUT_SHARE, Case, holds_segments, smoothed
 from codegen.diagnosis.fit.record import LEAST_SAMPLES, LEAST_SEGMENTS, PERIODS, SHORTENED
-from codegen.diagnosis.fit.signals import CUTOFFS_HZ, TRIM_S, is_within_rate, smooth_motion
+from codegen.diagnosis.fit.signals import CUTOFFS_HZ, TRIM_S, is_within_rate
+from codegen.logs.excerpt import since
+from codegen.logs.motion import measured_motion
 
 MOSTLY_AT_REST = 0.5
 """Share of the time at rest from which on it is named as the cause."""
-HIGHEST = 0.25
-"""Highest proposed cutoff over the sample rate, half of the Nyquist frequency."""
 
 
 def few_stretches(case: Case, refused: BadInput) -> BadInput:
-    """The refusal by ``record_of``, with the share of the time at rest, what to record, and a cutoff that passes."""
+    """The refusal by ``record_of``, with the time at rest, what to record, and an idle start to leave out."""
     found, expected = refused.found, refused.expected
     resting = [f"{name} rests in {share:.0%} of the time" for name, share in _at_rest(case) if share > MOSTLY_AT_REST]
     if resting:
@@ -24,18 +24,30 @@ def few_stretches(case: Case, refused: BadInput) -> BadInput:
         expected += f": record about {_enough_s(case):.0f} s to and fro without pauses"
     else:
         expected += f": record about {_enough_s(case):.0f} s of such motion"
-    cutoff = passing_cutoff(case)
-    if cutoff is not None:
-        expected += f", or try `cutoff_hz: {cutoff:g}` in meta.yaml beside the log"
+    idle = _idle_start(case)
+    if idle is not None:
+        words = f"leaves out that it rests until {idle + TRIM_S:.4g} s"
+        expected += f"; `evaluation: {{from_s: {idle:.4g}}}` in meta.yaml beside the log {words}"
+    usual, rate = case.motion.cutoff_hz, 1 / case.log.sample_time
+    higher = next((hz for hz in reversed(CUTOFFS_HZ) if hz > usual), usual)
+    if not case.log.cutoff_hz and not is_within_rate(higher, case.log.sample_time):
+        expected += f"; or sample faster than {rate:.4g} Hz, of which the cutoff is at most a tenth"
     return BadInput(refused.place, found, expected, code="LOG009")
 
 
-def passing_cutoff(case: Case) -> float | None:
-    """The lowest of the usual cutoffs above the case's at which its training part holds enough stretches, Hz."""
-    log, usual, split = case.log, case.motion.cutoff_hz, len(case.problem.motion.time)
-    higher = (hz for hz in reversed(CUTOFFS_HZ) if usual < hz and is_within_rate(hz, log.sample_time, HIGHEST))
-    stated = (replace(log, cutoff_hz=hz) for hz in higher)
-    return next((one.cutoff_hz for one in stated if holds_segments(one, smooth_motion(one), split)), None)
+def _idle_start(case: Case) -> float | None:
+    """Time in s until which a log rests at its beginning, if without that it holds enough stretches; else None."""
+    log, motion = case.log, measured_motion(case.log)
+    moving = np.any(np.abs(motion.velocities) > motion.threshold, axis=1)
+    end = float(log.time[np.argmax(moving)]) - TRIM_S
+    if log.records or end <= log.time[0]:
+        return None
+    rest = since(log, end)
+    split = round(rest.size * (1 - HELD_OUT_SHARE)) if case.test_log is None else rest.size
+    try:
+        return end if holds_segments(rest, smoothed(rest, case.problem.system), split) else None
+    except BadInput:  # too short
+        return None
 
 
 def _at_rest(case: Case) -> list[tuple[str, float]]:

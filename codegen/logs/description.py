@@ -174,7 +174,7 @@ class LongSection(BaseModel):
 
 
 class EvaluationSection(BaseModel):
-    """Filtering of the log for an evaluation: trim at both ends, and time between restarts, in s."""
+    """Filtering of the log for an evaluation: start, trim at both ends, and time between restarts, in s."""
 
     model_config = _KEYS
 
@@ -184,6 +184,7 @@ class EvaluationSection(BaseModel):
         None
     )
     restart_s: Annotated[float | None, _by(_positive("s"), "evaluation.")] = None
+    from_s: Annotated[float | None, _by(_number("s"), "evaluation.")] = None
 
 
 class LogDescription(BaseModel):

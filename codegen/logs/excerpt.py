@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from codegen.base.errors import BadInput
 from codegen.logs.log import Finding, Log
 
 Ranges = tuple[tuple[int, int], ...]
@@ -21,19 +22,18 @@ STARTS = 4
 def excerpt(log: Log, most: int = MOST_SAMPLES) -> tuple[Log, tuple[Finding, ...]]:
     """At most so many samples of a log: first every k-th, then one stretch, where the machine travels furthest.
 
+    A log without records is taken from ``evaluation.from_s`` of its description on.
     An input held from row to row is replaced by its mean over the new step: the impulse of a force stays what it was.
     """
+    stated = log.description.evaluation.from_s
+    if stated is not None and not log.records:
+        log = since(log, stated)
     if log.size <= most:
         return log, ()
     every = max(1, min(-(-log.size // most), int(1 / (PLENTY_HZ * log.sample_time) + 1e-9)))
     part = _thinned(log, every) if every > 1 else log
     start = _most_travelled(part, most) if part.size > most else 0
-    stop = min(start + most, part.size)
-    gaps, joints = (
-        tuple((max(a, start) - start, min(b, stop) - start) for a, b in ranges if b > start and a < stop)
-        for ranges in (part.gaps, part.joints)
-    )
-    part = _rows(part, slice(start, stop), gaps, joints)
+    part = _stretch(part, start, min(start + most, part.size))
     span = f"from {part.time[0]:.6g} to {part.time[-1]:.6g} s{f', one in {every}' if every > 1 else ''}"
     words = (
         f"Of {log.size} samples over {log.duration:.6g} s the diagnosis uses {part.size}, {span}: more would "
@@ -42,6 +42,28 @@ def excerpt(log: Log, most: int = MOST_SAMPLES) -> tuple[Log, tuple[Finding, ...
     figures = {"samples": float(log.size), "used": float(part.size)}
     figures |= {"every": float(every), "start": float(part.time[0])}
     return part, (Finding("warning", "long log", words, figures),)
+
+
+def since(log: Log, start: float) -> Log:
+    """The samples of a log from a time on, s.
+
+    Raises:
+        BadInput: if it is behind the end of the log.
+    """
+    first = int(np.searchsorted(log.time, start - 1e-6 * log.sample_time))
+    if first == log.size:
+        place = log.description.place("evaluation.from_s")
+        raise BadInput(place, f"{start:g} s", f"a time before the end of the log, {log.time[-1]:.6g} s", code="LOG013")
+    return _stretch(log, first, log.size) if first else log
+
+
+def _stretch(log: Log, start: int, stop: int) -> Log:
+    """The samples of an index range."""
+    gaps, joints = (
+        tuple((max(a, start) - start, min(b, stop) - start) for a, b in ranges if b > start and a < stop)
+        for ranges in (log.gaps, log.joints)
+    )
+    return _rows(log, slice(start, stop), gaps, joints)
 
 
 def _thinned(log: Log, every: int) -> Log:
