@@ -43,7 +43,7 @@ SET = {"matrix": [[""]], "weights": [""], "samples": "", "rows": [[""]], "within
 TURN = {"sign": "", "samples": "", "turns": "", "change": "", "jump": ""} | START
 FORM: dict[str, Any] = {"name": "", "forces?": "", "shifts": [""], "push": [[""]], "sets": [SET | {"friction?": ""}]}
 FORM |= {"noise": {"": ""}, "drift": {"": ""}, "friction?": {"": ""}, "reversals?": [TURN]}  # as files.py says
-GRID, LARGEST, MOST_SAMPLES, MOST_ROWS = 1 << 60, 84, 10_000, 1000
+GRID, LARGEST, MOST_SAMPLES, MOST_ROWS = 1 << 48, 72, 10_000, 1000
 # GRID: rows are kept in multiples of 1/GRID. LARGEST: bits of such a multiple. The others limit what a claim may ask.
 LEVELS = 4  # up to 2^LEVELS - 1 samples are shown at once
 MOST_ENTRIES = 1 << 22  # of rows, at all samples that are asked for
@@ -171,11 +171,11 @@ class PackedIntegers:
 
     def magnitudes(self, bundles: Sequence[int]) -> int:
         """The packed sum of the |x_k| of these vectors: twice that of the positive entries, minus that of all."""
-        positive, half, top, ones = 0, self.half, self.width - 1, self.ones
+        positive, half, top = 0, self.half, self.width - 1
         for bundle in bundles:
             digits = bundle + half
-            up = digits >> top & ones
-            positive += digits & (up << top) - up
+            up = digits & half
+            positive += digits & up - (up >> top)
         return 2 * positive - sum(bundles)
 
     def shifted(self, bundle: int) -> int:

@@ -148,11 +148,11 @@ class Precision(NamedTuple):
 
     def holds(self, terms: Mapping[tuple[str, ...], Any]) -> bool:
         """Whether the value and its terms are within the limits for quantities between 1/usual and usual."""
-        usual, most = self.usual, self.most
+        usual, most, limit = self.usual, self.most, self.most.bit_length()
         for monomial, c in terms.items():
             top, bottom = abs(c.numerator), c.denominator
-            # Most are far within: times three quantities between 10^-37 and 10^43, of floats between 10^-28 and 10^34.
-            if top < SHORT > bottom and len(monomial) < 4 and len(terms) < 10**6:
+            bits = max(top, bottom).bit_length() + len(monomial) * usual.bit_length() + len(terms).bit_length()
+            if bits < limit and len(monomial) < 100:  # most are far within
                 continue
             degree = sum(x.startswith(QUANTITIES) for x in monomial) if usual > 1 else 0
             power = usual**degree
@@ -162,7 +162,7 @@ class Precision(NamedTuple):
         return True
 
 
-MOST_NUMBER, SHORT = 10**300, 10**19
+MOST_NUMBER = 10**300
 EXACT = Precision(Fraction(0), MOST_NUMBER, MOST_NUMBER, 1)
 PRECISIONS = {
     "double": Precision(Fraction(1, 2**50), 10**150, 10**300, 10**6),

@@ -285,6 +285,8 @@ def polygon(bounds: list[int]) -> list[Point]:
 def cut(corners: list[Point], a: int, b: int, most: int) -> list[Point]:
     """The corners, in order, of the part a x + b y <= most of a convex polygon."""
     over, kept = [a * x + b * y - most * w for x, y, w in corners], []
+    if max(over) <= 0:
+        return corners
     for k, corner in enumerate(corners):
         here, there = over[k], over[k - 1]
         if (here > 0) != (there > 0):  # on the line from there to here: of weights w that are above 0

@@ -284,21 +284,30 @@ def other_than_zero(proof: dict[str, Any], shown: dict[str, Any]) -> tuple[dict[
             break
     signs = {min(value.names()): of for (function, of), value in known.items() if function == "sgn"}
 
-    def at(p: Any, sign: str, number: int) -> Any:
-        """p for this number of a sign, which other signs may be of."""
+    @cache
+    def fixed(sign: str, number: int) -> dict[str, Any]:
+        """This sign, and others that are of it -> their numbers."""
         values = {sign: kernel.term(number)}
         for x, of in signs.items():
             if x != sign and not (here := rounding.put(of, values)).names():
                 values[x] = kernel.function("sgn", here, {})
-        return rounding.put(p, values)
+        return values
+
+    def at(p: Any, sign: str, number: int) -> Any:
+        """p for this number of a sign, which other signs may be of."""
+        return rounding.put(p, fixed(sign, number))
+
+    @cache
+    def of_states() -> dict[str, Any]:
+        """Estimates over states, where these are polynomials."""
+        shows = kernel.Text(free, {}).run(c.step + c.commit, c.states + c.outputs)
+        return {y: shows[y] for y in used if not any(x[0] == "?" for x in shows[y].names())}
 
     @cache
     def in_code(sign: str, number: int) -> Any:
         """The C's step for this number of a sign; over states, since with estimates for them terms cancel."""
-        shows = kernel.Text(free, {}).run(c.step + c.commit, c.states + c.outputs)
-        of_states = {y: shows[y] for y in used if not any(x[0] == "?" for x in shows[y].names())}
-        fixed = known | {("sgn", signs[sign]): kernel.term(number)}
-        return rounding.in_code(shown, free, {(f, rounding.put(q, of_states)): v for (f, q), v in fixed.items()})
+        values = known | {("sgn", signs[sign]): kernel.term(number)}
+        return rounding.in_code(shown, free, {(f, rounding.put(q, of_states())): v for (f, q), v in values.items()})
 
     def exceptions(p: Any, holds: Callable[[str, int], Any], holds_in: Callable[[Any], Any]) -> list[str]:
         """Conditions of which each holds where a claim about p may not: tests by signs and numbers, and in the C."""

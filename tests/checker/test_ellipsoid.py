@@ -617,9 +617,10 @@ def test_a_row_that_is_repeated_fills_no_memory() -> None:
 
 
 def test_rows_too_large_for_the_grid_are_refused() -> None:
-    one, Q, most = [[Fraction(2)]], [Fraction(2)], Fraction(2) ** (ellipsoid.LARGEST - 60)
-    assert [*ellipsoid.propagated([(Fraction(1),)], lambda _: [0], ellipsoid.LARGEST - 61, one, [], 1, Q)]
-    for c, samples in ((Fraction(1), ellipsoid.LARGEST - 60), (most, 0)):
+    doublings = ellipsoid.LARGEST - ellipsoid.GRID.bit_length() + 1
+    one, Q, most = [[Fraction(2)]], [Fraction(2)], Fraction(2) ** doublings
+    assert [*ellipsoid.propagated([(Fraction(1),)], lambda _: [0], doublings - 1, one, [], 1, Q)]
+    for c, samples in ((Fraction(1), doublings), (most, 0)):
         with pytest.raises(ValueError, match=r"a row is too large|no row of every error"):
             [*ellipsoid.propagated([(c,)], lambda _: [0], samples, one, [], 1, Q)]
     with pytest.raises(ValueError, match="no row of every error"):

@@ -150,6 +150,22 @@ def test_a_forged_proof_of_sliding_is_refused(kind: str) -> None:
         verify.by_kernel_alone(forged, {name: text.encode() for name, text in files("one_mass_dfo").items()})
 
 
+@pytest.mark.parametrize("kind", FORGERIES)
+def test_a_certificate_beside_a_proof_with_a_rest_is_not_bound_to_the_code(kind: str) -> None:
+    """Whether the kernel would accept that proof is not asked; where the rest is gone, it is, and the proof refused."""
+    forged = proof("one_mass_dfo")
+    FORGERIES[kind][0](forged)
+    sources = {name: text.encode() for name, text in files("one_mass_dfo").items()}
+    sources["proof.json"] = json.dumps(forged).encode()
+    text = (GENERATED / "one_mass_dfo/sliding.json").read_text("utf-8")
+    if {*forged.get("rest", [])} <= {"0"}:
+        with pytest.raises(verify.Refused, match=FORGERIES[kind][1]):
+            verify.check(text, GENERATED / "one_mass_dfo", None, sources)
+    else:
+        report = verify.check(text, GENERATED / "one_mass_dfo", None, sources)
+        assert verify.status(report) == verify.NO_CODE and not report.proved
+
+
 @pytest.mark.parametrize(
     ("old", "new"),
     [
