@@ -229,7 +229,7 @@ def put(p: Any, values: dict[str, Any]) -> Any:
         replaced = tuple(x for x in m if x in values)
         kept = tuple(x for x in m if x not in values) if replaced else m
         parts.setdefault(replaced, kernel.Poly())[kept] = c
-    products = (part * prod((values[x] for x in names), start=kernel.term(1)) if names else part for names, part in parts.items())
+    products = (part * prod((values[x] for x in names), start=kernel.term(1)) for names, part in parts.items())
     return sum(products, kernel.Poly())
 
 
