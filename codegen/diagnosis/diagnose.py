@@ -250,7 +250,7 @@ def _diagnosis(
     }
     training = (relative_error(three[0]), relative_error(three[1]), relative_error(three[2]))
     left, experiment = found["remainder"], found.get("separation")
-    return Diagnosis(
+    made = Diagnosis(
         verdict=answer.verdict,
         statement=statement(case, answer, left, rivals, refitted, outcome, experiment, records, training),
         effects=answer.effects if answer.verdict == "effect" else (),
@@ -268,6 +268,7 @@ def _diagnosis(
         units={s.name: system.units.get(s, "1") for s in moved},
         **found,
     )
+    return made if system.inputs else made.without_drive()
 
 
 def _with_possible_twins(

@@ -75,6 +75,9 @@ def test_damping_is_found_in_a_free_swing(viscous: float, tmp_path: Path) -> Non
     (changed,) = re.findall(r"changes\s+the\s+force\s+by\s+([\d.]+)\s+%", found.sentence)
     assert 5 < float(changed) < 15
     assert 0.0 < found.augmented.relative_force < 0.2
+    refused = [c.why_not for c in found.candidates]
+    assert "of the inertial force M a" in found.sentence
+    assert not [words for words in (found.sentence, *refused) if "drive force" in words]
 
 
 @pytest.mark.parametrize("start", [0.133, 0.141, 0.15, 0.128, 0.137, 0.155])

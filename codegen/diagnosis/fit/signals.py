@@ -37,7 +37,7 @@ FASTER_HZ = (80.0, 56.0, 40.0, 28.0)
 """Cutoffs for a motion that is mostly above the usual ones, such as a motor's cogging at speed."""
 A_TENTH = 0.1
 """Highest default cutoff over the sample rate: two central differences keep 88 % of an acceleration there, and 41 % at
-a quarter. With 0.18, a short log at 20 Hz without an effect was called ``ambiguous``."""
+a quarter. With 0.14 and 0.18, short logs at 25 and 20 Hz without an effect were ``ambiguous``."""
 SLOW_CLOCK = 0.01
 """Error of a logger's clock that lowers no cutoff: at 100 Hz, with steps of 10.001 ms, 10 Hz is a tenth of the rate."""
 FINER_SHARE = 0.05
