@@ -103,7 +103,10 @@ class Case:
     def unfit(self) -> BadInput | None:
         """The preflight's problem as an error, for where it prevents a fit; None without a problem."""
         problems = [f.words for f in self.findings["train"] if f.severity == "problem"]
-        return BadInput(self.log.where, problems[0], "a log that fits the spec", code="LOG012") if problems else None
+        if not problems:
+            return None
+        # The finding ends with the remedy, and what was found would be cut to fewer characters than what is expected.
+        return BadInput(self.log.where, "it contradicts the spec", f"a log that fits it. {problems[0]}", code="LOG012")
 
     def with_leads(self, leads: Mapping[int, float], found: Sequence[Finding]) -> Case:
         """The case with other leads of some inputs, and findings on them in place of those on the same topics."""

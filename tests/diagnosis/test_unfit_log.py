@@ -28,5 +28,5 @@ def test_a_wrong_sign_is_told_before_few_stretches_in_motion(tmp_path: Path) -> 
     log = replace(log_of(stage(duration=8.0), tmp_path, "log.csv"), cutoff_hz=2.5)
     with refused("LOG009 at least 12"):
         diagnose_log(stage(), system_of(stage()), log)
-    with refused("LOG012 sign"):
+    with refused("LOG012 sign `scale: {w: -1}` corrects"):  # the remedy is not cut off
         diagnose_log(stage(), system_of(stage()), replace(log, inputs=-log.inputs))
