@@ -23,7 +23,7 @@ from codegen.diagnosis.few_stretches import few_stretches
 from codegen.diagnosis.fit.acceptance import ALPHA, is_far, noise_ratio, share_far
 from codegen.diagnosis.fit.measure import RESTART_S, force_errors, measure
 from codegen.diagnosis.fit.output_error import BLOCKS, levels_at_zero
-from codegen.diagnosis.fit.record import is_shortened, position_noise, record_of
+from codegen.diagnosis.fit.record import TooFewStretches, is_shortened, position_noise, record_of
 from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.search import Search, search_on
 from codegen.diagnosis.free_runs import Judge, select
@@ -115,7 +115,7 @@ def diagnose_log(
         except BadInput as error:
             if case.unfit is not None:  # which may be why there are few stretches in motion
                 raise case.unfit from error
-            if error.code != "LOG009":  # too few stretches in motion
+            if not isinstance(error, TooFewStretches):
                 raise
             raise few_stretches(case, error) from error
         if not case.faults and not case.problem.used.any():

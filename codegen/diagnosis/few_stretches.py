@@ -6,7 +6,7 @@ import numpy as np
 
 from codegen.base.errors import BadInput
 from codegen.diagnosis.case import HELD_OUT_SHARE, Case, holds_segments, smoothed
-from codegen.diagnosis.fit.record import LEAST_SAMPLES, LEAST_SEGMENTS, PERIODS, SHORTENED
+from codegen.diagnosis.fit.record import LEAST_SAMPLES, LEAST_SEGMENTS, PERIODS, SHORTENED, TooFewStretches
 from codegen.diagnosis.fit.signals import CUTOFFS_HZ, TRIM_S, is_within_rate
 from codegen.logs.excerpt import since
 from codegen.logs.motion import measured_motion
@@ -15,7 +15,7 @@ MOSTLY_AT_REST = 0.5
 """Share of the time at rest from which on it is named as the cause."""
 
 
-def few_stretches(case: Case, refused: BadInput) -> BadInput:
+def few_stretches(case: Case, refused: TooFewStretches) -> BadInput:
     """The refusal by ``record_of``, with the time at rest, what to record, and an idle start to leave out."""
     found, expected = refused.found, refused.expected
     resting = [f"{name} rests in {share:.0%} of the time" for name, share in _at_rest(case) if share > MOSTLY_AT_REST]
@@ -23,7 +23,7 @@ def few_stretches(case: Case, refused: BadInput) -> BadInput:
         found += f" ({', '.join(resting)})"
         expected += f": record about {_enough_s(case):.0f} s to and fro without pauses"
     else:
-        expected += f": record about {_enough_s(case):.0f} s of such motion"
+        expected += f": record about {_enough_s(case, refused.count):.0f} s of such motion"
     idle = _idle_start(case)
     if idle is not None:
         words = f"leaves out that it rests until {idle + TRIM_S:.4g} s"
@@ -57,7 +57,14 @@ def _at_rest(case: Case) -> list[tuple[str, float]]:
     return [(name, shares[topic]) for name, topic in topics if topic in shares]
 
 
-def _enough_s(case: Case) -> float:
-    """Seconds of motion that hold enough of the shortest stretches, with the ends and the held-out part."""
+def _enough_s(case: Case, found: int = 0) -> float:
+    """Seconds of motion that hold enough of the shortest stretches, with the ends and the held-out part.
+
+    Args:
+        found: stretches in the log, of whose time slow motion and gaps take as large a share as of a longer one's; 0
+            for a motion without pauses.
+    """
     shortest = max(SHORTENED[-1] * PERIODS / case.motion.cutoff_hz, LEAST_SAMPLES * case.log.sample_time)
-    return 2 * TRIM_S + LEAST_SEGMENTS * shortest / (1 - HELD_OUT_SHARE if case.test_log is None else 1)
+    ideal = 2 * TRIM_S + LEAST_SEGMENTS * shortest / (1 - HELD_OUT_SHARE if case.test_log is None else 1)
+    alike = case.log.size * case.log.sample_time * LEAST_SEGMENTS / found if found else 0.0
+    return max(ideal, alike)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -69,6 +70,24 @@ def test_the_duration_counts_the_samples_of_the_shortest_stretch(tmp_path: Path)
     (needed,) = re.findall(r"about (\d+) s of such motion", words)
     longer = log_of(stage(level=4.5, duration=float(needed)), tmp_path, "log.csv")
     case = case_of(stage(), system_of(stage()), sampled(tmp_path, longer, 10, stated), None, 0.02)
+    assert len(record_of(case.problem.motion, case.log).start) >= LEAST_SEGMENTS
+
+
+def test_the_duration_counts_what_gaps_take(tmp_path: Path) -> None:
+    """A log of 18 s with two gaps and 8 stretches was told to record 20 s."""
+
+    def with_gaps(duration: float) -> Log:
+        log = sampled(tmp_path, log_of(stage(level=4.5, duration=duration), tmp_path, "log.csv"), 25, "cutoff_hz: 2\n")
+        kept = np.mod(log.time, 4.0) > 0.5
+        return sampled(
+            tmp_path,
+            replace(log, time=log.time[kept], positions=log.positions[kept], inputs=log.inputs[kept]),
+            1,
+            "cutoff_hz: 2\n",
+        )
+
+    (needed,) = re.findall(r"about (\d+) s of such motion", refusal(with_gaps(18.0)))
+    case = case_of(stage(), system_of(stage()), with_gaps(float(needed)), None, 0.02)
     assert len(record_of(case.problem.motion, case.log).start) >= LEAST_SEGMENTS
 
 

@@ -44,6 +44,14 @@ A_RECORD = 3
 """Segments in a record of median length, if an experiment consists of several."""
 
 
+class TooFewStretches(BadInput):
+    """A log with too few stretches in motion; ``count``: how many it has."""
+
+    def __init__(self, where: str, found: str, expected: str, count: int) -> None:
+        super().__init__(where, found, expected, code="LOG009")
+        self.count = count
+
+
 @dataclass(frozen=True, eq=False)
 class Record:
     """The data of a log that free-run simulation needs, in SI.
@@ -220,7 +228,7 @@ def record_of(motion: Motion, log: Log, shorter: float = 1.0, events: Sequence[i
             f"at least {LEAST_SEGMENTS}, each of {SHORTENED[-1] * PERIODS:g} periods or more of the cutoff of "
             f"{motion.cutoff_hz:.3g} Hz, so that friction in slip can be seen"
         )
-        raise BadInput(log.where, found, expected, code="LOG009")
+        raise TooFewStretches(log.where, found, expected, len(starts))
     steps = tried * substeps_of(h, motion.cutoff_hz)
     most = max(PLENTY, MOST_STEPS // steps)
     if len(starts) > most:
