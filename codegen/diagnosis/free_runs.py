@@ -2,8 +2,9 @@
 
     case → selection → acceptance → ties → refusals → conclusion
 
-Forward selection finds effects that explain the training log. Held-out data and the force residual then accept them,
-effects that explain it as well are compared, and further checks can only refuse. The last ones look at what is left.
+Forward selection finds effects that explain the training log. They are then tested on held-out data and by the
+force residual, compared with effects that explain it as well, and by further checks that can only refuse. The last
+ones examine the residual that is left.
 """
 
 from __future__ import annotations
@@ -62,14 +63,14 @@ Report = Callable[[str, float], None]
 
 @dataclass(frozen=True, eq=False)
 class Selection:
-    """Effects that explain the training log, before held-out data are asked.
+    """Effects that explain the training log, before they are tested on held-out data.
 
     Attributes:
         case: with the inputs as early as they act. search: on its record. base: the refit without effects.
         tried: the outcome of forward selection.
         outcome: the same, with a sum of harmonics in place of a single sine where that is better.
         last: the search of the last fit of ``outcome``.
-        in_place: effects that were replaced by wrong values of parameters.
+        replaced: effects in place of which wrong values of parameters are reported.
     """
 
     case: Case
@@ -78,7 +79,7 @@ class Selection:
     tried: Outcome
     outcome: Outcome
     last: Search
-    in_place: tuple[Part, ...]
+    replaced: tuple[Part, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,19 +102,14 @@ class Conclusion:
 
 
 def select(case: Case, search: Search, report: Report, tell: Callable[[Findings], None]) -> Selection:
-    """Refit and forward selection; once more if the effects found turn out to be inputs that were logged late.
-
-    The joints of an arm are judged independently, so there this is asked once an effect is accepted: rounds of the
-    other joints are not run twice. Of other machines it is asked of all effects. Where these would give way to a lead,
-    the search without limits of parameters ends once one of its effects would as well: it is not run twice either.
-    """
+    """Refit and forward selection; both again with inputs taken earlier if that explains the effects found as well."""
 
     def effects(turn: int, share: float) -> None:
         report(f"effect {turn + 1}", 0.1 + 0.25 * min(turn + share, 2.7))
 
     report("refit", 0.05)
     search, base = _refit(case.spec, search, case)
-    search, outcome, in_place = _sought(search, base, effects, case, may_be_late=True)
+    search, outcome, replaced = _sought(search, base, effects, case, may_be_late=True)
     corrected = corrected_for_leads(case, search, outcome.final)
     if corrected is not None:
         known = case.findings_in_words["train"]
@@ -121,9 +117,9 @@ def select(case: Case, search: Search, report: Report, tell: Callable[[Findings]
         case, compiled = corrected, search.compiled
         search = search_on(case.problem, lambda share: record_of(case.problem.motion, case.log, share, case.events))
         search, base = _refit(case.spec, replace(search, compiled=compiled), case)
-        search, outcome, in_place = _sought(search, base, effects, case)
+        search, outcome, replaced = _sought(search, base, effects, case)
     with_sums, last = with_harmonics(search, outcome) if not case.faults else (outcome, search)
-    return Selection(case, search, base, outcome, with_sums, last, in_place)
+    return Selection(case, search, base, outcome, with_sums, last, replaced)
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,13 +152,13 @@ class Judge:
     def conclude(self, report: Report) -> Conclusion:
         """The answer after all checks.
 
-        An outcome is accepted. A wave whose period the log does not cover takes the place of effects that explain
-        less. Effects that tie are compared, and what they have in common is named. Then checks refuse, and
-        what is left decides between ``unknown`` and ``none``.
+        The selected effects are judged on held-out data; a wave whose period the log does not cover replaces effects
+        that explain less. Tied effects are compared, and those that all of them have in common are named. Further
+        checks can only refuse effects, and the residual that is left decides between ``unknown`` and ``none``.
         """
         chosen, case = self.selection, self.case
         answer, outcome = self._accepted(report)
-        wave, less = None, answer.effects
+        wave, explaining_less = None, answer.effects
         if answer.verdict in ("effect", "ambiguous"):
             wave = better_than_named(chosen.search, chosen.tried, outcome)
         if wave is not None:
@@ -176,16 +172,16 @@ class Judge:
         another = self._another_law(answer, outcome) if answer.verdict == "effect" else None
         answer = self._refused(answer if another is None else another, outcome)
         left = self._left_by(answer)
-        if another is None:  # that force is there, however much of it a curve over the motion predicts
+        if another is None:  # else a force is missing, however little of it the motion predicts
             answer = replace(answer, verdict=by_remainder(answer.verdict, left, case.material))
             answer = unknown_above_drive(answer, left, case.problem)
             answer = unknown_for_a_candidate(answer, chosen.tried.first, case.material)
             held_out = self.held_out.problem, case.log_of_test
             answer = unknown_for_an_event(answer, {"training": (case.problem, case.log), "held-out": held_out})
         if wave is None and another is None and answer.verdict in ("none", "unknown"):
-            wave, less = better_than_refused(chosen.search, chosen.tried, outcome, case.material), ()
+            wave, explaining_less = better_than_refused(chosen.search, chosen.tried, outcome, case.material), ()
         if wave is not None:
-            answer = not_determined(answer, wave, case.problem, less)
+            answer = not_determined(answer, wave, case.problem, explaining_less)
         answer = replace(answer, remarks=tuple(self._remarks(outcome, answer)))
         return Conclusion(answer, outcome, left, tied, separation, excitation)
 
@@ -288,7 +284,7 @@ class Judge:
         if answer.verdict == "none" and not answer.errors:
             yield from hidden_effects(chosen.search, answer.refit, case.material)
         yield from wrong_values.wrong_links_in_words(chosen.search, answer)
-        yield from _in_place(chosen.in_place, answer)
+        yield from _in_place_of_a_value(chosen.replaced, answer)
         yield from wrong_values.turned_terms(answer, problem)
         if lacks and not answer.errors:
             yield from wrong_values.equal_parameters(chosen.search, chosen.base, outcome)
@@ -315,24 +311,26 @@ def _sought(
     At constant speed parameters keep their limits, since inertia acts only on noise and ripple there.
 
     Args:
-        may_be_late: whether the selection ends with effects in whose place inputs are taken earlier.
+        may_be_late: whether effects are compared with inputs that act earlier. A selection whose effects these explain
+            is repeated by the caller, so it ends early: on an arm, whose joints are judged independently, with the
+            first such effect; the selection without limits, if the one with limits found such effects as well.
     """
 
-    def are_late_inputs(found: Fit) -> bool:
+    def are_late_inputs(search: Search, found: Fit) -> bool:
         return may_be_late and corrected_for_leads(case, search, found) is not None
 
-    def is_superseded(found: Fit) -> bool:
-        return search.rigid is not None and are_late_inputs(found)
-
-    outcome = find_effects(search, base, progress, case.faults, is_superseded)
-    is_late = are_late_inputs(outcome.final)
-    if case.faults or case.steady or (is_late and search.rigid is not None):
+    by_joint = search.rigid is not None
+    outcome = find_effects(
+        search, base, progress, case.faults, lambda found: by_joint and are_late_inputs(search, found)
+    )
+    is_late = are_late_inputs(search, outcome.final)
+    if case.faults or case.steady or (is_late and by_joint):
         return search, outcome, ()
     free = wrong_values.released(search, base, outcome)
     if free is not None:
 
         def are_late_too(found: Fit) -> bool:
-            return is_late and corrected_for_leads(case, free[0], found) is not None
+            return is_late and are_late_inputs(free[0], found)
 
         without_limits = find_effects(*free, progress, case.faults, are_late_too)
         if are_late_too(without_limits.final):
@@ -377,7 +375,7 @@ def _left_out(outcome: Outcome, answer: Answer) -> Fact:
     return Fact.said("unexplained", "cannot tell which", named=tied)
 
 
-def _in_place(parts: Sequence[Part], answer: Answer) -> list[Fact]:
+def _in_place_of_a_value(parts: Sequence[Part], answer: Answer) -> list[Fact]:
     """The fact on effects that would be named if wrong parameter values were kept as declared."""
     found = {e.key for e in answer.effects}
     named = titles(p for p in parts if p.key not in found)
