@@ -50,7 +50,7 @@ def refuse_target(path: Path, sources: Mapping[str, Path] | None = None, endings
             named = path.parents[path.absolute().parents.index(standing)]
             found, expected = "cannot be written (a file of that name exists)", "a folder, or a name that is free"
             raise BadInput(str(named), found, expected, code="FILE003")
-        handle, probe = mkstemp(".tmp", ".stiction-", standing)  # of /proc or a full disk no permission tells it
+        handle, probe = mkstemp(".tmp", ".stiction-", standing)  # permissions do not show it of /proc or a full disk
         os.close(handle)
         Path(probe).unlink()
 

@@ -84,7 +84,7 @@ def same_matrix(top: dict[str, Any], proof: dict[str, Any], shown: dict[str, Any
                 return False
         off = [[a - b for a, b in zip(*pair, strict=True)] for pair in zip(rows, shown["matrix"], strict=True)]
         return not kernel.cleared(kernel.joined(off), text.known)
-    except (ArithmeticError, ValueError):  # one of them speaks of more than polynomials and quotients, or divides by 0
+    except (ArithmeticError, ValueError):  # one of them has more than polynomials and quotients, or divides by 0
         return False
 
 

@@ -1,7 +1,7 @@
 """What the checker refuses, and why: python3 counterexamples.py generated/one_mass < PROOF.json shows each.
 
 Every case changes the genuine one_mass.c (c), one_mass.h (h) or its proof (p) in one place, so that the theorem of
-errors.py, or what frame.py and theorem.py say, would be false or would speak of something else than the C that is
+errors.py, or what frame.py and theorem.py say, would be false or would be about something else than the C that is
 compiled, or so that it is no proof at all.
 """
 

@@ -275,7 +275,7 @@ class Effect(ABC):
     def limit(self, system: System, place: int, values: Mapping[str, float]) -> tuple[str, dict[str, float]] | None:
         """A limiting case: kind and parameters of a simpler effect that has almost the same force at these values.
 
-        The comparison tells whether the additional parameters of this effect are justified. None where there is none.
+        The comparison shows whether the additional parameters of this effect are justified. None where there is none.
         """
         return None
 

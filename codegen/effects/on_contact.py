@@ -273,7 +273,7 @@ class DriveBackdriveFriction(_LoadDependent):
     L is the force of the inputs in the direction of the contact. Since sgn(u)·|L|·sgn(L u) = L, this is
     level += (mu_drive + mu_back)/2·|L| and λ += (mu_drive − mu_back)/2·L, without a case distinction.
     The second part is an input's gain of 1 − (mu_drive − mu_back)/2: where all masses and forces may be refitted within
-    their tolerances, no log tells it from other values of these, and `load_dependent_friction` is named with them.
+    their tolerances, other values of these have the same effect, and `load_dependent_friction` is named with them.
     """
 
     kind = "drive_backdrive_friction"

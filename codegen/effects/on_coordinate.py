@@ -50,7 +50,7 @@ class Spring(Effect):
     parameters = (EffectParameter("k", "{F}/{q}", "stiffness", neutral=0.0),)
     confused_with = (
         Confusion("hardening_spring", "a range on both sides of zero, twice as wide"),
-        Confusion("gravity_imbalance", "a wider range: a spring goes on rising"),
+        Confusion("gravity_imbalance", "a wider range, on which the force of a spring keeps rising"),
     )
 
     def add(self, system: System, place: int, p: Symbols) -> System:

@@ -120,7 +120,7 @@ class GravityImbalance(Periodic):
     parameters = (EffectParameter("G", "{F}", "greatest moment of gravity", neutral=0.0), PHASE)
     confused_with = (
         Confusion("cogging", "more than one turn, if the period is not a turn"),
-        Confusion("spring", "a wider range: a spring goes on rising"),
+        Confusion("spring", "a wider range, on which the force of a spring keeps rising"),
     )
     needs = "a coordinate in rad"
     harmonics = (("G", "phase"),)

@@ -84,7 +84,7 @@ def speeds(covered: Covered) -> Sequence[float]:
 
 
 def periods(covered: Covered) -> Sequence[float]:
-    """Those that stand out in the residual over position."""
+    """The most prominent ones of the residual over position."""
     return tuple(covered.periods())
 
 

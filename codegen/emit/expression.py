@@ -60,8 +60,8 @@ def _rounds_to(digits: str, number: np.floating) -> bool:
     """Whether a decimal is nearer to this number of single precision than to others; its double may be a tie."""
     off = Fraction(digits) - Fraction(float(number))
     with np.errstate(over="ignore"):
-        beside = np.nextafter(number, np.float32(math.copysign(math.inf, off)))
-    return not math.isfinite(beside) or 2 * abs(off) < abs(Fraction(float(beside)) - Fraction(float(number)))
+        neighbour = np.nextafter(number, np.float32(math.copysign(math.inf, off)))
+    return not math.isfinite(neighbour) or 2 * abs(off) < abs(Fraction(float(neighbour)) - Fraction(float(number)))
 
 
 class Expressions:

@@ -199,7 +199,7 @@ def test_only_parameters_of_links_that_a_joint_moves_change_its_runs(tmp_path: P
         theta = search.declared.copy()
         theta[k] += 1e-2 * max(abs(declared), 1.0)
         felt.append(not np.array_equal(runner.run(theta, record.at_rest), plain))
-    assert [runner.is_felt(k) for k in range(len(felt))] == [k == 0 or own for k, own in enumerate(felt)]
+    assert [runner.depends_on(k) for k in range(len(felt))] == [k == 0 or own for k, own in enumerate(felt)]
     assert any(felt[2:]) and not all(felt[2:])  # the first two are the friction levels of the joints
     slopes = search.refit().of_joint(1).slopes
     assert [bool(slope.any()) for slope in slopes] == felt

@@ -468,7 +468,7 @@ class CrossValidation:
     def _by_both(self) -> Information:
         """Information of both criteria, linearised again in a drive gain about their common estimate.
 
-        No motion tells the scale of all forces. Linearised about two different estimates, each criterion has a residual
+        No motion shows the scale of all forces. Linearised about two different estimates, each criterion has a residual
         in the null direction of the other, which falls with the scale: values were 4 % smaller than the tolerances say.
         """
         declared, found = self.search.declared, self._by_run + self._by_force

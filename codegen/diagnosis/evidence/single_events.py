@@ -37,7 +37,7 @@ is not constant."""
 MOST_EVENTS = 12
 """Largest number of events; an effect that acts more often is for the tests on blocks."""
 FAR_ABOVE, OF_DRIVE = 10.0, 0.5
-"""Least RMS residual in a period of the cutoff that is told as an event: over that of the median period, and over that
+"""Least RMS residual in a period of the cutoff reported as an event: over that of the median period, and over that
 of the drive force. Of 22 logs without an effect, training and held-out data, one reaches 0.3 of the drive force."""
 
 

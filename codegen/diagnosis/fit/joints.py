@@ -109,16 +109,16 @@ class MotionTerms:
 
     Attributes:
         loads_declared: (n, N, 2) mass and force of each joint at the declared values.
-        felt: (n, P) whether a joint's mass or force depends on a free parameter.
-        slopes: for each joint, (felt, 2 N) the derivatives of its mass and force, in turn for each sample, with respect
-            to the parameters on which they depend.
+        dependent: (n, P) whether a joint's mass or force depends on a free parameter.
+        slopes: for each joint, (p, 2 N) derivatives of its mass and force, in turn for each sample, by the p
+            parameters on which they depend.
         stiffness, damping: derivatives of the force with respect to the joint's own position and speed.
     """
 
     positions: Array
     velocities: Array
     loads_declared: Array
-    felt: NDArray[np.bool_]
+    dependent: NDArray[np.bool_]
     slopes: tuple[Array, ...]
     stiffness: Array
     damping: Array
@@ -126,7 +126,7 @@ class MotionTerms:
     def loads(self, joint: int, off: Array) -> Array:
         """(N, 2) mass and force of a joint where the free parameters exceed their declared values by ``off``, (P,)."""
         declared: Array = self.loads_declared[joint]
-        own = off[self.felt[joint]]
+        own = off[self.dependent[joint]]
         if not own.any():
             return declared
         moved, slopes = own != 0, self.slopes[joint]  # a single one where a derivative is computed
@@ -169,10 +169,12 @@ class RigidTerms:
         at = np.hstack([positions, velocities, acceleration, np.tile(self.declared, (count, 1))])
         plain = over_rows(values, at).reshape(count, 4, n)
         by_parameter = over_rows(changes, at).reshape(count, 2, free, n)
-        felt = (by_parameter != 0).any(axis=(0, 1)).T
-        chosen = [by_parameter[:, :, own, i].transpose(2, 0, 1).reshape(-1, 2 * count) for i, own in enumerate(felt)]
+        dependent = (by_parameter != 0).any(axis=(0, 1)).T
+        chosen = [
+            by_parameter[:, :, own, i].transpose(2, 0, 1).reshape(-1, 2 * count) for i, own in enumerate(dependent)
+        ]
         declared = np.ascontiguousarray(plain[:, :2].transpose(2, 0, 1))
-        return MotionTerms(positions, velocities, declared, felt, tuple(chosen), plain[:, 2], plain[:, 3])
+        return MotionTerms(positions, velocities, declared, dependent, tuple(chosen), plain[:, 2], plain[:, 3])
 
 
 def _computed_terms(system: System) -> Matrix:
@@ -308,8 +310,8 @@ class JointShooter:
                 if record.joints is not None and i not in record.joints:
                     continue
                 here, there = one.structure(structure), np.ascontiguousarray(states[:, [i, n + i]])
-                own, felt = p[one.arguments], off[along.felt[i]]
-                arrays = own, felt, here.coupling, here.limits, here.rest, record.start, there
+                own, dependent = p[one.arguments], off[along.dependent[i]]
+                arrays = own, dependent, here.coupling, here.limits, here.rest, record.start, there
                 where = (along, record.length, substeps, here.sigma, here.split, self._driven(drive, one.joint)[1])
                 followed = () if record is measured else _content_of(record, i)
                 key = (one.key, *where, *followed, *(array.tobytes() for array in arrays))
@@ -325,14 +327,14 @@ class JointShooter:
 
         return run
 
-    def is_felt(self, model: int, k: int, record: Record) -> bool:
+    def depends_on(self, model: int, k: int, record: Record) -> bool:
         """Whether the free runs of the compared joints may depend on argument ``k`` of a model."""
         if k not in self._rigid[model]:
             return True
         along = self.terms.along(record.positions, record.velocities, record.sample_time)
         compared = [c for c in self._models[model] if record.joints is None or c.joint.index in record.joints]
-        felt = along.felt[:, self._rigid[model].index(k)]
-        return any(felt[c.joint.index] or k in c.arguments for c in compared)
+        dependent = along.dependent[:, self._rigid[model].index(k)]
+        return any(dependent[c.joint.index] or k in c.arguments for c in compared)
 
     def _columns(self, joint: Joint, drive: Array, along: MotionTerms, off: Array, substeps: int) -> Array:
         """(N substeps, m) inputs of a joint, effective, then the imposed signals at the middle of each step.
@@ -341,7 +343,7 @@ class JointShooter:
         """
         i, (inputs, content) = joint.index, self._driven(drive, joint)
         place = along, i, substeps, joint.others, self._shooter.inputs, content
-        key = "columns", *place, off[along.felt[i]].tobytes()
+        key = "columns", *place, off[along.dependent[i]].tobytes()
         found = self.memory.get(key)
         if found is None:
             found = self._without_loads(joint, inputs, along, substeps, ("held", *place)).copy()

@@ -477,7 +477,7 @@ def _slopes(
         runs = runner.several(moved)
         return [(now - mean_residuals(runner, run(offsets))) / steps[k] for run, k in zip(runs, indices, strict=True)]
 
-    missing = [k for k in range(len(theta)) if k not in taken and runner.is_felt(k)]
+    missing = [k for k in range(len(theta)) if k not in taken and runner.depends_on(k)]
     groups = [missing[k : k + runner.at_once] for k in range(0, len(missing), runner.at_once)]
     found = [slope for group in in_parallel(slopes, groups) for slope in group]
     known = {**taken, **dict(zip(missing, found, strict=True))}

@@ -75,8 +75,8 @@ def _weighted_by_runs(runner: Runner, base: Fit, covered: Covered, shape: Mappin
 def stepped_in_parameters(base: Fit, theta: Array) -> Array | None:
     """A starting point whose linear step of the base's effects is taken in their parameters; None where it is small.
 
-    Example: a dead zone that stands for itself and an offset. Its width must grow by 2.3 times itself beside the
-    offset; in the logarithm, the coordinate of the fit, a step of 2.3 is tenfold.
+    Example: a dead zone that was fitted in place of itself and an offset. Its width must grow by 2.3 times itself when
+    the offset is added; in the logarithm, the coordinate of the fit, a step of 2.3 is tenfold.
     """
     known = len(base.theta)
     other = base.trial.stepped(base.theta, theta[:known] - base.theta)

@@ -246,13 +246,13 @@ class Runner:
         """The start-state offsets of another runner's fit; zero if they are from the other kind of start states."""
         return offsets if self.observes == other.observes else self.record.at_rest
 
-    def is_felt(self, k: int) -> bool:
+    def depends_on(self, k: int) -> bool:
         """Whether the predicted measurements may depend on parameter ``k`` of the trial's vector."""
         if not isinstance(self.shooter, JointShooter) or k >= len(self.trial.moved):
             return True
         if self.trial.symbols[k] in self.trial.symbols_of_chains:
             return True
-        return self.shooter.is_felt(self.model, self._arguments.index(k), self.record)
+        return self.shooter.depends_on(self.model, self._arguments.index(k), self.record)
 
     def hidden(self, theta: Array) -> Array:
         """(S, …) states that are not logged, as by ``Shooter.hidden``."""

@@ -41,7 +41,7 @@ NEAR, SHORTEST = 30.0, 0.2
 share of their length. The error of a free-run simulation grows with the square of time."""
 COARSE = 25
 """Least time steps in a period of the cutoff on few segments, if the base is more than ``FAR`` times the noise from the
-data: half of those of other free runs, and fewer rows of a dense log. It changes little beside what such a base leaves.
+data: half of those of other free runs, and fewer rows of a dense log. The error is small compared with such a residual.
 """
 LEAST_EXCESS = 0.05
 """Share of the worst joint's loss above the noise below which no effect on another joint is tried in a round of the
@@ -395,8 +395,8 @@ class CandidateFits:
     def _fitted_from_both(self, k: int, theta: Array) -> Fit:
         """A part fitted from the base's values, and from the declared ones if the base ends at a limit of tolerances.
 
-        The missing effect itself may have moved these values, and beside it they go back. That can be more than the
-        steps of one fit reach: beside a weight with a tolerance, the width of a dead zone remained too small by half.
+        The missing effect itself may have moved these values, and with it in the model they return. One fit may not get
+        so far: with a weight that has a tolerance, the width of a dead zone remained too small by half.
         """
         search, whole = self.search, self.search.rigid is None
         fitted = self._begun if whole else self._fitted  # of a whole machine only the better one is polished

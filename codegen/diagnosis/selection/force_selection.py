@@ -354,7 +354,7 @@ def special_case(fits: ForceFits, fit: Fit, leading: Sequence[Ranked]) -> tuple[
         leading: the first effect of ``fit``, and the rivals that tie with it.
 
     Returns:
-        As of ``best_first_effect``; without the leader where its special case takes its place.
+        As of ``best_first_effect``; a special case replaces the leader.
     """
     leader, *rivals = leading
     for one in rivals:

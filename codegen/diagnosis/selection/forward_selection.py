@@ -145,7 +145,7 @@ class _Rounds:
         joint: of the last round. hypotheses: number that it tested.
         taken: number of rounds that had a possible candidate.
         waiting: candidates of a round that pass every test where its leader does not, and predict held-out segments as
-            well. beside: the others of that round that may tie with them, the leader among them.
+            well. tied: the others of that round that may tie with them, the leader among them.
         leaders: the best of the first round, until pairs of them are tried. led: the fit with the first of them.
         alone: number of hypotheses of that round.
         paired: whether the effects were found as a pair. among_all: as of ``reconsidered``.
@@ -164,7 +164,7 @@ class _Rounds:
     hypotheses: int = 0
     taken: int = 0
     waiting: list[Ranked] = field(default_factory=list)
-    beside: list[Ranked] = field(default_factory=list)
+    tied: list[Ranked] = field(default_factory=list)
     leaders: list[Ranked] = field(default_factory=list)
     alone: int = 0
     paired: bool = False
@@ -231,7 +231,7 @@ class _Rounds:
         self.current = self.confirmed
         self.joint = joint_of(self.search, waiting[0].part)
         self.rivals = self.rivals if self.confirmed.trial.parts else []  # else those of the leader in doubt
-        self._take(waiting, [*contradicted, *self.beside], falls_back=True)
+        self._take(waiting, [*contradicted, *self.tied], falls_back=True)
 
     def _take(self, possible: Sequence[Ranked], alike: Sequence[Ranked], falls_back: bool = False) -> None:
         """The first of these candidates, accepted or in doubt; ``alike``: others that may tie with it."""
@@ -271,7 +271,7 @@ class _Rounds:
         else:
             least = possible[0].evidence.share - acceptance.LEAST_SHARE
             self.waiting = [r for r in possible[1:] if not r.why_not and r.evidence.share > least]
-            self.beside = [r for r in possible if all(r is not one for one in self.waiting)]
+            self.tied = [r for r in possible if all(r is not one for one in self.waiting)]
         if not self.left[self.joint]:
             self.current = self.confirmed
 

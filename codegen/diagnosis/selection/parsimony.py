@@ -51,10 +51,10 @@ def least_share(search: Search, known: Sequence[Part], part: Part) -> float:
     this variable must remove more (``acceptance.FURTHER``) than one over another variable (``acceptance.ELSEWHERE``).
     Effects on other joints do not count.
     """
-    beside = [p for p in known if joint_of(search, p) == joint_of(search, part)]
-    if not beside:
+    same_joint = [p for p in known if joint_of(search, p) == joint_of(search, part)]
+    if not same_joint:
         return acceptance.LEAST_SHARE
-    variables = {p.effect.seen_over for p in beside if not _has_twin_elsewhere(search, p)}
+    variables = {p.effect.seen_over for p in same_joint if not _has_twin_elsewhere(search, p)}
     return acceptance.FURTHER if part.effect.seen_over in variables else acceptance.ELSEWHERE
 
 

@@ -94,12 +94,12 @@ def force_share(search: Search, part: Part, values: Mapping[str, float]) -> floa
 
 
 def is_possible(search: Search, found: Fit) -> bool:
-    """Whether the log covers the effect's period, and nothing speaks against the values (``impossible``)."""
+    """Whether the log covers the effect's period, and its values are possible (``impossible``)."""
     return not (uncovered(search, found.part, found.parameters) or impossible(search, found, search.system))
 
 
 def impossible(search: Search, found: Fit, plain: System) -> str:
-    """Objection to values out of the effect's bounds, or that the log cannot show beside the other effects; else empty.
+    """Objection to values out of the effect's bounds, or that the log cannot show with the others; else empty.
 
     ``plain``: the model without the effect, whose friction levels are compared.
     """

@@ -33,7 +33,7 @@ FALLS = float(np.sqrt(1 - LEAST_SHARE))
 UNSEEN = 1e-3
 """Relative change of both errors up to which an effect counts as not acting on the held-out data."""
 MOST_VALUES = 4
-"""Refused values that are told."""
+"""Largest number of refused values in a message."""
 Measured = Callable[[System], ErrorFigures]
 """Errors of a system on held-out data."""
 Option = tuple[str, System]

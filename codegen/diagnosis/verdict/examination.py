@@ -157,8 +157,8 @@ def with_estimate(search: Search, outcome: Outcome, plain: Answer, measured: Mea
 def _with_effects(final_search: Search, outcome: Outcome, plain: Answer, measured: Measured) -> tuple[Answer, Outcome]:
     """The answer with the effects of an outcome that pass all checks, and the outcome that it is of.
 
-    An effect that increases a held-out error is removed. Harmonics are then sought again: beside an effect that does
-    not exist their sum may be no better than a single sine.
+    An effect that increases a held-out error is removed. Harmonics are then sought again: together with an effect
+    that does not exist their sum may be no better than a single sine.
     """
     outcome, fit, found, against = _examined(final_search, outcome, plain.refit, plain.verdict == "effect")
     if against:

@@ -63,8 +63,8 @@ class FinalCheck:
         last = answer.figures[2] if answer.verdict == "ambiguous" else declared
         augmented = answer.augmented if answer.verdict == "ambiguous" else system
         plain = replace(answer, refit=system, augmented=augmented, figures=(declared, declared, last), errors=())
-        told = Fact("spec.yaml", f"Refitted values are not written: with them {words}")
-        return plain.noted(told, *refused_values(answer.refit, system))
+        not_written = Fact("spec.yaml", f"Refitted values are not written: with them {words}")
+        return plain.noted(not_written, *refused_values(answer.refit, system))
 
     def worse(self, model: System, figures: ErrorFigures, declared: ErrorFigures) -> str:
         """By what a model is worse than the declared one, in words; empty if it is not."""

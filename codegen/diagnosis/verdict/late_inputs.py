@@ -2,8 +2,8 @@
 
 An input that is logged late, as a current behind a filter of the drive, leads the motion. Before effects are sought, a
 force that the model lacks may hide this lead, and a heavily damped compliance then corrects it. So the lead is
-estimated again beside the other effects found. If free runs with the inputs taken earlier explain the log as well as
-the effects that add states do, the lead is corrected, and the effects are sought again.
+estimated again with the other effects found in the model. If free runs with the inputs taken earlier explain the log as
+well as the effects that add states do, the lead is corrected, and the effects are sought again.
 
 Where free runs then still leave far more than the noise, another force is missing, of which a lead explains a part, as
 a compliance does. There it must also explain a share of the residual force, as an effect must.

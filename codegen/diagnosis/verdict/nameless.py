@@ -73,7 +73,7 @@ def _compared(search: Search, found: Fit, without: Fit) -> Ranked:
 
 
 def _counts(search: Search, rival: Ranked, named: Ranked) -> bool:
-    """Whether a law keeps an effect from being named: the log does not prefer the effect or, if asked, prefers it."""
+    """Whether a law keeps an effect from being named: the log does not prefer the effect, or must prefer the law."""
     if not tied_by_free_runs(search, named, rival) or preferred_by_force(named, rival):
         return False
     return not NAMELESS[rival.part.kind].if_better or runs_prefer(search, rival.found, named.found)

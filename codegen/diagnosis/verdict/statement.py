@@ -186,8 +186,8 @@ def main_variables(left: Remainder, material: float) -> list[tuple[str, float]]:
 
     Without time where changes in time are material: ``changes_in_words`` describes these.
     """
-    told = ("time",) if left.is_changing(material) else ()
-    shares = [(name, share) for name, share in left.over.items() if name not in told]
+    described = ("time",) if left.is_changing(material) else ()
+    shares = [(name, share) for name, share in left.over.items() if name not in described]
     many = [(name, share) for name, share in shares if share >= SOME or left.share * sqrt(share) >= material]
     return sorted(many, key=lambda one: -one[1])
 

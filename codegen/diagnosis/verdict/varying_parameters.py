@@ -55,7 +55,7 @@ KNOTS = 8
 MOST_OF_IT = 0.5
 """Least share of the squared residual force that varying parameters explain beyond constant ones, for an objection."""
 MUCH_LESS = 0.5
-"""Most that varying parameters leave of the squared residual force that a curve beside the effect leaves."""
+"""Largest squared residual force with varying parameters, over that with a curve in addition to the effect."""
 STEP = 1e-3
 """Relative step of a parameter for its slope."""
 
@@ -83,8 +83,8 @@ def varying(problem: Problem, augmented: System, named: Sequence[FoundEffect], m
 
     Of what constant parameters and levels leave, once these are fitted, varying ones must explain ``MOST_OF_IT`` and a
     force of the share ``material`` of the drive force, and leave less than ``MUCH_LESS`` of the square that a smooth
-    curve over the same variable leaves beside constant parameters, in each direction of motion: where such a curve
-    explains it as well, another effect is missing beside this one. In intervals of time the parameters have constant
+    curve over the same variable leaves in addition to constant parameters, in each direction of motion: where such a
+    curve explains it as well, a further effect is missing. In intervals of time the parameters have constant
     values, and the curve is a polynomial of degree 2 in each.
     """
     found = list[Varying]()
@@ -114,11 +114,11 @@ def varying(problem: Problem, augmented: System, named: Sequence[FoundEffect], m
             tests = [(v, held_out, [curves[v]], curves[v]) for v in OVER if v != own]
             if events and own != "time":
                 tests.append(("time", whole, events, np.hstack([one[:, :1] for one in events])))
-            for name, added, beside, values in tests if columns else ():
+            for name, added, curve, values in tests if columns else ():
                 share = added([c[:, None] * values for c in columns])
                 if share < MOST_OF_IT or sqrt(share) * left < material * drive:
                     continue
-                if 1 - share < MUCH_LESS * (1 - added([*beside, *(curve * sign for curve in beside)])):
+                if 1 - share < MUCH_LESS * (1 - added([*curve, *(column * sign for column in curve)])):
                     found.append(Varying(named[k], name, share))
     return max(found, key=lambda one: one.share, default=None)
 

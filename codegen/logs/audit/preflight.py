@@ -32,7 +32,7 @@ MANY_REPAIRED = 0.001
 FEW_REVERSALS, MOSTLY_STILL = 4, 0.8
 """Number of reversals below which, and share of standstill above which, a motion is a warning."""
 COARSE = 0.1
-"""Speed that one encoder step pretends, over the top speed, from which on the encoder is coarse."""
+"""Apparent speed of one encoder step in a sample, over the top speed, from which on the encoder is coarse."""
 ENCODER_OFF = 0.2
 """Relative deviation of the visible encoder step from the declared one that is a warning."""
 MANY_FINER = 0.05
