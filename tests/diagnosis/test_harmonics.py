@@ -27,6 +27,8 @@ from tests.diagnosis.stage import diagnosed, log_of, stage, system_of
 PERIOD = 0.07
 WAVES = {"sin_1": 1.2, "cos_1": -0.5, "sin_3": 0.1, "cos_3": 0.9}
 ENTRY = ", ".join(f"{name}: {value}" for name, value in {"period": PERIOD, **WAVES}.items())
+UNKNOWN = 0.9
+"""RMS of a force that no effect describes, N."""
 COGGING = f"[{{kind: cogging_harmonics, on: x, parameters: {{{ENTRY}}}}}]"
 
 
@@ -103,6 +105,25 @@ def test_free_runs_put_the_waves_in_the_place_of_a_lone_sine(tmp_path: Path) -> 
     assert found.explained > 0.99 and not found.rivals and found.first[-1].found.part is part
     # With the waves in place there is nothing to put in their place.
     assert with_harmonics(search, found)[0].final is found.final
+
+
+def test_the_waves_replace_several_effects_that_imitate_them(tmp_path: Path) -> None:
+    """Beside a force that no effect describes the waves explain little of what is left, but with one effect, not three.
+
+    A motor's cogging was a sine, a friction over position and a quadratic drag; its sum of sines left a fifth of that.
+    """
+    log = log_of(stage(COGGING, level=4.5), tmp_path, "train.csv")
+    unknown = low_pass(np.random.default_rng(3).normal(size=(len(log.inputs), 1)), 8.0, log.sample_time)
+    log = replace(log, inputs=log.inputs + UNKNOWN * unknown / unknown.std())
+    problem = Problem(system_of(stage()), smooth_motion(log), {})
+    search = search_on(problem, lambda share: record_of(problem.motion, log, share))
+    base = search.refit()
+    kinds = {"cogging": {"amplitude": 1.3, "period": PERIOD, "phase": -0.4}, "quadratic_drag": {"c": 0.1}}
+    kinds |= {"position_dependent_friction": {"amplitude": 0.3, "period": 3 * PERIOD, "phase": 0.1}}
+    parts = [part_of(CATALOGUE[kind], 0, search.system) for kind in kinds]
+    three = search.with_parts(base, np.array([4.5]), parts, list(kinds.values()))
+    found, _ = with_harmonics(search, Outcome(base, three, (), (), 0.6, len(search.record.start)))
+    assert [part.kind for part in found.parts] == ["cogging_harmonics"]
 
 
 @pytest.mark.slow

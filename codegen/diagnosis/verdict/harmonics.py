@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from codegen.base.arrays import Array
+from codegen.diagnosis.evidence.force_gain import ForceCriterion
 from codegen.diagnosis.evidence.score_test import nested_evidence_of
 from codegen.diagnosis.fit.acceptance import noise_ratio
 from codegen.diagnosis.fit.linear import solved
@@ -23,9 +24,10 @@ from codegen.diagnosis.fit.signals import low_pass
 from codegen.diagnosis.fit.trial import Part, part_of
 from codegen.diagnosis.selection.candidate_fits import NEAR, SHORTEST
 from codegen.diagnosis.selection.forward_selection import Outcome
-from codegen.diagnosis.selection.parsimony import at_noise, pruned, worth_it
-from codegen.diagnosis.selection.ranking import Ranked, credible
+from codegen.diagnosis.selection.parsimony import BETTER, at_noise, pruned, worth_it
+from codegen.diagnosis.selection.ranking import Ranked, credible, runs_prefer
 from codegen.diagnosis.selection.refusals import relative_size
+from codegen.diagnosis.selection.replacement import force_speaks_for
 from codegen.diagnosis.selection.significance import chance
 from codegen.diagnosis.verdict.answer import force_agrees
 from codegen.effects.periodic import PERIOD, CoggingHarmonics
@@ -97,9 +99,20 @@ def with_harmonics(search: Search, outcome: Outcome) -> tuple[Outcome, Search]:
             fitted = pruned(near, richer, MOST_ORDER, spared=1)
             if best is None or worth_it(near, best, fitted, MOST_ORDER):
                 best = fitted
-        if best is not None and credible(near, base, best, MOST_ORDER) and worth_it(near, final, best, MOST_ORDER):
+        if best is not None and credible(near, base, best, MOST_ORDER) and _is_better(near, final, best):
             outcome, final_search, final = _adopted(near, outcome, base, best), near, best
     return outcome, final_search
+
+
+def _is_better(search: Search, final: Fit, richer: Fit) -> bool:
+    """Whether free runs prefer the fit with harmonics.
+
+    In place of more effects than it has, it is judged as any replacement: it adds nothing to what they claim.
+    """
+    if len(richer.trial.parts) >= len(final.trial.parts):
+        return worth_it(search, final, richer, MOST_ORDER)
+    better = richer.cost < final.cost - BETTER and runs_prefer(search, richer, final)
+    return better and not force_speaks_for(ForceCriterion(search, final), richer)
 
 
 def _is_sine(part: Part, on: str, richer: CoggingHarmonics) -> bool:
