@@ -152,10 +152,7 @@ def bin_means(x: Array, y: Array, bins: int = BINS) -> Curve:
         return Curve(np.empty(0), np.empty(0))
     low, high = np.quantile(x, [0.005, 0.995])
     edges = np.linspace(low, high if high > low else low + 1, bins + 1)
-    place = np.clip(np.searchsorted(edges, x, side="right") - 1, -1, bins)
-    inside = (place >= 0) & (place < bins)
-    count = np.bincount(place[inside], minlength=bins)
-    total = np.bincount(place[inside], weights=y[inside], minlength=bins)
+    count, total = np.histogram(x, edges)[0], np.histogram(x, edges, weights=y)[0]
     mean = np.where(count >= LEAST_IN_BIN, total / np.maximum(count, 1), np.nan)
     return Curve((edges[:-1] + edges[1:]) / 2, mean)
 

@@ -246,9 +246,9 @@ def derivative_noise(noise: Array, cutoff_hz: float, h: float, order: int, integ
     return np.asarray(noise * (2 * np.pi * cutoff_hz) ** k * np.sqrt(2 * cutoff_hz * h / (2 * k + 1)))
 
 
-def is_within_rate(cutoff_hz: float, h: float, share: float = A_TENTH) -> bool:
-    """Whether a cutoff is at most this share of the sample rate 1/h, of which the clock is known to ``SLOW_CLOCK``."""
-    return cutoff_hz * h <= share * (1 + SLOW_CLOCK)
+def is_within_rate(cutoff_hz: float, h: float) -> bool:
+    """Whether a cutoff is at most ``A_TENTH`` of the sample rate 1/h, of which the clock is known to ``SLOW_CLOCK``."""
+    return cutoff_hz * h <= A_TENTH * (1 + SLOW_CLOCK)
 
 
 def quiet_cutoff(positions: Array, h: float, integrated: Sequence[bool] = ()) -> float:
