@@ -30,9 +30,9 @@ def free_run(
     """(N, n) predicted readings of the positions, restarted from the measured state every ``restart_s`` seconds.
 
     Inf for predictions that are not finite, NaN in the ``trim_s`` seconds at each end, where filtered states are poor.
-    The whole log is needed for delays, and for states that are not logged. Those of loads behind springs are corrected
-    by the run after each restart. A law that cannot be simulated
-    (``is_simulable``) is replaced by its level of steady sliding.
+    The whole log is needed for delays, and for states that are not logged. The states of loads behind springs are
+    fitted to the run after each restart. A law that cannot be simulated (``is_simulable``) is replaced by its level of
+    steady sliding.
 
     Args:
         positions, velocities: (N, n) measured state, filtered.

@@ -1,4 +1,4 @@
-"""What single events say of a verdict: an effect that predicts those of held-out data, and an event that nothing does.
+"""Single events: an effect that predicts those of held-out data is accepted, and one that is left makes ``unknown``.
 
 The tests on blocks cannot accept an effect that acts in one or two of them. Forward selection then ends with a best
 candidate that fails the test of significance alone. It is accepted if, with the values of the training log, it predicts
@@ -49,7 +49,7 @@ def shown_in_events(search: Search, outcome: Outcome, held_out: Problem, log: Lo
 
 
 def _prediction(search: Search, base: Fit, found: Fit, held_out: Problem) -> Prediction | None:
-    """That of held-out events by an effect that explains those of the training log as exactly; None if it does not.
+    """An effect's prediction of held-out events; None unless it ``is_exact`` there and in those of the training log.
 
     An effect with states is not judged, since no log holds these.
     """

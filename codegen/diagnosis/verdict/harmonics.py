@@ -87,8 +87,10 @@ def with_harmonics(search: Search, outcome: Outcome) -> tuple[Outcome, Search]:
         on = search.system.positions[i].name
         rest = [k for k, p in enumerate(final.trial.parts) if not _is_sine(p, on, effect)]
         periods = sorted(_periods(search, outcome, i, effect))
+        if not periods:
+            continue
         best: Fit | None = None
-        for kept in ([[], rest] if rest else [[]]) if periods else []:
+        for kept in [[], rest] if rest else [[]]:
             moved, system = _start(near, final, kept)
             waves = _best(periods, system, search.problem, i)
             if waves is None:
@@ -142,7 +144,7 @@ def _periods(search: Search, outcome: Outcome, coordinate: int, richer: CoggingH
     """Periods to try: a whole turn of an angle, and multiples of single sines that were accepted."""
     system, motion = search.system, search.motion
     x, used = motion.positions[:, coordinate], motion.usable[1:] & motion.usable[:-1]
-    span, way = float(np.ptp(x[motion.usable])), float(np.abs(np.diff(x))[used].sum())
+    span, travelled = float(np.ptp(x[motion.usable])), float(np.abs(np.diff(x))[used].sum())
     on = system.positions[coordinate].name
     whole = [2 * np.pi] if system.position_units[coordinate] == "rad" else []
     ours = zip(outcome.parts, outcome.final.values[1], strict=True)
@@ -151,7 +153,7 @@ def _periods(search: Search, outcome: Outcome, coordinate: int, richer: CoggingH
         r.found.parameters[PERIOD.name] for r in outcome.first if _is_sine(r.part, on, richer) and r.grade and not sines
     ]
     for period in whole:
-        if COVERED * period <= span and TURNS * period <= way:
+        if COVERED * period <= span and TURNS * period <= travelled:
             yield period
     for period in {m * s for s in sines for m in range(1, MULTIPLES + 1)}:
         if REPEATS * period <= span:

@@ -1,4 +1,4 @@
-"""Candidates that a log refuses only since it covers less than their period.
+"""Periodic candidates that are refused only because the log covers less than one period.
 
 Nothing shows that such a wave repeats, so it is not accepted. But the force is there, and effects that explain it worse
 are not what is missing. The verdict is then ``unknown``, with the candidate and the stroke that would show its period.
@@ -54,7 +54,7 @@ def better_than_named(search: Search, tried: Outcome, outcome: Outcome) -> Longe
         tried: of the selection by free runs. outcome: that of the answer, whose effects are compared.
     """
     every = (*tried.first, *(r for later in tried.later for r in later.ranked))
-    found = (_in_place(search, tried, r, outcome, of_its_variable=True) for r in every if r.uncovered)
+    found = (_as_replacement(search, tried, r, outcome, of_its_variable=True) for r in every if r.uncovered)
     return next((one for one in found if one is not None and (one.is_sure or one.is_extension)), None)
 
 
@@ -62,16 +62,16 @@ def better_than_refused(search: Search, tried: Outcome, outcome: Outcome, materi
     """The uncovered candidate of material size that explains more than all refused effects together, or None."""
     shown = [r for r in tried.first if r.uncovered and r.size >= material]
     best = min(shown, key=lambda r: r.found.cost, default=None)
-    found = None if best is None else _in_place(search, tried, best, outcome)
+    found = None if best is None else _as_replacement(search, tried, best, outcome)
     return found if found is not None and found.is_sure else None
 
 
-def _in_place(
+def _as_replacement(
     search: Search, tried: Outcome, one: Ranked, outcome: Outcome, of_its_variable: bool = False
 ) -> Longer | None:
-    """A candidate fitted in place of all effects, if free runs fit better, as a replacement must, and the force agrees.
+    """The candidate in place of all effects, if better by ``BETTER`` nats and by force residual; else None.
 
-    With ``of_its_variable`` in place of those of its place and variable, if there are any.
+    With ``of_its_variable`` it replaces those of its place and variable only; None if there are none.
     """
     (moved, values), parts, part = outcome.final.values, outcome.final.trial.parts, one.part
     kept = [k for k, p in enumerate(parts) if of_its_variable and not same_signature(p, part)]
@@ -79,7 +79,7 @@ def _in_place(
     if of_its_variable and not replaced:
         return None
     extends = of_its_variable and len(replaced) == 1
-    if extends and not _contains(search, one, replaced[0]):
+    if extends and not _is_special_case(search, one, replaced[0]):
         return None
     whole = search.with_parts(tried.base, moved, parts, values) if parts else tried.base
     others, known = [parts[k] for k in kept], [values[k] for k in kept]
@@ -93,8 +93,8 @@ def _in_place(
     return Longer(one, high - low <= 2 * SURE * period, extends)
 
 
-def _contains(search: Search, one: Ranked, law: Part) -> bool:
-    """Whether a wave with a certain period is this law, as with that of a turn it is a weight on a turning axis."""
+def _is_special_case(search: Search, one: Ranked, law: Part) -> bool:
+    """Whether a law is the wave with a fixed period, as a weight on a turning axis is with the period of a turn."""
     limit = one.part.effect.limit(search.system, one.part.place, one.found.parameters)
     return limit is not None and limit[0] == law.kind
 
