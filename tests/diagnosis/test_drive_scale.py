@@ -9,13 +9,13 @@ import pytest
 
 from codegen.diagnosis.evidence.adoption import CrossValidation, adopt_values
 from codegen.diagnosis.evidence.estimate import estimate, named_effects
-from codegen.diagnosis.fit.drive import DriveLeft, drive_gain
+from codegen.diagnosis.fit.drive import DriveLeft, drive_gain, residual_at_drive
 from codegen.diagnosis.fit.force_rows import force_rows, relative_force_rows
 from codegen.diagnosis.fit.record import record_of
 from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.search import Search, search_on
 from codegen.diagnosis.fit.signals import low_pass, smooth_motion
-from codegen.diagnosis.fit.trial import part_of, with_effects, with_values
+from codegen.diagnosis.fit.trial import model_of, part_of, with_effects, with_values
 from codegen.diagnosis.selection.force_fits import ForceFits
 from codegen.effects import CATALOGUE
 from codegen.mechanics.system import System
@@ -41,6 +41,46 @@ def searched(folder: Path) -> Search:
 
 def named(system: System) -> list:
     return [s for name in ("kt", "m", "b") for s in system.values if s.name == name]
+
+
+@pytest.mark.parametrize(
+    ("kind", "place", "known"),
+    [
+        ("cogging", 0, {"m", "b", "rail_a"}),
+        ("saturation", 0, {"m", "b", "rail_a"}),
+        ("input_gain", 0, {"m", "b", "rail_a"}),
+        ("position_dependent_friction", 0, {"m", "b", "rail_a"}),
+        ("load_dependent_friction", 0, set()),  # over the drive that friction leaves at each sample
+        ("presliding", 0, set()),  # with a bristle that follows the level
+        ("compliance", 0, set()),
+    ],
+)
+def test_slopes_of_a_fit_to_the_force_are_those_of_its_models(
+    tmp_path: Path, kind: str, place: int, known: set[str]
+) -> None:
+    """By central differences of the residual of whole models. Those by values in which forces are linear are taken
+    from the declared model, since each difference evaluates the whole log.
+    """
+    search = searched(tmp_path)
+    fits, system, motion = ForceFits(search, search.refit()), search.system, search.motion
+    part = part_of(CATALOGUE[kind], place, system)
+    trial = search.declared_trial.with_part(part)
+    sizes = {"limit": 9.0, "k": 4e3, "c": 5.0, "sigma": 5e4, "period": 0.03, "gain": 1.1}
+    values = {name: sizes.get(name, 0.3) for name in part.names}
+    theta = trial.theta(1.05 * search.declared, [values])
+    found = fits._slopes(trial, theta, fits._residual(trial, theta), search.prior(trial, theta).size)
+    assert {search.moved[k].name for k in fits._known(trial)} == known
+
+    def scaled(theta: np.ndarray) -> np.ndarray:
+        model = model_of(trial, theta)
+        return fits._scaled(residual_at_drive(model, motion) / drive_gain(model, system, motion))
+
+    for k, slope in enumerate(found):
+        step = np.zeros(len(theta))
+        step[k] = 1e-4 * max(abs(theta[k]), 1e-3)
+        expected = (scaled(theta - step) - scaled(theta + step)) / (2 * step[k])
+        error = np.sqrt(np.mean((slope - expected) ** 2) / np.mean(expected**2))
+        assert error < (1e-5 if k in fits._known(trial) else 1e-2), trial.symbols[k]  # one-sided, of kinks too
 
 
 def test_slopes_are_those_of_the_residual_over_the_drive(tmp_path: Path) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import cache, partial
 from pathlib import Path
@@ -337,13 +337,13 @@ def test_slopes_of_the_force_by_links_are_computed_once(tmp_path: Path, monkeypa
         np.testing.assert_allclose(slope, change / 0.1, rtol=1e-6, atol=1e-9 * np.abs(change).max())
     part = next(p for p in every_part(search, []) if (p.kind, p.on, p.names) == ("viscous", "q_2", ("b",)))
     start = np.append(fits.plain.theta, 0.2)
-    plain, tried = ResidualAlong.at, list[np.ndarray]()
+    plain, tried = ResidualAlong.several, list[np.ndarray]()
 
-    def at_values(along: ResidualAlong, theta: np.ndarray, every: int = 1) -> np.ndarray:
-        tried.append(theta)
-        return plain(along, theta, every)
+    def several(along: ResidualAlong, thetas: Sequence[np.ndarray], every: int = 1) -> Iterator[np.ndarray]:
+        tried.extend(thetas)
+        return plain(along, thetas, every)
 
-    monkeypatch.setattr(ResidualAlong, "at", at_values)
+    monkeypatch.setattr(ResidualAlong, "several", several)
     found = fits.fit(base.trial.with_part(part), start)
     assert found.parameters["b"] == pytest.approx(0.4, rel=0.02)
     start[list(fits.by_links)] = search.declared[list(fits.by_links)]  # the bodies are evaluated there
@@ -358,19 +358,19 @@ def test_forces_of_the_bodies_are_evaluated_once_for_all_fits(tmp_path: Path, mo
     fits = ForceFits(search, search.refit())
     start, _ = np.append(fits.plain.theta, 0.2), fits.by_links
     whole = force_function(search.system, [Matrix(search.system.equation_error)]).n_instructions()
-    evaluated, tried, rows, at = list[bool](), list[np.ndarray](), over_rows, ResidualAlong.at
+    evaluated, tried, rows, at = list[bool](), list[np.ndarray](), over_rows, ResidualAlong.several
 
-    def over(function: casadi.Function, points: np.ndarray) -> np.ndarray:
+    def over(function: casadi.Function, *given: np.ndarray) -> np.ndarray:
         evaluated.append(2 * function.n_instructions() > whole)
-        return rows(function, points)
+        return rows(function, *given)
 
-    def at_values(along: ResidualAlong, theta: np.ndarray, every: int = 1) -> np.ndarray:
-        tried.append(theta)
-        return at(along, theta, every)
+    def several(along: ResidualAlong, thetas: Sequence[np.ndarray], every: int = 1) -> Iterator[np.ndarray]:
+        tried.extend(thetas)
+        return at(along, thetas, every)
 
     for module in (drive, residual):
         monkeypatch.setattr(module, "over_rows", over)
-    monkeypatch.setattr(ResidualAlong, "at", at_values)
+    monkeypatch.setattr(ResidualAlong, "several", several)
     for name in ("viscous", "coulomb_asymmetry"):
         part = next(p for p in every_part(search, []) if (p.kind, p.on, len(p.names)) == (name, "q_2", 1))
         fits.fit(search.declared_trial.with_part(part), start)

@@ -50,7 +50,7 @@ def test_a_weight_hangs_on_its_spring_from_the_first_sample(gap: float) -> None:
     hanging = brentq(lambda there: K * (q - there - gap / 2) - G * np.cos(there), q - 0.2, q - gap / 2)
     system, rest, still = system_of(spec_of(effect)), np.full((2000, 1), q), np.zeros((2000, 1))
     record = Record(rest, rest, still, still, STEP, np.ones(1), np.arange(2000, dtype=np.int32), 1)
-    loads = Runner(Trial(system, (), ()), Shooter([system], [()]), 0, record, 4).hidden(np.zeros(0))[:, 1:]
+    loads = Runner(Trial(system, (), ()), Shooter([system], [()]), 0, record, 4).hidden(np.zeros(0))[0, :, 1:]
     np.testing.assert_allclose(loads[:, 0], hanging, atol=1e-6)
     np.testing.assert_allclose(loads[:, 1], 0, atol=1e-4)
 
@@ -65,7 +65,7 @@ def test_cogging_acts_at_the_motor_and_leaves_the_load_where_its_weight_hangs() 
     record = Record(rest, rest, still, still, STEP, np.ones(1), np.arange(2000, dtype=np.int32), 1)
     for effects in (f"{load}, {wave}", f"{wave}, {load}"):
         system = system_of(spec_of(effects))
-        loads = Runner(Trial(system, (), ()), Shooter([system], [()]), 0, record, 4).hidden(np.zeros(0))[:, 1:]
+        loads = Runner(Trial(system, (), ()), Shooter([system], [()]), 0, record, 4).hidden(np.zeros(0))[0, :, 1:]
         np.testing.assert_allclose(loads[:, 0], hanging, atol=1e-6)
 
 
@@ -88,7 +88,7 @@ def test_a_load_follows_the_true_motion_of_its_motor_and_not_an_eccentric_readin
         record = Record(*along, still, STEP, np.ones(1), np.arange(0, 3000, 100, dtype=np.int32), 100)
         runner = Runner(Trial(system, (), ()), Shooter([system], [()]), 0, record, 4)
         runs = runner.run(np.zeros(0), record.at_rest)
-        found.append((runner.hidden(np.zeros(0))[:, 1:], runs))
+        found.append((runner.hidden(np.zeros(0))[0, :, 1:], runs))
     (loads, runs), (of_reading, readings) = found
     np.testing.assert_allclose(of_reading, loads, atol=1e-9)
     np.testing.assert_allclose(readings, runs + size * np.sin(turn * runs + phase), atol=1e-9)

@@ -65,6 +65,11 @@ class DriveLeft:
             self._known[key] = np.clip(left, LEAST_LEFT, 1 / LEAST_LEFT)
         return self._known[key]
 
+    @property
+    def follows_load(self) -> bool:
+        """Whether the fraction is known at each sample, of one coordinate with friction that depends on the inputs."""
+        return rubs_by_load(self._trial.changed) and self._trial.changed.degrees_of_freedom == 1
+
     def relative(self, theta: Array) -> Array | None:
         """(N, n) fraction at each sample over the median of ``at``; None if friction does not follow the inputs.
 
@@ -74,7 +79,7 @@ class DriveLeft:
         Friction in proportion to the load takes from the drive force while it drives, and adds to it while it brakes.
         Over the median alone, an error of the drive counts (1 + mu)/(1 - mu) times as much in braking as in driving.
         """
-        if not rubs_by_load(self._trial.changed) or self._trial.changed.degrees_of_freedom > 1:
+        if not self.follows_load:
             return None
         (shares, passed), left = self._along(theta), self.at(theta)
         return np.where(passed, np.clip(shares, LEAST_LEFT, 1 / LEAST_LEFT), left) / left

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 from typing import Any
@@ -16,7 +16,7 @@ from scipy.ndimage import binary_closing, binary_opening, maximum_filter1d
 from codegen.base.arrays import Array
 from codegen.diagnosis.fit.identity_cache import OF_MODELS, identity_cache
 from codegen.diagnosis.fit.record import Record, substeps_of
-from codegen.diagnosis.fit.shooting import all_law_terms, owners
+from codegen.diagnosis.fit.shooting import LANES, all_law_terms, owners
 from codegen.diagnosis.fit.signals import Motion, central_difference, derivative_noise, white_noise
 from codegen.diagnosis.fit.trial import Runner, Trial, runner_of
 from codegen.mechanics.casadi_form import function_of, over_rows, symbol_values, to_casadi
@@ -333,11 +333,21 @@ class ResidualAlong:
 
     def at(self, theta: Array, every: int = 1) -> Array:
         """(N, n) at a vector of the trial; or (M, n) at every so many samples."""
+        return next(self.several([theta], every))
+
+    def several(self, thetas: Sequence[Array], every: int = 1) -> Iterator[Array]:
+        """``at`` for several vectors: states that are not logged are simulated for ``LANES`` of them in turn."""
+        for k in range(0, len(thetas), LANES):
+            some = thetas[k : k + LANES]
+            hidden: Sequence[Array] = [np.zeros((len(self._motion.time), 0))] * len(some)
+            if self._hides:
+                hidden = self._runner.hidden(*(np.append(self._first, theta) for theta in some))
+            yield from (self._with_states(theta, one, every) for theta, one in zip(some, hidden, strict=True))
+
+    def _with_states(self, theta: Array, hidden: Array, every: int) -> Array:
+        """``at`` with these states that are not logged, (N, …)."""
         trial, motion, system = self._trial, self._motion, self._trial.changed
-        numbers, followed, hidden = trial.numbers(theta), motion, np.zeros((len(motion.time), 0))
-        if self._hides:
-            hidden = self._runner.hidden(np.append(self._first, theta))
-            followed = self._with_loads(hidden)
+        numbers, followed = trial.numbers(theta), self._with_loads(hidden) if self._hides else motion
         at, hidden = points(self._whole, followed, inputs_at(trial, motion, numbers), every), hidden[::every]
         if self._arguments:
             at = np.hstack([at, np.tile(numbers[self._arguments], (len(at), 1))])

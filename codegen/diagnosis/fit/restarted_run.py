@@ -83,7 +83,7 @@ def _estimated_loads(runner: Runner, theta: Array, compared: Array) -> Array:
     """
     record, loads = runner.record, len(runner.trial.changed.transmissions)
     split = [t.coordinate for t in runner.trial.changed.transmissions]
-    followed = runner.hidden(theta)[:, -2 * loads :]
+    followed = runner.hidden(theta)[0, :, -2 * loads :]
     motor = np.hstack([record.positions[record.start][:, split], record.velocities[record.start][:, split]])
     scale = np.sqrt(np.mean((followed - motor) ** 2, axis=0))
     run = runner.at(theta, smoothed=True)

@@ -254,12 +254,15 @@ class Runner:
             return True
         return self.shooter.depends_on(self.model, self._arguments.index(k), self.record)
 
-    def hidden(self, theta: Array) -> Array:
-        """(S, …) states that are not logged, as by ``Shooter.hidden``."""
-        numbers = self.trial.numbers(theta)
+    def hidden(self, *thetas: Array) -> Array:
+        """(R, S, …) states that are not logged, with each of R vectors, as by ``Shooter.hidden``.
+
+        The motion is corrected for sensor errors with the values of the first one.
+        """
+        numbers = [self.trial.numbers(theta) for theta in thetas]
         assert isinstance(self.shooter, Shooter)  # an arm is never separated here
-        followed = self._along_true_motion(numbers)
-        return np.asarray(self.shooter.hidden(self.model, [self._values(numbers)], followed, self.substeps)[0])
+        followed = self._along_true_motion(numbers[0])
+        return self.shooter.hidden(self.model, [self._values(one) for one in numbers], followed, self.substeps)
 
     def _along_true_motion(self, numbers: Array) -> Record:
         """The record, its motion without the sensor errors of the trial, along which states that are not logged follow.

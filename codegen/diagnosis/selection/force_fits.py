@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -18,7 +18,7 @@ from codegen.diagnosis.fit.drive import DriveLeft, drive_gain, drive_left, drive
 from codegen.diagnosis.fit.force_rows import residual_slopes
 from codegen.diagnosis.fit.identity_cache import identity_cache
 from codegen.diagnosis.fit.output_error import Fit, damped_step, polish, segment_cost, segment_weights, shooting_fit
-from codegen.diagnosis.fit.residual import ResidualAlong, inverse_dynamics_residual, moves_sensors
+from codegen.diagnosis.fit.residual import ResidualAlong, inverse_dynamics_residual, moves_sensors, unfiltered_residual
 from codegen.diagnosis.fit.search import ROUNDS, ModelFits, Search, joint_of_difference
 from codegen.diagnosis.fit.shooting import hidden_states
 from codegen.diagnosis.fit.signals import Motion
@@ -131,23 +131,27 @@ class ForceFits(ModelFits):
 
     def _residual(self, trial: Trial, theta: Array) -> Array:
         """Scaled residuals of each block, (SIGN_BLOCKS, K), over the drive gain."""
-        motion, at = self.search.motion, theta
+        return next(self._residuals(trial, [theta]))
+
+    def _residuals(self, trial: Trial, thetas: Sequence[Array]) -> Iterator[Array]:
+        """``_residual`` with several values, which take less time together if states are not logged."""
+        motion, found = self.search.motion, [theta.copy() for theta in thetas]
         linear = not trial.changed.transmissions and not trial.changed.sensor_errors
         places = list(self.by_links) if linear else []
-        if places:
-            at = theta.copy()
+        for at in found:
             at[places] = self.search.declared[places]
         if moves_sensors(trial):
-            forces = inverse_dynamics_residual(model_of(trial, at), motion)
+            unfiltered: Iterator[Array] = (unfiltered_residual(model_of(trial, at), motion) for at in found)
         else:
             along = self._along.get(trial) or self._along.setdefault(trial, ResidualAlong(trial, motion))
+            unfiltered = along.several(found)
+        for theta, at, forces in zip(thetas, found, unfiltered, strict=True):
             # The slopes by an arm's links are of the residual without these factors.
-            relative = None if places else self._left_of(trial).relative(theta)
-            forces = motion.low_pass(along.at(at) if relative is None else along.at(at) / relative)
-        scaled = self._scaled(forces)
-        if places:
-            scaled = scaled + np.tensordot((theta - at)[places], self._scaled_by_links, axes=1)
-        return scaled * self._by_coordinate(1 / self._gain(trial, theta))
+            relative = None if places or moves_sensors(trial) else self._left_of(trial).relative(theta)
+            scaled = self._scaled(motion.low_pass(forces if relative is None else forces / relative))
+            if places:
+                scaled = scaled + np.tensordot((theta - at)[places], self._scaled_by_links, axes=1)
+            yield scaled * self._by_coordinate(1 / self._gain(trial, theta))
 
     def _gain(self, trial: Trial, theta: Array) -> Array:
         """(n,) share of the drive force that is left with these values, times the drive gain."""
@@ -253,25 +257,22 @@ class ForceFits(ModelFits):
 
     @cached_property
     def _scaled_by_others(self) -> dict[int, Array]:
-        """As ``_scaled_by_links``, by the other values of an arm, in which its declared forces are linear."""
-        if not self.by_links:
-            return {}
-        system = self.search.system
+        """As ``_scaled_by_links``, by the other values in which the declared forces are linear."""
+        system, moved = self.search.system, self.search.moved
         error = Matrix(system.equation_error)
-        others = [k for k, s in enumerate(self.search.moved) if k not in self.by_links and error.has(s)]
-        slopes = {k: error.diff(self.search.moved[k]) for k in others}
-        linear = [k for k in others if slopes[k].free_symbols.isdisjoint({self.search.moved[k], *system.inputs})]
+        others = [k for k, s in enumerate(moved) if k not in self.by_links and error.has(s)]
+        linear = [k for k in others if error.diff(moved[k]).free_symbols.isdisjoint({*moved, *system.inputs})]
         if not linear or hidden_states(system):
             return {}
-        found = residual_slopes(system, self.search.motion, [self.search.moved[k] for k in linear])
+        found = residual_slopes(system, self.search.motion, [moved[k] for k in linear])
         return {k: self._scaled(found[:, :, j]) for j, k in enumerate(linear)}
 
     def _known(self, trial: Trial) -> dict[int, Array]:
         """Index of a value → (SIGN_BLOCKS, K) slope of the scaled residual by it, if the effects do not change it."""
-        if not self.by_links or self._moves_drive or trial.changed.sensor_errors:
+        if trial.changed.sensor_errors:
             return {}
         known = dict(zip(self.by_links, self._scaled_by_links, strict=True))
-        if hidden_states(trial.changed):
+        if hidden_states(trial.changed) or self._left_of(trial).follows_load:
             return known
         pairs = zip(trial.changed.equation_error, self.search.system.equation_error, strict=True)
         added = [sympy.expand_mul(one - other) for one, other in pairs if one != other]
@@ -285,17 +286,17 @@ class ForceFits(ModelFits):
         is over the present ``_gain``, unless that depends on them.
         """
         fixed = before is not None and not self._moves_drive and not rubs_by_load(trial.changed)
-        slopes = list(before[: len(trial.moved)]) if before is not None and fixed else []
-        known = {} if slopes else self._known(trial)
-        by_gain = self._by_coordinate(1 / self._gain(trial, theta)) if known else np.ones(1)
-        for k in range(len(slopes), len(theta)):
-            if k in known:
-                slopes.append(-known[k] * by_gain)
-                continue
-            step, moved = STEP * float(size[k]), theta.copy()
-            moved[k] += step
-            slopes.append((now - self._residual(trial, moved)) / step)
-        return np.array(slopes)
+        slopes = dict(enumerate(before[: len(trial.moved)])) if before is not None and fixed else {}
+        lacking = [k for k in range(len(theta)) if k not in slopes]
+        steps, moved = STEP * size, theta + np.diag(STEP * size)
+        known, gain = {} if slopes else self._known(trial), self._gain(trial, theta)
+        for k in (k for k in lacking if k in known):
+            then = 1 / self._gain(trial, moved[k])
+            slopes[k] = now * self._by_coordinate((1 - gain * then) / steps[k]) - known[k] * self._by_coordinate(then)
+        lacking = [k for k in lacking if k not in known]
+        for k, other in zip(lacking, self._residuals(trial, list(moved[lacking])), strict=True):
+            slopes[k] = (now - other) / steps[k]
+        return np.array([slopes[k] for k in range(len(theta))])
 
     def begun_by(self, fit: Fit, trial: Trial, theta: Array) -> Fit:
         return self.fit(trial, theta)
