@@ -22,9 +22,9 @@ from codegen.spec.functions import Magnitude, Sgn
 
 MANY_WAVES = 4
 """Least number of sines and cosines of multiples of one angle that are built by the addition theorem."""
-_TOGETHER, _SHORT, _MANY = 4, 150, 5000
+_TOGETHER, _SHORT, _MANY = 16, 150, 5000
 """Points for which a function of at most so many operations is written out, if it is evaluated at so many rows."""
-_ROWS = 200
+_ROWS = 800
 """Rows that ``over_rows`` evaluates per call: few enough that arguments and results stay in the processor's cache."""
 
 _FUNCTIONS: dict[Any, Callable[[Any], Any]] = {
@@ -150,8 +150,8 @@ def compiled_in_place(
     return (arguments, results), partial(library[function.name()], given, found, *work, 0)
 
 
-def over_rows(function: casadi.Function, rows: Array) -> Array:
-    """A dense CasADi function (k, 1) → (r, 1) evaluated at each row of (N, k): (N, r).
+def over_rows(function: casadi.Function, rows: Array, constants: Sequence[float] | Array = ()) -> Array:
+    """A dense CasADi function (k, 1) → (r, 1) evaluated at each row of (N, k − c), followed by c constants: (N, r).
 
     A matrix result is flattened column by column. NumPy and CasADi share the memory. The rows are evaluated in blocks
     of equal size, the last one filled up with copies of the last row.
@@ -161,8 +161,9 @@ def over_rows(function: casadi.Function, rows: Array) -> Array:
         return np.zeros((count, width))
     size = min(_ROWS, count)
     padded = -(-count // size) * size
-    arguments = np.zeros((padded, function.size1_in(0)))
-    arguments[:count], arguments[count:] = rows, rows[-1:]
+    arguments = np.empty((padded, function.size1_in(0)))
+    own = arguments.shape[1] - len(constants)
+    arguments[:count, :own], arguments[count:, :own], arguments[:, own:] = rows, rows[-1:], constants
     results = np.empty((padded, width))
     buffer, evaluate = _mapped(function, size, count >= _MANY).buffer()
     for k in range(0, padded, size):

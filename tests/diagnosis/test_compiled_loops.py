@@ -31,7 +31,7 @@ from tests.diagnosis.stage import log_of, stage, system_of
 from tests.twin import TwinEngine
 
 
-@pytest.mark.parametrize("count", [0, 1, 199, 200, 401])
+@pytest.mark.parametrize("count", [0, 1, 799, 800, 1601])
 def test_rows_in_bulk_are_the_rows_alone(count: int) -> None:
     x = casadi.SX.sym("x", 3)
     function = casadi.Function("f", [x], [casadi.vertcat(casadi.sin(x[0]) * x[1], x[2] / x[0])])
@@ -39,6 +39,8 @@ def test_rows_in_bulk_are_the_rows_alone(count: int) -> None:
     alone = [np.asarray(function(row)).ravel() for row in rows]
     assert np.array_equal(over_rows(function, rows), np.array(alone).reshape(count, 2))
     assert np.array_equal(over_rows(function, np.asfortranarray(rows)), np.array(alone).reshape(count, 2))
+    rows[:, 2] = 0.7
+    assert np.array_equal(over_rows(function, rows[:, :2], [0.7]), over_rows(function, rows))
 
 
 def test_a_function_without_results_has_rows_without_columns() -> None:
@@ -131,10 +133,13 @@ def test_a_residual_for_many_values_is_that_of_each_model(tmp_path: Path, kind: 
     motion = smooth_motion(log_of(stage(), tmp_path, "train.csv"))
     trial = replace(trial_of(system_of(stage()), kind), moved=())
     along = ResidualAlong(trial, motion)
-    for factor in (1.0, 0.5):
-        values = {name: factor * value for name, value in LACKING[kind].items()}
-        theta = trial.theta(np.zeros(0), [values])
-        assert np.array_equal(along.at(theta), unfiltered_residual(model_of(trial, theta), motion))
+    thetas = [
+        trial.theta(np.zeros(0), [{name: factor * value for name, value in LACKING[kind].items()}])
+        for factor in (1.0, 0.5, 0.6, 0.7, 0.8)
+    ]
+    for theta, found in zip(thetas, along.several(thetas), strict=True):
+        assert np.array_equal(found, unfiltered_residual(model_of(trial, theta), motion))
+        assert np.array_equal(along.at(theta), found)
 
 
 def test_the_compiled_tracking_observer_gives_the_bits_of_its_twin() -> None:

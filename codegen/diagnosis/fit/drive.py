@@ -92,7 +92,7 @@ class DriveLeft:
             return np.ones(shape), np.zeros(shape, dtype=bool)
         numbers = self._trial.numbers(theta)
         at = points(system, motion, inputs_at(self._trial, motion, numbers))
-        both = over_rows(self._function, np.hstack([at, np.tile(numbers[self._arguments], (len(at), 1))]))
+        both = over_rows(self._function, at, numbers[self._arguments])
         drive, net = np.split(both, 2, axis=1)
         used = motion.usable if motion.counted is None else motion.usable & motion.counted
         passed = used[:, None] & (drive != 0) & (net != 0)

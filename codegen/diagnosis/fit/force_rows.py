@@ -115,9 +115,9 @@ def _gain_slopes(system: System, motion: Motion, symbols: Sequence[sympy.Symbol]
 def residual_slopes(system: System, motion: Motion, symbols: Sequence[sympy.Symbol]) -> Array:
     """(N, n, p) slopes of the low-passed residual g − M a − U λ by parameters."""
     at = points(system, motion, effective_inputs(system, motion))
-    own = np.tile([float(system.values[s]) for s in symbols], (len(at), 1))
+    own = [float(system.values[s]) for s in symbols]
     function = force_function(system, [Matrix(system.equation_error)], symbols, slopes=True)
-    flat = over_rows(function, np.hstack([at, own])).reshape(len(at), len(symbols), system.degrees_of_freedom)
+    flat = over_rows(function, at, own).reshape(len(at), len(symbols), system.degrees_of_freedom)
     return motion.low_pass(np.ascontiguousarray(flat.transpose(0, 2, 1)))
 
 

@@ -38,8 +38,13 @@ def evaluate_forces(system: System, columns: Sequence[Matrix], motion: Motion, i
 
 def points(system: System, motion: Motion, inputs: Array, every: int = 1) -> Array:
     """(N, 3n + m + 1) true motion, inputs and time, the arguments of a ``force_function``, at every so many samples."""
-    since = (motion.time - motion.time[0])[:, None]
-    return np.hstack([values[::every] for values in (*true_motion(system, motion), inputs, since)])
+    return _points(*true_motion(system, motion), inputs, motion.time, every)
+
+
+@identity_cache(OF_MODELS)
+def _points(x: Array, v: Array, a: Array, inputs: Array, time: Array, every: int) -> Array:
+    """``points`` of a motion; models and their values without effect on it have the same."""
+    return np.hstack([values[::every] for values in (x, v, a, inputs, (time - time[0])[:, None])])
 
 
 def force_function(
@@ -284,7 +289,7 @@ def _bodies_function(terms: tuple[sympy.Expr, ...], symbols: tuple[sympy.Symbol,
 def _bodies_along(function: casadi.Function, motion: Motion, every: int, *numbers: float) -> Array:
     """(M, n) terms of the bodies at every so many samples of a motion, with these values of their parameters."""
     at = np.hstack([motion.positions, motion.velocities, motion.accelerations])[::every]
-    return over_rows(function, np.hstack([at, np.tile(numbers, (len(at), 1))]))
+    return over_rows(function, at, numbers)
 
 
 def unfiltered_residual(system: System, motion: Motion) -> Array:
@@ -339,7 +344,7 @@ class ResidualAlong:
         """``at`` for several vectors: states that are not logged are simulated for ``LANES`` of them in turn."""
         for k in range(0, len(thetas), LANES):
             some = thetas[k : k + LANES]
-            hidden: Sequence[Array] = [np.zeros((len(self._motion.time), 0))] * len(some)
+            hidden = np.zeros((len(some), len(self._motion.time), 0))
             if self._hides:
                 hidden = self._runner.hidden(*(np.append(self._first, theta) for theta in some))
             yield from (self._with_states(theta, one, every) for theta, one in zip(some, hidden, strict=True))
@@ -349,10 +354,8 @@ class ResidualAlong:
         trial, motion, system = self._trial, self._motion, self._trial.changed
         numbers, followed = trial.numbers(theta), self._with_loads(hidden) if self._hides else motion
         at, hidden = points(self._whole, followed, inputs_at(trial, motion, numbers), every), hidden[::every]
-        if self._arguments:
-            at = np.hstack([at, np.tile(numbers[self._arguments], (len(at), 1))])
-        forces = over_rows(self._function, at).reshape(len(at), self._columns, -1).transpose(1, 0, 2)
-        raw, *rest = np.ascontiguousarray(forces)
+        forces = over_rows(self._function, at, numbers[self._arguments]).reshape(len(at), self._columns, -1)
+        raw, *rest = np.ascontiguousarray(forces.transpose(1, 0, 2))
         values = {**system.values, **dict(zip(trial.symbols, map(float, numbers), strict=True))}
         if self._of_bodies is not None:
             raw = raw + _bodies_along(self._of_bodies, motion, every, *(float(values[s]) for s in self._links))

@@ -236,8 +236,7 @@ class ForceStart:
 
         def change(values: Mapping[str, float]) -> Array:
             numbers = np.array([values[name] for name in part.names])
-            forces = over_rows(function, np.hstack([at, np.tile(numbers, (len(at), 1))]))
-            return self._rows(self._low_pass(forces))
+            return self._rows(self._low_pass(over_rows(function, at, numbers)))
 
         shapes = list(effect.starts(covered))
         probes = [effect.probes(shape, covered) for shape in shapes]
