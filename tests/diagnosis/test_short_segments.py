@@ -108,11 +108,11 @@ def test_a_start_whose_states_diverge_is_the_last_choice() -> None:
     base: Any = SimpleNamespace(theta=np.array([4.0]))
 
     class Diverged(ForceStart):
-        def _residual_of(self, trial: Any, theta: Any) -> Any:
-            return np.array([[1.0], [np.inf], [np.nan]])
+        def _residuals_of(self, trial: Any, thetas: Any) -> Any:
+            return [np.array([[1.0], [np.inf], [np.nan]])]
 
         def _rows(self, forces: Any) -> Any:
             return forces[:, 0]
 
-    left, theta = Diverged(cast(Any, None), base).with_levels(cast(Any, None), np.array([4.0, 1e9]))
+    ((left, theta),) = Diverged(cast(Any, None), base).with_levels(cast(Any, None), [np.array([4.0, 1e9])])
     assert left == np.inf and list(theta) == [4.0, 1e9]

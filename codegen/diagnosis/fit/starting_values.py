@@ -7,7 +7,7 @@ input w, r + (∂g/∂w)(w' − w); its one parameter is found by a bounded sear
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 from itertools import product
@@ -191,13 +191,15 @@ class ForceStart:
         theta[self._places] += tried[inner][1]
         return (tried[inner][0], theta) if np.isfinite(theta).all() else None
 
-    def left(self, trial: Trial, theta: Array) -> float:
-        """Share of the squared force residual that remains with these values of a trial, with levels refitted."""
-        return self.with_levels(trial, theta)[0]
+    def with_levels(self, trial: Trial, thetas: Sequence[Array]) -> list[tuple[float, Array]]:
+        """For each of the vectors of a trial (share of the squared force residual that remains, theta), with refitted
+        levels; the share is ∞ where states diverge.
+        """
+        residuals = self._residuals_of(trial, thetas)
+        return [self._with_levels(theta, self._rows(one)) for theta, one in zip(thetas, residuals, strict=True)]
 
-    def with_levels(self, trial: Trial, theta: Array) -> tuple[float, Array]:
-        """(share of the squared force residual that remains, theta) with refitted levels; ∞ where states diverge."""
-        residual = self._rows(self._residual_of(trial, theta))
+    def _with_levels(self, theta: Array, residual: Array) -> tuple[float, Array]:
+        """``with_levels`` of a vector with this residual, (R,)."""
         if not np.isfinite(residual).all():
             return np.inf, theta
         ((step, share),) = self._least_squares([np.zeros((len(residual), 0))], residual)
@@ -205,8 +207,8 @@ class ForceStart:
         theta[self._places] += step
         return share, theta
 
-    def _residual_of(self, trial: Trial, theta: Array) -> Array:
-        """(M, n) low-passed force residual of a trial at the base's values and these of its last part.
+    def _residuals_of(self, trial: Trial, thetas: Sequence[Array]) -> Iterator[Array]:
+        """(M, n) low-passed force residuals of a trial at the base's values and those of its last part in each vector.
 
         Only the change from the base's residual is computed at every ``_every``-th sample and low-passed there.
         Measurement noise is the same in both residuals and cancels, so it does not alias.
@@ -214,13 +216,16 @@ class ForceStart:
         motion, model, part = self.problem.motion, self.base.model, trial.parts[-1]
         alone = Trial(model, (part,), ())
         if (alone.changed.actuators, alone.changed.sensor_errors) != (model.actuators, model.sensor_errors):
-            return inverse_dynamics_residual(model_of(trial, theta), motion)[:: self._every]
+            for theta in thetas:
+                yield inverse_dynamics_residual(model_of(trial, theta), motion)[:: self._every]
+            return
         if part not in self._along:
             compiled = self.runners.get(part)
             first = () if compiled is None else self.base.theta
             self._along[part] = ResidualAlong(alone, motion, compiled, first)
-        changed = self._along[part].at(theta[len(self.base.theta) :], self._every)
-        return self._residual[:: self._every] + self._low_pass(changed - self._unfiltered)
+        own = [theta[len(self.base.theta) :] for theta in thetas]
+        for changed in self._along[part].several(own, self._every):
+            yield self._residual[:: self._every] + self._low_pass(changed - self._unfiltered)
 
     def _low_pass(self, forces: Array) -> Array:
         """Forces (M, n) at every so many samples, low-passed."""

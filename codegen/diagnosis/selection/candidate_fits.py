@@ -256,12 +256,12 @@ class CandidateFits:
         stage = start.best(trial, covered)
         others = part.effect.suggested(covered)
         forced = [np.append(self.base.theta, part.inward(values)) for values in others]
-        left = min((start.left(trial, theta) for theta in forced), default=np.inf)
+        left = min((share for share, _ in start.with_levels(trial, forced)), default=np.inf)
         if stage is not None:
             left, theta = stage
             forced.append(theta)
         grid = [np.append(self.base.theta, part.inward(values)) for values in part.effect.followed(covered)]
-        by_left = sorted((start.with_levels(trial, theta) for theta in grid), key=lambda one: one[0])
+        by_left = sorted(start.with_levels(trial, grid), key=lambda one: one[0])
         return left, forced, [theta for left, theta in by_left[:FOLLOWED] if left < 1]
 
     def best_by_force(self, indices: Sequence[int]) -> list[int]:
