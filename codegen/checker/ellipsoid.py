@@ -45,7 +45,7 @@ FORM: dict[str, Any] = {"name": "", "forces?": "", "shifts": [""], "push": [[""]
 FORM |= {"noise": {"": ""}, "drift": {"": ""}, "friction?": {"": ""}, "reversals?": [TURN]}  # as files.py says
 GRID, LARGEST, MOST_SAMPLES, MOST_ROWS = 1 << 48, 72, 10_000, 1000
 # GRID: rows are kept in multiples of 1/GRID. LARGEST: bits of such a multiple. The others limit what a claim may ask.
-LEVELS = 4  # up to 2^LEVELS - 1 samples are shown at once
+LEVELS = 5  # up to 2^LEVELS - 1 samples are shown at once
 MOST_ENTRIES = 1 << 22  # of rows, at all samples that are asked for
 Polys = list[list[Any]]
 Row = tuple[Fraction, ...]

@@ -9,6 +9,9 @@ import pytest
 
 from codegen.app.certify import certify
 from codegen.base.errors import BadInput
+from codegen.certify.certify import Certificate
+
+from .certified import outcome
 
 SPEC = """\
 name: axis
@@ -41,6 +44,23 @@ def test_viscous_friction_that_thins_is_certified(tmp_path: Path) -> None:
     slowest = min(-np.log(np.abs(1 + h * m)).max() / h for m in modes)
     assert 0.9 * slowest < found.certificate.decay_rate <= 1.01 * slowest
     assert isinstance(found.bounds, str) and "dg/dv is not constant" in found.bounds
+
+
+def test_a_curve_between_two_masses_is_enclosed_over_their_slip() -> None:
+    """Over v1 and v2, as if independent in |v1 - v2|, its slope b/(1 + |u|/v_s) has a divisor that may be 0."""
+    b, v_s, h = 8.0, 0.1, 1e-3
+    gains = "{kind: gcfo, velocity: estimated, gains: {K_F: [500, 700], K_v: [10, 10]}, sample_time: 0.001}"
+    effect = f"[{{kind: viscous, on: between, parameters: {{b: {b}, v_s: {v_s}}}}}]"
+    found = outcome("two_mass", gains, "{v1: [-5, 5], v2: [-5, 5]}", effect)
+    assert isinstance(found, Certificate)
+    U, by_mass, K_F, K_v = np.array([[1, 0], [-1, 1]]), np.diag([1 / 10, 1 / 50]), np.diag([500, 700]), 10
+    radii = []
+    for c in 3 + b / (1 + np.geomspace(1e-4, 10, 101) / v_s):  # the machine's own damping is 3; slips up to 10 m/s
+        slopes = -K_v * np.eye(2) - by_mass @ np.outer(U[:, 0], U[:, 0]) * c
+        step = np.eye(4) + h * np.block([[slopes, -by_mass @ U], [K_v * K_F @ U.T, np.zeros((2, 2))]])
+        radii.append(np.abs(np.linalg.eigvals(step)).max())
+    spectral = (1 - max(radii) ** 2) / (2 * h)
+    assert 0.9 * spectral < found.decay_rate <= 1.001 * spectral
 
 
 @pytest.mark.parametrize(
