@@ -93,14 +93,13 @@ def build_family(dynamics: ErrorDynamics, ranges: Mapping[sympy.Symbol, tuple[An
     varying = {w: e.xreplace({sympy.pi: PI}) for w, e in varying.items()}
     matrix = matrix.applyfunc(lambda e: _bounded_functions(e, bounded, ranges))
 
-    # Parameters for all other varying factors, and for products of signs.
+    # Parameters for all other varying factors, and for signs.
     factors = _VaryingFactors({*varying, *observer.signs}, ranges)
     matrix = matrix.applyfunc(factors.replaced)
     parameters = factors.parameters | {w: e for w, e in varying.items() if matrix.has(w)}
-    signs = _sign_products(matrix, observer.signs)
-    rename = {product: symbol("_".join(["sign", *(s.name for s in parts)])) for product, parts in signs.items()}
-    parameters |= {name: product for product, name in rename.items()}
-    matrix = Matrix(matrix.applyfunc(lambda e: _with_products(e, rename) if e.has(*observer.signs) else e))
+    signs = {s: symbol(f"sign_{s.name}") for s in observer.signs if matrix.has(s)}
+    parameters |= {name: s for s, name in signs.items()}
+    matrix = matrix.xreplace(signs)
 
     # The variables on which the parameters depend, with their ranges.
     bounds = {s: (sympy.Integer(-1), sympy.Integer(1)) for s in (*bounded.values(), *observer.signs)}
@@ -154,20 +153,6 @@ class _VaryingFactors:
     def _name_of(self, expression: Any) -> sympy.Symbol:
         """The parameter of an expression; a new one if it has none yet."""
         return self._names.setdefault(expression, symbol(f"{self._prefix}{len(self._names) + 1}"))
-
-
-def _sign_products(matrix: Matrix, signs: tuple[sympy.Symbol, ...]) -> dict[Any, tuple[sympy.Symbol, ...]]:
-    """Sign parameters: product of slip signs → its factors.
-
-    The products are those that occur in the terms of A, or single signs if that gives no more parameters. If two signs
-    occur only as a product, for example, the product is one parameter.
-    """
-    terms = [t for e in matrix.todok().values() for t in sympy.Add.make_args(expand_products(e))]
-    factors = [{*sympy.Mul.make_args(t)} for t in terms]
-    together = {tuple(s for s in signs if s in each) for each in factors} - {()}
-    single = {(s,) for s in signs if matrix.has(s)}
-    chosen = together if len(together) < len(single) else single
-    return {sympy.Mul(*parts): parts for parts in sorted(chosen, key=lambda parts: [s.name for s in parts])}
 
 
 def _with_products(entry: Any, rename: Mapping[Any, sympy.Symbol]) -> Any:
