@@ -3,9 +3,13 @@
     drive = J v' + b v + F_c sgn v + offset (+ weight) + c · column of the effect
 
 with one set of coefficients for all records, on motion filtered as by ``spike.py --check``; for one record the figures
-of ``own`` and of the residuals are those that it prints. The standard error of c is that of the delete-one-block
+of ``own`` and of the residuals are those that it prints, but for a load. The standard error of c is that of the delete-one-block
 jackknife, so residuals may be correlated within a block, and no block goes over two records. A spike of size s is told
 from zero where s/σ(c) is above 1.96.
+
+A friction in proportion to the load is taken with the load that the free terms predict (two-stage least squares): with
+the measured one the drive force would be on both sides. On an axis that is driven along its motion all the time,
+abs(F) sgn v is F itself, and removes all of the residual, whatever the friction is.
 
 Each other law is fitted in its place too, its period, Stribeck speed, time constant or delay by search on a grid, while
 the spike's own shape is known. With S the squared residuals, N of them independent, and k the number of fitted values,
@@ -50,12 +54,13 @@ class Record:
 
     Attributes:
         m: the motion. rows: samples in motion. drive: (N,) drive force. base: name → (N,) the terms that are free.
+        load: as m.F, the force with which a load-dependent friction goes; the measured one until it is predicted.
     """
 
     def __init__(self, kind: str, args: argparse.Namespace, log: Path) -> None:
         self.m = m = spike.Motion(spike.read(log), args)
         self.rows = np.flatnonzero(np.abs(np.interp(m.grid, m.t, m.v)) >= 2 * m.still)
-        self.drive = self.low(m.F)
+        self.drive, self.load = self.low(m.F), m.F
         base = {"inertia_error": m.a, "viscous": m.v, "sign": m.s, "offset": np.ones_like(m.v)}
         if args.gravity:
             base |= {"sine": np.sin(m.x), "cosine": np.cos(m.x)}
@@ -73,7 +78,7 @@ class Record:
             case "input_delay":
                 return self.low(self.m.dF)
             case "load_dependent_friction":
-                return self.low(np.abs(self.m.F) * self.m.s)
+                return self.low(np.abs(self.load) * self.m.s)
         unit = {**parameters, spike.STRENGTH[kind]: 1.0}
         return self.low(spike.drive(kind, unit, self.m) - self.m.F)
 
@@ -103,6 +108,9 @@ class Experiment:
         self.records = [Record(kind, args, log) for log in logs]
         self.drive = np.concatenate([record.drive[record.rows] for record in self.records])
         self.delay_s = 0.0
+        weights = np.linalg.lstsq(self.matrix(_base), self.drive, rcond=1e-9)[0]
+        for record in self.records:
+            record.load = np.interp(record.m.t, record.m.grid, np.array(_base(record)).T @ weights)
 
     def matrix(self, columns: Columns) -> np.ndarray:
         """(N, k) the samples in motion of all records."""
@@ -130,13 +138,12 @@ class Experiment:
     def best_other(self, kinds: Sequence[str]) -> tuple[str, float]:
         """The best of other laws in place of the spike's, and the nats by which the spike's is preferred to it.
 
-        Force that grows with the load, or changes sign with it, is taken with the load that the free terms predict:
-        with the measured one, noise of the drive force would be on both sides. Beside other laws than a delay or a lag,
-        the machine's own delay is free in all fits.
+        Force that changes sign with the load is taken with the load that the free terms predict, too: with the measured
+        one, noise of the drive force would be on both sides. Beside other laws than a delay or a lag, the machine's own
+        delay is free in all fits.
         """
-        weights = np.linalg.lstsq(self.matrix(_base), self.drive, rcond=1e-9)[0]
         for record in self.records:
-            record.m.F = np.interp(record.m.t, record.m.grid, np.array(_base(record)).T @ weights)
+            record.m.F = record.load
         same = {self.kind, TERM.get(self.kind), *(kind for kind, term in TERM.items() if term == self.kind)}
         if self.kind not in LATE:
             same |= {*LATE}
@@ -222,7 +229,7 @@ def sizes(plain: Experiment, spiked: Experiment) -> dict[str, float]:
     effect = plain.effect()
     own = np.linalg.lstsq(np.hstack([base, effect]), plain.drive, rcond=None)[0][-1]
     if kind == "load_dependent_friction":
-        loads = [one.low(np.abs(other.m.F) * one.m.s)[one.rows] for one, other in both]
+        loads = [one.low(np.abs(other.load) * one.m.s)[one.rows] for one, other in both]
         effect = np.concatenate(loads)[:, None]
     return {"own": float(own), **found, "residual_with_effect": _rms_left(np.hstack([base, effect]), drive)}
 

@@ -241,6 +241,20 @@ def test_least_squares_takes_all_training_records(tmp_path: Path, significance: 
     assert deviations > 5 * alone.deviations(48)[0]
 
 
+@pytest.mark.parametrize(("waves", "told"), [([(0.2, 0.5)], False), (WAVES, True)])
+def test_a_drive_force_along_the_motion_is_no_friction_in_proportion_to_it(
+    waves: Sequence[tuple[float, float]], told: bool, tmp_path: Path, significance: Any
+) -> None:
+    """At 0.5 rad/s friction is all of the drive force, so abs(F) sgn v = F, whose coefficient is one without any load."""
+    log = measured(tmp_path / "log.csv", waves, 0.0, 0.0)
+    experiment = significance.Experiment("load_dependent_friction", {"mu": 0.1}, LEAST_SQUARES, [log])
+    found = significance.sizes(experiment, experiment)
+    deviations, whole = experiment.deviations(48)
+    assert (deviations > 3.5) == told and whole < 3.5
+    assert found["residual_with_effect"] == pytest.approx(found["residual_after"], rel=0.02)
+    assert found["own"] == pytest.approx(0.0, abs=0.02) or not told
+
+
 @pytest.mark.skipif(not SPIKE.is_file(), reason="../shared/practice is not here")
 @pytest.mark.parametrize("kind", ["spring", "load_dependent_friction", "input_gain"])
 def test_a_spike_has_its_share_over_all_training_records(kind: str, tmp_path: Path) -> None:
