@@ -23,6 +23,7 @@ from codegen.diagnosis.selection.parsimony import BETTER, MOST_EFFECTS, pruned_w
 from codegen.diagnosis.selection.ranking import (
     CLOSE,
     Ranked,
+    credible,
     extension_is_shown,
     force_prefers,
     is_no_better_form,
@@ -105,7 +106,10 @@ def swapped(
 ) -> tuple[Fit | None, dict[int, list[Ranked]]]:
     """The fit with one effect replaced (the new one is last), or None; and index of an effect → rivals that tie.
 
-    If the first round has rivals of the first effect, only these are tested.
+    If the first round has rivals of the first effect, only these are tested. A rival of another effect is accepted in
+    its place, by the test by which that effect itself stays. One that explains nothing there is the fit without either,
+    over which the effect is accepted; that free runs do not prefer the effect to it, by the weaker test of two models
+    of which neither contains the other, is no evidence for it.
     """
     tied: dict[int, list[Ranked]] = {}
     parts, here = current.trial.parts, ForceCriterion(search, current)
@@ -131,6 +135,7 @@ def swapped(
             most = most_left(current)
             alike = (f for f in same if not force_prefers(here, ForceCriterion(search, f), most))
             alike = (f for f in alike if not tolerances_prefer(search, current, f))
+            alike = (f for f in alike if credible(search, without, f, 1))
             tied[k] = [as_replacement(search, f, without) for f in alike]
         else:
             tied[k] = [r for r in rivals if r.part.key in {f.part.key for f in same}]
