@@ -3,9 +3,9 @@
     drive = J v' + b v + F_c sgn v + offset (+ weight) + c · column of the effect
 
 with one set of coefficients for all records, on motion filtered as by ``spike.py --check``; for one record the figures
-of ``own`` and of the residuals are those that it prints, but for a load. The standard error of c is that of the delete-one-block
-jackknife, so residuals may be correlated within a block, and no block goes over two records. A spike of size s is told
-from zero where s/σ(c) is above 1.96.
+of ``own`` and of the residuals are those that it prints, but for a load. The standard error of c is that of the
+delete-one-block jackknife, so residuals may be correlated within a block, and no block goes over two records. A spike
+of size s is told from zero where s/σ(c) is above 1.96.
 
 A friction in proportion to the load is taken with the load that the free terms predict (two-stage least squares): with
 the measured one the drive force would be on both sides. On an axis that is driven along its motion all the time,

@@ -245,7 +245,7 @@ def test_least_squares_takes_all_training_records(tmp_path: Path, significance: 
 def test_a_drive_force_along_the_motion_is_no_friction_in_proportion_to_it(
     waves: Sequence[tuple[float, float]], told: bool, tmp_path: Path, significance: Any
 ) -> None:
-    """At 0.5 rad/s friction is all of the drive force, so abs(F) sgn v = F, whose coefficient is one without any load."""
+    """At 0.5 rad/s friction is all of the drive force: abs(F) sgn v = F has the coefficient one without any load."""
     log = measured(tmp_path / "log.csv", waves, 0.0, 0.0)
     experiment = significance.Experiment("load_dependent_friction", {"mu": 0.1}, LEAST_SQUARES, [log])
     found = significance.sizes(experiment, experiment)

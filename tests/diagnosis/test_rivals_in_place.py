@@ -1,4 +1,4 @@
-"""A rival of a later effect is a candidate that is accepted in its place, not one that merely free runs do not exclude."""
+"""A rival of a later effect is a candidate that is accepted in its place, not any that free runs do not exclude."""
 
 from __future__ import annotations
 
