@@ -80,6 +80,9 @@ def test_rivals_of_a_later_effect_put_it_first(monkeypatch: pytest.MonkeyPatch) 
     current.cost = gain.cost = 5.0
     assert replacement.reconsidered(search, current, []) == ("reordered", [gain])
     assert moves == [1]
+    monkeypatch.setattr(replacement, "credible", lambda *_: False)  # a weight that explains nothing in a wave's place
+    assert replacement.reconsidered(search, current, []) == (current, [])
+    monkeypatch.setattr(replacement, "credible", lambda *_: True)
     monkeypatch.setattr(replacement, "force_prefers", lambda *_: True)
     assert replacement.reconsidered(search, current, []) == (current, [])
 

@@ -21,11 +21,11 @@ from tests.diagnosis.stage import log_of, stage, system_of
 WAVE = {"amplitude": 1.0, "period": 0.03, "phase": 0.5}
 
 
-def test_a_rival_that_explains_nothing_in_the_effects_place_is_none(
+def test_a_rival_that_explains_as_much_in_the_effects_place_stays_one(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A wave of 30 mm beside a drag, and a force that nothing describes: the wobble of an encoder with that period is
-    a rival, a spring is none, although few segments show the difference.
+    accepted in its place and ties, a spring is refused there.
     """
     effects = f"[{{kind: quadratic_drag, on: x, parameters: {{c: 6}}}}, {{kind: cogging, on: x, parameters: {WAVE}}}]"
     log, noise, steps = log_of(stage(effects), tmp_path, "log.csv"), 0.0, np.random.default_rng(5)
