@@ -7,7 +7,7 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING or __package__:
-    from codegen.checker import decay, enclosure, frame, kernel, statements, theorem
+    from codegen.checker import decay, enclosure, files, frame, kernel, statements, theorem
 
 
 @frame.limited()
@@ -158,6 +158,7 @@ def of_its_proof(top: dict[str, Any], sources: dict[str, bytes]) -> tuple[dict[s
         return {}, {}, f"{theorem.PROOF} is not the JSON of a proof, with just its fields"
     if other:
         return {}, {}, f"{not_its} {other}"
+    files.conform(proof, theorem.FORM, theorem.PROOF)
     if any(rest != "0" for rest in proof.get("rest", [])):  # no matter whether the kernel accepts it
         return {}, {}, f"{not_its} its errors have terms besides those of the matrix (`rest`)"
     shown = theorem.proved(proof, sources, [f"sign.{e['contact']}" for e in top["reversals"]])

@@ -94,6 +94,15 @@ def test_a_text_is_no_list_of_its_characters(field: str) -> None:
         verify.by_kernel_alone(proof, {name: text.encode() for name, text in files.items()})
 
 
+@pytest.mark.parametrize("rest", [None, True, 1, "00", {"0": "0"}, [None]], ids=repr)
+def test_a_rest_that_is_no_list_of_texts_is_refused_beside_a_certificate(rest: Any) -> None:
+    """A rest that is null or true ended in a traceback: it was read before the form of the proof was."""
+    sources = {path.name: path.read_bytes() for path in HERE.iterdir() if path.is_file()}
+    sources["proof.json"] = json.dumps(json.loads(sources["proof.json"]) | {"rest": rest}).encode()
+    with pytest.raises(verify.Refused, match=r"rest.*: expected is a"):
+        verify.check(sources["certificate.json"].decode(), None, None, sources)
+
+
 def halves(depth: int, low: Fraction = Fraction(-1), high: Fraction = Fraction(1)) -> Any:
     middle = (low + high) / 2
     if not depth:
