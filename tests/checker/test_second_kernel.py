@@ -108,16 +108,20 @@ def holds(cert: dict[str, Any]) -> bool:
         )
 
     def halved(cell: dict[str, Ball], cut: list[str], vertices: bool) -> bool:
-        """The same for a cell, cut in halves across the widest of these variables as long as it does not hold."""
-        if everywhere(cell, vertices):
-            return True
-        cells.append(cell)
-        if len(cells) > MOST_CELLS or not cut:
-            return False
-        name = max(cut, key=lambda x: float(cell[x].rad() / whole[x].rad()))
-        low, middle, high = cell[name].lower(), cell[name].mid(), cell[name].upper()
-        parts = low.union(middle), middle.union(high)
-        return all(halved(cell | {name: part}, cut, vertices) for part in parts)
+        """The same for a cell, cut in halves across the widest of these variables where it does not hold."""
+        left = [cell]
+        for _ in range(MOST_CELLS):
+            if not left:
+                return True
+            cell = left.pop()
+            if everywhere(cell, vertices):
+                continue
+            if not cut:
+                return False
+            name = max(cut, key=lambda x: float(cell[x].rad() / whole[x].rad()))
+            low, middle, high = cell[name].lower(), cell[name].mid(), cell[name].upper()
+            left += [cell | {name: part} for part in (low.union(middle), middle.union(high))]
+        return False
 
     for entry in cert["reversals"]:
         sign = [-1 if k in entry["flips"] else 1 for k in range(n)]
@@ -133,12 +137,13 @@ def holds(cert: dict[str, Any]) -> bool:
         return False
     axes = {name: [number(x) for x in cert["splits"].get(name, ends)] for name, ends in cert["variables"].items()}
     whole = {name: at[0].union(at[-1]) for name, at in axes.items()}
-    cut, cells = [name for name in whole if whole[name].rad() > 0], list[dict[str, Ball]]()
-    if cert["cover"]:  # A is affine in all variables but the angle: their ends stand for the rest
-        angle = cert["cover"][0][0].removesuffix(" t")
-        whole[angle] = flint.arb(0).union(4).union(-4)  # more than pi to both sides
-        ends = [[whole[angle]] if name == angle else at for name, at in axes.items()]
-        return all(halved(dict(zip(axes, cell, strict=True)), [angle], False) for cell in product(*ends))
+    cut = [name for name in whole if whole[name].rad() > 0]
+    if cert["cover"]:  # A is affine in all variables but the one that is cut: their ends stand for the rest
+        name = cert["cover"][0][0].removesuffix(" t")
+        if name != cert["cover"][0][0]:  # an angle
+            whole[name] = flint.arb(0).union(4).union(-4)  # more than pi to both sides
+        ends = [[whole[name]] if x == name else at for x, at in axes.items()]
+        return all(halved(dict(zip(axes, cell, strict=True)), [name], False) for cell in product(*ends))
     stated = product(*([a.union(b) for a, b in pairwise(at)] for at in axes.values()))
     return all(halved(dict(zip(axes, cell, strict=True)), cut, not along) for cell in stated)
 
