@@ -151,8 +151,8 @@ def bin_means(x: Array, y: Array, bins: int = BINS) -> Curve:
     if len(x) < LEAST_IN_BIN:
         return Curve(np.empty(0), np.empty(0))
     low, high = np.quantile(x, [0.005, 0.995])
-    edges = np.linspace(low, high if high > low else low + 1, bins + 1)
-    count, total = np.histogram(x, edges)[0], np.histogram(x, edges, weights=y)[0]
+    span = low, high if high > low else low + 1  # with edges in place of it, one infinite y is in all later bins
+    (count, edges), (total, _) = np.histogram(x, bins, span), np.histogram(x, bins, span, weights=y)
     mean = np.where(count >= LEAST_IN_BIN, total / np.maximum(count, 1), np.nan)
     return Curve((edges[:-1] + edges[1:]) / 2, mean)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import re
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -27,7 +28,7 @@ from codegen.diagnosis.results import (
 from codegen.report import page
 from codegen.report.evidence import law_evidence
 from codegen.report.page import render_report
-from codegen.report.series import MOST_POINTS, held_out_series
+from codegen.report.series import MOST_POINTS, bin_means, held_out_series
 from codegen.report.wording import estimated, number, percent
 
 from .conftest import FILES, Case
@@ -298,6 +299,19 @@ def test_pictures_are_svg_that_parses(two_masses: Case) -> None:
         svg = base64.b64decode((image["src"] or "").partition(",")[2])
         assert ElementTree.fromstring(svg).tag.endswith("svg")
         assert b"<dc:date>" not in svg
+
+
+def test_means_in_bins_are_those_of_their_own_samples() -> None:
+    """A sample that is not finite, as of a free run that diverged, is in the mean of its own bin alone."""
+    x = np.linspace(0.0, 1.0, 4001)
+    y = np.where(x == x[1000], np.inf, np.sin(3 * x))
+    means = bin_means(x, y, 8)
+    (place,) = np.flatnonzero(~np.isfinite(means.y))
+    assert abs(means.x[place] - x[1000]) < 0.07
+    edges = np.linspace(0.005, 0.995, 9)
+    own = [y[(x >= low) & (x < high)].mean() for low, high in pairwise(edges)]
+    assert means.x == pytest.approx((edges[:-1] + edges[1:]) / 2)
+    assert np.delete(means.y, place) == pytest.approx(np.delete(own, place), abs=1e-3)
 
 
 def test_series_are_thinned_and_keep_the_peaks(two_masses: Case) -> None:
