@@ -53,7 +53,8 @@ def since(log: Log, start: float) -> Log:
     first = int(np.searchsorted(log.time, start - 1e-6 * log.sample_time))
     if first == log.size:
         place = log.description.place("evaluation.from_s")
-        raise BadInput(place, f"{start:g} s", f"a time before the end of the log, {log.time[-1]:.6g} s", code="LOG013")
+        expected = f"a time before the end of the log, {log.time[-1]:.10g} s"
+        raise BadInput(place, f"{start:.10g} s", expected, code="LOG013")
     return _stretch(log, first, log.size) if first else log
 
 

@@ -18,6 +18,9 @@ from codegen.spec import parse_spec
 from tests.diagnosis.stage import log_of, stage, system_of
 from tests.expected_errors import refused
 
+CLOCK_S = 12345.678
+"""Time of the first sample of a log by a clock that started long before it."""
+
 
 def sampled(folder: Path, log: Log, every: int, meta: str = "{}\n") -> Log:
     """Every so manieth row of a log, as a file with a description beside it."""
@@ -49,18 +52,19 @@ def test_a_tenth_of_the_sample_rate_is_the_highest_cutoff(tmp_path: Path, every:
 
 
 def test_an_idle_start_that_hides_enough_motion_is_named_with_the_line_that_leaves_it_out(tmp_path: Path) -> None:
-    """It rests until 12 of 20 s, so the training part, the first 14 s, has 2 s of motion."""
+    """It rests until 12 of 20 s, so the training part, the first 14 s, has 2 s of motion. Its clock started before."""
     late = "0.5*(1 + tanh(40*(t - 12)))*0.2*sin(2*pi*0.8*(t - 12))"
     log = log_of(stage(level=4.5, reference=late, duration=20.0), tmp_path, "log.csv")
+    log = replace(log, time=log.time + CLOCK_S)
     words = refusal(sampled(tmp_path, log, 1, "cutoff_hz: 5\n"))
     (until,) = re.findall(r"rests until ([\d.]+) s", words)
     (line,) = re.findall(r"`(evaluation: {from_s: [\d.]+})`", words)
-    assert float(until) == pytest.approx(12.0, abs=0.2) and "sample faster" not in words
+    assert float(until) - CLOCK_S == pytest.approx(12.0, abs=0.2) and "sample faster" not in words
     case = case_of(stage(), system_of(stage()), sampled(tmp_path, log, 1, f"cutoff_hz: 5\n{line}\n"), None, 0.02)
     assert len(record_of(case.problem.motion, case.log).start) >= LEAST_SEGMENTS
     assert case.log.time[0] == pytest.approx(float(until) - 1.0, abs=0.01)
-    with refused("LOG013 99 19.998"):
-        case_of(stage(), system_of(stage()), sampled(tmp_path, log, 1, "evaluation: {from_s: 99}\n"), None, 0.02)
+    with refused("LOG013 99999.5 12365.676"):
+        case_of(stage(), system_of(stage()), sampled(tmp_path, log, 1, "evaluation: {from_s: 99999.5}\n"), None, 0.02)
 
 
 def test_the_duration_counts_the_samples_of_the_shortest_stretch(tmp_path: Path) -> None:
