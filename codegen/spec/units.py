@@ -198,11 +198,12 @@ def same_dimension(one: str, other: str, place: Place) -> bool:
     return dimension(parse_unit(one, place)) == dimension(parse_unit(other, place))
 
 
+@lru_cache(maxsize=4096)
 def is_unit(text: str) -> bool:
-    """Whether a text is a unit that can be read."""
+    """Whether a text is a unit that can be read; asked of each word of a log's names, each time anew."""
     try:
-        return bool(parse_unit(text, Place("")))
-    except BadInput:
+        return _is_unit(spelled(text)) and not has_two_meanings(text)
+    except Unreadable:
         return False
 
 
