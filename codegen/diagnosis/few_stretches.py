@@ -26,8 +26,8 @@ def few_stretches(case: Case, refused: TooFewStretches) -> BadInput:
         expected += f": record about {_enough_s(case, refused.count):.0f} s of such motion"
     idle = _idle_start(case)
     if idle is not None:
-        words = f"leaves out that it rests until {idle + TRIM_S:.3f} s"
-        expected += f"; `evaluation: {{from_s: {idle:.3f}}}` in meta.yaml beside the log {words}"
+        line = f"`evaluation: {{from_s: {idle:.3f}}}` in meta.yaml beside the log"
+        expected += f"; it rests until {idle + TRIM_S:.3f} s, which {line} leaves out"
     usual, rate = case.motion.cutoff_hz, 1 / case.log.sample_time
     higher = next((hz for hz in reversed(CUTOFFS_HZ) if hz > usual), usual)
     if not case.log.cutoff_hz and not is_within_rate(higher, case.log.sample_time):

@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
+from unittest.mock import patch
 
 import numpy as np
 import pytest
@@ -18,6 +19,7 @@ from codegen.diagnosis.fit.search import search_on
 from codegen.diagnosis.fit.signals import low_pass, smooth_motion
 from codegen.diagnosis.fit.trial import part_of
 from codegen.diagnosis.selection.forward_selection import Outcome
+from codegen.diagnosis.verdict import harmonics
 from codegen.diagnosis.verdict.harmonics import _periods, regress, with_harmonics
 from codegen.effects import CATALOGUE
 from codegen.effects.periodic import CoggingHarmonics
@@ -122,8 +124,11 @@ def test_the_waves_replace_several_effects_that_imitate_them(tmp_path: Path) -> 
     kinds |= {"position_dependent_friction": {"amplitude": 0.3, "period": 3 * PERIOD, "phase": 0.1}}
     parts = [part_of(CATALOGUE[kind], 0, search.system) for kind in kinds]
     three = search.with_parts(base, np.array([4.5]), parts, list(kinds.values()))
-    found, _ = with_harmonics(search, Outcome(base, three, (), (), 0.6, len(search.record.start)))
+    outcome = Outcome(base, three, (), (), 0.6, len(search.record.start))
+    found, _ = with_harmonics(search, outcome)
     assert [part.kind for part in found.parts] == ["cogging_harmonics"]
+    with patch.object(harmonics, "force_speaks_for", lambda *_: True):  # far from the noise the force must not be worse
+        assert with_harmonics(search, outcome)[0].final is three
 
 
 @pytest.mark.slow
