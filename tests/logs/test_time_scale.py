@@ -80,10 +80,10 @@ def test_another_mass_is_not_taken_for_another_time(tmp_path: Path) -> None:
     assert not found(tmp_path, c=2.0, text=TEXT)
 
 
-@pytest.mark.parametrize("delay", [0.03, 0.1])
-def test_inputs_that_act_late_are_not_taken_for_another_time(delay: float, tmp_path: Path) -> None:
+@pytest.mark.parametrize(("delay", "c"), [(0.03, 1.0), (0.1, 1.0), (0.0, 1.3), (0.0, 2.0)])
+def test_inputs_that_act_late_are_not_taken_for_another_time(delay: float, c: float, tmp_path: Path) -> None:
     """A spring of 60 N/m moved slowly: a delay adds damping and mass as a time 1.3 and 1.9 times too long would. The
-    delay was named as an effect, with the warning of a wrong sample rate beside it.
+    delay was named as an effect, with the warning of a wrong sample rate beside it. A wrong rate is still found.
     """
     t, waves = np.arange(10000) / RATE, [(0.15, 0.9, 0.0), (0.05, 2.3, 0.4)]
     now, later = (
@@ -91,9 +91,10 @@ def test_inputs_that_act_late_are_not_taken_for_another_time(delay: float, tmp_p
         for at in (t, t + delay)
     )
     force = 60 * later[0] + 6 * later[1] + 0.3 * later[2] + 0.4 * np.sign(later[1])
-    path = write_csv(tmp_path / "a.csv", {"t": t, "x": now[0], "w": force}, fmt="%.12g")
+    path = write_csv(tmp_path / "a.csv", {"t": c * t, "x": now[0], "w": force}, fmt="%.12g")
     spec = parse_spec(SPRUNG, Path("slider.yaml"))
-    assert not [f for f in preflight(read_log(path, spec), spec) if f.topic == SCALE_OF_TIME]
+    named = [f for f in preflight(read_log(path, spec), spec) if f.topic == SCALE_OF_TIME]
+    assert bool(named) == (c > 1)
 
 
 def test_no_other_column_is_suggested_where_the_unit_of_time_is_in_doubt(tmp_path: Path) -> None:
