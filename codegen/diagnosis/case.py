@@ -39,6 +39,7 @@ from codegen.diagnosis.fit.signals import (
 from codegen.diagnosis.fit.trial import in_unit
 from codegen.effects.declare import add_declared_effects, effect_deviations
 from codegen.logs import Finding, Log, excerpt, preflight
+from codegen.logs.excerpt import since
 from codegen.logs.motion import steady_speeds
 from codegen.mechanics import build_system
 from codegen.mechanics.base_parameters import LinkParameter, link_parameters
@@ -145,11 +146,13 @@ class Case:
 def case_of(spec: Spec, system: System, log: Log, test_log: Log | None, material: float) -> Case:
     """Prepare log and spec; ``material`` as of ``Case``."""
     system, deviations, changes = uncertain_values(spec, system, log)
+    start = log.description.evaluation.from_s
     begin("preflight")
-    log, cut = excerpt(log)
+    log, cut = excerpt(log if log.records or start is None else since(log, start))
     findings = {
         "train": (
             *cut,
+            *([_warning("from_s", "log", start=start)] if log.records and start is not None else ()),
             *preflight(log, spec),
             *_steady_laws(system),
             *values_of_zero(spec),

@@ -22,12 +22,8 @@ STARTS = 4
 def excerpt(log: Log, most: int = MOST_SAMPLES) -> tuple[Log, tuple[Finding, ...]]:
     """At most so many samples of a log: first every k-th, then one stretch, where the machine travels furthest.
 
-    A log without records is taken from ``evaluation.from_s`` of its description on.
     An input held from row to row is replaced by its mean over the new step: the impulse of a force stays what it was.
     """
-    stated = log.description.evaluation.from_s
-    if stated is not None and not log.records:
-        log = since(log, stated)
     if log.size <= most:
         return log, ()
     every = max(1, min(-(-log.size // most), int(1 / (PLENTY_HZ * log.sample_time) + 1e-9)))

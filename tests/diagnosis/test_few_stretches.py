@@ -14,6 +14,7 @@ from codegen.diagnosis.case import case_of
 from codegen.diagnosis.diagnose import diagnose_log
 from codegen.diagnosis.fit.record import LEAST_SEGMENTS, record_of
 from codegen.logs import Log, read_log
+from codegen.logs.joined import join_logs
 from codegen.spec import parse_spec
 from tests.diagnosis.stage import log_of, stage, system_of
 from tests.expected_errors import refused
@@ -63,8 +64,19 @@ def test_an_idle_start_that_hides_enough_motion_is_named_with_the_line_that_leav
     case = case_of(stage(), system_of(stage()), sampled(tmp_path, log, 1, f"cutoff_hz: 5\n{line}\n"), None, 0.02)
     assert len(record_of(case.problem.motion, case.log).start) >= LEAST_SEGMENTS
     assert case.log.time[0] == pytest.approx(float(until) - 1.0, abs=0.01)
+    test = log_of(stage(level=4.5, reference=late, duration=20.0), tmp_path, "log.csv")
+    beside = case_of(
+        stage(), system_of(stage()), *(sampled(tmp_path, one, 1, f"{line}\n") for one in (log, test)), 0.02
+    )
+    assert beside.test_log is not None and beside.test_log.time[0] == test.time[0]  # held-out data are used whole
     with refused("LOG013 99999.5 12365.676"):
         case_of(stage(), system_of(stage()), sampled(tmp_path, log, 1, "evaluation: {from_s: 99999.5}\n"), None, 0.02)
+
+
+def test_of_several_logs_none_is_cut_and_a_warning_says_so(tmp_path: Path) -> None:
+    log = sampled(tmp_path, log_of(stage(level=4.5), tmp_path, "log.csv"), 1, "evaluation: {from_s: 3}\n")
+    case = case_of(stage(), system_of(stage()), join_logs([lambda _: log] * 2), None, 0.02)
+    assert case.log.time[0] == 0 and any("from_s: 3" in words for words in case.findings_in_words["train"])
 
 
 def test_the_duration_counts_the_samples_of_the_shortest_stretch(tmp_path: Path) -> None:
