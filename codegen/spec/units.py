@@ -198,7 +198,7 @@ def same_dimension(one: str, other: str, place: Place) -> bool:
     return dimension(parse_unit(one, place)) == dimension(parse_unit(other, place))
 
 
-@lru_cache(maxsize=4096)
+@lru_cache(maxsize=1 << 15)
 def is_unit(text: str) -> bool:
     """Whether a text is a unit that can be read; asked of each word of a log's names, each time anew."""
     try:
