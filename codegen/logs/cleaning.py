@@ -196,7 +196,7 @@ def _refuse_many(raw: Columns, column: int, bad: Flags, fill: bool) -> None:
     """Raise BadInput if too many values of a column are not finite, in a row or in all."""
     run, start = longest_run(bad)
     at, count = int(np.argmax(bad)), int(bad.sum())
-    found = f"{count} of {len(bad)} values are not finite (NaN, inf or empty)"
+    found = f"{count} of {len(bad)} values are not finite (NaN, inf, empty or beyond {LARGEST_VALUE:g})"
     which = ", the first here"
     if run > RUN_NOT_FINITE:
         at, which = start, f", {run} of them in a row"

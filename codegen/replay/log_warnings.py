@@ -45,7 +45,8 @@ def preflight_warnings(
             return ()
         return _column_warnings(spec, excerpt(read_log(path, spec, description=description, columns=columns))[0])
     except BadInput as refused:
-        words = f"{faults} samples were invalid, and `stiction diagnose` refuses this log: {refused}"
+        invalid = "1 sample was" if faults == 1 else f"{faults} samples were"
+        words = f"{invalid} invalid, and `stiction diagnose` refuses this log: {refused}"
         return (words,) if faults else ()
     except OSError:
         return ()

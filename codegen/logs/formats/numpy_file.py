@@ -92,7 +92,7 @@ def read_member(stream: IO[bytes]) -> Member:
         if version == (3, 0) and dtype.names:  # as 2.0, but with names in UTF-8, which were read as Latin-1
             dtype.names = tuple(name.encode("latin-1").decode() for name in dtype.names)
     except Exception as error:  # NumPy passes on what its parsers raise: SyntaxError, TokenError, MemoryError …
-        words = re.split(r"\n| on line", str(error))[0] or type(error).__name__
+        words = re.split(r"\n| on line|; expected", str(error))[0] or type(error).__name__
         raise ValueError(f"no .npy file: {words}") from None
     if dtype.hasobject:
         raise ValueError("pickled objects, which are never read")
