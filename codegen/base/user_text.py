@@ -137,6 +137,16 @@ def shown(text: str, longest: int = 40) -> str:
     return printable if len(printable) <= longest else f"{printable[:longest]}…"
 
 
+def foreign_letter(text: str) -> str:
+    """The words " with the letter CYRILLIC SMALL LETTER ES" for the first beyond ASCII, which may look Latin."""
+    letter = next((c for c in text if c.isalpha() and not c.isascii()), "")
+    return f" with the letter {_official_name(letter)}" if letter else ""
+
+
+def _official_name(character: str) -> str:
+    return unicodedata.name(character, f"U+{ord(character):04X}")
+
+
 def _escape(character: str) -> str:
     code = ord(character)
     return f"\\x{code:02x}" if code < 0x100 else f"\\u{code:04x}" if code < 0x10000 else f"\\U{code:08x}"
@@ -149,7 +159,7 @@ def file_text(name: str) -> str:
     """
     for character in name:
         if unicodedata.category(character) in ("Cc", "Zl", "Zp") or character in '"\\':
-            found = f"a file name with the character {unicodedata.name(character, f'U+{ord(character):04X}')}"
+            found = f"a file name with the character {_official_name(character)}"
             expected = "a name of letters, digits, _, . and -, since generated files print it"
             raise BadInput(one_line(name), found, expected, code="SPEC009")
     return "".join(c if is_letter(c) or c in "_.-+" else "_" for c in unicodedata.normalize("NFC", name))

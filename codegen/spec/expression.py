@@ -23,6 +23,7 @@ from typing import Any
 import sympy
 
 from codegen.base.errors import BadInput, Place, nearest_name
+from codegen.base.user_text import foreign_letter
 from codegen.spec.decimal_comma import DECIMAL_COMMA, comma_in_expression, comma_in_value, with_point
 from codegen.spec.functions import CONSTANTS, FUNCTIONS, OTHER_NAMES, Magnitude, Sgn
 
@@ -156,7 +157,8 @@ def parse_expression(text: str | int | float, place: Place) -> Expression:
         expected = "letters a to z, digits and + - * / ** ( ) only"
         if foreign == "°":
             expected += "; an angle in degrees is a parameter with `unit: deg`"
-        raise BadInput(place, f"`{foreign}` in `{words}`", expected, TYPESET.get(foreign), code="SPEC010")
+        found = f"`{foreign}` in `{words}`{foreign_letter(foreign)}"
+        raise BadInput(place, found, expected, TYPESET.get(foreign), code="SPEC010")
     if len(words) > LONGEST:
         raise BadInput(place, f"an expression of {len(words)} characters", f"at most {LONGEST}", code="SPEC011")
     if comma := comma_in_expression(words, list(FUNCTIONS)):

@@ -13,6 +13,7 @@ import sympy
 
 from codegen.base.errors import BadInput, Faults, Place, nearest_name, refuse_unknown
 from codegen.base.input_files import read_text
+from codegen.base.user_text import foreign_letter
 from codegen.spec.expression import exact_number, printed
 from codegen.spec.model import Contact, Coordinate, DeclaredEffect, Input, LogColumns, Parameter, Spec, signal_units
 from codegen.spec.motion import Sliding
@@ -196,7 +197,8 @@ class _Reading:
             expected = "at most 60 letters a to z, digits and _, starting with a letter"
             near = re.sub(r"\W", "_", name, flags=re.ASCII)[:60]
             nearest = near if is_identifier(near) else None
-            raise BadInput(self.place(key), f"the name `{name}`", expected, nearest, code="SPEC009")
+            found = f"the name `{name}`{foreign_letter(name)}"
+            raise BadInput(self.place(key), found, expected, nearest, code="SPEC009")
         if why := why_not_name(name, self.document.name):
             nearest = None if why_not_name(f"{name}_", self.document.name) else f"{name}_"
             raise BadInput(self.place(key), f"the name `{name}`, {why}", "another name", nearest, code="SPEC009")

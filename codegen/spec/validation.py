@@ -6,13 +6,14 @@ import re
 from collections.abc import Mapping, Sequence
 from copy import deepcopy
 from pathlib import Path
-from typing import Any, TypeVar, get_args
+from typing import Any, TypeVar, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
 from codegen.base.errors import BadInput, Place, nearest_name
 from codegen.base.input_files import read_text
+from codegen.base.user_text import foreign_letter
 from codegen.spec.decimal_comma import DECIMAL_COMMA, comma_in_value, with_point
 from codegen.spec.quantity import split_quantity
 from codegen.spec.yaml_text import load_plain
@@ -136,7 +137,9 @@ def _explain(
                 expected += f"; {NAMED}"
             elif nearest is None and "parameters" in known and len(steps) > 1:
                 expected += f"; a parameter is given as `parameters: {{{name}: …}}`"
-            return BadInput(place, f"unknown key `{name}`", expected, nearest, code="SPEC004")
+            expected += _right_place(model, steps)
+            found = f"unknown key `{name}`{foreign_letter(name)}"
+            return BadInput(place, found, expected, nearest, code="SPEC004")
         case "value_error":
             expected = str(fault["ctx"]["error"]).removeprefix("expected ")
         case "literal_error":
@@ -204,6 +207,16 @@ def nearest_place(key: str, places: Mapping[str, Place], file: str) -> Place:
 
 def _known_keys(model: type[BaseModel], steps: Sequence[Any]) -> list[str]:
     return sorted(_section(model, steps).model_fields)
+
+
+def _right_place(model: type[BaseModel], steps: Sequence[Any]) -> str:
+    """The words "; `gains:` belongs under `observer:`" for a known key in the wrong section; "" where none has it."""
+    name, fields = steps[-1], model.model_fields
+    if name in fields:
+        return f"; `{name}:` belongs at the beginning of a line, in no section"
+    single = {k: _inner_model(f.annotation) for k, f in fields.items() if get_origin(f.annotation) not in (dict, list)}
+    above = [f"`{key}:`" for key, section in single.items() if section and name in section.model_fields]
+    return f"; `{name}:` belongs under {' or '.join(above)}" if above else ""
 
 
 def _field_examples(model: type[BaseModel], steps: Sequence[Any]) -> str:

@@ -325,3 +325,28 @@ def test_a_key_less_indented_than_those_below_is_told_of_indentation() -> None:
 def test_one_entry_is_in_the_singular_and_a_greek_name_is_told_which_letters() -> None:
     assert told(GOOD.replace("  - w - k*x\n", "")).found == "1 entry"
     assert "letters a to z" in told(GOOD.replace("  w: {unit: N}", "  τ: {unit: N}")).expected
+
+
+@pytest.mark.parametrize(
+    ("good", "bad", "place"),
+    [
+        ("  sample_time: 0.001\n", "sample_time: 0.001\n", "`sample_time:` belongs under `observer:` or `simulation:`"),
+        ("envelope:\n  x: [-1, 1]", "  envelope: {x: [-1, 1]}", "`envelope:` belongs at the beginning of a line"),
+        ("name: slider", "name: slider\nunit: kg", "one of cancellation, "),  # a key of entries, in no single section
+    ],
+)
+def test_a_key_in_the_wrong_section_is_told_the_right_one(good: str, bad: str, place: str) -> None:
+    fault = told(GOOD.replace(good, bad))
+    words = [f.expected for f in (fault, *fault.others) if f.found.startswith("unknown key")]
+    assert len(words) == 1
+    assert place in words[0]
+    assert ("belongs" in words[0]) == ("belongs" in place)
+
+
+@pytest.mark.parametrize(
+    ("good", "bad"),
+    [("mass_matrix:", "m\u0430ss_matrix:"), ("name: slider", "name: slid\u0430r"), ("w - k*x", "\u0430 - k*x")],
+)
+def test_a_letter_that_only_looks_latin_is_named(good: str, bad: str) -> None:
+    """A Cyrillic a is printed as a Latin one: `mass_matrix` would be an unknown key, with `mass_matrix` proposed."""
+    assert "CYRILLIC SMALL LETTER A" in told(GOOD.replace(good, bad)).found
