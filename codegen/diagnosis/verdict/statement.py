@@ -31,6 +31,8 @@ from codegen.mechanics.system import System
 
 DOUBTFUL = ("jitter", "sample rate", SCALE_OF_TIME, "missing values", "repeated rows")
 """Preflight topics that can cause a residual by themselves."""
+FAR_WORSE = 3.0
+"""Relative force error on the test log over that on the training log from which on the statement compares them."""
 IN_HEADLINE = 3
 """Most parameters of a single effect in the headline."""
 
@@ -68,6 +70,7 @@ def statement(
         **_errors_on(first, answer, system),
         elsewhere=[_errors_on(i, answer, system) for i in others],
         training=training,
+        held_out=_far_worse_held_out(case, answer, training),
         faults=[f.words for f in findings if f.severity == "problem"],
         misread=[f.words for f in findings if f.severity == "warning" and f.topic == SCALE_OF_TIME],
         doubts=[f.words for f in findings if f.severity == "warning" and f.topic in DOUBTFUL],
@@ -84,6 +87,14 @@ def statement(
         written=list(written_values(answer.verdict, refitted)),
         kept=bool(refitted) and all(refit == declared for declared, refit, _ in refitted.values()),
     )
+
+
+def _far_worse_held_out(case: Case, answer: Answer, training: Sequence[float]) -> float:
+    """Relative force error of the final model on the test log if it is material and ``FAR_WORSE``; else 0."""
+    held_out = answer.figures[-1].relative_force
+    if case.test_log is None or not training:
+        return 0.0
+    return held_out if held_out >= max(case.material, FAR_WORSE * training[-1]) else 0.0
 
 
 def _errors_on(i: int, answer: Answer, system: System) -> dict[str, Any]:
@@ -108,6 +119,7 @@ def stated(**given: Any) -> Statement:
         "near_noise": acceptance.NEAR_NOISE,
         "stroke": "",
         "misread": [],
+        "held_out": 0.0,
         "elsewhere": [],
     } | given
     headline = render("text/statement/headline.j2", **view).strip()
@@ -139,6 +151,8 @@ def _facts(view: Mapping[str, Any]) -> Iterator[Fact]:
         yield _said("unexplained", "unexplained", view)
         if view["left"].nature(view["material"]) == "structured":
             yield from (_sentence(Fact("unexplained", words[0].upper() + words[1:])) for words in view["changes"])
+        if view["held_out"]:
+            yield _said("unexplained", "held_out", view)
     if verdict in ("effect", "ambiguous"):
         yield from (_sentence(Fact("log", f"The log itself may be the cause: {words}")) for words in view["misread"])
         if view["left"] and view["left"].nature(view["material"]) == "structured":
