@@ -99,6 +99,7 @@ REFUSED = {
     "[[1, 2], [1]]": "LOG005 1 `[1]` 2",
     '{"a": [{"t": 0}], "b": [{"t": 0}]}': "LOG001 2 `records KEY`",
     '[{"t": [0, 1, 2], "x": [1, 2, 3]}, {"t": [0, 1, 2], "x": [1, 2, 3]}]': "LOG001 2 `records NUMBER` 0 1",
+    '[{"id": 7, "t": [0, 1, 2], "x": [1, 2, 3]}, {"id": 8, "t": [0, 1], "x": [1, 2]}]': "LOG001 2 `records NUMBER`",
     '{"t": [0, 1], "x": [1], "w": [1, 2]}': "LOG011 1 2 `t`",
     '[{"t": 0, "x": "abc", "w": 1}, {"t": 1, "x": 2, "w": 1}]': 'LOG005 [0].x `"abc"`',
     '[{"t": 0, "w": 1}, {"t": 1, "w": 1}]': "LOG003 `x`",
@@ -123,6 +124,20 @@ def test_json_refusals(tmp_path, spec, text):
     with pytest.raises(BadInput) as told:
         read_log(tmp_path / "a.json", spec)
     assert matches(told.value, REFUSED[text]) and "\n" not in str(told.value) and len(str(told.value)) < 500
+
+
+@pytest.mark.parametrize(
+    ("key", "words"),
+    [(f"runs.{n}", "a number from 0 to 1") for n in ("2", "-1", "01", "+1", "0_1", "１", "x")]
+    + [("run.0", "one of the keys runs"), ("runs.1.t.9", "a number from 0 to 2"), ("runs.0.y", "one of the keys t, x")],
+)
+def test_a_record_that_is_not_there_is_refused_with_those_that_are(tmp_path, spec, key, words):
+    """-1 was the last one and 01 the second, without a word; 2 was asked to be a key."""
+    record = {"t": [0, 1, 2], "x": [1, 2, 3]}
+    (tmp_path / "a.json").write_text(json.dumps({"runs": [record, record]}))
+    (tmp_path / "meta.yaml").write_text(f"records: '{key}'\n")
+    with refused(f"LOG013 meta.yaml:1 records `{key}` {words}"):
+        read_log(tmp_path / "a.json", spec)
 
 
 def test_a_column_of_two_paths_is_refused(tmp_path, spec):

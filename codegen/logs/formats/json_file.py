@@ -29,6 +29,7 @@ _VALUE = re.compile(r"[^\s,]")
 """Between the values of a list, or of lines."""
 _ENDED = re.compile(r"[\]}]\s*,")
 """The end of a record and the comma before the next one, which a text that is cut off does not have."""
+_INDEX = re.compile("0|[1-9][0-9]{0,8}")
 DEEPEST = 8
 """Most keys and indices of a path."""
 
@@ -181,11 +182,14 @@ class JsonFile(LogFile):
         entries = content if isinstance(content, dict) else {}
         key = self.description.records
         if key:
-            table = entries[key] if key in entries else _at(content, tuple(key.split(".")))
+            path = (key,) if key in entries else tuple(key.split("."))
+            table = _at(content, path)
             if table is None:
-                expected = f"one of the keys {listing(list(entries))}" if entries else "the number of a record, from 0"
+                reached = next(at for k in range(len(path) - 1, -1, -1) if (at := _at(content, path[:k])) is not None)
+                keys = list(reached) if isinstance(reached, dict) else []
+                expected = f"one of the keys {listing(keys)}" if keys else f"a number from 0 to {len(reached) - 1}"
                 place = self.description.place("records")
-                raise BadInput(place, f"`{shown(key)}`", expected, nearest_name(key, entries), code="LOG013")
+                raise BadInput(place, f"`{shown(key)}`", expected, nearest_name(key, keys), code="LOG013")
             if not _is_table(table):
                 raise self.fault(f"no table under `{shown(key)}`")
             return key, table
@@ -210,7 +214,7 @@ class JsonFile(LogFile):
         lists = _plain(table[0])
         if max(map(len, lists.values()), default=0) > len(table) == 1:
             return key, table[0]
-        if len(lists) == len(table[0]) and min(map(len, lists.values()), default=0) > len(table):
+        if len(lists) > 1 and min(map(len, lists.values())) > len(table):
             path = f"{key}.NUMBER" if key else "NUMBER"
             expected = f"`records: {path}` in meta.yaml beside the log, NUMBER from 0 to {len(table) - 1}"
             raise self.fault(f"{len(table)} records of lists", expected)
@@ -298,9 +302,12 @@ def _inside(value: Any, name: str = "", path: Inner = ()) -> Iterator[tuple[str,
 def _at(value: Any, path: Inner) -> Any:
     """The value at a path; None if there is none."""
     for key in path:
+        index = isinstance(value, list) and isinstance(key, str)
+        if index and not _INDEX.fullmatch(str(key)):
+            return None
         try:
-            value = value[int(key) if isinstance(value, list) else key]
-        except (LookupError, TypeError, ValueError):
+            value = value[int(key) if index else key]
+        except (LookupError, TypeError):
             return None
     return value
 
