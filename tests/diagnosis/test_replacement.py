@@ -70,7 +70,7 @@ def test_rivals_of_a_later_effect_put_it_first(monkeypatch: pytest.MonkeyPatch) 
     monkeypatch.setattr(replacement, "possible_replacements", lambda search, parts, k, paired: [gain.part] if k else [])
     monkeypatch.setattr(replacement, "tied_by_free_runs", lambda *_: True)
     monkeypatch.setattr(replacement, "tolerances_prefer", lambda *_: False)
-    monkeypatch.setattr(replacement, "credible", lambda *_: True)
+    monkeypatch.setattr(replacement, "explained_share", lambda *_: 0.06)
     monkeypatch.setattr(replacement, "most_left", lambda _: 1.0)
     monkeypatch.setattr(replacement, "force_prefers", lambda *_: False)
     monkeypatch.setattr(replacement, "as_replacement", lambda search, found, without: found)
@@ -80,9 +80,10 @@ def test_rivals_of_a_later_effect_put_it_first(monkeypatch: pytest.MonkeyPatch) 
     current.cost = gain.cost = 5.0
     assert replacement.reconsidered(search, current, []) == ("reordered", [gain])
     assert moves == [1]
-    monkeypatch.setattr(replacement, "credible", lambda *_: False)  # a weight that explains nothing in a wave's place
+    # A weight that explains nothing in the place of a wave.
+    monkeypatch.setattr(replacement, "explained_share", lambda *_: 0.04)
     assert replacement.reconsidered(search, current, []) == (current, [])
-    monkeypatch.setattr(replacement, "credible", lambda *_: True)
+    monkeypatch.setattr(replacement, "explained_share", lambda *_: 0.06)
     monkeypatch.setattr(replacement, "force_prefers", lambda *_: True)
     assert replacement.reconsidered(search, current, []) == (current, [])
 
@@ -106,7 +107,7 @@ def test_far_from_the_noise_a_replacement_that_is_nearly_alike_ties(
     monkeypatch.setattr(ranking, "runs_prefer", lambda *_: True)
     monkeypatch.setattr(replacement, "force_prefers", lambda here, other, most: gain < most)
     monkeypatch.setattr(replacement, "tolerances_prefer", lambda *_: False)
-    monkeypatch.setattr(replacement, "credible", lambda *_: True)
+    monkeypatch.setattr(replacement, "explained_share", lambda *_: 0.06)
     shares = {"viscous": 0.6, "quadratic_drag": 0.59}
     monkeypatch.setattr(
         replacement,
@@ -139,7 +140,7 @@ def test_a_replacement_of_a_special_form_must_be_clearly_better_to_be_a_rival(
     monkeypatch.setattr(replacement, "possible_replacements", lambda search, parts, k, paired: [] if k else [lags.part])
     monkeypatch.setattr(replacement, "tied_by_free_runs", lambda *_: True)
     monkeypatch.setattr(replacement, "tolerances_prefer", lambda *_: False)
-    monkeypatch.setattr(replacement, "credible", lambda *_: True)
+    monkeypatch.setattr(replacement, "explained_share", lambda *_: 0.06)
     monkeypatch.setattr(replacement, "most_left", lambda _: 1.0)
     monkeypatch.setattr(replacement, "force_prefers", lambda *_: False)
     monkeypatch.setattr(replacement, "as_replacement", lambda search, found, without: found)

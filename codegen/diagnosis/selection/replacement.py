@@ -19,11 +19,16 @@ from codegen.diagnosis.selection.candidate_fits import (
     in_simplest_forms,
     simpler_forms,
 )
-from codegen.diagnosis.selection.parsimony import BETTER, MOST_EFFECTS, pruned_with_rivals, still_accepted
+from codegen.diagnosis.selection.parsimony import (
+    BETTER,
+    MOST_EFFECTS,
+    explained_share,
+    pruned_with_rivals,
+    still_accepted,
+)
 from codegen.diagnosis.selection.ranking import (
     CLOSE,
     Ranked,
-    credible,
     extension_is_shown,
     force_prefers,
     is_no_better_form,
@@ -106,10 +111,9 @@ def swapped(
 ) -> tuple[Fit | None, dict[int, list[Ranked]]]:
     """The fit with one effect replaced (the new one is last), or None; and index of an effect → rivals that tie.
 
-    If the first round has rivals of the first effect, only these are tested. A rival of another effect is accepted in
-    its place, by the test by which that effect itself stays. One that explains nothing there is the fit without either,
-    over which the effect is accepted; that free runs do not prefer the effect to it, by the weaker test of two models
-    of which neither contains the other, is no evidence for it.
+    If the first round has rivals of the first effect, only these are tested. A rival of another effect must explain
+    ``LEAST_SHARE`` of what the fit without that effect leaves, as in the first round, whatever its significance. One
+    that explains less is that fit, over which the effect is accepted.
     """
     tied: dict[int, list[Ranked]] = {}
     parts, here = current.trial.parts, ForceCriterion(search, current)
@@ -135,7 +139,7 @@ def swapped(
             most = most_left(current)
             alike = (f for f in same if not force_prefers(here, ForceCriterion(search, f), most))
             alike = (f for f in alike if not tolerances_prefer(search, current, f))
-            alike = (f for f in alike if credible(search, without, f, 1))
+            alike = (f for f in alike if explained_share(search, without, f) >= acceptance.LEAST_SHARE)
             tied[k] = [as_replacement(search, f, without) for f in alike]
         else:
             tied[k] = [r for r in rivals if r.part.key in {f.part.key for f in same}]
