@@ -53,7 +53,7 @@ class JsonFile(LogFile):
         try:
             content = self._parsed(data.decode("utf-8-sig"))
         except json.JSONDecodeError as error:
-            found = f"no JSON ({shown(error.msg)})"
+            found = f"no JSON ({shown(error.msg, 80)})"
             raise BadInput(Place(str(self.path), error.lineno), found, self.expected, code="LOG001") from None
         except UnicodeDecodeError as error:
             raise self.fault(f"byte {error.start} is not UTF-8") from None
@@ -231,17 +231,19 @@ class JsonFile(LogFile):
                 found = f"entry {k} is `{shown(json.dumps(record)[:200])}`"
                 what = "an object" if kind is dict else f"a list of {len(table[0])}"
                 raise BadInput(self.place, found, f"{what}, as the first one", code="LOG005")
+        names: dict[str, Column] = {}
         if kind is list:
             inner = [(name, k, *one) for k, name in enumerate(self._headings) for one in _inside(table[0][k])]
-            return {f"{name}.{part}" if part else name: (table, (k, *path)) for name, k, part, path in inner}
-        names: dict[str, Column] = {}
-        for record in table:
+            names = {f"{name}.{part}" if part else name: (table, (k, *path)) for name, k, part, path in inner}
+        for record in table if kind is dict else ():
             for name, path in _inside(record):
                 if names.setdefault(name, (table, path))[1] != path:
                     self._twice.add(name)
             if len(names) > MOST_COLUMNS:
-                words = f"more than {MOST_COLUMNS} names in its records"
-                raise BadInput(self.place, words, self.expected, code="LOG010")
+                break
+        if len(names) > MOST_COLUMNS:
+            words = f"more than {MOST_COLUMNS} names in its records"
+            raise BadInput(self.place, words, self.expected, code="LOG010")
         return names
 
 
