@@ -24,6 +24,8 @@ ZERO_ORDER = ("zero-order", "zero order", "zoh")
 """Beginnings of ``input_hold`` for commands that are held from row to row."""
 LINEAR = ("linear", "first-order", "first order", "foh")
 """Beginnings of ``input_hold`` for inputs that were measured, such as a current."""
+ROUNDED = 0.05
+"""Largest share by which a stated sample rate and sample time contradict each other by rounding: 4 ms for 240 Hz."""
 Read = Callable[[Any, Place], Any]
 """A value of the file and its place → the value in SI; raises BadInput."""
 
@@ -208,7 +210,7 @@ class LogDescription(BaseModel):
         missing: ``fill`` for isolated values that are not finite; ``join`` where each column was logged at times of its
             own, at which the others are empty.
         parameter_tolerance: relative uncertainty of the declared parameters.
-        sample_rate_hz: nominal rate; ``sample_time`` takes precedence.
+        sample_rate_hz: nominal rate; that of ``sample_time`` where a file states both, which differ by rounding.
         input_hold, input_is: as written.
         encoder_step, position_noise_rms: one number a coordinate (a single one for all), m or rad; zero: none.
     """
@@ -295,7 +297,11 @@ def read_description(path: str | Path) -> LogDescription:
     reading = _Reading(str(path), places)
     description = validate(LogDescription, document, places, str(path), reading)
     reading.faults.raise_noted()
-    rate = 1 / description.sample_time if description.sample_time else description.sample_rate_hz
+    rate, stated = 1 / description.sample_time if description.sample_time else None, description.sample_rate_hz
+    if rate and stated and abs(stated / rate - 1) > ROUNDED:
+        found = f"{stated:g} Hz, where `sample_time` says {rate:g} Hz"
+        raise BadInput(reading.place("sample_rate_hz"), found, "one of the two, or one rate", code="LOG013")
+    rate = rate or stated
     cutoff = description.cutoff_hz or description.evaluation.cutoff_hz
     description = description.model_copy(update={"sample_rate_hz": rate, "cutoff_hz": cutoff})
     description._reading = reading

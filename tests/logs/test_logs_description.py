@@ -82,6 +82,8 @@ REFUSED = {
     "columns: {v: speed}\n": "LOG003 `speed`",
     "[1]\n": "SPEC006",
     "a: [\n": "SPEC001 1.2",
+    "sample_time: 0.001\nsample_rate_hz: 500\n": "LOG013 about.yaml:2 sample_rate_hz `sample_time` 500 1000",
+    "sample_rate_hz: 10\nsample_time: 0.002\n": "LOG013 about.yaml:1 sample_rate_hz `sample_time` 10 500",
 }
 
 
@@ -119,6 +121,12 @@ def test_precedence(tmp_path):
     assert first(spec=named) == (200, 9)
     with refused("LOG013 --column: `y`"):
         first(spec=named, columns={"y": "o"})
+
+
+@pytest.mark.parametrize(("time", "rate"), [("0.002", "500"), ("0.033", "30"), ("4 ms", "240"), ("16.67 ms", "60")])
+def test_a_sample_time_and_a_rate_may_differ_by_rounding(tmp_path, time, rate):
+    about = read_description(described(tmp_path, f"sample_time: {time}\nsample_rate_hz: {rate}\n"))
+    assert about.sample_rate_hz == pytest.approx(float(rate), rel=0.05)
 
 
 def test_milliseconds(tmp_path, spec):
