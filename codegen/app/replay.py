@@ -46,4 +46,5 @@ def replay(
     declared = declared_friction(spec, machine.observer)
     result = replay_log(spec, program, engine, samples, declared, target, only)
     against = preflight_warnings(spec, Path(log), description, columns, result.faults)
-    return replace(result, warnings=(*against, *result.warnings))  # causes before symptoms
+    notes = tuple(note for note in result.notes if note not in against)
+    return replace(result, notes=notes, warnings=(*against, *result.warnings))  # causes before symptoms

@@ -474,7 +474,7 @@ class _Search:
                 advice = f"Say their size in meta.yaml beside the log, such as {scale_of_counts(symbol, self.spec)}."
             listed = bool(self.source.units.get(name))
             severity: Severity = "problem" if _has_size(by_file) and (listed or _is_meant(by_file)) else "warning"
-            words = f"the file has {symbol} in `{shown(unit)}`, which is no unit of {own}"
+            words = f"the file has {symbol} in `{shown(unit)}`, which is no unit that can be converted to {own}"
             words += ": its numbers are used unchanged" if severity == "warning" else ""
             self._doubt(symbol, words, advice, severity)
             self.unsized.add(symbol)

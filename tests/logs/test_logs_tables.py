@@ -78,7 +78,7 @@ def test_it_is_said_where_the_header_was_found(tmp_path, spec):
     notes = log.notes
     assert notes[0] == "the header is line 3 (t, x, w), 2 lines before it"
     assert notes[1] == "a line of units under the header (s, m, %)"
-    doubt = "w in `%`, which is no unit of N: its numbers are used unchanged"
+    doubt = "w in `%`, which is no unit that can be converted to N: its numbers are used unchanged"
     assert len([f for f in log.raw_data.findings if doubt in f.words]) == 1 and not any(doubt in n for n in notes)
     (tmp_path / "b.csv").write_text(READ["a spreadsheet around it"].replace(",,\n", ",,was -8\n"))
     assert any("`was -8` of line 5 is not read" in n for n in read_log(tmp_path / "b.csv", spec).notes)

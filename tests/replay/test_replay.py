@@ -455,6 +455,15 @@ def test_an_input_without_its_sign_is_warned_of(tmp_path: Path) -> None:
     assert [line for line in result.warnings if "never negative" in line and "magnitude without its sign" in line]
 
 
+def test_a_unit_of_another_dimension_is_told_once(tmp_path: Path) -> None:
+    """It was a note and a warning too."""
+    log = tmp_path / "log.csv"
+    axis_log(log).write_text(log.read_text().replace("t,x,w", "t [s],x [deg],w [N]", 1))
+    told = stiction("replay", SPECS / "one_mass.yaml", log).out
+    (line,) = [line for line in told.splitlines() if "in `deg`" in line]
+    assert line.startswith("warning: ") and "no unit that can be converted to m" in line
+
+
 @pytest.mark.parametrize("seconds", [12, 39])
 def test_an_encoder_that_wraps_is_warned_of_with_the_key_that_unwraps_it(tmp_path: Path, seconds: int) -> None:
     """Only a speed outside the envelope was warned of. The axis moves on at 0.3 m/s, with a ripple; it wraps at 1 m."""
