@@ -49,6 +49,11 @@ Columns = Annotated[
 ]
 
 
+def _refuse_json(asked: bool) -> None:
+    if asked:
+        raise BadInput("--json", "it stands before the verb", "it behind: `stiction check SPEC --json`", code="CALL001")
+
+
 def _print_version(asked: bool) -> None:
     if asked:
         output.print(VERSION)
@@ -63,6 +68,7 @@ def common(
     version: Annotated[
         bool, typer.Option("--version", help="print the version", is_eager=True, callback=_print_version)
     ] = False,
+    as_json: Annotated[bool, typer.Option("--json", hidden=True, callback=_refuse_json)] = False,
 ) -> None:
     """Friction observers from a specification: derived, certified, generated, and checked against measured data."""
     if effects:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -19,7 +20,7 @@ from codegen.base.result import plain
 from codegen.effects import CATALOGUE
 from codegen.friction import LAWS
 
-from .command import SPECS, stiction
+from .command import SPECS, is_one_message, stiction
 
 ROOT = SPECS.parent
 ONE, TWO = SPECS / "one_mass.yaml", SPECS / "two_mass.yaml"
@@ -42,6 +43,19 @@ def test_every_verb_with_a_result_has_it() -> None:
     flags = {name: [p for p in verb.params if "--json" in p.opts] for name, verb in group.commands.items()}
     assert {name for name, found in flags.items() if not found} == WITHOUT
     assert all(p.is_flag for found in flags.values() for p in found)
+
+
+def test_the_page_of_the_commands_names_the_verbs_without_it() -> None:
+    page = (ROOT / "docs" / "commands.md").read_text("utf-8")
+    (named,) = re.findall(r"its result as JSON; ([^.]*) do not have it", page)
+    assert set(re.findall(r"`(\w+)`", named)) == WITHOUT
+
+
+def test_before_the_verb_it_is_told_where_it_belongs() -> None:
+    """It said *No such option: --json (Possible options: --version)*."""
+    told = stiction("--json", "check", ONE)
+    assert is_one_message(told) and "`stiction check SPEC --json`" in told.err
+    assert "--json" not in stiction("--help").out
 
 
 def test_check() -> None:
