@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from codegen.base.errors import Place, nearest_name
-from codegen.base.user_text import shown
+from codegen.base.user_text import foreign_letter, shown
 from codegen.spec.column_units import may_be_unit, stated_unit, unit_behind
 from codegen.spec.model import Spec
 from codegen.spec.units import is_unit, same_dimension, si_factor
@@ -133,10 +133,11 @@ def lines_of(proposed: Sequence[Proposed], others: Mapping[str, str]) -> str:
 
 
 def reasons(proposed: Sequence[Proposed]) -> str:
-    """The proposed columns with the reason for each, grouped by reason."""
+    """The proposed columns with the reason for each, grouped by reason; a letter that only looks right is named."""
     by_reason: dict[str, list[str]] = {}
     for one in proposed:
-        by_reason.setdefault(one.why, []).append(f"`{shown(one.column)}`")
+        letter = foreign_letter(one.column) if len(_plain(one.column)) == len(one.symbol) else ""
+        by_reason.setdefault(one.why, []).append(f"`{shown(one.column)}`{letter}")
     return "; ".join(f"{', '.join(names)} {why}" for why, names in by_reason.items())
 
 

@@ -55,6 +55,15 @@ def test_a_name_with_a_degree_sign_is_proposed_as_it_is_written(tmp_path, motor)
     assert '`columns: {phi: "angle [°]", i: "Strom [mA]"}` in meta.yaml' in caught.value.expected
 
 
+def test_a_letter_that_only_looks_like_that_of_the_symbol_is_named(tmp_path, motor):
+    """The column and the symbol were printed the same, without a reason why the one is not the other."""
+    with refused("LOG003 `\N{CYRILLIC SMALL LETTER BYELORUSSIAN-UKRAINIAN I}` CYRILLIC"):
+        read_log(write(tmp_path, "t,phi,\N{CYRILLIC SMALL LETTER BYELORUSSIAN-UKRAINIAN I}"), motor)
+    with refused("LOG003 `Prüfstrom`") as told:
+        read_log(write(tmp_path, "t,phi,Prüfstrom"), motor)
+    assert "LETTER" not in str(told.value)
+
+
 def write(tmp_path: Path, header: str) -> Path:
     made = rows(2.0)
     columns = [made[name] for name in ("t", "x", "w", "w", "w")[: header.count(",") + 1]]
