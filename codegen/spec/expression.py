@@ -27,7 +27,7 @@ from codegen.base.user_text import foreign_letter
 from codegen.spec.decimal_comma import DECIMAL_COMMA, comma_in_expression, comma_in_value, with_point
 from codegen.spec.functions import CONSTANTS, FUNCTIONS, OTHER_NAMES, Magnitude, Sgn
 
-RANGE = "a finite number between 1e-300 and 1e300 in size"
+RANGE = "a finite number above 1e-300 and below 1e300 in size"
 
 
 def decimal_of(double: float) -> sympy.Rational:
@@ -47,7 +47,7 @@ def printed(value: Any, place: Place, found: str) -> sympy.Rational:
         found: the text of the number in the spec, for the message.
 
     Raises:
-        BadInput: for a nonzero number whose magnitude is not between 1e-300 and 1e300.
+        BadInput: for a nonzero number whose magnitude is not above 1e-300 and below 1e300.
     """
     try:
         double = int(value.p) / int(value.q)  # Python rounds a quotient of integers correctly

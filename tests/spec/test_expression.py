@@ -200,6 +200,7 @@ REFUSED = {
     "2if x1 else v1": "SPEC010 2if",
     "await x1": "SPEC011",
     "1e999": "SPEC007 1e999",
+    "1e300": "SPEC007 below 1e300",  # it was to be between 1e-300 and 1e300
     "1e-999": "SPEC007 1e-999",
     "1e-999999999": "SPEC007 1e-999999999",
     "nan": "SPEC008",
