@@ -113,7 +113,7 @@ def swapped(
 
     If the first round has rivals of the first effect, only these are tested. A rival of another effect must explain
     ``LEAST_SHARE`` of what the fit without that effect leaves, as in the first round, whatever its significance. One
-    that explains less is that fit, over which the effect is accepted.
+    that explains less hardly differs from that fit, and the effect was accepted as better than that fit.
     """
     tied: dict[int, list[Ranked]] = {}
     parts, here = current.trial.parts, ForceCriterion(search, current)

@@ -109,7 +109,8 @@ def with_harmonics(search: Search, outcome: Outcome) -> tuple[Outcome, Search]:
 def _is_better(search: Search, final: Fit, richer: Fit) -> bool:
     """Whether free runs prefer the fit with harmonics.
 
-    In place of more effects than it has, it is judged as any replacement: it adds nothing to what they claim.
+    With fewer effects than the other fit it is judged as a replacement: its cost is lower by ``BETTER``, free runs
+    prefer it, and the force residual does not prefer the other. Otherwise it must explain a further effect's share.
     """
     if len(richer.trial.parts) >= len(final.trial.parts):
         return worth_it(search, final, richer, MOST_ORDER)

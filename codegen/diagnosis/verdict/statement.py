@@ -32,7 +32,7 @@ from codegen.mechanics.system import System
 DOUBTFUL = ("jitter", "sample rate", SCALE_OF_TIME, "missing values", "repeated rows")
 """Preflight topics that can cause a residual by themselves."""
 FAR_WORSE = 3.0
-"""Relative force error on the test log over that on the training log from which on the statement compares them."""
+"""Least ratio of the relative force errors on test and training log at which both are stated."""
 IN_HEADLINE = 3
 """Most parameters of a single effect in the headline."""
 
