@@ -21,7 +21,7 @@ from codegen.base.progress import steps_to
 from codegen.diagnosis.case import HELD_OUT_SHARE, Case, Findings, case_of
 from codegen.diagnosis.few_stretches import few_stretches
 from codegen.diagnosis.fit.acceptance import ALPHA, is_far, noise_ratio, share_far
-from codegen.diagnosis.fit.measure import RESTART_S, force_errors, measure
+from codegen.diagnosis.fit.measure import RESTART_S, driving_force_name, force_errors, measure
 from codegen.diagnosis.fit.output_error import BLOCKS, levels_at_zero
 from codegen.diagnosis.fit.record import TooFewStretches, is_shortened, position_noise, record_of
 from codegen.diagnosis.fit.residual import Problem
@@ -250,7 +250,7 @@ def _diagnosis(
     }
     training = (relative_error(three[0]), relative_error(three[1]), relative_error(three[2]))
     left, experiment = found["remainder"], found.get("separation")
-    made = Diagnosis(
+    return Diagnosis(
         verdict=answer.verdict,
         statement=statement(case, answer, left, rivals, refitted, outcome, experiment, records, training),
         effects=answer.effects if answer.verdict == "effect" else (),
@@ -268,7 +268,6 @@ def _diagnosis(
         units={s.name: system.units.get(s, "1") for s in moved},
         **found,
     )
-    return made if system.inputs else made.without_drive()
 
 
 def _with_possible_twins(
@@ -295,6 +294,7 @@ def _data(case: Case, problem: Problem, restart_s: float) -> dict[str, Any]:
         "sample_time_s": case.motion.sample_time,
         "cutoff_hz": case.motion.cutoff_hz,
         "restart_s": restart_s,
+        "forces_compared_with": driving_force_name(system),
         "coordinates": [
             {"name": x.name, "unit": unit, "force_unit": system.force_unit(i)}
             for i, (x, unit) in enumerate(zip(system.positions, system.position_units, strict=True))

@@ -22,8 +22,6 @@ LEAST_CORRELATION = 0.95
 """Correlation of two friction estimates below which their agreement is ``poor``."""
 CLOSE_DIFFERENCE, FAIR_DIFFERENCE = 0.1, 0.25
 """Largest relative differences of two friction estimates that count as ``close`` and ``fair``."""
-DRIVE, INERTIAL = "drive force", "inertial force M a"
-"""The force with which others are compared, in words; the second where no input drives the machine."""
 Nature = Literal["immaterial", "noise", "structured"]
 """Nature of a remainder: too small to matter, predicted by neither motion nor time, or predicted by these."""
 Term = Literal["force", "friction level", "inertia", "viscous friction"]
@@ -405,7 +403,6 @@ class Diagnosis(Shown):
         separation: discriminating experiments for candidates that tie, alone or in addition to an effect.
         remainder: force residual of the written model on the training log, for each coordinate.
         material: share of the RMS drive force from which on a force matters.
-        reference: the force with which others are compared, in words.
     """
 
     verdict: Verdict
@@ -433,7 +430,6 @@ class Diagnosis(Shown):
     material: float = MATERIAL
     reliability: Reliability | None = None
     units: Mapping[str, str] = field(default_factory=dict)
-    reference: str = DRIVE
 
     @property
     def sentence(self) -> str:
@@ -445,25 +441,6 @@ class Diagnosis(Shown):
         effects = ", ".join(e.title for e in self.effects) or "none"
         errors = {"relative force error, declared": self.declared.relative_force}
         return {"verdict": self.verdict, "effects": effects, **errors, "augmented": self.augmented.relative_force}
-
-    def without_drive(self) -> Diagnosis:
-        """The diagnosis of a machine that no input drives: all its words on the drive force are on M a."""
-
-        def words(text: str) -> str:
-            return text.replace(DRIVE, INERTIAL)
-
-        def rows(candidates: tuple[Candidate, ...]) -> tuple[Candidate, ...]:
-            return tuple(replace(c, why_not=words(c.why_not)) for c in candidates)
-
-        facts = tuple(replace(f, words=words(f.words), detail=words(f.detail)) for f in self.statement.facts)
-        return replace(
-            self,
-            statement=replace(self.statement, facts=facts),
-            candidates=rows(self.candidates),
-            later_rounds=tuple(replace(r, candidates=rows(r.candidates)) for r in self.later_rounds),
-            in_no_round=rows(self.in_no_round),
-            reference=INERTIAL,
-        )
 
     @property
     def is_refit_as_declared(self) -> bool:

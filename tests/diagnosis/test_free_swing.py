@@ -10,12 +10,15 @@ import pytest
 
 from codegen.diagnosis.diagnose import diagnose_log
 from codegen.diagnosis.evidence.residual_regression import remainders
+from codegen.diagnosis.fit.measure import driving_force_name
 from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.signals import smooth_motion
+from codegen.diagnosis.results import Remainder
 from codegen.diagnosis.verdict.wrong_values import explaining_values
 from codegen.effects.declare import system_of
 from codegen.logs import read_log
 from codegen.spec import parse_spec
+from tests.diagnosis.statements import statement_of
 from tests.slow_cases import slow_except
 
 J, MGL, LEVEL = 0.01, 0.3, 8e-4
@@ -78,6 +81,17 @@ def test_damping_is_found_in_a_free_swing(viscous: float, tmp_path: Path) -> Non
     refused = [c.why_not for c in found.candidates]
     assert "of the inertial force M a" in found.sentence
     assert not [words for words in (found.sentence, *refused) if "drive force" in words]
+
+
+def test_a_file_named_like_the_force_keeps_its_name_where_no_input_drives_the_machine() -> None:
+    """Its statement said "inertial force M a.csv": the noun was replaced in finished sentences."""
+    said = statement_of(
+        "none",
+        Remainder(0.1, 0.11, 0.5, {"position": 0.5}),
+        drive=driving_force_name(system_of(parse_spec(SPEC, Path("swing.yaml")))),
+        changes=["from 1 s to 2 s of drive force.csv a force of +0.1 N acts that the model lacks"],
+    ).text
+    assert "from 1 s to 2 s of drive force.csv" in said.lower() and "11 % of the inertial force M a" in said
 
 
 @pytest.mark.parametrize("start", [0.133, 0.141, 0.15, 0.128, 0.137, 0.155])

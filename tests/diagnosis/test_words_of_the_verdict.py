@@ -48,7 +48,8 @@ def candidate(kind: str, gain: float, why_not: str = "") -> Candidate:
 
 def diagnosis(verdict: str, *candidates: Candidate, later: tuple[Round, ...] = (), **more: Any) -> Diagnosis:
     named = (FoundEffect("cogging", "x", {}, {}, (), {}),) if verdict == "effect" else ()
-    data = {"test": "t", "coordinates": [{"name": "x", "unit": "m", "force_unit": "N"}]}
+    coordinates = [{"name": "x", "unit": "m", "force_unit": "N"}]
+    data = {"test": "t", "forces_compared_with": "drive force", "coordinates": coordinates}
     fixed: dict[str, Any] = {"training": (0, 0, 0), "refitted": {}, "agreement": None, "findings": {}}
     fixed |= dict.fromkeys(("declared", "refit", "augmented"), FIGURES) | {"certificate": None, "data": data}
     fixed |= {"effects": named, "later_rounds": later, "candidates": candidates, **more}

@@ -269,7 +269,8 @@ def report(text: str) -> str:
     """A report with this text wherever it holds text."""
     figures = ("train_samples", "held_out_seconds", "sample_time_s", "cutoff_hz", "restart_s", "segments")
     coordinate = {"name": text, "force_unit": text}
-    data = {"train": text, "test": text, "coordinates": [coordinate], **dict.fromkeys(figures, 1)}
+    data = dict.fromkeys(("train", "test", "forces_compared_with"), text)
+    data |= {"coordinates": [coordinate], **dict.fromkeys(figures, 1)}
     row = {"candidate": filled(Candidate, text), "parameters": [text], "outcome": "passed", "why_not": text, "bar": 1}
     pictures = {
         "coordinates": [(text, (Panel(text, text),))] * 2,

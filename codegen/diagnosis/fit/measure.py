@@ -138,6 +138,11 @@ def driving_force(system: System, motion: Motion) -> Array:
     return drive if np.any(drive != 0) else inertial_force(system, motion)
 
 
+def driving_force_name(system: System) -> str:
+    """``driving_force`` in words."""
+    return "drive force" if system.inputs else "inertial force M a"
+
+
 @identity_cache(OF_MODELS)
 def inverse_mass(system: System, motion: Motion) -> Array:
     """(N, n, n) M(x)⁻¹ along a motion."""

@@ -19,6 +19,7 @@ from codegen.diagnosis.evidence.residual_regression import inertia_noise
 from codegen.diagnosis.fit import acceptance
 from codegen.diagnosis.fit.acceptance import Evidence, is_far, size_of
 from codegen.diagnosis.fit.drive import drive_in_motion, drive_left, drive_shares, residual_at_drive
+from codegen.diagnosis.fit.measure import driving_force_name
 from codegen.diagnosis.fit.output_error import Fit
 from codegen.diagnosis.fit.residual import inverse_dynamics_residual
 from codegen.diagnosis.fit.search import Search
@@ -47,7 +48,7 @@ def why_refused(before: ForceCriterion, after: ForceCriterion, e: Evidence, size
         needed = in_percent(acceptance.LEAST_SHARE)
         return f"removes {in_percent(e.share)} of the squared simulation error on held-out parts; {needed} is needed"
     if is_too_small(found, size):
-        return too_small_in_words(size)
+        return too_small_in_words(search.system, size)
     return (
         impossible(search, found, before.fit.model)
         or absorbed_by_refit(before, after)
@@ -61,8 +62,8 @@ def is_too_small(found: Fit, size: float) -> bool:
     return size < (acceptance.LEAST_NET if found.trial.adds_states else acceptance.LEAST_SIZE)
 
 
-def too_small_in_words(size: float) -> str:
-    return f"is too small to matter: {in_percent(size)} of the drive force"
+def too_small_in_words(system: System, size: float) -> str:
+    return f"is too small to matter: {in_percent(size)} of the {driving_force_name(system)}"
 
 
 def matters(search: Search, found: Fit, base: Fit) -> bool:
@@ -174,7 +175,8 @@ def acts_as_its_limit(search: Search, found: Fit) -> str:
     own = search.drive.share(ForceCriterion(search, found).beyond_values(difference))
     if own >= acceptance.LEAST_SIZE:
         return ""
-    return f"acts as {kind}: what it adds to that and to a constant force is {in_percent(own)} of the drive force"
+    own_share = f"{in_percent(own)} of the {driving_force_name(search.system)}"
+    return f"acts as {kind}: what it adds to that and to a constant force is {own_share}"
 
 
 def absorbed_by_refit(before: ForceCriterion, after: ForceCriterion) -> str:
@@ -184,7 +186,8 @@ def absorbed_by_refit(before: ForceCriterion, after: ForceCriterion) -> str:
     net = before.search.drive.share(after.residual - before.residual)
     if net >= acceptance.LEAST_NET:
         return ""
-    return f"is absorbed by refitted values: it changes the refitted force by {in_percent(net)} of the drive force only"
+    change = f"{in_percent(net)} of the {driving_force_name(before.search.system)}"
+    return f"is absorbed by refitted values: it changes the refitted force by {change} only"
 
 
 def only_reduces_drive(before: ForceCriterion, after: ForceCriterion, e: Evidence) -> str:
@@ -272,7 +275,7 @@ def corrects_a_form(before: ForceCriterion, after: ForceCriterion) -> str:
     most, larger = max(sizes, key=lambda one: one[0])
     if net >= FORM_ERROR * most:
         return ""
-    return worded("forms", net=net, most=most, kind=larger.kind)
+    return worded("forms", net=net, most=most, kind=larger.kind, drive=driving_force_name(system))
 
 
 def contradicted_by_force(before: ForceCriterion, after: ForceCriterion, share: float = 0.0) -> str:

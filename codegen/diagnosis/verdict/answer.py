@@ -10,7 +10,7 @@ from codegen.diagnosis.evidence.force_gain import ForceGain, force_gain
 from codegen.diagnosis.fit import acceptance
 from codegen.diagnosis.fit.acceptance import LEAST_SHARE, is_far
 from codegen.diagnosis.fit.drive import residual_without_levels
-from codegen.diagnosis.fit.measure import force_errors
+from codegen.diagnosis.fit.measure import driving_force_name, force_errors
 from codegen.diagnosis.fit.output_error import Fit
 from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.results import ErrorFigures, Fact, FoundEffect, ParameterError, Remainder, Verdict
@@ -146,7 +146,8 @@ def unknown_above_drive(answer: Answer, left: Sequence[Remainder], problem: Prob
     relative = force_errors(answer.refit, problem.motion, problem.used)[2]
     if relative < 1 or not isfinite(relative):  # infinite where neither an input nor the inertia acts
         return answer
-    return replace(answer, verdict="unknown").noted(Fact.said("unexplained", "above the drive", relative=relative))
+    given = {"relative": relative, "drive": driving_force_name(problem.system)}
+    return replace(answer, verdict="unknown").noted(Fact.said("unexplained", "above the drive", **given))
 
 
 def unknown_for_a_candidate(answer: Answer, tried: Sequence[Ranked], material: float) -> Answer:

@@ -13,6 +13,7 @@ from dataclasses import replace
 
 from codegen.diagnosis.evidence.single_events import Event, Prediction, largest_event, predicted
 from codegen.diagnosis.fit import acceptance
+from codegen.diagnosis.fit.measure import driving_force_name
 from codegen.diagnosis.fit.output_error import Fit
 from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.search import Search
@@ -78,5 +79,5 @@ def unknown_for_an_event(answer: Answer, problems: Mapping[str, tuple[Problem, L
     if not found:
         return answer
     event, where = max(found, key=lambda one: one[0].over_drive)
-    sizes = {"over_drive": event.over_drive, "over_usual": event.over_usual}
-    return replace(answer, verdict="unknown").noted(Fact.said("unexplained", "event", where=where, **sizes))
+    given = {"over_drive": event.over_drive, "over_usual": event.over_usual, "drive": driving_force_name(answer.refit)}
+    return replace(answer, verdict="unknown").noted(Fact.said("unexplained", "event", where=where, **given))

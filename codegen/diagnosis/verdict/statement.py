@@ -11,6 +11,7 @@ from codegen.base.text import render
 from codegen.diagnosis.case import Case
 from codegen.diagnosis.fit import acceptance
 from codegen.diagnosis.fit.acceptance import noise_ratio
+from codegen.diagnosis.fit.measure import driving_force_name
 from codegen.diagnosis.results import (
     TOPICS,
     Fact,
@@ -83,6 +84,7 @@ def statement(
         over=main_variables(left[most], material),
         changes=changes_in_words(left[most], system, most, material, case.log),
         material=material,
+        drive=driving_force_name(system),
         experiment=experiment,
         written=list(written_values(answer.verdict, refitted)),
         kept=bool(refitted) and all(refit == declared for declared, refit, _ in refitted.values()),
@@ -120,6 +122,7 @@ def stated(**given: Any) -> Statement:
         "stroke": "",
         "misread": [],
         "held_out": 0.0,
+        "drive": "drive force",
         "elsewhere": [],
     } | given
     headline = render("text/statement/headline.j2", **view).strip()

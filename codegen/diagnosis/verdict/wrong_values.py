@@ -21,7 +21,7 @@ from codegen.base.significant import in_percent, with_deserved_digits
 from codegen.diagnosis.evidence.estimate import estimate
 from codegen.diagnosis.fit.drive import residual_without_levels
 from codegen.diagnosis.fit.force_rows import ForceRows, force_rows
-from codegen.diagnosis.fit.measure import Drive, inverse_mass
+from codegen.diagnosis.fit.measure import Drive, driving_force_name, inverse_mass
 from codegen.diagnosis.fit.output_error import AT_END, BLOCKS, WITHIN, Fit, segment_cost
 from codegen.diagnosis.fit.residual import Problem, evaluate_forces, inverse_dynamics_residual
 from codegen.diagnosis.fit.search import Search, tolerances_away
@@ -207,6 +207,7 @@ def moved_values(answer: Answer, fit: Fit, problem: Problem, material: float) ->
         size = in_percent(tolerance / abs(was), 3) if tolerance <= abs(was) else f"{tolerance:.3g}{unit}"
         value, *ends = (with_deserved_digits(end, (low, high)) for end in (now, low, high))
         given = {"name": s.name, "unit": unit, "was": was, "part": part, "size": size, "share": share}
+        given["drive"] = driving_force_name(declared)
         facts.append(Fact.said("spec.yaml", "moved value", value=value, ends=ends, **given))
     return facts
 
