@@ -8,6 +8,7 @@ from __future__ import annotations
 import contextlib
 import io
 import os
+import re
 import shlex
 import sys
 import traceback
@@ -121,11 +122,34 @@ def _verified(words: Sequence[str]) -> int | None:
 
 
 def _run_verb() -> None:
-    """Run the verb of the command line by Typer."""
+    """Run the verb of the command line by Typer, with the exit status of its result."""
+    import typer
+
     from codegen.base.terminal import without_library_warnings
 
     with without_library_warnings():
-        _command()(prog_name="stiction")
+        try:
+            status = _command().main(prog_name="stiction", standalone_mode=False)
+        except Exception as error:
+            if isinstance(error, typer.BadParameter.__mro__[1]):  # UsageError of click, or of Typer's copy of it
+                raise _fault_of_usage(error) from None
+            raise
+    sys.exit(status)
+
+
+def _fault_of_usage(error: Any) -> BadInput:
+    """A ``UsageError`` of click as bad input; without any argument the help is printed in its place."""
+    context, message = error.ctx, error.format_message()
+    if context and message == context.get_help():
+        error.show()
+        sys.exit(error.exit_code)
+    found, *alike = re.split(r"[.]? [(]?(?:Did you mean|Possible options:) ", message)
+    nearest = re.findall(r"[\w-]+", alike[0])[0] if alike else None
+    path = context.command_path if context else "stiction"  # none for an option without its value
+    usage = " ".join(context.get_usage().split()).removeprefix("Usage: ") if context else "stiction VERB"
+    found = f"{found[0].lower()}{found[1:]}".rstrip(".")
+    expected = f"`{usage}`, as `{path if context else usage} --help` explains"
+    return BadInput(path, found, expected, nearest, code="CALL004")
 
 
 @cache

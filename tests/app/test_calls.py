@@ -35,6 +35,25 @@ def test_spec_that_is_no_file(folder, verb, file, words):
 
 
 @pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("chek", ONE), "(did you mean 'check'?)"),
+        (("--nope",), "--nope; expected `stiction [OPTIONS] COMMAND"),
+        (("check",), "'SPEC'; expected `stiction check [OPTIONS]"),
+        (("check", ONE, "more"), "(more)"),
+        (("check", ONE, "--jso"), "(did you mean '--json'?)"),
+        (("check", ONE, "--json", "--nope"), "--nope"),
+        (("check", ONE, "--json=3"), "'--json'"),
+        (("gains", ONE, "-o"), "'-o'"),
+    ],
+)
+def test_a_call_that_cannot_be_read_has_a_code(arguments, words):
+    """Typer printed three lines of its own, without a code, and no JSON with --json."""
+    result = stiction(*arguments)
+    assert is_one_message(result) and words in result.err and "[CALL004]" in result.err
+
+
+@pytest.mark.parametrize(
     "arguments",
     [
         ("certify", ONE, "-o", "file/c.json"),
@@ -175,7 +194,7 @@ def test_folder_without_permission(folder):
 )
 def test_unknown_verbs_and_options(folder, arguments):
     result = stiction(*arguments)
-    assert result.code == 2 and result.out == "" and "Error" in result.err
+    assert is_one_message(result) and result.out == "" and "[CALL004]" in result.err
     assert not contents(folder)
 
 
