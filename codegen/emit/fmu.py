@@ -22,7 +22,8 @@ from codegen.base.resources import resource_folder
 from codegen.base.text import render
 from codegen.base.version import VERSION
 from codegen.program import Program
-from codegen.spec.units import base_units
+from codegen.spec.si_units import KG, A, K, M, S
+from codegen.spec.units import parse_unit
 
 VERSIONS = ("3.0", "2.0")
 LONGEST_HEAD = 4096
@@ -138,16 +139,8 @@ def _zip(members: Mapping[str, bytes]) -> bytes:
 
 PERIOD = "sample_time"
 TIME, FAULT = "time", "fault"
-_SI = {
-    "kilogram": "kg",
-    "meter": "m",
-    "second": "s",
-    "ampere": "A",
-    "kelvin": "K",
-    "mole": "mol",
-    "candela": "cd",
-    "radian": "rad",
-}
+_SI = {KG: "kg", M: "m", S: "s", A: "A", K: "K", "rad": "rad"}
+"""Base quantity of a unit, or its angle → the name in FMI."""
 
 
 @dataclass(frozen=True)
@@ -207,10 +200,10 @@ def variables_of(program: Program) -> tuple[Variable, ...]:
 def _exponents(unit: str) -> list[tuple[str, int]]:
     """SI base unit → its integer exponent in a unit; empty for a unit that has no such form."""
     try:
-        exponents = base_units(unit, Place(unit))
+        found = parse_unit(unit, Place(unit))
     except BadInput:
         return []
-    powers = {_SI.get(base, ""): power for base, power in exponents.items()}
-    if "" in powers or any(float(p) != int(p) for p in powers.values()):
+    powers = {**dict(found.dimension.powers), "rad": found.angle}
+    if any(power.denominator > 1 for power in powers.values()):
         return []
-    return [(base, int(powers[base])) for base in _SI.values() if powers.get(base)]
+    return [(base, int(powers[quantity])) for quantity, base in _SI.items() if powers.get(quantity)]
