@@ -30,7 +30,7 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from fractions import Fraction
 from functools import cache
 from math import ceil, isqrt
-from operator import itemgetter, mul
+from operator import add, mul
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 if TYPE_CHECKING or __package__:
@@ -43,8 +43,9 @@ SET = {"matrix": [[""]], "weights": [""], "samples": "", "rows": [[""]], "within
 TURN = {"sign": "", "samples": "", "turns": "", "change": "", "jump": ""} | START
 FORM: dict[str, Any] = {"name": "", "forces?": "", "shifts": [""], "push": [[""]], "sets": [SET | {"friction?": ""}]}
 FORM |= {"noise": {"": ""}, "drift": {"": ""}, "friction?": {"": ""}, "reversals?": [TURN]}  # as files.py says
-GRID, LARGEST, MOST_SAMPLES, MOST_ROWS = 1 << 48, 72, 10_000, 1000
-# GRID: rows are kept in multiples of 1/GRID. LARGEST: bits of such a multiple. The others limit what a claim may ask.
+GRID, LARGEST, EVERY, MOST_SAMPLES, MOST_ROWS = 1 << 48, 72, 128, 10_000, 1000
+# GRID: rows are kept in multiples of 1/GRID. LARGEST: bits of such a multiple. EVERY: samples until their digits are
+# made anew. The others limit what a claim may ask.
 LEVELS = 5  # up to 2^LEVELS - 1 samples are shown at once
 MOST_ENTRIES = 1 << 22  # of rows, at all samples that are asked for
 Polys = list[list[Any]]
@@ -169,6 +170,11 @@ class PackedIntegers:
         middle, digits = 1 << self.width - 1, (bundle + self.half).to_bytes(self.bytes * self.count, "little")
         return [int.from_bytes(digits[k * self.bytes : (k + 1) * self.bytes], "little") - middle for k in places]
 
+    def signs(self, bundles: Sequence[int]) -> list[int]:
+        """For each vector an integer that tells of its entries which are negative."""
+        half = self.half
+        return [bundle + half & half for bundle in bundles]
+
     def magnitudes(self, bundles: Sequence[int]) -> int:
         """The packed sum of the |x_k| of these vectors: twice that of the positive entries, minus that of all."""
         positive, half, top = 0, self.half, self.width - 1
@@ -178,13 +184,15 @@ class PackedIntegers:
             positive += digits & up - (up >> top)
         return 2 * positive - sum(bundles)
 
-    def shifted(self, bundle: int) -> int:
-        """The packed x_k/2^s, rounded down."""
-        return (bundle + self.half >> self.s & self.without) - self.halved
+    def shifted(self, bundles: Sequence[int]) -> list[int]:
+        """The packed x_k/2^s of each vector, rounded down."""
+        half, s, without, halved = self.half, self.s, self.without, self.halved
+        return [(bundle + half >> s & without) - halved for bundle in bundles]
 
-    def within(self, bundle: int) -> bool:
-        """Whether -2^t <= x_k < 2^t for all k."""
-        return not bundle + self.limit & self.above
+    def within(self, bundles: Sequence[int]) -> bool:
+        """Whether -2^t <= x_k < 2^t for all k of all vectors."""
+        limit, above = self.limit, self.above
+        return not any(bundle + limit & above for bundle in bundles)
 
 
 def propagated(
@@ -195,9 +203,11 @@ def propagated(
     LEMMA D. Let r_0 be c' and r_i+1 be r_i Phi, all rounded to multiples of 1/GRID. Then c'e[k+N] is the sum of
     r_N e[k]; of r_i push w[k+N-1-i] over i < N; and of the rounding error of each r_i times the e of some sample. That
     e is in E(1), where |e_j| is at most the root of Q_jj. A product of signs in push is 1 or -1.
-    Rounding: entries of GRID r_i are integers up to 2^LARGEST; Phi and push have the denominators `by` and `unit`. For
+    Rounding: entries of GRID r_i are integers up to 2^t; Phi and push have the denominators `by` and `unit`. For
     |m| < 2^s the quotient m/by is computed as m R/2^s with R = 2^s/by, both rounded down: the result is at most 2 off.
-    So the rounding error of an entry of r_i is at most 2/GRID.
+    So the rounding error of an entry of r_i is at most 2/GRID. The digits are as wide as the entries demand: they are
+    made anew where one exceeds 2^t, and every EVERY samples.
+    While the r_i of all rows times a column keep their signs, the sum of the magnitudes is the magnitude of the sum.
 
     Args:
         rows: the rows c'. asked: N -> the places of those that are asked for.
@@ -208,27 +218,42 @@ def propagated(
         N, and place of c' -> (the row times GRID, the bound times unit * GRID, rounded up).
     """
     size, (across, by) = len(step), kernel.integers(zip(*step, strict=True))
-    s = LARGEST + max(sum(map(abs, column)) for column in [*across, *columns]).bit_length()
-    R, most = (1 << s) // by, MOST_SAMPLES * (len(columns) + 1)
-    packed = PackedIntegers(s + max(R, most).bit_length() + 1, len(rows), s, LARGEST)
+    growth = max(sum(map(abs, column)) for column in across).bit_length()
+    added = EVERY * sum(sum(map(abs, column)) for column in columns)
     starts = [[int(x * GRID) for x in c] for c in rows]
     of_all = all(len(c) == size and max(map(abs, c)) < 1 << LARGEST for c in starts)
     kernel.demand(starts and of_all, "no row of every error")
-    sparse = []
-    for column in [*across, *columns]:
-        at = [i for i, a in enumerate(column) if a] * 2 or [0, 0]  # of one place itemgetter gives no tuple
-        sparse.append((itemgetter(*at), [a for a in column if a]))
-    left_out = ceil(2 * unit * sum(map(root_above, Q), Fraction(0)))
-    bundles, total = [packed.pack(entries) for entries in zip(*starts, strict=True)], 0
+    terms = [(j, i, a) for j, column in enumerate([*across, *columns]) for i, a in enumerate(column) if a]
+    left_out, every = ceil(2 * unit * sum(map(root_above, Q), Fraction(0))), range(len(starts))
+    packed, total = PackedIntegers(LARGEST + 1, len(rows), 0, 0), 0
+    bundles, sums, signs = [packed.pack(entries) for entries in zip(*starts, strict=True)], list[int](), list[int]()
     for n in range(last + 1):
-        kernel.demand(all(map(packed.within, bundles)), "a row is too large")
+        kernel.demand(True, "")  # that there is time left
+        if n % EVERY == 0 or not packed.within(bundles):
+            entries = [packed.unpack(bundle, every) for bundle in bundles]
+            totals = packed.unpack(total + packed.magnitudes(sums), every)
+            longest = max(abs(x) for row in entries for x in row).bit_length()
+            kernel.demand(longest <= LARGEST, "a row is too large")
+            t = longest + 2  # of most rows the entries fall, or rise slowly
+            s = t + growth
+            R = (1 << s) // by
+            width = max(s + R.bit_length(), (max(totals) + (added << t)).bit_length()) + 1
+            packed = PackedIntegers(width, len(rows), s, t)
+            bundles, total = [*map(packed.pack, entries)], packed.pack(totals)
+            sums, signs = [0] * len(columns), [packed.half] * len(columns)
         if places := asked(n):
-            sums = [x + (n + 1) * left_out for x in packed.unpack(total, places)]
-            entries = zip(*[packed.unpack(bundle, places) for bundle in bundles], strict=True)
-            yield n, dict(zip(places, zip(entries, sums, strict=True), strict=True))
-        moved = [sum(map(mul, column, of(bundles))) for of, column in sparse]
-        total += packed.magnitudes(moved[size:])
-        bundles = [packed.shifted(m * R) for m in moved[:size]]
+            total, sums = total + packed.magnitudes(sums), [0] * len(columns)
+            bounds = [x + (n + 1) * left_out for x in packed.unpack(total, places)]
+            there = zip(*[packed.unpack(bundle, places) for bundle in bundles], strict=True)
+            yield n, dict(zip(places, zip(there, bounds, strict=True), strict=True))
+        moved = [0] * (size + len(columns))
+        for j, i, a in terms:
+            moved[j] += a * bundles[i]
+        before, signs = signs, packed.signs(moved[size:])
+        for j in (j for j, now in enumerate(signs) if now != before[j]):
+            total, sums[j] = total + packed.magnitudes([sums[j]]), 0
+        sums = [*map(add, sums, moved[size:])]
+        bundles = packed.shifted([m * R for m in moved[:size]])
 
 
 def largest(shift: Any, most: dict[str, Fraction], proof: dict[str, Any]) -> Fraction:

@@ -525,23 +525,28 @@ def test_packed_integers_are_the_numbers_in_them(seed: int) -> None:
     assert held(packed.magnitudes([one])) == [abs(x) for x in numbers]
     for s in (0, 1, 7, 20, 38):
         other = ellipsoid.PackedIntegers(width, len(numbers), s, s)
-        assert held(other.shifted(one)) == [x // 2**s for x in numbers]
-        assert other.within(one) == all(-(2**s) <= x < 2**s for x in numbers)
+        assert [*map(held, other.shifted([one, one]))] == 2 * [[x // 2**s for x in numbers]]
+        assert other.within([one]) == all(-(2**s) <= x < 2**s for x in numbers)
+    turned = packed.pack([x if x < 0 else -1 - x for x in numbers])
+    signs = [sum((x >= 0) << width * k + width - 1 for k, x in enumerate(numbers)), 0]
+    assert packed.signs([one, turned]) == signs
     small = [dice.randrange(-(2**20), 2**20) for _ in numbers]
     assert held(1000 * packed.pack(small) - packed.pack(small[::-1])) == [
         1000 * x - y for x, y in zip(small, small[::-1], strict=True)
     ]
     both = packed.magnitudes([packed.pack(small), packed.pack(small[::-1])])
     assert held(both) == [abs(x) + abs(y) for x, y in zip(small, small[::-1], strict=True)]
-    assert packed.within(packed.pack([x % 2**20 for x in small]))
+    assert packed.within([packed.pack([x % 2**20 for x in small])])
     for k in range(len(numbers)):  # one alone is outside
         for x, inside in ((2**20, False), (2**20 - 1, True), (-(2**20), True), (-(2**20) - 1, False)):
-            assert packed.within(packed.pack([*small[:k], x, *small[k + 1 :]])) == inside
+            assert packed.within([packed.pack(small), packed.pack([*small[:k], x, *small[k + 1 :]])]) == inside
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_rows_are_carried_as_in_exact_numbers(seed: int) -> None:
+@pytest.mark.parametrize("every", [7, ellipsoid.EVERY])
+def test_rows_are_carried_as_in_exact_numbers(seed: int, every: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """Against fractions: the worst that disturbances do to a row from a start in the set, all within |e_j| <= 1000."""
+    monkeypatch.setattr(ellipsoid, "EVERY", every)
     dice, n, samples = random.Random(seed), 4, 30
 
     def entry(most: int) -> Fraction:
