@@ -18,6 +18,10 @@ from ruamel.yaml.error import MarkedYAMLError
 from codegen.base.errors import BadInput, Place
 
 
+LONGEST = 2000
+"""Characters of a line in which a slip is sought, since some patterns take their square."""
+
+
 class Fault(NamedTuple):
     """A line, counted from 0, what was found there, and what was expected."""
 
@@ -56,7 +60,7 @@ class Slip(NamedTuple):
     """A slip of writing that a line shows; attributes as ``yaml_slips.yaml`` says."""
 
     problems: Sequence[str]
-    where: Literal["at", "above", "begun"]
+    where: Literal["at", "above", "begun", "mark"]
     line: str
     found: str
     expected: str
@@ -86,12 +90,15 @@ def refused(error: MarkedYAMLError, file: str, text: str) -> BadInput:
 
 def _slip(r: Reported) -> Fault | None:
     """The first slip of the table that a line shows."""
-    lines = {"at": r.line, "above": r.above, "begun": r.begun}
+    lines = {"at": r.line, "above": r.above, "begun": r.begun, "mark": r.line}
     for slip in (Slip(**row) for row in _table()["slips"]):
         line = lines[slip.where]
-        if line is None or line >= len(r.lines) or not r.problem.startswith(tuple(slip.problems)):
+        if line is None or line >= len(r.lines) or len(r.lines[line]) > LONGEST:
             continue
-        if match := re.fullmatch(slip.line, r.lines[line]):
+        if not r.problem.startswith(tuple(slip.problems)):
+            continue
+        text = f"{r.at[: r.column]}\0{r.at[r.column :]}" if slip.where == "mark" else r.lines[line]
+        if match := re.fullmatch(slip.line, text):
             words = [group.strip() for group in match.groups()]
             return Fault(line, slip.found.format(*words), slip.expected.format(*words))
     return None
@@ -133,53 +140,6 @@ def _dedented(r: Reported) -> Fault | None:
 _ENTRY = re.compile(r"\s*(\w+):\s+[^\s#]")
 
 
-def _behind_a_closed_value(r: Reported) -> Fault | None:
-    """Text behind a closing bracket or quote, ``[1, 2]]`` or ``'it's'``, where the line must end."""
-    before, rest = r.at[: r.column].rstrip(), r.at[r.column :].strip()
-    if not r.problem.startswith("expected <block end>") or not rest or not before or before[-1] not in "]}\"'":
-        return None
-    expected = "as many opening as closing brackets"
-    if before[-1] in "\"'":
-        expected = "one pair of quotes around the whole text, of the kind that is not in it"
-    return Fault(r.line, f"`{rest}` behind the closing `{before[-1]}`", expected)
-
-
-def _bracket_in_value(r: Reported) -> Fault | None:
-    """A bracket in an unquoted value within brackets, ``{q: axes[0].pos}``, before which YAML ends the value."""
-    bracket = r.at[r.column : r.column + 1]
-    if bracket not in ("[", "{"):
-        return None
-    for value in _WITH_BRACKETS.finditer(r.at):
-        if value.start("value") < r.column < value.end():
-            key, word = value["key"], value["value"].strip()
-            quoted = f'`{key}: "{word}"`' if key else f'`"{word}"`'
-            found = f"`{word}` with `{bracket}` inside brackets, without quotes"
-            return Fault(r.line, found, f"quotes around it: {quoted}")
-    return None
-
-
-_WITH_BRACKETS = re.compile(
-    r"(?:(?P<key>\w+)\s*:\s+)?(?P<value>[^\s,{}\[\]:\"'][^,{}\[\]:]*(?:\[[^,{}\[\]]*\][^,{}\[\]:]*|\{[^,{}\[\]]*\}[^,{}\[\]:]*)+)"
-)
-
-
-def _reserved_beginning(r: Reported) -> Fault | None:
-    """A text that begins with ``@``, ``%`` or a backquote, which YAML reserves, or with ``*`` as an alias does."""
-    alias = r.problem.startswith(("sequence entries are not allowed", "found undefined alias", "expected alphabetic"))
-    start = _WORD.match(r.at, r.column) if "that cannot start any token" in r.problem else None
-    found = _ALIAS.search(r.at) if alias else start
-    if found is None:
-        return None
-    word = found[1].rstrip()
-    quoted = f'"{word}"'.replace("`", "'")  # a backquote cannot be quoted between backquotes
-    shown = "a backquote" if word[0] == "`" else f"`{word}`"
-    meaning = "which is an alias in YAML" if alias else "with which no text may begin in YAML"
-    return Fault(r.line, f"{shown}, {meaning}", f"quotes around a text that begins so: `{quoted}`")
-
-
-_ALIAS, _WORD = re.compile(r"(?:^|[-:,\[{]\s+|[\[{])(\*[^,{}\[\]#]*)"), re.compile(r"([^\s,{}\[\]#][^,{}\[\]#]*)")
-
-
 def _indent(line: str) -> int:
     """The number of blanks before a line's text."""
     return len(line) - len(line.lstrip())
@@ -189,8 +149,5 @@ RULES: tuple[Callable[[Reported], Fault | None], ...] = (
     _foreign_space,
     _slip,
     _dedented,
-    _behind_a_closed_value,
-    _bracket_in_value,
-    _reserved_beginning,
 )
 """In order: a later rule may assume that the slips of the earlier ones are not there."""

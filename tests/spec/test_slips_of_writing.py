@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from pathlib import Path
 
 import pytest
@@ -56,6 +57,14 @@ def test_brackets_in_braces_need_quotes(text: str, line: int, quoted: str) -> No
     written = quoted.strip("`")
     value = written.rpartition(": ")[2].strip('"')
     assert value in str(load_mapping(text.replace(value, f'"{value}"'), "meta.yaml")[0])
+
+
+def test_a_slip_is_not_sought_in_a_long_line() -> None:
+    """The pattern of a bracket in a value tries each of its letters as the first one."""
+    start = time.process_time()
+    with refused("SPEC001"):
+        load_mapping(f"columns: {{q: {'a ' * 100_000}[0]}}\n", "meta.yaml")
+    assert time.process_time() - start < 10
 
 
 @pytest.mark.parametrize("text", ["a: [1, 2\nb: 3\n", "a: {b: 1\nc: 2\n"])
