@@ -66,7 +66,7 @@ def clean(
     if rows == 1:
         raise BadInput(raw.place(0), "a single row", "rows at two or more times", code="LOG009")
     fill = description.missing == "fill"
-    timed = _in_order(_whole_seconds(_finite_time(raw, fill, notes), scale["t"], notes), notes)
+    timed = _in_order(_finite_time(raw, fill, notes), notes)
     values, repaired = _finite(timed, symbols, held, fill, notes)
     kept = _rising(timed, values, notes)
     timed, values = timed.rows(kept), values[kept]
@@ -109,40 +109,6 @@ def _finite_time(raw: Columns, fill: bool, notes: list[str]) -> Columns:
     _refuse_many(raw, 0, bad, fill)
     notes.append(f"{_count(bad.sum(), 'row')} without a time stamp left out (first: {raw.place(int(np.argmax(bad)))})")
     return raw.rows(~bad)
-
-
-def _whole_seconds(raw: Columns, factor: float, notes: list[str]) -> Columns:
-    """The rows with a second added to or taken from single times, where all then lie between their neighbours.
-
-    A logger that reads the seconds and the fraction of a second one after the other writes 24.002 for 25.002 if a
-    second begins between the two, or 25.998 for 24.998. Other clocks that run backwards are left: see ``_rising``.
-
-    Args:
-        factor: seconds in a unit of the column of time.
-    """
-    time, second = raw.values[:, 0], 1 / factor
-    back = np.flatnonzero(np.diff(time) < 0)
-    if not 0 < len(back) <= SHARE_MOVED * len(time) or second < 3 * np.median(np.diff(time)):
-        return raw
-    corrected = time.copy()
-    for k in back:
-        before, after = corrected[k], time[k + 1]
-        least, most = corrected[k - 1] if k else -np.inf, time[k + 2] if k + 2 < len(time) else np.inf
-        if before < after + second < most:
-            corrected[k + 1] = after + second
-        elif least < before - second < after:
-            corrected[k] = before - second
-    if (np.diff(corrected) < 0).any():
-        return raw
-    wrong = corrected != time
-    first = raw.place(int(np.argmax(wrong)), 0)
-    notes.append(
-        f"{_count(wrong.sum(), 'time')} off by one second, as if the seconds and their fraction were read one after "
-        f"the other: corrected (first: {first})"
-    )
-    values = raw.values.copy()
-    values[:, 0] = corrected
-    return Columns(raw.file, raw.names, values, raw.lines)
 
 
 def _in_order(raw: Columns, notes: list[str]) -> Columns:

@@ -17,7 +17,6 @@ from ruamel.yaml.error import MarkedYAMLError
 
 from codegen.base.errors import BadInput, Place
 
-
 LONGEST = 2000
 """Characters of a line in which a slip is sought, since some patterns take their square."""
 

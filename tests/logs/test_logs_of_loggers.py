@@ -39,19 +39,6 @@ def saved(**arrays: np.ndarray) -> bytes:
     return file.getvalue()
 
 
-def raced(by: int) -> str:
-    """Times of day whose seconds and milliseconds were read one after the other: each second, one is ``by`` s off."""
-    rows, before = [], STARTED.second
-    for t, x, w in zip(T, X, W, strict=True):
-        at = STARTED + timedelta(seconds=round(t, 3))
-        early = by > 0 and t < T[-1] and (at + timedelta(seconds=float(T[1] - T[0]))).second != at.second
-        wrong = early or (by < 0 and at.second != before)
-        before = at.second
-        at += timedelta(seconds=by * wrong)
-        rows.append(f"{at.strftime('%H:%M:%S')}.{at.microsecond // 1000:03d},{x:.9f},{w:.9f}")
-    return "Timestamp,x,w\n" + "\n".join(rows)
-
-
 def shuffled(moved: dict[int, int]) -> str:
     """The rows with some of them written later."""
     rows = list(ROWS)
@@ -316,20 +303,6 @@ READ = {
         "columns: {x: x, w: w}\n",
         "",
     ),
-    "a header of two levels and a name of the index": (
-        "a.csv",
-        ",a,a,b,b\n,pos,f,pos,f\nt,,,,\n" + lines("{t:.3f},0.1,{w:.9f},{x:.9f},0.2"),
-        "columns: {x: b.pos, w: a.f}\n",
-        "the header is line 2 (t, a.pos, a.f, b.pos, b.f), 1 line before it",
-    ),
-    "a header of two levels": (
-        "a.csv",
-        "joint,a,a,b,b\ntime,pos,f,pos,f\n" + lines("{t:.3f},0.1,{w:.9f},{x:.9f},0.2"),
-        "columns: {x: b.pos, w: a.f}\n",
-        "column `time` is t",
-    ),
-    "seconds read before milliseconds": ("a.csv", raced(-1), "columns: {t: Timestamp}\n", "off by one second"),
-    "milliseconds read before seconds": ("a.csv", raced(1), "columns: {t: Timestamp}\n", "off by one second"),
     "rows out of order": ("a.csv", shuffled({100: 5, 900: 1, 1500: 40}), f"columns: {{t: ms}}\n{MS}", "sorted by time"),
     "a name of time that is not the first choice": (
         "a.csv",

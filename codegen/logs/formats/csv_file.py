@@ -21,7 +21,7 @@ from codegen.logs.formats.cells import MINUS, NUMBER, fields, is_row, value_of
 from codegen.logs.formats.row_forms import transposed_rows, whole_lines
 from codegen.logs.formats.series import Signal, joined
 from codegen.logs.formats.source import Allowance, BlockFile, Columns, File, LogFile, NotStreamed, listing
-from codegen.logs.formats.table import END, Layout, end_of_table, find_layout, is_remark, starts_as_row
+from codegen.logs.formats.table import END, Layout, find_layout, is_remark, starts_as_row
 from codegen.logs.formats.text_lines import EXPECTED, lines_of, text_of
 
 SHARE_DAMAGED = 0.01
@@ -312,18 +312,7 @@ def open_csv(path: Path, allowance: Allowance, description: LogDescription) -> C
     turned = transposed_rows(lines) if description.header is None else None
     if turned is not None:
         notes = (*notes, "each line is a signal: the table is transposed, and its rows are counted as lines")
-    source = _first_table(open_lines(str(path), turned or lines, description, notes))
-    return _without_incomplete_end(source)
-
-
-def _first_table(source: CsvSource) -> CsvSource:
-    """The table without another one behind it, as Vicon writes those of its devices and of its trajectories."""
-    end = end_of_table(source.lines, source.first, len(source.names))
-    if end < len(source.lines):
-        source.lines = source.lines[:end]
-        words = "before another one, which `header: LINE` in meta.yaml beside the log reads in place of it"
-        source.own_notes.append(f"the table ends at line {end + 1}, {words}")
-    return source
+    return _without_incomplete_end(open_lines(str(path), turned or lines, description, notes))
 
 
 def _without_incomplete_end(source: CsvSource) -> CsvSource:

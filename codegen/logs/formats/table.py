@@ -44,8 +44,6 @@ ROWS_ALIKE = 3
 """Number of alike lines that are rows of a table."""
 END = "EOF"
 """A line that ends a table."""
-MOST_BREAKS = 20
-"""Empty lines with text behind them after which another table is sought; more of them are messages among the rows."""
 UNIT_KEYS = ("unit", "units", "einheit")
 """Keys of a property that is the unit of its column."""
 _UNIT_LABEL = re.compile(r"(?:(?:y|v|vertical)[ _]?)?(?:units?|einheit(?:en)?)(?:[ _]?labels?)?:?", re.IGNORECASE)
@@ -240,26 +238,6 @@ def _is_table(lines: Sequence[str], layout: Layout) -> bool:
     return not rows or (width > 1 and all(len(texts) == width and any(map(is_number, texts)) for texts in rows))
 
 
-def end_of_table(lines: Sequence[str], first: int, width: int) -> int:
-    """Index of the last empty line before another table, with rows of another width; else their number.
-
-    Args:
-        first: index of the first row of the table. width: of its rows.
-    """
-    at, breaks = first - 1, 0
-    for _ in range(lines[first:].count("")):
-        at = lines.index("", at + 1)
-        behind = lines[at + 1] if at + 1 < len(lines) else ""
-        if behind.strip() and not starts_as_row(filled_fields(behind, delimiter_of(behind))):
-            rows = _find_rows(lines[at : at + LINES_SEARCHED])
-            if rows is not None and rows.width != width:
-                return at
-            breaks += 1
-            if breaks == MOST_BREAKS:
-                break
-    return len(lines)
-
-
 def _find_rows(lines: Sequence[str]) -> _Rows | None:
     """The first rows of numbers, times and missing values only; else of numbers and texts in the same columns."""
     places = list(islice(significant(lines), LINES_SEARCHED))
@@ -352,15 +330,13 @@ class _Head:
     def above(self, asked: Collection[str]) -> Layout | None:
         """The layout with the header above the rows or a line of units; None if no line names each column.
 
-        One word of a line of units may be no known unit, such as the `Inkr` of a drive's increments. Names in two lines
-        of which both repeat some, as pandas writes a header of two levels, become ``joint1.pos``. A line farther above
-        is the header if it has more of the names that are asked for, as with properties of the columns below them.
+        One word of a line of units may be no known unit, such as the `Inkr` of a drive's increments. A line farther
+        above is the header if it has more of the names that are asked for, as with properties of the columns below it.
         """
         names, lines, width = self.names, self.lines, self.rows.width
         sought = {i: sum(name.strip() in asked for name in texts) for i, texts in names.items()}
         near = [i for i, texts in names.items() if texts or not COMMENT.match(lines[i])]
-        index = self._index_name(lines[near[-1]]) if near else ""
-        near = near[-3:-1] if index else near[-2:]
+        near = near[-2:]
         best = max(sought, key=lambda i: (sought[i], i), default=self.end)
         if sought.get(best, 0) > max((sought[i] for i in near), default=0):
             return _at_line(self.file, lines, best + 1)
@@ -375,11 +351,7 @@ class _Head:
                 words = f"line {at + 1} numbers the columns after the first; they go by their place in a row, from 2"
         elif upper != at and names[upper]:
             lower, more = texts[:width], sought[upper] - sought[at]
-            levels = (index or len({*lower}) < len(lower)) and len({*names[upper]}) < len(names[upper])
-            if levels and not _are_units(lower):
-                pairs = zip(names[upper], lower, strict=False)
-                texts = [index or lower[0], *(".".join(filter(None, pair)) for pair in islice(pairs, 1, None))]
-            elif _are_units(lower) or more > 0 or (more == 0 and _are_units(lower, but=1)):
+            if _are_units(lower) or more > 0 or (more == 0 and _are_units(lower, but=1)):
                 at, texts = upper, names[upper]
             elif more == 0 and not COMMENT.match(lines[upper]) and {*lower} & {*names[upper]} - {""}:
                 also = f"line {upper + 1} (`{shown(lines[upper])}`)"
@@ -391,11 +363,6 @@ class _Head:
         unread = {name: why.format(i + 1) for i in others for name in _named(names[i])}
         layout = self.layout(at, _named(texts))
         return replace(layout, unread=tuple(unread.items()), notes=(*layout.notes, *([words] if words else [])))
-
-    def _index_name(self, line: str) -> str:
-        """The one text of a line ``t,,,`` below the header, as pandas writes the name of its first column; or empty."""
-        texts = all_fields(line, self.rows.delimiter)
-        return texts[0].strip() if len(texts) == self.rows.width > 2 and not any(t.strip() for t in texts[1:]) else ""
 
     def scope(self) -> Layout | None:
         """The layout of a scope's export: lines ``KEY;value;value;KEY;value`` with a KEY in each column of time."""
@@ -465,7 +432,7 @@ class _Head:
             if _UNIT_LABEL.fullmatch(label.strip()) and len(texts) <= len(names) and (under or _are_units(texts)):
                 first = 0 if len(texts) == len(names) else 1  # the label stands beside all, or for the time
                 return _units_of(names[first:], texts), f"the units of the line `{shown(label)}`"
-        between = [i for i in self.names if at < i and not self._index_name(self.lines[i])]
+        between = [i for i in self.names if at < i]
         for i in between:
             texts = self.names[i][: self.rows.width]
             if texts and (len(between) == 1 or _are_units(texts)):
