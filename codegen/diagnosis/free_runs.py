@@ -40,7 +40,6 @@ from codegen.diagnosis.verdict.answer import (
     unknown_for_a_candidate,
     verdict_of,
 )
-from codegen.diagnosis.verdict.by_events import shown_in_events, unknown_for_an_event
 from codegen.diagnosis.verdict.examination import examine, refused_at_limit, settled
 from codegen.diagnosis.verdict.final_check import FinalCheck
 from codegen.diagnosis.verdict.force_led import ForceLed
@@ -176,8 +175,6 @@ class Judge:
             answer = replace(answer, verdict=by_remainder(answer.verdict, left, case.material))
             answer = unknown_above_drive(answer, left, case.problem)
             answer = unknown_for_a_candidate(answer, chosen.tried.first, case.material)
-            held_out = self.held_out.problem, case.log_of_test
-            answer = unknown_for_an_event(answer, {"training": (case.problem, case.log), "held-out": held_out})
         if wave is None and another is None and answer.verdict in ("none", "unknown"):
             wave, explaining_less = better_than_refused(chosen.search, chosen.tried, outcome, case.material), ()
         if wave is not None:
@@ -190,11 +187,6 @@ class Judge:
         chosen, case, search = self.selection, self.case, self.selection.search
         leader = chosen.outcome.parts[0] if chosen.outcome.rivals else None
         answer, outcome = self._examined(chosen.last, chosen.outcome)
-        if not chosen.outcome.parts and not case.faults:
-            rare = shown_in_events(search, chosen.tried, self.held_out.problem, case.log_of_test)
-            if rare is not None:
-                answer, outcome = self._examined(search, rare[0])
-                answer = answer.noted(rare[1])
         far = is_far(outcome.final if answer.verdict in ("effect", "ambiguous") else chosen.base)
 
         def examined(found: Outcome) -> tuple[Answer, Outcome]:
