@@ -45,7 +45,6 @@ from codegen.diagnosis.verdict.final_check import FinalCheck
 from codegen.diagnosis.verdict.force_led import ForceLed
 from codegen.diagnosis.verdict.harmonics import with_harmonics
 from codegen.diagnosis.verdict.held_out import HeldOut, within
-from codegen.diagnosis.verdict.hidden_effects import hidden_effects
 from codegen.diagnosis.verdict.late_inputs import corrected_for_leads
 from codegen.diagnosis.verdict.nameless import as_unknown, nameless_rival
 from codegen.diagnosis.verdict.statement import interval_in_words
@@ -185,7 +184,6 @@ class Judge:
     def _accepted(self, report: Report) -> tuple[Answer, Outcome]:
         """The answer by free runs, else by the force residual if these end far from the data, or across joints."""
         chosen, case, search = self.selection, self.case, self.selection.search
-        leader = chosen.outcome.parts[0] if chosen.outcome.rivals else None
         answer, outcome = self._examined(chosen.last, chosen.outcome)
         far = is_far(outcome.final if answer.verdict in ("effect", "ambiguous") else chosen.base)
 
@@ -197,7 +195,7 @@ class Judge:
             lasting = self._checked(answer, outcome.final) if answer.verdict == "effect" else answer
             by_force = ForceLed(search, self.held_out, case.steady, examined, self._checked)
             with shares_to(lambda done: report("effects by the force residual", 0.8 + 0.05 * done)):
-                answer, outcome = by_force.accepted(outcome, lasting, leader)
+                answer, outcome = by_force.accepted(outcome, lasting)
         if answer.verdict in ("none", "unknown") and not case.faults:
             answer, outcome = accepted_across_joints(search, outcome, answer, examined, case.material)
         return answer, outcome
@@ -273,8 +271,6 @@ class Judge:
             yield from wrong_values.explaining_values(case.spec, answer.refit, problem)
         for name in levels_at_zero(problem.system, (answer.refit, answer.augmented), problem.levels):
             yield Fact.said("declared value", "level at zero", name=name)
-        if answer.verdict == "none" and not answer.errors:
-            yield from hidden_effects(chosen.search, answer.refit, case.material)
         yield from wrong_values.wrong_links_in_words(chosen.search, answer)
         yield from _in_place_of_a_value(chosen.replaced, answer)
         yield from wrong_values.turned_terms(answer, problem)

@@ -33,7 +33,7 @@ from codegen.diagnosis.fit.output_error import Fit
 from codegen.diagnosis.fit.record import record_of
 from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.search import Search, search_on
-from codegen.diagnosis.fit.signals import Motion, smooth_motion
+from codegen.diagnosis.fit.signals import smooth_motion
 from codegen.diagnosis.fit.trial import with_values
 from codegen.diagnosis.results import Diagnosis, ErrorFigures
 from codegen.diagnosis.selection.forward_selection import find_effects
@@ -41,12 +41,10 @@ from codegen.diagnosis.verdict import admission, examination
 from codegen.diagnosis.verdict.admission import (
     FORCE,
     RUN,
-    Admitted,
     Reference,
     Refusal,
     acts,
     admitted,
-    spared,
     worsened,
 )
 from codegen.diagnosis.verdict.answer import Answer
@@ -492,71 +490,6 @@ def test_what_refitted_values_gain_on_other_joints_pays_for_no_effect() -> None:
     assert chosen.option is None and set(chosen.refusals[0].worse) == {FORCE, RUN}
     assert chosen.refusals[0].model == "as declared on j1"
     assert admitted([option], lambda _: new, Reference(declared, refit), acting={1: "j2"}).option is not None
-
-
-TWO_STAGES = """name: two_stages
-coordinates: {x: {velocity: v, unit: m}, y: {velocity: w, unit: m}}
-inputs: {u: {unit: N}, r: {unit: N}}
-parameters: {m: {value: 2, unit: kg}, k: {value: 30, unit: N/m}}
-mass_matrix: [[m, 0], [0, m]]
-force: [u - k*(x - y), r - k*(y - x)]
-friction:
-  distribution: [[1, 0], [0, 1]]
-  contacts: [{name: one, law: coulomb, a: 4.2, unit: N}, {name: two, law: coulomb, a: 9, unit: N}]
-"""
-
-
-@pytest.mark.parametrize("coupling", [30.0, 33.0])
-def test_a_joint_that_refitted_values_make_worse_keeps_its_declared_ones(coupling: float) -> None:
-    """The levels are 4 and 7 N; the refit has 4.5 and 7. A spring between both joints is of neither alone."""
-    system = system_of(parse_spec(TWO_STAGES, Path("two_stages.yaml")))
-    refit = with_values(system, {"one_a": 4.5, "two_a": 7.0, "k": coupling})
-
-    def measured(model: System) -> ErrorFigures:
-        values = {s.name: float(v) for s, v in model.values.items()}
-        errors = tuple(1 + abs(values[f"{name}_a"] - level) for name, level in (("one", 4.0), ("two", 7.0)))
-        return ErrorFigures(1.0, errors, 0.1, 1.0, errors)
-
-    declared, names = measured(system), ["one_a", "two_a", "k"]
-    chosen = admitted([("refitted values", refit)], measured, Reference(declared))
-    problem = Problem(system, short_motion(), {})
-    better, kept = spared(chosen, names, problem, declared, measured)
-    assert better.option is not None and kept == {"one_a"}
-    written = {s.name: float(v) for s, v in better.option[1].values.items()}
-    assert (written["one_a"], written["two_a"], written["k"]) == (4.2, 7.0, coupling)
-    assert better.figures.force_rms_rows == pytest.approx((1.2, 1.0))
-    (fact,) = better.remarks
-    assert "25 % larger than as declared on x" in fact.words and "those of x as declared" in fact.words
-    alone = admitted([("refitted values", with_values(system, {"two_a": 7.0}))], measured, Reference(declared))
-    assert spared(alone, names, problem, declared, measured) == (alone, frozenset())
-
-
-def short_motion() -> Motion:
-    """A second of two axes, each with an input of its own."""
-    time = np.arange(100) * 0.01
-    moving = np.column_stack([np.sin(9 * time), np.cos(7 * time)])
-    usable = np.ones(len(time), dtype=bool)
-    return Motion(time, *[moving] * 5, 0.01, 5.0, 20.0, usable, moving)
-
-
-def test_a_joint_is_judged_in_units_of_its_own_drive_force() -> None:
-    """A refit halves the drive of x and its residual falls by a quarter: of the drive force a half more is left."""
-    text = TWO_STAGES.replace("{m:", "{drive: {value: 1}, m:").replace("[u -", "[drive*u -")
-    system = system_of(parse_spec(text, Path("two_stages.yaml")))
-    refit = with_values(system, {"drive": 0.5, "two_a": 7.0})
-
-    def measured(model: System) -> ErrorFigures:
-        values = {s.name: float(v) for s, v in model.values.items()}
-        share = values["drive"]
-        force = 1.0 if share == 1 else 0.75, 1 + abs(values["two_a"] - 7.0)
-        return ErrorFigures(1.0, force, 0.1, 1.0, (1.0, 1.0))
-
-    problem, declared, names = Problem(system, short_motion(), {}), measured(system), ["drive", "two_a"]
-    chosen = Admitted(("refitted values", refit), measured(refit), ())
-    better, kept = spared(chosen, names, problem, declared, measured)
-    assert better.option is not None and kept == {"drive"}
-    written = {s.name: float(v) for s, v in better.option[1].values.items()}
-    assert (written["drive"], written["two_a"]) == (1.0, 7.0)
 
 
 def test_a_little_by_both_errors_is_a_gain() -> None:

@@ -42,7 +42,7 @@ from codegen.diagnosis.selection.forward_selection import LaterRound, Outcome
 from codegen.diagnosis.selection.ranking import Ranked
 from codegen.diagnosis.verdict import force_led
 from codegen.diagnosis.verdict.answer import Answer
-from codegen.diagnosis.verdict.force_led import against_free_runs, without_refused_ties
+from codegen.diagnosis.verdict.force_led import without_refused_ties
 from codegen.diagnosis.verdict.held_out import HeldOut
 from codegen.effects import CATALOGUE
 from codegen.logs import Log, read_log
@@ -224,39 +224,11 @@ def test_a_rival_of_the_first_effect_that_is_added_later_is_no_rival_any_more(tm
     assert best_first_effect(fits, fit, leading) == (fit, leading[:1])
 
 
-def test_free_runs_do_not_keep_a_compliance_that_the_force_does_not_need(
-    of_two: tuple[Search, ForceSelection],
-) -> None:
-    """A coupling beside the true effects changes no force below the cutoff; a drag instead of them leaves more.
-
-    And a slope that falls from one value to another is none where the slope is the same at all speeds.
-    """
-    search, found = of_two
-    values = {
-        "spring": {"k": 30.0},
-        "compliance": {"k": 9e4, "c": 50.0, "load_fraction": 0.4},
-        "quadratic_drag": {"c": 0.5},
-        "viscous": {"b": 4.0},
-    }
-
-    def said(*kinds: str, form: int = 0) -> str:
-        parts = [part_of(CATALOGUE[kind].forms[form if kind == "viscous" else 0], 0, search.system) for kind in kinds]
-        given = [{name: values[p.kind].get(name, 2.0) for name in p.names} for p in parts]
-        fit = search.with_parts(search.refit(), found.fits.adopted, parts, given)
-        return against_free_runs(found, fit)
-
-    assert said("viscous", "spring") == ""
-    assert said("viscous", "spring", "compliance") == "but the residual force shows no compliance"
-    assert said("quadratic_drag") == "which leaves more of the residual force"
-    curve = "but the residual force shows no b_inf and v_s of viscous"
-    assert said("viscous", "spring", form=-1) == curve
-
-
 def test_two_wrong_models_that_are_nearly_alike_are_not_told_apart(tmp_path: Path) -> None:
     """The machine has a lag, and cogging that neither model has: with a delay in its place 6 % less is left, p < 0.001.
 
-    So the lag that free runs accept stands; where the delay is the best by the force residual, the lag ties with it,
-    and above the cutoff, prewhitened, it is the better one.
+    Where the delay is the best by the force residual, the lag ties with it, and above the cutoff, prewhitened, it is
+    the better one.
     """
     lag, cogging = "kind: actuator_lag, on: w, parameters: {tau: 0.01}", "kind: cogging, on: x, parameters: "
     lacking = f"[{{{lag}}}, {{{cogging}{{amplitude: 1.5, period: 0.02, phase: 0}}}}]"
@@ -275,8 +247,7 @@ def test_two_wrong_models_that_are_nearly_alike_are_not_told_apart(tmp_path: Pat
     by_lag, by_delay = fitted(first, 0.01), fitted(delay, 0.01)
     less = evidence(segment_losses(by_lag.residual), segment_losses(by_delay.residual), by_lag.residual.shape[1])
     assert random_signs(less.t) < 1e-3 and by_delay.by_segment.sum() > 0.9 * by_lag.by_segment.sum()
-    found = ForceSelection(fits, by_delay, (), ())
-    assert against_free_runs(found, by_lag) == ""
+    assert fits.nearly_alike(by_lag, by_delay)
 
     leading = [judged(fits, fits.plain, fit, 10) for fit in (by_delay, by_lag)]
     _, kept = best_first_effect(fits, fitted(delay, 0.01, 1.0), leading)
@@ -417,33 +388,6 @@ def test_the_answer_names_what_held_out_data_leave(tmp_path: Path, monkeypatch: 
     answer, _ = accepted_by_force(search, outcome, plain, held_out)
     words = "spring on x, which the residual force shows and simulations of the training log confirm, is refused: a"
     assert answer.verdict == "unknown" and answer.remarks[-1].words.startswith(words)
-
-
-def test_a_second_choice_of_free_runs_ties_with_the_leader_that_the_force_residual_selects(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Friction added to a real log was refused in a form with values that the log does not show, and a load named."""
-    tied, held_out = tied_about_one_place("spring", "offset", "spring", tmp_path)
-    monkeypatch.setattr(force_led, "selected_by_force", lambda *_: tied)
-    monkeypatch.setattr(force_led, "against_free_runs", lambda found, final: "")
-    search, base = tied.fits.search, tied.fits.search.refit()
-    ranked = {r.found.trial.parts[0].kind: r for r in tied.rounds[0].ranked}
-    final, leader = ranked["offset"].found, ranked["spring"].found.trial.parts[0]
-    outcome = Outcome(base, final, tuple(ranked.values()), (), 0.5, len(base.residual))
-    figures = held_out.measured(base.model)
-    plain = Answer("effect", (), base.model, base.model, (figures, figures, figures))
-    plain = plain.noted(Fact("not accepted", "spring on x is refused"))
-
-    def led_by(part: Part | None) -> tuple[Answer, Outcome]:
-        by_force = force_led.ForceLed(search, held_out, False, lambda one: (plain, one), lambda one, fit: one)
-        return by_force.accepted(outcome, plain, part)
-
-    answer, led = led_by(leader)
-    assert (answer.verdict, [e.kind for e in answer.effects]) == ("ambiguous", ["spring"])
-    assert [r.found.trial.parts[0].kind for r in led.rivals] == ["offset"]
-    assert not any(f.words == "spring on x is refused" for f in answer.remarks)
-    for other in (None, final.trial.parts[0]):
-        assert led_by(other) == (plain, outcome)
 
 
 def round_with(

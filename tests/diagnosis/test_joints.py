@@ -440,30 +440,20 @@ def test_what_the_inputs_change_of_an_arm_is_the_difference_of_its_residuals(tmp
 SPRING = "{kind: spring, on: [q_1], parameters: {k: 6}}"
 
 
-OBJECTION = "but the residual force shows no offset"
-
-
 NAMED = [
-    (f"{DRAG}, {SPRING}", None, "", ["viscous", "spring"]),
-    (DRAG, None, "", ["viscous"]),
-    (f"{DRAG}, {SPRING}", "offset", OBJECTION, ["viscous", "spring"]),
-    (f"{DRAG}, {SPRING}", "offset", "", ["viscous", "offset"]),
-    (DRAG, "offset", OBJECTION, ["viscous", "offset"]),
+    (f"{DRAG}, {SPRING}", None, ["viscous", "spring"]),
+    (DRAG, None, ["viscous"]),
+    (f"{DRAG}, {SPRING}", "offset", ["viscous", "offset"]),
 ]
 
 
-@pytest.mark.parametrize(("missing", "beside", "objection", "named"), slow_except(NAMED, NAMED[:3], several=True))
-def test_joints_have_the_effects_of_free_runs_or_of_the_force_each_for_itself(
-    missing: str,
-    beside: str | None,
-    objection: str,
-    named: list[str],
-    searches: Searches,
-    monkeypatch: pytest.MonkeyPatch,
+@pytest.mark.parametrize(("missing", "beside", "named"), slow_except(NAMED, NAMED[:2], several=True))
+def test_effects_by_force_are_added_on_joints_where_free_runs_accept_none(
+    missing: str, beside: str | None, named: list[str], searches: Searches, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Free runs accept friction on joint 2 and perhaps a constant force on joint 1, the force a spring there.
 
-    Of the logs some have the spring: only there do free runs accept it. The force may object to the constant one.
+    Of the logs some have the spring: only there do free runs accept it.
     """
     search, base, fits = searches(missing)
     parts = every_part(search, [])
@@ -474,7 +464,6 @@ def test_joints_have_the_effects_of_free_runs_or_of_the_force_each_for_itself(
     trial = search.declared_trial.with_part(spring)
     led = fits.fit(trial, trial.theta(fits.adopted, [{"k": 6.0}]))
     monkeypatch.setattr(force_led, "selected_by_force", lambda *_: ForceSelection(fits, led, (), ()))
-    monkeypatch.setattr(force_led, "against_free_runs", lambda *_: objection)
     figures = ErrorFigures(0.0, (0.0, 0.0), 0.0, 0.0, (0.0, 0.0))
 
     def examined(outcome: Outcome, refused: str = "") -> tuple[Answer, Outcome]:
@@ -489,5 +478,3 @@ def test_joints_have_the_effects_of_free_runs_or_of_the_force_each_for_itself(
         by_force = ForceLed(search, none, False, how, lambda one, fit: one)
         second, richer = by_force.accepted(outcome, answer)
         assert [e.kind for e in second.effects] == [p.kind for p in richer.parts] == kinds
-        said = [f"By free runs alone offset on q_1 would be named, {objection}"]
-        assert [f.words for f in second.remarks] == (said if own[1:] and kinds != own else [])

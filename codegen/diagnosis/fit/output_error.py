@@ -124,10 +124,6 @@ class Fit:
     def trial(self) -> Trial:
         return self.runner.trial
 
-    def is_of_same_data(self, other: Fit) -> bool:
-        """Whether two fits are of the same kind to as many segments, so that their losses can be compared."""
-        return self.of_forces == other.of_forces and self.residual.shape == other.residual.shape
-
     @property
     def values(self) -> tuple[Array, list[dict[str, float]]]:
         """Refitted values, and the parameters of each effect."""

@@ -213,15 +213,6 @@ def ties(search: Search, ranked: Sequence[Ranked]) -> list[Ranked]:
     return [other for other in alike if not tolerances_prefer(search, ranked[0].found, other.found)]
 
 
-def less_probable(search: Search, best: Ranked, ranked: Sequence[Ranked]) -> list[Ranked]:
-    """Candidates of the same data that free runs do not distinguish from the best, but tolerances do.
-
-    A table can also have fits to the force residual, or to segments of another length.
-    """
-    comparable = [r for r in ranked if r.found.is_of_same_data(best.found)]
-    return [r for r in _tied(search, best, comparable) if tolerances_prefer(search, best.found, r.found)]
-
-
 def _tied(search: Search, best: Ranked, ranked: Sequence[Ranked]) -> list[Ranked]:
     """Candidates that free runs do not distinguish from the best, without its twins, and one of several twins.
 

@@ -283,42 +283,6 @@ def _ratio(error: float, declared: float) -> float:
     return error / declared if declared > 0 else float(error > 0) + 1.0
 
 
-def spared(
-    chosen: Admitted, names: Sequence[str], problem: Problem, declared: ErrorFigures, measured: Measured
-) -> tuple[Admitted, frozenset[str]]:
-    """The option with the declared values of parameters on joints that it makes worse, and the names of these.
-
-    Refitted values of an arm may reduce the held-out error over all joints and increase it on one joint. A parameter
-    that appears in the equations of such joints only keeps its declared value, unless that increases an error over all
-    joints. Force residuals are compared in units of the smaller of the joint's two drive forces: with a smaller motor
-    constant all forces of its joint are smaller, and none is predicted better.
-    """
-    count = len(declared.force_rms_rows)
-    if chosen.option is None or count == 1:
-        return chosen, frozenset()
-    (name, model), system = chosen.option, problem.system
-    before = in_proportion(declared, model, system, problem)
-    pairs = {i: (chosen.figures.on([i]), before.on([i])) for i in range(count)}
-    ratios = {i: worsened(new, old, REFIT_WORSE) for i, (new, old) in pairs.items()}
-    worse = {i: found for i, found in ratios.items() if found and not may_be_chance(found, *pairs[i])}
-    if not worse:
-        return chosen, frozenset()
-    better = [row for i, row in enumerate(system.equation_error) if i not in worse]
-    symbols = {s.name: s for s in system.values if s.name in names}
-    kept = frozenset(n for n, s in symbols.items() if not any(row.has(s) for row in better))
-    if not kept:
-        return chosen, frozenset()
-    values = {n: float((system if n in kept else model).values[s]) for n, s in symbols.items()}
-    joints = " and ".join(system.positions[i].name for i in worse)
-    other = with_values(system, values)
-    figures = measured(other)
-    new, old = in_proportion(figures, model, other, problem), in_proportion(chosen.figures, other, model, problem)
-    if worsened(new, old):
-        return chosen, frozenset()
-    refused = Refusal(name, f"as declared on {joints}", worse[max(worse, key=lambda i: max(worse[i].values()))])
-    return Admitted((f"{name}, those of {joints} as declared", other), figures, (*chosen.refusals, refused)), kept
-
-
 def reference_of(
     augmented: System, plain: Answer, problem: Problem, settled: bool = False, near: bool = True
 ) -> Reference:

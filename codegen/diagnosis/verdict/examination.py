@@ -6,8 +6,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 
-import numpy as np
-
 from codegen.base.significant import in_percent
 from codegen.diagnosis.evidence.adoption import adopt_values, settled_values
 from codegen.diagnosis.evidence.estimate import Estimate, estimate, named_effects, widened_by
@@ -18,13 +16,12 @@ from codegen.diagnosis.fit.acceptance import is_far
 from codegen.diagnosis.fit.drive import drive_shares
 from codegen.diagnosis.fit.output_error import Fit, at_limit
 from codegen.diagnosis.fit.residual import Problem
-from codegen.diagnosis.fit.search import Search, joint_of, tolerances_away
-from codegen.diagnosis.fit.trial import Part, in_unit, part_of, with_effects, with_values
+from codegen.diagnosis.fit.search import Search, joint_of
+from codegen.diagnosis.fit.trial import Part, part_of, with_effects, with_values
 from codegen.diagnosis.results import ErrorFigures, Fact, FoundEffect, Remainder, Verdict, titles
 from codegen.diagnosis.selection.force_fits import ForceFits
 from codegen.diagnosis.selection.forward_selection import Outcome
 from codegen.diagnosis.selection.parsimony import is_accepted
-from codegen.diagnosis.selection.ranking import Ranked, less_probable
 from codegen.diagnosis.selection.significance import dispersion
 from codegen.diagnosis.verdict.admission import (
     REFIT_WORSE,
@@ -41,7 +38,6 @@ from codegen.diagnosis.verdict.admission import (
     reduces_both,
     reference_of,
     refused_values,
-    spared,
     worsened,
 )
 from codegen.diagnosis.verdict.against_regression import against_regression
@@ -77,8 +73,6 @@ def examine(
     chosen = admitted(options, measured, _by_drive(declared, search.problem))
     refused_refit = refused_values(options[0][1], system) if chosen.refusals else ()
     errors = () if chosen.refusals else base.errors
-    chosen, kept = spared(chosen, [s.name for s in search.moved], search.problem, declared, measured)
-    errors = tuple(e for e in errors if e.name not in kept)
     refit = system if chosen.option is None else chosen.option[1]
     three = (declared, chosen.figures, chosen.figures)
     plain = Answer(verdict, (), refit, refit, three, errors, remarks=(*base.notes, *chosen.remarks, *refused_refit))
@@ -255,27 +249,8 @@ def _judged(
     if plain.verdict == "ambiguous":
         return written
     limits = (w for f, p in zip(found, fit.trial.parts, strict=True) for w in remarks(f, p, problem))
-    notes = (*(Fact("values", words) for words in limits), *_less_probable(final_search, outcome))
+    notes = (Fact("values", words) for words in limits)
     return replace(written, remarks=(*notes, *richer.notes, *chosen.remarks))
-
-
-def _less_probable(search: Search, outcome: Outcome) -> list[Fact]:
-    """Facts on the candidates that fit as well as the named effect, but with values far from the declared ones."""
-    leader = next((r for r in outcome.first if r.found.trial.parts == outcome.parts), None)
-    return [_far_values(search, r) for r in (less_probable(search, leader, outcome.first) if leader else [])]
-
-
-def _far_values(search: Search, one: Ranked) -> Fact:
-    """The fact on the values that a candidate needs, those at least half as far as the farthest, in tolerances."""
-    fit, count, system = search.fitted_again(one.found), len(search.moved), search.system
-    away = tolerances_away(search, fit.theta[:count])
-    far = [k for k in np.argsort(-away, kind="stable") if away[k] >= 0.5 * away.max()]
-    values = [
-        f"{search.moved[k].name} = {fit.theta[k]:.4g}{in_unit(system, search.moved[k])} ({search.declared[k]:.4g} "
-        f"declared, {away[k]:.2g} tolerances away)"
-        for k in far
-    ]
-    return Fact.said("evidence", "far values", named=one.part.title, values=values)
 
 
 def _examined(

@@ -2,8 +2,8 @@
 
 A free run integrates everything that the model lacks. Its error may be dominated by something that is not an effect,
 such as jitter of the time stamps or a drift, and then no effect is accepted by free runs. The force residual at one
-time does not depend on earlier times. Effects that it selects and free runs confirm are examined as others are. They
-replace those that free runs accept only where the force residual objects to these.
+time does not depend on earlier times. Effects that it selects and free runs confirm are examined as others are. Effects
+that free runs accept stay; on an arm those on its other joints are added.
 """
 
 from __future__ import annotations
@@ -11,22 +11,17 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
-from codegen.diagnosis.fit import acceptance
-from codegen.diagnosis.fit.acceptance import random_signs
 from codegen.diagnosis.fit.output_error import Fit
 from codegen.diagnosis.fit.search import Search, joint_of
-from codegen.diagnosis.fit.trial import Part
 from codegen.diagnosis.results import Fact, Verdict, titles, worded
 from codegen.diagnosis.selection.force_fits import ForceFits
 from codegen.diagnosis.selection.force_selection import (
     ForceSelection,
     confirmed,
-    evidence_of_blocks,
     selected_by_force,
 )
 from codegen.diagnosis.selection.forward_selection import Outcome
 from codegen.diagnosis.selection.ranking import Ranked, credible, led_by
-from codegen.diagnosis.selection.refusals import only_attenuates_noise
 from codegen.diagnosis.selection.significance import hypotheses
 from codegen.diagnosis.verdict.answer import Answer
 from codegen.diagnosis.verdict.examination import with_estimate
@@ -51,44 +46,29 @@ class ForceLed:
     examined: Callable[[Outcome], tuple[Answer, Outcome]]
     checked: Callable[[Answer, Fit], Answer]
 
-    def accepted(self, outcome: Outcome, answer: Answer, leader: Part | None = None) -> tuple[Answer, Outcome]:
+    def accepted(self, outcome: Outcome, answer: Answer) -> tuple[Answer, Outcome]:
         """The answer with effects that the force residual accepts and free runs confirm; unchanged if there are none.
 
-        Effects that free runs accepted are replaced only if ``against_free_runs`` gives a reason; of an arm that is
-        simulated joint by joint those of each joint apart (``with_shown_on_joints``). Held-out data may refuse some of
-        the selected effects that tie (``without_refused_ties``). Nor are they replaced by effects that only attenuate
-        the noise of the logged inputs, as a lag does: the force residual contains less of it then.
+        Effects that free runs accepted stay. To those of an arm that is simulated joint by joint, the ones on its other
+        joints are added (``with_other_joints``). Held-out data may refuse some of the selected effects that tie
+        (``without_refused_ties``).
 
         Args:
             outcome: of the selection by free runs. answer: the answer from that outcome.
-            leader: the first effect of the tied ones that free runs find. If the answer has another one, since the
-                leader was refused, and the force residual selects it in a form that passes, the two remain tied.
         """
+        if answer.verdict != "unknown" and self.search.rigid is None:
+            return answer, outcome
         found = selected_by_force(self.search, outcome.base)
         if not isinstance(found, ForceSelection):
             fact = (found,) if found is not None and answer.verdict == "unknown" else ()
             return answer.noted(*fact), outcome
         found, refused = without_refused_ties(found, self.held_out)
         if answer.verdict == "unknown":
-            return self._replaced(found, outcome, answer, refused, "alone no effect would be accepted")
-        if self.search.rigid:
-            return _joint_by_joint(found, outcome, answer, self.examined)
-        second_choice = _second_choice(found, outcome, leader)
-        if second_choice:
-            found = replace(found, rivals=(*found.rivals, *second_choice))
-            answer = replace(answer, remarks=tuple(fact for fact in answer.remarks if fact.topic != "not accepted"))
-            against = "since the better one is refused in the form that fits them best"
-        else:
-            against = against_free_runs(found, outcome.final)
-        by_runs = self.search.on_its_record(outcome.final)
-        of_same_data = by_runs.is_of_same_data(found.run)
-        if not against or (of_same_data and only_attenuates_noise(self.search, by_runs, found.run)):
-            return answer, outcome
-        named = " and ".join(e.kind for e in answer.effects)
-        return self._replaced(found, outcome, answer, refused, f"alone {named} would be named, {against}")
+            return self._replaced(found, outcome, answer, refused)
+        return _joint_by_joint(found, outcome, answer, self.examined)
 
     def _replaced(
-        self, found: ForceSelection, outcome: Outcome, answer: Answer, refused: Sequence[Fact], alone: str
+        self, found: ForceSelection, outcome: Outcome, answer: Answer, refused: Sequence[Fact]
     ) -> tuple[Answer, Outcome]:
         """The answer with the selected effects in place of those of free runs; unchanged if they are refused.
 
@@ -96,9 +76,7 @@ class ForceLed:
         intervals, by a smooth curve over their own variable, and by held-out data. They are not accepted where wrong
         values of the spec's own parameters explain the free runs better.
 
-        Args:
-            refused: facts on tied effects that held-out data refuse.
-            alone: what free runs alone would name, in words.
+        ``refused``: facts on tied effects that held-out data refuse.
         """
         led = replace(
             outcome,
@@ -120,64 +98,40 @@ class ForceLed:
         if better:
             said = Fact.said("not accepted", "values instead", named=titles(second.effects), values=better)
             return answer.noted(said), outcome
-        return second.noted(Fact.said("evidence", "by force", alone=alone), *refused), led
-
-
-def _second_choice(found: ForceSelection, outcome: Outcome, leader: Part | None) -> list[Ranked]:
-    """The candidate that the answer has in place of a leader which the force residual selects; empty otherwise."""
-    accepted = {p.key for p in outcome.parts}
-    if leader is None or leader.key in accepted:
-        return []
-    if leader.key not in {p.key for p in found.parts}:
-        return []
-    return [r for r in outcome.first if {p.key for p in r.found.trial.parts} == accepted]
+        return second.noted(Fact.said("evidence", "by force"), *refused), led
 
 
 def _joint_by_joint(
     found: ForceSelection, outcome: Outcome, answer: Answer, examined: Callable[[Outcome], tuple[Answer, Outcome]]
 ) -> tuple[Answer, Outcome]:
-    """The answer with the effects of ``with_shown_on_joints``; unchanged if these are the same, or are refused."""
-    fit, remarks = with_shown_on_joints(found, outcome.final)
+    """The answer with the effects of ``with_other_joints``; unchanged if these are the same, or are refused."""
+    fit = with_other_joints(found, outcome.final)
     if fit is outcome.final:
         return answer, outcome
-    leader = outcome.parts[0] in fit.trial.parts
-    second, richer = examined(outcome.with_final(found.fits.search, fit, outcome.rivals if leader else ()))
+    second, richer = examined(outcome.with_final(found.fits.search, fit, outcome.rivals))
     wanted = {p.key for p in fit.trial.parts}
     if second.verdict not in ("effect", "ambiguous") or {e.key for e in second.effects} != wanted:
         return answer, outcome
-    return second.noted(*remarks), richer
+    return second, richer
 
 
-def with_shown_on_joints(found: ForceSelection, by_runs: Fit) -> tuple[Fit, tuple[Fact, ...]]:
-    """The fit to free runs with, on each joint of an arm, the better of two selections; and remarks on what changed.
+def with_other_joints(found: ForceSelection, by_runs: Fit) -> Fit:
+    """The fit to free runs of an arm with selected effects on the joints where these accept none.
 
-    The joints are judged independently. On a joint where free runs accept no effect, those that the force residual
-    selects are added. On a joint where they accept some and the force residual objects to these, its own replace them.
-    In both cases free runs must accept them against no effect on that joint.
-
+    The joints are judged independently, and free runs must accept the added effects against no effect on their joint.
     This is necessary since the selection by free runs compares candidates on a few segments first, and fits only the
-    best of them on all. A dead zone, which acts while the input is small, may not be among these, and another effect is
-    then selected on its joint.
+    best of them on all. A dead zone, which acts while the input is small, may not be among these.
     """
-    search, fit, remarks = found.fits.search, by_runs, list[Fact]()
+    search, fit = found.fits.search, by_runs
     many = hypotheses(found.fits.parts)
-    for joint in dict.fromkeys(joint_of(search, part) for part in found.parts):
+    known = {joint_of(search, part) for part in by_runs.trial.parts}
+    for joint in dict.fromkeys(joint_of(search, part) for part in found.parts if joint_of(search, part) not in known):
         own = _on_joint(found.fits, found.fit, joint)
-        known = [p for p in by_runs.trial.parts if joint_of(search, p) == joint]
-        words = _against_on_joint(found, by_runs, own, joint) if known else ""
-        if known and not words:
-            continue
-        without = fit
-        for part in known:
-            without = search.without(without, without.trial.parts.index(part))
-        moved, others = without.values
-        parts = [*without.trial.parts, *own.trial.parts]
-        richer = search.with_parts(without, moved, parts, [*others, *own.values[1]])
-        if credible(search, without, richer, many):
+        moved, others = fit.values
+        richer = search.with_parts(fit, moved, [*fit.trial.parts, *own.trial.parts], [*others, *own.values[1]])
+        if credible(search, fit, richer, many):
             fit = richer
-            named = titles(known)
-            remarks += [Fact("evidence", f"By free runs alone {named} would be named, {words}")] if known else []
-    return fit, tuple(remarks)
+    return fit
 
 
 def _on_joint(fits: ForceFits, fit: Fit, joint: int | None) -> Fit:
@@ -187,15 +141,6 @@ def _on_joint(fits: ForceFits, fit: Fit, joint: int | None) -> Fit:
         return max((k for k, p in enumerate(fit.trial.parts) if joint_of(fits.search, p) != joint), default=None)
 
     return fits.eliminated(fit, elsewhere)
-
-
-def _against_on_joint(found: ForceSelection, by_runs: Fit, own: Fit, joint: int | None) -> str:
-    """``against_free_runs`` of the effects on one joint alone."""
-    trial, theta = by_runs.trial, by_runs.theta
-    while others := [k for k, p in enumerate(trial.parts) if joint_of(found.fits.search, p) != joint]:
-        trial, theta = trial.without(theta, others[-1])
-    alone = replace(by_runs, runner=replace(by_runs.runner, trial=trial), theta=theta)
-    return against_free_runs(replace(found, fit=own), alone)
 
 
 def _refused(answer: Answer, by_force: Answer) -> tuple[Fact, ...]:
@@ -226,49 +171,6 @@ def without_refused_ties(found: ForceSelection, held_out: HeldOut) -> tuple[Forc
         ranked = tuple(led_by(leading[kept[0]], first.ranked))
         led = replace(led, fit=fit, rounds=(replace(first, ranked=ranked), *found.rounds[1:]))
     return led, words
-
-
-def against_free_runs(found: ForceSelection, by_runs: Fit) -> str:
-    """The objection of the force residual to the effects that free runs accept, in words; empty if there is none.
-
-    Backlash is exempt, since no log shows where the load is within the gap.
-    """
-    trial, fits = by_runs.trial, found.fits
-    known, own = _forms(trial.parts), _forms(found.parts)
-    larger = [f"{' and '.join(sorted(known[p] - own[p]))} of {p[0]}" for p in known if p in own and known[p] > own[p]]
-    if (known.keys() == own.keys() and not larger) or any(t.gap != 0 for t in trial.changed.transmissions):
-        return ""
-    needed = _needed(fits, fits.fit(trial, by_runs.theta))
-    gained = evidence_of_blocks(*fits.where_they_differ(needed, found.fit))
-    not_needed = sorted(kind for kind, _ in known.keys() - _forms(needed.trial.parts).keys())
-    if (not_needed or larger) and random_signs(-gained.t) > acceptance.TIE_LEVEL:
-        return f"but the residual force shows no {' and '.join(not_needed or larger)}"
-    leaves_more = random_signs(gained.t) <= acceptance.TIE_LEVEL and not fits.nearly_alike(needed, found.fit)
-    return "which leaves more of the residual force" if leaves_more else ""
-
-
-def _forms(parts: Sequence[Part]) -> dict[tuple[str, str], frozenset[str]]:
-    """(kind, on) → names of the parameters of its form."""
-    return {p.key: frozenset(p.names) for p in parts}
-
-
-def _needed(fits: ForceFits, fit: Fit) -> Fit:
-    """The fit to the force residual with the effects that are needed: backward elimination from ``fit``.
-
-    The effect that removes the smallest share of the residual is left out, until this share is significant and at least
-    ``acceptance.ELSEWHERE``, or one effect is left.
-    """
-
-    def needless(fit: Fit) -> int | None:
-        if (count := len(fit.trial.parts)) < 2:
-            return None
-        shown = [evidence_of_blocks(*fits.where_they_differ(fits.without(fit, k), fit)) for k in range(count)]
-        k = min(range(count), key=lambda k: shown[k].share)
-        return (
-            None if shown[k].share >= acceptance.ELSEWHERE and random_signs(shown[k].t) <= acceptance.TIE_LEVEL else k
-        )
-
-    return fits.eliminated(fit, needless)
 
 
 def _with_first(first: Sequence[Ranked], named: Sequence[Ranked]) -> tuple[Ranked, ...]:
