@@ -23,6 +23,8 @@ from codegen.spec.urdf import LARGEST as LARGEST_URDF
 RESULT = "diagnosis.json"
 EXCITATION = "excitation.csv"
 DIAGNOSIS_FILES = (RESULT, "spec.yaml", "report.html", EXCITATION)
+IN_EACH = ("spec.yaml", "report.html")
+"""Files that each version wrote beside diagnosis.json, also those that kept no list."""
 FORMAT = "stiction-diagnosis/"
 
 
@@ -74,7 +76,10 @@ class ResultFolder:
         """Raise BadInput for files that stiction did not write, edited code, and an observer without code."""
         refuse_foreign_json(self.folder / RESULT, FORMAT)
         written = dict.fromkeys(name for name in DIAGNOSIS_FILES if name != RESULT)
-        refuse_unlisted(self.folder, {**written, **self.robot}, self._listed, RESULT)
+        earlier = json_of(self.folder / RESULT, FORMAT)
+        ours = IN_EACH if earlier is not None and FILES_SHA256 not in earlier else ()
+        named = {**written, **self.robot}
+        refuse_unlisted(self.folder, named, self._listed, RESULT, lambda file: file.name in ours, self.force)
         refuse_code(self.machine, self.folder, self.force)
 
     def refuse_earlier_results(self, sha256: Sequence[str]) -> None:

@@ -115,6 +115,30 @@ def test_a_diagnosis_that_names_no_log_is_not_replaced_unasked(folder: Path) -> 
     assert stiction("diagnose", "s.yaml", "run.csv", "--force").code == 3
 
 
+def test_a_diagnosis_of_a_version_that_kept_no_list_is_replaced_by_force(folder: Path) -> None:
+    """--force was refused as well, with words that did not say how to go on.
+
+    Each version wrote spec.yaml and report.html; excitation.csv for some logs only, so that one may be the user's.
+    """
+    file = Path("run_diagnosis/diagnosis.json")
+    content = json.loads(file.read_text())
+    del content["files_sha256"]
+    file.write_text(json.dumps(content))
+    Path("run_diagnosis/report.html").write_text("<p>of an earlier version</p>")
+    Path("run_diagnosis/excitation.csv").write_text("mine\n")
+    before = contents(folder)
+    for ways in ((), ("--force",)):
+        result = stiction("diagnose", "s.yaml", "run.csv", *ways)
+        assert is_refused(result) and "excitation.csv" in result.err and "--force" not in result.err
+        assert ("report.html" in result.err) == (not ways) and contents(folder) == before
+    Path("run_diagnosis/excitation.csv").rename("mine.csv")
+    result = stiction("diagnose", "s.yaml", "run.csv")
+    assert is_refused(result) and "report.html" in result.err and "--force" in result.err
+    assert stiction("diagnose", "s.yaml", "run.csv", "--force").code == 3
+    assert "files_sha256" in json.loads(file.read_text())
+    assert "earlier version" not in Path("run_diagnosis/report.html").read_text()
+
+
 @pytest.mark.parametrize("name", ["report.html", "excitation.csv", "spec.yaml", "diagnosis.json"])
 def test_what_stiction_did_not_write_is_not_replaced(folder: Path, name: str) -> None:
     Path("mine_diagnosis").mkdir()
