@@ -30,8 +30,9 @@ def significant_digits(value: float, interval: Sequence[float], most: int = MOST
 
 
 def with_deserved_digits(value: float, interval: Sequence[float]) -> str:
-    """The value as text with the digits of ``significant_digits``, at most four."""
-    return f"{value:.{significant_digits(value, interval, 4)}g}"
+    """The value as text with the digits of ``significant_digits``: at most four, if the ends then differ in print."""
+    alike = len(interval) == 2 and interval[0] < interval[1] and len({f"{end:.4g}" for end in interval}) == 1
+    return f"{value:.{significant_digits(value, interval, MOST if alike else 4)}g}"
 
 
 def instant(time: float, period: float) -> str:

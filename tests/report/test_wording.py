@@ -30,19 +30,23 @@ def test_two_digits_of_the_half_width(value: float, interval: tuple[float, ...],
 
 
 def test_no_more_digits_than_asked_for() -> None:
-    assert with_deserved_digits(3.39988123, (3.3998, 3.4)) == "3.4"
+    assert with_deserved_digits(3.39988123, (3.398, 3.402)) == "3.4"
+    assert with_deserved_digits(28.0, (28.0, 28.0)) == "28"
+    assert with_deserved_digits(28.123456, (float("nan"), float("nan"))) == "28.12"
     assert with_deserved_digits(0.0412345, (0.02, 0.06)) == "0.041"
     assert with_deserved_digits(0.0412345, ()) == "0.04123"
     assert significant_digits(1.0, (-1e6, 1e6)) == 1
 
 
-def test_an_interval_whose_ends_print_alike_is_left_out() -> None:
+def test_an_interval_whose_ends_print_alike_has_more_digits() -> None:
+    """A `period = 0.01 m` without an interval read as if its error were unknown."""
     found = ParameterError("m", "kg", 25.0, 0.02, 28.001, (27.9978, 28.0042), 6.0, (), 0.2, 0.1, 8, 8, 8)
 
     def words(error: ParameterError) -> str:
         return render("text/statement/declared_value.j2", part="words", e=error).strip()
 
-    assert words(found) == "The log gives m = 28 kg; declared is 25 kg, 6 tolerances away."
+    shown = "The log gives m = 28.001 kg (95 %: 27.9978 to 28.0042); declared is 25 kg, 6 tolerances away."
+    assert words(found) == shown
     wider = replace(found, interval=(27.9, 28.1))
     assert words(wider) == "The log gives m = 28 kg (95 %: 27.9 to 28.1); declared is 25 kg, 6 tolerances away."
     assert ". m1, m2, m3 may be the cause" in words(replace(found, alike=("m1", "m2", "m3")))
