@@ -223,8 +223,13 @@ class JsonFile(LogFile):
     def _found(self) -> dict[str, Column]:
         """The columns by name."""
         table = self._content
-        if isinstance(table, dict):
-            return _lists(table)
+        names = _lists(table) if isinstance(table, dict) else self._of_records(table)
+        if len(names) > MOST_COLUMNS:
+            raise BadInput(self.place, f"more than {MOST_COLUMNS} columns", self.expected, code="LOG010")
+        return names
+
+    def _of_records(self, table: list[Any]) -> dict[str, Column]:
+        """The columns of a list of records; not those of further records where these have too many."""
         kind = type(table[0])
         for k, record in enumerate(table):
             if type(record) is not kind or (kind is list and len(record) != len(table[0])):
@@ -241,9 +246,6 @@ class JsonFile(LogFile):
                     self._twice.add(name)
             if len(names) > MOST_COLUMNS:
                 break
-        if len(names) > MOST_COLUMNS:
-            words = f"more than {MOST_COLUMNS} names in its records"
-            raise BadInput(self.place, words, self.expected, code="LOG010")
         return names
 
 
@@ -362,4 +364,4 @@ def _lists(table: Mapping[str, Any]) -> dict[str, Column]:
                     found.setdefault(f"{called}{inside}", (inner, where))
 
     search(table, "", 1)
-    return dict(list(found.items())[:MOST_COLUMNS])
+    return found
