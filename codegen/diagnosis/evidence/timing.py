@@ -148,7 +148,8 @@ def input_leads(problem: Problem, log: Log) -> tuple[dict[int, float], tuple[Fin
 def undecided(problem: Problem, log: Log, corrected: Mapping[int, float]) -> dict[int, Lead]:
     """Inputs of which the force balance cannot tell whether they are held or were measured: index → the half row.
 
-    Their estimate is not significant, or there is none for want of rows, and it agrees with half a row.
+    Their estimate is not significant, or there is none for want of rows, and it agrees with half a row. Each is judged
+    by its own estimate here; free runs then judge all of them together, since a drive logs its inputs alike.
 
     Args:
         corrected: the inputs that are corrected already.

@@ -287,13 +287,11 @@ class ForceFits(ModelFits):
         """
         fixed = before is not None and not self._moves_drive and not rubs_by_load(trial.changed)
         slopes = dict(enumerate(before[: len(trial.moved)])) if before is not None and fixed else {}
-        lacking = [k for k in range(len(theta)) if k not in slopes]
         steps, moved = STEP * size, theta + np.diag(STEP * size)
-        known, gain = {} if slopes else self._known(trial), self._gain(trial, theta)
-        for k in (k for k in lacking if k in known):
-            then = 1 / self._gain(trial, moved[k])
-            slopes[k] = now * self._by_coordinate((1 - gain * then) / steps[k]) - known[k] * self._by_coordinate(then)
-        lacking = [k for k in lacking if k not in known]
+        if not slopes:  # those known are by values on which the gain does not depend
+            over = self._by_coordinate(1 / self._gain(trial, theta))
+            slopes = {k: -slope * over for k, slope in self._known(trial).items()}
+        lacking = [k for k in range(len(theta)) if k not in slopes]
         for k, other in zip(lacking, self._residuals(trial, list(moved[lacking])), strict=True):
             slopes[k] = (now - other) / steps[k]
         return np.array([slopes[k] for k in range(len(theta))])
