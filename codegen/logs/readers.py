@@ -12,11 +12,10 @@ from scipy.integrate import cumulative_trapezoid
 from codegen.base.errors import BadInput
 from codegen.base.input_files import identity, is_there
 from codegen.base.user_text import shown
-from codegen.logs.binding import Binding, bind, column_of, time_of
+from codegen.logs.binding import Binding, bind, column_of, since_epoch, time_of
 from codegen.logs.cleaning import CleanedRows, clean, in_time
 from codegen.logs.counters import corrected, counter_findings, repeats, require_columns, smallest_step
 from codegen.logs.description import EMPTY_DESCRIPTION, ZERO_ORDER, Lengths, LogDescription, read_description
-from codegen.logs.epoch_clock import since_epoch
 from codegen.logs.file_formats import Opener, format_of
 from codegen.logs.formats.csv_file import CsvSource, LongTable
 from codegen.logs.formats.series import join_columns_by_time

@@ -14,10 +14,9 @@ import numpy as np
 from codegen.base.arrays import Array
 from codegen.base.errors import BadInput
 from codegen.base.input_files import opened
-from codegen.logs.binding import bind
+from codegen.logs.binding import bind, since_epoch
 from codegen.logs.counters import corrected
 from codegen.logs.description import EMPTY_DESCRIPTION, LogDescription
-from codegen.logs.epoch_clock import since_epoch
 from codegen.logs.file_formats import FORMATS
 from codegen.logs.formats.bag_file import is_bag
 from codegen.logs.formats.cells import is_row

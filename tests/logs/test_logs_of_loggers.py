@@ -224,18 +224,6 @@ READ = {
         "",
     ),
     "both, .npy": ("a.npy", saved(npy=np.column_stack([T, X, W]).T), "columns: {t: 1, x: 2, w: 3}\n", ""),
-    "numbers as NumPy 2 prints them": (
-        "a.csv",
-        "t,x,w\n" + lines("np.float64({t:.3f}),np.float64({x:.9f}),{w:.9f}"),
-        "",
-        "",
-    ),
-    "arrays as Python prints them": (
-        "a.csv",
-        "t;pos;f\n" + lines("{t:.3f};array('d', [0.5, {x:.9f}]);tensor([{w:.9f}, 1], device='cuda:0')"),
-        "columns: {x: 'pos[1]', w: 'f[0]'}\n",
-        "",
-    ),
     "an ESP's monitor in colours": (
         "a.log",
         "\x1b[0;32mI (12) boot: 2 cores\x1b[0m\n" + lines("\x1b[0;32mI ({ms}) axis: x={x:.9f}, w={w:.9f}\x1b[0m"),

@@ -226,10 +226,6 @@ READ = {
         {"a.log": lines("2/{{MODE(0x000): 10, POSITION(0x001): {x:.9f}, TORQUE(0x003): {w:.9f}, FAULT(0x00f): 0}}")},
         "columns: {x: POSITION(0x001), w: TORQUE(0x003)}\nsample_time: 2 ms\n",
     ),
-    "members of an enumeration as Python prints them": (
-        {"a.log": lines("{{<Register.MODE: 0>: 10, <Register.POSITION: 1>: {x:.9f}, <Register.TORQUE: 3>: {w:.9f}}}")},
-        "columns: {x: Register.POSITION, w: Register.TORQUE}\nsample_time: 2 ms\n",
-    ),
     "counters of two servos as the Dynamixel SDK prints them": (
         {
             "a.txt": "Succeeded to open the port\nSucceeded to change the baudrate\n"

@@ -9,7 +9,7 @@ from __future__ import annotations
 import csv
 import re
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from itertools import chain, islice
 from string import ascii_letters
@@ -53,16 +53,6 @@ _LOGGED = re.compile(
 )
 """Beginning of a logger's line with numbers as its message: a time, and names without digits. A dash has a blank
 behind it, or it is the sign of a number."""
-_CALL = re.compile(
-    r"\b(?:np\.|numpy\.|torch\.)?(?:float\d*|u?int\d*|array|tensor|Decimal)\((?:'\w', *)?"
-    r"([^()]*)\)",
-    re.ASCII,
-)
-"""A number or list as Python prints it: ``np.float64(0.1)``, ``array('d', [0.1, 0.2])``, ``tensor(0.1)``."""
-_ENUM = re.compile(r"<(\w+\.\w+): [^<>]*>", re.ASCII)
-"""A member of an enumeration as Python prints it: ``<Register.POSITION: 1>``."""
-_KEYWORD = re.compile(r", *(?:dtype|device|requires_grad|grad_fn)=")
-"""Beginning of what Python prints behind the number or list."""
 _COMMA_TIME = re.compile(r"((?:^|,)\s*(?:\d{4}-\d\d-\d\d[T ])\d\d:\d\d:\d\d),(\d{3})(?=,)", re.ASCII)
 """A field with date and time whose milliseconds stand behind a comma, as Python's logging writes them."""
 _QUANTITY = re.compile(r"([+-]?[\d.,]+(?:[eE][+-]?\d+)?)\s+([A-Za-z°µ%][\w°µ%/*^·⋅]*)")
@@ -105,21 +95,12 @@ class Form:
 def find_form(lines: Sequence[str], header: int | None, named: Sequence[str]) -> Form | None:
     """The special form of a table; None for a plain one. Arguments as of ``find_layout``."""
     head = list(islice(lines, LINES_SEARCHED))
-    if sum(1 for line in head if _CALL.search(line) or _ENUM.search(line)) >= ROWS:
-        inner = find_form(list(map(_called, head)), header, named) or Form(lambda line: line)
-        plain, left = inner.plain, inner.left
-        return replace(inner, plain=lambda line: plain(_called(line)), left=lambda line: left(_called(line)))
     given = [line for line in head if line.strip()]
     if len(given) < ROWS:
         return None
     found = _named_rows(head) if header is None and not named else None
     found = found or _list_rows(given) or _after_arrows(given) or _in_first_column(given)
     return found or _comma_times(head, header, named) or _quantities(given) or _ended_by_semicolons(given)
-
-
-def _called(line: str) -> str:
-    """A line with its numbers, lists and names as they are without the calls that Python prints."""
-    return _CALL.sub(lambda found: _KEYWORD.split(found[1], maxsplit=1)[0].strip("'\""), _ENUM.sub(r"\1", line))
 
 
 def _named_rows(head: Sequence[str]) -> Form | None:
