@@ -22,6 +22,7 @@ from codegen.base.arrays import Array
 from codegen.base.text import render
 from codegen.diagnosis.evidence.residual_regression import KNOTS, LEAST_ROWS, since_reversal, splines
 from codegen.diagnosis.fit.acceptance import LEAST_SIZE
+from codegen.diagnosis.fit.identity_cache import OF_MODELS, identity_cache
 from codegen.diagnosis.fit.linear import correlation, independent
 from codegen.diagnosis.fit.measure import drive_force
 from codegen.diagnosis.fit.residual import Problem, inverse_dynamics_residual
@@ -238,6 +239,7 @@ def common_lead(leads: Sequence[Lead]) -> float:
     return rows if early < held else 0.0
 
 
+@identity_cache(OF_MODELS)
 def lead_of(problem: Problem, k: int) -> Lead:
     """The lead of input k, by the coordinate where its first estimate is most significant."""
     motion, system = problem.motion, problem.system
@@ -252,10 +254,10 @@ def lead_of(problem: Problem, k: int) -> Lead:
         # moved = held + (w[k+1] − w[k−1])/4, to first order the input with a further lead of half a row
         residual = inverse_dynamics_residual(system, replace(motion, inputs=held))
         change = inverse_dynamics_residual(system, replace(motion, inputs=moved)) - residual
-        if at is None:
-            leads = [_lead_at(problem, i, residual[:, i], change[:, i]) for i in range(residual.shape[1])]
-            at = max(range(len(leads)), key=lambda i: (leads[i] != Lead(), leads[i].rows / leads[i].deviation))
-        one = _lead_at(problem, at, residual[:, at], change[:, at])
+        coordinates = range(residual.shape[1]) if at is None else [at]
+        leads = {i: _lead_at(problem, i, residual[:, i], change[:, i]) for i in coordinates}
+        at = max(leads, key=lambda i: (leads[i] != Lead(), leads[i].rows / leads[i].deviation))
+        one = leads[at]
         explained = explained or one.explained
         rows = before + one.rows
         if abs(one.rows) <= SETTLED or not ABOUT_HALF < rows <= LARGEST_LEAD:
