@@ -7,8 +7,9 @@ shares are 1 − Σ(r − r̂)²/Σr² on held-out parts of the log.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -145,9 +146,11 @@ def changed_by(
     in_terms: dict[Term, float] = {"inertia": noise}
     about = time, cutoff_hz, in_terms
     plain = changes_in_time(r, rows, terms, *about)
+    if not plain.changes:
+        return plain
     states = [variables[name] for name in STATE]
     groups = [states, *([one] for one in states)]
-    shares = [repeated_share(r, rows, group) for group in groups] if plain.changes else [0.0]
+    shares = [repeated_share(r, rows, group) for group in groups]
     best = int(np.argmax(shares))
     if plain.whole >= shares[best] and shares[best] < MOSTLY:
         return plain
@@ -274,6 +277,7 @@ def _remainder(r: Array, drive: Array, rows: NDArray[np.bool_], variables: Mappi
     return Remainder(left, share, together, {"constant": constant} | beyond)
 
 
+@identity_cache(OF_MODELS)
 def variables_of(system: System, motion: Motion, residual: Array, i: int) -> dict[str, Array]:
     """(N,) variables of one coordinate on which a residual may depend; the load is ``predicted_load``."""
     x, v = motion.positions[:, i], motion.velocities[:, i]
@@ -325,25 +329,51 @@ def ringing(residual: Array, rows: NDArray[np.bool_], acceleration: Array, inert
     return max(0.0, float((2 * weight * along - weight**2 * power).sum()) / max(float(y @ y), 1e-300))
 
 
+class OnDemand(Mapping[str, Array]):
+    """Arrays by name, each computed when it is first asked for: a question needs one or two of many columns."""
+
+    def __init__(self, made: Mapping[str, Callable[[], Array]]) -> None:
+        self._made = {name: cache(one) for name, one in made.items()}
+
+    def __getitem__(self, name: str) -> Array:
+        return self._made[name]()
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._made)
+
+    def __len__(self) -> int:
+        return len(self._made)
+
+
 def remainder_columns(
     system: System, motion: Motion, residual: Array, rows: NDArray[np.bool_], i: int
-) -> dict[str, Array]:
+) -> Mapping[str, Array]:
     """(N, m) regression columns by variable of one coordinate, for regression at the samples ``rows``."""
-    over = variables_of(system, motion, residual, i)
-    sign = motion.low_pass(np.sign(over["speed"])[:, None])[:, 0]
-    along, load = splines(over["position"], POSITION_KNOTS), over["load"]
-    r = residual[:, i]
-    oscillates = beyond_noise(system, motion, r, rows, i) > 0
-    return {
-        "speed": np.column_stack([splines(over["speed"], KNOTS), splines(motion.velocities[:, i], KNOTS), sign]),
-        "position": np.column_stack([along, along * sign[:, None]]),
-        "load": np.column_stack([splines(load, KNOTS), splines(np.abs(load), KNOTS) * sign[:, None]]),
-        "acceleration": splines(over["acceleration"], KNOTS),
-        "input rate": splines(over["input rate"], KNOTS),
-        "time": splines(over["time"], KNOTS),
-        "distance since reversal": splines(over["distance since reversal"], KNOTS) * sign[:, None],
-        "frequency": line(r, rows, motion) if oscillates else np.ones((len(r), 1)),
-    }
+    over, r = variables_of(system, motion, residual, i), residual[:, i]
+    load = over["load"]
+    sign = motion.low_pass(np.sign(over["speed"])[:, None])
+
+    def by_position() -> Array:
+        along = splines(over["position"], POSITION_KNOTS)
+        return np.column_stack([along, along * sign])
+
+    def at_a_frequency() -> Array:
+        oscillates = beyond_noise(system, motion, r, rows, i) > 0
+        return line(r, rows, motion) if oscillates else np.ones((len(r), 1))
+
+    speeds = over["speed"], motion.velocities[:, i]
+    return OnDemand(
+        {
+            "speed": lambda: np.column_stack([*(splines(v, KNOTS) for v in speeds), sign]),
+            "position": by_position,
+            "load": lambda: np.column_stack([splines(load, KNOTS), splines(np.abs(load), KNOTS) * sign]),
+            "acceleration": lambda: splines(over["acceleration"], KNOTS),
+            "input rate": lambda: splines(over["input rate"], KNOTS),
+            "time": lambda: splines(over["time"], KNOTS),
+            "distance since reversal": lambda: splines(over["distance since reversal"], KNOTS) * sign,
+            "frequency": at_a_frequency,
+        }
+    )
 
 
 def line(residual: Array, rows: NDArray[np.bool_], motion: Motion) -> Array:

@@ -95,9 +95,18 @@ class ForceEvidence:
 
 
 def force_evidence(
-    problem: Problem, refit: System, augmented: System, kinds: Sequence[str], acting: Collection[int]
+    problem: Problem,
+    refit: System,
+    augmented: System,
+    kinds: Sequence[str],
+    acting: Collection[int],
+    with_events: bool = True,
 ) -> list[ForceEvidence]:
-    """The evidence for effects of these kinds, on each coordinate on which they act."""
+    """The evidence for effects of these kinds, on each coordinate on which they act.
+
+    Args:
+        with_events: whether events are sought, which takes longer than the rest; otherwise there are none.
+    """
     motion = problem.motion
     before, after = (residual_at_drive(s, motion) for s in (refit, augmented))
     own = {VARIABLES[CATALOGUE[kind].seen_over] for kind in kinds}
@@ -123,7 +132,7 @@ def force_evidence(
         hz = peak_hz(before[:, i], used, motion)
         vibration = OtherCause(f"a vibration of constant frequency, {hz:.3g} Hz,", line, by_law, with_line)
         drift = OtherCause("a slow change in time", time, by_law, with_time)
-        inside = _in_intervals(refit, motion, r, used, variables, i)
+        inside = _in_intervals(refit, motion, r, used, variables, i) if with_events else []
         events, law, both = (fitted_share(r, used, columns) for columns in (inside, [force], [*inside, force]))
         what = f"something else in {len(inside)} intervals of time, as a force from outside,"
         found.append(ForceEvidence(removed, together, vibration, drift, OtherCause(what, events, law, both)))
@@ -196,7 +205,7 @@ def against_regression(
         return ""
     near = not is_far(final)
     acting = [acts_on(effect, problem.system) for effect in named]
-    for one in force_evidence(problem, refit, augmented, [effect.kind for effect in named], acting):
+    for one in force_evidence(problem, refit, augmented, [effect.kind for effect in named], acting, not near):
         if not near and one.removed < MOST * one.own:
             return "a smooth curve over its own variable explains twice as much of the residual force as the law does"
         for other, most in ((one.vibration, FAR_LESS if near else 1.0), (one.drift, FAR_LESS)):
