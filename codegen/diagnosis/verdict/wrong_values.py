@@ -339,7 +339,8 @@ def _explaining_value(spec: Spec, refit: System, problem: Problem) -> Explaining
         return None
     rows = force_rows(refit, problem, [*fixed, *problem.levels])
     levels = list(range(len(fixed), len(fixed) + len(problem.levels)))
-    shares = [_explained(rows, [k, *levels], levels) for k in range(len(fixed))]
+    before = _left_on_blocks(rows, levels)
+    shares = [1 - _left_on_blocks(rows, [k, *levels]) / before if before > 0 else 0.0 for k in range(len(fixed))]
     for best in np.argsort(-np.array(shares), kind="stable"):
         if shares[best] < EXPLAINS:
             break
@@ -370,24 +371,18 @@ def _explained_acceleration(before: System, after: System, problem: Problem) -> 
     return 1 - float(np.mean(shares)) if shares else float("-inf")
 
 
-def _explained(rows: Sequence[ForceRows], columns: Sequence[int], without: Sequence[int]) -> float:
-    """Share of the squared residual that ``columns`` explain on held-out blocks beyond ``without``."""
+def _left_on_blocks(rows: Sequence[ForceRows], columns: Sequence[int]) -> float:
+    """What ``columns`` leave of the squared residual on all held-out blocks, each coordinate over its square."""
     ends = max(int(r.sample[-1]) for r in rows) + 1
     blocks = [np.minimum(r.sample * BLOCKS // ends, BLOCKS - 1) for r in rows]
-
-    def left(chosen: Sequence[int]) -> float:
-        """What these columns leave on all held-out blocks, each coordinate over its square."""
-        total = 0.0
-        for held in range(BLOCKS):
-            change = _weights([_selected(r, b != held) for r, b in zip(rows, blocks, strict=True)], chosen)
-            for r, b in zip(rows, blocks, strict=True):
-                part = _selected(r, b == held)
-                rest = part.residual + part.slopes[:, list(chosen)] @ change
-                total += float(rest @ rest) / _power(r)
-        return total
-
-    before = left(without)
-    return 1 - left(columns) / before if before > 0 else 0.0
+    total = 0.0
+    for held in range(BLOCKS):
+        change = _weights([_selected(r, b != held) for r, b in zip(rows, blocks, strict=True)], columns)
+        for r, b in zip(rows, blocks, strict=True):
+            part = _selected(r, b == held)
+            rest = part.residual + part.slopes[:, list(columns)] @ change
+            total += float(rest @ rest) / _power(r)
+    return total
 
 
 def _selected(rows: ForceRows, chosen: NDArray[np.bool_]) -> ForceRows:
