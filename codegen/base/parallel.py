@@ -40,11 +40,25 @@ _forks = False
 
 
 def in_parallel(function: Callable[[Item], Result], items: Sequence[Item]) -> list[Result]:
-    """The results for all items, in their order, by threads; a nested call runs serially."""
+    """The results for all items, in their order, by threads, this one among them; a nested call runs serially."""
     if len(items) < 2 or WORKERS < 2 or getattr(_inside, "busy", False):
         return [function(item) for item in items]
-    with ThreadPoolExecutor(WORKERS, initializer=setattr, initargs=(_inside, "busy", True)) as pool:
-        return list(pool.map(function, items))
+    order, found = iter(range(len(items))), dict[int, Result]()
+
+    def work() -> None:
+        _inside.busy = True
+        try:
+            for k in order:
+                found[k] = function(items[k])
+        finally:
+            _inside.busy = False
+
+    with ThreadPoolExecutor(WORKERS - 1) as pool:
+        others = [pool.submit(work) for _ in range(WORKERS - 1)]
+        work()
+        for one in others:
+            one.result()
+    return [found[k] for k in range(len(items))]
 
 
 def in_background(function: Callable[..., Result], *arguments: Any) -> Callable[[], Result]:
