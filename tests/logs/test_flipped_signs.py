@@ -222,3 +222,28 @@ def test_a_damping_that_the_spec_lacks_is_no_wrong_scale(tmp_path, damping, leve
     assert ("back-EMF" in one.words) is not wrong
     assert one.figures["factor"] < 1 / 3
     assert wrong or abs(one.figures["factor_beside_losses"] - 1) < 0.05
+
+
+def stepped(damping: float, size: float = 60.0) -> dict[str, np.ndarray]:
+    """The slider with this damping under a force of this size that is reversed every half second."""
+    t = np.arange(8000) / 500
+    w, v = size * (1 - 2 * (np.floor(2 * t) % 2)), np.zeros(len(t))
+    for k in range(len(t) - 1):
+        v[k + 1] = v[k] + (w[k] - damping * v[k] - LEVEL * np.sign(v[k])) / MASS / 500
+    return {"t": t, "x": np.concatenate([[0.0], np.cumsum(v[1:] + v[:-1]) / 1000]), "v": v, "w": w}
+
+
+@pytest.mark.parametrize(("damping", "declared", "times"), [(15.0, 90, 1), (60.0, 60, 6), (15.0, 15, 6)])
+def test_a_damping_that_is_declared_too_large_is_no_wrong_scale(tmp_path, damping, declared, times):
+    """A motor of whose damping its data sheet states a multiple was unfit: it takes three times the voltage."""
+    columns = stepped(damping)
+    columns["w"] = columns["w"] / times
+    text = STANDING.replace("force: [w]", "force: [w - d*v]")
+    text = text.replace("parameters:\n", f"parameters:\n  d: {{value: {declared}, unit: N*s/m}}\n", 1)
+    spec = parse_spec(text, Path("slider.yaml"))
+    found = preflight(read_log(write_csv(tmp_path / "a.csv", columns), spec), spec)
+    (one,) = [f for f in found if f.topic == "sign and scale of w"]
+    assert one.severity == ("problem" if times > 1 else "warning")
+    assert ("declares it too large" in one.words) == (times == 1)
+    assert one.figures["factor"] > 3
+    assert times > 1 or abs(one.figures["factor_beside_losses"] - 1) < 0.05

@@ -73,7 +73,7 @@ def audit_inputs(forces: Forces, spec: Spec, outside: Finding | None, log: Log) 
             continue
         own = left + factor * columns[j]  # the required force less that of the other inputs
         found = _finding_on(name, float(factor), own, columns[j], outside, parts, spec, log)
-        if found.severity == "problem" and 0 < factor <= 1 / SCALE_OFF and found.topic == f"sign and scale of {name}":
+        if found.severity == "problem" and factor > 0 and found.topic == f"sign and scale of {name}":
             losses = np.array([stacked(loss) for loss in _losses(forces, j)])
             found = _with_losses(name, own, columns[j], losses, found)
         other_links = found.severity == "problem" and factor > 0 and _are_links_wrong(forces, spec, j, float(factor))
@@ -87,7 +87,7 @@ def is_constant(values: Array) -> bool:
 
 
 def _losses(forces: Forces, j: int) -> Iterator[Array]:
-    """(K, n) speed, and declared friction, of each coordinate driven by input j: losses that may be larger."""
+    """(K, n) speed, and declared friction, of each coordinate driven by input j: losses that may differ."""
     n = forces.inertia.shape[1]
     for i in np.flatnonzero(np.any(forces.driven[j] != 0, axis=0)):
         for of in (forces.motion[:, n:], forces.friction):
@@ -100,7 +100,8 @@ def _with_losses(name: str, wanted: Array, given: Array, losses: Array, found: F
     """The finding on an input's scale as a warning if it is right with losses fitted too; else unchanged.
 
     A motor at a voltage has the damping k²/R of its back-EMF. Without it in the spec the motion takes a small part of
-    the input's force. Its inertia shows the scale: of input and losses together the input's factor is then near one.
+    the input's force; with a multiple of it, it takes a multiple. Its inertia shows the scale: of input and losses
+    together the input's factor is then near one.
 
     Args:
         wanted, given: (K') force that the motion requires, and that of the input.
@@ -109,10 +110,13 @@ def _with_losses(name: str, wanted: Array, given: Array, losses: Array, found: F
     factor, alone = partial_correlation(wanted, given, losses.T)
     if alone < MATCHED or not 1 / SCALE_OFF < factor < SCALE_OFF:
         return found
+    whole = found.figures["factor"]
+    lacks = "lacks it or declares it too small, as a motor's back-EMF at a voltage"
+    near = 1 / NEAR_UNIT < factor < NEAR_UNIT
+    rest = "That is no wrong scale." if near else "The rest may be a wrong mass, gain or scale."
     words = (
-        f"The motion takes {found.figures['factor']:.3g} times the force of {name}, but {factor:.3g} times if a "
-        "damping or a friction is fitted too. The spec lacks it or declares it too small, as a motor's back-EMF at a "
-        "voltage. That is no wrong scale."
+        f"The motion takes {whole:.3g} times the force of {name}, but {factor:.3g} times if a damping or a friction "
+        f"is fitted too. The spec {lacks if whole < 1 else 'declares it too large'}. {rest}"
     )
     return Finding("warning", found.topic, words, {**found.figures, "factor_beside_losses": factor})
 
@@ -198,7 +202,7 @@ def _wrong_scale(name: str, figures: Mapping[str, float], wanted: Array, given: 
     words = (
         f"The scale of input {name} is off by a factor of {factor:.3g}: the motion takes that many times its "
         f"force. Check its unit, its factor in `force`, whether it saturates, and the declared masses, friction "
-        f"levels, gravity and springs. "
+        f"levels, damping, gravity and springs. "
         f"{_unit_or_scale(name, factor, spec, log)}"
     )
     return Finding("problem", topic, words, figures)
