@@ -127,8 +127,8 @@ def method_of_centres(
     h: float,
     where: Pattern | None = None,
     near: float = NEAR,
-) -> tuple[Array, float]:
-    """(P, its rate in 1/s): the analytic centre for a required rate near the largest feasible one.
+) -> Array:
+    """The analytic centre P for a required rate near the largest feasible one.
 
     Args:
         start: a P whose rate is above ``alpha``.
@@ -138,16 +138,16 @@ def method_of_centres(
         where: sparsity pattern of P, m by m; None if P is full.
         near: as ``NEAR``; a smaller one gives a larger rate, and a P closer to the boundary of the feasible set.
     """
-    p, rate = start, least_rate(start, stack, h)
+    p = start
     for _ in range(MOST_CENTRES):
         middle = analytic_centre([(stack, alpha)], h, p, where)
         if middle is None:
             break
-        p, rate = middle, least_rate(middle, stack, h)
-        if rate - alpha < near * alpha:
+        p, more = middle, least_rate(middle, stack, h) - alpha
+        if more < near * alpha:
             break
-        alpha += 0.9 * (rate - alpha)
-    return p, rate
+        alpha += 0.9 * more
+    return p
 
 
 def analytic_centre(groups: Sequence[Group], h: float, start: Array, where: Pattern | None = None) -> Array | None:

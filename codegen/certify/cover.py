@@ -109,7 +109,7 @@ def with_cover(found: Found, h: Any) -> Found | None:
     @cache
     def tree(share: float) -> Any:
         factor = 1 - 2 * Fraction(str(h)) * Fraction(f"{share * found.rate:.9g}")
-        return _cover(partial(decreases, factor), whole, whole)
+        return covering(partial(decreases, factor), whole, DEEPEST * len(whole))
 
     if tree(LESS[0]) is None and tree(LESS[-1]) is None:
         return None  # where the least share has no cover, none has
@@ -141,23 +141,26 @@ def _leaf(family: Family, h: Any, p: Array) -> Callable[[Fraction, Cell], bool]:
     return decreases
 
 
-def _cover(decreases: Callable[[Cell], bool], whole: Cell, cell: Cell, depth: int = 0) -> Any:
-    """A binary tree of bisections of the longest side, with V decreasing on every leaf; None if it would be too deep.
+def covering(holds: Callable[[Cell], bool], whole: Cell, deepest: int, cell: Cell | None = None) -> Any:
+    """A binary tree of bisections of the longest side, with a condition true on every leaf; None if it would be deeper.
 
     "" is a leaf; [name, cut, lower part, upper part] is a bisection.
 
     Args:
         whole: the cell at the root; sides are compared relative to its own.
+        deepest: largest number of bisections one after another.
+        cell: the part that is covered; all by default.
     """
-    if decreases(cell):
+    cell = whole if cell is None else cell
+    if holds(cell):
         return ""
-    if depth >= DEEPEST * len(whole):
+    if deepest == 0:
         return None
     name = max(whole, key=lambda x: (cell[x][1] - cell[x][0]) / (whole[x][1] - whole[x][0]))
     low, high = cell[name]
     middle, parts = (low + high) / 2, []
     for ends in ((low, middle), (middle, high)):
-        part = _cover(decreases, whole, cell | {name: ends}, depth + 1)
+        part = covering(holds, whole, deepest - 1, cell | {name: ends})
         if part is None:
             return None
         parts.append(part)

@@ -109,7 +109,7 @@ def common_lyapunov(
         if len(stack) > MOST_ACTIVE:  # those that are most active should not depend on the searches before
             anew = _feasible([(stack, alpha)], h, structure)
             start = start if anew is None else anew
-        p, _ = method_of_centres(start, alpha, _most_active(start, stack, h), h, structure, near)
+        p = method_of_centres(start, alpha, _most_active(start, stack, h), h, structure, near)
         if least_rate(p, stack, h) < alpha:
             p = start
         found = p, 0.9999 * least_rate(p, stack, h)

@@ -6,11 +6,13 @@ Nothing here is trusted.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from decimal import ROUND_FLOOR
 from fractions import Fraction
 from typing import Any
 
 import sympy
 
+from codegen.base.significant import rounded_to
 from codegen.certify.family import range_of
 from codegen.certify.kernel_form import NotCovered, Writer, error_fields, estimates_of, inverse, proof_json, witness
 from codegen.observers.equations import Observer
@@ -159,13 +161,7 @@ def _largest_sources(
         for y, c in slopes.items():
             share = (min(-low, high) - taken) / (len(slopes) * abs(c))
             most[y] = min(share, most.get(y, share))
-    return {y: _rounded_down(x) for y, x in most.items()}
-
-
-def _rounded_down(x: Any) -> Any:
-    """A positive number rounded down to three significant digits."""
-    digit = sympy.Integer(10) ** (int(sympy.floor(sympy.log(x, 10))) - 2)
-    return sympy.floor(x / digit) * digit
+    return {y: sympy.Rational(rounded_to(float(x), 3, ROUND_FLOOR)) for y, x in most.items()}
 
 
 def _second_order(level: Any, observer: Observer, moves: Mapping[Any, Any], true: Mapping[Any, Any]) -> Any:

@@ -38,7 +38,7 @@ def test_a_rank_that_falls_in_the_envelope(entry, message):
 @pytest.mark.parametrize("entry", ["cos(x1)", "sin(x1)**2", "sin(x1 - x2)"])
 def test_the_proof_stands_alone_where_the_search_finds_nothing(entry, monkeypatch):
     monkeypatch.setattr(plan, "STARTS", 0)
-    monkeypatch.setattr(nonzero, "MOST_BOXES", 200)
+    monkeypatch.setattr(nonzero, "DEEPEST", 8)
     spec = read(machine_text(DIAGONAL, [[entry, "0"], ["0", "1"]], DIAGONAL, "{}", "mgto"))
     system = build_system(spec)
     found = keeps_rank(system.input_matrix, 2, system.values, system.positions, ((-2.0, 2.0),) * 2)
