@@ -32,6 +32,7 @@ from codegen.diagnosis.results import ErrorFigures, Fact, ParameterError, Remain
 from codegen.diagnosis.selection.forward_selection import Outcome, common_effects, find_effects, within_reach
 from codegen.diagnosis.verdict import wrong_values
 from codegen.diagnosis.verdict.across_joints import accepted_across_joints
+from codegen.diagnosis.verdict.against_remainder import unrepeated, varying
 from codegen.diagnosis.verdict.answer import (
     Answer,
     by_remainder,
@@ -49,8 +50,6 @@ from codegen.diagnosis.verdict.late_inputs import corrected_for_leads
 from codegen.diagnosis.verdict.nameless import as_unknown, nameless_rival
 from codegen.diagnosis.verdict.statement import interval_in_words
 from codegen.diagnosis.verdict.uncovered import better_than_named, better_than_refused, not_determined
-from codegen.diagnosis.verdict.unrepeated import unrepeated
-from codegen.diagnosis.verdict.varying_parameters import varying
 from codegen.mechanics.system import System
 from codegen.spec.model import Spec
 from codegen.spec.numerics import is_numerical, numerical

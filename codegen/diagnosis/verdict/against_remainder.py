@@ -1,4 +1,4 @@
-"""The objection to effects whose parameters vary over the log, by a varying-coefficient model of the force residual.
+"""Objections to effects by the force that their model leaves: parameters that vary, and waves that are none.
 
 A law that the catalogue lacks may look like an effect that depends on one of its variables alone: friction in
 proportion to the speed and periodic in position looks like friction over position, and friction that grows with the
@@ -14,6 +14,10 @@ Hastie and Tibshirani 1993). The h_j of the effect's own variable are not asked 
 A parameter may also have another value in intervals of time, as a torque constant before a motor is warm. A single
 interval is in no other part of the log, so this is compared by least squares on the whole log, in the intervals in
 which the force balance differs significantly (``changes_in_time.py``).
+
+A sine with free amplitude, period and phase follows part of every smooth curve over a stroke of one or two periods,
+such as friction in patches of a floor. Only a second period shows that the force repeats. Where the log does not cover
+it, and a smooth curve over the position explains much of what the wave leaves, nothing shows that it is a wave.
 """
 
 from __future__ import annotations
@@ -28,6 +32,7 @@ import sympy
 from numpy.typing import NDArray
 
 from codegen.base.arrays import Array
+from codegen.diagnosis.evidence.reservations import periods_covered
 from codegen.diagnosis.evidence.residual_regression import (
     STATE,
     acting_force,
@@ -41,10 +46,10 @@ from codegen.diagnosis.evidence.residual_regression import (
 from codegen.diagnosis.fit.drive import residual_at_drive
 from codegen.diagnosis.fit.linear import rms
 from codegen.diagnosis.fit.residual import Problem, level_columns
-from codegen.diagnosis.fit.trial import with_effects
+from codegen.diagnosis.fit.trial import part_of, with_effects
 from codegen.diagnosis.results import FoundEffect, worded
 from codegen.diagnosis.verdict.against_regression import VARIABLES, acts_on, along_intervals, fitted_share
-from codegen.effects.declare import effect_symbols
+from codegen.effects.declare import effect_symbols, places_of
 from codegen.effects.nameless import effect_called
 from codegen.mechanics.system import System
 
@@ -56,6 +61,11 @@ MOST_OF_IT = 0.5
 """Least share of the squared residual force that varying parameters explain beyond constant ones, for an objection."""
 MUCH_LESS = 0.5
 """Largest squared residual force with varying parameters, over that with a curve in addition to the effect."""
+REPEATED = 2.0
+"""Periods that a log must cover to show that a force repeats."""
+MUCH_OF_THE_REST = 0.25
+"""Least share of what a wave leaves of the squared residual force that a curve over its variable explains: half of its
+RMS. Of true waves, where all that is left is noise or another force, it is zero."""
 STEP = 1e-3
 """Relative step of a parameter for its slope."""
 
@@ -121,6 +131,33 @@ def varying(problem: Problem, augmented: System, named: Sequence[FoundEffect], m
                 if 1 - share < MUCH_LESS * (1 - added([*curve, *(column * sign for column in curve)])):
                     found.append(Varying(named[k], name, share))
     return max(found, key=lambda one: one.share, default=None)
+
+
+def unrepeated(problem: Problem, augmented: System, named: Sequence[FoundEffect], material: float) -> str:
+    """The objection to the first wave that is covered less than ``REPEATED`` times and is no wave; empty if none.
+
+    A smooth curve over its own variable explains ``MUCH_OF_THE_REST`` of what the model leaves, on held-out parts and
+    beyond friction levels, and a force of the share ``material`` of the drive force. A whole turn of an angle repeats
+    for certain.
+    """
+    motion, system = problem.motion, problem.system
+    residual, acting = residual_at_drive(augmented, motion), acting_force(augmented, motion)
+    for one in named:
+        effect = effect_called(one.kind).with_parameters(list(one.parameters))
+        part = part_of(effect, places_of(effect, system).index(one.on), system)
+        covered = periods_covered(system, motion, part, one.parameters)
+        if covered >= REPEATED:
+            continue
+        i = acts_on(one, system)
+        rows = sliding(augmented, motion, problem.used, i)
+        r, own = residual[:, i], VARIABLES[effect.seen_over]
+        columns = remainder_columns(augmented, motion, residual, rows, i)[own]
+        levels = [c[:, None] for c in level_columns(augmented, motion, i).T]
+        left = sqrt(max(0.0, 1 - fitted_share(r, rows, levels))) * rms(r[rows])
+        share = added_share(r, rows, levels, [columns])
+        if share >= MUCH_OF_THE_REST and sqrt(share) * left >= material * rms(acting[rows, i]):
+            return worded("unrepeated", named=one.title, covered=covered, own=own, share=share)
+    return ""
 
 
 def _added_by_fit(r: Array, rows: NDArray[np.bool_], columns: Sequence[Array], further: Sequence[Array]) -> float:
