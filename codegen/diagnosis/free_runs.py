@@ -192,7 +192,7 @@ class Judge:
         if answer.verdict != "none" and far and not case.faults:
             # Free runs may choose values of the right effect that held-out data refuse; those by force are then tried.
             lasting = self._checked(answer, outcome.final) if answer.verdict == "effect" else answer
-            by_force = ForceLed(search, self.held_out, case.steady, examined, self._checked)
+            by_force = ForceLed(search, self.measured, case.steady, examined, self._checked)
             with shares_to(lambda done: report("effects by the force residual", 0.8 + 0.05 * done)):
                 answer, outcome = by_force.accepted(outcome, lasting)
         if answer.verdict in ("none", "unknown") and not case.faults:

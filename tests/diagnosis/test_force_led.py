@@ -41,14 +41,12 @@ from codegen.diagnosis.selection.force_selection import (
 from codegen.diagnosis.selection.forward_selection import LaterRound, Outcome
 from codegen.diagnosis.selection.ranking import Ranked
 from codegen.diagnosis.verdict import force_led
+from codegen.diagnosis.verdict.admission import Measured
 from codegen.diagnosis.verdict.answer import Answer
-from codegen.diagnosis.verdict.force_led import without_refused_ties
-from codegen.diagnosis.verdict.held_out import HeldOut
 from codegen.effects import CATALOGUE
 from codegen.logs import Log, read_log
 from codegen.spec import parse_spec
 from tests.diagnosis.stage import STAGE, among, log_of, stage, system_of
-from tests.slow_cases import slow_except
 
 SPRING = "[{kind: spring, on: x, parameters: {k: 30}}]"
 JITTER_S = 0.3e-3
@@ -289,29 +287,21 @@ def test_a_special_case_that_fits_as_well_takes_the_place_of_the_richer_law(
 
 ABOUT = "{place} + 0.15*sin(2*pi*t)"
 """At one frequency the changing part of a spring's force is that of a smaller mass."""
-PLACED = {
-    "spring": "[{kind: spring, on: x, parameters: {k: 10}}]",
-    "offset": "[{kind: offset, on: x, parameters: {f0: -3}}]",
-}
+SPRING = "[{kind: spring, on: x, parameters: {k: 10}}]"
 
 
-def tied_about_one_place(truth: str, leader: str, rival: str, folder: Path) -> tuple[ForceSelection, HeldOut]:
-    """Two candidates fitted to a log about 0.3 m, and held-out data about 0.6 m.
-
-    About 0.3 m a spring is nearly a constant force, about 0.6 m it is twice that; an asymmetry is one anywhere.
-    """
+def tied_about_one_place(folder: Path) -> tuple[ForceSelection, Measured]:
+    """A constant force and a spring, fitted to a log of a spring about 0.3 m, and the errors about 0.6 m."""
 
     def logged(where: float, name: str) -> Log:
-        log = log_of(stage(PLACED[truth], 5.5, ABOUT.format(place=where)), folder, name)
-        return jittered(log, folder)
+        return jittered(log_of(stage(SPRING, 5.5, ABOUT.format(place=where)), folder, name), folder)
 
     motion, system = smooth_motion(log := logged(0.3, "train.csv")), system_of(stage())
     problem = Problem(system, motion, {s: 0.4 for s in system.values if s.name == "m"})
     search = search_on(problem, lambda share: record_of(motion, log, share))
     fits, ranked = ForceFits(search, search.refit()), []
-    for kind in (leader, rival):
+    for kind, start in (("offset", -3.0), ("spring", 10.0)):
         trial = search.declared_trial.with_part(part_of(CATALOGUE[kind], 0, system))
-        start = {"spring": 10.0, "offset": -3.0, "coulomb_asymmetry": 3.0}[kind]
         ranked.append(judged(fits, fits.plain, fits.fit(trial, np.append(fits.adopted, start)), 10))
     best = ranked[0].found
 
@@ -319,73 +309,50 @@ def tied_about_one_place(truth: str, leader: str, rival: str, folder: Path) -> t
     unseen = Problem(system, other, {})
     errors = partial(measure, motion=other, used=unseen.used, window=slice(0, len(other.time)), restart_s=0.5)
     tied = ForceSelection(fits, best, (LaterRound((), tuple(ranked)),), (ranked[1],))
-    return tied, HeldOut(unseen, errors)
-
-
-OPEN = [
-    ("spring", "offset", "spring", ["spring"]),
-    ("offset", "coulomb_asymmetry", "offset", ["coulomb_asymmetry", "offset"]),
-    ("spring", "spring", "offset", ["spring"]),
-    ("offset", "spring", "offset", ["offset"]),
-]
-
-
-@pytest.mark.parametrize(("truth", "leader", "rival", "left"), slow_except(OPEN, OPEN[:2], several=True))
-def test_held_out_data_tell_what_the_force_residual_leaves_open(
-    truth: str, leader: str, rival: str, left: list[str], tmp_path: Path
-) -> None:
-    told, words = without_refused_ties(*tied_about_one_place(truth, leader, rival, tmp_path))
-    assert [p.kind for p in (*told.parts, *(one.found.part for one in told.rivals))] == left
-    assert told.rounds[0].ranked[0].found.part == told.parts[0]
-    assert told.run.values[1] == [pytest.approx(values) for values in told.fit.values[1]]
-    if len(left) == 1:
-        refused = rival if left == [leader] else leader
-        assert words[0].words.startswith(
-            f"{refused} on x, which fits the training log as well as {left[0]} on x, is refused"
-        )
+    return tied, errors
 
 
 def accepted_by_force(
     search: Search,
     outcome: Outcome,
     answer: Answer,
-    held_out: HeldOut,
+    measured: Measured,
     steady: bool = False,
     checked: Callable[[Answer, Fit], Answer] = lambda one, fit: one,
 ) -> tuple[Answer, Outcome]:
-    by_force = force_led.ForceLed(search, held_out, steady, lambda one: (answer, one), checked)
+    by_force = force_led.ForceLed(search, measured, steady, lambda one: (answer, one), checked)
     return by_force.accepted(outcome, answer)
 
 
-def test_the_answer_names_what_held_out_data_leave(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A constant force leads on the training log; the machine has a spring."""
-    tied, held_out = tied_about_one_place("spring", "offset", "spring", tmp_path)
-    monkeypatch.setattr(force_led, "selected_by_force", lambda *_: tied)
+def test_the_answer_has_what_the_force_residual_selects(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A constant force ties with a spring on the training log; the machine has a spring."""
+    tied, errors = tied_about_one_place(tmp_path)
+    alone = replace(tied, fit=tied.rivals[0].found, rivals=())
     search, base = tied.fits.search, tied.fits.search.refit()
     outcome = Outcome(base, base, (), (), 0.0, len(base.residual), unexplained=True)
-    figures = held_out.measured(base.model)
+    figures = errors(base.model)
     plain = Answer("unknown", (), base.model, base.model, (figures, figures, figures))
     verdicts = []
-    untold: Any = SimpleNamespace(measured=held_out.measured, kept=lambda fits: (list(range(len(fits))), ()))
-    for data in (untold, held_out):
-        answer, _ = accepted_by_force(search, outcome, plain, data)
+    for found in (tied, alone):
+        monkeypatch.setattr(force_led, "selected_by_force", lambda *_, found=found: found)
+        answer, _ = accepted_by_force(search, outcome, plain, errors)
         verdicts.append((answer.verdict, [e.kind for e in answer.effects]))
     assert verdicts == [("ambiguous", ["offset"]), ("effect", ["spring"])]
     last, _ = accepted_by_force(
-        search, outcome, plain, held_out, checked=lambda one, fit: one.refused("it is worse on held-out data")
+        search, outcome, plain, errors, checked=lambda one, fit: one.refused("it is worse on held-out data")
     )
     assert (last.verdict, last.effects) == ("unknown", ())
     said = last.remarks[-1].words
     assert said.startswith("spring on x") and said.endswith("worse on held-out data")
     monkeypatch.setattr(force_led, "better_values", lambda search, led: "the value m = 3 kg explains")
     for steady, verdict in ((False, "unknown"), (True, "effect")):
-        answer, _ = accepted_by_force(search, outcome, plain, held_out, steady)
+        answer, _ = accepted_by_force(search, outcome, plain, errors, steady)
         assert answer.verdict == verdict
         assert steady or "spring on x, but in simulation the value m = 3 kg explains" in answer.remarks[-1].words
     why = Fact("not accepted", "a smooth curve explains twice as much of the residual force as the law does")
     refused = replace(answer, verdict="unknown", against=(why,), remarks=())
     monkeypatch.setattr(force_led, "with_estimate", lambda *_: refused)
-    answer, _ = accepted_by_force(search, outcome, plain, held_out)
+    answer, _ = accepted_by_force(search, outcome, plain, errors)
     words = "spring on x, which the residual force shows and simulations of the training log confirm, is refused: a"
     assert answer.verdict == "unknown" and answer.remarks[-1].words.startswith(words)
 

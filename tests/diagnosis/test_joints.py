@@ -7,7 +7,6 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import cache, partial
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import casadi
@@ -473,8 +472,7 @@ def test_effects_by_force_are_added_on_joints_where_free_runs_accept_none(
 
     answer, outcome = examined(Outcome(base, by_runs, (), (), 0.5, len(base.residual)))
     own = [e.kind for e in answer.effects]
-    none: Any = SimpleNamespace(measured=lambda system: figures)
     for how, kinds in ((examined, named), (partial(examined, refused="spring"), own)):
-        by_force = ForceLed(search, none, False, how, lambda one, fit: one)
+        by_force = ForceLed(search, lambda system: figures, False, how, lambda one, fit: one)
         second, richer = by_force.accepted(outcome, answer)
         assert [e.kind for e in second.effects] == [p.kind for p in richer.parts] == kinds

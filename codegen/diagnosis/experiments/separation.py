@@ -20,9 +20,7 @@ from codegen.diagnosis.fit.search import Search
 from codegen.diagnosis.fit.signals import Motion, smooth_motion
 from codegen.diagnosis.results import MotionTried, Separation, TiedPair
 from codegen.diagnosis.selection.forward_selection import Outcome
-from codegen.diagnosis.selection.ranking import Ranked, twins
-from codegen.effects import CATALOGUE
-from codegen.effects.register import kinds_of, separating_experiment
+from codegen.effects.register import separating_experiment
 from codegen.logs import Log
 from codegen.mechanics.system import TIME, System
 from codegen.simulate.controller import Feedback, sampled
@@ -45,7 +43,7 @@ CENTRED = 0.02
 """A range whose middle is this near to zero, over its half width, is centred at zero."""
 SLOW, SLOW_TURNS = 0.06, 3
 DIGITS = 4
-MOST_RIVALS, MOST_CONFUSABLE = 2, 1
+MOST_RIVALS = 2
 MOST_SIMULATED = 5_000_000
 """Samples of all motions that are tried, times the cube of the number of coordinates: of an arm few, or none."""
 LOOP_SHARE, LOOP_SAMPLES = 0.4, 60
@@ -81,16 +79,14 @@ def separate(
         outcome: with rivals. tied: its fits, see ``tied_fits``.
         envelope: of the spec; the motions stay inside it or inside what the log has shown.
     """
-    fits = [*tied, *(search.led_by(r.found, outcome.final) for r in _confusable(outcome))]
-    pairs = tuple(_tied_pair(search, outcome, fits[0], other) for other in tied[1:])
+    pairs = tuple(_tied_pair(search, outcome, tied[0], other) for other in tied[1:])
     reach = reach_of(search.system, search.motion, envelope)
-    machines = [fit.model for fit in tied]
     report = progress or (lambda what, share: None)
     tried: list[MotionTried] = []
     count = len(library(reach, search.motion))
-    for motion, simulated in _cheapest_first(search, machines[0], reach, log.sample_time):
+    for motion, simulated in _cheapest_first(search, tied[0].model, reach, log.sample_time):
         report(f"motion {len(tried) + 1} of {count}", len(tried) / count)
-        figures = _try(search, log, fits, machines, reach, motion, simulated)
+        figures = _try(search, log, tied, reach, motion, simulated)
         tried.append(figures)
         if figures.separation >= SEPARATED:
             named = zip(search.system.positions, motion.references, strict=True)
@@ -111,17 +107,6 @@ def _cheapest_first(search: Search, machine: System, reach: Reach, h: float) -> 
         followed = [(motion, _simulated(search, machine, reach, motion, h)) for motion in motions]
         whole = [(motion, run) for motion, run in followed if run is not None]
         yield from sorted(whole, key=lambda pair: _energy(pair[1], h))
-
-
-def _confusable(outcome: Outcome) -> list[Ranked]:
-    """The best candidate that this log excluded although it resembles a tied one; the motion must exclude it too."""
-    tied = [outcome.parts[0], *(r.part for r in outcome.rivals)]
-    confusable = {c.other for part in tied for c in CATALOGUE[part.kind].confused_with}
-    named = {p.key for p in (*tied, *outcome.parts)}
-    first = [(r, r.part, r.part.key) for r in outcome.first]
-    named |= {same for r, part, place in first if place in named for same in twins(part, r.found)}
-    possible = [r for r, part, at in first if not r.why_not and at not in named and kinds_of(part.kind) & confusable]
-    return possible[:MOST_CONFUSABLE]
 
 
 def _tied_pair(search: Search, outcome: Outcome, first: Fit, other: Fit) -> TiedPair:
@@ -147,23 +132,17 @@ def _distance(truth: Fit, other: Fit) -> float:
 
 
 def _try(
-    search: Search,
-    log: Log,
-    fits: Sequence[Fit],
-    machines: Sequence[System],
-    reach: Reach,
-    motion: ExtraMotion,
-    first: LoopRun,
+    search: Search, log: Log, fits: Sequence[Fit], reach: Reach, motion: ExtraMotion, first: LoopRun
 ) -> MotionTried:
-    """The smallest separation over all pairs of a truth (``machines``) and another candidate."""
+    """The smallest separation over all pairs of a candidate as the truth and another one."""
     h, least = log.sample_time, float("inf")
     energy = _energy(first, h)
-    for k, machine in enumerate(machines):
-        simulated = first if k == 0 else _simulated(search, machine, reach, motion, h)
+    for k, fit in enumerate(fits):
+        simulated = first if k == 0 else _simulated(search, fit.model, reach, motion, h)
         there = None if simulated is None else _search_there(search, log, simulated, k)
         if there is None:
             return MotionTried(motion.name, motion.duration, energy, 0.0)
-        refitted = [there.on_another_record(fit) for fit in fits]
+        refitted = [there.on_another_record(one) for one in fits]
         least = min(least, *(_distance(refitted[k], one) for j, one in enumerate(refitted) if j != k))
         if least <= 0:
             break

@@ -17,15 +17,14 @@ from codegen.diagnosis.results import Fact, Verdict, titles, worded
 from codegen.diagnosis.selection.force_fits import ForceFits
 from codegen.diagnosis.selection.force_selection import (
     ForceSelection,
-    confirmed,
     selected_by_force,
 )
 from codegen.diagnosis.selection.forward_selection import Outcome
-from codegen.diagnosis.selection.ranking import Ranked, credible, led_by
+from codegen.diagnosis.selection.ranking import Ranked, credible
 from codegen.diagnosis.selection.significance import hypotheses
+from codegen.diagnosis.verdict.admission import Measured
 from codegen.diagnosis.verdict.answer import Answer
 from codegen.diagnosis.verdict.examination import with_estimate
-from codegen.diagnosis.verdict.held_out import HeldOut
 from codegen.diagnosis.verdict.wrong_values import better_values
 
 
@@ -41,7 +40,7 @@ class ForceLed:
     """
 
     search: Search
-    held_out: HeldOut
+    measured: Measured
     steady: bool
     examined: Callable[[Outcome], tuple[Answer, Outcome]]
     checked: Callable[[Answer, Fit], Answer]
@@ -50,8 +49,7 @@ class ForceLed:
         """The answer with effects that the force residual accepts and free runs confirm; unchanged if there are none.
 
         Effects that free runs accepted stay. To those of an arm that is simulated joint by joint, the ones on its other
-        joints are added (``with_other_joints``). Held-out data may refuse some of the selected effects that tie
-        (``without_refused_ties``).
+        joints are added (``with_other_joints``).
 
         Args:
             outcome: of the selection by free runs. answer: the answer from that outcome.
@@ -62,21 +60,16 @@ class ForceLed:
         if not isinstance(found, ForceSelection):
             fact = (found,) if found is not None and answer.verdict == "unknown" else ()
             return answer.noted(*fact), outcome
-        found, refused = without_refused_ties(found, self.held_out)
         if answer.verdict == "unknown":
-            return self._replaced(found, outcome, answer, refused)
+            return self._replaced(found, outcome, answer)
         return _joint_by_joint(found, outcome, answer, self.examined)
 
-    def _replaced(
-        self, found: ForceSelection, outcome: Outcome, answer: Answer, refused: Sequence[Fact]
-    ) -> tuple[Answer, Outcome]:
+    def _replaced(self, found: ForceSelection, outcome: Outcome, answer: Answer) -> tuple[Answer, Outcome]:
         """The answer with the selected effects in place of those of free runs; unchanged if they are refused.
 
         Their values and intervals are those of the fit to the force residual. They are examined as others are: by their
         intervals, by a smooth curve over their own variable, and by held-out data. They are not accepted where wrong
         values of the spec's own parameters explain the free runs better.
-
-        ``refused``: facts on tied effects that held-out data refuse.
         """
         led = replace(
             outcome,
@@ -90,7 +83,7 @@ class ForceLed:
         verdict: Verdict = "ambiguous" if found.rivals else "effect"
         plain = replace(answer, verdict=verdict, effects=(), augmented=answer.refit, against=())
         plain = replace(plain, figures=(*answer.figures[:2], answer.figures[1]))
-        estimated = with_estimate(self.search, led, plain, self.held_out.measured, found.fit)
+        estimated = with_estimate(self.search, led, plain, self.measured, found.fit)
         second = self.checked(estimated, led.final)
         if second.verdict != plain.verdict:
             return answer.noted(*_refused(answer, second)), outcome
@@ -98,7 +91,7 @@ class ForceLed:
         if better:
             said = Fact.said("not accepted", "values instead", named=titles(second.effects), values=better)
             return answer.noted(said), outcome
-        return second.noted(Fact.said("evidence", "by force"), *refused), led
+        return second.noted(Fact.said("evidence", "by force")), led
 
 
 def _joint_by_joint(
@@ -150,27 +143,6 @@ def _refused(answer: Answer, by_force: Answer) -> tuple[Fact, ...]:
         return ()
     given = {"named": " and ".join(shown), "one": len(shown) == 1}
     return tuple(replace(f, words=worded("refused by force", why=f.words, **given)) for f in by_force.against[:1])
-
-
-def without_refused_ties(found: ForceSelection, held_out: HeldOut) -> tuple[ForceSelection, tuple[Fact, ...]]:
-    """The selection without those of its tied first effects that held-out data refuse, and facts on the refused ones.
-
-    The first of the remaining effects then leads the selection, if free runs confirm it.
-    """
-    if not found.rivals or found.rounds[0].ranked[0].part != found.parts[0]:
-        return found, ()
-    fits, first = found.fits, found.rounds[0]
-    leading = [first.ranked[0], *found.rivals]
-    tied = [found.fit, *(fits.led_by(one.found, found.fit) for one in found.rivals)]
-    kept, words = held_out.kept(tied)
-    led = replace(found, rivals=tuple(leading[k] for k in kept[1:]))
-    if kept[0]:
-        fit = tied[kept[0]]
-        if confirmed(fits, fit) is not fit:
-            return found, ()
-        ranked = tuple(led_by(leading[kept[0]], first.ranked))
-        led = replace(led, fit=fit, rounds=(replace(first, ranked=ranked), *found.rounds[1:]))
-    return led, words
 
 
 def _with_first(first: Sequence[Ranked], named: Sequence[Ranked]) -> tuple[Ranked, ...]:

@@ -62,12 +62,6 @@ class HeldOut:
                     found[k] = j, 1 / max(gain.left, 1e-12)
         return found
 
-    def kept(self, fits: Sequence[Fit]) -> tuple[list[int], tuple[Fact, ...]]:
-        """Indices of the fits that are not refused, all where every one is, and the facts on the others."""
-        refused = self.refused(fits)
-        kept = [k for k in range(len(fits)) if k not in refused]
-        return (kept, in_words(fits, refused)) if kept else (list(range(len(fits))), ())
-
     def _within_errors(self, fit: Fit) -> Array:
         """(N, n) least force residual of a fit if its values may change by ``WITHIN`` standard errors, levels freely.
 
@@ -96,10 +90,13 @@ def is_preferred(gain: ForceGain, level: float) -> bool:
 def without_refused(search: Search, outcome: Outcome, held_out: HeldOut) -> tuple[Outcome, tuple[Fact, ...]]:
     """The outcome without the tied candidates that held-out data refuse, if not all, and the facts on these."""
     fits: list[Fit] = [outcome.final, *(search.led_by(r.found, outcome.final) for r in outcome.rivals)]
-    kept, words = held_out.kept(fits)
+    refused = held_out.refused(fits)
+    kept = [k for k in range(len(fits)) if k not in refused]
+    if not kept:
+        return outcome, ()
     rivals = [outcome.rivals[k - 1] for k in kept[1:]]
     left = outcome.with_final(search, fits[kept[0]], rivals) if kept[0] else replace(outcome, rivals=tuple(rivals))
-    return left, words
+    return left, in_words(fits, refused)
 
 
 def in_words(fits: Sequence[Fit], refused: Mapping[int, tuple[int, float]]) -> tuple[Fact, ...]:
