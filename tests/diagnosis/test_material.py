@@ -108,3 +108,21 @@ def test_the_option_reaches_the_diagnosis(
     option = [] if text is None else ["--material", text]
     result = stiction("diagnose", tmp_path / "spec.yaml", log.path, "-o", tmp_path / "out", *option)
     assert f"material is {share};" in result.err
+
+
+def test_none_says_what_is_left_where_it_is_structured() -> None:
+    """Of 11 % of the drive force, which the noise of the position hides in simulation, it said "no missing effect"."""
+    left = Remainder(2.0, 0.11, 0.3, {"speed": 0.28, "constant": 0.02})
+    said = statement_of("none", left, noise=1.1, far=0.0)
+    assert said.headline == (
+        "No missing effect found. A residual force of 11 % of the drive force is left that is more than noise: part of "
+        "it depends on the speed."
+    )
+    (following,) = said.of("next")
+    assert (
+        "hides" in following and "A log with less noise of the position, in which the speed varies more," in following
+    )
+    (spread,) = statement_of("none", SPREAD, noise=4.0).of("next")
+    assert "hides" not in spread and "or a longer one" in spread
+    for left in (SMALL, NOISE):
+        assert statement_of("none", left).headline == "No missing effect found."
