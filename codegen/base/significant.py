@@ -30,9 +30,14 @@ def significant_digits(value: float, interval: Sequence[float], most: int = MOST
 
 
 def with_deserved_digits(value: float, interval: Sequence[float]) -> str:
-    """The value as text with the digits of ``significant_digits``: at most four, if the ends then differ in print."""
-    alike = len(interval) == 2 and interval[0] < interval[1] and len({f"{end:.4g}" for end in interval}) == 1
-    return f"{value:.{significant_digits(value, interval, MOST if alike else 4)}g}"
+    """The value as text with the digits of ``significant_digits``: at most four, if the ends then differ in print.
+
+    Trailing zeros are kept where there is an interval, since they are digits that it supports.
+    """
+    is_wide = len(interval) == 2 and interval[0] < interval[1]
+    alike = is_wide and len({f"{end:.4g}" for end in interval}) == 1
+    text = f"{value:{'#' if is_wide else ''}.{significant_digits(value, interval, MOST if alike else 4)}g}"
+    return text.replace(".e", "e").removesuffix(".")
 
 
 def instant(time: float, period: float) -> str:

@@ -64,7 +64,7 @@ def test_an_ambiguous_verdict_says_what_would_tell() -> None:
 
     both = said(Separation(pairs, (motion,), motion, {}, 10.0))
     assert both.headline == "Something is missing, but this log cannot tell spring on x from viscous on rail."
-    assert both.of("values") == ("spring on x: k = 3 N/m (95 %: 2 to 4).", "viscous on rail: b = 2.123 N*s/m.")
+    assert both.of("values") == ("spring on x: k = 3.0 N/m (95 %: 2.0 to 4.0).", "viscous on rail: b = 2.123 N*s/m.")
     assert both.of("next") == (
         "To tell them apart, log another motion, chirp up and down (excitation.csv), and diagnose both logs "
         "together. The catalogue says: several speeds.",

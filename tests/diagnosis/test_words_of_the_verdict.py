@@ -150,7 +150,8 @@ def test_several_effects_are_named_in_the_headline_and_their_values_below():
     one = FoundEffect("viscous", "rail", {"b": 2.0}, {"b": "N*s/m"}, (("asymmetry", "rail"),), {"b": (1.9, 2.1)})
     said = statement_of("effect", effects=(SPRING, one))
     assert said.headline == "Missing effects: spring on x and viscous on rail."
-    assert said.of("values")[:2] == ("spring on x: k = 18 N/m.", "viscous on rail: b = 2 N*s/m (95 %: 1.9 to 2.1).")
+    spring, drag = "spring on x: k = 18 N/m.", "viscous on rail: b = 2.00 N*s/m (95 %: 1.90 to 2.10)."
+    assert said.of("values")[:2] == (spring, drag)
     assert "asymmetry on rail" in said.of("values")[2]
 
 

@@ -30,8 +30,9 @@ def test_two_digits_of_the_half_width(value: float, interval: tuple[float, ...],
 
 
 def test_no_more_digits_than_asked_for() -> None:
-    assert with_deserved_digits(3.39988123, (3.398, 3.402)) == "3.4"
+    assert with_deserved_digits(3.39988123, (3.398, 3.402)) == "3.400"
     assert with_deserved_digits(28.0, (28.0, 28.0)) == "28"
+    assert with_deserved_digits(130.0, (-6e3, 9e3)) == "1e+02"
     assert with_deserved_digits(28.123456, (float("nan"), float("nan"))) == "28.12"
     assert with_deserved_digits(0.0412345, (0.02, 0.06)) == "0.041"
     assert with_deserved_digits(0.0412345, ()) == "0.04123"
@@ -45,10 +46,10 @@ def test_an_interval_whose_ends_print_alike_has_more_digits() -> None:
     def words(error: ParameterError) -> str:
         return render("text/statement/declared_value.j2", part="words", e=error).strip()
 
-    shown = "The log gives m = 28.001 kg (95 %: 27.9978 to 28.0042); declared is 25 kg, 6 tolerances away."
+    shown = "The log gives m = 28.0010 kg (95 %: 27.9978 to 28.0042); declared is 25 kg, 6 tolerances away."
     assert words(found) == shown
     wider = replace(found, interval=(27.9, 28.1))
-    assert words(wider) == "The log gives m = 28 kg (95 %: 27.9 to 28.1); declared is 25 kg, 6 tolerances away."
+    assert words(wider) == "The log gives m = 28.00 kg (95 %: 27.90 to 28.10); declared is 25 kg, 6 tolerances away."
     assert ". m1, m2, m3 may be the cause" in words(replace(found, alike=("m1", "m2", "m3")))
     many = words(replace(found, alike=tuple(f"m{k}" for k in range(14))))
     assert ". m0, m1, m2 and 11 more (" in many and "m3" not in many
