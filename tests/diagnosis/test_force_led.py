@@ -287,14 +287,14 @@ def test_a_special_case_that_fits_as_well_takes_the_place_of_the_richer_law(
 
 ABOUT = "{place} + 0.15*sin(2*pi*t)"
 """At one frequency the changing part of a spring's force is that of a smaller mass."""
-SPRING = "[{kind: spring, on: x, parameters: {k: 10}}]"
+SOFT = "[{kind: spring, on: x, parameters: {k: 10}}]"
 
 
 def tied_about_one_place(folder: Path) -> tuple[ForceSelection, Measured]:
     """A constant force and a spring, fitted to a log of a spring about 0.3 m, and the errors about 0.6 m."""
 
     def logged(where: float, name: str) -> Log:
-        return jittered(log_of(stage(SPRING, 5.5, ABOUT.format(place=where)), folder, name), folder)
+        return jittered(log_of(stage(SOFT, 5.5, ABOUT.format(place=where)), folder, name), folder)
 
     motion, system = smooth_motion(log := logged(0.3, "train.csv")), system_of(stage())
     problem = Problem(system, motion, {s: 0.4 for s in system.values if s.name == "m"})
