@@ -106,11 +106,11 @@ def varying(problem: Problem, augmented: System, named: Sequence[FoundEffect], m
         if not rms(r[rows]) >= material * drive:
             continue
         slopes = {
-            k: [_unit(_slope(problem, augmented, residual, s)[:, i], rows) for s in symbols]
+            k: [of_unit_size(slope_of_residual(problem, augmented, residual, s)[:, i], rows) for s in symbols]
             for k, symbols in enumerate(known)
         }
         slopes = {k: [c for c in columns if c.any()] for k, columns in slopes.items()}
-        levels = [_unit(c, rows) for c in level_columns(augmented, motion, i).T]
+        levels = [of_unit_size(c, rows) for c in level_columns(augmented, motion, i).T]
         constant = [c[:, None] for c in (*levels, *(c for columns in slopes.values() for c in columns))]
         left = sqrt(max(0.0, 1 - fitted_share(r, rows, constant))) * rms(r[rows])
         over = variables_of(augmented, motion, residual, i)
@@ -177,7 +177,7 @@ def _symbols(system: System, named: Sequence[FoundEffect]) -> list[list[sympy.Sy
     return found
 
 
-def _slope(problem: Problem, model: System, residual: Array, symbol: sympy.Symbol) -> Array:
+def slope_of_residual(problem: Problem, model: System, residual: Array, symbol: sympy.Symbol) -> Array:
     """(N, n) slope of a model's residual force by a parameter, by a finite difference."""
     value = float(model.values[symbol])
     step = STEP * (abs(value) or 1.0)
@@ -185,7 +185,7 @@ def _slope(problem: Problem, model: System, residual: Array, symbol: sympy.Symbo
     return np.asarray((residual_at_drive(other, problem.motion) - residual) / step)
 
 
-def _unit(column: Array, rows: NDArray[np.bool_]) -> Array:
+def of_unit_size(column: Array, rows: NDArray[np.bool_]) -> Array:
     """A column over its RMS at the samples ``rows``; the ridge is that of columns near 1, in any unit."""
     size = rms(column[rows])
     return np.asarray(column / size) if size > 0 and np.isfinite(size) else np.zeros(len(column))

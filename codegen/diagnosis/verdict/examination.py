@@ -44,6 +44,7 @@ from codegen.diagnosis.verdict.against_regression import against_regression
 from codegen.diagnosis.verdict.answer import Answer, force_agrees, settled_by_free_runs, without_effects
 from codegen.diagnosis.verdict.harmonics import with_harmonics
 from codegen.diagnosis.verdict.held_out import HeldOut, without_refused
+from codegen.diagnosis.verdict.over_positions import over_positions
 from codegen.mechanics.system import System
 
 
@@ -224,6 +225,7 @@ def _judged(
         )
     level = takes_the_level(*models)
     against = against or against_regression(outcome.final, *models, found) or (f"it {level}" if level else "")
+    against = against or over_positions(problem, plain.refit, found)
     if against:
         return plain.unknown(found, not_accepted([against]))
     without_effect = with_values(system, without_it)

@@ -1,0 +1,89 @@
+"""A force over the positions of two axes, such as that of a rope to a fixed point, against effects on one of them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from codegen.base.arrays import Array
+from codegen.diagnosis.fit.residual import Problem
+from codegen.diagnosis.fit.signals import smooth_motion
+from codegen.diagnosis.results import FoundEffect
+from codegen.diagnosis.verdict.over_positions import over_positions
+from codegen.logs import Log
+from codegen.spec import Spec, parse_spec
+from tests.diagnosis.stage import log_of, system_of
+
+CROSS = """\
+name: cross
+coordinates:
+  x: {velocity: v, unit: m}
+  y: {velocity: u, unit: m}
+inputs:
+  w: {unit: N}
+  z: {unit: N}
+parameters:
+  m: {value: 2, unit: kg}
+mass_matrix: [[m, 0], [0, m]]
+force: [w, z]
+friction:
+  distribution: [[1, 0], [0, 1]]
+  contacts:
+    - {name: rail, law: coulomb, a: 4, unit: N}
+    - {name: beam, law: coulomb, a: 3, unit: N}
+simulation:
+  duration: 16
+  sample_time: 0.002
+  reference:
+    x: "0.2*sin(2*pi*0.23*t) + 0.06*sin(2*pi*0.71*t)"
+    y: "0.15*sin(2*pi*0.31*t + 1) + 0.07*sin(2*pi*0.57*t)"
+  position_gain: {w: 900, z: 900}
+  velocity_gain: {w: 30, z: 30}
+  encoder_step: {x: 2e-6, y: 2e-6}
+"""
+SPRING = FoundEffect("spring", "x", {"k": 20.0}, {"k": "N/m"})
+VISCOUS = FoundEffect("viscous", "rail", {"b": 8.0}, {"b": "N*s/m"})
+
+
+def cross() -> Spec:
+    return parse_spec(CROSS, Path("cross.yaml"))
+
+
+@pytest.fixture(scope="module")
+def log(tmp_path_factory: pytest.TempPathFactory) -> Log:
+    return log_of(cross(), tmp_path_factory.mktemp("log"), "train.csv")
+
+
+def judged(log: Log, force: Array, *named: FoundEffect) -> str:
+    """The objection to effects of a machine with this force (N, 2) in addition, which its inputs balance."""
+    system = system_of(cross())
+    motion = smooth_motion(replace(log, inputs=log.inputs - force))
+    return over_positions(Problem(system, motion, {}), system, named)
+
+
+def rope(x: Array) -> Array:
+    """A rope of 0.2 m to a point beside the motion, as a spring of 40 N/m."""
+    to = np.array([0.25, 0.3]) - x
+    length = np.linalg.norm(to, axis=1, keepdims=True)
+    return np.asarray(40.0 * np.maximum(0.0, 1 - 0.2 / length) * to)
+
+
+def test_a_rope_to_a_fixed_point_is_no_spring_on_one_axis(log: Log) -> None:
+    """On an arm it was named a weight or an offset on one joint, with a spring on another."""
+    words = judged(log, rope(log.positions), SPRING)
+    assert "over the positions of all coordinates" in words
+
+
+def test_true_effects_are_not_refused(log: Log) -> None:
+    x, speed = log.positions * [1, 0], np.gradient(log.positions, log.sample_time, axis=0) * [1, 0]
+    assert judged(log, -20.0 * x, SPRING) == ""
+    assert judged(log, -8.0 * speed, VISCOUS) == ""
+    assert judged(log, -20.0 * x - 8.0 * speed, SPRING, VISCOUS) == ""
+
+
+def test_a_true_effect_beside_a_larger_force_over_positions_is_not_refused(log: Log) -> None:
+    speed = np.gradient(log.positions, log.sample_time, axis=0) * [1, 0]
+    assert judged(log, 3 * rope(log.positions) - 8.0 * speed, VISCOUS) == ""
