@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
-from math import inf, isfinite, sqrt
+from math import inf, isfinite, isnan, sqrt
 from typing import Any, Literal, get_args
 
 from codegen.base.result import Shown, named, plain
@@ -22,7 +22,7 @@ LEAST_CORRELATION = 0.95
 """Correlation of two friction estimates below which their agreement is ``poor``."""
 CLOSE_DIFFERENCE, FAIR_DIFFERENCE = 0.1, 0.25
 """Largest relative differences of two friction estimates that count as ``close`` and ``fair``."""
-Nature = Literal["immaterial", "noise", "structured"]
+Nature = Literal["not judged", "immaterial", "noise", "structured"]
 """Nature of a remainder: too small to matter, predicted by neither motion nor time, or predicted by these."""
 Term = Literal["force", "friction level", "inertia", "viscous friction"]
 """A term of the force balance whose coefficient may change in time."""
@@ -262,7 +262,9 @@ class Remainder:
 
     def nature(self, limit: float) -> Nature:
         """Its nature, where a force below the share ``limit`` of the drive force is immaterial."""
-        if not self.share >= limit:
+        if isnan(self.share):  # too few samples
+            return "not judged"
+        if self.share < limit:
             return "immaterial"
         return "structured" if self.material >= limit else "noise"
 

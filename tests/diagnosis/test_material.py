@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from inspect import signature
+from math import nan
 from pathlib import Path
 from typing import Any
 
@@ -77,6 +78,7 @@ def test_an_ambiguous_verdict_says_what_would_tell() -> None:
 
 def test_another_limit_makes_another_nature() -> None:
     assert [SHAPED.nature(limit) for limit in (0.02, 0.049, 0.06)] == ["structured", "noise", "immaterial"]
+    assert replace(SHAPED, rms=nan, share=nan).nature(0.02) == "not judged"  # few samples: it was said to be immaterial
     assert "depends on the load" in words(SMALL, material=0.005)
 
 
