@@ -79,7 +79,6 @@ def _raised(factor: Fraction, power: Fraction) -> Fraction:
 
 NONE = Dimension({})
 """Dimension of a pure number or an angle."""
-ONE = SiUnit(Fraction(1), NONE)
 _TWO_PI = Fraction("6.28318530717958647692528676655900576839433879875021164")
 _BASE = {
     "m": SiUnit(Fraction(1), Dimension({M: 1})),
