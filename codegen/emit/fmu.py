@@ -22,8 +22,7 @@ from codegen.base.resources import resource_folder
 from codegen.base.text import render
 from codegen.base.version import VERSION
 from codegen.program import Program
-from codegen.spec.si_units import KG, A, K, M, S
-from codegen.spec.units import parse_unit
+from codegen.spec.units import base_units
 
 VERSIONS = ("3.0", "2.0")
 LONGEST_HEAD = 4096
@@ -139,8 +138,16 @@ def _zip(members: Mapping[str, bytes]) -> bytes:
 
 PERIOD = "sample_time"
 TIME, FAULT = "time", "fault"
-_SI = {KG: "kg", M: "m", S: "s", A: "A", K: "K", "rad": "rad"}
-"""Base quantity of a unit, or its angle → the name in FMI."""
+_SI = {
+    "kilogram": "kg",
+    "meter": "m",
+    "second": "s",
+    "ampere": "A",
+    "kelvin": "K",
+    "mole": "mol",
+    "candela": "cd",
+    "radian": "rad",
+}
 
 
 @dataclass(frozen=True)
@@ -200,10 +207,10 @@ def variables_of(program: Program) -> tuple[Variable, ...]:
 def _exponents(unit: str) -> list[tuple[str, int]]:
     """SI base unit → its integer exponent in a unit; empty for a unit that has no such form."""
     try:
-        found = parse_unit(unit, Place(unit))
+        exponents = base_units(unit, Place(unit))
     except BadInput:
         return []
-    powers = {**dict(found.dimension.powers), "rad": found.angle}
-    if any(power.denominator > 1 for power in powers.values()):
+    powers = {_SI.get(base, ""): power for base, power in exponents.items()}
+    if "" in powers or any(float(p) != int(p) for p in powers.values()):
         return []
-    return [(base, int(powers[quantity])) for quantity, base in _SI.items() if powers.get(quantity)]
+    return [(base, int(powers[base])) for base in _SI.values() if powers.get(base)]

@@ -27,6 +27,7 @@ from codegen.spec.model import Spec
 from codegen.spec.quantity import refuse_other_unit
 from codegen.spec.units import (
     describe,
+    dimension,
     has_two_meanings,
     is_rare_word,
     is_unit,
@@ -433,7 +434,7 @@ class _Search:
         if symbol in about.units:
             unit = about.units[symbol]
             if not same_dimension(unit, own, place):
-                found = f"unit {unit}, of {describe(parse_unit(unit, place).dimension)}"
+                found = f"unit {unit}, of {describe(dimension(parse_unit(unit, place)))}"
                 size = f"the size of one count in {own}" if "count" in unit.lower() else f"what one {unit} is in {own}"
                 expected = f"a unit of {symbol}, which is in {own}; or in its place `scale: {{{symbol}: SIZE}}`, {size}"
                 raise BadInput(place, found, expected, code="LOG012")

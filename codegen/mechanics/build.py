@@ -21,7 +21,7 @@ from codegen.mechanics.system import Matrix, System
 from codegen.spec.expression import decimal_of
 from codegen.spec.model import Spec, symbol
 from codegen.spec.numerics import numerical
-from codegen.spec.units import coherent_name, parse_unit
+from codegen.spec.units import coherent_name, dimension, parse_unit
 
 SAMPLES = 400
 """Random points of the envelope at which M(x) is checked."""
@@ -169,8 +169,8 @@ def _refuse_negative_masses(system: System, spec: Spec) -> None:
         place, s = spec.place(f"parameters.{p.name}"), symbol(p.name)
         if not p.value < 0 or s not in system.mass_matrix.free_symbols:
             continue
-        of = parse_unit(p.unit, place).dimension
-        kind = next((word for unit, word in MASSES.items() if of == parse_unit(unit, place).dimension), "")
+        of = dimension(parse_unit(p.unit, place))
+        kind = next((word for unit, word in MASSES.items() if of == dimension(parse_unit(unit, place))), "")
         diagonal = system.mass_matrix.diagonal()
         if kind == "mass" or (kind and any(sympy.diff(entry, s).is_positive for entry in diagonal)):
             words = f"a {kind} of {float(p.declared):g} {p.unit}"

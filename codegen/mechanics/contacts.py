@@ -11,7 +11,7 @@ from codegen.friction import ALSO_CALLED, LAWS, FrictionLaw, LawParameter
 from codegen.mechanics.system import ContactFriction, Matrix
 from codegen.spec.model import Contact, Spec, symbol
 from codegen.spec.quantity import refuse_other_unit
-from codegen.spec.units import parse_unit
+from codegen.spec.units import dimension, parse_unit
 
 Values = dict[sympy.Symbol, Any]
 """Parameter symbol → exact value."""
@@ -114,7 +114,7 @@ def _slip_unit(spec: Spec, distribution: Matrix, index: int, contact: Contact) -
         )
     if contact.sliding is not None:
         place = spec.place(f"friction.contacts[{index}].unit")
-        return "m" if parse_unit(contact.unit, place).dimension == parse_unit("N", place).dimension else "rad"
+        return "m" if dimension(parse_unit(contact.unit, place)) == dimension(parse_unit("N", place)) else "rad"
     return spec.coordinates[touched[0]].unit
 
 

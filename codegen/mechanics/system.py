@@ -17,7 +17,7 @@ from codegen.mechanics.compact import compact
 from codegen.mechanics.transmission import Transmission
 from codegen.spec.functions import Magnitude, Sgn
 from codegen.spec.model import symbol
-from codegen.spec.units import parse_unit
+from codegen.spec.units import dimension, parse_unit
 
 if TYPE_CHECKING:
     Matrix = Any  # SymPy has no types
@@ -242,7 +242,7 @@ class System:
         usual = "N" if self.position_units[coordinate] == "m" else "N*m"
         for k, contact in enumerate(self.contacts):
             if abs(self.distribution[coordinate, k]) == 1:
-                own, theirs = (parse_unit(unit, Place("")).dimension for unit in (contact.unit, usual))
+                own, theirs = (dimension(parse_unit(unit, Place(""))) for unit in (contact.unit, usual))
                 return usual if own == theirs else contact.unit
         return usual
 

@@ -6,7 +6,7 @@ import re
 
 from codegen.base.errors import BadInput, Place
 from codegen.spec.model import Spec
-from codegen.spec.units import has_two_meanings, is_unit, parse_unit, same_dimension, si_factor
+from codegen.spec.units import base_units, has_two_meanings, is_unit, parse_unit, same_dimension, si_factor
 
 LONGEST_UNIT = 24
 """Most letters of a unit."""
@@ -26,6 +26,10 @@ _IN_CAMEL_CASE = re.compile(r".*[a-z0-9_](Deg|Degrees|RPM|Rpm)")
 """Those that end a name such as ``motorRPM``."""
 AMBIGUOUS = ("grad",)
 """Degrees in German, gons elsewhere, and with a capital G a billion radians."""
+_WORDS = frozenset(
+    ["act", "acc", "chain", "dot", "dt", "fb", "hand", "link", "mass", "mid", "pin", "point", "pole", "rod", "tau"]
+)
+"""Words for parts and signals of a machine that are also rare units: ``x (link)`` is not in links of a chain."""
 ALSO_WORDS = frozenset(["dyn", "foot", "feet"])
 """Units that as words in brackets may be meant otherwise: a force may be the dynamic one, a position that of a foot."""
 _LETTERS = "msghAVNKWJHT"
@@ -65,8 +69,8 @@ def may_be_unit(text: str) -> bool:
     """Whether a text is a unit, per cent, or a unit that is refused since it has several meanings, ``1/min``."""
     if text.lower() in ("%", *AMBIGUOUS):
         return True
-    letter = text.isalpha() and len(text) == 1 and text not in _LETTERS
-    return not letter and (is_unit(text) or has_two_meanings(text))
+    name = text.lower() in _WORDS or (text.isalpha() and len(text) == 1 and text not in _LETTERS)
+    return not name and (is_unit(text) or has_two_meanings(text))
 
 
 def in_usual_case(unit: str) -> str:
@@ -111,4 +115,4 @@ def is_convertible(unit: str, own: str) -> bool:
     place = Place("")
     if unit.lower() in AMBIGUOUS or not is_unit(unit) or not same_dimension(unit, own, place):
         return False
-    return "rad" not in own or unit in ("1/s", "s^-1") or parse_unit(unit, place).angle == parse_unit(own, place).angle
+    return "rad" not in own or unit in ("1/s", "s^-1") or base_units(unit, place) == base_units(own, place)

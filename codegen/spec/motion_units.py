@@ -16,7 +16,7 @@ from codegen.spec.model import Coordinate, Input
 from codegen.spec.motion import Body, position_name, rate_name
 from codegen.spec.schema import SpecDocument
 from codegen.spec.si_units import Dimension
-from codegen.spec.units import describe, dimension_of, parse_unit
+from codegen.spec.units import describe, dimension, dimension_of, parse_unit
 
 Entries = list[list[Expression]]
 Term = tuple[str, Place, Any]
@@ -38,19 +38,19 @@ class Units:
     ) -> None:
         self.place = place
         self.second, self.metre, self.kilogram, self.energy, self.number = (
-            parse_unit(text, place("name")).dimension for text in ("s", "m", "kg", "J", "1")
+            dimension(parse_unit(text, place("name"))) for text in ("s", "m", "kg", "J", "1")
         )
-        self.coordinates = [parse_unit(c.unit, place(f"coordinates.{c.name}.unit")).dimension for c in coordinates]
+        self.coordinates = [dimension(parse_unit(c.unit, place(f"coordinates.{c.name}.unit"))) for c in coordinates]
         self._velocities = [c.velocity for c in coordinates]
         self.names: dict[str, Dimension] = {}
         for c, of in zip(coordinates, self.coordinates, strict=True):
             self.names |= {c.name: of, c.velocity: of / self.second}
         for name, p in document.parameters.items():
-            self.names[name] = parse_unit(p.unit, place(f"parameters.{name}.unit")).dimension
+            self.names[name] = dimension(parse_unit(p.unit, place(f"parameters.{name}.unit")))
         for i in inputs:
-            self.names[i.name] = parse_unit(i.unit, place(f"inputs.{i.name}.unit")).dimension
+            self.names[i.name] = dimension(parse_unit(i.unit, place(f"inputs.{i.name}.unit")))
         self.contacts = [
-            parse_unit(c.unit, place(f"friction.contacts[{k}].unit")).dimension
+            dimension(parse_unit(c.unit, place(f"friction.contacts[{k}].unit")))
             for k, c in enumerate(document.friction.contacts)
         ]
 

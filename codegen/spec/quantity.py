@@ -11,7 +11,7 @@ import sympy
 from codegen.base.errors import BadInput, Faults, Place
 from codegen.base.user_text import shown
 from codegen.spec.expression import exact_number, parse_expression, printed
-from codegen.spec.units import describe, parse_unit, same_dimension, si_factor
+from codegen.spec.units import describe, dimension, parse_unit, same_dimension, si_factor
 
 _WITH_UNIT = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(?![dD][-+]?\d+\s*$)([^\W\d_].*|1/.*)")
 """A number and a unit; ``d-6`` is none, but the exponent of a Fortran program."""
@@ -75,7 +75,7 @@ def refuse_other_unit(given: str, unit: str, found: str, place: Place) -> None:
         found: what is in the spec, for the message.
     """
     if given and not same_dimension(given, unit, place):
-        found = f"{found}, in {describe(parse_unit(given, place).dimension)}"
+        found = f"{found}, in {describe(dimension(parse_unit(given, place)))}"
         expected = f"a number in {unit}, or a number with another unit of the same quantity"
         raise BadInput(place, found, expected, code="SPEC014")
 

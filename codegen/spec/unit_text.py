@@ -1,6 +1,7 @@
 """Normalisation of the text of a unit: ASCII factors joined by * and /, powers after ^.
 
-All other modules use the normalised form, ``N*m`` for ``Nm``.
+pint misreads some spellings: ``Nm`` as number metric (yarn count), ``Pas`` as several pascals, ``ftlb`` as a femto troy
+pound. All other modules use the normalised form, ``N*m``.
 """
 
 from __future__ import annotations

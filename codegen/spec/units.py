@@ -1,4 +1,4 @@
-"""Units: conversion of values to SI, and dimensions of expressions.
+"""Units: conversion of values to SI, and dimensions of expressions. Units unknown to ``si_units`` are read by pint.
 
 All computations are in coherent SI units. A parameter may have any unit and is converted; coordinates and inputs are
 declared in SI, since generated code does not convert them.
@@ -11,7 +11,7 @@ import re
 from collections.abc import Mapping
 from fractions import Fraction
 from functools import cache, lru_cache, partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import sympy
 
@@ -20,6 +20,9 @@ from codegen.spec.expression import Algebra, Expression, combine_numbers, evalua
 from codegen.spec.functions import FUNCTIONS
 from codegen.spec.si_units import NONE, Dimension, SiUnit, si_unit
 from codegen.spec.unit_text import Unreadable, spelled, with_plain_signs
+
+if TYPE_CHECKING:
+    import pint
 
 _WRITTEN = re.compile(r"(?!.*(/\*|\*/|//))[A-Za-z0-9µμΩ\u2126Å\u212bℓΔ⁰¹²³⁴-⁹*/^_ .()-]*")
 """Characters of a unit, which generated files print in comments."""
@@ -35,6 +38,11 @@ _SYMBOLS = (
     *("watt", "hertz"),
 )
 """Symbols that a misspelt factor of a unit is compared with, for the suggestion in the message."""
+_DEFINED = (
+    *("@alias turn = rev", "@alias revolutions_per_minute = RPM", "@alias pound = lbm", "@alias kilogram_force = kp"),
+    *("@alias force_pound = lb_f", "@alias force_ounce = oz_f"),
+)
+"""Further names of units, in pint's notation."""
 _NO_FORCE = r"(?!\s*(?:\^|\*\*|/\s*\(?s\b))"
 """Neither an inertia (kg*cm^2) nor a force (kg*cm/s^2) may follow."""
 _TWO_MEANINGS = (
@@ -54,10 +62,23 @@ _TWO_MEANINGS = (
     (rf"\bg\*cm\b{_NO_FORCE}|\bcm\*g\b", "a torque or a mass times a length", "gf*cm"),
     (rf"\bkg-m\b{_NO_FORCE}|\bm-kg\b", "a torque or a mass times a length", "kgf*m"),
 )
-"""Units that data sheets use in two senses: pattern, the two meanings, a name that has only one.
+"""Units that data sheets use in another sense than pint: pattern, the two meanings, a name that has only one.
 
 Hyphens have become * before, except in kg-m: data sheets write a torque so, and formulas a first moment kg*m.
 """
+_HIGHEST_POWER = 20
+"""Highest power of a unit."""
+
+
+@cache
+def registry() -> pint.UnitRegistry[Any]:
+    """The unit registry of pint, whose factors are exact fractions, with pi to fifty digits."""
+    import pint  # imported here, since it takes most of a second and few specs need it
+
+    made: pint.UnitRegistry[Any] = pint.UnitRegistry(non_int_type=Fraction, autoconvert_offset_to_baseunit=False)
+    for definition in _DEFINED:
+        made.define(definition)
+    return made
 
 
 def is_written(text: str) -> bool:
@@ -65,8 +86,30 @@ def is_written(text: str) -> bool:
     return len(text) <= 200 and _WRITTEN.fullmatch(text) is not None
 
 
-def parse_unit(text: str, place: Place) -> SiUnit:
-    """A unit from its text.
+@cache
+def _parse(text: str) -> Any:
+    """A pint unit from a text in the normalised form of ``spelled``.
+
+    Raises:
+        ValueError: for an unknown name, a high power, or an offset, as degC has.
+    """
+    from tokenize import TokenError
+
+    from pint import PintError
+
+    malformed = (ArithmeticError, AssertionError, AttributeError, LookupError, SyntaxError, TypeError, TokenError)
+    try:
+        unit = registry().parse_units(text)
+        high = any(abs(power) > _HIGHEST_POWER for _, power in registry().Quantity(1, unit).unit_items())
+        if high or registry().Quantity(0, unit).to_base_units().magnitude != 0:
+            raise ValueError(text)
+    except (PintError, *malformed) as error:  # exceptions that pint lets through for malformed text
+        raise ValueError(text) from error
+    return unit
+
+
+def parse_unit(text: str, place: Place) -> SiUnit | Any:
+    """A unit from its text: an SiUnit, or pint's.
 
     Raises:
         BadInput: for a text that is no unit, an ambiguous unit, or one with an offset (degC).
@@ -78,7 +121,7 @@ def parse_unit(text: str, place: Place) -> SiUnit:
 
 
 @lru_cache(maxsize=1024)
-def _unit(text: str) -> SiUnit:
+def _unit(text: str) -> SiUnit | Any:
     """As ``parse_unit``, without a place; cached, since a spec uses few units, each many times."""
 
     def refused(found: str, expected: str, nearest: str | None) -> BadInput:
@@ -88,15 +131,18 @@ def _unit(text: str) -> SiUnit:
         plain = spelled(text)
     except Unreadable as error:
         raise refused("", error.expected, error.meant or nearest_name(text, _USUAL)) from None
-    if found := _ambiguous(text, plain):
-        pattern, meanings, meant, written = found
-        clear, whole = inertia_for(meant), re.sub(pattern, meant, written)
-        expected = "an unambiguous unit" + (f": {meant} for a torque, {clear} for an inertia" if clear else "")
-        raise refused(f", {meanings}", expected, whole if si_unit(whole) else meant)
-    unit = si_unit(plain)
-    if unit is None:
-        raise refused("", "a unit such as N*m, kg*m^2 or 1", _nearest_unit(plain) or nearest_name(text, _USUAL))
-    return unit
+    signs = with_plain_signs(text)
+    for pattern, meanings, meant in _TWO_MEANINGS:
+        if re.search(pattern, plain) or re.search(pattern, signs):
+            clear = inertia_for(meant)
+            expected = "an unambiguous unit" + (f": {meant} for a torque, {clear} for an inertia" if clear else "")
+            whole = re.sub(pattern, meant, plain if re.search(pattern, plain) else signs)
+            raise refused(f", {meanings}", expected, whole if _is_unit(whole) else meant)
+    try:
+        return si_unit(plain) or _parse(plain)
+    except ValueError:
+        nearest = _nearest_unit(plain) or nearest_name(text, _USUAL)
+        raise refused("", "a unit such as N*m, kg*m^2 or 1", nearest) from None
 
 
 def _nearest_unit(plain: str) -> str | None:
@@ -107,10 +153,17 @@ def _nearest_unit(plain: str) -> str | None:
     """
 
     def corrected(factor: re.Match[str]) -> str:
-        return factor[0] if si_unit(factor[0]) else nearest_name(factor[0], _SYMBOLS) or factor[0]
+        return factor[0] if _is_unit(factor[0]) else nearest_name(factor[0], _SYMBOLS) or factor[0]
 
     meant = re.sub(r"[A-Za-z_]\w*", corrected, plain)
-    return meant if meant != plain and si_unit(meant) else None
+    return meant if meant != plain and _is_unit(meant) else None
+
+
+def _is_unit(plain: str) -> bool:
+    try:
+        return si_unit(plain) is not None or _parse(plain) is not None
+    except ValueError:
+        return False
 
 
 def inertia_for(torque: str | None) -> str | None:
@@ -129,20 +182,27 @@ def unit_name(text: str, place: Place) -> str:
     return spelled(str(text))
 
 
+def dimension(unit: Any) -> Dimension:
+    """The dimension of a unit that ``parse_unit`` gave."""
+    if isinstance(unit, SiUnit):
+        return unit.dimension
+    return Dimension({name: Fraction(power) for name, power in registry().Quantity(1, unit).dimensionality.items()})
+
+
 def same_dimension(one: str, other: str, place: Place) -> bool:
     """Whether two units are of one dimension.
 
     Raises:
         BadInput: as ``parse_unit``.
     """
-    return parse_unit(one, place).dimension == parse_unit(other, place).dimension
+    return dimension(parse_unit(one, place)) == dimension(parse_unit(other, place))
 
 
 @lru_cache(maxsize=1 << 15)
 def is_unit(text: str) -> bool:
     """Whether a text is a unit that can be read; asked of each word of a log's names, each time anew."""
     try:
-        return si_unit(spelled(text)) is not None and not has_two_meanings(text)
+        return _is_unit(spelled(text)) and not has_two_meanings(text)
     except Unreadable:
         return False
 
@@ -154,16 +214,12 @@ def is_rare_word(text: str) -> bool:
 
 def has_two_meanings(text: str) -> bool:
     """Whether a text is refused as a unit since data sheets use it in two senses."""
+    signs = with_plain_signs(text)
     try:
-        return _ambiguous(text, spelled(text)) is not None
+        plain = spelled(text)
     except Unreadable:
         return False
-
-
-def _ambiguous(text: str, plain: str) -> tuple[str, str, str, str] | None:
-    """The first row of ``_TWO_MEANINGS`` that a unit matches, and the form in which it does; None for none."""
-    forms = plain, with_plain_signs(text)
-    return next(((*row, form) for row in _TWO_MEANINGS for form in forms if re.search(row[0], form)), None)
+    return any(re.search(pattern, plain) or re.search(pattern, signs) for pattern, _, _ in _TWO_MEANINGS)
 
 
 def si_factor(text: str, place: Place) -> sympy.Rational:
@@ -174,8 +230,14 @@ def si_factor(text: str, place: Place) -> sympy.Rational:
     Raises:
         BadInput: as ``parse_unit``.
     """
-    factor = parse_unit(text, place).factor
-    return sympy.Rational(factor.numerator, factor.denominator)
+    unit = parse_unit(text, place)
+    if isinstance(unit, SiUnit):
+        return sympy.Rational(unit.factor.numerator, unit.factor.denominator)
+    factor = sympy.S.One
+    for name, power in registry().Quantity(1, unit).unit_items():
+        one = registry().Quantity(1, name).to_base_units().magnitude
+        factor *= sympy.Rational(one) ** sympy.Rational(power)  # pint takes roots in floating point
+    return factor if factor.is_Rational else sympy.Rational(str(factor.evalf(50)))
 
 
 def require_coherent(text: str, place: Place, remedy: str) -> None:
@@ -197,12 +259,24 @@ def coherent_name(text: str, place: Place) -> str:
     if si_factor(text, place) == 1:
         return unit_name(text, place)
     unit = parse_unit(text, place)
-    name, turns = "1" if unit.dimension == NONE else describe(unit.dimension), unit.angle
+    wanted = dimension(unit)
+    name = "1" if wanted == NONE else describe(wanted)
+    turns = base_units(text, place).get("radian", 0) if "rad" in text or not isinstance(unit, SiUnit) else 0
     if turns and name == "N*m/A":
         name = "V*s"  # a back-EMF constant, in V*s/rad
     if turns == 1:
         return "rad" + name[1:] if name.split("/")[0] == "1" else f"rad*{name}"
-    return name + ("" if not turns else "/rad" if turns == -1 else f"*rad^{turns}")
+    return name + {0: "", -1: "/rad"}.get(turns, f"*rad^{turns}")
+
+
+def base_units(text: str, place: Place) -> Mapping[str, Any]:
+    """Base unit, by pint's name → exponent, including the radian, which has no dimension.
+
+    Raises:
+        BadInput: as ``parse_unit``.
+    """
+    parse_unit(text, place)
+    return dict(registry().Quantity(1, _parse(spelled(text))).to_base_units().unit_items())
 
 
 def dimension_of(expression: Expression, dimensions: Mapping[str, Dimension]) -> Dimension | None:
@@ -236,7 +310,7 @@ def describe(d: Dimension | None) -> str:
 @cache
 def _known_units() -> dict[Dimension, str]:
     """Dimension → its usual unit, the first of ``_USUAL``."""
-    return {parse_unit(name, Place("")).dimension: name for name in reversed(_USUAL)}
+    return {dimension(parse_unit(name, Place(""))): name for name in reversed(_USUAL)}
 
 
 def _of_function(name: str, argument: Any, whole: Expression, node: ast.Call) -> Any:

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import pint
 import pytest
 
 from codegen.base.errors import Place
 from codegen.mechanics import build_system
 from codegen.spec import parse_spec
-from codegen.spec.units import coherent_name
+from codegen.spec.units import coherent_name, registry
 
 TEXT = """
 name: joint
@@ -32,12 +31,12 @@ friction:
     [("g*cm^2", "mN*m/A"), ("kg*m^2", "N*m/A"), ("kg*cm^2", "ozf*inch/A"), ("lb*inch^2", "N*cm/A")],
 )
 def test_the_unit_of_a_converted_parameter_is_that_of_its_value(inertia: str, torque: str) -> None:
-    spec, units = parse_spec(TEXT.format(inertia=inertia, torque=torque), Path("joint.yaml")), pint.UnitRegistry()
+    spec = parse_spec(TEXT.format(inertia=inertia, torque=torque), Path("joint.yaml"))
     system = build_system(spec)
     for parameter in spec.parameters:
         s = spec.symbol(parameter.name)
-        declared = units.Quantity(float(parameter.declared), parameter.unit)
-        labelled = units.Quantity(float(system.values[s]), system.units[s])
+        declared = registry().Quantity(float(parameter.declared), parameter.unit)
+        labelled = registry().Quantity(float(system.values[s]), system.units[s])
         assert labelled.to_base_units().magnitude == pytest.approx(declared.to_base_units().magnitude, rel=1e-12)
 
 

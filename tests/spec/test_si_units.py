@@ -1,18 +1,17 @@
-"""The table of units against another library's, pint, which took most of a second to load for each spec."""
+"""The units that are known without pint, against pint's own reading of them."""
 
 from __future__ import annotations
 
 from fractions import Fraction
 from itertools import product
 
-import pint
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from codegen.base.errors import Place
 from codegen.spec.si_units import UNITS, Dimension, si_unit
-from codegen.spec.units import si_factor
+from codegen.spec.units import registry, si_factor
 
 FORMS = [
     *("{a}*{b}", "{a}/{b}", "{a}/({b}*{c})", "{a}^2*{b}", "{a}*{b}/{c}^-3", "1/{a}", "({a}*{b})/{c}", "{a}/{b}/{c}"),
@@ -20,25 +19,18 @@ FORMS = [
 ]
 
 
-PINT: pint.UnitRegistry[Fraction] = pint.UnitRegistry(non_int_type=Fraction)
-for alias in ("turn = rev", "revolutions_per_minute = RPM", "pound = lbm", "kilogram_force = kp"):
-    PINT.define(f"@alias {alias}")
-for alias in ("force_pound = lb_f", "force_ounce = oz_f"):
-    PINT.define(f"@alias {alias}")
-DIGITS = Fraction(1, 10**47)
+def by_pint(text: str) -> tuple[Fraction, Dimension]:
+    quantity = registry().Quantity(1, registry().parse_units(text)).to_base_units()
+    return Fraction(quantity.magnitude), Dimension({k: Fraction(p) for k, p in quantity.dimensionality.items()})
 
 
 def agrees(text: str) -> None:
-    """The factor to the digits of pi that pint has, the dimension, and the power of the radian."""
     found = si_unit(text)
     assert found is not None, text
-    quantity = PINT.Quantity(1, PINT.parse_units(text)).to_base_units()
-    assert abs(found.factor / Fraction(quantity.magnitude) - 1) < DIGITS, text
-    assert found.dimension == Dimension({k: Fraction(p) for k, p in quantity.dimensionality.items()}), text
-    assert found.angle == dict(quantity.unit_items()).get("radian", 0), text
+    assert (found.factor, found.dimension) == by_pint(text), text
 
 
-@pytest.mark.parametrize("name", sorted(UNITS))
+@pytest.mark.parametrize("name", UNITS)
 def test_a_unit_is_pints(name: str) -> None:
     agrees(name)
 
@@ -54,27 +46,23 @@ def test_a_product_of_units_is_pints(form: str, a: str, b: str, c: str) -> None:
         "",
         "m*",
         "*m",
+        "m m",
         "(m",
         "m)",
         "m^",
-        "m^21",
-        "deg C2",
+        "m^12",
+        "m^(1/2)",
+        "deg",
         "furlong",
         "m2",
         "m//s",
         "True",
         "-m",
-        "((km^20)^20)^20",
-        "pi",
+        "m**2.5",
     ],
 )
-def test_anything_else_is_no_unit(text: str) -> None:
+def test_anything_else_is_left_to_pint(text: str) -> None:
     assert si_unit(text) is None
-
-
-@pytest.mark.parametrize("text", ["N m", "kg m^2", "m^(1/2)", "newtons", "degrees/s", "rad/(N m)"])
-def test_other_ways_to_write_a_product_or_a_power_are_pints_too(text: str) -> None:
-    agrees(text)
 
 
 def test_dimensions_multiply_as_exponents_add() -> None:

@@ -172,7 +172,7 @@ def test_a_spec_with_this_unit_is_certified(unit: str) -> None:
 
 
 def test_the_rotor_of_a_data_sheet_is_certified() -> None:
-    """33.5 g*cm^2: a factor in floating point, 1.0000000000000001e-07, made it 3.3500000000000003e-06 kg*m^2."""
+    """33.5 g*cm^2: the float factor of pint, 1.0000000000000001e-07, made it 3.3500000000000003e-06 kg*m^2."""
     text = """
 name: rotor
 coordinates: {q: {velocity: om, unit: rad}}
