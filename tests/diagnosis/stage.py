@@ -7,6 +7,8 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from unittest.mock import patch
 
+import pytest
+
 from codegen.diagnosis.diagnose import Models, diagnose_log
 from codegen.diagnosis.fit.search import Search
 from codegen.diagnosis.fit.trial import Part
@@ -21,6 +23,7 @@ from codegen.simulate.closed_loop import simulate
 from codegen.simulate.loop_run import write_log
 from codegen.simulate.plant import LONGEST_SUBSTEP
 from codegen.spec import Spec, parse_spec
+from tests.slow_cases import slow_except
 
 STAGE = """\
 # a stage
@@ -129,3 +132,10 @@ def among(*kinds: str) -> Iterator[None]:
         for asking in (forward_selection, pairs, replacement, parsimony, force_fits):
             patched.enter_context(patch.object(asking, "every_part", few))
         yield
+
+
+def competing(*kinds: str) -> pytest.MarkDecorator:
+    """The argument ``kinds`` of a test, for ``among``: these in `make test`, all in check-all."""
+    return pytest.mark.parametrize(
+        "kinds", slow_except([(), kinds], [kinds]), ids=lambda kinds: "few" if kinds else "all"
+    )

@@ -15,7 +15,7 @@ from codegen.diagnosis.results import Diagnosis
 from codegen.effects import CATALOGUE
 from codegen.effects.register import load_effects
 from codegen.spec import Spec, parse_spec
-from tests.diagnosis.stage import STAGE, TEST, TRAIN, among, diagnosed, log_of, stage, system_of
+from tests.diagnosis.stage import STAGE, TEST, TRAIN, among, competing, diagnosed, log_of, stage, system_of
 from tests.expected_errors import refused
 from tests.slow_cases import slow_except
 
@@ -89,10 +89,7 @@ def test_only_a_wrong_level_is_no_effect(tmp_path: Path) -> None:
     assert diagnosis.refit.force_rms < diagnosis.declared.force_rms
 
 
-OF_TIME = ("friction_drift", "offset", "spring", "cogging", "input_gain", "viscous")
-
-
-@pytest.mark.parametrize("kinds", slow_except([ALL, OF_TIME], [OF_TIME]))
+@competing("friction_drift", "offset", "spring", "cogging", "input_gain", "viscous")
 def test_a_force_that_is_no_effect_of_the_catalogue_is_unknown_and_not_nothing(
     kinds: tuple[str, ...], tmp_path: Path
 ) -> None:

@@ -27,9 +27,8 @@ from codegen.logs import Log
 from codegen.spec import Spec, parse_spec
 from tests.diagnosis.stage import TEST as TEST_STAGE
 from tests.diagnosis.stage import TRAIN as TRAIN_STAGE
-from tests.diagnosis.stage import among, log_of, stage, system_of
+from tests.diagnosis.stage import among, competing, log_of, stage, system_of
 from tests.diagnosis.test_adoption import loose
-from tests.slow_cases import slow_except
 
 CRANK = """\
 name: crank
@@ -70,8 +69,6 @@ def logs(piston: float, folder: Path, effects: str = "") -> tuple[Log, Log]:
 
 
 FEW = ("inertia_error", "viscous", "spring", "cogging")
-OF_ANGLE = ("inertia_error", "viscous", "spring")
-ALL: tuple[str, ...] = ()
 MASS = "m = 2.6 kg in place of the declared 2 kg"
 
 
@@ -128,7 +125,7 @@ def test_a_refit_without_limits_is_repeated_until_it_has_converged(tmp_path: Pat
     assert segment_cost(fit.residual) < 1.1 * segment_cost(from_truth.residual)
 
 
-@pytest.mark.parametrize("kinds", slow_except([ALL, OF_ANGLE], [OF_ANGLE]))
+@competing("inertia_error", "viscous", "spring")
 def test_an_effect_beside_a_parameter_error_is_named(tmp_path: Path, kinds: tuple[str, ...]) -> None:
     spec, drag = crank(0.5), "effects: [{kind: viscous, on: shaft, parameters: {b: 0.4}}]"
     with among(*kinds):
@@ -141,7 +138,7 @@ def test_an_effect_beside_a_parameter_error_is_named(tmp_path: Path, kinds: tupl
     assert "viscous" not in imitating[0]  # it is named in any case
 
 
-@pytest.mark.parametrize("kinds", slow_except([ALL, FEW], [FEW]))
+@competing(*FEW)
 def test_a_parameter_that_explains_as_much_as_the_effect_is_told(tmp_path: Path, kinds: tuple[str, ...]) -> None:
     """2.6 kg where 2 kg ± 3 % is declared: an inertia error of 0.6 kg, or the mass itself."""
     train, test = (
@@ -157,7 +154,7 @@ def test_a_parameter_that_explains_as_much_as_the_effect_is_told(tmp_path: Path,
     assert told.startswith("m = 2.6 kg in place of the declared 2 kg (10 tolerances away) explains the training log")
 
 
-@pytest.mark.parametrize("kinds", slow_except([ALL, FEW], [FEW]))
+@competing(*FEW)
 def test_no_parameter_is_told_beside_an_effect_that_it_does_not_explain(tmp_path: Path, kinds: tuple[str, ...]) -> None:
     cogging = "[{kind: cogging, on: x, parameters: {amplitude: 2, period: 0.05, phase: 0.3}}]"
     train, test = (
@@ -172,7 +169,7 @@ def test_no_parameter_is_told_beside_an_effect_that_it_does_not_explain(tmp_path
 
 
 @pytest.mark.slow  # in make test it is one parameter
-@pytest.mark.parametrize("kinds", [ALL, ("input_gain", "spring")])
+@pytest.mark.parametrize("kinds", [(), ("input_gain", "spring")])
 def test_parameters_that_together_explain_as_much_as_the_effect_are_told(
     tmp_path: Path, kinds: tuple[str, ...]
 ) -> None:

@@ -17,7 +17,7 @@ from codegen.diagnosis.selection.ranking import Ranked
 from codegen.diagnosis.verdict import answer as answers
 from codegen.diagnosis.verdict.answer import LEAST_EXPLAINED, Answer, unknown_for_a_candidate
 from tests.diagnosis.fakes import Placed
-from tests.diagnosis.stage import TEST, TRAIN, log_of, stage, system_of
+from tests.diagnosis.stage import TEST, TRAIN, among, competing, log_of, stage, system_of
 
 MATERIAL = 0.02
 
@@ -55,17 +55,19 @@ def test_other_verdicts_stay(verdict: str) -> None:
     assert judged(candidate(0.9, 0.1), verdict=verdict).remarks == ()
 
 
-def test_a_diagnosis_asks(tmp_path: Path) -> None:
+@competing("cogging", "spring", "viscous")
+def test_a_diagnosis_asks(tmp_path: Path, kinds: tuple[str, ...]) -> None:
     """Five seconds with a noisy input: a force over position of two free periods fits some of the noise."""
     found = []
     for k, reference in enumerate((TRAIN, TEST)):
         log = log_of(stage("[]", 4.5, reference, 5.0, noise=2e-5), tmp_path, f"{k}.csv")
         noise = 2.0 * np.random.default_rng(k).standard_normal(log.inputs.shape)
         found.append(replace(log, inputs=log.inputs + noise))
-    plain = diagnose_log(stage(), system_of(stage()), *found)[0]
+    with among(*kinds):
+        plain = diagnose_log(stage(), system_of(stage()), *found)[0]
     (best,) = [c for c in plain.candidates if c.gain == max(c.gain for c in plain.candidates)]
     assert plain.verdict == "none" and 0.3 < best.gain < LEAST_EXPLAINED, plain.sentence
-    with patch.object(answers, "LEAST_EXPLAINED", 0.3):
+    with among(*kinds), patch.object(answers, "LEAST_EXPLAINED", 0.3):
         stricter = diagnose_log(stage(), system_of(stage()), *found)[0]
     assert stricter.verdict == "unknown" and stricter.effects == ()
     assert any(f"{best.kind} on {best.on} removes" in words for words in stricter.statement.of("unexplained"))
