@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from fractions import Fraction
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -49,6 +50,7 @@ envelope: {{v_dot: [-60, 60], x_noise: [-{noise}, {noise}], {level}}}
 DOMAIN = ", domain: {slip_speed: %s, settle: 0.1%s}"
 
 
+@cache
 class Machine:
     """The compiled observer of a spec, and what is certified of it."""
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from fractions import Fraction
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -62,6 +63,7 @@ def proved(spec: Spec) -> ErrorBound:
     return found.bounds[0]
 
 
+@cache
 class Bench:
     """The compiled observer of a kind, its bound, and the true error of its force estimate along motions."""
 

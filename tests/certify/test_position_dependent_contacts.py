@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib.util
 import sys
 from fractions import Fraction
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -12,11 +13,13 @@ import pytest
 import sympy
 
 import stiction
+from codegen.app.derived import Derived
 from codegen.certify import enclosure
 from codegen.certify.certify import Certificate
 from codegen.certify.family import small_differences
 from codegen.certify.remedies.sample_times import largest_sample_times
 from codegen.checker import verify
+from codegen.spec import parse_spec
 from tests.slow_cases import slow_except
 
 TEXT = """
@@ -48,34 +51,33 @@ envelope: {q: [-180 deg, 180 deg], w: [-10, 10], v: [-1, 1]}
 """
 
 
+@cache
+def machine(text: str = CRANK) -> Derived:
+    return Derived(parse_spec(text, Path("machine.yaml")))
+
+
 @pytest.mark.parametrize("u", ["1", "1 + 0.5*sin(r*x)"])
-def test_gcfo_with_a_position_dependent_distribution_is_certified(u: str, tmp_path: Path) -> None:
-    path = tmp_path / "slider.yaml"
-    path.write_text(TEXT.format(u=u))
-    outcome = stiction.load(path).outcome
+def test_gcfo_with_a_position_dependent_distribution_is_certified(u: str) -> None:
+    outcome = machine(TEXT.format(u=u)).outcome
     assert isinstance(outcome, Certificate)
     verify.check(outcome.text)
 
 
-def test_the_sign_of_a_slip_one_sample_later_is_that_of_now(tmp_path: Path) -> None:
+def test_the_sign_of_a_slip_one_sample_later_is_that_of_now() -> None:
     """The slip of slide is then v_next + r*w_next*sin(q + h*w), and its sign was taken for any: 2.98 1/s was 1.78 1/s.
 
     ``tests/independence`` compares this A, of the machine rod, with one that CasADi differentiates.
     """
-    path = tmp_path / "crank.yaml"
-    path.write_text(CRANK)
-    outcome = stiction.load(path).outcome
+    outcome = machine().outcome
     assert isinstance(outcome, Certificate)
     assert outcome.functions == () and float(Fraction(outcome.content["decay_rate"])) > 2.9
     assert [line for line in outcome.content["assumptions"] if "operating point stays within q in" in line]
 
 
 @pytest.mark.parametrize("h", [0.001, 0.0002])
-def test_the_turn_of_a_contact_within_a_sample_is_as_small_as_it_is(h: float, tmp_path: Path) -> None:
+def test_the_turn_of_a_contact_within_a_sample_is_as_small_as_it_is(h: float) -> None:
     """(cos(q + hw) - cos q)/h was enclosed as if both cosines were independent: 2.98 1/s at 1 ms, refused at 0.2 ms."""
-    path = tmp_path / "crank.yaml"
-    path.write_text(CRANK.replace("sample_time: 0.001", f"sample_time: {h}"))
-    outcome = stiction.load(path).outcome
+    outcome = machine(CRANK.replace("sample_time: 0.001", f"sample_time: {h}")).outcome
     assert isinstance(outcome, Certificate)
     verify.check(outcome.text)
     assert float(Fraction(outcome.content["decay_rate"])) > 7
@@ -98,14 +100,12 @@ def test_a_difference_of_waves_is_the_same_number_as_a_product() -> None:
     assert small_differences(far, close) == far and small_differences(entries[0], {w: (-2000, 5)}) == entries[0]
 
 
-def test_a_bounded_function_is_named_as_an_expression(tmp_path: Path) -> None:
+def test_a_bounded_function_is_named_as_an_expression() -> None:
     """It was called by the name that certificate.json has for it, which is defined nowhere else."""
-    path = tmp_path / "crank.yaml"
     drag = CRANK.replace(
         "m: {value: 3, unit: kg}", "m: {value: 3, unit: kg}, c: {value: 2, unit: N}, k: {value: 4, unit: s/m}"
     )
-    path.write_text(drag.replace("force: [T, F]", "force: [T, F - c*tanh(k*v)]"))
-    outcome = stiction.load(path).outcome
+    outcome = machine(drag.replace("force: [T, F]", "force: [T, F - c*tanh(k*v)]")).outcome
     assert isinstance(outcome, Certificate)
     (within,) = [line for line in outcome.content["assumptions"] if "operating point stays within" in line]
     assert "within tanh(4*v) (bounded1) in [-1, 1], q in" in within
@@ -151,15 +151,13 @@ def _level_error(path: Path, folder: Path, h: float) -> float:
     return 3 - level
 
 
-def test_the_cells_of_the_envelope_are_chosen_once_for_all_sample_times(tmp_path: Path) -> None:
+def test_the_cells_of_the_envelope_are_chosen_once_for_all_sample_times() -> None:
     """They were chosen anew for each: `certify` of a slider-crank did not end in 300 s."""
-    path = tmp_path / "crank.yaml"
-    path.write_text(CRANK)
-    machine = stiction.load(path)
-    outcome = machine.outcome
+    crank = machine()
+    outcome = crank.outcome
     assert isinstance(outcome, Certificate) and outcome.content["splits"]
     before = enclosure._partition.cache_info().misses
-    found = largest_sample_times(machine.spec, machine.analysis, outcome)
+    found = largest_sample_times(crank.spec, crank.analysis, outcome)
     assert enclosure._partition.cache_info().misses == before + 1
     assert set(found) == {"euler", "semi_implicit", "implicit", "exponential"}
     assert found["euler"] > 0.01 and found["implicit"] == np.inf
