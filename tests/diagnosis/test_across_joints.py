@@ -42,7 +42,7 @@ log: {cutoff_hz: 20}
 KNOWN = "{kind: spring, on: [q_1], parameters: {k: 25}}"
 """With all masses free, 0.85 of one drive force is 1/0.85 of the other one's; a spring that is known decides."""
 MOTION = """simulation:
-  duration: 30
+  duration: 15
   sample_time: 0.002
   reference: {q_1: "0.9*sin(1.3*t) + 0.3*sin(3.7*t) - 1.2", q_2: "0.8*sin(2.1*t) + 0.3*sin(5*t)"}
   position_gain: {w_q_1: 300, w_q_2: 120}

@@ -16,7 +16,7 @@ from codegen.diagnosis.fit.trial import part_of
 from codegen.diagnosis.results import Diagnosis
 from codegen.effects import CATALOGUE
 from codegen.spec import parse_spec
-from tests.diagnosis.stage import STAGE, TEST, TRAIN, among, log_of, stage, system_of
+from tests.diagnosis.stage import STAGE, TEST, TRAIN, among, competing, log_of, stage, system_of
 from tests.slow_cases import slow_except
 
 SPEED: NDArray[np.float64] = np.linspace(0.04, 0.6, 200)
@@ -125,8 +125,11 @@ def test_a_peak_that_differs_by_direction_is_one_effect(tmp_path: Path) -> None:
     assert diagnosis.effects[0].parameters == pytest.approx(truth, rel=0.1)
 
 
+@competing("load_dependent_friction", "viscous", "input_gain", "spring")
 @pytest.mark.parametrize("name", slow_except(["mu", "mu_load"], ["mu_load"]))
-def test_the_load_of_a_gear_is_the_force_on_either_side_of_its_friction(name: str, tmp_path: Path) -> None:
+def test_the_load_of_a_gear_is_the_force_on_either_side_of_its_friction(
+    name: str, kinds: tuple[str, ...], tmp_path: Path
+) -> None:
     """The drive force, or what friction leaves of it; the two differ where the load drives the motor back."""
     effects = f"[{{kind: load_dependent_friction, on: rail, parameters: {{{name}: 0.3}}}}]"
     plain = STAGE.format(effects=effects, level=2.0, reference=TRAIN, duration=14.0, noise=1e-6)
@@ -136,7 +139,8 @@ def test_the_load_of_a_gear_is_the_force_on_either_side_of_its_friction(name: st
         for log, text in (("train", plain), ("test", plain.replace(TRAIN, TEST)))
     )
     spec = parse_spec(plain.replace(effects, "[]"), Path("stage.yaml"))
-    diagnosis, _ = diagnose_log(spec, system_of(spec), train, test)
+    with among(*kinds):
+        diagnosis, _ = diagnose_log(spec, system_of(spec), train, test)
     assert [e.kind for e in diagnosis.effects] == ["load_dependent_friction"], diagnosis.sentence
     assert diagnosis.effects[0].parameters == pytest.approx({name: 0.3}, rel=0.05)
 

@@ -125,7 +125,7 @@ def test_a_refit_without_limits_is_repeated_until_it_has_converged(tmp_path: Pat
     assert segment_cost(fit.residual) < 1.1 * segment_cost(from_truth.residual)
 
 
-@competing("inertia_error", "viscous", "spring")
+@competing("inertia_error", "viscous")
 def test_an_effect_beside_a_parameter_error_is_named(tmp_path: Path, kinds: tuple[str, ...]) -> None:
     spec, drag = crank(0.5), "effects: [{kind: viscous, on: shaft, parameters: {b: 0.4}}]"
     with among(*kinds):
