@@ -396,7 +396,7 @@ def test_a_round_accepts_by_either_criterion_at_the_level_of_one(
     """Force residual and free runs each had α: with normal scores that are alike, 1.5 α accepted something."""
     scores = {"force": 0.0, "runs": 0.0}
     ranked = round_with(scores, segments, 1, monkeypatch)
-    values, width = np.linspace(-4.5, 6.5, 111, retstep=True)
+    values, width = np.linspace(-4.5, 6.5, 56, retstep=True)
     normal = multivariate_normal([0, 0], [[1, correlation], [correlation, 1]])
     chance = 0.0
     for by_force in values:

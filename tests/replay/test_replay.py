@@ -86,7 +86,7 @@ def test_the_compiled_engine_gives_the_bits_of_the_twin(spec: str, precision: st
     made = read_spec(SPECS / f"{spec}.yaml")
     program = build_program(observer_of(made), CodeChoice(precision=precision, fault="hold"))
     files = emit_sources(program, make_header(made.path.name, made.sha256, ""))
-    rows = np.cumsum(np.random.default_rng(2).normal(size=(10_000, len(program.inputs))), axis=0) * 1e-3
+    rows = np.cumsum(np.random.default_rng(2).normal(size=(6_000, len(program.inputs))), axis=0) * 1e-3
     rows[4000:5000] = rows[4000]
     results = []
     for engine in (Engine(program, files), TwinEngine(program, files)):
@@ -102,10 +102,10 @@ def test_the_compiled_engine_gives_the_bits_of_the_twin(spec: str, precision: st
 def test_a_log_in_blocks_gives_the_bits_of_the_twin(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, ending: str
 ) -> None:
-    """10⁴ samples in many blocks, comments and blank lines between the rows."""
+    """6000 samples in many blocks, comments and blank lines between the rows."""
     monkeypatch.setattr(csv_file, "BLOCK_BYTES", 5000)
     monkeypatch.setattr("codegen.logs.formats.numpy_file.ROWS", 777)
-    table = record(10_000)
+    table = record(6_000)
     if ending == ".csv":
         log = write_csv(tmp_path / "log.csv", table)
         head, *rows = log.read_text().splitlines()
@@ -118,7 +118,7 @@ def test_a_log_in_blocks_gives_the_bits_of_the_twin(
     expected = by_twin(table)
     assert names[0] == "t" and found[:, 0].tobytes() == table[:, 0].tobytes()
     assert found[:, 1:].tobytes() == expected.tobytes()
-    assert (result.samples, result.starts, result.faults) == (10_000, 1, 0)
+    assert (result.samples, result.starts, result.faults) == (6_000, 1, 0)
     for peak in result.peaks:
         column = found[:, names.index(peak.name)]
         assert abs(peak.value) == np.abs(column).max() and column[round(peak.time / PERIOD)] == peak.value
