@@ -52,7 +52,7 @@ envelope: {q: [-180 deg, 180 deg], w: [-10, 10], v: [-1, 1]}
 
 
 @cache
-def machine(text: str = CRANK) -> Derived:
+def machine(text: str) -> Derived:
     return Derived(parse_spec(text, Path("machine.yaml")))
 
 
@@ -68,7 +68,7 @@ def test_the_sign_of_a_slip_one_sample_later_is_that_of_now() -> None:
 
     ``tests/independence`` compares this A, of the machine rod, with one that CasADi differentiates.
     """
-    outcome = machine().outcome
+    outcome = machine(CRANK).outcome
     assert isinstance(outcome, Certificate)
     assert outcome.functions == () and float(Fraction(outcome.content["decay_rate"])) > 2.9
     assert [line for line in outcome.content["assumptions"] if "operating point stays within q in" in line]
@@ -153,7 +153,7 @@ def _level_error(path: Path, folder: Path, h: float) -> float:
 
 def test_the_cells_of_the_envelope_are_chosen_once_for_all_sample_times() -> None:
     """They were chosen anew for each: `certify` of a slider-crank did not end in 300 s."""
-    crank = machine()
+    crank = machine(CRANK)
     outcome = crank.outcome
     assert isinstance(outcome, Certificate) and outcome.content["splits"]
     before = enclosure._partition.cache_info().misses
