@@ -131,10 +131,10 @@ def _run_verb() -> None:
         try:
             status = _command().main(prog_name="stiction", standalone_mode=False)
         except Exception as error:
-            if isinstance(error, typer.BadParameter.__mro__[1]):  # UsageError of click, or of Typer's copy of it
+            if isinstance(error, typer.BadParameter.__base__):  # UsageError of click, or of Typer's copy of it
                 raise _fault_of_usage(error) from None
             raise
-    sys.exit(status)
+    sys.exit(status or 0)
 
 
 def _fault_of_usage(error: Any) -> BadInput:

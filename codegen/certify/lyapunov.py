@@ -15,7 +15,6 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-import clarabel
 import numpy as np
 import scipy.sparse
 from scipy.linalg import eigh, matrix_balance, solve_continuous_lyapunov, solve_discrete_lyapunov
@@ -222,6 +221,8 @@ def solve_lmi(conditions: Array, structure: Pattern | None = None) -> Array | No
     blocks[count:, :, :n] = -pick @ spread, pick @ spread
     rows = [blocks.reshape(-1, n + 1), np.eye(n + 1)[-1:]]  # the slack is at most 1
     right = [np.zeros(count * n), -unit, LARGEST_P * unit, np.ones(1)]
+    import clarabel  # imported here, since a plan of cancellation loads this module and solves nothing
+
     cones = [*[clarabel.PSDTriangleConeT(size)] * (count + 2), clarabel.NonnegativeConeT(1)]
     zeros = [] if structure is None else [*np.flatnonzero(~structure[np.tril_indices(size)])]
     if zeros:

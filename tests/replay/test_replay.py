@@ -194,27 +194,6 @@ def test_jitter_goes_through_the_log_reader(tmp_path: Path, monkeypatch: pytest.
     assert np.allclose(np.diff(found[:, 0]), PERIOD, rtol=1e-6) and len(found) == result.samples
 
 
-@pytest.mark.parametrize("by", [-1.0, 1.0])
-@pytest.mark.parametrize("row", [60, 3210])
-def test_times_off_by_a_second_are_corrected_as_in_a_diagnosis(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, by: float, row: int
-) -> None:
-    """No gap and no start anew; also where the wrong time is in a late block, or is the last of one."""
-    monkeypatch.setattr(csv_file, "BLOCK_BYTES", 5000)
-    table = record(4000)
-    right = replay(SPEC, write_csv(tmp_path / "right.csv", table), tmp_path / "a.npy").estimates
-    for at in (row, row + 1, row + 700):
-        wrong = table.copy()
-        wrong[at, 0] += by
-        log = write_csv(tmp_path / "wrong.csv", wrong)
-        result = replay(SPEC, log, tmp_path / "b.npy")
-        note = next(note for note in result.notes if "off by one second" in note)
-        assert note in read_log(log, read_spec(SPEC)).notes
-        assert result.starts == 1 and result.samples == len(table)
-        for name, values in right.items():
-            np.testing.assert_allclose(result.estimates[name], values, rtol=1e-9, atol=1e-9)
-
-
 def test_after_a_gap_the_observer_begins_anew(tmp_path: Path) -> None:
     table = record(4000)
     table[2000:, 0] += 0.1
