@@ -123,15 +123,13 @@ def _verified(words: Sequence[str]) -> int | None:
 
 def _run_verb() -> None:
     """Run the verb of the command line by Typer, with the exit status of its result."""
-    import typer
-
     from codegen.base.terminal import without_library_warnings
 
     with without_library_warnings():
         try:
             status = _command().main(prog_name="stiction", standalone_mode=False)
         except Exception as error:
-            if isinstance(error, typer.BadParameter.__base__):  # UsageError of click, or of Typer's copy of it
+            if hasattr(error, "ctx"):  # a UsageError of Typer's copy of click, which Typer does not export
                 raise _fault_of_usage(error) from None
             raise
     sys.exit(status or 0)

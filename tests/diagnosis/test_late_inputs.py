@@ -116,13 +116,13 @@ def test_where_the_force_balance_of_a_short_log_tells_no_lead_free_runs_do(
 ) -> None:
     """Of 6 s of a motor's measured torque at 100 Hz the balance gave 0.26 ± 0.15 rows, and nothing was corrected.
 
-    Refitted with held torques, inertia and damping then left 12 % of the drive force, in place of 6.4 %. With declared
-    values that were wrong, it was ambiguous between two effects without states.
+    Refitted with held torques, inertia and damping then left 12 % of the drive force, in place of 6.4 %. With an effect
+    they are not asked: weaker motors, named where an arm carries a payload, gained by the half row and were accepted.
     """
     case, search, final = fitted(short(tmp_path, means), found)
     assert not case.leads and set(undecided(case.problem, case.log, {})) == {0}
     corrected = corrected_for_leads(case, search, final)
-    if means:
+    if means or found:
         assert corrected is None
         return
     assert corrected is not None and corrected.leads == {0: 0.5}

@@ -12,8 +12,9 @@ The estimate of a lead before effects are sought may also be too large. Free run
 input that is about as long or shorter. It is no effect of the machine: the lead is reduced by it, and the effects are
 sought again.
 
-Where no such effect is found, the force balance of a short log may not tell whether an input is held or was measured,
-half a row apart. Free runs then decide it.
+Where no effect is found, the force balance of a short log may not tell whether an input is held or was measured, half a
+row apart. Free runs then decide it. With an effect they are not asked: a model with a wrong one, as weaker motors where
+an arm carries a payload, gains by half a row as by any other freedom.
 """
 
 from __future__ import annotations
@@ -55,9 +56,11 @@ def corrected_for_leads(case: Case, search: Search, final: Fit) -> Case | None:
     """
     if over := _overcorrected(case, final):
         return case.with_leads({k: rows for k, (rows, _) in over.items()}, [finding for _, finding in over.values()])
+    if not final.trial.parts:
+        return _taken_as_measured(case, search, final)
     with_states = [k for k in range(len(final.trial.parts)) if _adds_states(final, k)]
     if not with_states:
-        return _taken_as_measured(case, search, final)
+        return None
     trial, theta = final.trial, final.theta
     for k in reversed(with_states):
         trial, theta = trial.without(theta, k)
@@ -80,16 +83,16 @@ def corrected_for_leads(case: Case, search: Search, final: Fit) -> Case | None:
     return case.with_leads({k: lead.rows for k, lead in leads.items()}, found)
 
 
-def _taken_as_measured(case: Case, search: Search, final: Fit) -> Case | None:
-    """The case with inputs taken as measured, where free runs of a fit gain more than ``BETTER`` nats by that.
+def _taken_as_measured(case: Case, search: Search, base: Fit) -> Case | None:
+    """The case with inputs taken as measured, where free runs of the refit gain more than ``BETTER`` nats by that.
 
     The nats are tempered by the share of independent residuals. None where the force balance decides.
     """
     leads = {} if case.faults or case.steady else undecided(case.problem, case.log, case.leads)
     if not leads:
         return None
-    measured = _with_earlier_inputs(case, search, leads).fitted_again(final)
-    gained = independent_share(final) * (segment_cost(final.residual) - segment_cost(measured.residual))
+    measured = _with_earlier_inputs(case, search, leads).refit()
+    gained = independent_share(base) * (segment_cost(base.residual) - segment_cost(measured.residual))
     if gained <= BETTER:
         return None
     names = [w.name for w in case.problem.system.inputs]
