@@ -171,7 +171,7 @@ class PackedIntegers:
         return [int.from_bytes(digits[k * self.bytes : (k + 1) * self.bytes], "little") - middle for k in places]
 
     def signs(self, bundles: Sequence[int]) -> list[int]:
-        """For each vector an integer that tells of its entries which are negative."""
+        """For each vector an integer whose bit (k + 1) width − 1 is 1 exactly where x_k ≥ 0."""
         half = self.half
         return [bundle + half & half for bundle in bundles]
 

@@ -23,7 +23,7 @@ def statement_of(verdict: str, left: Remainder | None = None, **given: Any) -> S
         "where": "",
     }
     plain |= {"records": 0, "refused": None, "noise": 5.2, "far": 0.9, "material": 0.02, "experiment": None}
-    plain |= {"left": left, "left_on": "", "over": [], "kept": False} | given
+    plain |= {"left": left, "left_on": "", "over": [], "kept": False, "drive": "drive force"} | given
     if left is not None:
         plain["over"] = main_variables(left, plain["material"])
     return stated(verdict=verdict, **plain)

@@ -122,7 +122,6 @@ def stated(**given: Any) -> Statement:
         "stroke": "",
         "misread": [],
         "held_out": 0.0,
-        "drive": "drive force",
         "elsewhere": [],
     } | given
     headline = render("text/statement/headline.j2", **view).strip()
