@@ -11,6 +11,8 @@ import time
 import tracemalloc
 from collections.abc import Callable
 from fractions import Fraction
+from math import ceil
+from operator import mul
 from pathlib import Path
 from typing import Any
 
@@ -570,6 +572,36 @@ def test_rows_are_carried_as_in_exact_numbers(seed: int, every: int, monkeypatch
                 assert worst <= told <= worst + Fraction((sample + 1) * 5 * n * 1000, grid)
             total += sum(abs(sum(a * b for a, b in zip(exact, column, strict=True))) for column in columns)
             exact = [sum(a * b for a, b in zip(exact, column, strict=True)) for column in zip(*step, strict=True)]
+
+
+@pytest.mark.parametrize("size", range(200, 208))
+@pytest.mark.parametrize(("grows", "every"), [(False, 7), (False, ellipsoid.EVERY), (True, ellipsoid.EVERY)])
+def test_digits_are_as_wide_as_rows_that_grow_and_long_sums_demand(
+    grows: bool, every: int, size: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """All numbers are whole, so that nothing is rounded but what is left out, and both are as in integers.
+
+    Digits have whole bytes; of the eight sizes one leaves no spare bit.
+    """
+    monkeypatch.setattr(ellipsoid, "EVERY", every)
+    step = [[2, 1, 0], [1, 1, 0], [0, 0, -1]] if grows else [[1, 0, 0], [0, 1, 0], [0, 0, -1]]
+    columns, rows = [[1 << size, 0, -1], [0, 3, 1 << size], [1, 1, 1]], [[1, 0, 5], [-2, 3, 0]]
+    last, places = 45 if grows else 400, range(len(rows))
+    phi = [[Fraction(x) for x in row] for row in step]
+    starts = [tuple(Fraction(x, ellipsoid.GRID) for x in row) for row in rows]
+    asked, left_out = {0, 1, 2, last}, ceil(2 * 3 * ellipsoid.root_above(Fraction(1)))
+    given = starts, lambda n: places if n in asked else (), last, phi, columns, 1, [Fraction(1)] * 3
+    found, sums = dict(ellipsoid.propagated(*given)), [0] * len(rows)
+    for n in range(last + 1):
+        if n in asked:
+            assert found[n] == {k: (tuple(rows[k]), sums[k] + (n + 1) * left_out) for k in places}
+        sums = [x + sum(abs(sum(map(mul, row, c))) for c in columns) for x, row in zip(sums, rows, strict=True)]
+        rows = [[sum(map(mul, row, c)) for c in zip(*step, strict=True)] for row in rows]
+
+
+def test_a_row_that_grows_without_end_is_refused() -> None:
+    with pytest.raises(ValueError, match="a row is too large"):
+        list(ellipsoid.propagated([(Fraction(1),)], lambda n: (), 100, [[Fraction(2)]], [], 1, [Fraction(1)]))
 
 
 def test_many_rows_of_many_errors_are_refused_in_time() -> None:
