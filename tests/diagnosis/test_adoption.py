@@ -702,17 +702,20 @@ def test_a_value_keeps_its_sign_where_its_tolerance_does_not_reach_to_zero(
 
 
 @pytest.mark.parametrize(
-    ("force", "named"),
+    ("force", "against", "named"),
     [
-        ((0.48, 1.1, 0.6), "declared"),  # half the torque constant, refused; with the declared one 0.6 of 1 is a gain
-        ((1.1, 0.55, 1.2), ""),  # 0.55 with half the torque constant is 1.1 of the drive force
+        # half the torque constant, refused; with the declared one 0.6 of 1 is a gain
+        ((0.48, 1.1, 0.6), "", "declared"),
+        ((0.48, 1.1, 0.6), "a curve over all positions explains more", ""),
+        ((1.1, 0.55, 1.2), "", ""),  # 0.55 with half the torque constant is 1.1 of the drive force
     ],
 )
 def test_each_option_is_compared_in_proportion_to_its_own_drive(
-    force: tuple[float, float, float], named: str, monkeypatch: pytest.MonkeyPatch
+    force: tuple[float, float, float], against: str, named: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The references of the first option were those of all."""
-    gains = {"refitted": 0.4 if named else 1.0, "levels": 1.0 if named else 0.5, "declared": 1.0}
+    of_half = named or against
+    gains = {"refitted": 0.4 if of_half else 1.0, "levels": 1.0 if of_half else 0.5, "declared": 1.0}
     errors = dict(zip(gains, force, strict=True))
     plain = ErrorFigures(1.0, (1.0,), 0.1, 1.0, (1.0,))
 
@@ -732,7 +735,7 @@ def test_each_option_is_compared_in_proportion_to_its_own_drive(
         "force_agrees": lambda *_: True,
         "takes_the_level": lambda *_: "",
         "against_regression": lambda *_: "",
-        "over_positions": lambda *_: "",
+        "over_positions": lambda *_: against,
         "with_values": lambda *_: None,
         "is_far": lambda fit: True,
         "remarks": lambda *_: (),
@@ -750,6 +753,7 @@ def test_each_option_is_compared_in_proportion_to_its_own_drive(
     chosen = examination._judged(search, outcome, answer, measured, cast(Any, fit), found)
     assert chosen.verdict == ("effect" if named else "unknown")
     assert not named or chosen.augmented == named
+    assert not against or against in chosen.against[0].words
 
 
 @pytest.mark.parametrize(("value", "is_turned"), [(-1.0, True), (-0.01, False)])

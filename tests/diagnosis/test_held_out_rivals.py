@@ -137,6 +137,8 @@ def test_what_is_explained_is_that_of_the_rival_that_is_left(monkeypatch: pytest
     monkeypatch.setattr(rules.HeldOut, "refused", lambda self, fits: {1: (0, 2.0)})
     left, _ = rules.without_refused(search, outcome, held_out)
     assert left.final is leader and left.rivals == rivals[1:] and left.explained == 0.9
+    monkeypatch.setattr(rules.HeldOut, "refused", lambda self, fits: dict.fromkeys(range(3), (0, 2.0)))
+    assert rules.without_refused(search, outcome, held_out) == (outcome, ())  # where all are, none is
     after = list(separation.without_leader(search, outcome))
     assert [(o.final, o.explained) for o in after] == [(fits["rival"], 0.4), (fits["other"], 0.3)]
 

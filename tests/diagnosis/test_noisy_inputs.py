@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,6 +13,7 @@ from scipy.signal import butter, lfilter
 
 from codegen.diagnosis.case import case_of
 from codegen.diagnosis.diagnose import diagnose_log
+from codegen.diagnosis.evidence import noisy_inputs
 from codegen.diagnosis.evidence.noisy_inputs import inputs_that_move, is_attenuated_noise
 from codegen.diagnosis.fit.output_error import Fit
 from codegen.diagnosis.fit.record import record_of
@@ -18,7 +21,8 @@ from codegen.diagnosis.fit.search import Search, search_on
 from codegen.diagnosis.results import Diagnosis
 from codegen.diagnosis.selection.candidate_fits import every_part, fit_candidates
 from codegen.logs import Log
-from tests.diagnosis.stage import among, log_of, stage, system_of
+from codegen.spec import parse_spec
+from tests.diagnosis.stage import STAGE, TRAIN, among, log_of, stage, system_of
 
 LAG = "[{kind: actuator_lag, on: w, parameters: {tau: 0.015}}]"
 HEAVIER = "[{kind: inertia_error, on: x, parameters: {delta: 1}}]"
@@ -111,12 +115,48 @@ def test_free_runs_of_several_rows_a_step_have_the_same_inputs_without_noise(eve
     assert is_attenuated_noise(search.problem, base, lag)
 
 
-def test_inputs_without_noise_are_those_that_acted(tmp_path: Path) -> None:
-    log = log_of(stage(), tmp_path, "log.csv")
-    search, base, _ = fitted(noisy(log, 0.7, 1), "viscous")
-    motion = search.motion
-    found = inputs_that_move(search.problem, base.model, motion)
+@pytest.mark.parametrize("force", ["w", "w*cos(k*x)"])
+def test_inputs_without_noise_are_those_that_acted(force: str, tmp_path: Path) -> None:
+    """Also where the input acts with another lever at each position, from half to all."""
+    text = STAGE.format(effects="[]", level=4, reference=TRAIN, duration=14, noise=0)
+    text = text.replace("parameters:\n", "parameters:\n  k: {value: 4, unit: rad/m}\n").replace(
+        "[w - b*v]", f"[{force} - b*v]"
+    )
+    spec = parse_spec(text, Path("stage.yaml"))
+    log, system = log_of(spec, tmp_path, "log.csv"), system_of(spec)
+    case = case_of(spec, system, noisy(log, 0.7, 1), None, 0.02)
+    motion = case.problem.motion
+    found = inputs_that_move(case.problem, system, motion)
     acted = motion.low_pass(log.inputs[: len(motion.time)])
-    rows = search.problem.used[:, 0]
+    rows = case.problem.used[:, 0]
     off, logged = (float(np.std((w - acted)[rows])) for w in (found, motion.low_pass(motion.commands)))
     assert off < 0.1 * logged
+
+
+KEPT = 10 * noisy_inputs.LEAST_KEPT
+ENOUGH = 10 * noisy_inputs.LEAST_BY_NOISE
+
+
+@pytest.mark.parametrize(
+    ("clean", "by_noise", "attenuated"),
+    [
+        ((KEPT, 0), (), False),
+        ((0, KEPT), (), False),
+        ((0, 0), (ENOUGH, 0), True),
+        ((0, 0), (0, ENOUGH), True),
+        ((0, 0), (0, 0), False),
+    ],
+)
+def test_the_better_of_two_inputs_without_noise_counts(
+    clean: tuple[float, ...], by_noise: tuple[float, ...], attenuated: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of what explains 10 with the noise."""
+    explained, none = iter((10.0, *clean, *by_noise)), lambda *_: None
+    monkeypatch.setattr(noisy_inputs, "_explained", lambda *_: next(explained))
+    monkeypatch.setattr(noisy_inputs, "_without_noise", lambda *_: iter((None, None)))
+    for name in ("_change", "_change_by_inputs", "inputs_that_move"):
+        monkeypatch.setattr(noisy_inputs, name, none)
+    record = SimpleNamespace(with_inputs=none)
+    fit: Any = SimpleNamespace(model=SimpleNamespace(inputs=("w",)), runner=SimpleNamespace(record=record))
+    problem: Any = SimpleNamespace(motion=SimpleNamespace(low_pass=none, commands=None))
+    assert is_attenuated_noise(problem, fit, fit) is attenuated

@@ -11,6 +11,7 @@ import pytest
 from codegen.base.arrays import Array
 from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.signals import smooth_motion
+from codegen.diagnosis.fit.trial import with_values
 from codegen.diagnosis.results import FoundEffect
 from codegen.diagnosis.verdict.over_positions import over_positions
 from codegen.logs import Log
@@ -57,11 +58,16 @@ def log(tmp_path_factory: pytest.TempPathFactory) -> Log:
     return log_of(cross(), tmp_path_factory.mktemp("log"), "train.csv")
 
 
-def judged(log: Log, force: Array, *named: FoundEffect) -> str:
-    """The objection to effects of a machine with this force (N, 2) in addition, which its inputs balance."""
+def judged(log: Log, force: Array, *named: FoundEffect, **wrong: float) -> str:
+    """The objection to effects of a machine with this force (N, 2) in addition, which its inputs balance.
+
+    Args:
+        wrong: values of the model that are not the machine's; the mass has a tolerance.
+    """
     system = system_of(cross())
     motion = smooth_motion(replace(log, inputs=log.inputs - force))
-    return over_positions(Problem(system, motion, {}), system, named)
+    problem = Problem(system, motion, {s: 0.4 for s in system.values if s.name == "m"})
+    return over_positions(problem, with_values(system, wrong), named)
 
 
 def rope(x: Array) -> Array:
@@ -77,11 +83,30 @@ def test_a_rope_to_a_fixed_point_is_no_spring_on_one_axis(log: Log) -> None:
     assert "over the positions of all coordinates" in words
 
 
+@pytest.mark.parametrize("wrong", [{"m": 5.0}, {"rail_a": 12.0}])
+def test_a_wrong_mass_or_level_does_not_hide_the_rope(wrong: dict[str, float], log: Log) -> None:
+    """Each leaves more than the rope does, and neither the curve nor the law explains that."""
+    assert "over the positions of all coordinates" in judged(log, rope(log.positions), SPRING, **wrong)
+
+
+def test_a_curve_is_asked_for_where_two_coordinates_move(log: Log) -> None:
+    """Alone on its axis a spring that hardens is a matter of the checks on its own variable."""
+    x = log.positions * [1, 0]
+    words = judged(replace(log, positions=x), -20.0 * x - 300.0 * x**3, SPRING)
+    assert words == ""
+
+
 def test_true_effects_are_not_refused(log: Log) -> None:
     x, speed = log.positions * [1, 0], np.gradient(log.positions, log.sample_time, axis=0) * [1, 0]
     assert judged(log, -20.0 * x, SPRING) == ""
     assert judged(log, -8.0 * speed, VISCOUS) == ""
     assert judged(log, -20.0 * x - 8.0 * speed, SPRING, VISCOUS) == ""
+
+
+def test_a_law_that_leaves_less_than_twice_as_much_is_not_refused(log: Log) -> None:
+    """A spring that hardens a little, below the noise of the force."""
+    x, noise = log.positions * [1, 0], 0.5 * np.random.default_rng(0).standard_normal(log.positions.shape)
+    assert judged(log, noise - 20.0 * x - 50.0 * x**3, SPRING) == ""
 
 
 def test_a_true_effect_beside_a_larger_force_over_positions_is_not_refused(log: Log) -> None:

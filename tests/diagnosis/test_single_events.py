@@ -68,6 +68,12 @@ def test_a_segment_lies_about_each_event(tmp_path: Path, push: float) -> None:
     assert bool(lacking) is bool(push)
 
 
+def test_a_residual_that_is_as_large_everywhere_is_no_event(tmp_path: Path) -> None:
+    """Forces of three times the size leave two thirds of the drive force in each period."""
+    log, system = log_of(stage(level=4.5), tmp_path, "plain.csv"), system_of(stage(level=4.5))
+    assert events_of(Problem(system, smooth_motion(replace(log, inputs=3 * log.inputs)), {})) == ()
+
+
 def test_a_log_of_less_than_two_periods_of_the_cutoff_has_no_events(tmp_path: Path) -> None:
     """Its refusal was an internal error; so was the diagnosis with a held-out log that is as short."""
     log, system = log_of(stage(level=4.5, duration=6.0), tmp_path, "short.csv"), system_of(stage())

@@ -60,11 +60,11 @@ def test_brackets_in_braces_need_quotes(text: str, line: int, quoted: str) -> No
 
 
 def test_a_slip_is_not_sought_in_a_long_line() -> None:
-    """The pattern of a bracket in a value tries each of its letters as the first one."""
+    """The pattern of a bracket in a value tries each of its letters as the first one; it took 10 s of this line."""
     start = time.process_time()
     with refused("SPEC001"):
-        load_mapping(f"columns: {{q: {'a ' * 100_000}[0]}}\n", "meta.yaml")
-    assert time.process_time() - start < 10
+        load_mapping(f"columns: {{q: {'a ' * 40_000}[0\n", "meta.yaml")
+    assert time.process_time() - start < 5
 
 
 @pytest.mark.parametrize("text", ["a: [1, 2\nb: 3\n", "a: {b: 1\nc: 2\n"])
