@@ -23,7 +23,7 @@ LEAST_CORRELATION = 0.95
 CLOSE_DIFFERENCE, FAIR_DIFFERENCE = 0.1, 0.25
 """Largest relative differences of two friction estimates that count as ``close`` and ``fair``."""
 Nature = Literal["not judged", "immaterial", "noise", "structured"]
-"""Nature of a remainder: too small to matter, predicted by neither motion nor time, or predicted by these."""
+"""Nature of a remainder: of too few samples, too small to matter, predicted by neither motion nor time, or by these."""
 Term = Literal["force", "friction level", "inertia", "viscous friction"]
 """A term of the force balance whose coefficient may change in time."""
 Topic = Literal[

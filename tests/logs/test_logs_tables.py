@@ -254,6 +254,9 @@ def test_a_row_of_another_length_is_told_as_before(tmp_path, spec):
         read_log(tmp_path / "a.csv", spec)
 
 
+DEVICES = "Devices\n100\n,,Rig,,\nFrame,Sub Frame,t,x,w\n,,s,mm,N\n" + "".join(
+    f"{k // 2 + 1},{k % 2},{t:g},{1e3 * x:g},{w:g}\n" for k, (t, x, w) in enumerate(ROWS)
+)
 TRAJECTORIES = "Trajectories\n50\n,,Rig:hand,,,Rig:foot\nFrame,Sub Frame,X,Y,Z,X\n,,mm,mm,mm,mm\n" + "".join(
     f"{k + 1},0,{1e3 * x:g},1,2,3\n" for k, (_, x, _) in enumerate(ROWS)
 )
@@ -265,6 +268,19 @@ def test_names_may_repeat_above_a_line_of_units(tmp_path, spec):
     (tmp_path / "meta.yaml").write_text("columns: {x: 3, w: 4}\nsample_time: 0.01\n")
     log = read_log(tmp_path / "a.csv", spec)
     assert np.allclose(log.positions[:, 0], [row[1] for row in ROWS])
+
+
+def test_of_two_tables_as_vicon_writes_them_the_second_is_read_by_its_line(tmp_path, spec):
+    """Without a line both are refused: what stands between them is no row."""
+    path = tmp_path / "a.csv"
+    path.write_text(f"{TRAJECTORIES}\n{DEVICES}")
+    (tmp_path / "meta.yaml").write_text("header: 16\n")
+    log = read_log(path, spec)
+    assert log.size == len(ROWS) and np.allclose(log.positions[:, 0], [row[1] for row in ROWS])
+    (tmp_path / "meta.yaml").unlink()
+    path.write_text(f"{DEVICES}\n{TRAJECTORIES}")
+    with refused("LOG005 a.csv:14"):
+        read_log(path, spec)
 
 
 def test_a_header_line_beyond_the_file_is_refused_with_comma_times_too(tmp_path, spec):

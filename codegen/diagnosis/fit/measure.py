@@ -139,7 +139,7 @@ def driving_force(system: System, motion: Motion) -> Array:
 
 
 def driving_force_name(system: System) -> str:
-    """``driving_force`` in words."""
+    """What ``driving_force`` is, in words: by the inputs that the machine has, even where a log holds them at zero."""
     return "drive force" if system.inputs else "inertial force M a"
 
 

@@ -15,10 +15,7 @@ from codegen.diagnosis.fit.output_error import Fit
 from codegen.diagnosis.fit.search import Search, joint_of
 from codegen.diagnosis.results import Fact, Verdict, titles, worded
 from codegen.diagnosis.selection.force_fits import ForceFits
-from codegen.diagnosis.selection.force_selection import (
-    ForceSelection,
-    selected_by_force,
-)
+from codegen.diagnosis.selection.force_selection import ForceSelection, selected_by_force
 from codegen.diagnosis.selection.forward_selection import Outcome
 from codegen.diagnosis.selection.ranking import Ranked, credible
 from codegen.diagnosis.selection.significance import hypotheses
@@ -33,6 +30,7 @@ class ForceLed:
     """The examination of effects that the force residual selects.
 
     Attributes:
+        measured: the errors of a model on held-out data.
         steady: whether the log runs at constant speed, at which parameters keep their tolerances.
         examined: the answer from an outcome of the selection by free runs, for an arm.
         checked: the answer after the last check on held-out data (``FinalCheck``). What it refuses must not replace

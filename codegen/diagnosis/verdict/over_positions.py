@@ -3,7 +3,8 @@
 A cable or spring from a link of an arm to a fixed point acts on several joints, on each by the positions of all. A
 weight and an offset on one joint and a spring on another together follow a part of that. So the refit's force residual
 is regressed on polynomials of all positions, and on the effects, each beside friction levels and all toleranced
-parameters. A true effect leaves noise, and no polynomial leaves much less.
+parameters. An effect with the right law leaves noise, and no polynomial leaves much less. One whose law over its own
+position is only nearly right is refused as well, even where what it leaves is immaterial.
 """
 
 from __future__ import annotations
@@ -68,7 +69,7 @@ def _parameter_slopes(problem: Problem, refit: System) -> list[Array]:
 
 
 def _polynomial(x: Array, rows: NDArray[np.bool_]) -> list[Array]:
-    """(N,) products of positions (N, m), each between −1 and 1 at these rows; without the constant."""
+    """(N,) products of positions (N, m), each less its mean and over half its range at these rows; no constant."""
     used = x[rows] if rows.any() else x
     z = (x - used.mean(axis=0)) / np.maximum(np.ptp(used, axis=0) / 2, 1e-300)
     count = x.shape[1]
