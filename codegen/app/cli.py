@@ -143,10 +143,11 @@ def _fault_of_usage(error: Any) -> BadInput:
         sys.exit(error.exit_code)
     found, *alike = re.split(r"[.]? [(]?(?:Did you mean|Possible options:) ", message)
     nearest = re.findall(r"[\w-]+", alike[0])[0] if alike else None
-    path = context.command_path if context else "stiction"  # none for an option without its value
-    usage = " ".join(context.get_usage().split()).removeprefix("Usage: ") if context else "stiction VERB"
+    verb = [word for word in sys.argv[1:] if word in _command().commands][:1]
+    path = context.command_path if context else " ".join(["stiction", *verb])  # none for an option without its value
+    usage = f"`{' '.join(context.get_usage().split()).removeprefix('Usage: ')}`," if context else "a call"
     found = f"{found[0].lower()}{found[1:]}".rstrip(".")
-    expected = f"`{usage}`, as `{path if context else usage} --help` explains"
+    expected = f"{usage} as `{path} --help` explains"
     return BadInput(path, found, expected, nearest, code="CALL004")
 
 

@@ -44,7 +44,8 @@ def test_spec_that_is_no_file(folder, verb, file, words):
         (("check", ONE, "--jso"), "(did you mean '--json'?)"),
         (("check", ONE, "--json", "--nope"), "--nope"),
         (("check", ONE, "--json=3"), "'--json'"),
-        (("gains", ONE, "-o"), "'-o'"),
+        (("gains", ONE, "-o"), "stiction gains: option '-o' requires an argument; expected a call as `stiction gains"),
+        (("--effects",), "stiction: option '--effects' requires an argument; expected a call as `stiction --help`"),
     ],
 )
 def test_a_call_that_cannot_be_read_has_a_code(arguments, words):
