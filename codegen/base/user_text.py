@@ -138,9 +138,9 @@ def shown(text: str, longest: int = 40) -> str:
 
 
 def foreign_letter(text: str) -> str:
-    """The words " with the letter CYRILLIC SMALL LETTER ES" for the first beyond ASCII, which may look Latin."""
-    letter = next((c for c in text if c.isalpha() and not c.isascii()), "")
-    return f" with the letter {_official_name(letter)}" if letter else ""
+    """The words " with the letter CYRILLIC SMALL LETTER ES" for the first letter or digit beyond ASCII."""
+    letter = next((c for c in text if c.isalnum() and not c.isascii()), "")  # it may look Latin
+    return f" with the {'letter' if letter.isalpha() else 'digit'} {_official_name(letter)}" if letter else ""
 
 
 def _official_name(character: str) -> str:

@@ -128,12 +128,12 @@ def _places(text: str) -> list[int]:
 def exact_number(text: str, place: Place) -> sympy.Rational:
     """The rational number that a decimal literal denotes: ``0.1`` is 1/10, as code prints it (see ``printed``)."""
     try:
-        size = float(text)
+        size = float(text.encode("ascii"))  # of text it reads the digits of every script
     except ValueError:
         if comma_in_value(text):
             expected = f"a decimal point: {with_point(text)}"
             raise BadInput(place, f"`{text}` with {DECIMAL_COMMA}", expected, code="SPEC006") from None
-        raise BadInput(place, f"`{text}` is not a number", "a number", code="SPEC006") from None
+        raise BadInput(place, f"`{text}`{foreign_letter(text)} is not a number", "a number", code="SPEC006") from None
     zero = not re.search("[1-9]", re.split("[eE]", text)[0])  # 1e-999 is not zero, though its double is
     if not math.isfinite(size) or not (zero or in_range(size)):
         raise BadInput(place, f"the number {text}", RANGE, code="SPEC007")

@@ -103,6 +103,25 @@ def test_a_decimal_comma(old: str, new: str, line: int, right: str) -> None:
 
 
 @pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("a: 5,", "a: \N{FULLWIDTH DIGIT FIVE},"),
+        ("value: 2,", "value: 1.\N{ARABIC-INDIC DIGIT FIVE},"),
+        ("value: 2,", "value: 2, tolerance: \N{FULLWIDTH DIGIT FIVE}%,"),
+        ("sample_time: 0.001", "sample_time: \N{DEVANAGARI DIGIT ONE} ms"),
+        ("x: [-1, 1]", "x: [-1, \N{FULLWIDTH DIGIT ONE}]"),
+    ],
+)
+def test_digits_of_another_script_are_refused(old: str, new: str) -> None:
+    """A level of friction of full-width 5 N was 0 N: Python reads such digits, and none of them is one of 1 to 9."""
+    assert GOOD.count(old) == 1
+    text = GOOD.replace(old, new)
+    fault = told(text)
+    assert fault.code == "SPEC006" and " DIGIT " in fault.found
+    assert fault.place.line == 1 + text[: text.index(new)].count("\n")
+
+
+@pytest.mark.parametrize(
     ("old", "new", "line", "right"),
     [
         ("K_F: 10", "K_F: {free: 10, 100}", 28, "`free: [10, 100]`"),
