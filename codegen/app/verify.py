@@ -34,8 +34,8 @@ class Verified(Shown):
 
     @property
     def summary(self) -> Mapping[str, object]:
-        bound = "the C in its folder" if self.report.proved else "no code"
-        return {"machine": self.report.name, "claim": self.report.claim, "facts": len(self.report.facts), "of": bound}
+        proved = "; ".join(map(str.strip, checker.in_short(self.report))) or "nothing"
+        return {"machine": self.report.name, "status": WORDS[checker.status(self.report)], "proved of the C": proved}
 
     @property
     def content(self) -> dict[str, Any]:

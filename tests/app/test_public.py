@@ -5,6 +5,7 @@ from __future__ import annotations
 import html.parser
 import json
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -157,6 +158,16 @@ def test_certify_verify_and_generate_hand_out_one_certificate(one: api.Machine, 
 def test_a_certificate_of_another_machine_is_refused(one: api.Machine) -> None:
     with pytest.raises(api.Refused):
         api.load(TWO).verify(ROOT / "generated" / "one_mass" / "certificate.json")
+
+
+def test_a_claim_in_words_which_nobody_checks_is_not_shown_beside_verified(tmp_path: Path) -> None:
+    """It was the only thing that a console showed: a forger's sentence, as verified."""
+    shutil.copytree(ROOT / "generated" / "one_mass", tmp_path / "one_mass")
+    path = tmp_path / "one_mass" / "certificate.json"
+    forged = json.loads(path.read_text("utf-8")) | {"claim": "The friction error is zero."}
+    path.write_text(json.dumps(forged), "utf-8")
+    line = repr(api.verify(path))
+    assert "error is zero" not in line and "status verified" in line and "at most 0.9787" in line
 
 
 def test_verify_without_a_certificate_says_why(tmp_path: Path) -> None:

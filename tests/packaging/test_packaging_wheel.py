@@ -64,7 +64,7 @@ def test_demo_from_an_empty_environment(tmp_path):
     (away / "codegen.py").write_text("raise SystemExit('the user's own')")
     script = "import stiction; m = stiction.load('my.yaml'); print(m.verify()); m.generate('out')"
     run(tmp_path / "venv" / "bin" / "stiction", "init", "my", cwd=away)
-    assert "<Verified: machine my, claim" in run(python, "-c", script, cwd=away)
+    assert "<Verified: machine my, status verified, proved of the C" in run(python, "-c", script, cwd=away)
     assert {"my.c", "my.h", "certificate.json"} <= files_under(away / "out")
     assert "my" in run(python, "-m", "stiction", "check", "my.yaml", cwd=away)
     (away / "codegen.py").unlink()
