@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from codegen.base.arrays import Array
-from codegen.diagnosis.case import unseen_inertias
+from codegen.diagnosis.case import not_refitted, unseen_inertias
 from codegen.diagnosis.diagnose import diagnose_log
 from codegen.diagnosis.evidence.reservations import takes_the_level
 from codegen.diagnosis.fit.output_error import Fit, shooting_fit
@@ -89,7 +89,11 @@ def test_an_inertia_is_unseen_at_constant_speed_and_damping_is_not_asked(tmp_pat
         motion = smooth_motion(log)
         shares = {spec.symbol(p.name): 0.1 * float(p.value) for p in spec.parameters}
         assert [s.name for s in unseen_inertias(Problem(system_of(spec), motion, shares))] == unseen
-        assert unseen_inertias(Problem(system_of(spec), motion, {spec.symbol("b"): 0.3})) == []
+        problem = Problem(system_of(spec), motion, {spec.symbol("b"): 0.3})
+        assert unseen_inertias(problem) == []
+        for names, words in (("m", "m, which acts "), ("mb", "m and b, which act ")):
+            (told,) = not_refitted(problem, [spec.symbol(name) for name in names])
+            assert f"hardly shows {words}" in told.words
 
 
 @pytest.mark.slow  # in make test it is told which inertia is unseen
