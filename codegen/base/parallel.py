@@ -15,6 +15,7 @@ import sys
 import threading
 import warnings
 from array import array
+from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor, wait
 from contextlib import suppress
@@ -40,24 +41,30 @@ _forks = False
 
 
 def in_parallel(function: Callable[[Item], Result], items: Sequence[Item]) -> list[Result]:
-    """The results for all items, in their order, by threads, this one among them; a nested call runs serially."""
+    """The results for all items, in their order, by threads, this one among them; a nested call runs serially.
+
+    After an error, or Ctrl-C, no further item is begun. The error of the first item that has one is raised.
+    """
     if len(items) < 2 or WORKERS < 2 or getattr(_inside, "busy", False):
         return [function(item) for item in items]
-    order, found = iter(range(len(items))), dict[int, Result]()
+    order, found, errors = iter(range(len(items))), dict[int, Result](), dict[int, BaseException]()
 
     def work() -> None:
         _inside.busy = True
-        try:
-            for k in order:
+        for k in order:
+            try:
                 found[k] = function(items[k])
-        finally:
-            _inside.busy = False
+            except BaseException as error:  # Ctrl-C too, which the calling thread receives
+                errors[k] = error
+                deque(order, 0)
+        _inside.busy = False
 
     with ThreadPoolExecutor(WORKERS - 1) as pool:
-        others = [pool.submit(work) for _ in range(WORKERS - 1)]
+        for _ in range(WORKERS - 1):
+            pool.submit(work)
         work()
-        for one in others:
-            one.result()
+    if errors:
+        raise errors[min(errors)]
     return [found[k] for k in range(len(items))]
 
 

@@ -32,15 +32,44 @@ def no_child_is_left() -> bool:
 
 
 def test_results_stand_in_order_and_calls_within_run_one_after_the_other(monkeypatch: pytest.MonkeyPatch) -> None:
+    """By the calling thread and another one, in each of two calls: the barrier holds the first item of either."""
     monkeypatch.setattr(parallel, "WORKERS", 2)
+    both = threading.Barrier(2, timeout=60)
 
     def within(k: int) -> list[tuple[int, int]]:
+        if k < 2:
+            both.wait()
         return parallel.in_parallel(lambda j: (10 * k + j, threading.get_ident()), range(3))
 
-    found = parallel.in_parallel(within, range(5))
-    assert [[value for value, _ in some] for some in found] == [[10 * k + j for j in range(3)] for k in range(5)]
-    assert all(len({thread for _, thread in some}) == 1 for some in found)
-    assert threading.get_ident() not in {thread for some in found for _, thread in some}
+    for _ in range(2):
+        found = parallel.in_parallel(within, range(5))
+        assert [[value for value, _ in some] for some in found] == [[10 * k + j for j in range(3)] for k in range(5)]
+        assert all(len({thread for _, thread in some}) == 1 for some in found)
+        threads = {thread for some in found for _, thread in some}
+        assert len(threads) == 2 and threading.get_ident() in threads
+
+
+@pytest.mark.parametrize("wrong", [{0}, {1}, {0, 1}])
+def test_the_error_of_the_first_item_is_raised_and_no_further_item_is_begun(
+    wrong: set[int], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """All other items were computed first, and of two errors it was that of the calling thread."""
+    monkeypatch.setattr(parallel, "WORKERS", 2)
+    both, begun = threading.Barrier(2, timeout=60), list[int]()
+
+    def work(k: int) -> None:
+        begun.append(k)
+        if k < 2:
+            both.wait()
+        if k in wrong:
+            raise ValueError(f"item {k}")
+        time.sleep(0.3)
+
+    for _ in range(2):  # a call after an error has several threads again, or the barrier would not open
+        begun.clear()
+        with pytest.raises(ValueError, match=f"^item {min(wrong)}$"):
+            parallel.in_parallel(work, range(9))
+        assert sorted(begun) == [0, 1]
 
 
 def test_what_runs_in_the_background_gives_its_result_or_its_error_to_each_that_asks() -> None:
