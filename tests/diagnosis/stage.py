@@ -51,6 +51,34 @@ simulation:
   encoder_step: {{x: 2e-6}}
   position_noise: {{x: {noise}}}
 """
+CROSS = """\
+name: cross
+coordinates:
+  x: {velocity: v, unit: m}
+  y: {velocity: u, unit: m}
+inputs:
+  w: {unit: N}
+  z: {unit: N}
+parameters:
+  m: {value: 2, unit: kg}
+mass_matrix: [[m, 0], [0, m]]
+force: [w, z]
+friction:
+  distribution: [[1, 0], [0, 1]]
+  contacts:
+    - {name: rail, law: coulomb, a: 4, unit: N}
+    - {name: beam, law: coulomb, a: 3, unit: N}
+simulation:
+  duration: 16
+  sample_time: 0.002
+  reference:
+    x: "0.2*sin(2*pi*0.23*t) + 0.06*sin(2*pi*0.71*t)"
+    y: "0.15*sin(2*pi*0.31*t + 1) + 0.07*sin(2*pi*0.57*t)"
+  position_gain: {w: 900, z: 900}
+  velocity_gain: {w: 30, z: 30}
+  encoder_step: {x: 2e-6, y: 2e-6}
+"""
+"""Two axes without coupling."""
 TRAIN = "0.2*sin(2*pi*0.4*t) + 0.06*sin(2*pi*1.1*t)"
 RESTS = "0.1*tanh(8*sin(2*pi*0.31*t)) + 0.07*tanh(8*sin(2*pi*0.13*t + 1)) + 0.05*tanh(8*sin(2*pi*0.083*t + 2))"
 """Moves with rests."""

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 from math import nan
 from pathlib import Path
+from types import SimpleNamespace
+from unittest.mock import patch
 
 import numpy as np
 import pytest
@@ -16,7 +18,7 @@ from codegen.diagnosis.fit.measure import WHOLE, force_errors, measure
 from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.signals import smooth_motion
 from codegen.diagnosis.fit.trial import with_values
-from codegen.diagnosis.results import FoundEffect, Remainder
+from codegen.diagnosis.results import ErrorFigures, FoundEffect, Remainder
 from codegen.diagnosis.verdict import admission
 from codegen.diagnosis.verdict.admission import admitted, reference_of
 from codegen.diagnosis.verdict.answer import Answer, unknown_above_drive
@@ -24,7 +26,7 @@ from codegen.diagnosis.verdict.final_check import FinalCheck
 from codegen.diagnosis.verdict.held_out import HeldOut
 from codegen.mechanics.system import System
 from codegen.spec import parse_spec
-from tests.diagnosis.stage import STAGE, TEST, among, log_of, stage, system_of
+from tests.diagnosis.stage import CROSS, STAGE, TEST, among, log_of, stage, system_of
 
 MATERIAL = 0.02
 SPRING = "[{kind: spring, on: x, parameters: {k: 18}}]"
@@ -120,6 +122,24 @@ def test_free_runs_at_the_noise_do_not_excuse_a_material_force(near: bool, tmp_p
     assert last._worse_by_force(model)
     assert FinalCheck(data, near, 10.0)._worse_by_force(model) == ""  # immaterial by that measure
     assert last._worse_by_force(data.problem.system) == ""
+
+
+@pytest.mark.parametrize(("second", "on"), [(1.3, "of y on held-out data"), (1.04, "")])
+def test_no_coordinate_is_worse_in_free_runs(second: float, on: str) -> None:
+    """The first coordinate improves tenfold, so that the RMS over both falls, though the second is 1.3 times as far."""
+    system = system_of(parse_spec(CROSS, Path("cross.yaml")))
+    data = SimpleNamespace(problem=SimpleNamespace(system=system))
+
+    def figures(*errors: float) -> ErrorFigures:
+        spread = (0.9, 1.1) * 4  # of the parts
+        parts = tuple(tuple((e * s) ** 2 for e in errors) for s in spread)
+        return ErrorFigures(1.0, (1.0, 1.0), 1.0, 1.0, errors, parts)
+
+    with patch.object(FinalCheck, "_worse_by_force", lambda *_: ""):
+        check = FinalCheck(data, False, MATERIAL)  # type: ignore[arg-type]
+        words = check.worse(system, figures(0.1, second), figures(1.0, 1.0))
+    assert (on in words) if on else words == ""
+    assert f"{second:.3g} times as large" in words or not on
 
 
 def test_a_model_that_leaves_more_than_the_drive_force_explains_nothing(tmp_path: Path) -> None:

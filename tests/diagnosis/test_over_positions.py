@@ -16,35 +16,8 @@ from codegen.diagnosis.results import FoundEffect
 from codegen.diagnosis.verdict.over_positions import over_positions
 from codegen.logs import Log
 from codegen.spec import Spec, parse_spec
-from tests.diagnosis.stage import log_of, system_of
+from tests.diagnosis.stage import CROSS, log_of, system_of
 
-CROSS = """\
-name: cross
-coordinates:
-  x: {velocity: v, unit: m}
-  y: {velocity: u, unit: m}
-inputs:
-  w: {unit: N}
-  z: {unit: N}
-parameters:
-  m: {value: 2, unit: kg}
-mass_matrix: [[m, 0], [0, m]]
-force: [w, z]
-friction:
-  distribution: [[1, 0], [0, 1]]
-  contacts:
-    - {name: rail, law: coulomb, a: 4, unit: N}
-    - {name: beam, law: coulomb, a: 3, unit: N}
-simulation:
-  duration: 16
-  sample_time: 0.002
-  reference:
-    x: "0.2*sin(2*pi*0.23*t) + 0.06*sin(2*pi*0.71*t)"
-    y: "0.15*sin(2*pi*0.31*t + 1) + 0.07*sin(2*pi*0.57*t)"
-  position_gain: {w: 900, z: 900}
-  velocity_gain: {w: 30, z: 30}
-  encoder_step: {x: 2e-6, y: 2e-6}
-"""
 SPRING = FoundEffect("spring", "x", {"k": 20.0}, {"k": "N/m"})
 VISCOUS = FoundEffect("viscous", "rail", {"b": 8.0}, {"b": "N*s/m"})
 
@@ -107,6 +80,20 @@ def test_a_law_that_leaves_less_than_twice_as_much_is_not_refused(log: Log) -> N
     """A spring that hardens a little, below the noise of the force."""
     x, noise = log.positions * [1, 0], 0.5 * np.random.default_rng(0).standard_normal(log.positions.shape)
     assert judged(log, noise - 20.0 * x - 50.0 * x**3, SPRING) == ""
+
+
+@pytest.mark.parametrize("curvature", [3.0, 10.0, 30.0])
+def test_a_law_that_is_nearly_right_over_its_own_position_is_not_refused(curvature: float, log: Log) -> None:
+    """A curve over the effect's own position explains what the spring leaves; no force acts between the axes."""
+    x = log.positions * [1, 0]
+    assert judged(log, -20.0 * x - curvature * x**2, SPRING) == ""
+
+
+def test_an_immaterial_force_over_positions_refuses_nothing(log: Log) -> None:
+    """A rope of 1 % of the drive force beside a true spring of 15 %."""
+    x = log.positions * [1, 0]
+    assert judged(log, 0.03 * rope(log.positions) - 20.0 * x, SPRING) == ""
+    assert "over the positions" in judged(log, rope(log.positions) - 20.0 * x, SPRING)
 
 
 def test_a_true_effect_beside_a_larger_force_over_positions_is_not_refused(log: Log) -> None:

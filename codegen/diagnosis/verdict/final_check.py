@@ -3,10 +3,10 @@
     force:  r > (1 + REFIT_WORSE) s r₀,   s = min(1, d/d₀)         free runs:  e > (1 + REFIT_WORSE) e₀
 
 with r the RMS force residual on a coordinate, at each sample over the fraction of the drive force that friction leaves,
-d the RMS of its drive force behind the actuators, e the free-run error, and r₀, d₀, e₀ those of the declared model. The
-factor s is there because a model with a smaller drive force has smaller residuals too, without being better: a
-saturation far below the logged inputs, with friction reduced to zero, left a third of the residual of a screw drive,
-but 7.9 % of its drive force in place of 5.0 %.
+d the RMS of its drive force behind the actuators, e the free-run error of all coordinates and of each, and r₀, d₀, e₀
+those of the declared model. The factor s is there because a model with a smaller drive force has smaller residuals too,
+without being better: a saturation far below the logged inputs, with friction reduced to zero, left a third of the
+residual of a screw drive, but 7.9 % of its drive force in place of 5.0 %.
 
 A difference counts only if noise is no explanation: the excess of force √(r² − (s r₀)²) must be a material share of the
 drive force, and the difference of squares must be significant by sign flips of blocks of the data; free-run errors must
@@ -68,9 +68,14 @@ class FinalCheck:
 
     def worse(self, model: System, figures: ErrorFigures, declared: ErrorFigures) -> str:
         """By what a model is worse than the declared one, in words; empty if it is not."""
-        by_run = worsened(figures, declared, REFIT_WORSE).get(RUN)
-        if by_run is not None and is_shown_worse(figures, declared):
-            return worded("worse in free runs", times=by_run)
+        names = [x.name for x in self.held_out.problem.system.positions]
+        groups = [range(len(names)), *([i] for i in range(len(names)) if len(names) > 1)]
+        for group in groups:
+            its, own = figures.on(group), declared.on(group)
+            by_run = worsened(its, own, REFIT_WORSE).get(RUN)
+            if by_run is not None and is_shown_worse(its, own):
+                on = names[group[0]] if len(group) < len(names) else ""
+                return worded("worse in free runs", times=by_run, on=on)
         return self._worse_by_force(model)
 
     def _worse_by_force(self, model: System) -> str:

@@ -3,8 +3,8 @@
 A cable or spring from a link of an arm to a fixed point acts on several joints, on each by the positions of all. A
 weight and an offset on one joint and a spring on another together follow a part of that. So the refit's force residual
 is regressed on polynomials of all positions, and on the effects, each beside friction levels and all toleranced
-parameters. An effect with the right law leaves noise, and no polynomial leaves much less. One whose law over its own
-position is only nearly right is refused as well, even where what it leaves is immaterial.
+parameters. An effect with the right law leaves noise, and no polynomial leaves much less. What a curve over the
+effect's own position explains too is no sign of a force between coordinates: its law is only nearly right.
 """
 
 from __future__ import annotations
@@ -17,12 +17,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codegen.base.arrays import Array
-from codegen.diagnosis.evidence.residual_regression import explained_over, sliding
+from codegen.diagnosis.evidence.residual_regression import (
+    POSITION_KNOTS,
+    acting_force,
+    explained_over,
+    sliding,
+    splines,
+)
 from codegen.diagnosis.fit.drive import residual_at_drive
 from codegen.diagnosis.fit.identity_cache import OF_MODELS, identity_cache
+from codegen.diagnosis.fit.linear import rms
 from codegen.diagnosis.fit.residual import Problem, level_columns
 from codegen.diagnosis.fit.trial import with_effects
-from codegen.diagnosis.results import FoundEffect
+from codegen.diagnosis.results import MATERIAL, FoundEffect
 from codegen.diagnosis.verdict.against_regression import MOST, OtherCause, acts_on
 from codegen.diagnosis.verdict.against_remainder import of_unit_size, slope_of_residual
 from codegen.mechanics.system import System
@@ -34,15 +41,17 @@ HIGHEST_DEGREE, MOST_TERMS = 3, 40
 def over_positions(problem: Problem, refit: System, named: Sequence[FoundEffect]) -> str:
     """The objection to the effects, in words; empty if there is none.
 
-    On a coordinate on which they act, the curve leaves less than ``MOST`` of the square that they leave, and both
-    together leave at least ``MOST`` of what the curve leaves. Where a spring between coordinates moves the machine, a
-    curve over the positions follows an acceleration too, but beside it a true inertia error still explains the rest.
+    On a coordinate on which they act, the curve leaves less than ``MOST`` of the square that they leave beside a curve
+    over its own position, by a material force, and both together leave at least ``MOST`` of what the curve leaves.
+    Where a spring between coordinates moves the machine, a curve over the positions follows an acceleration too, but
+    beside it a true inertia error still explains the rest.
     """
     motion = problem.motion
     moving = np.flatnonzero(np.ptp(motion.positions, axis=0))
     if len(moving) < 2:
         return ""
     residual, slopes = residual_at_drive(refit, motion), _parameter_slopes(problem, refit)
+    drive = acting_force(refit, motion)
     laws = [residual - residual_at_drive(with_effects(refit, [one]), motion) for one in named]
     for i in sorted({acts_on(one, problem.system) for one in named}):
         rows, r = sliding(refit, motion, problem.used, i), residual[:, i]
@@ -52,11 +61,15 @@ def over_positions(problem: Problem, refit: System, named: Sequence[FoundEffect]
 
         known = scaled([*level_columns(refit, motion, i).T, *(slope[:, i] for slope in slopes)])
         law, curve = scaled([one[:, i] for one in laws]), scaled(_polynomial(motion.positions[:, moving], rows))
+        own = splines(motion.positions[:, i], POSITION_KNOTS)
         if not (rows.any() and law):
             continue
-        by_known, *shares = (explained_over(r, rows, [*known, *more]) for more in ([], curve, law, [*law, *curve]))
-        alone, by_law, both = (max(0.0, share - by_known) / max(1 - by_known, 1e-300) for share in shares)
-        if 1 - alone < MOST * (1 - by_law) and 1 - both >= MOST * (1 - alone):
+        beside = ([], curve, law, [*law, own], [*law, *curve])
+        by_known, *shares = (explained_over(r, rows, [*known, *more]) for more in beside)
+        alone, by_law, with_own, both = (max(0.0, share - by_known) / max(1 - by_known, 1e-300) for share in shares)
+        further = max(0.0, alone - with_own) * (1 - by_known)  # of the square of the residual
+        material = np.sqrt(further) * rms(r[rows]) >= MATERIAL * rms(drive[rows, i])
+        if material and 1 - alone < MOST * (1 - with_own) and 1 - both >= MOST * (1 - alone):
             return OtherCause("a smooth curve over the positions of all coordinates", alone, by_law, both).words
     return ""
 
