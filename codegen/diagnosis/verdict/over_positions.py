@@ -64,7 +64,7 @@ def over_positions(problem: Problem, refit: System, named: Sequence[FoundEffect]
         own = splines(motion.positions[:, i], POSITION_KNOTS)
         if not (rows.any() and law):
             continue
-        beside = ([], curve, law, [*law, own], [*law, *curve])
+        beside: Sequence[list[Array]] = ([], curve, law, [*law, own], [*law, *curve])
         by_known, *shares = (explained_over(r, rows, [*known, *more]) for more in beside)
         alone, by_law, with_own, both = (max(0.0, share - by_known) / max(1 - by_known, 1e-300) for share in shares)
         further = max(0.0, alone - with_own) * (1 - by_known)  # of the square of the residual
