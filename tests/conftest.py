@@ -1,6 +1,6 @@
 """For every test: property tests draw the same few cases in `make test`, and more and new ones in `make check-all`
 (HYPOTHESIS_PROFILE=random); the collector of cycles runs as rarely as in the command; linear algebra takes one thread;
-SymPy keeps what it computed for many machines, not for the last one alone.
+SymPy keeps what it computed for many machines, not for the last one alone; a diagnosis forks no processes.
 """
 
 from __future__ import annotations
@@ -13,11 +13,18 @@ os.environ.setdefault("SYMPY_CACHE_SIZE", "20000")  # before SymPy; 1000 by defa
 
 from hypothesis import settings
 
+from codegen.base import parallel
+
 settings.register_profile("repeatable", derandomize=True, max_examples=30)
 settings.register_profile("random", derandomize=False)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "repeatable"))
 
 gc.set_threshold(100_000, 50, 50)  # as in stiction.main: a fifth of the time of a derivation goes into it otherwise
+
+parallel.PROCESSES = 1
+"""Both cores have a worker already, and a fork copies much of its memory: a sixth more time in a diagnosis. The command
+allows forks, and they stay allowed for later tests. Tests of forks set this themselves; processes of tests do fork.
+"""
 
 
 def pytest_collection_finish() -> None:

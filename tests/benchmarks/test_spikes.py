@@ -17,6 +17,7 @@ import pytest
 
 from benchmarks.rates import Rate
 from benchmarks.real.spiked import Readable, RealSet, real_sets
+from benchmarks.spikes import runs
 from benchmarks.spikes.__main__ import codes_of, page, rates
 from benchmarks.spikes.outcome import (
     DETECTED,
@@ -255,7 +256,22 @@ def test_a_drive_force_along_the_motion_is_no_friction_in_proportion_to_it(
     assert found["own"] == pytest.approx(0.0, abs=0.02) or not told
 
 
-@pytest.mark.skipif(not SPIKE.is_file(), reason="../shared/practice is not here")
+@pytest.fixture
+def spike_script(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The shared spike.py runs in our Python. It imports PyYAML, but uses it for ``--spec`` alone, and an environment
+    that has it takes 18 s to make.
+    """
+    if not SPIKE.is_file():
+        pytest.skip("../shared/practice is not here")
+    if importlib.util.find_spec("yaml") is None:
+        (tmp_path / "yaml.py").touch()
+        python = tmp_path / "python"
+        python.write_text(f'#!/bin/sh\nPYTHONPATH="$PYTHONPATH:{tmp_path}" exec "{sys.executable}" "$@"\n')
+        python.chmod(0o755)
+        monkeypatch.setattr(runs, "environment", lambda out: python)
+
+
+@pytest.mark.usefixtures("spike_script")
 @pytest.mark.parametrize("kind", ["spring", "load_dependent_friction", "input_gain"])
 def test_a_spike_has_its_share_over_all_training_records(kind: str, tmp_path: Path) -> None:
     """A spring of the strength that the first record asks for would be 4 % of the drive force of both."""
@@ -270,9 +286,8 @@ def test_a_spike_has_its_share_over_all_training_records(kind: str, tmp_path: Pa
     assert np.sqrt(np.mean((spiked - plain) ** 2) / np.mean(plain**2)) == pytest.approx(0.1, rel=0.01)
 
 
+@pytest.mark.usefixtures("spike_script")
 def test_records_at_one_speed_get_the_effects_that_a_speed_shows(tmp_path: Path) -> None:
-    if not SPIKE.is_file():
-        pytest.skip("../shared/practice is not here")
     ladder = real_sets(["screw_drive_1"])["screw_drive_1"]
     assert set(kinds_for(ladder, tmp_path)) == set(ladder.steady)
     moving = replace(ladder, steady=[])
