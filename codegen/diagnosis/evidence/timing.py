@@ -147,10 +147,12 @@ def input_leads(problem: Problem, log: Log) -> tuple[dict[int, float], tuple[Fin
 
 
 def undecided(problem: Problem, log: Log, corrected: Mapping[int, float]) -> dict[int, Lead]:
-    """Inputs of which the force balance cannot tell whether they are held or were measured: index → the half row.
+    """Inputs whose lead the force balance cannot tell: index → the half row, or a longer one that is certain.
 
-    Their estimate is not significant, or there is none for want of rows, and it agrees with half a row. Each is judged
-    by its own estimate here; free runs then judge all of them together, since a drive logs its inputs alike.
+    Half a row where the estimate is not significant, or there is none for want of rows, and it agrees with that: held
+    or measured. A longer one that explains too little of the residual: a force that the model lacks hides it, or looks
+    like it. Each is judged by its own estimate here; free runs then judge all of them together, since a drive logs its
+    inputs alike.
 
     Args:
         corrected: the inputs that are corrected already.
@@ -159,8 +161,15 @@ def undecided(problem: Problem, log: Log, corrected: Mapping[int, float]) -> dic
     if system.actuators or about.input_hold:
         return {}
     open_ones = (k for k, w in enumerate(system.inputs) if k not in corrected and w.name not in about.late)
-    own, half = {k: lead_of(problem, k) for k in open_ones}, USUAL[0]
-    return {k: replace(lead, rows=half) for k, lead in own.items() if not lead.is_shown and lead.apart(half) <= SURE}
+    found, half = dict[int, Lead](), USUAL[0]
+    for k in open_ones:
+        lead = lead_of(problem, k)
+        if not lead.is_shown:
+            if lead.apart(half) <= SURE:
+                found[k] = replace(lead, rows=half)
+            elif lead.estimate <= LARGEST_IN_PLACE and replace(lead, expected=True).is_shown:
+                found[k] = replace(lead, rows=lead.estimate)
+    return found
 
 
 def further_leads(problem: Problem, log: Log, before: Mapping[int, float]) -> dict[int, Lead]:

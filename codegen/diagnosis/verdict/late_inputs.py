@@ -12,9 +12,9 @@ The estimate of a lead before effects are sought may also be too large. Free run
 input that is about as long or shorter. It is no effect of the machine: the lead is reduced by it, and the effects are
 sought again.
 
-Where no effect is found, the force balance of a short log may not tell whether an input is held or was measured, half a
-row apart. Free runs then decide it. With an effect they are not asked: a model with a wrong one, as weaker motors where
-an arm carries a payload, gains by half a row as by any other freedom.
+Where no effect is found, the force balance may not tell whether an input is held or was measured, half a row apart, or
+whether it is late or a force is missing. Free runs then decide it. With an effect they are not asked: a model with a
+wrong one, as weaker motors where an arm carries a payload, gains by half a row as by any other freedom.
 """
 
 from __future__ import annotations
@@ -24,6 +24,8 @@ from dataclasses import replace
 
 from codegen.diagnosis.case import Case
 from codegen.diagnosis.evidence.timing import (
+    ABOUT_HALF,
+    EXPLAINED,
     LARGEST_IN_PLACE,
     LEAST_LEAD,
     Lead,
@@ -32,7 +34,7 @@ from codegen.diagnosis.evidence.timing import (
     overcorrection_finding,
     undecided,
 )
-from codegen.diagnosis.fit.acceptance import LEAST_SHARE, independent_share, is_far
+from codegen.diagnosis.fit.acceptance import LEAST_SHARE, independent_share, is_far, noise_ratio
 from codegen.diagnosis.fit.identity_cache import identity_cache
 from codegen.diagnosis.fit.output_error import Fit, segment_cost
 from codegen.diagnosis.fit.search import Search
@@ -86,14 +88,17 @@ def corrected_for_leads(case: Case, search: Search, final: Fit) -> Case | None:
 def _taken_as_measured(case: Case, search: Search, base: Fit) -> Case | None:
     """The case with inputs taken as measured, where free runs of the refit gain more than ``BETTER`` nats by that.
 
-    The nats are tempered by the share of independent residuals. None where the force balance decides.
+    The nats are tempered by the share of independent residuals. A lead of more than half a row explains less than
+    ``EXPLAINED`` of the force, so it must explain that share of the squared error of free runs: else it may be a part
+    of a force that the model lacks. None where the force balance decides.
     """
     leads = {} if case.faults or case.steady else undecided(case.problem, case.log, case.leads)
     if not leads:
         return None
     measured = _with_earlier_inputs(case, search, leads).refit()
     gained = independent_share(base) * (segment_cost(base.residual) - segment_cost(measured.residual))
-    if gained <= BETTER:
+    is_long = any(lead.rows > ABOUT_HALF for lead in leads.values())
+    if gained <= BETTER or (is_long and noise_ratio(measured) ** 2 > (1 - EXPLAINED) * noise_ratio(base) ** 2):
         return None
     names = [w.name for w in case.problem.system.inputs]
     found = [lead_finding(names[k], lead, case.log) for k, lead in leads.items()]
