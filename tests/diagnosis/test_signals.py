@@ -70,6 +70,17 @@ def test_the_ends_that_a_log_states_are_left_out(stated: float | None, left_out:
     assert first == pytest.approx(left_out, abs=1.5 * log.sample_time) and np.argmax(usable) == np.argmax(usable[::-1])
 
 
+def test_a_log_of_the_least_length_is_taken_and_a_shorter_one_is_refused_with_its_length(tmp_path: Path) -> None:
+    """1998 rows at 2 ms were refused as of 4 s, where 4 s are enough, and 2000 where the step was rounded down."""
+    log = log_of(stage(duration=4.5), tmp_path, "short.csv")
+    enough, less = (
+        replace(log, time=log.time[:n], positions=log.positions[:n], inputs=log.inputs[:n]) for n in (2000, 1998)
+    )
+    assert log.sample_time == 0.002 and smooth_motion(replace(enough, sample_time=0.0019999), 15.0).usable.any()
+    with refused("LOG009 short.csv 3.996 s"):
+        smooth_motion(less, 15.0)
+
+
 def test_a_log_that_only_tests_may_be_shorter_and_still_has_free_runs(tmp_path: Path) -> None:
     log, system = log_of(stage(duration=3.2), tmp_path, "test.csv"), system_of(stage())
     motion = smooth_motion(log, 15.0, SHORTEST_TEST_S)

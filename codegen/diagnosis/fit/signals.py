@@ -155,8 +155,8 @@ def smooth_motion(log: Log, cutoff_hz: float | None = None, shortest_s: float = 
         BadInput: if the log is too short to filter and to split into blocks.
     """
     h = log.sample_time
-    if log.used * h < shortest_s or log.used < 200:
-        found = f"{log.used} samples over {log.used * h:.3g} s{log.raw_data.time_unit}"
+    if log.used * h < shortest_s - h / 2 or log.used < 200:  # half a sample, since the step is estimated
+        found = f"{log.used} samples over {log.used * h:.4g} s{log.raw_data.time_unit}"
         expected = f"at least {shortest_s:g} s and 200 samples for a diagnosis"
         if h < IMPLAUSIBLE_STEP:
             expected += f"; a sample every {h:.3g} s is faster than drives are logged: is t in another unit?"
