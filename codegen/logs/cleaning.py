@@ -16,7 +16,8 @@ from codegen.logs.formats.source import Columns
 from codegen.logs.term import identifier
 from codegen.logs.uniform import held_means
 
-LARGEST_VALUE = 1e30
+LARGEST_VALUE, SMALLEST_VALUE = 1e30, 1e-30
+"""Least magnitude that is refused, and least one that is not read as zero: squares and products stay in range."""
 SHARE_NOT_FINITE, RUN_NOT_FINITE = 0.01, 5
 """Largest share of values that are not finite, and most of them in a row, that are filled in."""
 ONE_OF = "or, where a column numbers motors or records, `rows: {COLUMN: NUMBER}` in meta.yaml beside the log"
@@ -75,6 +76,7 @@ def clean(
     factors = np.array([scale[s] for s in symbols])
     values = values * factors
     _plausible(values, timed, symbols)
+    values[:, 1:][np.abs(values[:, 1:]) < SMALLEST_VALUE] = 0.0
     _check_seconds(timed, values[:, 0], scale["t"], description, notes)
     return CleanedRows(values[:, 0].copy(), values[:, 1:], timed, repaired, rows - len(values), tuple(notes))
 

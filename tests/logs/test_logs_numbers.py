@@ -55,6 +55,15 @@ def test_a_hexadecimal_number_of_more_than_64_bits_is_none(tmp_path, spec):
             read_log(tmp_path / "a.csv", spec, columns={"t": "t", "x": "x", "w": "n"})
 
 
+def test_a_value_whose_square_is_no_double_is_zero(tmp_path, spec):
+    """Positions of 1e-160 m ended `diagnose` in a division by zero, and those of 1e-200 m in a NaN."""
+    made = rows(2)
+    path = write_csv(tmp_path / "a.csv", {**made, "x": made["x"] * 1e-160, "w": made["w"] * 1e-25}, fmt="%.17g")
+    log = read_log(path, spec)
+    assert not log.positions.any()
+    assert np.allclose(log.inputs[:, 0] * 1e25, made["w"])
+
+
 def test_expressions_of_columns(tmp_path, spec):
     made = rows(2)
     table = {
