@@ -426,7 +426,7 @@ class _Search:
             self.spec.units[symbol],
             about.place(f"units.{symbol}"),
         )
-        sized = about.scale.units.get(symbol, "")
+        sized = about.scale[symbol].unit if symbol in about.scale else ""
         refuse_other_unit(sized, own, f"scale of {symbol}", about.place(f"scale.{symbol}"))
         if sized and symbol in about.units:
             found = f"unit {about.units[symbol]}, and also a scale in {sized}"

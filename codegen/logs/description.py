@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from contextlib import AbstractContextManager, nullcontext
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, PrivateAttr, ValidationInfo
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, PrivateAttr
 
-from codegen.base.errors import BadInput, Faults, Place
+from codegen.base.errors import BadInput, Place
 from codegen.base.input_files import read_text
 from codegen.base.user_text import shown
 from codegen.spec.expression import exact_number
@@ -30,50 +28,16 @@ Read = Callable[[Any, Place], Any]
 """A value of the file and its place → the value in SI; raises BadInput."""
 
 
-@dataclass(frozen=True)
-class _Reading:
-    """The context of the validators: the places of keys, and the faults found so far.
+def _by(read: Read) -> Any:
+    """A validator that reads a value. pydantic gathers the faults of all values, and ``validate`` places them."""
 
-    Without a file (``file`` is empty), as where a program makes a description, a fault is raised and not noted.
-    """
+    def value_of(value: object) -> Any:
+        try:
+            return read(value, Place(""))
+        except BadInput as fault:
+            raise ValueError(fault) from None
 
-    file: str
-    places: Mapping[str, Place]
-    faults: Faults = field(default_factory=Faults)
-
-    def place(self, key: str) -> Place:
-        return self.places.get(key, Place(self.file or "a description", None, key))
-
-    def noting(self) -> AbstractContextManager[None]:
-        return self.faults.noting() if self.file else nullcontext()
-
-
-def _by(read: Read, section: str = "") -> Any:
-    """A validator that reads the value of a key; its faults are noted, and raised together with others."""
-
-    def noted(value: object, info: ValidationInfo) -> Any:
-        reading, found = info.context or _Reading("", {}), dict[str, Any]()
-        with reading.noting():
-            found["value"] = read(value, reading.place(f"{section}{info.field_name}"))
-        return found.get("value")
-
-    return BeforeValidator(noted)
-
-
-def _each(read: Read, example: str, made: Callable[[dict[str, Any]], Any] = dict) -> Any:
-    """A validator of a mapping, each of whose values is read; ``made``: of all of them the value of the key."""
-
-    def noted(value: object, info: ValidationInfo) -> Any:
-        reading = info.context or _Reading("", {})
-        found: dict[str, Any] = {}
-        if not isinstance(value, dict):
-            raise ValueError(f"expected a mapping such as {example}")
-        for name, one in value.items():
-            with reading.noting():
-                found[str(name)] = read(one, reading.place(f"{info.field_name}.{name}"))
-        return made(found)
-
-    return BeforeValidator(noted)
+    return BeforeValidator(value_of)
 
 
 def _number(
@@ -99,19 +63,27 @@ def _positive(unit: str) -> Read:
     return _number(unit, lambda number: number > 0, "a positive number")
 
 
-class Lengths(tuple[float, ...]):
-    """Numbers in SI. ``units``: the unit that each was written with; empty for none."""
+class Stated(float):
+    """A number in SI. ``unit``: that with which it is written, empty for none."""
 
-    units: tuple[str, ...] = ()
+    unit: str
+
+    def __new__(cls, number: float, unit: str = "") -> Stated:
+        made = super().__new__(cls, number)
+        made.unit = unit
+        return made
 
 
-def _lengths(value: Any, place: Place) -> Lengths:
+def _lengths(value: Any, place: Place) -> tuple[Stated, ...]:
     read = [with_any_unit(str(one), place) for one in (value if isinstance(value, list) else [value])]
-    lengths = Lengths(float(number) for number, _ in read)
+    lengths = tuple(Stated(float(number), unit) for number, unit in read)
     if min(lengths, default=0.0) < 0:
         raise BadInput(place, f"`{shown(str(value))}`", "zero or a positive number", code="SPEC006")
-    lengths.units = tuple(unit for _, unit in read)
     return lengths
+
+
+def _factor(value: Any, place: Place) -> Stated:
+    return Stated(*read_factor(value, place))
 
 
 class Listed(dict[str, str]):
@@ -139,18 +111,6 @@ def _period(value: Any, place: Place) -> float:
     if period < 0:
         raise BadInput(place, f"`{value}`", "a positive number, or an expression such as 2*pi", code="SPEC006")
     return period
-
-
-class Factors(dict[str, float]):
-    """Symbol → factor in SI. ``units``: symbol → the unit that its factor was written with, if any."""
-
-    units: Mapping[str, str] = {}
-
-
-def _factors(read: dict[str, Any]) -> Factors:
-    factors = Factors({name: factor for name, (factor, _) in read.items()})
-    factors.units = {name: unit for name, (_, unit) in read.items() if unit}
-    return factors
 
 
 Names = Annotated[list[str], BeforeValidator(lambda value: value if isinstance(value, list) else [value])]
@@ -181,12 +141,10 @@ class EvaluationSection(BaseModel):
     model_config = _KEYS
 
     filter: str = ""
-    cutoff_hz: Annotated[float | None, _by(_positive("1/s"), "evaluation.")] = None
-    trim_s: Annotated[float | None, _by(_number("s", lambda t: t >= 0, "zero or a positive time"), "evaluation.")] = (
-        None
-    )
-    restart_s: Annotated[float | None, _by(_positive("s"), "evaluation.")] = None
-    from_s: Annotated[float | None, _by(_number("s"), "evaluation.")] = None
+    cutoff_hz: Annotated[float | None, _by(_positive("1/s"))] = None
+    trim_s: Annotated[float | None, _by(_number("s", lambda t: t >= 0, "zero or a positive time"))] = None
+    restart_s: Annotated[float | None, _by(_positive("s"))] = None
+    from_s: Annotated[float | None, _by(_number("s"))] = None
 
 
 class LogDescription(BaseModel):
@@ -218,7 +176,7 @@ class LogDescription(BaseModel):
     model_config = _KEYS
 
     columns: Annotated[Any, BeforeValidator(_columns)] = {}
-    scale: Annotated[Any, _each(read_factor, "{x: 0.001}", _factors)] = Factors()
+    scale: dict[str, Annotated[Any, _by(_factor)]] = Field(default={}, examples=["{x: 0.001}"])
     units: dict[str, str] = {}
     header: Annotated[int | None, _by(_header)] = None
     decimal: Annotated[Literal["", "point", "comma"], AfterValidator(lambda word: DECIMALS[word])] = ""
@@ -228,10 +186,10 @@ class LogDescription(BaseModel):
     ] = {}
     signed16: Names = []
     signed32: Names = []
-    unwrap: Annotated[dict[str, float], _each(_period, "{q: 2*pi}")] = {}
-    rows: Annotated[dict[str, float], _each(_number(), "{motor: 1}")] = {}
+    unwrap: dict[str, Annotated[float, _by(_period)]] = Field(default={}, examples=["{q: 2*pi}"])
+    rows: dict[str, Annotated[float, _by(_number())]] = Field(default={}, examples=["{motor: 1}"])
     long: LongSection | None = None
-    late: Annotated[dict[str, float], _each(_number("s"), "{i: 2 ms}")] = {}
+    late: dict[str, Annotated[float, _by(_number("s"))]] = Field(default={}, examples=["{i: 2 ms}"])
     hold: Names = []
     cutoff_hz: Annotated[float | None, _by(_positive("1/s"))] = None
     missing: Literal["refuse", "fill", "join"] = "refuse"
@@ -246,17 +204,18 @@ class LogDescription(BaseModel):
     encoder_step: Annotated[Any, _by(_lengths)] = None
     position_noise_rms: Annotated[Any, _by(_lengths)] = None
     evaluation: EvaluationSection = EvaluationSection()
-    _reading: _Reading = PrivateAttr(_Reading("", {}))
+    _file: str = PrivateAttr("")
+    _places: Mapping[str, Place] = PrivateAttr({})
 
     @property
     def file(self) -> str:
         """Its name, empty where there is none."""
-        return self._reading.file
+        return self._file
 
     @property
     def places(self) -> Mapping[str, Place]:
         """Key → its file and line."""
-        return self._reading.places
+        return self._places
 
     @property
     def listed(self) -> bool:
@@ -275,7 +234,7 @@ class LogDescription(BaseModel):
 
     def place(self, key: str) -> Place:
         """File and line of a key; the file alone if it has no line."""
-        return self._reading.place(key)
+        return self.places.get(key, Place(self.file or "a description", None, key))
 
     def stated_scale(self, symbol: str, spec: Spec) -> float:
         """The ``scale`` of a symbol here, or else in the spec; 1 where neither states one."""
@@ -294,15 +253,13 @@ def read_description(path: str | Path) -> LogDescription:
     """
     path = Path(path)
     document, places = load_plain(read_text(path, "what meta.yaml says of a log (YAML)"), str(path), "columns: {x: qm}")
-    reading = _Reading(str(path), places)
-    description = validate(LogDescription, document, places, str(path), reading)
-    reading.faults.raise_noted()
+    description = validate(LogDescription, document, places, str(path))
     rate, stated = 1 / description.sample_time if description.sample_time else None, description.sample_rate_hz
     if rate and stated and abs(stated / rate - 1) > ROUNDED:
         found = f"{stated:g} Hz, where `sample_time` says {rate:g} Hz"
-        raise BadInput(reading.place("sample_rate_hz"), found, "one of the two, or one rate", code="LOG013")
+        raise BadInput(places["sample_rate_hz"], found, "one of the two, or one rate", code="LOG013")
     rate = rate or stated
     cutoff = description.cutoff_hz or description.evaluation.cutoff_hz
     description = description.model_copy(update={"sample_rate_hz": rate, "cutoff_hz": cutoff})
-    description._reading = reading
+    description._file, description._places = str(path), places
     return description

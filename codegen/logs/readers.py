@@ -15,7 +15,7 @@ from codegen.base.user_text import shown
 from codegen.logs.binding import Binding, bind, column_of, since_epoch, time_of
 from codegen.logs.cleaning import CleanedRows, clean, in_time
 from codegen.logs.counters import corrected, counter_findings, repeats, require_columns, smallest_step
-from codegen.logs.description import EMPTY_DESCRIPTION, ZERO_ORDER, Lengths, LogDescription, read_description
+from codegen.logs.description import EMPTY_DESCRIPTION, ZERO_ORDER, LogDescription, Stated, read_description
 from codegen.logs.file_formats import Opener, format_of
 from codegen.logs.formats.csv_file import CsvSource, LongTable
 from codegen.logs.formats.series import join_columns_by_time
@@ -189,7 +189,7 @@ class _Reading:
 
     def _per_coordinate(self, key: str) -> tuple[float, ...] | None:
         """The lengths that the description states at a key, one for each coordinate; None for none."""
-        values: Lengths | None = getattr(self.description, key)
+        values: tuple[Stated, ...] | None = getattr(self.description, key)
         if values is None:
             return None
         coordinates, place = self.spec.coordinates, self.description.place(key)
@@ -197,9 +197,9 @@ class _Reading:
             expected = f"{len(coordinates)}, one for each of {', '.join(self.spec.positions)}"
             raise BadInput(place, f"{len(values)} numbers", expected, code="LOG013")
         times = len(coordinates) // len(values)
-        for c, given in zip(coordinates, values.units * times, strict=False):
-            refuse_other_unit(given, c.unit, f"a number in {given} for {c.name}", place)
-        return tuple(values) * times
+        for c, value in zip(coordinates, values * times, strict=False):
+            refuse_other_unit(value.unit, c.unit, f"a number in {value.unit} for {c.name}", place)
+        return values * times
 
     def _cutoff(self, step: float) -> float | None:
         """The cut-off of the evaluation's low-pass, Hz; None if none is stated. ``step``: sample time, s."""

@@ -49,14 +49,14 @@ def read_model(path: Path, model: type[Model], expected: str) -> Model:
     return validate(model, document, places, path.name)
 
 
-def validate(model: type[Model], data: Any, places: Mapping[str, Place], file: str, context: object = None) -> Model:
-    """``data`` as an instance of ``model``, whose validators receive ``context``.
+def validate(model: type[Model], data: Any, places: Mapping[str, Place], file: str) -> Model:
+    """``data`` as an instance of ``model``, whose validators may raise ``ValueError(BadInput)``, without a place.
 
     Raises:
-        BadInput: for a missing key, an unknown key or a wrong type; ``others`` has the further faults.
+        BadInput: for a missing key, an unknown key or a wrong value; ``others`` has the further faults.
     """
     try:
-        return model.model_validate(data, context=context)
+        return model.model_validate(data)
     except ValidationError as error:
         found = error.errors()[:MOST_FAULTS]
         first, *others = [_explain(fault, found, model, places, file) for fault in _distinct(found, model)]
@@ -140,6 +140,9 @@ def _explain(
             expected += _right_place(model, steps)
             found = f"unknown key `{name}`{foreign_letter(name)}"
             return BadInput(place, found, expected, nearest, code="SPEC004")
+        case "value_error" if isinstance(fault["ctx"]["error"].args[0], BadInput):
+            refused: BadInput = fault["ctx"]["error"].args[0]
+            return refused.at(place)
         case "value_error":
             expected = str(fault["ctx"]["error"]).removeprefix("expected ")
         case "literal_error":

@@ -215,5 +215,5 @@ def test_keys_without_effect_are_named_where_the_key_that_they_need_is_absent(tm
 def test_a_description_may_be_made_by_a_program():
     """It ended in AttributeError: the validators asked the file for the place of a key."""
     assert LogDescription(late={"i": 0.002}, cutoff_hz="15 Hz").late == {"i": 0.002}
-    with pytest.raises(BadInput, match=r"a description: late\.i: `2 m`"):
+    with pytest.raises(ValueError, match=r"late\.i\n.*`2 m`"):
         LogDescription(late={"i": "2 m"})
