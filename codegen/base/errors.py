@@ -38,6 +38,10 @@ class Place:
         return f"{spot}: {brief(self.key)}" if self.key else spot
 
 
+PlaceOf = Callable[[str], Place]
+"""Key of a file → its file and line."""
+
+
 class BadInput(Exception):
     """Input that cannot be used: where, what was found, what was expected, and the nearest valid name or value.
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 
-from codegen.base.errors import BadInput, Place, refuse_unknown
+from codegen.base.errors import BadInput, PlaceOf, refuse_unknown
 from codegen.effects.declare import system_of
 from codegen.mechanics.sampling import rank, sampled_values
 from codegen.mechanics.system import System
@@ -70,12 +70,11 @@ def build_observer(spec: Spec, system: System) -> Observer:
     return observer
 
 
-def refuse_unknown_words(choice: ObserverChoice | ObserverSection, place: Callable[[str], Place]) -> None:
+def refuse_unknown_words(choice: ObserverChoice | ObserverSection, place: PlaceOf) -> None:
     """Raise BadInput for an unknown kind of observer, or for gains that its kind does not have; needs no system.
 
     Args:
         choice: the observer of a spec, or its section as it stands there.
-        place: key → its file and line.
     """
     refuse_unknown(choice.kind, OBSERVERS, place("observer.kind"), "unknown observer", code="SPEC008")
     refuse_unknown_gains(choice, place, OBSERVERS[choice.kind].gains)

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import sympy
 
-from codegen.base.errors import BadInput, Faults, Place, nearest_name
+from codegen.base.errors import BadInput, Faults, PlaceOf, nearest_name
 from codegen.mechanics.sparse import diagonal
 from codegen.mechanics.system import Matrix
 from codegen.spec.expression import exact_number
@@ -104,9 +104,7 @@ def _full(spec: Spec, name: str, raw: Any, rows: list[str], columns: list[str]) 
     return GainMatrix(Matrix(matrix), values)
 
 
-def refuse_unknown_gains(
-    choice: ObserverChoice | ObserverSection, place_of: Callable[[str], Place], known: Sequence[str]
-) -> None:
+def refuse_unknown_gains(choice: ObserverChoice | ObserverSection, place_of: PlaceOf, known: Sequence[str]) -> None:
     """Raise BadInput for gains that this observer does not have; ``place_of``: key → its file and line."""
     faults = Faults()
     for name in choice.gains:

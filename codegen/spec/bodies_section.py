@@ -20,11 +20,7 @@ Symbols = Mapping[str, sympy.Symbol]
 def read_bodies(
     key: str, sections: Mapping[str, BodySection], position: Symbols, units: Units, constant: Symbols
 ) -> tuple[Body, ...]:
-    """The bodies of a section: mass and inertia over ``constant``, positions over ``position``.
-
-    Raises:
-        BadInput: for no body, a body without a position or mass, unknown names, and units that do not match.
-    """
+    """The bodies of a section: mass and inertia over ``constant``, positions over ``position``."""
     if not sections:
         raise BadInput(units.place(f"{key}.bodies"), "no body", "at least one", code="SPEC003")
     for name in sections:
@@ -77,11 +73,7 @@ def _body(key: str, name: str, section: BodySection, position: Symbols, units: U
 def read_body_forces(
     sections: Mapping[str, Mapping[str, str]], bodies: Sequence[Body], names: Symbols, units: Units
 ) -> dict[tuple[str, str], sympy.Expr]:
-    """(body, direction) → force or torque on it, g_x of (A.54).
-
-    Raises:
-        BadInput: for an unknown body, direction or name, and units that do not match.
-    """
+    """(body, direction) → force or torque on it, g_x of (A.54)."""
     known = {b.name: b for b in bodies}
     symbols = dict(names) | _body_symbols(bodies, names, units)
     dimensions = units.with_bodies(bodies)
@@ -103,11 +95,7 @@ def read_body_forces(
 def read_equations(
     texts: Sequence[str], bodies: Sequence[Body], constant: Symbols, units: Units
 ) -> tuple[sympy.Expr, ...]:
-    """Left sides ψ(x) of the constraint equations (A.47), over the positions of the bodies.
-
-    Raises:
-        BadInput: for unknown names, terms of different units, and an equation without a position.
-    """
+    """Left sides ψ(x) of the constraint equations (A.47), over the positions of the bodies."""
     symbols = dict(constant) | {
         position_name(b.name, direction): symbol(position_name(b.name, direction))
         for b in bodies
@@ -143,11 +131,7 @@ def _body_symbols(bodies: Sequence[Body], names: Symbols, units: Units) -> dict[
 def read_sliding(
     document: SpecDocument, form: str, bodies: Sequence[Body], index: int, names: Symbols, units: Units
 ) -> Sliding | None:
-    """The bodies and direction of contact ``index``; None if ``distribution`` gives them.
-
-    Raises:
-        BadInput: for an unknown body or direction, a contact of a body with itself, or one without bodies.
-    """
+    """The bodies and direction of contact ``index``; None if ``distribution`` gives them."""
     section, key = document.friction.contacts[index], f"friction.contacts[{index}]"
     if section.bodies is None:
         if document.friction.distribution is None or section.along is not None:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-from codegen.base.errors import BadInput, Place
+from codegen.base.errors import BadInput, PlaceOf
 from codegen.spec.expression import exact_number
 from codegen.spec.model import FreeGain, Spec
 from codegen.spec.schema import FreeSection
@@ -33,13 +33,8 @@ class GainEntry:
         return f"observer.gains.{self.gain}" + "".join(f"[{k}]" for k in self.path)
 
 
-def read_free_gains(raw: Any, key: str, place: Callable[[str], Place]) -> Any:
-    """A gain of the schema with its free entries as FreeGain.
-
-    Raises:
-        BadInput: for a range that is not low < high, or, unless the gain is a full matrix, one that contains both
-            signs.
-    """
+def read_free_gains(raw: Any, key: str, place: PlaceOf) -> Any:
+    """A gain of the schema with its free entries as FreeGain."""
     if isinstance(raw, list):
         return [read_free_gains(entry, f"{key}[{k}]", place) for k, entry in enumerate(raw)]
     if not isinstance(raw, FreeSection):

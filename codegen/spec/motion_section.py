@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import sympy
 
-from codegen.base.errors import BadInput, Faults, Place, refuse_unknown
+from codegen.base.errors import BadInput, Faults, Place, PlaceOf, refuse_unknown
 from codegen.spec.bodies_section import read_bodies, read_body_forces, read_equations, read_sliding
 from codegen.spec.expression import Expression, parse_expression
 from codegen.spec.model import NO_INPUTS, Coordinate, Input, symbol
@@ -40,17 +40,13 @@ def read_motion(
     document: SpecDocument,
     coordinates: Sequence[Coordinate],
     inputs: Sequence[Input],
-    place: Callable[[str], Place],
+    place: PlaceOf,
     tree: KinematicTree | None,
 ) -> Motion:
     """The equation of motion from ``mass_matrix`` or the section that replaces it, ``force`` and ``friction``.
 
     Args:
-        place: key → its file and line.
         tree: kinematic tree of the robot file of ``urdf:``.
-
-    Raises:
-        BadInput: for no form or two, matrices of wrong shape, unknown names, and units that do not match.
     """
     return _MotionReader(document, coordinates, inputs, place).motion(tree)
 

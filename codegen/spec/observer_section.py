@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
-from codegen.base.errors import BadInput, Place, refuse_unknown
+from codegen.base.errors import BadInput, PlaceOf, refuse_unknown
 from codegen.spec.expression import exact_number, parse_expression
 from codegen.spec.free_gains import read_free_gains
 from codegen.spec.model import CancellationChoice, Contact, DomainChoice, ObserverChoice, symbol
@@ -17,18 +17,12 @@ SLIP_SPEED = "s"
 
 
 def read_observer(
-    section: ObserverSection | None, contacts: Sequence[Contact], place: Callable[[str], Place]
+    section: ObserverSection | None, contacts: Sequence[Contact], place: PlaceOf
 ) -> ObserverChoice | None:
     """The observer section of a spec; None without one.
 
     Args:
         contacts: of the spec; the section's ``laws`` may give a law that the observer assumes for each.
-        place: key → its file and line.
-
-    Raises:
-        BadInput: for a sample time that is not positive, an ``h`` that is not an expression in s, both ``h`` and
-            ``exponent``, a law for an unknown contact, a free gain without a range, or a domain whose numbers are not
-            positive.
     """
     if section is None:
         return None
@@ -52,7 +46,7 @@ def read_observer(
     )
 
 
-def _domain(section: ObserverSection, place: Callable[[str], Place]) -> DomainChoice | None:
+def _domain(section: ObserverSection, place: PlaceOf) -> DomainChoice | None:
     """The domain of the section, with exact numbers; None without one."""
     given = section.domain
     if given is None:
@@ -68,9 +62,7 @@ def _domain(section: ObserverSection, place: Callable[[str], Place]) -> DomainCh
     return DomainChoice(**numbers)
 
 
-def _assumed(
-    section: ObserverSection, name: str, contacts: Sequence[Contact], place: Callable[[str], Place]
-) -> Contact:
+def _assumed(section: ObserverSection, name: str, contacts: Sequence[Contact], place: PlaceOf) -> Contact:
     """A contact with the law that the observer assumes for it, in the force unit of the plant's."""
     key = f"observer.laws.{name}"
     refuse_unknown(name, [c.name for c in contacts], place(key), "unknown contact", code="SPEC008")
@@ -81,17 +73,9 @@ def _assumed(
 
 
 def read_cancellation(
-    section: CancellationSection | None, contacts: Sequence[Contact], place: Callable[[str], Place]
+    section: CancellationSection | None, contacts: Sequence[Contact], place: PlaceOf
 ) -> CancellationChoice | None:
-    """The cancellation section of a spec; None without one.
-
-    Args:
-        place: key → its file and line.
-
-    Raises:
-        BadInput: for a gain that is not in (0, 2], a damping that is negative or combined with ``appendix_b``, or
-            contacts that are unknown, named twice, or none.
-    """
+    """The cancellation section of a spec; None without one."""
     if section is None:
         return None
     gain = exact_number(section.gain, place("cancellation.gain"))

@@ -1,14 +1,14 @@
-"""Reading of numbers with a unit, such as ``1 ms``, and of shares: 1%, 20 % or 0.2."""
+"""Reading of numbers with a unit, such as ``1 ms``, and of shares: 1%, 20 % or 0.2; BadInput for other text."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import sympy
 
-from codegen.base.errors import BadInput, Faults, Place
+from codegen.base.errors import BadInput, Faults, Place, PlaceOf
 from codegen.base.user_text import shown
 from codegen.spec.expression import exact_number, parse_expression, printed
 from codegen.spec.units import describe, dimension, parse_unit, same_dimension, si_factor
@@ -35,9 +35,6 @@ def with_any_unit(text: str, place: Place) -> tuple[sympy.Rational, str]:
     """An exact number in SI and the unit with which it is written, "" for none.
 
     For a quantity whose required unit is not known yet.
-
-    Raises:
-        BadInput: for text that is no number, or an unknown unit.
     """
     parts = split_quantity(text)
     if parts is None:
@@ -46,16 +43,13 @@ def with_any_unit(text: str, place: Place) -> tuple[sympy.Rational, str]:
     return printed(exact_number(number, place) * si_factor(unit, place), place, f"{text} in SI units"), unit
 
 
-def read_numbers(given: Mapping[str, Any], key: str, place: Callable[[str], Place]) -> tuple[Numbers, dict[str, str]]:
+def read_numbers(given: Mapping[str, Any], key: str, place: PlaceOf) -> tuple[Numbers, dict[str, str]]:
     """Name → number in SI, and name → unit with which it is written, if any.
 
     For the parameters of a law, whose units are known only with the law.
 
     Args:
         key: of their section.
-
-    Raises:
-        BadInput: as ``with_any_unit``; ``others`` holds the further faults.
     """
     values, units, faults = {}, {}, Faults()
     for name, value in given.items():
@@ -86,9 +80,6 @@ def read_quantity(text: str, unit: str, place: Place) -> sympy.Rational:
     Args:
         text: a number, which is in ``unit``, or a number with any unit of the same dimension.
         unit: a product of SI base units, such as s or m/s.
-
-    Raises:
-        BadInput: for text that is neither, or a unit of another dimension.
     """
     parts = split_quantity(text)
     if parts is None:
@@ -107,9 +98,6 @@ def read_factor(value: object, place: Place) -> tuple[float, str]:
 
     Args:
         value: a number, a number with a unit, which is converted to SI, or an expression of numbers: 1 ms, 2*pi/4096.
-
-    Raises:
-        BadInput: for another value, zero, or a magnitude beyond ``LARGEST_FACTOR`` or its inverse.
     """
     expected = "a number other than zero, one with its unit such as 1 ms, or an expression of numbers such as 2*pi/4096"
     factor, unit = 0.0, ""
@@ -152,9 +140,6 @@ def read_deviation(text: str, unit: str, place: Place) -> float | None:
 
     Args:
         unit: of the value that it is of.
-
-    Raises:
-        BadInput: for a negative number, or a unit of another dimension.
     """
     if split_quantity(text) is None:
         return None
@@ -166,11 +151,7 @@ def read_deviation(text: str, unit: str, place: Place) -> float | None:
 
 
 def read_part(text: str, place: Place) -> float:
-    """A share of a whole.
-
-    Raises:
-        BadInput: for a text that is no number, or not above zero and below 100 %.
-    """
+    """A share of a whole."""
     try:
         number = _share(text, place)
     except BadInput:

@@ -1,4 +1,8 @@
-"""Reader of a spec, text → Spec: names resolved, expressions parsed, units checked; nothing of the text is executed."""
+"""Reader of a spec, text → Spec: names resolved, expressions parsed, units checked; nothing of the text is executed.
+
+The functions that read a section, and those for numbers and units, raise BadInput at the line of a value that they
+cannot use.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +15,7 @@ from typing import Any, ParamSpec, TypeVar
 
 import sympy
 
-from codegen.base.errors import BadInput, Faults, Place, nearest_name, refuse_unknown
+from codegen.base.errors import BadInput, Faults, Place, PlaceOf, nearest_name, refuse_unknown
 from codegen.base.input_files import read_text
 from codegen.base.user_text import foreign_letter
 from codegen.spec.expression import exact_number, printed
@@ -38,7 +42,7 @@ from codegen.spec.yaml_text import SPEC_FIRST, load_plain
 TOLERANCE = "tolerance"
 """A key of parameters and effects that contacts do not have."""
 OTHER_UNITS = "logs in other units are converted by `units:` in their meta.yaml"
-ObserverCheck = Callable[[ObserverSection, Callable[[str], Place]], None]
+ObserverCheck = Callable[[ObserverSection, PlaceOf], None]
 """Function (section, key → its file and line) that raises BadInput for what stands in an observer's section."""
 Given = ParamSpec("Given")
 Result = TypeVar("Result")

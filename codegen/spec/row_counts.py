@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
-from codegen.base.errors import BadInput, Place
+from codegen.base.errors import BadInput, PlaceOf
 
 
 def refuse_other_shape(
     rows: Sequence[Sequence[object]],
     shape: tuple[int, int],
     key: str,
-    place: Callable[[str], Place],
+    place: PlaceOf,
     what: str = "",
     meaning: str = "",
 ) -> None:

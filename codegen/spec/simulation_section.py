@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 
 import sympy
 
-from codegen.base.errors import BadInput, Place, refuse_unknown
+from codegen.base.errors import BadInput, Place, PlaceOf, refuse_unknown
 from codegen.spec.expression import exact_number, parse_expression
 from codegen.spec.model import NO_INPUTS, Coordinate, Input, Simulation, symbol
 from codegen.spec.quantity import read_quantity
@@ -21,17 +21,9 @@ def read_simulation(
     section: SimulationSection | None,
     coordinates: Iterable[Coordinate],
     inputs: Iterable[Input],
-    place: Callable[[str], Place],
+    place: PlaceOf,
 ) -> Simulation | None:
-    """The simulation section of a spec; None without one.
-
-    Args:
-        place: key → its file and line.
-
-    Raises:
-        BadInput: for an unknown name, an invalid number or expression, a duration of less than two or more than 10⁷
-            samples, a negative step, noise or limit, or a cancellation that is not a share or has no observer.
-    """
+    """The simulation section of a spec; None without one."""
     return None if section is None else _Reader(section, tuple(coordinates), tuple(inputs), place).simulation()
 
 
@@ -42,7 +34,7 @@ class _Reader:
     section: SimulationSection
     coordinates: tuple[Coordinate, ...]
     inputs: tuple[Input, ...]
-    place: Callable[[str], Place]
+    place: PlaceOf
 
     def simulation(self) -> Simulation:
         """The whole section, in the order in which its faults are reported."""
@@ -117,7 +109,7 @@ class _Reader:
         return self.place(f"simulation.{key}")
 
 
-def _cancelled(section: SimulationSection, place: Callable[[str], Place]) -> float | None:
+def _cancelled(section: SimulationSection, place: PlaceOf) -> float | None:
     """The share of the friction estimate that the input cancels; None for none."""
     for key in ("cancel", "cancel_delay"):
         if key in section.model_fields_set and not section.observer:

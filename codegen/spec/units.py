@@ -1,7 +1,7 @@
 """Units: conversion of values to SI, and dimensions of expressions. Units unknown to ``si_units`` are read by pint.
 
 All computations are in coherent SI units. A parameter may have any unit and is converted; coordinates and inputs are
-declared in SI, since generated code does not convert them.
+declared in SI, since generated code does not convert them. Functions of a unit's text raise BadInput as ``parse_unit``.
 """
 
 from __future__ import annotations
@@ -173,11 +173,7 @@ def inertia_for(torque: str | None) -> str | None:
 
 
 def unit_name(text: str, place: Place) -> str:
-    """The unit in normalised form, as generated code prints it: ``kg*m^2`` for ``kg·m²``.
-
-    Raises:
-        BadInput: as ``parse_unit``.
-    """
+    """The unit in normalised form, as generated code prints it: ``kg*m^2`` for ``kg·m²``."""
     parse_unit(text, place)
     return spelled(str(text))
 
@@ -190,11 +186,7 @@ def dimension(unit: Any) -> Dimension:
 
 
 def same_dimension(one: str, other: str, place: Place) -> bool:
-    """Whether two units are of one dimension.
-
-    Raises:
-        BadInput: as ``parse_unit``.
-    """
+    """Whether two units are of one dimension."""
     return dimension(parse_unit(one, place)) == dimension(parse_unit(other, place))
 
 
@@ -226,9 +218,6 @@ def si_factor(text: str, place: Place) -> sympy.Rational:
     """The factor from this unit to SI base units.
 
     Exact, or for a unit with pi or a root (deg, rpm, cm^0.5) a fraction that agrees to about fifty digits.
-
-    Raises:
-        BadInput: as ``parse_unit``.
     """
     unit = parse_unit(text, place)
     if isinstance(unit, SiUnit):
@@ -270,11 +259,7 @@ def coherent_name(text: str, place: Place) -> str:
 
 
 def base_units(text: str, place: Place) -> Mapping[str, Any]:
-    """Base unit, by pint's name → exponent, including the radian, which has no dimension.
-
-    Raises:
-        BadInput: as ``parse_unit``.
-    """
+    """Base unit, by pint's name → exponent, including the radian, which has no dimension."""
     parse_unit(text, place)
     return dict(registry().Quantity(1, _parse(spelled(text))).to_base_units().unit_items())
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
-from codegen.base.errors import BadInput, Place
+from codegen.base.errors import BadInput, Place, PlaceOf
 from codegen.spec.expression import exact_number
 from codegen.spec.motion import KinematicTree, LinkTolerance, MovingBody
 from codegen.spec.quantity import read_share
@@ -35,9 +35,6 @@ def expand_robot(
 
     Returns:
         the completed document, and the tree; the unchanged document and None without ``urdf:``.
-
-    Raises:
-        BadInput: for an invalid robot file, or for sections that the robot file replaces.
     """
     filled = dict(document)
     if "urdf" not in filled:
@@ -71,7 +68,7 @@ def expand_robot(
     return filled, tree
 
 
-def _read(section: RobotSection, path: Path, place: Callable[[str], Place], key: str) -> KinematicTree:
+def _read(section: RobotSection, path: Path, place: PlaceOf, key: str) -> KinematicTree:
     """The tree of the section's robot file, which the spec names at ``key``, with tolerances and base parameters."""
 
     def exact(text: str, key: str) -> Fraction:
