@@ -61,6 +61,19 @@ INDENTED = "".join(json.dumps(r, indent=1) + "\n" for r in RECORDS)
 CUT = json.dumps([*RECORDS, RECORDS[0]], indent=0)[:-24]
 PAIRS = [[r["t"], {"pos": r["x"], "axes": [{"force": r["w"]}]}] for r in RECORDS]
 READ = {
+    "a servo drive's trend with its names in two lines": (  # MR Configurator
+        "a.csv",
+        "Axis1\nNumber of sampling data,4000\nSampling time interval(ms),2.000\nTime,Analog 1,Analog 2,Digital 1\n"
+        "ms,Servo motor speed,Torque,Not selected\n" + lines("{ms},{x:.9f},{w:.9f},0.0"),
+        "columns: {t: 1, x: Servo motor speed, w: Torque}\n" + MS,
+        "the header is line 5",
+    ),
+    "names in Chinese that are not UTF-8": (
+        "a.csv",
+        ("角度rad,角速度rad/s,扭矩Nm\n" + lines("{x:.9f},0.0,{w:.9f}")).encode("gbk"),
+        "columns: {x: 1, w: 3}\nsample_time: 2 ms\n",
+        "line 1 is not UTF-8: the file is read as Windows-1252",
+    ),
     # name: file, content, meta.yaml, words among the notes
     "a port's dump with messages among the rows": (
         "a.txt",

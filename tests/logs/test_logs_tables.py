@@ -201,7 +201,8 @@ def test_a_header_that_is_not_taken_is_named(tmp_path, spec):
     (tmp_path / "a.csv").write_text("t,x,w\nSek,Pos,Kraft\n" + table())
     with pytest.raises(BadInput) as told:
         read_log(tmp_path / "a.csv", spec)
-    assert "line 2 is the header; `header: 1` in meta.yaml beside the log" in str(told.value)
+    words = "`t`: line 2 is the header, by which it is column 1; `header: 1` in meta.yaml beside the log"
+    assert words in str(told.value)
     about = tmp_path / "about.yaml"
     about.write_text("header: 1\n")
     assert read_log(tmp_path / "a.csv", spec, description=about).inputs[0, 0] == -3

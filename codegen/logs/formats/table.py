@@ -358,9 +358,10 @@ class _Head:
                 found = f"two lines that may be the header, this one and {also}"
                 expected = f"`header: {at + 1}` or `header: {upper + 1}` in meta.yaml beside the log"
                 raise BadInput(Place(self.file, at + 1), found, expected, code="LOG001")
-        why = f"line {at + 1} is the header; `header: {{0}}` in meta.yaml beside the log takes line {{0}}"
+        why = f"line {at + 1} is the header, by which it is column {{1}}"
+        why += "; `header: {0}` in meta.yaml beside the log takes line {0}"
         others = [i for i in names if i < at and not _are_units(names[i])]
-        unread = {name: why.format(i + 1) for i in others for name in _named(names[i])}
+        unread = {name: why.format(i + 1, k) for i in others for k, name in enumerate(_named(names[i]), 1)}
         layout = self.layout(at, _named(texts))
         return replace(layout, unread=tuple(unread.items()), notes=(*layout.notes, *([words] if words else [])))
 
