@@ -20,6 +20,7 @@ from codegen.base.arrays import Array
 from codegen.diagnosis.evidence.residual_regression import (
     POSITION_KNOTS,
     acting_force,
+    added_share,
     explained_over,
     sliding,
     splines,
@@ -36,15 +37,21 @@ from codegen.mechanics.system import System
 
 HIGHEST_DEGREE, MOST_TERMS = 3, 40
 """Greatest degree of the polynomial, and the number of its terms up to which a degree is taken."""
+BY_OTHERS = 0.1
+"""Least share, of what the effects and a spline over their own position leave, that the polynomial explains."""
 
 
 def over_positions(problem: Problem, refit: System, named: Sequence[FoundEffect]) -> str:
     """The objection to the effects, in words; empty if there is none.
 
-    On a coordinate on which they act, the curve leaves less than ``MOST`` of the square that they leave beside a curve
-    over its own position, by a material force, and both together leave at least ``MOST`` of what the curve leaves.
-    Where a spring between coordinates moves the machine, a curve over the positions follows an acceleration too, but
-    beside it a true inertia error still explains the rest.
+    On a coordinate on which they act
+
+    - the curve leaves less than ``MOST`` of the square that they leave, and the difference is a material force, or more
+      than they explain;
+    - it explains at least ``BY_OTHERS`` of what they and a spline over their own position leave;
+    - both together leave at least ``MOST`` of what the curve leaves. Where a spring between coordinates moves the
+      machine, a curve over the positions follows an acceleration too, but beside it a true inertia error still explains
+      the rest.
     """
     motion = problem.motion
     moving = np.flatnonzero(np.ptp(motion.positions, axis=0))
@@ -61,15 +68,15 @@ def over_positions(problem: Problem, refit: System, named: Sequence[FoundEffect]
 
         known = scaled([*level_columns(refit, motion, i).T, *(slope[:, i] for slope in slopes)])
         law, curve = scaled([one[:, i] for one in laws]), scaled(_polynomial(motion.positions[:, moving], rows))
-        own = splines(motion.positions[:, i], POSITION_KNOTS)
         if not (rows.any() and law):
             continue
-        beside: Sequence[list[Array]] = ([], curve, law, [*law, own], [*law, *curve])
-        by_known, *shares = (explained_over(r, rows, [*known, *more]) for more in beside)
-        alone, by_law, with_own, both = (max(0.0, share - by_known) / max(1 - by_known, 1e-300) for share in shares)
-        further = max(0.0, alone - with_own) * (1 - by_known)  # of the square of the residual
-        material = np.sqrt(further) * rms(r[rows]) >= MATERIAL * rms(drive[rows, i])
-        if material and 1 - alone < MOST * (1 - with_own) and 1 - both >= MOST * (1 - alone):
+        own = splines(motion.positions[:, i], POSITION_KNOTS)
+        by_known, *shares = (explained_over(r, rows, [*known, *more]) for more in ([], curve, law, [*law, *curve]))
+        alone, by_law, both = (max(0.0, share - by_known) / max(1 - by_known, 1e-300) for share in shares)
+        further = np.sqrt(max(0.0, alone - by_law) * (1 - by_known)) * rms(r[rows])
+        large = further >= MATERIAL * rms(drive[rows, i]) or by_law < MOST * alone
+        better = large and 1 - alone < MOST * (1 - by_law) and 1 - both >= MOST * (1 - alone)
+        if better and added_share(r, rows, [*known, *law, own], curve) >= BY_OTHERS:
             return OtherCause("a smooth curve over the positions of all coordinates", alone, by_law, both).words
     return ""
 
