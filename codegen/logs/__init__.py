@@ -1,4 +1,7 @@
-"""Measured logs: readers, which give SI values on a uniform time grid, and the preflight checks."""
+"""Measured logs: readers, which give SI values on a uniform time grid, and the preflight checks.
+
+What cannot be used, or cannot be decided, is a BadInput with file and line, or the column.
+"""
 
 from codegen.logs.audit.preflight import preflight
 from codegen.logs.description import LogDescription, read_description

@@ -87,10 +87,6 @@ def bind(source: LogFile, spec: Spec, description: LogDescription, explicit: Map
 
     The first of these decides: an explicit option, the description, the spec, or the variable's own name, with or
     without a unit after it; for ``t`` any usual name of a time.
-
-    Raises:
-        BadInput: for too many columns, an unknown symbol, a column that is missing or taken twice, or a unit of another
-            kind.
     """
     return _Search(source, spec, description, explicit or {}).binding()
 
@@ -123,11 +119,7 @@ def time_of(source: LogFile, description: LogDescription) -> str:
 
 
 def column_of(source: LogFile, text: str, place: Place) -> str:
-    """The column that a text of a description names, or numbers from 1.
-
-    Raises:
-        BadInput: for no such column, or an expression of several.
-    """
+    """The column that a text of a description names, or numbers from 1."""
     term = find_term(text, source.names, place)
     if term is None or term.expression is not None:
         expected = f"one of the columns {listing(source.names)} of {source.path.name}"
@@ -363,11 +355,7 @@ class _Search:
         raise error
 
     def _integrated(self) -> tuple[str, ...]:
-        """The positions that are integrated from their velocities: those without a column that may hold them.
-
-        Raises:
-            BadInput: for a position without a measured velocity, or that some unused column may hold.
-        """
+        """The positions that are integrated from their velocities: those without a column that may hold them."""
         found = []
         for c in self.spec.coordinates:
             if c.name not in self.missing:

@@ -56,10 +56,6 @@ def clean(
     Args:
         symbols: (1 + c) names in the spec of these columns, the first ``t``.
         held: (1 + c) whether a column is held between rows (inputs), so that a missing value is the one before it.
-
-    Raises:
-        BadInput: for a single row, too many values that are not finite, time that runs backwards, too many rows that
-            repeat a time stamp, or time that is not in seconds.
     """
     notes: list[str] = []
     raw = _without_padding(raw, notes)
@@ -267,9 +263,6 @@ def in_time(
     """The rows with the columns of ``late`` moved by their times; rows without such a value at the ends are left out.
 
     A sampled column is interpolated linearly, a held one given by its mean over each row.
-
-    Raises:
-        BadInput: for a time as long as the log, or one stated for ``t``.
     """
     late = {symbol: by for symbol, by in description.late.items() if by and symbol in symbols}
     if not late:

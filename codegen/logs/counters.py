@@ -50,11 +50,7 @@ def corrected(raw: Columns, description: LogDescription) -> Columns:
 
 
 def require_columns(names: Sequence[str], description: LogDescription) -> None:
-    """Check that the file has every column that the description corrects, selects rows by or holds.
-
-    Raises:
-        BadInput: for one that is missing, at the description's key.
-    """
+    """Check that the file has every column that the description corrects, selects rows by or holds."""
     for key, columns in (("signed16", description.signed), ("unwrap", description.unwrap), ("rows", description.rows)):
         for column in columns:
             if column not in names:

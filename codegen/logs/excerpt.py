@@ -41,11 +41,7 @@ def excerpt(log: Log, most: int = MOST_SAMPLES) -> tuple[Log, tuple[Finding, ...
 
 
 def since(log: Log, start: float) -> Log:
-    """The samples of a log from a time on, s.
-
-    Raises:
-        BadInput: if it is behind the end of the log.
-    """
+    """The samples of a log from a time on, s."""
     first = int(np.searchsorted(log.time, start - 1e-6 * log.sample_time))
     if first == log.size:
         place = log.description.place("evaluation.from_s")

@@ -89,11 +89,7 @@ OTHERS = (
 
 
 def format_of(path: Path) -> Opener:
-    """The opener of a file, by its extension, or else by its first bytes; those of a table must not be binary.
-
-    Raises:
-        BadInput: for a file that is not there, or of a format that is not read.
-    """
+    """The opener of a file, by its extension, or else by its first bytes; those of a table must not be binary."""
     reader = FORMATS.get(path.suffix.lower())
     if reader is not None and not (reader is open_csv and is_there(path) and path.is_file()):
         return reader

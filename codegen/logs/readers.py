@@ -72,11 +72,7 @@ def read_log(
 
 
 def log_names(path: str | Path) -> tuple[str, ...]:
-    """The names of a log's columns.
-
-    Raises:
-        BadInput: as ``read_log``, for a file that cannot be opened.
-    """
+    """The names of a log's columns."""
     path = Path(path)
     return _opened(format_of(path), path, Allowance(), log_description(path, None)).names
 

@@ -44,9 +44,6 @@ def find_term(text: str, names: Sequence[str], place: Place) -> Term | None:
 
     Returns:
         None for a text that is neither a column nor an expression of names.
-
-    Raises:
-        BadInput: for an expression with a name that means no column, or two columns.
     """
     if text in names:
         return Term(text, (text,))

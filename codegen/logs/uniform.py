@@ -57,9 +57,6 @@ def uniform(time: Array, sampled: Array, held: Array, source: Columns, wanted: f
     Args:
         time: (N,) s, strictly rising; N of at least 2.
         sampled: (N, c). held: (N, m). source: the raw rows, for the places of messages.
-
-    Raises:
-        BadInput: if the grid would have more than ten times as many samples as there are rows.
     """
     steps = np.diff(time)
     median = float(np.median(steps))

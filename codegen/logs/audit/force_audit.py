@@ -45,11 +45,7 @@ the samples up to which the required force has the other sign, where no change o
 
 
 def audit_force(log: Log, spec: Spec, motion: Motion, steady: frozenset[int] = frozenset()) -> Iterator[Finding]:
-    """Findings by the balance of forces: on columns, signs, scales and units.
-
-    Raises:
-        BadInput: if the spec's mechanics or declared effects cannot be built.
-    """
+    """Findings by the balance of forces: on columns, signs, scales and units."""
     system = system_of(spec)
     if not motion.usable.any():
         return

@@ -78,9 +78,6 @@ def column_problems(log: Log, spec: Spec) -> tuple[Finding, ...]:
     """The problems of columns that ``preflight`` finds: numbers that are stored otherwise, or wrap, or else signs,
     scales and the order of columns by the balance of forces, which needs a continuous position. Of its warnings that
     on an input without its sign: the others are on the spec, or say that the columns are right.
-
-    Raises:
-        BadInput: if the spec's mechanics cannot be built.
     """
     kept = _kept(log)
     stored = [*log.raw_data.findings, *(f for j in range(len(spec.coordinates)) for f in _wraps(log, spec, kept, j))]

@@ -123,12 +123,7 @@ class BagFolder(Storage):
     expected = f"a ROS 2 bag folder: {METADATA} and the .mcap or .db3 files that it names"
 
     def __init__(self, path: Path) -> None:
-        """Open the files.
-
-        Raises:
-            BadInput: for metadata without a list of files, or a file in another folder, compressed, of another type, or
-                unusable.
-        """
+        """Open the files."""
         super().__init__(path)
         metadata = path / METADATA
         text = read_text(metadata, self.expected)

@@ -85,9 +85,6 @@ class CsvSource(LogFile):
 
         Args:
             wanted: names, or numbers counted from 1 where a name appears twice.
-
-        Raises:
-            BadInput: for a column name that appears twice, no rows, a row of another length, or text as a number.
         """
         for name in wanted:
             if self.names.count(name) > 1:
@@ -195,9 +192,6 @@ class CsvSource(LogFile):
         """The (N, c) numbers of rows that may have comments, missing values, dates or words such as ``true``.
 
         Under ``missing: fill`` the values of a single damaged row are missing.
-
-        Raises:
-            BadInput: for the first row of another length, or the first text that is no number.
         """
         values = np.full((len(body), len(indices)), np.nan)
         damaged: list[BadInput] = []
@@ -296,11 +290,7 @@ def _may_be_grouped(values: NDArray[np.float64], padded: bool) -> bool:
 
 
 def open_csv(path: Path, allowance: Allowance, description: LogDescription) -> CsvSource:
-    """Open a text file and find its table.
-
-    Raises:
-        BadInput: if it cannot be read, is empty or binary, or has no table that can be found.
-    """
+    """Open a text file and find its table."""
     file = File(path, EXPECTED)
     data = file.read_bytes()
     allowance.take(path, len(data), EXPECTED)
@@ -344,11 +334,7 @@ def _left_out(layout: Layout, lines: list[str]) -> list[str]:
 
 
 class LongTable(LogFile):
-    """The signals of a table in long format, joined at common times.
-
-    Raises:
-        BadInput: for a column that is not there, or rows that cannot be split.
-    """
+    """The signals of a table in long format, joined at common times."""
 
     def __init__(self, table: CsvSource, description: LogDescription) -> None:
         super().__init__(table.path, None, description)

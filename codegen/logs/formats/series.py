@@ -92,9 +92,6 @@ def at_common_times(
 
     Returns:
         (N,) times, column → (N,) values, and notes in words, one for signals of one source.
-
-    Raises:
-        BadInput: for a signal without samples or with times that decrease or are not finite, or no common span.
     """
     given = list(signals.values())
     for signal in given:

@@ -128,9 +128,6 @@ def find_layout(
         named: names of the columns of a file without a header, in their order; empty if not stated.
         asked: columns that a description names; of two possible headers, the one with more of them is taken.
         clock: the column that a description names as the time.
-
-    Raises:
-        BadInput: for no header and no numbers, two lines that may be the header, or a header that is not there.
     """
     form = find_form(lines, header, named)
     made = lines if form is None else form.plain_lines(lines)

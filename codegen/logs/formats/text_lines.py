@@ -19,11 +19,7 @@ LINES_SEARCHED = 1000
 
 
 def text_of(file: str, data: bytes, before: int = 0) -> tuple[str, tuple[str, ...]]:
-    """The text with every line end as ``\\n``, and notes on how it was read.
-
-    Raises:
-        BadInput: for bytes that are no text, or a line of more than ``LONGEST_LINE`` bytes.
-    """
+    """The text with every line end as ``\\n``, and notes on how it was read."""
     wanted = f"{EXPECTED}, in UTF-8"
     notes: list[str] = []
     size = len(data)
@@ -81,9 +77,6 @@ def lines_of(given: Iterator[bytes], file: str, notes: list[str]) -> Iterator[li
     Args:
         given: the bytes, as they arrive.
         notes: notes on how the bytes are read are added to this list, each once.
-
-    Raises:
-        BadInput: for bytes that are no text, or a line of more than ``LONGEST_LINE`` bytes.
     """
     rest, before = b"", 0
     for piece in _in_utf8(given, file, notes):
