@@ -122,8 +122,6 @@ def _explain(
     for step in steps:
         key += f"[{step}]" if isinstance(step, int) else (f".{step}" if key else str(step))
     place = nearest_place(key, places, file)
-    if fault["input"] is None and (meant := _in_brackets(fault, faults)):
-        return BadInput(place, f"`{steps[-1]}` behind a comma, without brackets", f"`{meant}`", code="SPEC006")
     match fault["type"]:
         case "missing":
             examples = _field_examples(model, steps)
@@ -169,16 +167,6 @@ def _explain(
     words = f"a list of {len(found)}" if isinstance(found, list) else words
     code = "SPEC007" if fault["type"] == "greater_than_equal" else "SPEC006"
     return BadInput(place, words, expected, nearest, code=code)
-
-
-def _in_brackets(fault: ErrorDetails, faults: list[ErrorDetails]) -> str:
-    """The range that an entry without a value ends, ``free: [10, 100]`` of ``{free: 10, 100}``; "" if it ends none."""
-    *section, end = fault["loc"]
-    for other in faults:
-        begun = other["type"] == "value_error" and str(other["ctx"]["error"]).startswith("expected a range")
-        if begun and [*other["loc"][:-1]] == section and split_quantity(f"{end} m") and other["input"] is not None:
-            return f"{other['loc'][-1]}: [{other['input']}, {end}]"
-    return ""
 
 
 def _as_mapping(found: object, keys: Sequence[str]) -> str:

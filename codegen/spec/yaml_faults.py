@@ -7,7 +7,7 @@ caused it. ``yaml_slips.yaml`` and the functions below find such slips from the 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
@@ -76,9 +76,8 @@ def refused(error: MarkedYAMLError, file: str, text: str) -> BadInput:
     problem, mark, begun = " ".join((error.problem or "malformed YAML").split()), error.problem_mark, error.context_mark
     if mark:
         reported = Reported(problem, text.splitlines(), mark.line, mark.column, begun.line if begun else None)
-        for rule in RULES:
-            if fault := rule(reported):
-                return BadInput(Place(file, fault.line + 1), fault.found, fault.expected, code="SPEC001")
+        if fault := _foreign_space(reported) or _slip(reported):
+            return BadInput(Place(file, fault.line + 1), fault.found, fault.expected, code="SPEC001")
     found, expected, where_it_begins = problem, "YAML 1.2", False
     for start, plain in _table()["otherwise"].items():
         if problem.startswith(start):
@@ -118,35 +117,6 @@ def _foreign_space(r: Reported) -> Fault | None:
 _INDENTATION = re.compile(r" *([^\S \t\r\n])")
 
 
-def _dedented(r: Reported) -> Fault | None:
-    """The first key of a mapping, if it alone is indented less than the two or more keys below it.
-
-    YAML takes the key below it for one that is indented too far, as it is where a later key is indented like the first.
-    """
-    lines = [(k, line) for k, line in enumerate(r.lines) if line.strip() and not line.lstrip().startswith("#")]
-    before = [(k, line) for k, line in lines if k < r.line][-2:]
-    found = _ENTRY.match(before[1][1]) if len(before) == 2 else None
-    if found is None or not _indent(before[0][1]) < _indent(before[1][1]) < _indent(r.at):
-        return None
-    below = [_indent(line) for k, line in lines if k > r.line]
-    shallower = next((i for i in below if i < _indent(r.at)), 0)
-    if shallower == _indent(before[1][1]) or below[:1] != [_indent(r.at)]:
-        return None
-    words = f"`{found[1]}:` indented less than the keys below it"
-    return Fault(before[1][0], words, "one indentation for all keys of a mapping")
-
-
-_ENTRY = re.compile(r"\s*(\w+):\s+[^\s#]")
-
-
 def _indent(line: str) -> int:
     """The number of blanks before a line's text."""
     return len(line) - len(line.lstrip())
-
-
-RULES: tuple[Callable[[Reported], Fault | None], ...] = (
-    _foreign_space,
-    _slip,
-    _dedented,
-)
-"""In order: a later rule may assume that the slips of the earlier ones are not there."""

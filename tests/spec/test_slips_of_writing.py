@@ -122,23 +122,16 @@ def test_digits_of_another_script_are_refused(old: str, new: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "line", "right"),
+    ("old", "new", "line"),
     [
-        ("K_F: 10", "K_F: {free: 10, 100}", 28, "`free: [10, 100]`"),
-        ("K_F: 10", "K_F: {free: 10,100}", 28, "`free: [10, 100]`"),
-        ("  x: [-1, 1]", "  {x: -1, 1}", 31, "`x: [-1, 1]`"),
+        ("K_F: 10", "K_F: {free: 10, 100}", 28),
+        ("K_F: 10", "K_F: {free: 10,100}", 28),
+        ("  x: [-1, 1]", "  {x: -1, 1}", 31),
     ],
 )
-def test_a_range_without_brackets(old: str, new: str, line: int, right: str) -> None:
+def test_a_range_without_brackets(old: str, new: str, line: int) -> None:
     assert GOOD.count(old) == 1
-    faults = [fault for fault in told(GOOD.replace(old, new)).all if right in fault.expected]
-    assert len(faults) == 1 and faults[0].place.line == line
-
-
-def test_a_first_key_that_alone_is_dedented_is_named_at_its_line() -> None:
-    """It was reported a line late, as if the keys below it were indented too far."""
-    fault = told(GOOD.replace("  kind: gcfo\n", " kind: gcfo  # on two coordinates\n"))
-    assert fault.found.startswith("`kind:` indented less") and fault.place.line == 26
+    assert {fault.place.line for fault in told(GOOD.replace(old, new)).all} == {line}
 
 
 @pytest.mark.parametrize("text", ["a:\n  b: 1\n   c: 2\n  d: 3\n", "a:\n  b: 1 #\n   c: 2\n  d: 3\ne: 4\n"])
