@@ -12,6 +12,7 @@ import pytest
 
 import stiction as api
 from codegen.spec import read_spec
+from tests.slow_cases import slow_except
 
 from .command import SPECS, Result, contents, is_one_message, stiction
 
@@ -131,7 +132,7 @@ def test_what_was_suggested_for_two_masses_is_kept(two_mass: tuple[Result, Path]
     is_kept(two_mass[1])
 
 
-@pytest.mark.parametrize("name", ["rig", "emps"])
+@pytest.mark.parametrize("name", slow_except(["rig", "emps"], ["rig"]))
 def test_what_was_suggested_is_kept(name: str, tmp_path: Path) -> None:
     assert stiction("gains", SPECS / f"{name}.yaml", "-o", tmp_path).code == 0
     is_kept(tmp_path)

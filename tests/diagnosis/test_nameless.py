@@ -27,6 +27,7 @@ from codegen.simulate.loop_run import write_log
 from codegen.spec import Spec, parse_spec
 from tests.diagnosis.fakes import InRound, Placed
 from tests.diagnosis.stage import TEST, TRAIN, among, log_of, stage, system_of
+from tests.slow_cases import slow_except
 
 LEVEL, PERIOD = 25.0, 0.06
 """Friction takes most of the drive force: the inertia takes 6 N at most, the damping 5 N."""
@@ -59,7 +60,10 @@ def test_a_ripple_in_proportion_to_the_drive_force_is_not_named_as_friction(tmp_
     assert any("under another load" in words for words in diagnosis.statement.of("next"))
 
 
-@pytest.mark.parametrize(("kind", "on"), [("position_dependent_friction", "rail"), ("cogging", "x")])
+TRUE = [("position_dependent_friction", "rail"), ("cogging", "x")]
+
+
+@pytest.mark.parametrize(("kind", "on"), slow_except(TRUE, TRUE[:1], several=True))
 def test_a_true_effect_over_position_keeps_its_name(kind: str, on: str, tmp_path: Path) -> None:
     diagnosis = diagnosed(tmp_path, f"{{kind: {kind}, on: {on}, parameters: {WAVE}}}")
     assert diagnosis.verdict == "effect" and [e.kind for e in diagnosis.effects] == [kind]

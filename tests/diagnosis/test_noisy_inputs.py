@@ -23,6 +23,7 @@ from codegen.diagnosis.selection.candidate_fits import every_part, fit_candidate
 from codegen.logs import Log
 from codegen.spec import parse_spec
 from tests.diagnosis.stage import STAGE, TRAIN, among, log_of, stage, system_of
+from tests.slow_cases import slow_except
 
 LAG = "[{kind: actuator_lag, on: w, parameters: {tau: 0.015}}]"
 HEAVIER = "[{kind: inertia_error, on: x, parameters: {delta: 1}}]"
@@ -57,7 +58,7 @@ def said_of(log: Log) -> Diagnosis:
         return diagnose_log(spec, system_of(spec), log)[0]
 
 
-@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("seed", slow_except([1, 2], [1]))
 def test_attenuated_noise_is_no_effect(seed: int, tmp_path: Path) -> None:
     log = noisy(log_of(stage(), tmp_path, "log.csv"), 0.7, seed)
     search, base, lag = fitted(log, "actuator_lag")
@@ -66,7 +67,10 @@ def test_attenuated_noise_is_no_effect(seed: int, tmp_path: Path) -> None:
     assert said_of(log).effects == ()
 
 
-@pytest.mark.parametrize(("effects", "kind"), [(LAG, "actuator_lag"), (HEAVIER, "inertia_error")])
+NAMED = [(LAG, "actuator_lag"), (HEAVIER, "inertia_error")]
+
+
+@pytest.mark.parametrize(("effects", "kind"), slow_except(NAMED, NAMED[:1], several=True))
 def test_an_effect_is_named_in_spite_of_the_noise(effects: str, kind: str, tmp_path: Path) -> None:
     log = noisy(log_of(stage(effects), tmp_path, "log.csv"), 0.4, 1)
     search, base, found = fitted(log, kind)

@@ -28,7 +28,7 @@ from codegen.diagnosis.verdict.examination import examine
 from codegen.effects import CATALOGUE
 from codegen.spec import parse_spec
 from tests.diagnosis.fakes import InRound, Placed
-from tests.diagnosis.stage import STAGE, TRAIN, among, log_of, stage, system_of
+from tests.diagnosis.stage import STAGE, TRAIN, among, competing, log_of, stage, system_of
 from tests.diagnosis.test_adoption import search_of
 from tests.slow_cases import slow_except
 
@@ -420,7 +420,8 @@ def test_the_next_of_tied_candidates_is_examined_where_held_out_data_refuse_the_
     assert any("hardening_spring" in fact.words and "worse" in fact.words for fact in answer.remarks)
 
 
-def test_the_first_effect_of_a_pair_has_rivals_too(tmp_path: Path) -> None:
+@competing("inertia_error", "spring", "input_gain", "viscous")
+def test_the_first_effect_of_a_pair_has_rivals_too(tmp_path: Path, kinds: tuple[str, ...]) -> None:
     """With a loose damping and a free level, an input gain is the same motion as an inertia error."""
     effects = "[{kind: inertia_error, on: x, parameters: {delta: 0.2}}, {kind: spring, on: x, parameters: {k: 60}}]"
     text = STAGE.format(effects="[]", level=4, reference=TRAIN, duration=14, noise=0)
@@ -430,7 +431,8 @@ def test_the_first_effect_of_a_pair_has_rivals_too(tmp_path: Path) -> None:
     parts = [part_of(CATALOGUE[kind], 0, search.system) for kind in ("inertia_error", "spring")]
     both = search.with_parts(base, base.theta, parts, [{"delta": 0.2}, {"k": 60.0}])
     for rivals, tied in ((None, ["input_gain"]), ([], [])):
-        fit, found = reconsidered(search, both, rivals)
+        with among(*kinds):
+            fit, found = reconsidered(search, both, rivals)
         assert [r.found.part.kind for r in found] == tied
         assert [p.kind for p in fit.runner.trial.parts] == ["inertia_error", "spring"]
 

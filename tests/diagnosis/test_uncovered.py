@@ -13,6 +13,7 @@ from codegen.diagnosis.results import Diagnosis
 from codegen.diagnosis.verdict import uncovered
 from codegen.spec import Spec, parse_spec
 from tests.diagnosis.stage import STAGE, among, diagnosed, log_of, system_of
+from tests.slow_cases import slow_except
 
 OF_POSITION = ("cogging", "spring", "hardening_spring", "offset", "position_dependent_friction")
 """The stage moves over 0.517 m."""
@@ -46,7 +47,10 @@ def wave(period: float, phase: float = 0.3, kind: str = "cogging", on: str = "x"
     return f"[{{kind: {kind}, on: {on}, parameters: {{amplitude: 1.5, period: {period:g}, phase: {phase:g}}}}}]"
 
 
-@pytest.mark.parametrize(("period", "phase", "sum_named"), [(0.553, 0.3, True), (0.6, 0.3, True), (0.553, 1.6, False)])
+LONG = [(0.553, 0.3, True), (0.6, 0.3, True), (0.553, 1.6, False)]
+
+
+@pytest.mark.parametrize(("period", "phase", "sum_named"), slow_except(LONG, LONG[:1], several=True))
 def test_no_sum_of_other_effects_is_named_in_place_of_a_long_wave(
     period: float, phase: float, sum_named: bool, tmp_path: Path
 ) -> None:
@@ -73,20 +77,20 @@ def test_a_long_wave_is_not_nothing(tmp_path: Path) -> None:
 
 def test_a_true_sum_is_named_beside_a_long_wave(tmp_path: Path) -> None:
     plant = "[{kind: spring, on: x, parameters: {k: -13}}, {kind: hardening_spring, on: x, parameters: {k3: 160}}]"
-    diagnosis, _ = diagnosed(plant, tmp_path, kinds=OF_POSITION)
+    diagnosis, _ = diagnosed(plant, tmp_path, kinds=OF_POSITION[:3])
     assert any("nothing shows that it repeats" in c.why_not for c in diagnosis.candidates)
     assert diagnosis.verdict == "effect" and {e.kind for e in diagnosis.effects} == {"spring", "hardening_spring"}
 
 
 def test_a_wave_that_the_log_covers_is_named(tmp_path: Path) -> None:
-    diagnosis, _ = diagnosed(wave(0.49), tmp_path, kinds=OF_POSITION)
+    diagnosis, _ = diagnosed(wave(0.49), tmp_path, kinds=OF_POSITION[:3])
     assert diagnosis.verdict == "effect" and [e.kind for e in diagnosis.effects] == ["cogging"]
 
 
 def test_a_wave_whose_period_is_unsure_refuses_no_other_effect(tmp_path: Path) -> None:
     """Waves that imitate a spring within their period had intervals of 8 to 780 % of it: no stroke can be stated."""
     with patch.object(uncovered, "SURE", 1e-9):
-        diagnosis, _ = diagnosed(wave(0.57), tmp_path, kinds=OF_POSITION)
+        diagnosis, _ = diagnosed(wave(0.57), tmp_path, kinds=OF_POSITION[:3])
     assert diagnosis.verdict == "effect" and {e.kind for e in diagnosis.effects} == {"spring", "hardening_spring"}
 
 

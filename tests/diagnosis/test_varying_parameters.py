@@ -48,7 +48,7 @@ def test_friction_in_proportion_to_the_speed_and_periodic_in_position_is_not_nam
     train = log_of(machine(SPEED_WAVE, reference=TRAIN, duration=14.0), tmp_path, "train.csv")
     test = log_of(machine(SPEED_WAVE, reference=TEST, duration=10.0), tmp_path, "test.csv")
     spec = stage()
-    with among("position_dependent_friction", "cogging", "viscous"):
+    with among("position_dependent_friction", "viscous"):
         diagnosis = diagnose_log(spec, system_of(spec), train, test)[0]
     assert diagnosis.verdict == "unknown" and not diagnosis.effects
 
