@@ -32,8 +32,7 @@ from codegen.diagnosis.results import MATERIAL, Diagnosis, ErrorFigures, FoundEf
 from codegen.diagnosis.selection.candidate_fits import start_compiling
 from codegen.diagnosis.selection.forward_selection import Outcome
 from codegen.diagnosis.selection.refusals import admissible
-from codegen.diagnosis.steady.mean_answer import answer_of, effects_of
-from codegen.diagnosis.steady.mean_fits import SteadySearch
+from codegen.diagnosis.steady.mean_fits import SteadySearch, answer_of, effects_of
 from codegen.diagnosis.steady.record_means import (
     Means,
     by_force_alone,

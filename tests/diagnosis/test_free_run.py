@@ -12,7 +12,7 @@ import sympy
 from ruamel.yaml import YAML
 from scipy.signal import butter, filtfilt
 
-from codegen.diagnosis.fit.restarted_run import free_run
+from codegen.diagnosis.fit.measure import free_run
 from codegen.effects import CATALOGUE
 from codegen.effects.declare import add_declared_effects
 from codegen.mechanics.build import build_system

@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from codegen.base.errors import BadInput
-from codegen.diagnosis.fit.restarted_run import free_run
+from codegen.diagnosis.fit.measure import free_run
 from codegen.friction import LAWS, MemoryLaw
 from codegen.simulate.closed_loop import simulate
 from codegen.simulate.plant import Plant
