@@ -15,8 +15,7 @@ import numpy as np
 from scipy.signal import lfilter
 
 from codegen.base.arrays import Array
-from codegen.diagnosis.evidence.force_gain import ForceGain, slow_noise_likelihood
-from codegen.diagnosis.evidence.score_test import t_of_scores
+from codegen.diagnosis.evidence.force_gain import ForceGain, slow_noise_likelihood, t_of_scores
 from codegen.diagnosis.fit.acceptance import ALPHA, LEAST_SHARE, SIGN_BLOCKS
 from codegen.diagnosis.selection.significance import FORCE_SHARE, FORCE_SHARE_OF_FEW
 

@@ -18,8 +18,7 @@ import numpy as np
 from codegen.base.errors import BadInput
 from codegen.base.parallel import in_another_process
 from codegen.base.progress import steps_to
-from codegen.diagnosis.case import HELD_OUT_SHARE, Case, Findings, case_of
-from codegen.diagnosis.few_stretches import few_stretches
+from codegen.diagnosis.case import HELD_OUT_SHARE, Case, Findings, case_of, few_stretches
 from codegen.diagnosis.fit.acceptance import ALPHA, is_far, noise_ratio, share_far
 from codegen.diagnosis.fit.measure import RESTART_S, driving_force_name, force_errors, measure
 from codegen.diagnosis.fit.output_error import BLOCKS, levels_at_zero

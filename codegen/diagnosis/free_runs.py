@@ -31,7 +31,6 @@ from codegen.diagnosis.fit.trial import Part
 from codegen.diagnosis.results import ErrorFigures, Fact, ParameterError, Remainder, Separation, titles
 from codegen.diagnosis.selection.forward_selection import Outcome, common_effects, find_effects, within_reach
 from codegen.diagnosis.verdict import wrong_values
-from codegen.diagnosis.verdict.across_joints import accepted_across_joints
 from codegen.diagnosis.verdict.against_remainder import unrepeated, varying
 from codegen.diagnosis.verdict.answer import (
     Answer,
@@ -43,7 +42,7 @@ from codegen.diagnosis.verdict.answer import (
 )
 from codegen.diagnosis.verdict.examination import examine, refused_at_limit, settled
 from codegen.diagnosis.verdict.final_check import FinalCheck
-from codegen.diagnosis.verdict.force_led import ForceLed
+from codegen.diagnosis.verdict.force_led import ForceLed, accepted_across_joints
 from codegen.diagnosis.verdict.harmonics import with_harmonics
 from codegen.diagnosis.verdict.held_out import HeldOut, within
 from codegen.diagnosis.verdict.late_inputs import corrected_for_leads

@@ -13,7 +13,7 @@ from codegen.diagnosis.diagnose import Models, diagnose_log
 from codegen.diagnosis.fit.search import Search
 from codegen.diagnosis.fit.trial import Part
 from codegen.diagnosis.results import Diagnosis
-from codegen.diagnosis.selection import force_fits, forward_selection, pairs, parsimony, replacement
+from codegen.diagnosis.selection import force_fits, forward_selection, parsimony
 from codegen.diagnosis.selection.candidate_fits import every_part
 from codegen.effects.declare import add_declared_effects
 from codegen.logs import Log, read_log
@@ -157,7 +157,7 @@ def among(*kinds: str) -> Iterator[None]:
         return [part for part in every_part(search, taken) if not kinds or part.kind in kinds]
 
     with ExitStack() as patched:
-        for asking in (forward_selection, pairs, replacement, parsimony, force_fits):
+        for asking in (forward_selection, parsimony, force_fits):
             patched.enter_context(patch.object(asking, "every_part", few))
         yield
 

@@ -24,8 +24,8 @@ from codegen.diagnosis.selection.force_fits import ForceFits
 from codegen.diagnosis.selection.force_selection import judged, judged_in_addition
 from codegen.diagnosis.selection.ranking import Ranked
 from codegen.diagnosis.selection.significance import hypotheses
-from codegen.diagnosis.verdict import across_joints
-from codegen.diagnosis.verdict.across_joints import accepted_across_joints, found_across_joints
+from codegen.diagnosis.verdict import force_led
+from codegen.diagnosis.verdict.force_led import accepted_across_joints, found_across_joints
 from codegen.spec import parse_spec
 from tests.diagnosis.stage import log_of, system_of
 
@@ -95,12 +95,12 @@ def test_of_two_nearly_alike_candidates_the_better_is_named_if_it_leaves_nothing
         ranked[:] = ranked or judged_in_addition(*given, **options)
         return list(ranked)
 
-    monkeypatch.setattr(across_joints, "judged_in_addition", ranked_once)
+    monkeypatch.setattr(force_led, "judged_in_addition", ranked_once)
     found = found_across_joints(search, base, MATERIAL)
     assert found is not None and found.found.part.on == "w_q_2"
-    assert across_joints._is_complete(search, found.found, MATERIAL)
-    assert not across_joints._is_complete(search, base, MATERIAL)
-    monkeypatch.setattr(across_joints, "_is_complete", lambda *given: False)
+    assert force_led._is_complete(search, found.found, MATERIAL)
+    assert not force_led._is_complete(search, base, MATERIAL)
+    monkeypatch.setattr(force_led, "_is_complete", lambda *given: False)
     assert found_across_joints(search, base, MATERIAL) is None
 
 
@@ -112,7 +112,7 @@ def test_a_refused_candidate_is_no_rival(monkeypatch: pytest.MonkeyPatch) -> Non
         return one if one.found.part.kind == "input_gain" else replace(one, why_not="takes the drive", unsure=False)
 
     monkeypatch.setattr(force_selection, "judged", refused)
-    monkeypatch.setattr(across_joints, "_is_better", lambda search, best, rival: False)
+    monkeypatch.setattr(force_led, "_is_better", lambda search, best, rival: False)
     found = found_across_joints(*refitted(KNOWN, GAIN), MATERIAL)
     assert found is not None and found.found.part.on == "w_q_2"
 
@@ -127,7 +127,7 @@ def test_effects_are_tried_on_joints_with_little_misfit(monkeypatch: pytest.Monk
         counted.append(candidates)
         return []
 
-    monkeypatch.setattr(across_joints, "judged_in_addition", judged_in_addition)
+    monkeypatch.setattr(force_led, "judged_in_addition", judged_in_addition)
     monkeypatch.setattr(candidate_fits, "LEAST_EXCESS", 1.0)  # the worst joint alone
     search, base = refitted(KNOWN, GAIN)
     every = every_part(search, ())

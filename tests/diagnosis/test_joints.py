@@ -35,7 +35,7 @@ from codegen.diagnosis.fit.shooting import FreeRun, Values
 from codegen.diagnosis.fit.signals import smooth_motion
 from codegen.diagnosis.fit.trial import Part, model_of, part_of
 from codegen.diagnosis.results import ErrorFigures, FoundEffect
-from codegen.diagnosis.selection import forward_selection, parsimony, replacement
+from codegen.diagnosis.selection import forward_selection, parsimony
 from codegen.diagnosis.selection.candidate_fits import CandidateFits, every_part
 from codegen.diagnosis.selection.force_fits import ForceFits
 from codegen.diagnosis.selection.force_selection import ForceSelection
@@ -311,7 +311,7 @@ def test_effects_on_a_joint_are_tried_in_pairs_for_what_is_left_there(
     def no_pair(*_: object) -> None:
         raise AssertionError("effects were tried in pairs")
 
-    for asking in (forward_selection, replacement, parsimony):
+    for asking in (forward_selection, parsimony):
         monkeypatch.setattr(asking, "every_part", few)
     monkeypatch.setattr(forward_selection, "best_pair", no_pair)
     outcome = forward_selection.find_effects(search, search.refit(), lambda turn, share: None)

@@ -14,12 +14,12 @@ from scipy.signal import butter, lfilter
 from codegen.diagnosis.case import case_of
 from codegen.diagnosis.diagnose import diagnose_log
 from codegen.diagnosis.evidence import noisy_inputs
-from codegen.diagnosis.evidence.noisy_inputs import inputs_that_move, is_attenuated_noise
 from codegen.diagnosis.fit.output_error import Fit
 from codegen.diagnosis.fit.record import record_of
 from codegen.diagnosis.fit.search import Search, search_on
 from codegen.diagnosis.results import Diagnosis
 from codegen.diagnosis.selection.candidate_fits import every_part, fit_candidates
+from codegen.diagnosis.selection.refusals import inputs_that_move, is_attenuated_noise
 from codegen.logs import Log
 from codegen.spec import parse_spec
 from tests.diagnosis.stage import STAGE, TRAIN, among, log_of, stage, system_of

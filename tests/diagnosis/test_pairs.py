@@ -7,9 +7,7 @@ from typing import Any
 
 import pytest
 
-from codegen.diagnosis.selection import (
-    pairs,
-)
+from codegen.diagnosis.selection import forward_selection
 from tests.diagnosis.fakes import InRound, fit, part_named, ranked
 
 
@@ -25,11 +23,11 @@ def test_an_effect_like_the_best_that_leaves_nearly_as_little_gets_a_round_of_al
         return []
 
     everything = [part_named(kind) for kind in ("viscous_asymmetry", "cogging", "stribeck")]
-    monkeypatch.setattr(pairs, "run_round", run_round)
-    monkeypatch.setattr(pairs, "every_part", lambda search, taken: everything)
+    monkeypatch.setattr(forward_selection, "run_round", run_round)
+    monkeypatch.setattr(forward_selection, "every_part", lambda search, taken: everything)
     search: Any = SimpleNamespace(rigid=None, fitted_again=lambda fit: fit)
     best = [ranked("hardening_spring", 0.875), ranked("spring", share), ranked("offset", 0.3)]
-    assert pairs.best_pair(search, best) == (None, False)
+    assert forward_selection.best_pair(search, best) == (None, False)
     assert ("hardening_spring", ["offset"]) in asked
     second = ["viscous_asymmetry", "cogging", "stribeck"] if whole else ["offset"]
     assert ("spring", second) in asked
@@ -45,11 +43,11 @@ def test_an_effect_of_another_signature_that_leaves_nearly_as_little_gets_a_roun
         asked.append((base.trial.parts[0].kind, [p.kind for p in parts]))
         return []
 
-    monkeypatch.setattr(pairs, "run_round", run_round)
-    monkeypatch.setattr(pairs, "every_part", lambda search, taken: [part_named("viscous")])
+    monkeypatch.setattr(forward_selection, "run_round", run_round)
+    monkeypatch.setattr(forward_selection, "every_part", lambda search, taken: [part_named("viscous")])
     search: Any = SimpleNamespace(rigid=None, fitted_again=lambda fit: fit)
     best = [ranked("dead_zone", 0.74), ranked("spring", 0.72), ranked("offset", 0.3)]
-    pairs.best_pair(search, best)
+    forward_selection.best_pair(search, best)
     assert ("spring", ["viscous"]) in asked
 
 
@@ -61,12 +59,12 @@ def test_another_form_of_an_effect_gets_no_second_round_of_its_own(monkeypatch: 
         asked.append(base.trial.parts[0].names)
         return []
 
-    monkeypatch.setattr(pairs, "run_round", run_round)
-    monkeypatch.setattr(pairs, "every_part", lambda search, taken: [part_named("viscous")])
+    monkeypatch.setattr(forward_selection, "run_round", run_round)
+    monkeypatch.setattr(forward_selection, "every_part", lambda search, taken: [part_named("viscous")])
     search: Any = SimpleNamespace(rigid=None, fitted_again=lambda fit: fit)
     forms = ("delta", "v_s"), ("delta", "v_s", "exponent")
     best = [ranked("stribeck", 0.99, names) for names in forms] + [ranked("offset", 0.3)]
-    pairs.best_pair(search, best)
+    forward_selection.best_pair(search, best)
     assert asked == [forms[0]]
 
 
@@ -83,13 +81,13 @@ def test_an_effect_with_the_motion_of_a_better_one_gets_no_second_round_of_its_o
         asked.append((base.trial.parts[0].kind, [p.kind for p in parts]))
         return []
 
-    monkeypatch.setattr(pairs, "run_round", run_round)
-    monkeypatch.setattr(pairs, "every_part", lambda search, taken: [part_named("viscous")])
+    monkeypatch.setattr(forward_selection, "run_round", run_round)
+    monkeypatch.setattr(forward_selection, "every_part", lambda search, taken: [part_named("viscous")])
     search: Any = SimpleNamespace(rigid=None, fitted_again=lambda fit: fit)
     best = [ranked(kind, share) for kind, share in (("coulomb_asymmetry", 0.9), ("offset", 0.9), ("spring", 0.89))]
     system = best[0].found.trial.system
     best[0].found.part.on, best[1].found.part.on = system.contacts[0].name, system.positions[0].name
-    pairs.best_pair(search, best)
+    forward_selection.best_pair(search, best)
     assert asked == [("coulomb_asymmetry", ["spring"]), ("spring", ["viscous"])]
 
 
@@ -104,11 +102,11 @@ def test_no_pair_is_sought_beyond_one_that_leaves_only_noise(at_noise: bool, mon
         found.cost = 10.0 - len(asked)
         return [InRound(found=found, why_not="")]
 
-    monkeypatch.setattr(pairs, "run_round", run_round)
-    monkeypatch.setattr(pairs, "every_part", lambda search, taken: [part_named("viscous")])
-    monkeypatch.setattr(pairs, "at_noise", lambda found: at_noise and found.cost == 8.0)
+    monkeypatch.setattr(forward_selection, "run_round", run_round)
+    monkeypatch.setattr(forward_selection, "every_part", lambda search, taken: [part_named("viscous")])
+    monkeypatch.setattr(forward_selection, "at_noise", lambda found: at_noise and found.cost == 8.0)
     search: Any = SimpleNamespace(rigid=None, fitted_again=lambda fit: fit)
     kinds = ("offset", "spring", "cogging", "stribeck")
-    pair, among_all = pairs.best_pair(search, [ranked(kind, 0.9) for kind in kinds])
+    pair, among_all = forward_selection.best_pair(search, [ranked(kind, 0.9) for kind in kinds])
     assert asked == list(kinds[: 2 if at_noise else 3])
     assert pair is not None and [p.kind for p in pair.trial.parts] == [asked[-1], "viscous"] and among_all

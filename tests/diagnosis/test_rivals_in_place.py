@@ -13,7 +13,7 @@ from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.search import search_on
 from codegen.diagnosis.fit.signals import smooth_motion
 from codegen.diagnosis.fit.trial import part_of
-from codegen.diagnosis.selection import replacement
+from codegen.diagnosis.selection import parsimony
 from codegen.diagnosis.selection.forward_selection import within_reach
 from codegen.effects import CATALOGUE
 from tests.diagnosis.stage import log_of, stage, system_of
@@ -40,9 +40,9 @@ def test_a_rival_that_explains_as_much_in_the_effects_place_stays_one(
     )
     current = search.with_parts(base, base.values[0], [drag, wave], [{"c": 6.0}, WAVE])
     assert current.parameters["period"] == pytest.approx(0.03, rel=0.02)
-    monkeypatch.setattr(replacement, "possible_replacements", lambda _, parts, k, among: [wobble, spring] if k else [])
-    monkeypatch.setattr(replacement, "tied_by_free_runs", lambda *_: True)
-    monkeypatch.setattr(replacement, "force_prefers", lambda *_: False)
-    better, tied = replacement.swapped(search, current, [])
+    monkeypatch.setattr(parsimony, "possible_replacements", lambda _, parts, k, among: [wobble, spring] if k else [])
+    monkeypatch.setattr(parsimony, "tied_by_free_runs", lambda *_: True)
+    monkeypatch.setattr(parsimony, "force_prefers", lambda *_: False)
+    better, tied = parsimony.swapped(search, current, [])
     assert better is None
     assert [one.part for one in tied[1]] == [wobble]

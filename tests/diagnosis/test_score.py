@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 from scipy.stats import binom
 
-from codegen.diagnosis.evidence.score_test import (
+from codegen.diagnosis.evidence.force_gain import (
     added_parameters,
     along_best,
     contains,

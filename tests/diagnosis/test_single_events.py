@@ -11,7 +11,7 @@ import pytest
 from codegen.base.errors import BadInput
 from codegen.diagnosis.case import case_of
 from codegen.diagnosis.diagnose import diagnose_log
-from codegen.diagnosis.evidence.single_events import events_of
+from codegen.diagnosis.evidence.residual_regression import events_of
 from codegen.diagnosis.fit.record import record_of
 from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.signals import TRIM_S, smooth_motion

@@ -20,8 +20,8 @@ from codegen.diagnosis.results import Fact
 from codegen.diagnosis.selection import ranking
 from codegen.diagnosis.selection.candidate_fits import FORM_GAIN, is_simpler_form
 from codegen.diagnosis.selection.forward_selection import find_effects
+from codegen.diagnosis.selection.parsimony import reconsidered
 from codegen.diagnosis.selection.refusals import acts_as_its_limit
-from codegen.diagnosis.selection.replacement import reconsidered
 from codegen.diagnosis.verdict import examination
 from codegen.diagnosis.verdict.answer import Answer
 from codegen.diagnosis.verdict.examination import examine

@@ -14,7 +14,7 @@ from codegen.diagnosis.fit.acceptance import near_noise
 from codegen.diagnosis.fit.output_error import Fit
 from codegen.diagnosis.fit.search import Search
 from codegen.diagnosis.fit.trial import Trial, part_of
-from codegen.diagnosis.selection import pairs, refusals, replacement
+from codegen.diagnosis.selection import forward_selection, parsimony, refusals
 from codegen.diagnosis.selection.candidate_fits import every_part, fit_candidates
 from codegen.effects import CATALOGUE
 from codegen.spec import Spec, parse_spec
@@ -58,7 +58,7 @@ def test_an_effect_that_two_others_together_explain_better_is_replaced_by_them(
     (alone,) = fit_candidates(search, base, [gravity])
     shares: list[float] = []
     with shares_to(shares.append):
-        both = pairs.split_in_two(search, search.fitted_again(alone))
+        both = forward_selection.split_in_two(search, search.fitted_again(alone))
     assert shares or kinds is None  # nothing is fitted in place of an effect that leaves only noise
     assert (both and {p.kind for p in both.trial.parts}) == kinds
     assert both is None or near_noise(both)
@@ -72,10 +72,10 @@ def test_two_effects_that_together_imitate_one_give_way_to_it(tmp_path: Path, mo
     )
     values = [{"amplitude": 8.0, "period": 3.0, "phase": 0.0}, {"k3": 10.0}]
     both = search.with_parts(base, base.theta, [wave, hardening], values)
-    monkeypatch.setattr(replacement, "every_part", lambda search, taken: [spring])
+    monkeypatch.setattr(parsimony, "every_part", lambda search, taken: [spring])
     shares: list[float] = []
     with shares_to(shares.append):
-        found, rivals = replacement.judged_together(search, base, both, [], False, True)
+        found, rivals = parsimony.judged_together(search, base, both, [], False, True)
     assert shares
     assert found.trial.parts == (spring,) and not rivals and near_noise(found)
 
@@ -90,7 +90,7 @@ def test_a_form_is_chosen_again_beside_an_effect_that_was_found_later(
     curve, spring = CATALOGUE["viscous"].with_parameters(["b", "v_s"]), CATALOGUE["spring"]
     parts = [part_of(effect, 0, search.system) for effect in (curve, spring)]
     both = search.with_parts(base, base.theta, parts, [{"b": 9.0, "v_s": speed}, {"k": 20.0}])
-    found, _ = replacement.with_simplest_effects(search, both, [])
+    found, _ = parsimony.with_simplest_effects(search, both, [])
     assert [p.kind for p in found.trial.parts] == ["viscous", "spring"] and near_noise(found)
     assert set(found.trial.parts[0].names) == names
 
@@ -105,7 +105,7 @@ def test_the_usual_form_is_tried_beside_an_effect_that_was_found_later(
     two, inertia = CATALOGUE["actuator_lag"].with_parameters(["tau_each"]), CATALOGUE["inertia_error"]
     parts = [part_of(effect, 0, search.system) for effect in (two, inertia)]
     both = search.with_parts(base, base.theta, parts, [{"tau_each": 0.015}, {"delta": -0.4}])
-    found, _ = replacement.with_simplest_effects(search, both, [])
+    found, _ = parsimony.with_simplest_effects(search, both, [])
     assert found.trial.parts[0].names == names and found.trial.parts[1] == parts[1] and near_noise(found)
 
 
@@ -131,6 +131,6 @@ def test_only_effects_of_the_same_coordinate_are_confused() -> None:
     search: Any = SimpleNamespace(system=system, rigid=None, reverses=np.ones(1, bool))
     gravity, delay = (part_of(CATALOGUE[kind], 0, system) for kind in ("gravity_imbalance", "input_delay"))
     search.declared_trial = Trial(system, (), ())
-    alike = {p.kind for p in every_part(search, ()) if pairs.is_confused(search, gravity, p)}
+    alike = {p.kind for p in every_part(search, ()) if forward_selection.is_confused(search, gravity, p)}
     assert alike == {"cogging", "spring", "offset"}
-    assert not pairs.is_confused(search, gravity, delay)
+    assert not forward_selection.is_confused(search, gravity, delay)

@@ -22,7 +22,9 @@ from codegen.diagnosis.selection.parsimony import (
     explained_share,
     explains_enough,
     is_accepted,
+    judged_together,
     nothing_left,
+    with_simplest_effects,
     worth_it,
 )
 from codegen.diagnosis.selection.ranking import (
@@ -39,7 +41,6 @@ from codegen.diagnosis.selection.ranking import (
     ties,
 )
 from codegen.diagnosis.selection.refusals import is_possible
-from codegen.diagnosis.selection.replacement import judged_together, with_simplest_effects
 from codegen.diagnosis.selection.significance import hypotheses
 from codegen.effects.register import separating_experiment
 

@@ -1,22 +1,47 @@
-"""What free runs accept: whether a fit with more effects is worth it, and what is left of several effects."""
+"""What free runs accept: whether a fit with more effects is worth it, and what replaces several of them."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
-from codegen.diagnosis.evidence.force_gain import ForceCriterion
-from codegen.diagnosis.evidence.score_test import added_parameters
+from codegen.diagnosis.evidence.force_gain import ForceCriterion, added_parameters, nested_evidence_of
 from codegen.diagnosis.fit import acceptance
-from codegen.diagnosis.fit.acceptance import evidence_of, noise_loss, random_signs
+from codegen.diagnosis.fit.acceptance import evidence_of, noise_loss, noise_ratio, random_signs
 from codegen.diagnosis.fit.output_error import Fit
 from codegen.diagnosis.fit.search import Search, joint_of, where_they_differ
 from codegen.diagnosis.fit.shooting import hidden_states
-from codegen.diagnosis.fit.trial import Part
-from codegen.diagnosis.selection.candidate_fits import every_part
-from codegen.diagnosis.selection.ranking import Ranked, credible
+from codegen.diagnosis.fit.trial import Part, part_of
+from codegen.diagnosis.selection.candidate_fits import (
+    FORM_GAIN,
+    every_part,
+    fit_candidates,
+    in_simplest_forms,
+    simpler_forms,
+)
+from codegen.diagnosis.selection.ranking import (
+    CLOSE,
+    Ranked,
+    credible,
+    extension_is_shown,
+    force_prefers,
+    is_no_better_form,
+    most_left,
+    nearest_of_equal,
+    runs_prefer,
+    tied_by_free_runs,
+    tolerances_prefer,
+)
+from codegen.diagnosis.selection.refusals import (
+    contradicted_by_force,
+    corrects_a_form,
+    force_share,
+    is_possible,
+    matters,
+    only_attenuates_noise,
+)
 from codegen.diagnosis.selection.significance import hypotheses
 from codegen.effects import CATALOGUE
-from codegen.effects.register import twins_of
+from codegen.effects.register import kinds_of, twins_of
 
 MOST_EFFECTS = 3
 BETTER = 10.0
@@ -149,3 +174,186 @@ def pruned_with_rivals(search: Search, current: Fit, rivals: list[Ranked]) -> tu
     """Backward elimination; if the first effect is removed, so are its rivals."""
     leader, kept = current.trial.parts[0], pruned(search, current, 1)
     return kept, rivals if leader.key == kept.trial.parts[0].key else []
+
+
+def judged_together(
+    search: Search,
+    base: Fit,
+    current: Fit,
+    rivals: list[Ranked],
+    paired: bool,
+    among_all: bool,
+) -> tuple[Fit, list[Ranked]]:
+    """Several effects judged together, which rounds found one after another, and the rivals of the first of them.
+
+    Each may be replaced or removed, and is taken in its simplest form.
+
+    Args:
+        paired: whether the effects were found as a pair, so that rivals of the first one are unknown.
+        among_all: as of ``reconsidered``.
+    """
+    if len(current.trial.parts) < 2:
+        return current, rivals
+    current, rivals = reconsidered(search, current, None if paired else rivals, among_all)
+    current, rivals = pruned_with_rivals(search, current, rivals)
+    current, rivals = with_simplest_effects(search, current, rivals)  # also of an effect that replaced another
+    current, rivals = still_accepted(search, base, current, rivals)
+    return current if rivals else largest_first(search, current), rivals
+
+
+def reconsidered(
+    search: Search,
+    current: Fit,
+    rivals: Sequence[Ranked] | None,
+    among_all: bool = True,
+) -> tuple[Fit, list[Ranked]]:
+    """Compare each effect with its possible replacements, the others kept (stepwise selection with replacement).
+
+    Args:
+        rivals: of the first effect by the first round; None if they are unknown, as for a pair.
+        among_all: whether the last effect was chosen among all candidates with the others kept, as replacements are.
+
+    Returns:
+        The better fit, and the rivals that still tie with its first effect. If only a later effect has rivals, it is
+        put first.
+    """
+    for _ in range(MOST_EFFECTS):
+        leader = current.trial.parts[0]
+        better, tied = swapped(search, current, rivals, among_all)
+        if better is None:
+            k = min(tied, default=0)
+            return (put_first(search, current, k) if k else current), tied.get(k, [])
+        current, among_all = better, True
+        if rivals and leader.key != current.trial.parts[0].key:
+            rivals = []
+    return current, []
+
+
+def swapped(
+    search: Search,
+    current: Fit,
+    rivals: Sequence[Ranked] | None,
+    among_all: bool = True,
+) -> tuple[Fit | None, dict[int, list[Ranked]]]:
+    """The fit with one effect replaced (the new one is last), or None; and index of an effect → rivals that tie.
+
+    If the first round has rivals of the first effect, only these are tested. A rival of another effect must explain
+    ``LEAST_SHARE`` of what the fit without that effect leaves, as in the first round, whatever its significance. One
+    that explains less hardly differs from that fit, and the effect was accepted as better than that fit.
+    """
+    tied: dict[int, list[Ranked]] = {}
+    parts, here = current.trial.parts, ForceCriterion(search, current)
+    for k in range(len(parts)):
+        others = possible_replacements(search, parts, k, among_all)
+        if not others:
+            continue
+        without = search.without(current, k)
+        tried = fit_candidates(search, without, others, current)
+        good = [f for f in tried if is_possible(search, f) and matters(search, f, without)]
+        good = in_simplest_forms([f for f in good if not _is_refused(search, without, f)])
+        better = (f for f in good if f.cost < current.cost - BETTER and not force_speaks_for(here, f))
+        better = (f for f in better if not _is_unshown_extension(search, parts[k], current, f))
+        simpler = (f for f in good if _is_as_good_and_simpler(here, f, parts[k]))
+        best = nearest_of_equal(search, better) or nearest_of_equal(search, simpler)
+        if best is not None:
+            return search.fitted_again(best), {}
+        own = (f for f in good if CATALOGUE[f.part.kind].extends != parts[k].kind)
+        own = (f for f in own if not is_no_better_form(f, current, parts[k]))
+        as_it_is = as_replacement(search, current, without)
+        same = [f for f in own if tied_by_free_runs(search, as_it_is, as_replacement(search, f, without))]
+        if k or rivals is None:
+            most = most_left(current)
+            alike = (f for f in same if not force_prefers(here, ForceCriterion(search, f), most))
+            alike = (f for f in alike if not tolerances_prefer(search, current, f))
+            alike = (f for f in alike if explained_share(search, without, f) >= acceptance.LEAST_SHARE)
+            tied[k] = [as_replacement(search, f, without) for f in alike]
+        else:
+            tied[k] = [r for r in rivals if r.part.key in {f.part.key for f in same}]
+    return None, {k: found for k, found in tied.items() if found}
+
+
+def possible_replacements(search: Search, parts: Sequence[Part], k: int, among_all: bool = True) -> list[Part]:
+    """Possible replacements of effect ``k``; of a last one chosen ``among_all``, only those confused with it."""
+    rest = [p for j, p in enumerate(parts) if j != k]
+    same = {parts[k].key, *twins_of(parts[k].effect, search.system, parts[k].place)}
+    possible = [p for p in every_part(search, rest) if p.key not in same]
+    possible = [p for p in possible if joint_of(search, p) == joint_of(search, parts[k])]
+    if k < len(parts) - 1 or not among_all:
+        return possible
+    alike = {c.other for c in CATALOGUE[parts[k].kind].confused_with}
+    return [p for p in possible if kinds_of(p.kind) & alike]
+
+
+def as_replacement(search: Search, found: Fit, without: Fit) -> Ranked:
+    """A replacement with its evidence over the fit without it."""
+    before, after = where_they_differ(search, without, found)
+    ratio = noise_ratio(after) / noise_ratio(before)
+    return Ranked(found, nested_evidence_of(before, after), ratio, float("nan"), "")
+
+
+def _is_as_good_and_simpler(here: ForceCriterion, found: Fit, part: Part) -> bool:
+    """Whether a replacement has fewer parameters than the effect ``part``, and neither criterion prefers that effect.
+
+    Example: a load that a damper hardly moves is an inertia error and viscous friction, two effects in one.
+    """
+    search, current = here.search, here.fit
+    if len(found.part.names) >= len(part.names) or found.cost > current.cost + FORM_GAIN:
+        return False
+    return not runs_prefer(search, current, found) and not force_prefers(here, ForceCriterion(search, found))
+
+
+def _is_unshown_extension(search: Search, part: Part, current: Fit, found: Fit) -> bool:
+    """Whether a replacement only extends the effect ``part``, and free runs do not show what it adds."""
+    return CATALOGUE[found.part.kind].extends == part.kind and not extension_is_shown(search, current, found)
+
+
+def force_speaks_for(here: ForceCriterion, found: Fit) -> bool:
+    """Whether the force residual prefers the present effects to a replacement far from the noise."""
+    return not acceptance.near_noise(found) and force_prefers(here, ForceCriterion(here.search, found), 1 / CLOSE)
+
+
+def _is_refused(search: Search, without: Fit, found: Fit) -> bool:
+    """Whether the force residual contradicts a replacement, or it only attenuates noise of the inputs."""
+    before, after = ForceCriterion(search, without), ForceCriterion(search, found)
+    if corrects_a_form(before, after) or contradicted_by_force(before, after):
+        return True
+    return bool(only_attenuates_noise(search, *where_they_differ(search, without, found)))
+
+
+def with_simplest_effects(search: Search, current: Fit, rivals: list[Ranked]) -> tuple[Fit, list[Ranked]]:
+    """The fit with each effect at the joint of the last one in its simplest form that fits as well with all the others.
+
+    Each form was chosen before the later effects were found. Examples: a backlash with a gap of 1e-15 rad is a
+    compliance; viscous friction whose slope falls with speed may be a line once a spring is found. A simpler kind is
+    then removed from the rivals. A parameter of the other form starts from the one with its unit.
+    """
+    trial, values = current.trial, current.values[1]
+    if len(trial.parts) < 2:
+        return current, rivals
+    for k, part in enumerate(trial.parts):
+        own = {p.unit: values[k][p.name] for p in part.effect.parameters}
+        here = joint_of(search, part) == joint_of(search, trial.parts[-1])
+        for form in simpler_forms(part) if here else []:
+            simpler = part_of(form, part.place, search.system)
+            start = {p.name: values[k].get(p.name, own.get(p.unit, 1.0)) for p in form.parameters}
+            other = search.replaced(current, {k: (simpler, start)})
+            if other.cost <= current.cost + FORM_GAIN:
+                return with_simplest_effects(search, other, [r for r in rivals if r.part.key != simpler.key])
+    return current, rivals
+
+
+def largest_first(search: Search, fit: Fit) -> Fit:
+    """The fit with the effect of the largest force first; unchanged without effects, or with one that adds states."""
+    trial = fit.trial
+    if not trial.parts or hidden_states(trial.changed) > hidden_states(trial.system):
+        return fit
+    sizes = [force_share(search, p, v) for p, v in zip(trial.parts, fit.values[1], strict=True)]
+    k = max(range(len(sizes)), key=sizes.__getitem__)
+    return put_first(search, fit, k) if k else fit
+
+
+def put_first(search: Search, fit: Fit, k: int) -> Fit:
+    """The fit with its k-th effect before the others."""
+    moved, found = fit.values
+    order = sorted(range(len(found)), key=lambda j: j != k)
+    return search.with_parts(fit, moved, [fit.trial.parts[j] for j in order], [found[j] for j in order])

@@ -8,8 +8,14 @@ from itertools import takewhile
 
 import numpy as np
 
-from codegen.diagnosis.evidence.force_gain import ForceCriterion
-from codegen.diagnosis.evidence.score_test import added_parameters, beyond, contains, extends, nested_evidence_of
+from codegen.diagnosis.evidence.force_gain import (
+    ForceCriterion,
+    added_parameters,
+    beyond,
+    contains,
+    extends,
+    nested_evidence_of,
+)
 from codegen.diagnosis.fit import acceptance
 from codegen.diagnosis.fit.acceptance import Evidence, evidence_of, is_far, noise_ratio, random_signs
 from codegen.diagnosis.fit.output_error import Fit, at_limit, resolution

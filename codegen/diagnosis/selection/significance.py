@@ -7,9 +7,8 @@ from math import comb, prod
 
 import numpy as np
 
-from codegen.diagnosis.evidence.force_gain import ForceCriterion
+from codegen.diagnosis.evidence.force_gain import ForceCriterion, added_parameters, beyond
 from codegen.diagnosis.evidence.reservations import resolvable_periods
-from codegen.diagnosis.evidence.score_test import added_parameters, beyond
 from codegen.diagnosis.fit import acceptance
 from codegen.diagnosis.fit.acceptance import Evidence, independent_share, near_noise, noise_ratio
 from codegen.diagnosis.fit.output_error import Fit

@@ -3,7 +3,8 @@
 A free run integrates everything that the model lacks. Its error may be dominated by something that is not an effect,
 such as jitter of the time stamps or a drift, and then no effect is accepted by free runs. The force residual at one
 time does not depend on earlier times. Effects that it selects and free runs confirm are examined as others are. Effects
-that free runs accept stay; on an arm those on its other joints are added.
+that free runs accept stay; on an arm those on its other joints are added, and an effect may be shown by the forces of
+all joints (``accepted_across_joints``).
 """
 
 from __future__ import annotations
@@ -11,13 +12,19 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
+from codegen.diagnosis.evidence.force_gain import force_gain
+from codegen.diagnosis.evidence.residual_regression import remainders
+from codegen.diagnosis.fit import acceptance
+from codegen.diagnosis.fit.acceptance import evidence_of, random_signs
+from codegen.diagnosis.fit.drive import residual_without_levels
 from codegen.diagnosis.fit.output_error import Fit
 from codegen.diagnosis.fit.search import Search, joint_of
 from codegen.diagnosis.results import Fact, Verdict, titles, worded
+from codegen.diagnosis.selection.candidate_fits import every_part
 from codegen.diagnosis.selection.force_fits import ForceFits
-from codegen.diagnosis.selection.force_selection import ForceSelection, selected_by_force
+from codegen.diagnosis.selection.force_selection import ForceSelection, judged_in_addition, selected_by_force
 from codegen.diagnosis.selection.forward_selection import Outcome
-from codegen.diagnosis.selection.ranking import Ranked, credible
+from codegen.diagnosis.selection.ranking import Ranked, credible, led_by, twins
 from codegen.diagnosis.selection.significance import hypotheses
 from codegen.diagnosis.verdict.admission import Measured
 from codegen.diagnosis.verdict.answer import Answer
@@ -148,3 +155,88 @@ def _with_first(first: Sequence[Ranked], named: Sequence[Ranked]) -> tuple[Ranke
     known = {(*r.part.key, r.part.names) for r in named}
     others = [r for r in first if (*r.part.key, r.part.names) not in known]
     return (*named, *others)
+
+
+def accepted_across_joints(
+    search: Search,
+    outcome: Outcome,
+    answer: Answer,
+    examined: Callable[[Outcome], tuple[Answer, Outcome]],
+    material: float,
+) -> tuple[Answer, Outcome]:
+    """The answer with the effect of ``found_across_joints``; unchanged if there is none, or if a check refuses it.
+
+    Candidates are judged at the joint on which they act. There the refitted friction and the masses of the links may
+    take the effect: a drive gain on its joint's torque is nearly a change of its inertia, gravity and friction. The
+    links' values then fit worse at another joint, whose forces contain the same masses.
+
+    Free runs of all joints together must accept it too, and it is examined as other effects are: by its interval, and
+    by held-out data on all joints and on its own. A machine that is simulated as a whole has no joints to be judged
+    apart, so nothing is tried there. It takes the place of effects on single joints that were refused.
+    """
+    if search.rigid is None or search.system.degrees_of_freedom < 2:
+        return answer, outcome
+    found = found_across_joints(search, outcome.base, material)
+    if found is None:
+        return answer, outcome
+    moved, values = found.found.values
+    final = search.with_parts(outcome.base, moved, found.found.trial.parts, values)
+    if not _accepted_by_runs(search, outcome.base, final):
+        return answer, outcome
+    led = outcome.with_final(search, final, ())
+    led = replace(led, first=tuple(led_by(found, outcome.first)), unexplained=False)
+    second, led = examined(led)
+    if second.verdict != "effect":
+        return answer, outcome
+    return second.noted(Fact.said("evidence", "across joints", share=found.evidence.share)), led
+
+
+def _accepted_by_runs(search: Search, base: Fit, final: Fit) -> bool:
+    """Whether free runs of all joints together accept the fit, by a sign test for all candidates (Bonferroni)."""
+    soft, before = search.with_noise_floor(base)
+    shown = evidence_of(before, soft.fitted_again(final))
+    many = hypotheses(every_part(search, ()))
+    return shown.share >= acceptance.LEAST_SHARE and many * random_signs(shown.t) <= acceptance.ALPHA
+
+
+def found_across_joints(search: Search, base: Fit, material: float) -> Ranked | None:
+    """The effect that the forces of all joints accept, clearly better than every rival on any joint; None if none.
+
+    Only effects with one parameter are tried, since a curve on one joint can imitate a wrong mass at the others. They
+    are tried on all joints, also those with little misfit: there the refit may hide the effect best. The p-value counts
+    all candidates on all joints (Bonferroni).
+
+    Args:
+        base: the refit of the declared structure by free runs, of an arm that is simulated joint by joint.
+        material: share of the RMS of the drive force from which on a force matters.
+    """
+    fits = ForceFits(search, base)
+    alone = [part for part in fits.parts if len(part.names) == 1]
+    ranked = judged_in_addition(fits, fits.plain, alone, hypotheses(fits.parts), everywhere=True)
+    ranked.sort(key=lambda r: (bool(r.why_not), r.found.cost))
+    if not ranked or ranked[0].why_not:
+        return None
+    best = ranked[0].found
+    same = {best.part.key, *twins(best.part, best)}
+    others = (r.found for r in ranked[1:] if r.grade)
+    rivals = [other for other in others if other.part.key not in same]
+    if not all(_is_better(search, best, rival) for rival in rivals):
+        return None
+    # A long log prefers one of two incomplete models by any small difference, which says nothing of the truth.
+    alike = any(fits.nearly_alike(rival, best) for rival in rivals)
+    return None if alike and not _is_complete(search, best, material) else ranked[0]
+
+
+def _is_better(search: Search, best: Fit, rival: Fit) -> bool:
+    """Whether the forces of all joints prefer a fit to a rival's by more than chance, each joint with its own noise."""
+    shown = evidence_of(rival, best, floored=False)
+    if random_signs(shown.t) > acceptance.TIE_LEVEL:
+        return False
+    one, other = (residual_without_levels(search.problem, fit.model) for fit in (best, rival))
+    return force_gain(search.problem, other, one).p_of_rivals() <= acceptance.TIE_LEVEL
+
+
+def _is_complete(search: Search, fit: Fit, material: float) -> bool:
+    """Whether the motion and the time explain no material part of the force that a fit leaves on any joint."""
+    left = remainders(fit.model, search.motion, search.problem.used)
+    return not any(r.nature(material) == "structured" or r.is_changing(material) for r in left)

@@ -12,8 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from codegen.base.arrays import Array
-from codegen.diagnosis.evidence.force_gain import ForceCriterion
-from codegen.diagnosis.evidence.score_test import nested_evidence_of
+from codegen.diagnosis.evidence.force_gain import ForceCriterion, nested_evidence_of
 from codegen.diagnosis.fit.acceptance import noise_ratio
 from codegen.diagnosis.fit.linear import solved
 from codegen.diagnosis.fit.measure import force_errors
@@ -24,10 +23,9 @@ from codegen.diagnosis.fit.signals import low_pass
 from codegen.diagnosis.fit.trial import Part, part_of
 from codegen.diagnosis.selection.candidate_fits import NEAR, SHORTEST
 from codegen.diagnosis.selection.forward_selection import Outcome
-from codegen.diagnosis.selection.parsimony import BETTER, at_noise, pruned, worth_it
+from codegen.diagnosis.selection.parsimony import BETTER, at_noise, force_speaks_for, pruned, worth_it
 from codegen.diagnosis.selection.ranking import Ranked, credible, runs_prefer
 from codegen.diagnosis.selection.refusals import relative_size
-from codegen.diagnosis.selection.replacement import force_speaks_for
 from codegen.diagnosis.selection.significance import chance
 from codegen.diagnosis.verdict.answer import force_agrees
 from codegen.effects.periodic import PERIOD, CoggingHarmonics

@@ -22,9 +22,9 @@ from codegen.diagnosis.fit.search import Search
 from codegen.diagnosis.fit.trial import Part, part_of
 from codegen.diagnosis.results import Fact
 from codegen.diagnosis.selection.candidate_fits import fit_candidates
+from codegen.diagnosis.selection.parsimony import as_replacement
 from codegen.diagnosis.selection.ranking import Ranked, preferred_by_force, runs_prefer, tied_by_free_runs
 from codegen.diagnosis.selection.refusals import is_possible
-from codegen.diagnosis.selection.replacement import as_replacement
 from codegen.diagnosis.verdict.answer import Answer
 from codegen.effects.declare import unit_words
 from codegen.effects.nameless import NAMELESS

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Sequence
 
 from codegen.diagnosis.evidence.estimate import effect_of
-from codegen.diagnosis.evidence.score_test import nested_evidence_of
+from codegen.diagnosis.evidence.force_gain import nested_evidence_of
 from codegen.diagnosis.fit.acceptance import noise_ratio
 from codegen.diagnosis.fit.output_error import Fit, at_limit
 from codegen.diagnosis.fit.search import Search
