@@ -102,7 +102,7 @@ def _evidence(problem: Problem, without: System, whole: System, effect: FoundEff
     before = without_levels(without, motion, used, residuals[:, i], i)
     after = without_levels(without, motion, used, residual_at_drive(whole, motion)[:, i], i)
     x = variables_of(without, motion, residuals, i)
-    columns = remainder_columns(without, motion, residuals, used, i)[variable]
+    columns = remainder_columns(without, motion, residuals, used, i)(variable)
     sum_of_squares = max(float(np.sum(before[used] ** 2)), NO_RESIDUAL)
     directions = [("", used)]
     if variable in BOTH_WAYS:

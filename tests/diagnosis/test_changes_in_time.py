@@ -85,7 +85,7 @@ def test_a_force_of_the_motion_with_memory_is_no_change_in_time(seed: int, pushe
     )
     r = pull - np.mean(pull[rows] * sign[rows]) * sign + 0.05 * noise(seed, 0)
     terms = {"force": np.ones(COUNT), "friction level": sign, "viscous friction": v}
-    found = changed_by(r, rows, TIME, CUTOFF, terms, dict(zip(STATE, over, strict=True)), 0.0)
+    found = changed_by(r, rows, TIME, CUTOFF, terms, dict(zip(STATE, over, strict=True)).__getitem__, 0.0)
     assert found.share > 0.5 if pushed else found.share < 0.25
 
 

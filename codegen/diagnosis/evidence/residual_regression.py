@@ -7,7 +7,7 @@ shares are 1 − Σ(r − r̂)²/Σr² on held-out parts of the log.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import cache
 from typing import Any
@@ -49,8 +49,12 @@ NEIGHBOURS, LEAST_PERIODS = 2, 6
 """Spectral line: neighbouring bins on each side, by which its amplitude may vary; least periods in the log."""
 BACKGROUND, SURELY_A_LINE = 7, 0.01
 """Spectral line: bins on each side whose median is the noise there; greatest nominal probability of it in noise."""
+Columns = Callable[[str], Array]
+"""Variable → (N, m) columns of a regression on it."""
 STATE = ("speed", "position", "load", "acceleration", "distance since reversal")
 """Variables of the motion; what these predict is no change in time."""
+REGRESSED = (*STATE[:-1], "input rate", "time", STATE[-1], "frequency")
+"""Variables on which a residual is regressed, in the order in which they are reported."""
 MOSTLY = 0.5
 """Share of a squared residual that state variables predict on held-out parts from which on they come before time."""
 REPEATED = 2.0
@@ -121,11 +125,11 @@ def inertia_noise(system: System, motion: Motion, i: int) -> float:
 
 
 def changed_on(
-    system: System, motion: Motion, r: Array, rows: NDArray[np.bool_], variables: Mapping[str, Array], i: int
+    system: System, motion: Motion, r: Array, rows: NDArray[np.bool_], columns: Columns, i: int
 ) -> ChangesInTime:
-    """``changed_by`` of a residual (N,) of one coordinate; ``variables``: its ``remainder_columns``."""
+    """``changed_by`` of a residual (N,) of one coordinate; ``columns``: its ``remainder_columns``."""
     terms, noise = varying_terms(system, motion, i), inertia_noise(system, motion, i)
-    return changed_by(r, rows, motion.time, motion.cutoff_hz, terms, variables, noise)
+    return changed_by(r, rows, motion.time, motion.cutoff_hz, terms, columns, noise)
 
 
 def changed_by(
@@ -134,7 +138,7 @@ def changed_by(
     time: Array,
     cutoff_hz: float,
     terms: Mapping[Term, Array],
-    variables: Mapping[str, Array],
+    columns: Columns,
     noise: float,
 ) -> ChangesInTime:
     """Changes in time of a residual, or of what a curve over state variables leaves; ``noise``: of the row of M a.
@@ -148,7 +152,7 @@ def changed_by(
     plain = changes_in_time(r, rows, terms, *about)
     if not plain.changes:
         return plain
-    states = [variables[name] for name in STATE]
+    states = [columns(name) for name in STATE]
     groups = [states, *([one] for one in states)]
     shares = [repeated_share(r, rows, group) for group in groups]
     best = int(np.argmax(shares))
@@ -265,13 +269,13 @@ def smooth_curve(residual: Array, rows: NDArray[np.bool_], columns: Array) -> Ar
     return np.asarray(np.column_stack([columns, np.ones(len(columns))]) @ weights)
 
 
-def _remainder(r: Array, drive: Array, rows: NDArray[np.bool_], variables: Mapping[str, Array]) -> Remainder:
+def _remainder(r: Array, drive: Array, rows: NDArray[np.bool_], columns: Columns) -> Remainder:
     if rows.sum() < LEAST_ROWS:
         return Remainder(float("nan"), float("nan"), 0.0)
     left, driven = (rms(y[rows]) for y in (r, drive))
     constant = repeated_share(r, rows, [np.ones((len(r), 1))])
-    over = {name: repeated_share(r, rows, [columns]) for name, columns in variables.items()}
-    together = max(repeated_share(r, rows, list(variables.values())), *over.values(), constant)
+    over = {name: repeated_share(r, rows, [columns(name)]) for name in REGRESSED}
+    together = max(repeated_share(r, rows, [columns(name) for name in REGRESSED]), *over.values(), constant)
     beyond = {name: max(0.0, share - constant) for name, share in over.items()}
     share = left / driven if driven > 0 else float("inf")
     return Remainder(left, share, together, {"constant": constant} | beyond)
@@ -375,51 +379,33 @@ def ringing(residual: Array, rows: NDArray[np.bool_], acceleration: Array, inert
     return max(0.0, float((2 * weight * along - weight**2 * power).sum()) / max(float(y @ y), 1e-300))
 
 
-class OnDemand(Mapping[str, Array]):
-    """Arrays by name, each computed when it is first asked for: a question needs one or two of many columns."""
+def remainder_columns(system: System, motion: Motion, residual: Array, rows: NDArray[np.bool_], i: int) -> Columns:
+    """The columns (N, m) of one coordinate over each variable of ``REGRESSED``, computed when they are first asked for.
 
-    def __init__(self, made: Mapping[str, Callable[[], Array]]) -> None:
-        self._made = {name: cache(one) for name, one in made.items()}
-
-    def __getitem__(self, name: str) -> Array:
-        return self._made[name]()
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._made)
-
-    def __len__(self) -> int:
-        return len(self._made)
-
-
-def remainder_columns(
-    system: System, motion: Motion, residual: Array, rows: NDArray[np.bool_], i: int
-) -> Mapping[str, Array]:
-    """(N, m) regression columns by variable of one coordinate, for regression at the samples ``rows``."""
+    ``rows``: the samples of the regression.
+    """
     over, r = variables_of(system, motion, residual, i), residual[:, i]
-    load = over["load"]
     sign = motion.low_pass(np.sign(over["speed"])[:, None])
 
-    def by_position() -> Array:
-        along = splines(over["position"], POSITION_KNOTS)
-        return np.column_stack([along, along * sign])
+    @cache
+    def columns(name: str) -> Array:
+        if name == "frequency":
+            oscillates = beyond_noise(system, motion, r, rows, i) > 0
+            return line(r, rows, motion) if oscillates else np.ones((len(r), 1))
+        along = splines(over[name], POSITION_KNOTS if name == "position" else KNOTS)
+        match name:
+            case "speed":
+                return np.column_stack([along, splines(motion.velocities[:, i], KNOTS), sign])
+            case "position":
+                return np.column_stack([along, along * sign])
+            case "load":
+                return np.column_stack([along, splines(np.abs(over[name]), KNOTS) * sign])
+            case "distance since reversal":
+                return along * sign
+            case _:
+                return along
 
-    def at_a_frequency() -> Array:
-        oscillates = beyond_noise(system, motion, r, rows, i) > 0
-        return line(r, rows, motion) if oscillates else np.ones((len(r), 1))
-
-    speeds = over["speed"], motion.velocities[:, i]
-    return OnDemand(
-        {
-            "speed": lambda: np.column_stack([*(splines(v, KNOTS) for v in speeds), sign]),
-            "position": by_position,
-            "load": lambda: np.column_stack([splines(load, KNOTS), splines(np.abs(load), KNOTS) * sign]),
-            "acceleration": lambda: splines(over["acceleration"], KNOTS),
-            "input rate": lambda: splines(over["input rate"], KNOTS),
-            "time": lambda: splines(over["time"], KNOTS),
-            "distance since reversal": lambda: splines(over["distance since reversal"], KNOTS) * sign,
-            "frequency": at_a_frequency,
-        }
-    )
+    return columns
 
 
 def line(residual: Array, rows: NDArray[np.bool_], motion: Motion) -> Array:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from codegen.base.arrays import Array
 from codegen.diagnosis.evidence.residual_regression import (
+    Columns,
     changed_on,
     explained_over,
     peak_hz,
@@ -113,16 +114,16 @@ def force_evidence(
     found = []
     for i in sorted(set(acting)):
         used = sliding(refit, motion, problem.used, i)
-        variables = remainder_columns(refit, motion, before, used, i)
+        over = remainder_columns(refit, motion, before, used, i)
         r, left = (without_levels(refit, motion, used, y[:, i], i) for y in (before, after))
         removed = 1 - float(np.sum(left[used] ** 2) / max(float(np.sum(r[used] ** 2)), 1e-300))
-        together = explained_over(r, used, [variables[name] for name in sorted(own)])
+        together = explained_over(r, used, [over(name) for name in sorted(own)])
         force, speed = (r - left)[:, None], motion.velocities[:, i]
         force = force / max(rms(force[used]), 1e-300)  # the ridge is that of columns near 1, in any unit
         by_law = explained_over(r, used, [force])
         shares = list[float]()
         for name, most in (("frequency", OF_THE_MOTION), ("time", SLOW_MOTION)):
-            columns = variables[name]
+            columns = over(name)
             moves = explained_over(speed, used, [columns]) > most
             shares += [0.0 if moves else explained_over(r, used, group) for group in ([columns], [columns, force])]
         line, with_line, time, with_time = shares
@@ -132,7 +133,7 @@ def force_evidence(
         hz = peak_hz(before[:, i], used, motion)
         vibration = OtherCause(f"a vibration of constant frequency, {hz:.3g} Hz,", line, by_law, with_line)
         drift = OtherCause("a slow change in time", time, by_law, with_time)
-        inside = _in_intervals(refit, motion, r, used, variables, i) if with_events else []
+        inside = _in_intervals(refit, motion, r, used, over, i) if with_events else []
         events, law, both = (fitted_share(r, used, columns) for columns in (inside, [force], [*inside, force]))
         what = f"something else in {len(inside)} intervals of time, as a force from outside,"
         found.append(ForceEvidence(removed, together, vibration, drift, OtherCause(what, events, law, both)))
@@ -140,10 +141,10 @@ def force_evidence(
 
 
 def _in_intervals(
-    refit: System, motion: Motion, r: Array, used: NDArray[np.bool_], variables: Mapping[str, Array], i: int
+    refit: System, motion: Motion, r: Array, used: NDArray[np.bool_], over: Columns, i: int
 ) -> list[Array]:
     """(N, 3) columns for each interval in which a term of the force balance has another coefficient: the term there."""
-    terms, changes = varying_terms(refit, motion, i), changed_on(refit, motion, r, used, variables, i).changes
+    terms, changes = varying_terms(refit, motion, i), changed_on(refit, motion, r, used, over, i).changes
     intervals = along_intervals(changes, motion.time)
     return [terms[c.term][:, None] * inside for c, inside in zip(changes, intervals, strict=True)]
 

@@ -116,8 +116,8 @@ def varying(problem: Problem, augmented: System, named: Sequence[FoundEffect], m
         over = variables_of(augmented, motion, residual, i)
         sign = np.sign(over["speed"])[:, None]
         curves = {name: splines(over[name], KNOTS) for name in OVER}
-        variables = remainder_columns(augmented, motion, residual, rows, i)
-        events = along_intervals(changed_on(augmented, motion, r, rows, variables, i).changes, motion.time)
+        columns_over = remainder_columns(augmented, motion, residual, rows, i)
+        events = along_intervals(changed_on(augmented, motion, r, rows, columns_over, i).changes, motion.time)
         held_out, whole = partial(added_share, r, rows, constant), partial(_added_by_fit, r, rows, constant)
         for k, columns in slopes.items():
             own = VARIABLES[effect_called(named[k].kind).seen_over]
@@ -151,7 +151,7 @@ def unrepeated(problem: Problem, augmented: System, named: Sequence[FoundEffect]
         i = acts_on(one, system)
         rows = sliding(augmented, motion, problem.used, i)
         r, own = residual[:, i], VARIABLES[effect.seen_over]
-        columns = remainder_columns(augmented, motion, residual, rows, i)[own]
+        columns = remainder_columns(augmented, motion, residual, rows, i)(own)
         levels = [c[:, None] for c in level_columns(augmented, motion, i).T]
         left = sqrt(max(0.0, 1 - fitted_share(r, rows, levels))) * rms(r[rows])
         share = added_share(r, rows, levels, [columns])

@@ -34,7 +34,7 @@ def candidates(outcome: Outcome, system: System, verdict: Verdict) -> tuple[Cand
     ranked = _listed(outcome, outcome.first)
     kept = [r for k, r in enumerate(ranked) if k < TABLE_SIZE or is_own(r.part.kind)]
     tried = {r.part.key for r in ranked}
-    return (*(_candidate(r) for r in kept), *_not_tried(system, tried, verdict))
+    return (*(_row(r) for r in kept), *_not_tried(system, tried, verdict))
 
 
 def rounds(outcome: Outcome) -> tuple[Round, ...]:
@@ -42,7 +42,7 @@ def rounds(outcome: Outcome) -> tuple[Round, ...]:
     return tuple(
         Round(
             tuple(p.key for p in later.found_before),
-            tuple(_candidate(r) for r in _listed(outcome, later.ranked)[:TABLE_SIZE]),
+            tuple(_row(r) for r in _listed(outcome, later.ranked)[:TABLE_SIZE]),
         )
         for later in outcome.later
     )
@@ -77,12 +77,8 @@ def _listed(outcome: Outcome, ranked: Sequence[Ranked]) -> list[Ranked]:
     return sorted(ranked, key=lambda r: order.get(r.part.key, len(order)))
 
 
-def _candidate(r: Ranked) -> Candidate:
-    return _row(r, -1)
-
-
-def _row(r: Ranked, k: int) -> Candidate:
-    """The row of the k-th effect of a fit."""
+def _row(r: Ranked, k: int = -1) -> Candidate:
+    """The row of the k-th effect of a fit, by default of the last one."""
     part, e = r.found.trial.parts[k], r.evidence
     return Candidate(
         kind=part.kind,
