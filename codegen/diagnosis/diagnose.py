@@ -31,10 +31,12 @@ from codegen.diagnosis.results import MATERIAL, Diagnosis, ErrorFigures, FoundEf
 from codegen.diagnosis.selection.candidate_fits import start_compiling
 from codegen.diagnosis.selection.forward_selection import Outcome
 from codegen.diagnosis.selection.refusals import admissible
-from codegen.diagnosis.steady.mean_fits import SteadySearch, answer_of, effects_of
-from codegen.diagnosis.steady.record_means import (
+from codegen.diagnosis.steady.means import (
     Means,
+    SteadySearch,
+    answer_of,
     by_force_alone,
+    effects_of,
     figures_of,
     is_static,
     means_of,

@@ -10,13 +10,14 @@ least ``LEAST_Z`` standard deviations. These are of sums over blocks, so that th
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from codegen.base.arrays import Array
+from codegen.diagnosis.fit.linear import regressed
 from codegen.diagnosis.results import Change, Term
 
 MOST_BLOCKS = 600
@@ -66,7 +67,7 @@ def changes_in_time(
     columns = {name: term[used] for name, term in terms.items()}
     powers = {name: _sums(block, p**2, count) for name, p in columns.items()}
     y, always, counts = residual[used], list(columns.values()), np.bincount(block, minlength=count).astype(float)
-    model, found, left = always, list[tuple[Term, int, int]](), _left(y, always)[1]
+    model, found, left = always, list[tuple[Term, int, int]](), regressed(y, np.column_stack(always))[1]
     spans = np.stack(np.triu_indices(count + 1, LEAST_BLOCKS))
     spans = spans[:, spans[1] - spans[0] <= count - LEAST_BLOCKS]
     while len(found) < MOST_CHANGES:
@@ -77,7 +78,7 @@ def changes_in_time(
         name = next(one for one, (gain, _) in best.items() if gain >= AS_GOOD * most)
         start, stop = best[name][1]
         added = np.where((block >= start) & (block < stop), columns[name], 0.0)
-        coefficients, after = _left(y, [*model, added])
+        coefficients, after = regressed(y, np.column_stack([*model, added]))
         by_block, size = _sums(block, columns[name] * after, count), abs(coefficients[-1])
         in_term = (noise or {}).get(name, 0.0)
         bias, deviation = _uncertainty(by_block, powers[name], counts, in_term, slice(start, stop))
@@ -89,7 +90,7 @@ def changes_in_time(
             break
         model, left = [*model, added], after
         found.append((name, start, stop))
-    coefficients, total = _left(y, model)[0], max(float(y @ y), 1e-300)
+    coefficients, total = regressed(y, np.column_stack(model))[0], max(float(y @ y), 1e-300)
     forces = [c * column for c, column in zip(coefficients, model, strict=True)]
     own = coefficients[len(always) :]
     changes = [
@@ -104,13 +105,6 @@ def changes_in_time(
 def _sums(block: NDArray[np.int_], values: Array, count: int) -> Array:
     """(count,) sum of values over each block."""
     return np.asarray(np.bincount(block, weights=values, minlength=count), dtype=np.float64)
-
-
-def _left(y: Array, columns: Sequence[Array]) -> tuple[Array, Array]:
-    """Coefficients and residual of a least-squares fit."""
-    matrix = np.column_stack(columns)
-    coefficients = np.asarray(np.linalg.lstsq(matrix, y, rcond=None)[0], dtype=np.float64)
-    return coefficients, y - matrix @ coefficients
 
 
 def _best(sums: Array, powers: Array, spans: NDArray[np.int_]) -> tuple[float, tuple[int, int]]:

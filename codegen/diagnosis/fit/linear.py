@@ -32,6 +32,12 @@ def fitted(columns: Array, values: Array) -> Array:
     return np.asarray(np.linalg.lstsq(columns / size, values, rcond=1e-9)[0] / size)
 
 
+def regressed(values: Array, columns: Array) -> tuple[Array, Array]:
+    """Least-squares weights of columns (N, p) for values (N,), and what they leave, (N,)."""
+    weights = np.asarray(np.linalg.lstsq(columns, values, rcond=None)[0], dtype=np.float64)
+    return weights, values - columns @ weights
+
+
 def rms(values: Array) -> float:
     """The root of the mean square."""
     return float(np.sqrt(np.mean(values**2)))

@@ -20,7 +20,7 @@ from codegen.diagnosis.evidence.residual_regression import (
 )
 from codegen.diagnosis.fit.acceptance import is_far
 from codegen.diagnosis.fit.drive import residual_at_drive
-from codegen.diagnosis.fit.linear import rms
+from codegen.diagnosis.fit.linear import regressed, rms
 from codegen.diagnosis.fit.output_error import Fit
 from codegen.diagnosis.fit.residual import Problem, contacts_on, without_levels
 from codegen.diagnosis.fit.signals import Motion
@@ -163,8 +163,8 @@ def fitted_share(r: Array, used: NDArray[np.bool_], columns: Sequence[Array]) ->
     """Share of a squared residual that these columns, (N, m) each, remove by least squares."""
     if not columns:
         return 0.0
-    y, matrix = r[used], np.column_stack(columns)[used]
-    left = y - matrix @ np.linalg.lstsq(matrix, y, rcond=None)[0]
+    y = r[used]
+    left = regressed(y, np.column_stack(columns)[used])[1]
     return 1 - float(left @ left) / max(float(y @ y), 1e-300)
 
 

@@ -21,6 +21,7 @@ from codegen.base.significant import in_percent, with_deserved_digits
 from codegen.diagnosis.evidence.estimate import estimate
 from codegen.diagnosis.fit.drive import residual_without_levels
 from codegen.diagnosis.fit.force_rows import ForceRows, force_rows
+from codegen.diagnosis.fit.linear import regressed
 from codegen.diagnosis.fit.measure import Drive, driving_force_name, inverse_mass
 from codegen.diagnosis.fit.output_error import AT_END, BLOCKS, WITHIN, Fit, segment_cost
 from codegen.diagnosis.fit.residual import Problem, evaluate_forces, inverse_dynamics_residual
@@ -108,7 +109,7 @@ def wrong_links(search: Search, values: Array) -> list[int] | None:
         if 2 * (len(chosen) + 1) > many:
             return None
         others = [k for k in range(columns.shape[1]) if k not in chosen]
-        tried = {k: _after_regression(off, columns[:, [*chosen, k]].reshape(len(off), -1)) for k in others}
+        tried = {k: regressed(off, columns[:, [*chosen, k]].reshape(len(off), -1))[1] for k in others}
         best = min(tried, key=lambda k: float(tried[k] @ tried[k]), default=None)
         if best is None:
             return None
@@ -125,11 +126,6 @@ def wrong_links_in_words(search: Search, answer: Answer) -> list[Fact]:
     if links is None:
         return []
     return [Fact.said("declared value", "links", names=[search.system.positions[k].name for k in links])]
-
-
-def _after_regression(y: Array, columns: Array) -> Array:
-    """The residual of a least-squares fit."""
-    return np.asarray(y - columns @ np.linalg.lstsq(columns, y, rcond=None)[0])
 
 
 def equal_parameters(search: Search, base: Fit, outcome: Outcome) -> list[Fact]:
