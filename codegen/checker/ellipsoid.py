@@ -344,7 +344,8 @@ class Dynamics(NamedTuple):
 def dynamics(proof: dict[str, Any], claim: dict[str, Any], shown: dict[str, Any]) -> Dynamics:
     """The error dynamics that ``error_dynamics`` proves, with the sizes of the disturbances that the claim states."""
     matrix, push, shift = error_dynamics(proof, claim, shown)
-    sizes = disturbance_sizes(claim)
+    sizes = {f"{kind}.{x}": number(d) for kind in KINDS for x, d in claim.get(kind, {}).items()}  # in the order of push
+    kernel.demand(min([Fraction(0), *sizes.values()]) == 0, "noise, drift or friction below 0")
     most = [Fraction(0) if x.startswith(FRICTION) else d for x, d in sizes.items()]
     step = [[x.constant() for x in row] for row in matrix]
     columns = disturbance_columns(push, most)
@@ -371,13 +372,6 @@ def left_by(
     )
     noise = [largest(p, sizes, proof) for p in shift]
     return reversal.left(turn, [*map(number, entry["before"])], noise, proof, shown, known)
-
-
-def disturbance_sizes(claim: dict[str, Any]) -> dict[str, Fraction]:
-    """Disturbance, such as noise.inputs.x, -> the largest magnitude that the claim states; in the order of push."""
-    sizes = {f"{kind}.{x}": number(d) for kind in KINDS for x, d in claim.get(kind, {}).items()}
-    kernel.demand(min([Fraction(0), *sizes.values()]) == 0, "noise, drift or friction below 0")
-    return sizes
 
 
 def require_invariant(

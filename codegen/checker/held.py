@@ -50,9 +50,7 @@ def restarts(shown: dict[str, Any]) -> dict[str, Fraction]:
     are called in a sample with a fault, and `init` and `resume` behind `reset`, which sets the mode in which they are.
     Left out is what rounding may change by more than that of its terms: 88 + 1e8 + 0.1 - 1e8 - 0.1 is 88.000000009.
     """
-    c, of = shown["c"], rounding.of_parameters(shown)
-    free = {x: kernel.term(1, x) for x in (*c.inputs, *c.states, *c.outputs)} | {x: shown["names"][x] for x in c.values}
-    ends = [rounding.Bounded(free, {}, c.precision, of) for _ in range(3)]
+    c, ends = shown["c"], [rounding.from_any_state(shown, outputs=True) for _ in range(3)]
     for text, program in zip(ends, (c.init, c.predict, c.resume), strict=True):
         text.run(program, c.states)
     numbers = {z: p for z in c.states if not (p := ends[0].names[z]).names()}
@@ -129,13 +127,6 @@ def require_held_estimates(modes: Modes) -> None:
         kernel.demand(not (wrong and needed), f"{what}: {wrong[:3]} do not go on with what was held")
 
 
-def quotients(known: dict[Any, Any], c: Any) -> dict[str, Any]:
-    """Reciprocal -> the largest that it is, by the least divisor that rounding.py lets pass."""
-    bounds = rounding.Bounded({}, known, c.precision)
-    bounds.ones()
-    return {x: p.constant() for x, p in bounds.largest.items()}
-
-
 def largest(p: Any, sizes: dict[str, Any], usual: int) -> Fraction:
     """The sum of the magnitudes of a polynomial's terms, names as large as in ``sizes`` or usual, signs 1."""
     of = (abs(a) * prod(sizes.get(x, usual) for x in m if not x.startswith("sign.")) for m, a in p.items())
@@ -189,7 +180,12 @@ def finite(proof: dict[str, Any], shown: dict[str, Any], begun: dict[str, Any]) 
     ends = [kernel.Text(free, known).run(program, c.states + c.outputs) for program in programs]
     clocks = {z for z in first if not (ends[0][z] - free[z]).names()}
     usual, others = c.precision.usual, [z for z in (*proof.get("shared", {}), *shown["aside"]) if z not in clocks]
-    of_ends, of_step, ordered = quotients(known, c), quotients(shown["known"], c), [*ends[:3], ends[4], ends[3]]
+    quotients = [rounding.Bounded({}, of, c.precision) for of in (known, shown["known"])]
+    for of in quotients:  # reciprocal -> the largest that it is, by the least divisor that rounding.py lets pass
+        of.ones()
+    of_ends, of_step = ({x: p.constant() for x, p in of.largest.items()} for of in quotients)
+    ordered = [*ends[:3], ends[4], ends[3]]
+
     sizes = {z: largest(p, of_step, usual) for z, p in shown["before"].items()}
     for z in others:
         sizes[z] = size_of(z, ordered, sizes | of_ends, usual)

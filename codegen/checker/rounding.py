@@ -97,16 +97,12 @@ def require(proof: dict[str, Any], shown: dict[str, Any]) -> None:
         return bound
 
     added = {x: accepted(x) for x in sums}
-    for x in [*shown["outputs"]]:
+    for said, x in [(each, x) for each in (shown["outputs"], shown["other than 0"]) for x in each]:
         try:
             accepted(x)
         except ValueError:  # nothing is said of it then
-            del shown["outputs"][x]
-    for x in [*shown["other than 0"]]:
-        try:
-            accepted(x)
-        except ValueError:
-            del shown["other than 0"][x]
+            del said[x]
+
     for (function, q), _ in code.known.items():
         if function == "1/":  # where a divisor is less than that, it may be its rounding
             size = max(total(put(magnitudes(q), code.ones())), code.divisors.get(q, Fraction(0)))
@@ -123,11 +119,10 @@ def require(proof: dict[str, Any], shown: dict[str, Any]) -> None:
     for formula in {*texts(proof)}:
         if re.search(EXP, formula) or rounded.intersection(re.findall(NAME, formula)):
             said.kept(said.value(formula), said.latest[0], VANISHED)
-    free = {x: shown["names"][x] for x in c.values}
-    free |= {x: kernel.term(1, x) for x in (*c.inputs, *c.states, *c.outputs)}
     for program in (c.init, c.reset, c.predict, c.resume):
-        text = Bounded(free, {}, c.precision, {x: code.bounds[x] for x in c.values})
+        text = from_any_state(shown, outputs=True)
         text.run(program, c.states)
+
         for target in {x for x, _ in program}:
             text.kept(text.names[target], text.bounds[target][0])
 
@@ -144,15 +139,16 @@ def step(proof: dict[str, Any], shown: dict[str, Any]) -> "Bounded":
     signs += [(names[s], names[s] * p) for s in ("", *proof["signs"]) for p in map(claim.value, proof["domain"])]
     for s, p in signs:
         known |= {("sgn", kernel.term(way) * p): kernel.term(way) * s for way in (-1, 1)}
-    code = Bounded(free, known, c.precision, of_parameters(shown))
+    code = Bounded(free, known, c.precision, shown["rounded"])
     code.run(c.step + c.commit, c.states + c.outputs)
     return code
 
 
-def of_parameters(shown: dict[str, Any]) -> dict[str, tuple[Any, int]]:
+def of_parameters(c: Any, names: dict[str, Any], known: dict[Any, Any]) -> dict[str, tuple[Any, int]]:
     """The bounds of the parameters."""
-    c, values = shown["c"], {x: shown["names"][x] for x in shown["c"].values}
-    made = Bounded({x: p for x, p in values.items() if x not in dict(c.prepare)}, dict(shown["known"]), c.precision)
+    values = {x: names[x] for x in c.values}
+    made = Bounded({x: p for x, p in values.items() if x not in dict(c.prepare)}, dict(known), c.precision)
+
     made.run(c.prepare, [*values])
     bounds = {}
     for x, p in values.items():
@@ -162,6 +158,14 @@ def of_parameters(shown: dict[str, Any]) -> dict[str, tuple[Any, int]]:
     return bounds
 
 
+def from_any_state(shown: dict[str, Any], outputs: bool = False) -> "Bounded":
+    """The C over its inputs and states (and held outputs) as they are, whatever these are, with bounds by lemma R."""
+    c = shown["c"]
+    free = {x: shown["names"][x] for x in c.values} | {x: kernel.term(1, x) for x in (*c.inputs, *c.states)}
+    free |= {x: kernel.term(1, x) for x in c.outputs} if outputs else {}
+    return Bounded(free, {}, c.precision, shown["rounded"])
+
+
 def in_code(shown: dict[str, Any], start: dict[str, Any], known: dict[Any, Any]) -> "Bounded | None":
     """A step from ``start`` with the bounds of lemma R, or None where these are refused.
 
@@ -169,7 +173,7 @@ def in_code(shown: dict[str, Any], start: dict[str, Any], known: dict[Any, Any])
         known: function and argument -> its value, such as a sign's.
     """
     c = shown["c"]
-    code = Bounded(start, dict(known), c.precision, of_parameters(shown))
+    code = Bounded(start, dict(known), c.precision, shown["rounded"])
     try:
         code.run(c.step + c.commit, c.states + c.outputs)
     except ValueError:
@@ -187,10 +191,12 @@ def outlasts(proof: dict[str, Any], shown: dict[str, Any], code: "Bounded", off:
     """
     R, errors, unit = [], proof["errors"], kernel.term(code.precision.rounding / 8)
     stored = {z: magnitudes(shown["before"][z]) for z in off}
+    size = {x: max(map(abs, ends)) for x, ends in shown["box"].items()}
     for shows in (magnitudes(code.names[e["estimate"]]) for e in errors):
         used = {z: p for z, p in off.items() if z in shows.names()}
         change = sum((put(derivative(shows, z), stored) * p * unit for z, p in used.items()), kernel.Poly())
-        R.append([at_most(change, f"error of {e['truth']}", shown["box"]) for e in errors])
+        terms = {m: c * prod(size.get(x, 1) for x in m) for m, c in change.items()}  # at most
+        R.append([sum((c for m, c in terms.items() if f"error of {e['truth']}" in m), Fraction(0)) for e in errors])
     P = shown["numbers"]["P"]
     (rows_R, by_R), (rows_P, by_P) = kernel.integers(R), kernel.integers(P)
     sizes = [[*map(abs, row)] for row in rows_P]
@@ -212,12 +218,6 @@ def derivative(p: Any, x: str) -> Any:
             at = m.index(x)
             found += kernel.term(c * m.count(x), *m[:at], *m[at + 1 :])
     return found
-
-
-def at_most(p: Any, error: str, box: dict[str, Any]) -> Fraction:
-    """The sum of the coefficients of the terms with this error, all else as large as the box allows, or 1."""
-    size = {x: max(map(abs, ends)) for x, ends in box.items()}
-    return sum((c * prod(size.get(x, 1) for x in m) for m, c in p.items() if error in m), Fraction(0))
 
 
 def put(p: Any, values: dict[str, Any]) -> Any:

@@ -20,29 +20,11 @@ if TYPE_CHECKING or __package__:
 
 PROOF, SETS = "proof.json", "ellipsoid.json"
 # The form of a proof: an object with just these fields (files.py says how it is written).
-FORM: dict[str, Any] = {
-    "name": "",
-    "step": "",
-    "positions": {"": ""},
-    "mass_matrix": [[""]],
-    "force": [""],
-    "acceleration": {"": ""},
-    "signs": {"": ""},
-    "domain": [""],
-    "errors": [{"truth": "", "estimate": "", "sign": ""}],
-    "states": {"": ""},
-    "matrix": [[""]],
-    "along?": {"": ""},
-    "shared?": {"": ""},
-    "rest?": [""],
-    "mean?": {"": ""},
-    "lyapunov_matrix": [[""]],
-    "box": {"": [""]},
-    "decay_rate": "",
-    "reversals": [{"sign": "", "growth": "", "dwell": ""}],
-    "cover": None,
-    "witness?": {"": ""},
-}
+FORM: dict[str, Any] = {"name": "", "step": "", "decay_rate": "", "force": [""], "domain": [""], "rest?": [""]}
+FORM |= {x: {"": ""} for x in ("positions", "acceleration", "signs", "states", "along?", "shared?", "mean?")}
+FORM |= {"mass_matrix": [[""]], "matrix": [[""]], "lyapunov_matrix": [[""]], "box": {"": [""]}, "witness?": {"": ""}}
+FORM |= {"errors": [dict.fromkeys(("truth", "estimate", "sign"), "")], "cover": None}
+FORM |= {"reversals": [dict.fromkeys(("sign", "growth", "dwell"), "")]}
 SI = (
     "(?:m|kg|s|A|K|mol|cd|rad|sr|Hz|N|Pa|J|W|C|V|F|ohm|S|Wb|T|H|met(?:er|re)|kilogram|second|ampere|radian|newton|volt)"
 )
@@ -365,8 +347,7 @@ def formulas(proof: dict[str, Any], shown: dict[str, Any]) -> dict[str, str]:
     c, estimates = shown["c"], {e["estimate"] for e in proof["errors"]}
     times = Counter(x for x, _ in c.step + c.commit)
     local = {text.strip(): y for y, text in c.commit if y in estimates and times[y] == times[text.strip()] == 1}
-    free = {x: shown["names"][x] for x in c.values} | {x: kernel.term(1, x) for x in (*c.inputs, *c.states)}
-    code, found = rounding.Bounded(free, {}, c.precision, rounding.of_parameters(shown)), dict[str, Any]()
+    code, found = rounding.from_any_state(shown), dict[str, Any]()
     with suppress(ValueError):
         for name, text in c.step + c.commit:
             code.run([(name, text)], c.states + c.outputs)
@@ -397,13 +378,13 @@ def counted(shown: dict[str, Any]) -> dict[str, str]:
     From any state. Left out is what rounding may change by more than that of its terms: where a term cancels.
     """
     c, others = shown["c"], [z for z in shown["before"] if z not in shown["moving"]]
-    free = {x: shown["names"][x] for x in c.values} | {x: kernel.term(1, x) for x in (*c.inputs, *c.states)}
-    code = rounding.Bounded(free, {}, c.precision, rounding.of_parameters(shown))
+    code = rounding.from_any_state(shown)
     if others:
         with suppress(ValueError):
             code.run(c.step + c.commit, c.states + c.outputs)
     signs = {min(value.names()): of for (function, of), value in code.known.items() if function == "sgn"}
-    found = {z: p for z in others if (p := code.names[z]) != free[z] and z in code.bounds}
+    found = {z: p for z in others if (p := code.names[z]) != kernel.term(1, z) and z in code.bounds}
+
     alone = {z: {z, *(s for s, of in signs.items() if of.names() <= {z})} for z in found}
     kept = [z for z, p in found.items() if z in p.names() <= alone[z] and code.bounds[z][0] == rounding.magnitudes(p)]
     return {z: readable(found[z], signs) for z in kept}
@@ -426,15 +407,9 @@ def or_refused(words: str) -> Iterator[None]:
     try:
         yield
     except Exception as why:
-        raise enclosure.Refused(f"{words}: {plainly(why)}") from None
-
-
-def plainly(why: Exception) -> str:
-    """The message of a refusal; for another exception, that a part of the file is missing or malformed."""
-    words = str(why)[:200]
-    return (
-        words if type(why) in (ValueError, enclosure.Refused) else f"a part is missing or not as it must be ({words})"
-    )
+        said, known = str(why)[:200], type(why) in (ValueError, enclosure.Refused)
+        fault = said if known else f"a part is missing or not as it must be ({said})"
+        raise enclosure.Refused(f"{words}: {fault}") from None
 
 
 def units(proof: dict[str, Any], c: Any, header: str) -> list[str]:
