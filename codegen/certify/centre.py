@@ -175,7 +175,8 @@ def analytic_centre(groups: Sequence[Group], h: float, start: Array, where: Patt
         return None
     further = 0
     for _ in range(STEPS):
-        inverses = _inverses(blocks @ x)
+        inverses = np.linalg.inv(blocks @ x)
+        inverses = (inverses + inverses.transpose(0, 2, 1)) / 2
         gradient = trace - np.tensordot(inverses, blocks, axes=([0, 1, 2], [0, 1, 2]))
         products = (inverses @ blocks.reshape(len(blocks), size, -1)).reshape(blocks.shape)
         hessian = np.tensordot(products, products.transpose(0, 2, 1, 3), axes=([0, 1, 2], [0, 1, 2]))
@@ -209,9 +210,3 @@ def _barrier(matrices: Array) -> float | None:
     except np.linalg.LinAlgError:
         return None
     return -2 * float(np.log(np.diagonal(factors, axis1=1, axis2=2)).sum())
-
-
-def _inverses(matrices: Array) -> Array:
-    """The inverses of a stack of symmetric matrices, symmetric in floating point too."""
-    found = np.linalg.inv(matrices)
-    return np.asarray((found + found.transpose(0, 2, 1)) / 2)

@@ -41,25 +41,15 @@ def to_prefix(e: Any) -> Any:
         for divisor in below:
             top = ["/", top, to_prefix(divisor)]
         return top
-    if e.is_Pow:
-        return _power(e)
+    if e.is_Pow and e.exp == sympy.Rational(1, 2):
+        return ["sqrt", to_prefix(e.base)]
+    if e.is_Pow and e.exp.is_Integer:
+        return ["^", to_prefix(e.base), str(e.exp)] if e.exp > 0 else ["/", "1", to_prefix(1 / e)]
     if e.func is sympy.tan:
         return ["/", ["sin", to_prefix(e.args[0])], ["cos", to_prefix(e.args[0])]]
-    word = _CALLS.get(e.func)
-    if word is None:
-        raise TypeError(str(e.func))
-    return [word, to_prefix(e.args[0])]
-
-
-def _power(e: Any) -> Any:
-    """A power as a prefix expression: sqrt, or an integer power."""
-    if e.exp == sympy.Rational(1, 2):
-        return ["sqrt", to_prefix(e.base)]
-    if e.exp.is_Integer and e.exp > 0:
-        return ["^", to_prefix(e.base), str(e.exp)]
-    if e.exp.is_Integer:
-        return ["/", "1", to_prefix(e.base ** (-e.exp))]
-    raise TypeError(f"the power {e.exp}")
+    if e.func not in _CALLS:
+        raise TypeError(f"the power {e.exp}" if e.is_Pow else str(e.func))
+    return [_CALLS[e.func], to_prefix(e.args[0])]
 
 
 def rounded(value: float, digits: int) -> Any:

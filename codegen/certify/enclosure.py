@@ -111,25 +111,20 @@ def cells_of(breaks: Mapping[sympy.Symbol, Sequence[Any]]) -> list[Cell]:
     return [dict(zip(breaks, cell, strict=True)) for cell in product(*map(pairwise, breaks.values()))]
 
 
-def enclose_family(family: Family) -> Cells:
-    """The partition of the envelope of ``partition``, with the matrices at the vertices.
+def enclose_family(family: Family, breaks: Mapping[sympy.Symbol, Sequence[Fraction]] | None = None) -> Cells:
+    """The cells of a grid with these breakpoints, by default those of ``partition``, and the matrices at the vertices.
+
+    A variable of the family without breakpoints is not cut.
 
     Raises:
         NotEnclosable: with more than twelve parameters that vary.
         codegen.checker.verify.Refused: if interval arithmetic cannot enclose an expression.
     """
-    Enclosure(family)  # raises NotEnclosable before the partition is sought
-    return enclose_cells(family, partition(family))
-
-
-def enclose_cells(family: Family, breaks: Mapping[sympy.Symbol, Sequence[Fraction]]) -> Cells:
-    """The cells of a grid with these breakpoints, with the matrices at the vertices; raises as ``enclose_family``.
-
-    A variable of the family without breakpoints is not cut.
-    """
+    enclosure = Enclosure(family)  # raises NotEnclosable before the partition is sought
+    breaks = partition(family) if breaks is None else breaks
     grid = {v: breaks.get(v, ends) for v, ends in exact_ranges(family).items()}
     splits = {v: [sympy.Rational(b.numerator, b.denominator) for b in bs] for v, bs in grid.items() if len(bs) > 2}
-    return Cells(splits, Enclosure(family).vertices(cells_of(grid)))
+    return Cells(splits, enclosure.vertices(cells_of(grid)))
 
 
 def partition(family: Family, most: int = MOST_CELLS) -> dict[sympy.Symbol, list[Fraction]]:

@@ -155,17 +155,6 @@ class _VaryingFactors:
         return self._names.setdefault(expression, symbol(f"{self._prefix}{len(self._names) + 1}"))
 
 
-def _with_products(entry: Any, rename: Mapping[Any, sympy.Symbol]) -> Any:
-    """The entry, expanded, with each product of ``rename``, such as s u, replaced in the terms that contain it."""
-    total = sympy.Integer(0)
-    for term in sympy.Add.make_args(expand_products(entry)):
-        for factors, name in rename.items():
-            if set(sympy.Mul.make_args(factors)) <= set(sympy.Mul.make_args(term)):
-                term = term / factors * name
-        total += term
-    return total
-
-
 def _inverse_mass(
     dynamics: ErrorDynamics, numbers: Mapping[Any, Any]
 ) -> tuple[dict[sympy.Symbol, Any], dict[sympy.Symbol, Any]]:
@@ -250,7 +239,13 @@ def signed_slips(entry: Any, sign_of: Mapping[sympy.Symbol, sympy.Symbol]) -> An
     """
     divisors = [p for p in entry.atoms(sympy.Pow) if p.exp.is_negative and not p.base.is_Symbol]
     entry = entry.subs({p: signed_slips(p.base, sign_of) ** p.exp for p in divisors})
-    return _with_products(entry, {s * u: Magnitude(u) for u, s in sign_of.items()})
+    total = sympy.Integer(0)
+    for term in sympy.Add.make_args(expand_products(entry)):
+        for u, s in sign_of.items():
+            if {s, u} <= {*sympy.Mul.make_args(term)}:
+                term = term / (s * u) * Magnitude(u)
+        total += term
+    return total
 
 
 def small_differences(entry: Any, ranges: Mapping[sympy.Symbol, tuple[Any, Any]]) -> Any:

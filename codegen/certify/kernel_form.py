@@ -63,16 +63,28 @@ def proof_text(observer: Observer, places: Mapping[str, str], content: Mapping[s
         "force": [write(f) for f in force],
         "acceleration": {write(v): write(a) for v, a in zip(system.velocities, acceleration, strict=True)},
         "signs": {write(s): write(u) for s, u in zip(observer.signs, write.slips, strict=True)},
-        "domain": _domain(observer, write),
+        "domain": [],
         "shared": {write(z): write(e) for z, e in shared.items()},
         "mean": {write(x): write(q) for x, q in mean_velocity(observer).items()},
         **error_fields(observer, write, signs, content, at),
         "box": {at[name]: ends for name, ends in content["variables"].items() if at[name] in bounded},
         **_of_solver(content, at),
     }
-    fields["states"] |= _constant_states(observer, write)
+    if observer.domain is not None:  # in which the level is updated
+        (u,), (s,), (x,), (contact,) = write.slips, observer.signs, system.positions, system.contacts
+        fields["domain"] = [f"{write(s * u)} - parameters.slip_speed"]
+        if observer.domain.innovation is not None:
+            innovation = f"fabs({write(x)} - state.{x.name}_predicted)"
+            fields["domain"].append(f"parameters.largest_innovation - {innovation}")
+        # Constant there: direction of slip, samples for which the level is still held, and samples since the last
+        # reversal, the count of which is at its limit.
+        counts = {"state.samples_held": "0", "state.samples_slid": "parameters.settle_samples"}
+        fields["states"] |= {f"state.direction_{contact.name}": write(s), **counts}
     # Where the matrix has s u of a slip u, the box bounds s u = |u| in place of u: ``along`` says which sign that is.
-    magnitudes = {u: size for u in signed if (size := _range_of_magnitude(fields["box"].get(u)))}
+    magnitudes = {}
+    for u, (low, high) in ((u, fields["box"][u]) for u in signed if u in fields["box"]):
+        if (even := Fraction(low) == -Fraction(high)) or Fraction(low) >= 0:
+            magnitudes[u] = ["0" if even else low, high]
     if magnitudes:
         fields |= {"along": {u: signed[u] for u in magnitudes}, "box": fields["box"] | magnitudes}
     if not fields["cover"]:
@@ -123,9 +135,9 @@ def error_fields(
     return {
         "errors": [
             {"truth": write(e.truth), "estimate": write(y), "sign": "" if sign is None else write(sign)}
-            for e, y, sign in zip(observer.errors, estimates_of(observer), signs, strict=True)
+            for e, (_, y, _), sign in zip(observer.errors, observer.estimates, signs, strict=True)
         ],
-        "states": {write(z): write(text) for z, text in _states(observer).items()},
+        "states": {write(z): write(y - (value - z)) for z, y, value in observer.estimates},
         "matrix": matrix_texts(content, at),
     }
 
@@ -136,9 +148,14 @@ def matrix_texts(content: Mapping[str, Any], at: Mapping[str, str]) -> list[list
     Args:
         at: variable of the certificate → its expression in the code's quantities.
     """
-    h, size = content["sample_time"], range(len(content["matrix"]))
-    parameters = {p["name"]: infix(p["expression"], at) for p in content["parameters"]}
-    return [[_step_entry(i == j, h, content["matrix"][i][j], parameters) for j in size] for i in size]
+    h, parameters = content["sample_time"], {p["name"]: infix(p["expression"], at) for p in content["parameters"]}
+
+    def entry(diagonal: bool, rate: Any) -> str:
+        if isinstance(rate, str) and rate not in parameters:
+            return str(diagonal + Fraction(h) * Fraction(rate))
+        return f"{int(diagonal)} + {h}*{infix(rate, parameters)}"
+
+    return [[entry(i == j, rate) for j, rate in enumerate(row)] for i, row in enumerate(content["matrix"])]
 
 
 def mean_velocity(observer: Observer) -> dict[Any, Any]:
@@ -218,12 +235,6 @@ def _cells(splits: list[tuple[str, list[str]]], box: Mapping[str, list[str]]) ->
     return tree(inner)
 
 
-def _range_of_magnitude(ends: Any) -> list[str] | None:
-    """The range of |x| for x in a range [−c, c] or one with a lower end of at least 0; None for others."""
-    low, high = map(Fraction, ends or (-1, 0))
-    return ["0" if low == -high else str(ends[0]), str(ends[1])] if low == -high or low >= 0 else None
-
-
 def witness(fields: Mapping[str, Any], places: Mapping[str, str]) -> dict[str, Any]:
     """The field ``witness``: a point in domain and box, which shows that they are not empty; {} without domain and box.
 
@@ -280,13 +291,6 @@ def inverse(system: System) -> sympy.Matrix:
     return mass.inv() if mass.rows <= 3 or mass.is_diagonal() else mass.subs(system.values).inv()
 
 
-def _step_entry(diagonal: bool, h: str, entry: Any, parameters: Mapping[str, str]) -> str:
-    """An entry of I + hA as text."""
-    if isinstance(entry, str) and entry not in parameters:
-        return str(diagonal + Fraction(h) * Fraction(entry))
-    return f"{int(diagonal)} + {h}*{infix(entry, parameters)}"
-
-
 def infix(entry: Any, names: Mapping[str, str]) -> str:
     """A prefix expression of a certificate (docs/certificate_format.md) as an infix expression of the kernel.
 
@@ -300,12 +304,10 @@ def infix(entry: Any, names: Mapping[str, str]) -> str:
         return names.get(entry) or f"({entry})"
     word, *parts = entry
     texts = [infix(part, names) for part in parts]
-    if word in ("+", "*"):
-        return f"({f' {word} '.join(texts)})"
+    if word in ("+", "*", "/"):
+        return f"({(word if word == '/' else f' {word} ').join(texts)})"
     if word == "neg":
         return f"(-{texts[0]})"
-    if word == "/":
-        return f"({texts[0]}/{texts[1]})"
     if word == "^":
         return f"({'*'.join([texts[0]] * int(parts[1]) or ['1'])})"
     if word in ("cos", "exp", "sin"):
@@ -343,15 +345,16 @@ class Writer:
         Raises:
             NotCovered: for a quantity without a place in the code, or a function that the kernel does not have.
         """
+
+        def of_sum(e: Any) -> bool:
+            """Whether it is a sine or cosine of a sum of coordinates; the code has those of single angles only."""
+            return e.func in (sympy.cos, sympy.sin) and e.args[0].is_Add and e.free_symbols <= self._positions
+
         e = sympy.sympify(e)
         e = e.replace(Sgn, lambda u: self._signs.get(str(u), Sgn(u)))
         e = e.replace(Magnitude, lambda u: self._signs[str(u)] * u if str(u) in self._signs else Magnitude(u))
         e = e.xreplace({s: self._slips[s.name] for s in e.free_symbols if s.name in self._slips})
-        return self._sum(e.replace(self._of_angles, sympy.expand_trig))  # the code has those of single angles only
-
-    def _of_angles(self, e: Any) -> bool:
-        """Whether it is a sine or cosine of a sum of coordinates."""
-        return e.func in (sympy.cos, sympy.sin) and e.args[0].is_Add and e.free_symbols <= self._positions
+        return self._sum(e.replace(of_sum, sympy.expand_trig))
 
     def _sum(self, e: Any) -> str:
         """The text of a sum."""
@@ -371,11 +374,8 @@ class Writer:
             text = "*".join([repr(number), *(self._factor(f) for f in factors if not f.is_number)])
         else:
             text = "*".join(self._factor(f) for f in factors)
-        return "/".join([text, *(self._divisor(f) for f in sympy.Mul.make_args(below) if f != 1)])
-
-    def _divisor(self, e: Any) -> str:
-        """A divisor: a power, which is written as a product, is put in parentheses."""
-        return f"({self._factor(e)})" if e.is_Pow else self._factor(e)
+        divisors = [f for f in sympy.Mul.make_args(below) if f != 1]  # a power is written as a product
+        return "/".join([text, *(f"({self._factor(f)})" if f.is_Pow else self._factor(f) for f in divisors)])
 
     def _factor(self, e: Any) -> str:
         """The text of a factor, in parentheses if it is a sum or a negative number."""
@@ -396,45 +396,3 @@ class Writer:
             return f"({self._sum(e)})"
         what = f"the number {e}" if e.is_NumberSymbol else f"the function {e.func}"
         raise NotCovered(f"the model contains {what}, which the proof of the C does not have")
-
-
-def estimates_of(observer: Observer) -> list[Any]:
-    """The symbols of the estimates, in the order of the errors."""
-    return [s for equation in observer.equations if equation.state is not None for s in equation.symbols]
-
-
-def _states(observer: Observer) -> dict[Any, Any]:
-    """State z → its expression in the estimates: since estimate = z + rest, z = estimate − rest."""
-    return {
-        z: y - (value - z)
-        for equation in observer.equations
-        if equation.state is not None
-        for z, y, value in zip(equation.state, equation.symbols, equation.expression, strict=True)
-    }
-
-
-def _domain(observer: Observer, write: Writer) -> list[str]:
-    """Expressions that are positive in the observer's domain, in which the level is updated; empty without a domain.
-
-    The counter of samples since the last reversal is at its limit.
-    """
-    if observer.domain is None:
-        return []
-    (u,), (s,), (x,) = write.slips, observer.signs, observer.system.positions
-    domain = [f"{write(s * u)} - parameters.slip_speed"]
-    if observer.domain.innovation is not None:
-        domain.append(f"parameters.largest_innovation - fabs({write(x)} - state.{x.name}_predicted)")
-    return domain
-
-
-def _constant_states(observer: Observer, write: Writer) -> dict[str, str]:
-    """State → its constant value while the slip is in the observer's domain; empty without a domain.
-
-    The states are the direction of slip, the count of samples for which the level is still held, and the counter of
-    samples since the last reversal, which is at its limit.
-    """
-    if observer.domain is None:
-        return {}
-    (contact,), (s,) = observer.system.contacts, observer.signs
-    counts = {"state.samples_held": "0", "state.samples_slid": "parameters.settle_samples"}
-    return {f"state.direction_{contact.name}": write(s), **counts}

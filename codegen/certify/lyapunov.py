@@ -371,39 +371,29 @@ def short_recovery(
         return None
     scale, rate = balance([matrix]), RATE_KEPT * limit
     (scaled,), start = _scaled(scale, [matrix]), fastest * scale[None, :] * scale[:, None]
-    try:
-        p = _in_proportion(scaled, h, rate, flips, _growths(start, flips))
-        if p is None:
-            return None
-        before, after = (recovery_at_reversals(each, scaled, h, flips).max() for each in (start, p))
-    except (np.linalg.LinAlgError, ValueError):
-        return None
-    if not after < before:
-        return None
-    p = _unscaled(scale, p)
-    return p, least_rate(p, [matrix], h) * 0.9999
-
-
-def _in_proportion(
-    matrix: Array, h: float, rate: float, flips: Sequence[Sequence[int]], growths: Array
-) -> Array | None:
-    """The analytic centre of all P with this rate and the growth g_i^s at reversal i, for the least feasible s ≤ 1.
-
-    s is a multiple of 1/``PROPORTIONS`` and found by bisection. None if s = 1 is not feasible.
-    """
     # J'PJ ≤ gP is the decay condition Φ'PΦ ≤ (1 − 2αh)P with Φ = I + hA for A = (J − I)/h and α = (1 − g)/(2h).
     jumps = [np.diag(signs - 1) / h for signs in _signs(len(matrix), flips)]
 
     def groups_at(step: int) -> list[Group]:
         """The conditions on P with s = step/PROPORTIONS."""
         bounds = growths ** (step / PROPORTIONS)
-        return [([matrix], rate), *(([jump], (1 - g) / (2 * h)) for jump, g in zip(jumps, bounds, strict=True))]
+        return [([scaled], rate), *(([jump], (1 - g) / (2 * h)) for jump, g in zip(jumps, bounds, strict=True))]
 
-    found = _feasible(groups_at(PROPORTIONS), h)
-    if found is None:
+    try:
+        growths = _growths(start, flips)
+        found = _feasible(groups_at(PROPORTIONS), h)
+        if found is None:
+            return None
+        least, found = first_found(lambda step: _feasible(groups_at(step), h), 0, PROPORTIONS, found)
+        p = analytic_centre(groups_at(least), h, found)
+        times = [recovery_at_reversals(each, scaled, h, flips).max() for each in (start, p) if each is not None]
+    except (np.linalg.LinAlgError, ValueError):
         return None
-    least, found = first_found(lambda step: _feasible(groups_at(step), h), 0, PROPORTIONS, found)
-    return analytic_centre(groups_at(least), h, found)
+    if p is None or not times[1] < times[0]:
+        return None
+    p = _unscaled(scale, p)
+
+    return p, least_rate(p, [matrix], h) * 0.9999
 
 
 def least_growth_at_reversals(matrix: Array, h: float, flips: Sequence[Sequence[int]]) -> Array | None:

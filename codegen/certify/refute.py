@@ -67,7 +67,9 @@ def slowest_point(analysis: Analysis, family: Family) -> Slowest | None:
         if point is None:
             return None
         a = np.asarray(function([float(point[v.name]) for v in family.variables] or [0.0]))
-        return Slowest(_implicit_rate(a, h) if dynamics.implicit else decay_rate_limit([a], h), point, a)
+        if dynamics.implicit:  # α with spectral radius of (I − hA)⁻¹ = 1/(1 + αh)
+            return Slowest((float(np.abs(1 - h * np.linalg.eigvals(a)).min()) - 1) / h, point, a)
+        return Slowest(decay_rate_limit([a], h), point, a)
 
     def rate(known: Mapping[str, float]) -> float:
         found = there(known)
@@ -158,12 +160,6 @@ def _proposals(
             "along": [rational_text(x) for x in along],
             "assumptions": lines("text/refuted_assumptions.j2", **words),
         }
-
-
-def _implicit_rate(a: Array, h: float) -> float:
-    """Decay rate of the implicit step, 1/s: α with spectral radius of (I − hA)⁻¹ = 1/(1 + αh)."""
-    radius = float(np.abs(1 / (1 - h * np.linalg.eigvals(a))).max())
-    return (1 / radius - 1) / h
 
 
 def _operating_points(analysis: Analysis) -> Iterator[dict[str, float]]:

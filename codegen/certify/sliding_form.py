@@ -14,7 +14,7 @@ import sympy
 
 from codegen.base.significant import rounded_to
 from codegen.certify.family import range_of
-from codegen.certify.kernel_form import NotCovered, Writer, error_fields, estimates_of, inverse, proof_json, witness
+from codegen.certify.kernel_form import NotCovered, Writer, error_fields, inverse, proof_json, witness
 from codegen.observers.equations import Observer
 from codegen.spec.functions import Magnitude, Sgn
 from codegen.spec.model import symbol
@@ -42,7 +42,7 @@ def sliding_proofs(observer: Observer, places: Mapping[str, str], content: Mappi
     if observer.integration != "euler" or observer.velocity != "estimated":
         raise NotCovered("of a DFO, the proof of the C covers the euler step with estimated velocity only")
     ends = {x: [sympy.Rational(e) for e in pair] for x, pair in content["variables"].items()}
-    shown = dict(zip(estimates_of(observer), (e.truth for e in observer.errors), strict=True))
+    shown = {y: e.truth for (_, y, _), e in zip(observer.estimates, observer.errors, strict=True)}
     state = {e.contact: e.truth for e in observer.errors if e.of == "state"}
     level = {e.contact: e.truth for e in observer.errors if e.of == "level"}
     (rates,) = (e for e in observer.equations if e.law and e.law[0].label.startswith("xi"))
@@ -171,13 +171,7 @@ def _second_order(level: Any, observer: Observer, moves: Mapping[Any, Any], true
         moves: velocity or friction state → its rate.
         true: estimate or slip → its true value.
     """
-    (held,) = (
-        (value - z).xreplace(true)
-        for equation in observer.equations
-        if equation.state is not None
-        for z, y, value in zip(equation.state, equation.symbols, equation.expression, strict=True)
-        if true[y] == level.truth
-    )
+    (held,) = ((value - z).xreplace(true) for z, y, value in observer.estimates if true[y] == level.truth)
     rates, h = {x: sympy.Dummy() for x in moves}, symbol("h")
     later = held.xreplace({x: x + h * rate for x, rate in rates.items()})
     second = sympy.expand(later - held - h * sum(held.diff(x) * rate for x, rate in rates.items()))

@@ -225,12 +225,6 @@ def mode_step(h: Any, k: Any, machine: Extremes, kappa: Any, beta: Any) -> Matri
     f_next = f + h * k * u
     growth = 1 + machine.growth * h / 2
     after = sympy.Matrix([growth * (u_next + kappa * f_next) / s, f_next + beta * u_next, machine.slope * u / s])
-    rates = (after.jacobian([r, phi, d]) - sympy.eye(3)) / h
-    return Matrix(rates.applyfunc(lambda e: _multi_affine(e, s)))
-
-
-def _multi_affine(entry: Any, s: sympy.Symbol) -> Any:
-    """A sum of powers σ⁻¹ to σ³, written multi-affinely in p = σ, nu = σ² and q = 1/σ (σ³ as p nu)."""
-    powers = (Q, sympy.Integer(1), P, NU, P * NU)
-    polynomial = sympy.Poly(sympy.expand(entry * s), s)
-    return sum((polynomial.coeff_monomial(s**i) * power for i, power in enumerate(powers)), sympy.Integer(0))
+    rates = [sympy.Poly(sympy.expand(e * s / h), s) for e in after.jacobian([r, phi, d]) - sympy.eye(3)]
+    powers = (Q, sympy.Integer(1), P, NU, P * NU)  # σ⁻¹ to σ³, multi-affine
+    return Matrix(3, 3, [sum(e.coeff_monomial(s**i) * power for i, power in enumerate(powers)) for e in rates])

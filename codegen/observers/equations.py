@@ -213,6 +213,12 @@ class Observer:
         return {**self.system.values, **self.assumed, **self.gains}
 
     @cached_property
+    def estimates(self) -> tuple[tuple[Any, Any, Any], ...]:
+        """(state, symbol of the estimate, its expression), in the order of the errors."""
+        own = [e for e in self.equations if e.state is not None]
+        return tuple(each for e in own for each in zip(e.state or (), e.symbols, e.expression, strict=True))
+
+    @cached_property
     def distribution(self) -> Matrix:
         """U with numbers in place of the parameters."""
         return Matrix(self.system.distribution.xreplace(self.values))

@@ -180,15 +180,19 @@ class _Claim:
             for most, truth, x in zip(whole, truths, noise, strict=bool(units))
         ]
         by_position = any(p.free_symbols & {*observer.system.positions} for p in response.nonaffine)
+
+        def shift(row: Sequence[Any], sign: str) -> str:
+            """Σ b · noise.x as text, times ``sign``: the direct feedthrough of noise to an error."""
+            parts = [(b, x) for b, x, d in zip(row, positions, self.sizes["noise"], strict=True) if b and d]
+            terms = ["*".join([f"({rational_text(b)})", *([sign] if sign else []), f"noise.{x}"]) for b, x in parts]
+            return " + ".join(terms) or "0"
+
         claim: dict[str, Any] = {
             "name": proof["name"],
             **({ellipsoid.FORCES: "measured"} if by_position else {}),
             "noise": {d.of: str(d.size) for d in of if d.kind == "noise"},
             "drift": {d.of: str(d.size) for d in of if d.kind == "drift"},
-            "shifts": [
-                _shift([(b, x) for b, x, d in zip(row, positions, self.sizes["noise"], strict=True) if b and d], s)
-                for row, s in zip(response.direct.tolist(), level_signs, strict=True)
-            ],
+            "shifts": [*map(shift, response.direct.tolist(), level_signs)],
             **({ellipsoid.FRICTION: {truth: str(most) for truth, most in friction.items()}} if friction else {}),
             "push": [[d.entry(i) for d in of] for i in range(m)],
             "sets": [],
@@ -202,7 +206,7 @@ class _Claim:
             most = [*bounds[0].starts[:n], *(x + y for x, y in zip(known, noise[n:], strict=True))]
             entries = self._reversals(claim, most)
             claim[ellipsoid.REVERSALS] = entries
-            starts |= {b.name: _numbers(entry["after"]) for b, entry in zip(bounds, entries, strict=False)}
+            starts |= {b.name: [*map(sympy.Rational, e["after"])] for b, e in zip(bounds, entries, strict=False)}
         claim["sets"] = [ball | self._decay(ball, starts, columns, acting, noise), *any_friction]
         return claim
 
@@ -323,17 +327,6 @@ class _Claim:
         if conditions or not constant or len(most) < len(self.bounds):
             return {}
         return {e["truth"]: fraction(upwards(x, DIGITS)) for e, x in zip(errors, most, strict=True)}
-
-
-def _numbers(texts_: Sequence[str]) -> list[Any]:
-    """Exact numbers from text."""
-    return [sympy.Rational(x) for x in texts_]
-
-
-def _shift(parts: Sequence[tuple[Any, str]], sign: str) -> str:
-    """Σ b · noise.x as text, times ``sign``: the direct feedthrough of noise to an error."""
-    terms = [f"{'*'.join([f'({rational_text(b)})', *([sign] if sign else []), f'noise.{x}'])}" for b, x in parts]
-    return " + ".join(terms) or "0"
 
 
 def _set(reach: Reach, columns: Array, size: Array, rows: Sequence[Sequence[Any]]) -> dict[str, Any]:

@@ -11,7 +11,7 @@ ones (a_j: ``reach.py``). ellipsoid.py writes the same bound in rationals, and t
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
@@ -78,12 +78,6 @@ class LongRun:
         """The bound on every component."""
         return [sum(self.parts(sizes, i).values()) for i in range(len(self.summed))]
 
-    def has_decayed(self, sizes: Sizes) -> bool:
-        """Whether for each component the rest is smaller than the sum, so that the bound is within twice the worst."""
-        size = self.driven(sizes)[2]
-        summed, rest = self.summed @ size, self.rest @ size
-        return bool((rest <= summed)[summed > 0].all())
-
     def driven(self, sizes: Sizes) -> tuple[Array, Array, Array]:
         """(columns b_j, bound on the direct feedthrough of noise to every component, d_j)."""
         size = np.array([float(sizes[cause][k]) for cause, k in self.of])
@@ -140,7 +134,9 @@ def error_bounds(
     other_sizes = {cause: size for cause, size in with_model_error.items() if not isinstance(size, str)}
     reach = reach_of(response, certificate.content)
     later = long_run(response, reach, [sizes, *other_sizes.values()])
-    if not later.has_decayed(sizes):
+    driven, noise, size = later.driven(sizes)
+    summed = later.summed @ size
+    if not (later.rest @ size <= summed)[summed > 0].all():  # else the bound is within twice the worst error
         return f"the error has not decayed after {LONGEST} samples, the most that are summed"
     steady = later.bounds(sizes)
     with_other = {cause: later.bounds(size) for cause, size in other_sizes.items()}
@@ -149,11 +145,15 @@ def error_bounds(
     largest = [x for x in largest_friction(spec, observer) if x is not None]
     of_friction_errors = list(enumerate(observer.errors))[system.degrees_of_freedom :]
     levels = {i: float(of_friction(observer, e, [s.level for s in slides])) for i, e in of_friction_errors}
-    starts = _at_reversal(observer, steady, levels)
+    # At a reversal the true friction jumps by twice the level where sliding begins. A contact may act on several
+    # coordinates, so errors that are of coordinates jump together.
+    together = [j for j in levels if observer.errors[j].contact is None]
+    starts = {
+        i: tuple(s + (2 * levels[j] if j in (i, *together) else 0.0) for j, s in enumerate(steady)) for i in levels
+    }
     counts = after_reversal(observer, certificate)
     speeds = _slip_speeds(observer, steady, slides)
     domain, tolerated = _in_domain(spec, observer, reach, later, sizes, [*other_sizes])
-    driven, noise, size = later.driven(sizes)
     times = [k * float(observer.sample_time) for k in counts[:-1] or counts]
 
     def after(i: int) -> tuple[tuple[float, float], ...]:
@@ -182,22 +182,6 @@ def error_bounds(
         )
         for i, error in of_friction_errors
     )
-
-
-def _at_reversal(
-    observer: Observer, steady: Sequence[float], levels: Mapping[int, float]
-) -> dict[int, tuple[float, ...]]:
-    """Index of a friction error → bound on |error| of each component just after a reversal, at which that one jumps.
-
-    The true friction jumps there by twice the level where sliding begins. A contact may act on several coordinates, so
-    errors that are of coordinates jump together.
-
-    Args:
-        steady: bound on each error component in the long run.
-        levels: index of a friction error → the level.
-    """
-    together = [j for j in levels if observer.errors[j].contact is None]
-    return {i: tuple(s + (2 * levels[j] if j in (i, *together) else 0.0) for j, s in enumerate(steady)) for i in levels}
 
 
 def after_reversal(observer: Observer, certificate: Certificate) -> list[int]:
@@ -263,7 +247,15 @@ def with_bounds(spec: Spec, analysis: Analysis, certificate: Certificate) -> Cer
     if not isinstance(response, str):
         certificate = replace(certificate, response=response, sticking=slowest_while_sticking(observer, response))
     bounds = response if isinstance(response, str) else error_bounds(spec, analysis, certificate)
-    refuse_empty_domain(spec, observer, bounds)
+    if observer.domain is not None:  # no code with an output ``in_domain`` is generated where this has no bound
+        domain = bounds if isinstance(bounds, str) else bounds[0].domain
+        if isinstance(domain, str):
+            found, expected = f"no error bound holds in the domain ({domain})", "a domain for which there is a bound"
+            raise BadInput(spec.place("observer.domain"), found, expected, code="SPEC022")
+        if domain is not None and domain.inside is None:
+            found = f"slip_speed {float(observer.domain.slip_speed):.6g}, for which there is no bound"
+            expected = f"at least {domain.least_slip_speed * 1.006:.3g}"
+            raise BadInput(spec.place("observer.domain.slip_speed"), found, expected, code="SPEC026")
     return replace(certificate, bounds=bounds)
 
 
@@ -284,25 +276,6 @@ def rounding_share(
     none = {cause: [Fraction(0)] * block.cols for cause, block in response.inputs.items()}
     sizes, n = with_rounding(none, response, *rounding), response.noise.cols
     return long_run(response, reach_of(response, certificate.content), [sizes]).bounds(sizes)[n:]
-
-
-def refuse_empty_domain(spec: Spec, observer: Observer, bounds: tuple[ErrorBound, ...] | str) -> None:
-    """Raise BadInput for a domain in which there is no bound; no code with an output ``in_domain`` is generated."""
-    guarded = observer.domain
-    if guarded is None:
-        return
-    domain = bounds if isinstance(bounds, str) else bounds[0].domain
-    if isinstance(domain, str):
-        raise BadInput(
-            spec.place("observer.domain"),
-            f"no error bound holds in the domain ({domain})",
-            "a domain for which there is a bound",
-            code="SPEC022",
-        )
-    if domain is not None and domain.inside is None:
-        found = f"slip_speed {float(guarded.slip_speed):.6g}, for which there is no bound"
-        expected = f"at least {domain.least_slip_speed * 1.006:.3g}"
-        raise BadInput(spec.place("observer.domain.slip_speed"), found, expected, code="SPEC026")
 
 
 def _tolerated(

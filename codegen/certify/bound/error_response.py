@@ -166,7 +166,9 @@ def _substituted(
         nonaffine: collects the parts of forces that are not affine.
     """
     numbers = _numbers(observer)
-    signs = dict(zip(_slips(observer), observer.signs, strict=True))
+    slips = next((tuple(e.symbols) for e in observer.equations if e.name == "slip_velocity"), observer.signs)
+    signs = dict(zip(slips, observer.signs, strict=True))
+
     values: dict[Any, Any] = {}
     acceleration: Any = sympy.zeros(len(a), 1)
     estimates: list[Any] = []
@@ -196,21 +198,17 @@ def _not_constant(observer: Observer, matrices: Mapping[str, Matrix]) -> str:
     if slopes or free:
         what = slopes[0] if slopes else "the slope of the gain function h"
         reason = f"{what} is not constant, and the bound covers a constant one"
-        curved = _curved_contacts(observer) if what == SLOPES["by_velocity"] else []
-        by_law = (
-            f"; the effects on {', '.join(curved)} are curved over the slip speed: a curve that is the contact's law "
-            "(`stiction laws` lists them with their curves) has a bound, since it is then estimated; where the curve "
-            "is steep this bound is large"
-        )
-        return reason + by_law if curved else reason
+        contacts = observer.system.contacts
+        forces = [c.known_force.replace(Sgn, lambda u: 1).replace(Magnitude, lambda u: u) for c in contacts]
+        curved = ", ".join(c.name for c, f in zip(contacts, forces, strict=True) if f.diff(c.slip, 2) != 0)
+        if curved and what == SLOPES["by_velocity"]:
+            reason += (
+                f"; the effects on {curved} are curved over the slip speed: a curve that is the contact's law "
+                "(`stiction laws` lists them with their curves) has a bound, since it is then estimated; where the "
+                "curve is steep this bound is large"
+            )
+        return reason
     return "the matrix of a sample contains an irrational number, and the bound is computed in rational ones"
-
-
-def _curved_contacts(observer: Observer) -> list[str]:
-    """The contacts with declared effects whose force is no straight line over the slip of one direction."""
-    contacts = observer.system.contacts
-    forces = [c.known_force.replace(Sgn, lambda u: 1).replace(Magnitude, lambda u: u) for c in contacts]
-    return [c.name for c, force in zip(contacts, forces, strict=True) if force.diff(c.slip, 2) != 0]
 
 
 class NonAffine:
@@ -261,8 +259,3 @@ class NonAffine:
 def _names(expressions: Iterable[Any]) -> str:
     """The symbols in expressions, sorted, as text; empty without any."""
     return ", ".join(sorted({s.name for e in expressions for s in e.free_symbols}))
-
-
-def _slips(observer: Observer) -> tuple[Any, ...]:
-    """The symbols of the estimated slips."""
-    return next((tuple(e.symbols) for e in observer.equations if e.name == "slip_velocity"), observer.signs)

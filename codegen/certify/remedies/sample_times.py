@@ -22,7 +22,7 @@ from codegen.certify.centre import least_rate
 from codegen.certify.certify import Certificate, Refusal
 from codegen.certify.content import Found, frame, proved
 from codegen.certify.cover import sampled_matrices, with_cover
-from codegen.certify.enclosure import Cells, Enclosure, enclose_cells, exact_ranges, partition
+from codegen.certify.enclosure import Cells, Enclosure, enclose_family, exact_ranges, partition
 from codegen.certify.family import Family, NotEnclosable, build_family
 from codegen.certify.levels import levels_of
 from codegen.certify.lyapunov import common_lyapunov_at, decay_rate_limit
@@ -156,7 +156,7 @@ def _largest(spec: Spec, analysis: Analysis, breaks: Breaks, covered: bool) -> f
 def _at_cells(breaks: Breaks, analysis: Analysis) -> tuple[Family, Cells]:
     """The family of an analysis over the envelope, and its cells."""
     family = build_family(analysis.dynamics, analysis.points.ranges)
-    return family, enclose_cells(family, breaks)
+    return family, enclose_family(family, breaks)
 
 
 def _at_samples(analysis: Analysis) -> tuple[Family, Cells]:
@@ -217,11 +217,6 @@ class _Proofs:
     cells_at: Callable[[Analysis], tuple[Family, Cells]]
     covered: bool = False
 
-    @property
-    def start(self) -> float:
-        """The spec's own sample time, s."""
-        return float(self.analysis.dynamics.observer.sample_time)
-
     def largest(self, feasible: Callable[[float], bool], steps: int, beyond: float = ANY) -> float | None:
         """The largest certified sample time, s: from the spec's own up or down by factors, then by bisection.
 
@@ -234,7 +229,8 @@ class _Proofs:
         """
         if beyond >= ANY and feasible(ANY):
             return math.inf if self.certified(ANY) else None
-        low = high = self.start
+        low = high = float(self.analysis.dynamics.observer.sample_time)
+
         if beyond < ANY and feasible(NEAR * beyond):
             low, high, steps = NEAR * beyond, beyond, 0
         while not feasible(low):
