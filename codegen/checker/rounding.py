@@ -166,21 +166,6 @@ def from_any_state(shown: dict[str, Any], outputs: bool = False) -> "Bounded":
     return Bounded(free, {}, c.precision, shown["rounded"])
 
 
-def in_code(shown: dict[str, Any], start: dict[str, Any], known: dict[Any, Any]) -> "Bounded | None":
-    """A step from ``start`` with the bounds of lemma R, or None where these are refused.
-
-    Args:
-        known: function and argument -> its value, such as a sign's.
-    """
-    c = shown["c"]
-    code = Bounded(start, dict(known), c.precision, shown["rounded"])
-    try:
-        code.run(c.step + c.commit, c.states + c.outputs)
-    except ValueError:
-        return None
-    return code
-
-
 def outlasts(proof: dict[str, Any], shown: dict[str, Any], code: "Bounded", off: dict[str, Any]) -> None:
     """Raises ValueError unless V does not grow either where the states have rounding errors of u times ``off``.
 

@@ -147,6 +147,13 @@ def words(proof: dict[str, Any], shown: dict[str, Any], sized: bool = False, fal
     stays = f", while {turns} {'does' if len(proof['signs']) == 1 else 'do'} not change" if turns else ""
     values = ", ".join(f"{plain(p)} = {exact(x)}" for p, x in shown["c"].values.items())
     guarded = shown["c"].sums is not None
+
+    def becomes(x: str) -> str:
+        return f"{plain(x)} {'becomes' if x in proof['states'] else 'is'}"
+
+    where = {f"{becomes(x)} 0": of for x, of in shown.get("other than 0", {}).items()}
+    where |= {plain(text): of for text, of in shown.get("held", {}).items()}
+    formulas, used = shown.get("formulas", {}) | shown.get("counted", {}), "in each sample with fault 0"
     return [
         *motion(proof, plain, h),
         *conditions(proof, shown, plain),
@@ -155,19 +162,8 @@ def words(proof: dict[str, Any], shown: dict[str, Any], sized: bool = False, fal
         f" inputs and every {free}{stays}",
         *left_over,
         *(f"in each sample {plain(x)} = {plain(enclosure.as_sum(p))}" for x, p in shown.get("outputs", {}).items()),
-        *(
-            f"in each sample with fault 0 {plain(x)} {'becomes' if x in proof['states'] else 'is'} 0 except where"
-            f" {' and '.join(map(plain, of))}"
-            for x, of in shown.get("other than 0", {}).items()
-        ),
-        *(
-            f"in each sample with fault 0 {plain(text)} except where {' and '.join(map(plain, of))}"
-            for text, of in shown.get("held", {}).items()
-        ),
-        *(
-            f"in each sample with fault 0 {plain(x)} {'becomes' if x in proof['states'] else 'is'} {plain(of)}"
-            for x, of in (shown.get("formulas", {}) | shown.get("counted", {})).items()
-        ),
+        *(f"{used} {text} except where {' and '.join(map(plain, of))}" for text, of in where.items()),
+        *(f"{used} {becomes(x)} {plain(of)}" for x, of in formulas.items()),
         *(
             f"in the first sample with fault 0, and in the first after others, {plain(z)} is {enclosure.exact(number)}"
             for z, number in shown.get("restarts", {}).items()

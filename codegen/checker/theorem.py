@@ -287,9 +287,17 @@ def other_than_zero(proof: dict[str, Any], shown: dict[str, Any]) -> tuple[dict[
 
     @cache
     def in_code(sign: str, number: int) -> Any:
-        """The C's step for this number of a sign; over states, since with estimates for them terms cancel."""
+        """The C's step for this number of a sign, or None where lemma R refuses it.
+
+        Over states, since with estimates for them terms cancel.
+        """
         values = known | {("sgn", signs[sign]): kernel.term(number)}
-        return rounding.in_code(shown, free, {(f, rounding.put(q, of_states())): v for (f, q), v in values.items()})
+        values = {(f, rounding.put(q, of_states())): v for (f, q), v in values.items()}
+        code = rounding.Bounded(free, values, c.precision, shown["rounded"])
+        with suppress(ValueError):
+            code.run(c.step + c.commit, c.states + c.outputs)
+            return code
+        return None
 
     def exceptions(p: Any, holds: Callable[[str, int], Any], holds_in: Callable[[Any], Any]) -> list[str]:
         """Conditions of which each holds where a claim about p may not: tests by signs and numbers, and in the C."""
