@@ -88,18 +88,15 @@ class AlongFriction:
             NotEnclosable: as ``build_family``.
         """
         box = {**self.levels, **box}
-        pattern = self._pattern(box)
+        # The family's expressions depend on the signs of slips and kinks on the box.
+        slips, ends = [box[axis.slip] for axis in self.axes], [range_of(x, box) for x in self.kinks]
+        pattern: tuple[Any, ...] = tuple((low >= 0, high <= 0) for low, high in slips)
+        pattern += tuple((low >= 0, high <= 0, low > 0, high < 0, high <= -low) for low, high in ends)
         if pattern not in self._known:
             self._known[pattern] = self._built(box)
         family, parts = self._known[pattern]
         ranges = {**box, **{p: (sympy.Integer(0), min(map(abs, range_of(x, box)))) for x, p in parts.items()}}
         return replace(family, variables={v: ranges.get(v, ends) for v, ends in family.variables.items()})
-
-    def _pattern(self, box: Box) -> tuple[Any, ...]:
-        """Key of the cache: the signs of slips and kinks on the box, on which the family's expressions depend."""
-        slips = [(box[axis.slip][0] >= 0, box[axis.slip][1] <= 0) for axis in self.axes]
-        ends = [range_of(x, box) for x in self.kinks]
-        return (*slips, *((low >= 0, high <= 0, low > 0, high < 0, high <= -low) for low, high in ends))
 
     def _built(self, box: Box) -> tuple[Family, dict[Any, sympy.Symbol]]:
         """The family, and kink x → the symbol of its positive part (``_without_kinks``)."""

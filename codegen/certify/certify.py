@@ -62,7 +62,6 @@ def certify(
     declared one, the widest for which a V is found (``levels``), else at the declared level alone.
 
     Args:
-        spec: the spec.
         analysis: its error dynamics and their values at sampled operating points.
         files: name → SHA-256 of the generated sources that the certificate is bound to.
         command: the command line, which the certificate records.

@@ -139,7 +139,6 @@ def proved(
 
     Args:
         parts: pairs of the fields that do not depend on the proof (``frame``) and the proposal.
-        analysis: the error dynamics.
         finish: (proposal, certificate) → the certificate with further entries.
         turning: whether the claim is one V for all signs of the slips.
 

@@ -83,7 +83,6 @@ def by_cover(family: Family, h: Any) -> Found | None:
     """A proposal with a cover; None if there can be none (``sampled_matrices``), or if no P is found.
 
     Args:
-        family: the error matrices.
         h: sample time of the explicit step, s, exact.
     """
     matrices = sampled_matrices(family)

@@ -61,7 +61,6 @@ def build_family(dynamics: ErrorDynamics, ranges: Mapping[sympy.Symbol, tuple[An
     """The family of sampled error matrices: numbers in place of constants, a parameter for each varying expression.
 
     Args:
-        dynamics: the error dynamics.
         ranges: variable → (low, high), exact.
 
     Raises:

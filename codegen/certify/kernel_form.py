@@ -35,7 +35,6 @@ def proof_text(observer: Observer, places: Mapping[str, str], content: Mapping[s
     """The proof for the kernel, as JSON; its fields are those of docs/certificate_kernel.md, "proof.json".
 
     Args:
-        observer: with its machine.
         places: parameter, state, input or output of the observer's code → its place there, such as outputs.v_hat[3].
         content: the certificate's JSON object.
 

@@ -63,7 +63,6 @@ def extremes(analysis: Analysis, k: float, gain: Array) -> Extremes | None:
     are most nonlinear. For each extreme a random search with decreasing step size and a fixed seed follows.
 
     Args:
-        analysis: the error dynamics.
         k: gain K_v = k I, 1/s.
         gain: G, n by n, symmetric and positive definite.
     """

@@ -57,9 +57,6 @@ def disturbances(spec: Spec, observer: Observer, response: Response, off: ModelE
       is (2p + p²) v' more, and its forces are those of v: p |∂v̂'/∂v| v.
 
     Inputs are assumed constant during a sample; a change within a sample is not included.
-
-    Args:
-        off: the model error.
     """
     system, h = observer.system, fraction(observer.sample_time)
     if reason := unbounded_effect(system):

@@ -219,7 +219,6 @@ def _slip_speeds(observer: Observer, steady: Sequence[float], slides: Sequence[S
 
     Args:
         steady: bound on each error component in the long run.
-        slides: of each contact.
     """
     slips = observer.distribution
     more = 0.0 if observer.domain is None else float(observer.domain.slip_speed)

@@ -86,7 +86,6 @@ def propose(spec: Spec, analysis: Analysis, derive: Derive) -> Proposals:
 
     Args:
         spec: the refused spec.
-        analysis: its analysis.
         derive: spec → its results; the outcome for a proposed spec is a certificate.
     """
     observer, ranges = analysis.dynamics.observer, analysis.points.ranges
