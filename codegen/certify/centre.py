@@ -121,12 +121,7 @@ def first_found(at: Callable[[int], Array | None], bad: int, good: int, found: A
 
 
 def method_of_centres(
-    start: Array,
-    alpha: float,
-    stack: Array,
-    h: float,
-    where: Pattern | None = None,
-    near: float = NEAR,
+    start: Array, alpha: float, stack: Array, h: float, where: Pattern | None = None, near: float = NEAR
 ) -> Array:
     """The analytic centre P for a required rate near the largest feasible one.
 

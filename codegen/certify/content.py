@@ -33,13 +33,7 @@ Frame = Callable[[Analysis, Family], dict[str, Any]]
 """(analysis, family) → fields of a certificate that do not depend on the proof: ``frame`` of one spec and its files."""
 
 
-def frame(
-    spec: Spec,
-    files: Mapping[str, str],
-    command: str,
-    analysis: Analysis,
-    family: Family,
-) -> dict[str, Any]:
+def frame(spec: Spec, files: Mapping[str, str], command: str, analysis: Analysis, family: Family) -> dict[str, Any]:
     """The fields of a certificate that do not depend on the proof: subject, observer, errors, family over the envelope.
 
     The fields of the proof (claim, P, rate, reversals and so on) are present and empty.

@@ -23,13 +23,7 @@ from codegen.certify.certificate_text import rounded
 from codegen.certify.content import Found
 from codegen.certify.enclosure import Enclosure, cells_of, exact_ranges
 from codegen.certify.family import Family
-from codegen.certify.lyapunov import (
-    Active,
-    analytic_centre_at,
-    common_lyapunov,
-    common_lyapunov_at,
-    decay_rate_limit,
-)
+from codegen.certify.lyapunov import Active, analytic_centre_at, common_lyapunov, common_lyapunov_at, decay_rate_limit
 
 KEPT, KEPT_BELOW = 0.5, 0.4
 """Least decay rates in the sliding region, as shares of the best one: at the largest |f|, and below it. The first is

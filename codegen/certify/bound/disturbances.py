@@ -61,10 +61,13 @@ def disturbances(spec: Spec, observer: Observer, response: Response, off: ModelE
     system, h = observer.system, fraction(observer.sample_time)
     if reason := unbounded_effect(system):
         return reason
-    nonaffine = _of_nonaffine(spec, observer, response, off)
-    if isinstance(nonaffine, str):
-        return nonaffine
+    # Bounds on |∂v̂'/∂x| and |∂v̂'/∂w| by the non-affine forces.
+    slopes = [largest_slopes(spec, observer, part, off) for part in response.nonaffine]
+    if missing := next((x for x in slopes if isinstance(x, str)), ""):
+        return missing
     n = len(system.positions)
+    rows = sympy.Matrix(len(slopes), n + len(system.inputs), [e for row in slopes for e in row])
+    nonaffine = response.by_nonaffine.applyfunc(abs) * rows
     by_position, by_input = nonaffine[:, :n], response.by_input.applyfunc(abs) + nonaffine[:, n:]
     if missing := _missing_range(spec, system, off, [*response.by_position, *by_position], response.by_velocity):
         return missing
@@ -104,16 +107,6 @@ def disturbances(spec: Spec, observer: Observer, response: Response, off: ModelE
         "friction": [h * of_friction(observer, e, contact_rates) for e in observer.errors[n:]],
         "rounding": [Fraction(0)] * len(observer.errors),
     }
-
-
-def _of_nonaffine(spec: Spec, observer: Observer, response: Response, off: ModelError) -> Any | str:
-    """(n, n + m) bounds on |∂v̂'/∂x| and |∂v̂'/∂w| by the non-affine forces; or why there is none."""
-    slopes = [largest_slopes(spec, observer, part, off) for part in response.nonaffine]
-    if missing := next((x for x in slopes if isinstance(x, str)), ""):
-        return missing
-    columns = len(observer.system.positions) + len(observer.system.inputs)
-    rows = sympy.Matrix(len(slopes), columns, [e for row in slopes for e in row])
-    return response.by_nonaffine.applyfunc(abs) * rows
 
 
 def _missing_range(

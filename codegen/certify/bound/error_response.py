@@ -32,11 +32,7 @@ from codegen.spec.model import symbol
 
 STEP = symbol("h")
 """Symbol of the sample time."""
-SLOPES = {
-    "by_position": "the stiffness dg/dx",
-    "by_velocity": "the damping dg/dv",
-    "by_input": "the input gain dg/dw",
-}
+SLOPES = {"by_position": "the stiffness dg/dx", "by_velocity": "the damping dg/dv", "by_input": "the input gain dg/dw"}
 """Matrix of ``Response`` → its name in reasons."""
 
 
