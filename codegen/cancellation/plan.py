@@ -16,7 +16,7 @@ from codegen.base.arrays import Array
 from codegen.base.errors import BadInput
 from codegen.cancellation.optimum import SINGULAR, best_inputs, whitener
 from codegen.cancellation.reach import Reach
-from codegen.certify.nonzero import some_is_nonzero
+from codegen.certify.cover import some_is_nonzero
 from codegen.mechanics.casadi_form import at_points, function_of
 from codegen.mechanics.compact import compact
 from codegen.mechanics.system import Matrix

@@ -8,7 +8,7 @@ envelope, and each variable in which A is not affine.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from functools import cache, partial
@@ -19,12 +19,12 @@ import numpy as np
 import sympy
 
 from codegen.base.arrays import Array
-from codegen.certify.certificate_text import rounded_matrix, texts
+from codegen.certify.certificate_text import fraction, rounded_matrix, texts, to_prefix
 from codegen.certify.content import Found, as_prefix
 from codegen.certify.enclosure import exact_ranges
 from codegen.certify.family import Family
 from codegen.certify.lyapunov import common_lyapunov
-from codegen.checker import decay, kernel
+from codegen.checker import decay, kernel, verify
 
 MOST_POINTS, MOST_CORNERS = 16, 64
 """Largest number of sampled points of all variables that are cut together (3 for each at least), and of vertices of the
@@ -33,6 +33,8 @@ LESS = (0.99, 0.97, 0.9, 0.75, 0.5)
 """Shares of the rate at the sampled points that are tried for all points."""
 DEEPEST, MOST_ERRORS = 6, 12
 """Largest number of bisections for each variable, and largest number of errors."""
+DEEPEST_BOX = 12
+"""Largest number of bisections of the box of ``some_is_nonzero`` one after another."""
 DIGITS = 9
 """Significant digits of P in the test of a cell."""
 Cell = dict[str, tuple[Fraction, Fraction]]
@@ -164,3 +166,26 @@ def covering(holds: Callable[[Cell], bool], whole: Cell, deepest: int, cell: Cel
             return None
         parts.append(part)
     return [name, str(middle), *parts]
+
+
+def some_is_nonzero(
+    expressions: Sequence[Any], variables: Sequence[sympy.Symbol], bounds: Sequence[tuple[float, float]]
+) -> bool:
+    """Whether it is proven that everywhere within the bounds of the variables some expression is not zero.
+
+    On each cell one of the expressions must have an enclosure, in the checker's interval arithmetic, without 0.
+    """
+    whole = {v.name: (fraction(low), fraction(high)) for v, (low, high) in zip(variables, bounds, strict=True)}
+    try:
+        values = [verify.parse(to_prefix(e), [*whole], "expression")[1] for e in expressions]
+    except (TypeError, verify.Refused):  # a function that certificates do not have
+        return False
+
+    def away_from_zero(value: Any, cell: Cell) -> bool:
+        try:
+            low, high = value(cell)
+        except verify.Refused:
+            return False
+        return bool(low > 0 or high < 0)
+
+    return covering(lambda cell: any(away_from_zero(value, cell) for value in values), whole, DEEPEST_BOX) is not None

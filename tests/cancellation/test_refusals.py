@@ -7,7 +7,7 @@ import pytest
 from codegen.base.errors import BadInput
 from codegen.cancellation import RankFalls, plan, with_cancellation
 from codegen.cancellation.plan import keeps_rank
-from codegen.certify import nonzero
+from codegen.certify import cover
 from codegen.mechanics.build import build_system
 from codegen.observers import build_observer
 from tests.expected_errors import matches, refused
@@ -38,7 +38,7 @@ def test_a_rank_that_falls_in_the_envelope(entry, message):
 @pytest.mark.parametrize("entry", ["cos(x1)", "sin(x1)**2", "sin(x1 - x2)"])
 def test_the_proof_stands_alone_where_the_search_finds_nothing(entry, monkeypatch):
     monkeypatch.setattr(plan, "STARTS", 0)
-    monkeypatch.setattr(nonzero, "DEEPEST", 8)
+    monkeypatch.setattr(cover, "DEEPEST_BOX", 8)
     spec = read(machine_text(DIAGONAL, [[entry, "0"], ["0", "1"]], DIAGONAL, "{}", "mgto"))
     system = build_system(spec)
     found = keeps_rank(system.input_matrix, 2, system.values, system.positions, ((-2.0, 2.0),) * 2)

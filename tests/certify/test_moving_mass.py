@@ -12,8 +12,7 @@ import sympy
 
 from codegen.analysis.analysis import Analysis, analyse
 from codegen.certify.certify import spectral_rate
-from codegen.certify.machine_extremes import Extremes, extremes
-from codegen.certify.structure import MovingMass, certified_mode, moving_mass
+from codegen.certify.structure import Extremes, MovingMass, certified_mode, extremes, moving_mass
 from codegen.observers import observer_of
 from codegen.spec import parse_spec
 
