@@ -11,6 +11,7 @@ import os
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before NumPy: two workers on two cores, and threads change bits
 os.environ.setdefault("SYMPY_CACHE_SIZE", "20000")  # before SymPy; 1000 by default: a seventh more time in derivations
 
+import pytest
 from hypothesis import settings
 
 from codegen.base import parallel
@@ -30,3 +31,13 @@ allows forks, and they stay allowed for later tests. Tests of forks set this the
 def pytest_collection_finish() -> None:
     """What is imported and collected stays: the collector need not look at it again."""
     gc.freeze()
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_runtest_teardown(item: pytest.Item, nextitem: pytest.Item | None) -> None:
+    """Nor at what caches hold after a file of tests: a worker grows to 1.5 GB, of which a collection takes 0.6 s, and
+    the readers of logs ask for one after each fault.
+    """
+    if nextitem is None or nextitem.path != item.path:
+        gc.collect()
+        gc.freeze()

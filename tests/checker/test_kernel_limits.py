@@ -144,7 +144,7 @@ BUSY: tuple[Callable[[Files], None], ...] = (
 @pytest.mark.parametrize("change", BUSY, ids=lambda change: change.__name__)
 def test_a_busy_proof_is_refused(change: Callable[[Files], None], monkeypatch: pytest.MonkeyPatch) -> None:
     """Within the limit, and not long behind it: a single product of long numbers is not interrupted."""
-    monkeypatch.setattr(frame, "SECONDS", 1)
+    monkeypatch.setattr(frame, "SECONDS", 0.3)
     changed = files()
     change(changed)
     proof, begun = changed.pop("proof"), time.thread_time()
@@ -161,7 +161,7 @@ def test_numbers_of_many_denominators_are_refused_in_time(
 
     The matrix is singular, so that no short numbers decide it.
     """
-    monkeypatch.setattr(frame, "SECONDS", 1)
+    monkeypatch.setattr(frame, "SECONDS", 0.3)
     content = json.loads((GENERATED / "chain" / "proof.json").read_text("utf-8"))
     scales = [random.Random(k).randrange(10**89, 10**90) for k in range(count)]
     P = [[Fraction(x) for x in row] for row in content["lyapunov_matrix"]]
@@ -361,7 +361,7 @@ def test_the_time_begins_anew_with_each_proof(monkeypatch: pytest.MonkeyPatch) -
     busy = files()
     many_monomials(busy)
     busy["proof"]["acceleration"] = {"true.v": busy["proof"]["force"][0]}
-    monkeypatch.setattr(frame, "SECONDS", 1)
+    monkeypatch.setattr(frame, "SECONDS", 0.3)
     with pytest.raises(ValueError, match="more work than the limit"):
         errors.prove(busy.pop("proof"), busy)
     sound = files()
