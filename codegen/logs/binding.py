@@ -138,8 +138,8 @@ class _Search:
         self.headless = list(self.names) == [str(k + 1) for k in range(len(self.names))]
         self.symbols = ("t", *spec.positions, *spec.velocities, *(i.name for i in spec.inputs))
         self.terms: dict[str, Term] = {}
-        self.missing: dict[str, BadInput] = {}
-        self.unlogged: set[str] = set()
+        self.missing: list[str] = []
+        self.unlogged: dict[str, BadInput] = {}
         self.notes: list[str] = []
         self.findings: list[Finding] = []
         self.unsized: set[str] = set()
@@ -191,14 +191,13 @@ class _Search:
         return symbol, None
 
     def _find(self, symbol: str) -> None:
-        """Find the column of a symbol. If there is none, note it in ``missing`` or raise BadInput."""
+        """Find the column of a symbol. If there is none, note it in ``missing`` or ``unlogged``, or raise BadInput."""
         text, origin = self._choice(symbol)
         place = origin if isinstance(origin, Place) else Place("--column" if origin else self.place.file)
         if origin is not None and text == NO_COLUMN and symbol in self.spec.positions and text not in self.names:
-            self.unlogged.add(symbol)
             velocity = self._velocity_of(symbol)
             found = f"`{symbol}: {NO_COLUMN}`, and no column of its speed {velocity}"
-            self.missing[symbol] = BadInput(place, found, f"a column of {symbol} or of {velocity}", code="LOG003")
+            self.unlogged[symbol] = BadInput(place, found, f"a column of {symbol} or of {velocity}", code="LOG003")
             return
         term = find_term(text, self.names, place)
         if term is not None:
@@ -226,10 +225,9 @@ class _Search:
             found = f"no column `{symbol}`, and {len(likely)} that may be it: {which}"
             expected = f"`columns: {{{symbol}: NAME}}` in meta.yaml beside the log, or `--column {symbol}=NAME`"
             raise BadInput(self.place, found, expected, code="LOG003")
-        error = self._absent(symbol, text, origin)
-        if not by_name or (symbol not in self.spec.positions and origin is not None):
-            raise error
-        self.missing[symbol] = error
+        if origin is not None and not (by_name and symbol in self.spec.positions):
+            raise self._absent(symbol, text, origin)
+        self.missing.append(symbol)
 
     def _likely(self, symbol: str) -> list[str]:
         """The columns that the symbol's name may mean."""
@@ -244,9 +242,8 @@ class _Search:
                 place = Place(self.place.file, None, shown(whole, 80))
                 raise BadInput(place, f"no column `{shown(text, 80)}`: {why}", "one that can be read", code="LOG003")
 
-    def _absent(self, symbol: str, text: str, origin: Place | str | None) -> BadInput:
-        """The error for a column that is not there."""
-        reason = f", which {origin} asks for as `{symbol}`" if origin else ""
+    def _absent(self, symbol: str, text: str, origin: Place | str) -> BadInput:
+        """The error for a configured column that is not there."""
         expected = (
             f"one of the columns {listing(self.names)} (or `columns: {{{symbol}: ...}}` in meta.yaml beside the log"
             f"{'' if symbol in self.explicit else f', or `--column {symbol}=...`'})"
@@ -257,14 +254,12 @@ class _Search:
             )
         if symbol in self.explicit:
             expected += "; the option is for every log of a command: where their columns differ, meta.yaml beside each"
-        found = f"no column `{shown(text)}`{reason}"
+        found = f"no column `{shown(text)}`, which {origin} asks for as `{symbol}`"
         as_written = [name for name in self.names if name in text and name != identifier(name)]
         if as_written and OPERATORS & set(text):
             longest = max(as_written, key=len)
             expected = f"an expression, in which `{shown(longest)}` is written `{identifier(longest)}`"
             return BadInput(self.place, found, expected, code="LOG003")
-        if origin is None and symbol == "t":
-            expected += ", or `sample_time: SECONDS` there"
         written = {identifier(n): n for n in self.names}
         nearest = nearest_name(text, self.names) or written.get(nearest_name(text, written) or "")
         return BadInput(self.place, found, expected, shown(nearest) if nearest else None, code="LOG003")
@@ -279,17 +274,16 @@ class _Search:
         return [name for name in self.names if name not in used]
 
     def _is_integral(self, symbol: str, unused: Collection[str]) -> bool:
-        """Whether a symbol is a position that is the integral of its logged speed.
+        """Whether a symbol is a position with a logged speed that no unused column may hold, so that it is integrated.
 
-        So it is where the description says that the log has no column of it, or where no unused column may hold it:
-        each states a unit that is none of the position, and is not in counts.
+        Each of these columns states a unit that is none of the position, and is not in counts.
         """
         velocity = self._velocity_of(symbol)
         if velocity not in self.terms:
             return False
         own = self.spec.units[symbol]
         units = {name: self._stated(name) for name in unused}
-        return symbol in self.unlogged or not any(
+        return not any(
             unit in ("", "-", "1") or is_in_counts(name) or is_convertible(unit, own) for name, unit in units.items()
         )
 
@@ -299,11 +293,6 @@ class _Search:
         if velocity not in self.terms:
             return ""
         return f"; or `columns: {{{symbol}: {NO_COLUMN}}}` if the log has the speed {velocity} alone, to integrate it"
-
-    def _not_integrated(self, symbol: str) -> BadInput:
-        """The error for a symbol without a column."""
-        error = self.missing[symbol]
-        return BadInput(error.place, error.found, error.expected + self._or_none(symbol), error.nearest, code="LOG003")
 
     def _likely_speeds(self, positions: Sequence[str], unused: Collection[str]) -> dict[str, Proposed]:
         """Position without a column → the one unused column whose unit is that of its speed."""
@@ -319,52 +308,45 @@ class _Search:
 
         A position whose velocity was logged is integrated where no column is left that may hold it.
         """
-        asked = [s for s in self.missing if s not in self.unlogged]
         units = {} if self.headless else {name: self._stated(name) for name in self._unused()}
-        proposed = proposed_columns(asked, units, self.spec)
+        proposed = proposed_columns(self.missing, units, self.spec)
         found = {one.symbol: one.column for one in proposed}
         left = set(self._unused()) - set(found.values())
-        lacking = [s for s in asked if s in found or not self._is_integral(s, left)]
+        lacking = [s for s in self.missing if s in found or not self._is_integral(s, left)]
         if not lacking:
             return
-        first = self._not_integrated(lacking[0])
-        alone = len(lacking) == 1 and not self.headless
-        if not proposed and (alone or any("an expression" in self.missing[s].expected for s in lacking)):
-            raise first
-        counted = "t" in lacking and "t" not in found and all(map(is_counter, left))
+        counted = "t" in lacking and "t" not in found and bool(left) and all(map(is_counter, left))
         absent = f"no {'columns' if len(lacking) > 1 else 'column'} {', '.join(f'`{s}`' for s in lacking)}"
         blank = "NUMBER" if self.headless else "..."
-        blanks = {s: blank for s in lacking if s not in found and not (s == "t" and counted)}
+        blanks = [s for s in lacking if s not in found and not (s == "t" and counted)]
         speeds = self._likely_speeds([s for s in blanks if s in self.spec.positions], left)
-        lines = lines_of(
-            (*proposed, *speeds.values()), {s: NO_COLUMN if s in speeds else to for s, to in blanks.items()}
-        )
+        others = {s: NO_COLUMN if s in speeds else blank for s in blanks}
+        lines = lines_of((*proposed, *speeds.values()), others) if proposed or blanks else ""
         counts = [one for one in proposed if not one.unit and is_in_counts(one.column)]
         lines += "".join(f", and their size, such as {scale_of_counts(one.symbol, self.spec)}," for one in counts)
         if counted:
-            lines += " and `sample_time: SECONDS`"
+            lines += f"{' and ' if lines else ''}`sample_time: SECONDS`"
         elif "t" in lacking and "t" not in found:
             lines += " (or `sample_time: SECONDS` in place of t)"
         option = "" if counted or speeds else _options(proposed, lacking, blank)
         why = f" ({reasons((*proposed, *speeds.values()))})" if proposed or speeds else ""
         has = f"NUMBER from 1 to {len(self.names)}" if self.headless else f"it has {listing(self.names)}"
         expected = f"{lines} in meta.yaml beside the log{option}{why}{self._or_none(lacking[0])}; {has}"
-        error = BadInput(first.place, absent, expected, code="LOG003")
+        error = BadInput(self.place, absent, expected, code="LOG003")
         if proposed and proposed[0].symbol == lacking[0]:
             error.nearest = proposed[0].column  # for --json; the message has it in its lines already
         raise error
 
     def _integrated(self) -> tuple[str, ...]:
-        """The positions that are integrated from their velocities: those without a column that may hold them."""
+        """The positions without a column, which are integrated from their velocities; each of ``missing`` can be."""
         found = []
         for c in self.spec.coordinates:
-            if c.name not in self.missing:
-                continue
-            if not self._is_integral(c.name, self._unused()):
-                raise self._not_integrated(c.name)
-            words = f"the position is the integral of the measured speed {c.velocity}, from zero"
-            self.notes.append(f"no column {c.name}: {words}")
-            found.append(c.name)
+            if c.name in self.unlogged and c.velocity not in self.terms:
+                raise self.unlogged[c.name]
+            if c.name in self.unlogged or c.name in self.missing:
+                words = f"the position is the integral of the measured speed {c.velocity}, from zero"
+                self.notes.append(f"no column {c.name}: {words}")
+                found.append(c.name)
         return tuple(found)
 
     def _drop_some_velocities(self, integrated: Sequence[str]) -> bool:
@@ -530,7 +512,7 @@ def _options(proposed: Sequence[Proposed], lacking: Sequence[str], blank: str) -
     if any(one.unit or not one.column.isprintable() for one in proposed):
         return ""
     if len(proposed) < len(lacking):
-        return f", or `--column {lacking[0]}={blank}` for each"
+        return f", or `--column {lacking[0]}={blank}`{' for each' if len(lacking) > 1 else ''}"
     options = " ".join(f"--column {quote(f'{one.symbol}={one.column}')}" for one in proposed)
     return f", or `{options}`"
 
