@@ -24,6 +24,9 @@ ONE_OF = "or, where a column numbers motors or records, `rows: {COLUMN: NUMBER}`
 """How one of several motors is read from a file whose rows are those of all."""
 SHARE_REPEATED = 0.20
 """Largest share of rows that repeat a time stamp with other data."""
+SHARE_MOVED, ROWS_MOVED, IRREGULAR = 0.05, 100, 0.25
+"""Rows out of order: largest share, largest distance from their place, and largest deviation of the steps of time when
+sorted, over their median."""
 _UNITS = {1e3: ("milliseconds", "0.001"), 1e6: ("microseconds", "1e-6"), 1e9: ("nanoseconds", "1e-9")}
 
 
@@ -60,7 +63,7 @@ def clean(
     if rows == 1:
         raise BadInput(raw.place(0), "a single row", "rows at two or more times", code="LOG009")
     fill = description.missing == "fill"
-    timed = _finite_time(raw, fill, notes)
+    timed = _in_order(_finite_time(raw, fill, notes), notes)
     values, repaired = _finite(timed, symbols, held, fill, notes)
     kept = _rising(timed, values, notes)
     timed, values = timed.rows(kept), values[kept]
@@ -104,6 +107,29 @@ def _finite_time(raw: Columns, fill: bool, notes: list[str]) -> Columns:
     _refuse_many(raw, 0, bad, fill)
     notes.append(f"{_count(bad.sum(), 'row')} without a time stamp left out (first: {raw.place(int(np.argmax(bad)))})")
     return raw.rows(~bad)
+
+
+def _in_order(raw: Columns, notes: list[str]) -> Columns:
+    """The rows sorted by time, where only a few were written early or late and no step of time is left irregular.
+
+    A clock that was set back, or a second record in the file, leaves such steps or moves rows far: see ``_rising``.
+    """
+    time = raw.values[:, 0]
+    back = np.diff(time) < 0
+    if not 0 < back.sum() <= SHARE_MOVED * len(time):
+        return raw
+    order = np.argsort(time, kind="stable")
+    moved = np.flatnonzero(order != np.arange(len(time)))
+    steps = np.diff(time[order])
+    median = float(np.median(steps))
+    steps = steps[max(moved[0] - 1, 0) : moved[-1] + 1]
+    far = np.abs(order - np.arange(len(time))).max() > ROWS_MOVED
+    if far or (np.abs(steps - median) > IRREGULAR * median).any():
+        return raw
+    first = raw.place(int(np.argmax(back)) + 1)
+    notes.append(f"{_count(back.sum(), 'row')} before an earlier one: the rows are sorted by time (first: {first})")
+    lines = None if raw.lines is None else raw.lines[order]
+    return Columns(raw.file, raw.names, raw.values[order], lines)
 
 
 def _finite(

@@ -49,6 +49,15 @@ def test_many_columns_are_refused_before_their_names_are_compared(tmp_path, spec
         read_log(path, spec)
 
 
+def test_a_quoted_name_over_many_lines_is_joined_up_to_the_longest_line(monkeypatch):
+    """The joined text was copied for each of 1000 lines, of 1 MB each."""
+    monkeypatch.setattr(row_forms, "LONGEST_LINE", 100)
+    short = ['"t', '(s)",x,w', "1,2,3"]
+    assert row_forms.whole_lines(short) == ["", '"t (s)",x,w', "1,2,3"]
+    long = ['"t', "y" * 100, '(s)",x,w', "1,2,3"]
+    assert row_forms.whole_lines(long) == long
+
+
 def test_the_name_of_a_list_is_not_repeated_without_end():
     """A name of 900 000 letters above a list of 300 000 numbers would be a header of 270 GB."""
     name, row = "q" * 100_000, '0.1,"[' + "1," * 999 + '1]"'

@@ -18,7 +18,7 @@ from codegen.base.user_text import shown
 from codegen.logs.binding import column_of, time_of
 from codegen.logs.description import LogDescription
 from codegen.logs.formats.cells import MINUS, NUMBER, fields, is_row, value_of
-from codegen.logs.formats.row_forms import transposed_rows
+from codegen.logs.formats.row_forms import transposed_rows, whole_lines
 from codegen.logs.formats.series import Signal, joined
 from codegen.logs.formats.source import Allowance, BlockFile, Columns, File, LogFile, NotStreamed, listing
 from codegen.logs.formats.table import END, Layout, find_layout, is_remark, starts_as_row
@@ -298,7 +298,7 @@ def open_csv(path: Path, allowance: Allowance, description: LogDescription) -> C
     if rows > MOST_ROWS:
         raise file.fault(f"{rows} lines", f"{EXPECTED}; at most {MOST_ROWS} lines", code="LOG010")
     text, notes = text_of(str(path), data)
-    lines = text.split("\n")
+    lines = whole_lines(text.split("\n"))
     turned = transposed_rows(lines) if description.header is None else None
     if turned is not None:
         notes = (*notes, "each line is a signal: the table is transposed, and its rows are counted as lines")

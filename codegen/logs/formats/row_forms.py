@@ -12,6 +12,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import chain, islice
+from string import ascii_letters
 
 from codegen.logs.formats.cells import COMMENT_MARKS, delimiter_of
 from codegen.logs.formats.source import listing
@@ -237,6 +238,22 @@ def _units_behind(line: str, delimiter: str) -> list[tuple[int, str]]:
     texts = enumerate(line.split(delimiter))
     found = [(k, _QUANTITY.fullmatch(text.strip(' "'))) for k, text in texts]
     return [(k, quantity[2]) for k, quantity in found if quantity and is_unit(quantity[2])]
+
+
+def whole_lines(lines: list[str]) -> list[str]:
+    """The lines, with a quoted name that spans several lines joined in the last of them, if that is not too long."""
+    made, held = lines, ""
+    for i, line in enumerate(islice(lines, LINES_SEARCHED)):
+        if not held and (line.count('"') % 2 == 0 or not line.lstrip().startswith(('"', *ascii_letters))):
+            continue
+        made = made if made is not lines else list(lines)
+        held = f"{held} {line}" if held else line
+        if len(held) > LONGEST_LINE:
+            return lines
+        whole = held.count('"') % 2 == 0
+        made[i] = held if whole else ""
+        held = "" if whole else held
+    return lines if held else made
 
 
 def _list_rows(given: Sequence[str]) -> Form | None:
