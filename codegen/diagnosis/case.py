@@ -19,7 +19,7 @@ from codegen.base.errors import BadInput
 from codegen.base.progress import begin
 from codegen.base.text import render
 from codegen.diagnosis.evidence.residual_regression import events_of, inertia_noise
-from codegen.diagnosis.evidence.timing import acting_earlier, input_leads, late_speeds
+from codegen.diagnosis.evidence.timing import acting_earlier, input_leads
 from codegen.diagnosis.fit.force_rows import force_rows, information, residual_sizes
 from codegen.diagnosis.fit.linear import inverse
 from codegen.diagnosis.fit.measure import drive_force
@@ -111,20 +111,13 @@ class Case:
 
     def with_leads(self, leads: Mapping[int, float], found: Sequence[Finding]) -> Case:
         """The case with other leads of some inputs, and findings on them in place of those on the same topics."""
-        further = {k: rows - self.leads.get(k, 0.0) for k, rows in leads.items()}
-        return replace(self.with_inputs_earlier(further, found), leads={**self.leads, **leads})
-
-    def with_inputs_earlier(self, rows: Mapping[int, float], found: Sequence[Finding]) -> Case:
-        """The case with the findings, and with inputs taken earlier by so many rows than now: index of an input → rows.
-
-        These leads are not counted as ``leads``.
-        """
         topics = {f.topic for f in found}
         kept = (f for f in self.findings["train"] if f.topic not in topics)
-        case = replace(self, findings={**self.findings, "train": (*kept, *found)})
-        if not any(rows.values()):
+        case = replace(self, leads={**self.leads, **leads}, findings={**self.findings, "train": (*kept, *found)})
+        further = {k: rows - self.leads.get(k, 0.0) for k, rows in leads.items()}
+        if not any(further.values()):
             return case
-        log, test_log = acting_earlier(self.log, rows), self.test_log and acting_earlier(self.test_log, rows)
+        log, test_log = acting_earlier(self.log, further), self.test_log and acting_earlier(self.test_log, further)
         motion = smoothed(log, self.problem.system)
         part = _restrict(motion, len(self.problem.motion.time))
         return replace(
@@ -178,9 +171,7 @@ def case_of(spec: Spec, system: System, log: Log, test_log: Log | None, material
     other = _test_motion(motion, test_log)
     window = slice(split if test_log is None else 0, len(other.time))
     case = Case(spec, log, test_log, motion, problem, Problem(system, other, {}), window, findings, material)
-    late, timing = late_speeds(problem, log)
-    case = case.with_inputs_earlier(dict.fromkeys(range(len(system.inputs)), -late), timing)
-    return case.with_leads(*input_leads(case.problem, case.log))
+    return case.with_leads(*input_leads(problem, log))
 
 
 def _test_motion(motion: Motion, test_log: Log | None) -> Motion:

@@ -191,7 +191,7 @@ class Judge:
         if answer.verdict != "none" and far and not case.faults:
             # Free runs may choose values of the right effect that held-out data refuse; those by force are then tried.
             lasting = self._checked(answer, outcome.final) if answer.verdict == "effect" else answer
-            by_force = ForceLed(search, self.measured, case.steady, examined, self._checked)
+            by_force = ForceLed(search, self.measured, examined, self._checked)
             with shares_to(lambda done: report("effects by the force residual", 0.8 + 0.05 * done)):
                 answer, outcome = by_force.accepted(outcome, lasting)
         if answer.verdict in ("none", "unknown") and not case.faults:
@@ -263,15 +263,12 @@ class Judge:
         chosen, case, problem = self.selection, self.case, self.case.problem
         lacks = answer.verdict == "effect"
         yield from answer.remarks
-        if (record := chosen.search.record).every > 1:
-            yield Fact.said("note", "dense", every=record.every, step=record.sample_time)
         if answer.verdict == "unknown":
             yield from wrong_values.explaining_values(case.spec, answer.refit, problem)
         for name in levels_at_zero(problem.system, (answer.refit, answer.augmented), problem.levels):
             yield Fact.said("declared value", "level at zero", name=name)
         yield from wrong_values.wrong_links_in_words(chosen.search, answer)
         yield from _in_place_of_a_value(chosen.replaced, answer)
-        yield from wrong_values.turned_terms(answer, problem)
         if lacks and not answer.errors:
             yield from wrong_values.equal_parameters(chosen.search, chosen.base, outcome)
         yield from wrong_values.moved_values(answer, outcome.final if lacks else chosen.base, problem, case.material)

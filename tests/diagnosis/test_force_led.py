@@ -317,10 +317,9 @@ def accepted_by_force(
     outcome: Outcome,
     answer: Answer,
     measured: Measured,
-    steady: bool = False,
     checked: Callable[[Answer, Fit], Answer] = lambda one, fit: one,
 ) -> tuple[Answer, Outcome]:
-    by_force = force_led.ForceLed(search, measured, steady, lambda one: (answer, one), checked)
+    by_force = force_led.ForceLed(search, measured, lambda one: (answer, one), checked)
     return by_force.accepted(outcome, answer)
 
 
@@ -344,11 +343,6 @@ def test_the_answer_has_what_the_force_residual_selects(tmp_path: Path, monkeypa
     assert (last.verdict, last.effects) == ("unknown", ())
     said = last.remarks[-1].words
     assert said.startswith("spring on x") and said.endswith("worse on held-out data")
-    monkeypatch.setattr(force_led, "better_values", lambda search, led: "the value m = 3 kg explains")
-    for steady, verdict in ((False, "unknown"), (True, "effect")):
-        answer, _ = accepted_by_force(search, outcome, plain, errors, steady)
-        assert answer.verdict == verdict
-        assert steady or "spring on x, but in simulation the value m = 3 kg explains" in answer.remarks[-1].words
     why = Fact("not accepted", "a smooth curve explains twice as much of the residual force as the law does")
     refused = replace(answer, verdict="unknown", against=(why,), remarks=())
     monkeypatch.setattr(force_led, "with_estimate", lambda *_: refused)

@@ -1,13 +1,9 @@
-"""Timing of a log's columns: by how much an input acts earlier than the time of its row, and speeds that are late.
+"""Timing of a log's inputs: by how much they act earlier than the time of their row.
 
 Simulation assumes zero-order hold: w(t) = w[k] from t_k to t_{k+1}. A measured input is between two rows about the mean
 of both values, which leads the held one by half a row. An input that is logged one row late leads by a row, and one
 that the drive filters before it is logged by the lag of the filter. No effect of a machine acts before its input, but
 compliance, presliding and damping fit the force residual of a lead, so it is corrected before effects are sought.
-
-A drive may compute a speed as a difference of positions: (q(t) − q(t − n h))/(n h) is the speed at t − n h/2, n/2 rows
-late. In a force balance it looks like an input that acts n/2 rows later, but the noise shows it: with white noise e of
-the positions it is (e_k − e_(k−n))/(n h), whose autocorrelation is −1/2 at lag n.
 """
 
 from __future__ import annotations
@@ -26,7 +22,6 @@ from codegen.diagnosis.fit.identity_cache import OF_MODELS, identity_cache
 from codegen.diagnosis.fit.linear import correlation, independent
 from codegen.diagnosis.fit.measure import drive_force
 from codegen.diagnosis.fit.residual import Problem, inverse_dynamics_residual
-from codegen.diagnosis.fit.signals import low_pass
 from codegen.logs import Finding, Log
 from codegen.logs.uniform import earlier
 
@@ -328,50 +323,3 @@ def _undeclared_forces(x: Array, v: Array, drive: Array) -> tuple[Array, ...]:
     stribeck = sign * np.exp(-speed / (STEEP * max(float(np.quantile(speed, 0.95)), 1e-300)))
     presliding = sign * np.exp(-distance / (STEEP * max(float(np.ptp(x)), 1e-300)))
     return splines(v, KNOTS), place, place * sign, stribeck, presliding, sign * np.abs(drive)[:, None]
-
-
-MOST_ROWS = 40
-"""Largest number of rows of a difference that is sought."""
-NOISE_ABOVE = 0.1
-"""Above this frequency, over the sample rate, a speed is taken as noise."""
-AT_LAG, AT_OTHER_LAGS = (-0.62, -0.42), 0.32
-"""Range of the autocorrelation at the lag of the difference, and its largest magnitude at other lags."""
-OUTLIERS = 4.0
-"""The noise is clipped at so many medians of its magnitude, so that impacts and spikes do not dominate."""
-CENTRAL = 2
-"""A difference over two rows may be a central one, which is not late, so it is left alone."""
-
-
-def rows_of_difference(speed: Array, h: float) -> int:
-    """Rows over which a logged speed (N,) is a difference of positions; 0 if its noise has another autocorrelation."""
-    noise = speed - low_pass(speed, NOISE_ABOVE / h, h)
-    cut = len(noise) // 20
-    noise = noise[cut : len(noise) - cut]
-    limit = OUTLIERS * float(np.median(np.abs(noise)))
-    noise = np.clip(noise, -limit, limit)
-    power = float(noise @ noise) / len(noise)
-    if len(noise) < 10 * MOST_ROWS or not power:
-        return 0
-    by_lag = np.array([noise[k:] @ noise[:-k] / (len(noise) - k) / power for k in range(1, MOST_ROWS + 1)])
-    n = int(np.argmin(by_lag))
-    others = np.delete(by_lag, n)
-    return n + 1 if AT_LAG[0] <= by_lag[n] <= AT_LAG[1] and np.abs(others).max() <= AT_OTHER_LAGS else 0
-
-
-def late_speeds(problem: Problem, log: Log) -> tuple[float, tuple[Finding, ...]]:
-    """Delay of the logged motion in rows, and the finding; 0 unless noise and inputs agree on it."""
-    velocities = [v.name for v in problem.system.velocities]
-    integrated = log.raw_data.integrated
-    unknown = log.raw_data.resampled or log.velocities is None or not integrated or not all(integrated)
-    if unknown or log.velocities is None or problem.system.actuators or set(velocities) & set(log.description.late):
-        return 0.0, ()
-    found = {rows_of_difference(column, log.sample_time) for column in log.velocities.T}
-    n = found.pop()
-    if found or n in (0, CENTRAL):
-        return 0.0, ()
-    leads = [lead_of(problem, k) for k in range(len(problem.system.inputs))]
-    for lead in leads:
-        if not (-lead.rows > max(SURE * lead.deviation, LEAST_LEAD) and lead.rows + n / 2 <= USUAL[-1] + LEAST_LEAD):
-            return 0.0, ()
-    figures = {"rows": float(n), "lead": max(lead.rows for lead in leads)}
-    return n / 2, (_finding("speed", ", ".join(velocities), log, figures, names=velocities, rows=n),)

@@ -19,7 +19,7 @@ from codegen.diagnosis.fit.acceptance import evidence_of, random_signs
 from codegen.diagnosis.fit.drive import residual_without_levels
 from codegen.diagnosis.fit.output_error import Fit
 from codegen.diagnosis.fit.search import Search, joint_of
-from codegen.diagnosis.results import Fact, Verdict, titles, worded
+from codegen.diagnosis.results import Fact, Verdict, worded
 from codegen.diagnosis.selection.candidate_fits import every_part
 from codegen.diagnosis.selection.force_fits import ForceFits
 from codegen.diagnosis.selection.force_selection import ForceSelection, judged_in_addition, selected_by_force
@@ -29,7 +29,6 @@ from codegen.diagnosis.selection.significance import hypotheses
 from codegen.diagnosis.verdict.admission import Measured
 from codegen.diagnosis.verdict.answer import Answer
 from codegen.diagnosis.verdict.examination import with_estimate
-from codegen.diagnosis.verdict.wrong_values import better_values
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +37,6 @@ class ForceLed:
 
     Attributes:
         measured: the errors of a model on held-out data.
-        steady: whether the log runs at constant speed, at which parameters keep their tolerances.
         examined: the answer from an outcome of the selection by free runs, for an arm.
         checked: the answer after the last check on held-out data (``FinalCheck``). What it refuses must not replace
             effects that pass.
@@ -46,7 +44,6 @@ class ForceLed:
 
     search: Search
     measured: Measured
-    steady: bool
     examined: Callable[[Outcome], tuple[Answer, Outcome]]
     checked: Callable[[Answer, Fit], Answer]
 
@@ -73,8 +70,7 @@ class ForceLed:
         """The answer with the selected effects in place of those of free runs; unchanged if they are refused.
 
         Their values and intervals are those of the fit to the force residual. They are examined as others are: by their
-        intervals, by a smooth curve over their own variable, and by held-out data. They are not accepted where wrong
-        values of the spec's own parameters explain the free runs better.
+        intervals, by a smooth curve over their own variable, and by held-out data.
         """
         led = replace(
             outcome,
@@ -92,10 +88,6 @@ class ForceLed:
         second = self.checked(estimated, led.final)
         if second.verdict != plain.verdict:
             return answer.noted(*_refused(answer, second)), outcome
-        better = "" if self.steady else better_values(self.search, led)
-        if better:
-            said = Fact.said("not accepted", "values instead", named=titles(second.effects), values=better)
-            return answer.noted(said), outcome
         return second.noted(Fact.said("evidence", "by force")), led
 
 
