@@ -23,12 +23,11 @@ from codegen.app.derived import Derived
 from codegen.cancellation import with_cancellation
 from codegen.certify.certify import Certificate
 from codegen.certify.kernel_form import NotCovered, Writer, proof_text
-from codegen.checker import errors, frame, kernel, verify
+from codegen.checker import counterexamples, errors, frame, kernel, verify
 from codegen.checker.enclosure import Refused
 from codegen.observers import observer_of
 from codegen.program import build_program
 from codegen.spec import parse_spec, read_spec
-from tests.checker import counterexamples
 from tests.checker.forged import POINT, check
 from tests.twin import load_twin
 
