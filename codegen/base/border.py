@@ -8,8 +8,9 @@ processor time on a busy machine.
 from __future__ import annotations
 
 import os
+import sys
 from collections.abc import Callable
-from functools import wraps
+from functools import lru_cache, wraps
 from traceback import extract_tb
 from typing import Any, ParamSpec, TypeVar
 
@@ -32,12 +33,10 @@ def verb(work: Callable[Given, Result]) -> Callable[Given, Result]:
 
     @wraps(work)
     def bordered(*given: Given.args, **named: Given.kwargs) -> Result:
-        from threadpoolctl import threadpool_limits
-
         refuse_wrong_arguments(work, given, named)
         values: Any = [_in_order(value) for value in given]
         options: Any = {name: _in_order(value) for name, value in named.items()}
-        with threadpool_limits(limits=1, user_api="blas"), in_words_of_caller(work):
+        with _pools(len(sys.modules)).limit(limits=1, user_api="blas"), in_words_of_caller(work):
             try:
                 return work(*values, **options)
             except BadInput:
@@ -48,6 +47,14 @@ def verb(work: Callable[Given, Result]) -> Callable[Given, Result]:
                 raise
 
     return bordered
+
+
+@lru_cache(maxsize=1)
+def _pools(modules: int) -> Any:
+    """The threads of the libraries that this process has loaded, found anew once there are further modules."""
+    from threadpoolctl import ThreadpoolController
+
+    return ThreadpoolController()
 
 
 def _fault_of_own_code(error: Exception) -> BadInput | None:

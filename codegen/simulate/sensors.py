@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import casadi
 import numpy as np
@@ -43,10 +44,19 @@ class Sensors:
     def encoded(self, position: Array, noise: Array) -> Array:
         """Measured positions (n,): noise added, then rounded to the encoder's steps."""
         value = position + noise
-        if not self.encoder_step.any():
+        if self._whole is None:
             return value
-        whole = np.where(self.encoder_step > 0, self.encoder_step, 1.0)
-        return np.where(self.encoder_step > 0, np.floor(value / whole + 0.5) * whole, value)
+        found: Array = np.floor(value / self._whole + 0.5) * self._whole
+        return found if self._all_rounded else np.where(self.encoder_step > 0, found, value)
+
+    @cached_property
+    def _whole(self) -> Array | None:
+        """The encoder's steps, 1 where there are none; None where no position has any. Asked for in every sample."""
+        return np.where(self.encoder_step > 0, self.encoder_step, 1.0) if self.encoder_step.any() else None
+
+    @cached_property
+    def _all_rounded(self) -> bool:
+        return bool((self.encoder_step > 0).all())
 
 
 ITERATIONS = 12
