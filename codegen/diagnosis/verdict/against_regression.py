@@ -22,13 +22,12 @@ from codegen.diagnosis.fit.acceptance import is_far
 from codegen.diagnosis.fit.drive import residual_at_drive
 from codegen.diagnosis.fit.linear import regressed, rms
 from codegen.diagnosis.fit.output_error import Fit
-from codegen.diagnosis.fit.residual import Problem, contacts_on, without_levels
+from codegen.diagnosis.fit.residual import Problem, without_levels
 from codegen.diagnosis.fit.signals import Motion
 from codegen.diagnosis.results import Change, FoundEffect, worded
 from codegen.diagnosis.verdict.wrong_values import FAR_LESS
 from codegen.effects import CATALOGUE
 from codegen.effects.declare import places_of
-from codegen.effects.places import pairs
 from codegen.mechanics.system import System
 
 VARIABLES = {
@@ -169,19 +168,9 @@ def fitted_share(r: Array, used: NDArray[np.bool_], columns: Sequence[Array]) ->
 
 
 def acts_on(effect: FoundEffect, system: System) -> int:
-    """Index of the first coordinate in whose force balance an effect appears."""
+    """Index of the coordinate on which an effect acts most (``Effect.coordinate``)."""
     kind = CATALOGUE[effect.kind].with_parameters(list(effect.parameters))
-    place = places_of(kind, system).index(effect.on)
-    match kind.sits_on:
-        case "contact":
-            touched = [i for i in range(system.degrees_of_freedom) if place in contacts_on(system, i)]
-        case "input":
-            touched = [i for i, g in enumerate(system.force) if g.has(system.inputs[place])]
-        case "two coordinates":
-            touched = [pairs(system)[place][0]]
-        case _:
-            touched = [place]
-    return touched[0] if touched else 0
+    return kind.coordinate(system, places_of(kind, system).index(effect.on))
 
 
 def against_regression(
