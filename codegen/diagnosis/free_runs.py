@@ -42,7 +42,7 @@ from codegen.diagnosis.verdict.answer import (
 )
 from codegen.diagnosis.verdict.examination import examine, refused_at_limit, settled
 from codegen.diagnosis.verdict.final_check import FinalCheck
-from codegen.diagnosis.verdict.force_led import ForceLed, accepted_across_joints
+from codegen.diagnosis.verdict.force_led import accepted_across_joints, accepted_by_force
 from codegen.diagnosis.verdict.harmonics import with_harmonics
 from codegen.diagnosis.verdict.held_out import HeldOut, within
 from codegen.diagnosis.verdict.late_inputs import corrected_for_leads
@@ -191,9 +191,9 @@ class Judge:
         if answer.verdict != "none" and far and not case.faults:
             # Free runs may choose values of the right effect that held-out data refuse; those by force are then tried.
             lasting = self._checked(answer, outcome.final) if answer.verdict == "effect" else answer
-            by_force = ForceLed(search, self.measured, examined, self._checked)
             with shares_to(lambda done: report("effects by the force residual", 0.8 + 0.05 * done)):
-                answer, outcome = by_force.accepted(outcome, lasting)
+                given = outcome, lasting, self.measured, examined, self._checked
+                answer, outcome = accepted_by_force(search, *given)
         if answer.verdict in ("none", "unknown") and not case.faults:
             answer, outcome = accepted_across_joints(search, outcome, answer, examined, case.material)
         return answer, outcome

@@ -319,8 +319,7 @@ def accepted_by_force(
     measured: Measured,
     checked: Callable[[Answer, Fit], Answer] = lambda one, fit: one,
 ) -> tuple[Answer, Outcome]:
-    by_force = force_led.ForceLed(search, measured, lambda one: (answer, one), checked)
-    return by_force.accepted(outcome, answer)
+    return force_led.accepted_by_force(search, outcome, answer, measured, lambda one: (answer, one), checked)
 
 
 def test_the_answer_has_what_the_force_residual_selects(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -43,7 +43,7 @@ from codegen.diagnosis.selection.forward_selection import Outcome
 from codegen.diagnosis.selection.refusals import contradicted_by_force
 from codegen.diagnosis.verdict import force_led
 from codegen.diagnosis.verdict.answer import Answer
-from codegen.diagnosis.verdict.force_led import ForceLed
+from codegen.diagnosis.verdict.force_led import accepted_by_force
 from codegen.effects import CATALOGUE
 from codegen.logs import Log
 from codegen.mechanics.casadi_form import over_rows
@@ -473,6 +473,6 @@ def test_effects_by_force_are_added_on_joints_where_free_runs_accept_none(
     answer, outcome = examined(Outcome(base, by_runs, (), (), 0.5, len(base.residual)))
     own = [e.kind for e in answer.effects]
     for how, kinds in ((examined, named), (partial(examined, refused="spring"), own)):
-        by_force = ForceLed(search, lambda system: figures, False, how, lambda one, fit: one)
-        second, richer = by_force.accepted(outcome, answer)
+        given = outcome, answer, lambda system: figures, how, lambda one, fit: one
+        second, richer = accepted_by_force(search, *given)
         assert [e.kind for e in second.effects] == [p.kind for p in richer.parts] == kinds

@@ -10,7 +10,7 @@ all joints (``accepted_across_joints``).
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from codegen.diagnosis.evidence.force_gain import force_gain
 from codegen.diagnosis.evidence.residual_regression import remainders
@@ -30,69 +30,58 @@ from codegen.diagnosis.verdict.admission import Measured
 from codegen.diagnosis.verdict.answer import Answer
 from codegen.diagnosis.verdict.examination import with_estimate
 
+Examined = Callable[[Outcome], tuple[Answer, Outcome]]
+"""The answer from an outcome of the selection by free runs, and the outcome that it belongs to."""
 
-@dataclass(frozen=True, eq=False)
-class ForceLed:
-    """The examination of effects that the force residual selects.
 
-    Attributes:
+def accepted_by_force(
+    search: Search,
+    outcome: Outcome,
+    answer: Answer,
+    measured: Measured,
+    examined: Examined,
+    checked: Callable[[Answer, Fit], Answer],
+) -> tuple[Answer, Outcome]:
+    """The answer with effects that the force residual accepts and free runs confirm; unchanged if there are none.
+
+    Effects that free runs accepted stay. To those of an arm that is simulated joint by joint, the ones on its other
+    joints are added (``with_other_joints``).
+
+    Args:
+        outcome: of the selection by free runs. answer: the answer from that outcome.
         measured: the errors of a model on held-out data.
-        examined: the answer from an outcome of the selection by free runs, for an arm.
         checked: the answer after the last check on held-out data (``FinalCheck``). What it refuses must not replace
             effects that pass.
     """
-
-    search: Search
-    measured: Measured
-    examined: Callable[[Outcome], tuple[Answer, Outcome]]
-    checked: Callable[[Answer, Fit], Answer]
-
-    def accepted(self, outcome: Outcome, answer: Answer) -> tuple[Answer, Outcome]:
-        """The answer with effects that the force residual accepts and free runs confirm; unchanged if there are none.
-
-        Effects that free runs accepted stay. To those of an arm that is simulated joint by joint, the ones on its other
-        joints are added (``with_other_joints``).
-
-        Args:
-            outcome: of the selection by free runs. answer: the answer from that outcome.
-        """
-        if answer.verdict != "unknown" and self.search.rigid is None:
-            return answer, outcome
-        found = selected_by_force(self.search, outcome.base)
-        if not isinstance(found, ForceSelection):
-            fact = (found,) if found is not None and answer.verdict == "unknown" else ()
-            return answer.noted(*fact), outcome
-        if answer.verdict == "unknown":
-            return self._replaced(found, outcome, answer)
-        return _joint_by_joint(found, outcome, answer, self.examined)
-
-    def _replaced(self, found: ForceSelection, outcome: Outcome, answer: Answer) -> tuple[Answer, Outcome]:
-        """The answer with the selected effects in place of those of free runs; unchanged if they are refused.
-
-        Their values and intervals are those of the fit to the force residual. They are examined as others are: by their
-        intervals, by a smooth curve over their own variable, and by held-out data.
-        """
-        led = replace(
-            outcome,
-            final=found.run,
-            first=_with_first(outcome.first, found.rounds[0].ranked),
-            later=found.rounds[1:],
-            rivals=found.rivals,
-            explained=found.explained,
-            unexplained=False,
-        )
-        verdict: Verdict = "ambiguous" if found.rivals else "effect"
-        plain = replace(answer, verdict=verdict, effects=(), augmented=answer.refit, against=())
-        plain = replace(plain, figures=(*answer.figures[:2], answer.figures[1]))
-        estimated = with_estimate(self.search, led, plain, self.measured, found.fit)
-        second = self.checked(estimated, led.final)
-        if second.verdict != plain.verdict:
-            return answer.noted(*_refused(answer, second)), outcome
-        return second.noted(Fact.said("evidence", "by force")), led
+    if answer.verdict != "unknown" and search.rigid is None:
+        return answer, outcome
+    found = selected_by_force(search, outcome.base)
+    if not isinstance(found, ForceSelection):
+        fact = (found,) if found is not None and answer.verdict == "unknown" else ()
+        return answer.noted(*fact), outcome
+    if answer.verdict != "unknown":
+        return _joint_by_joint(found, outcome, answer, examined)
+    # Values and intervals are those of the fit to the force residual, examined as others are.
+    led = replace(
+        outcome,
+        final=found.run,
+        first=_with_first(outcome.first, found.rounds[0].ranked),
+        later=found.rounds[1:],
+        rivals=found.rivals,
+        explained=found.explained,
+        unexplained=False,
+    )
+    verdict: Verdict = "ambiguous" if found.rivals else "effect"
+    plain = replace(answer, verdict=verdict, effects=(), augmented=answer.refit, against=())
+    plain = replace(plain, figures=(*answer.figures[:2], answer.figures[1]))
+    second = checked(with_estimate(search, led, plain, measured, found.fit), led.final)
+    if second.verdict != verdict:
+        return answer.noted(*_refused(answer, second)), outcome
+    return second.noted(Fact.said("evidence", "by force")), led
 
 
 def _joint_by_joint(
-    found: ForceSelection, outcome: Outcome, answer: Answer, examined: Callable[[Outcome], tuple[Answer, Outcome]]
+    found: ForceSelection, outcome: Outcome, answer: Answer, examined: Examined
 ) -> tuple[Answer, Outcome]:
     """The answer with the effects of ``with_other_joints``; unchanged if these are the same, or are refused."""
     fit = with_other_joints(found, outcome.final)
@@ -153,7 +142,7 @@ def accepted_across_joints(
     search: Search,
     outcome: Outcome,
     answer: Answer,
-    examined: Callable[[Outcome], tuple[Answer, Outcome]],
+    examined: Examined,
     material: float,
 ) -> tuple[Answer, Outcome]:
     """The answer with the effect of ``found_across_joints``; unchanged if there is none, or if a check refuses it.
