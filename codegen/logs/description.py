@@ -13,7 +13,7 @@ from codegen.base.input_files import read_text
 from codegen.base.user_text import shown
 from codegen.spec.expression import exact_number
 from codegen.spec.model import Spec
-from codegen.spec.quantity import read_factor, read_quantity, with_any_unit
+from codegen.spec.quantity import read_factor, read_quantity, read_share, with_any_unit
 from codegen.spec.validation import validate
 from codegen.spec.yaml_text import load_plain
 
@@ -40,18 +40,12 @@ def _by(read: Read) -> Any:
     return BeforeValidator(value_of)
 
 
-def _number(
-    unit: str = "1",
-    holds: Callable[[float], bool] = lambda number: True,
-    expected: str = "a number",
-    share: bool = False,
-) -> Read:
-    """The reader of a number, or of a number with its unit such as 1 ms; with ``share`` also of per cent."""
+def _number(unit: str = "1", holds: Callable[[float], bool] = lambda number: True, expected: str = "a number") -> Read:
+    """The reader of a number, or of a number with its unit such as 1 ms."""
 
     def read(value: Any, place: Place) -> float:
         text = str(value).strip()
-        percent = share and text.endswith("%")
-        number = float(read_quantity(text.removesuffix("%" if percent else ""), unit, place)) / (100 if percent else 1)
+        number = float(read_quantity(text, unit, place))
         if not holds(number):
             raise BadInput(place, f"`{shown(text)}`", expected, code="SPEC006")
         return number
@@ -193,9 +187,7 @@ class LogDescription(BaseModel):
     hold: Names = []
     cutoff_hz: Annotated[float | None, _by(_positive("1/s"))] = None
     missing: Literal["refuse", "fill", "join"] = "refuse"
-    parameter_tolerance: Annotated[
-        float | None, _by(_number("1", lambda x: 0 <= x < 1, "a share such as 1% or 0.01", True))
-    ] = None
+    parameter_tolerance: Annotated[float | None, _by(lambda value, place: read_share(str(value), place))] = None
     sample_rate_hz: Annotated[float | None, _by(_positive("1/s"))] = None
     sample_time: Annotated[float | None, _by(_positive("s"))] = None
     input_hold: str = ""

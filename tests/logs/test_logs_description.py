@@ -76,7 +76,7 @@ REFUSED = {
     "cutoff_hz: 300\n": "LOG013 about.yaml:1 cutoff_hz 300",
     "evaluation: {cutoff_hz: 250}\n": "LOG013 evaluation.cutoff_hz 250",
     "evaluation: 3\n": "SPEC006 about.yaml:1 `3`",
-    "parameter_tolerance: 2\n": "SPEC006 1% 0.01",
+    "parameter_tolerance: 2\n": "SPEC007 about.yaml:1 parameter_tolerance `2%` `200%`",
     "encoder_step: [1, 2]\n": "LOG013 about.yaml:1 encoder_step 2 1",
     "columns: {x: t}\n": "LOG004 `t`",
     "columns: {v: speed}\n": "LOG003 `speed`",

@@ -93,22 +93,14 @@ class File:
         return input_files.opened(self.path, self.expected, largest)
 
     def read_bytes(self) -> bytes:
-        """All of its bytes, at most ``LARGEST``.
-
-        Raises:
-            BadInput: as ``input_files.read_bytes``, or if it is empty.
-        """
+        """All of its bytes, at most ``LARGEST``. Raises BadInput as ``input_files.read_bytes``, or if it is empty."""
         data = input_files.read_bytes(self.path, self.expected, LARGEST)
         if not data or data.isspace():
             raise self.fault("an empty file", code="LOG009")
         return data
 
     def library(self, module: str, extra: str) -> Any:
-        """A module of an optional dependency.
-
-        Raises:
-            BadInput: where it is not installed.
-        """
+        """A module of an optional dependency. Raises BadInput where it is not installed."""
         try:
             return importlib.import_module(module)
         except ImportError as error:
@@ -168,11 +160,7 @@ class LogFile(File, ABC):
         self.find()
 
     def find(self) -> None:
-        """Find the columns: set ``names`` and the other attributes.
-
-        Raises:
-            BadInput: for a file that cannot be used.
-        """
+        """Find the columns: set ``names`` and the other attributes. Raises BadInput for a file that cannot be used."""
 
     @property
     def notes(self) -> Sequence[str]:
