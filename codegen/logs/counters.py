@@ -32,6 +32,8 @@ REACH, MOVING_STEPS = 3, 1.5
 NEAR_STEPS, FEWEST, ON_LATTICE = 50, 20, 0.9
 """``smallest_step``: largest difference that is used, in steps; least number of such differences; least share of them
 that are multiples of the step."""
+Fault = tuple[str, str, dict[str, float]]
+"""What a column does, as a clause; the key of meta.yaml that corrects it; and figures."""
 
 
 def corrected(raw: Columns, description: LogDescription) -> Columns:
@@ -75,9 +77,11 @@ def counter_findings(raw: Columns, terms: Mapping[str, Term]) -> list[tuple[tupl
         symbols = tuple(s for s, term in terms.items() if name in term.columns)
         if len(values) < 2 or "t" in symbols or not np.array_equal(values, np.round(values)):
             continue
-        finding = _stored_unsigned(name, values, symbols) or _overflow(name, values, symbols)
-        if finding is not None:
-            findings.append((symbols, finding))
+        if found := _stored_unsigned(name, values) or _overflow(name, values):
+            fault, key, figures = found
+            what = " and ".join(symbols)
+            words = f"The column {name}, from which {what} is taken, {fault}. Say `{key}` in meta.yaml beside the log."
+            findings.append((symbols, Finding("problem", f"numbers of {what}", words, figures)))
     return findings
 
 
@@ -125,8 +129,8 @@ def _signed(values: Array, bits: int) -> Array:
     return np.asarray(np.where(values >= 2.0 ** (bits - 1), values - 2.0**bits, values))
 
 
-def _stored_unsigned(name: str, values: Array, symbols: Sequence[str]) -> Finding | None:
-    """A finding if all values are near the ends of an unsigned range, and the signed values vary less."""
+def _stored_unsigned(name: str, values: Array) -> Fault | None:
+    """The fault if all values are near the ends of an unsigned range, and the signed values vary less."""
     for bits in WIDTHS:
         size = 2.0**bits
         high = values >= size / 2
@@ -137,19 +141,18 @@ def _stored_unsigned(name: str, values: Array, symbols: Sequence[str]) -> Findin
         signed = _signed(values, bits)
         if not high.all() and np.abs(np.diff(signed)).sum() >= 0.5 * np.abs(np.diff(values)).sum():
             continue
-        share, least = float(high.mean()), float(values[high].min())
-        words = (
-            f"The column {name}, from which {_and(symbols)} is taken, holds signed {bits}-bit numbers stored as if "
-            f"they were unsigned: {share:.1%} of its values lie between {least:.0f} and {values.max():.0f}, where "
-            f"small negative ones are meant. Say `signed{bits}: [{name}]` in meta.yaml beside the log."
+        share, least, largest = float(high.mean()), float(values[high].min()), float(values.max())
+        fault = (
+            f"holds signed {bits}-bit numbers stored as if they were unsigned: {share:.1%} of its values lie between "
+            f"{least:.0f} and {largest:.0f}, where small negative ones are meant"
         )
-        figures = {"share": share, "least": least, "largest": float(values.max()), "bits": float(bits)}
-        return Finding("problem", f"numbers of {_and(symbols)}", words, figures)
+        figures = {"share": share, "least": least, "largest": largest, "bits": float(bits)}
+        return fault, f"signed{bits}: [{name}]", figures
     return None
 
 
-def _overflow(name: str, values: Array, symbols: Sequence[str]) -> Finding | None:
-    """A finding if few differences are about a counter's range and the others are far smaller."""
+def _overflow(name: str, values: Array) -> Fault | None:
+    """The fault if few differences are about a counter's range and the others are far smaller."""
     differences = np.diff(values)
     for bits in WIDTHS:
         size = 2.0**bits
@@ -160,14 +163,6 @@ def _overflow(name: str, values: Array, symbols: Sequence[str]) -> Finding | Non
         if len(others) and others.max() > size / 4:
             continue
         count = int(jumps.sum())
-        words = (
-            f"The column {name}, from which {_and(symbols)} is taken, jumps by about 2^{bits} {count} times, as a "
-            f"counter of {bits} bits that overflows. Say `unwrap: {{{name}: {size:.0f}}}` in meta.yaml beside the log."
-        )
-        figures = {"count": float(count), "size": size}
-        return Finding("problem", f"numbers of {_and(symbols)}", words, figures)
+        fault = f"jumps by about 2^{bits} {count} times, as a counter of {bits} bits that overflows"
+        return fault, f"unwrap: {{{name}: {size:.0f}}}", {"count": float(count), "size": size}
     return None
-
-
-def _and(symbols: Sequence[str]) -> str:
-    return " and ".join(symbols)
