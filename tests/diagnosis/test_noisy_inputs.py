@@ -13,11 +13,11 @@ from scipy.signal import butter, lfilter
 
 from codegen.diagnosis.case import case_of
 from codegen.diagnosis.diagnose import diagnose_log
-from codegen.diagnosis.evidence import noisy_inputs
 from codegen.diagnosis.fit.output_error import Fit
 from codegen.diagnosis.fit.record import record_of
 from codegen.diagnosis.fit.search import Search, search_on
 from codegen.diagnosis.results import Diagnosis
+from codegen.diagnosis.selection import refusals
 from codegen.diagnosis.selection.candidate_fits import every_part, fit_candidates
 from codegen.diagnosis.selection.refusals import inputs_that_move, is_attenuated_noise
 from codegen.logs import Log
@@ -137,8 +137,8 @@ def test_inputs_without_noise_are_those_that_acted(force: str, tmp_path: Path) -
     assert off < 0.1 * logged
 
 
-KEPT = 10 * noisy_inputs.LEAST_KEPT
-ENOUGH = 10 * noisy_inputs.LEAST_BY_NOISE
+KEPT = 10 * refusals.LEAST_KEPT
+ENOUGH = 10 * refusals.LEAST_BY_NOISE
 
 
 @pytest.mark.parametrize(
@@ -156,10 +156,10 @@ def test_the_better_of_two_inputs_without_noise_counts(
 ) -> None:
     """Of what explains 10 with the noise."""
     explained, none = iter((10.0, *clean, *by_noise)), lambda *_: None
-    monkeypatch.setattr(noisy_inputs, "_explained", lambda *_: next(explained))
-    monkeypatch.setattr(noisy_inputs, "_without_noise", lambda *_: iter((None, None)))
+    monkeypatch.setattr(refusals, "_explained", lambda *_: next(explained))
+    monkeypatch.setattr(refusals, "_without_noise", lambda *_: iter((None, None)))
     for name in ("_change", "_change_by_inputs", "inputs_that_move"):
-        monkeypatch.setattr(noisy_inputs, name, none)
+        monkeypatch.setattr(refusals, name, none)
     record = SimpleNamespace(with_inputs=none)
     fit: Any = SimpleNamespace(model=SimpleNamespace(inputs=("w",)), runner=SimpleNamespace(record=record))
     problem: Any = SimpleNamespace(motion=SimpleNamespace(low_pass=none, commands=None))
