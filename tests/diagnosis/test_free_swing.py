@@ -18,6 +18,7 @@ from codegen.diagnosis.verdict.wrong_values import explaining_values
 from codegen.effects.declare import system_of
 from codegen.logs import read_log
 from codegen.spec import parse_spec
+from tests.diagnosis.stage import among, competing
 from tests.diagnosis.statements import statement_of
 from tests.slow_cases import slow_except
 
@@ -62,11 +63,13 @@ def swing_out(
     return "\n".join(rows) + "\n"
 
 
+@competing("viscous", "spring", "quadratic_drag")
 @pytest.mark.parametrize("viscous", slow_except((2e-3, 0.0), (2e-3,)))
-def test_damping_is_found_in_a_free_swing(viscous: float, tmp_path: Path) -> None:
+def test_damping_is_found_in_a_free_swing(viscous: float, tmp_path: Path, kinds: tuple[str, ...]) -> None:
     spec = parse_spec(SPEC, tmp_path / "swing.yaml")
     (tmp_path / "log.csv").write_text(swing_out(viscous, 12.0))
-    found, models = diagnose_log(spec, system_of(spec), read_log(tmp_path / "log.csv", spec))
+    with among(*kinds):
+        found, models = diagnose_log(spec, system_of(spec), read_log(tmp_path / "log.csv", spec))
     assert found.verdict == ("effect" if viscous else "none"), found.sentence
     assert [e.kind for e in found.effects] == (["viscous"] if viscous else [])
     if viscous:

@@ -55,7 +55,7 @@ def test_other_verdicts_stay(verdict: str) -> None:
     assert judged(candidate(0.9, 0.1), verdict=verdict).remarks == ()
 
 
-@competing("cogging", "spring", "viscous")
+@competing("cogging", "viscous")
 def test_a_diagnosis_asks(tmp_path: Path, kinds: tuple[str, ...]) -> None:
     """Five seconds with a noisy input: a force over position of two free periods fits some of the noise."""
     found = []
