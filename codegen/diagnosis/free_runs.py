@@ -45,7 +45,7 @@ from codegen.diagnosis.verdict.final_check import FinalCheck
 from codegen.diagnosis.verdict.force_led import accepted_across_joints, accepted_by_force
 from codegen.diagnosis.verdict.harmonics import with_harmonics
 from codegen.diagnosis.verdict.held_out import HeldOut, within
-from codegen.diagnosis.verdict.late_inputs import corrected_for_leads
+from codegen.diagnosis.verdict.late_inputs import corrected_for_leads, late_is_better, late_on_trial
 from codegen.diagnosis.verdict.nameless import as_unknown, nameless_rival
 from codegen.diagnosis.verdict.statement import interval_in_words
 from codegen.diagnosis.verdict.uncovered import better_than_named, better_than_refused, not_determined
@@ -107,13 +107,15 @@ def select(case: Case, search: Search, report: Report, tell: Callable[[Findings]
     search, base = _refit(case.spec, search, case)
     search, outcome, replaced = _sought(search, base, effects, case, may_be_late=True)
     corrected = corrected_for_leads(case, search, outcome.final)
-    if corrected is not None:
-        known = case.findings_in_words["train"]
-        tell({"train": tuple(words for words in corrected.findings_in_words["train"] if words not in known)})
-        case, compiled = corrected, search.compiled
-        search = search_on(case.problem, lambda share: record_of(case.problem.motion, case.log, share, case.events))
-        search, base = _refit(case.spec, replace(search, compiled=compiled), case)
-        search, outcome, replaced = _sought(search, base, effects, case)
+    late = corrected or late_on_trial(case)
+    if late is not None:
+        first = search_on(late.problem, lambda share: record_of(late.problem.motion, late.log, share, late.events))
+        first, late_base = _refit(late.spec, replace(first, compiled=search.compiled), late)
+        sought = _sought(first, late_base, effects, late)
+        if corrected or late_is_better(sought[1].final, outcome.final):
+            known = case.findings_in_words["train"]
+            tell({"train": tuple(words for words in late.findings_in_words["train"] if words not in known)})
+            case, base, (search, outcome, replaced) = late, late_base, sought
     with_sums, last = with_harmonics(search, outcome) if not case.faults else (outcome, search)
     return Selection(case, search, base, outcome, with_sums, last, replaced)
 

@@ -21,7 +21,7 @@ from codegen.diagnosis.fit.search import Search, search_on
 from codegen.diagnosis.selection.candidate_fits import every_part
 from codegen.diagnosis.selection.forward_selection import Outcome, Progress, find_effects, within_reach
 from codegen.diagnosis.verdict import late_inputs
-from codegen.diagnosis.verdict.late_inputs import corrected_for_leads
+from codegen.diagnosis.verdict.late_inputs import corrected_for_leads, late_is_better, late_on_trial
 from codegen.logs import Log
 from codegen.logs.description import LogDescription
 from tests.diagnosis.stage import among, log_of, stage, system_of
@@ -146,15 +146,31 @@ def test_where_a_nameless_force_hides_how_late_an_input_is_free_runs_tell(
     log = replace(shaken(logged("", tmp_path, lag), 1, 0.3), description=LogDescription())
     case, search, base = fitted(log, {})
     assert not case.leads
-    leads = {0: Lead(rows, 0.1, 0.3, 0.1, rows)} if rows else undecided(case.problem, case.log, {})
-    assert leads[0].rows > ABOUT_HALF
+    leads = {0: Lead(rows, 0.1, 0.3, 0.1, rows)} if rows else undecided(case.problem, case.log, case.leads)
     with patch.object(late_inputs, "undecided", lambda *_: leads):
-        found = corrected_for_leads(case, search, base)
-    assert (found is not None) is corrected
-    if found:  # its mean of four samples is centred half a row before the row, and read as half a row later
-        assert 1.5 < found.leads[0] < 0.5 + lag / (EVERY * 0.002)
-        (told,) = (f for f in found.findings["train"] if f.topic == "timing of w")
+        trial = late_on_trial(case)
+    assert trial is not None and trial.leads[0] > ABOUT_HALF
+    _, late = within_reach(
+        search_on(trial.problem, lambda share: record_of(trial.problem.motion, trial.log, share, trial.events))
+    )
+    assert late_is_better(late, base) is corrected
+    if corrected:
+        assert corrected_for_leads(case, search, base) is None
+        # Its mean of four samples is centred half a row before the row, and read as half a row later.
+        assert 1.5 < trial.leads[0] < 0.5 + lag / (EVERY * 0.002)
+        (told,) = (f for f in trial.findings["train"] if f.topic == "timing of w")
         assert "So it is taken" in told.words and told.severity == "warning"
+
+
+@pytest.mark.parametrize("lag", [0.024, 0.0])
+def test_a_lead_on_trial_is_told_and_taken_only_if_free_runs_decide_for_it(tmp_path: Path, lag: float) -> None:
+    spec, told = stage(), list[Findings]()
+    log = replace(shaken(logged("", tmp_path, lag), 1, 0.3), description=LogDescription())
+    leads = {0: Lead(2.0, 0.1, 0.3, 0.1, 2.0)}
+    with among("viscous"), patch.object(late_inputs, "undecided", lambda *_: leads):
+        diagnosis, _ = diagnose.diagnose_log(spec, system_of(spec), log, log, tell=told.append)
+    words = [w for found in (told[-1], diagnosis.findings) for w in found["train"] if "w acts" in w]
+    assert len(words) == (2 if lag else 0)
 
 
 def test_the_effects_are_sought_again_with_the_input_taken_earlier(tmp_path: Path) -> None:

@@ -12,14 +12,17 @@ The estimate of a lead before effects are sought may also be too large. Free run
 input that is about as long or shorter. It is no effect of the machine: the lead is reduced by it, and the effects are
 sought again.
 
-Where no effect is found, the force balance may not tell whether an input is held or was measured, half a row apart, or
-whether it is late or a force is missing. Free runs then decide it. With an effect they are not asked: a model with a
-wrong one, as weaker motors where an arm carries a payload, gains by half a row as by any other freedom.
+Where no effect is found, the force balance may not tell whether an input is held or was measured, half a row apart.
+Free runs of the refit then decide it. With an effect they are not asked: a model with a wrong one, as weaker motors
+where an arm carries a payload, gains by half a row as by any other freedom.
+
+A longer lead may be certain by the force balance and explain little of it, since a force that the model lacks hides it
+or looks like it. It is then on trial: effects are sought again with it, and free runs of both selections decide.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from codegen.diagnosis.case import Case
@@ -72,36 +75,56 @@ def corrected_for_leads(case: Case, search: Search, final: Fit) -> Case | None:
     late, rest = _with_earlier_inputs(case, search, leads), final
     for k in reversed(with_states):
         rest = late.without(rest, k)
-    lost = independent_share(final) * (segment_cost(rest.residual) - segment_cost(final.residual))
-    if lost > BETTER * len(with_states):
+    if -_gained(final, rest) > BETTER * len(with_states):
         return None
     if is_far(rest) and min(lead.explained for lead in leads.values()) < LEAST_SHARE:
         return None
-    names = [w.name for w in case.problem.system.inputs]
     replaced = [part.title for part in (final.trial.parts[k] for k in with_states)]
-    found = [
-        lead_finding(names[k], lead, case.log, most=LARGEST_IN_PLACE, replaced=replaced) for k, lead in leads.items()
-    ]
-    return case.with_leads({k: lead.rows for k, lead in leads.items()}, found)
+    return _taken_earlier(case, leads, replaced)
 
 
 def _taken_as_measured(case: Case, search: Search, base: Fit) -> Case | None:
     """The case with inputs taken as measured, where free runs of the refit gain more than ``BETTER`` nats by that.
 
-    The nats are tempered by the share of independent residuals. A lead of more than half a row explains less than
-    ``EXPLAINED`` of the force, so it must explain that share of the squared error of free runs: else it may be a part
-    of a force that the model lacks. None where the force balance decides.
+    The nats are tempered by the share of independent residuals. None where the force balance decides.
     """
+    leads = _open_leads(case, half=True)
+    if not leads or _gained(base, _with_earlier_inputs(case, search, leads).refit()) <= BETTER:
+        return None
+    return _taken_earlier(case, leads)
+
+
+def late_on_trial(case: Case) -> Case | None:
+    """The case with inputs taken earlier by leads above half a row that the force balance leaves open, if any."""
+    leads = _open_leads(case, half=False)
+    return _taken_earlier(case, leads) if leads else None
+
+
+def late_is_better(late: Fit, final: Fit) -> bool:
+    """Whether free runs decide for the leads on trial, with the effects that were found with them.
+
+    They gain more than ``BETTER`` nats by them, tempered, and lose the share ``EXPLAINED`` of the squared error, which
+    the leads do not explain of the force: else they may be a part of a force that the model lacks.
+    """
+    alike = late.residual.shape == final.residual.shape
+    halved = noise_ratio(late) ** 2 <= (1 - EXPLAINED) * noise_ratio(final) ** 2
+    return alike and halved and _gained(final, late) > BETTER
+
+
+def _open_leads(case: Case, half: bool) -> dict[int, Lead]:
     leads = {} if case.faults or case.steady else undecided(case.problem, case.log, case.leads)
-    if not leads:
-        return None
-    measured = _with_earlier_inputs(case, search, leads).refit()
-    gained = independent_share(base) * (segment_cost(base.residual) - segment_cost(measured.residual))
-    is_long = any(lead.rows > ABOUT_HALF for lead in leads.values())
-    if gained <= BETTER or (is_long and noise_ratio(measured) ** 2 > (1 - EXPLAINED) * noise_ratio(base) ** 2):
-        return None
+    return {k: lead for k, lead in leads.items() if (lead.rows <= ABOUT_HALF) == half}
+
+
+def _gained(before: Fit, after: Fit) -> float:
+    return independent_share(before) * (segment_cost(before.residual) - segment_cost(after.residual))
+
+
+def _taken_earlier(case: Case, leads: Mapping[int, Lead], replaced: Sequence[str] = ()) -> Case:
     names = [w.name for w in case.problem.system.inputs]
-    found = [lead_finding(names[k], lead, case.log) for k, lead in leads.items()]
+    found = [
+        lead_finding(names[k], lead, case.log, most=LARGEST_IN_PLACE, replaced=replaced) for k, lead in leads.items()
+    ]
     return case.with_leads({k: lead.rows for k, lead in leads.items()}, found)
 
 
