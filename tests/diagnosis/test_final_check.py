@@ -124,22 +124,41 @@ def test_free_runs_at_the_noise_do_not_excuse_a_material_force(near: bool, tmp_p
     assert last._worse_by_force(data.problem.system) == ""
 
 
+EVENLY = (0.9, 1.1, 0.9, 1.1, 0.9, 1.1, 0.9, 1.1)
+"""Errors of the parts of held-out data, over their mean."""
+
+
+def worse_in_free_runs(system: System, *models: tuple[float, ...], spread: tuple[float, ...] = EVENLY) -> str:
+    """What the check says of the errors of each coordinate with a model, and as declared; ``spread``: of the model."""
+
+    def figures(errors: tuple[float, ...], spread: tuple[float, ...]) -> ErrorFigures:
+        parts = tuple(tuple((e * s) ** 2 for e in errors) for s in spread)
+        return ErrorFigures(1.0, (1.0,) * len(errors), 1.0, 1.0, errors, parts)
+
+    data = SimpleNamespace(problem=SimpleNamespace(system=system))
+    with patch.object(FinalCheck, "_worse_by_force", lambda *_: ""):
+        check = FinalCheck(data, False, MATERIAL)  # type: ignore[arg-type]
+        return check.worse(system, figures(models[0], spread), figures(models[1], EVENLY))
+
+
 @pytest.mark.parametrize(("second", "on"), [(1.3, "of y on held-out data"), (1.04, "")])
 def test_no_coordinate_is_worse_in_free_runs(second: float, on: str) -> None:
     """The first coordinate improves tenfold, so that the RMS over both falls, though the second is 1.3 times as far."""
     system = system_of(parse_spec(CROSS, Path("cross.yaml")))
-    data = SimpleNamespace(problem=SimpleNamespace(system=system))
-
-    def figures(*errors: float) -> ErrorFigures:
-        spread = (0.9, 1.1) * 4  # of the parts
-        parts = tuple(tuple((e * s) ** 2 for e in errors) for s in spread)
-        return ErrorFigures(1.0, (1.0, 1.0), 1.0, 1.0, errors, parts)
-
-    with patch.object(FinalCheck, "_worse_by_force", lambda *_: ""):
-        check = FinalCheck(data, False, MATERIAL)  # type: ignore[arg-type]
-        words = check.worse(system, figures(0.1, second), figures(1.0, 1.0))
+    words = worse_in_free_runs(system, (0.1, second), (1.0, 1.0))
     assert (on in words) if on else words == ""
     assert f"{second:.3g} times as large" in words or not on
+
+
+def test_the_only_coordinate_is_no_worse_in_free_runs() -> None:
+    assert "1.3 times as large" in worse_in_free_runs(system_of(stage()), (1.3,), (1.0,))
+    assert worse_in_free_runs(system_of(stage()), (1.04,), (1.0,)) == ""
+
+
+def test_a_coordinate_that_one_part_of_the_data_makes_worse_is_no_objection() -> None:
+    """In seven of eight parts the second one is nearer."""
+    system, spread = system_of(parse_spec(CROSS, Path("cross.yaml"))), (0.5, 0.5, 0.5, 2.4, 0.5, 0.5, 0.5, 0.5)
+    assert worse_in_free_runs(system, (0.1, 1.3), (1.0, 1.0), spread=spread) == ""
 
 
 def test_a_model_that_leaves_more_than_the_drive_force_explains_nothing(tmp_path: Path) -> None:

@@ -14,6 +14,7 @@ import pytest
 from codegen.diagnosis import case as case_module
 from codegen.diagnosis import diagnose, free_runs
 from codegen.diagnosis.case import Case, Findings, case_of
+from codegen.diagnosis.evidence import timing
 from codegen.diagnosis.evidence.timing import ABOUT_HALF, Lead, undecided
 from codegen.diagnosis.fit.output_error import Fit
 from codegen.diagnosis.fit.record import Record, record_of
@@ -160,6 +161,43 @@ def test_where_a_nameless_force_hides_how_late_an_input_is_free_runs_tell(
         assert 1.5 < trial.leads[0] < 0.5 + lag / (EVERY * 0.002)
         (told,) = (f for f in trial.findings["train"] if f.topic == "timing of w")
         assert "So it is taken" in told.words and told.severity == "warning"
+
+
+@pytest.mark.parametrize(
+    ("estimate", "deviation", "explained", "on_trial"),
+    [
+        (2.0, 0.1, 0.3, True),
+        (2.0, 0.4, 0.3, False),  # 5 standard deviations
+        (9.0, 0.1, 0.3, True),
+        (11.0, 0.1, 0.3, False),
+        (2.0, 0.1, 0.6, False),  # the force balance decides
+    ],
+)
+def test_a_lead_on_trial_is_certain_in_place_of_effects_and_open(
+    tmp_path: Path, estimate: float, deviation: float, explained: float, on_trial: bool
+) -> None:
+    case = case_of(stage(), system_of(stage()), logged("", tmp_path, 0.0), None, 0.02)
+    lead = Lead(estimate, deviation, explained, 0.1, estimate)
+    with patch.object(timing, "lead_of", lambda *_: lead):
+        for hold in ("", "zero-order", "linear"):
+            log = replace(case.log, description=LogDescription(input_hold=hold))
+            trial = late_on_trial(replace(case, log=log, leads={}))
+            assert (trial is not None) is (on_trial and not hold)
+            assert trial is None or trial.leads == {0: estimate}
+
+
+@pytest.mark.parametrize(
+    ("noise", "gained", "length", "better"),
+    [(0.7, 11.0, 8, True), (0.72, 11.0, 8, False), (0.7, 9.0, 8, False), (0.7, 11.0, 9, False)],
+)
+def test_free_runs_decide_for_a_lead_by_half_of_the_squared_error_and_ten_nats(
+    noise: float, gained: float, length: int, better: bool
+) -> None:
+    """By both, since few segments may have most of one; of other segments than the first search's by neither."""
+    first, late = SimpleNamespace(residual=np.ones((3, 8))), SimpleNamespace(residual=np.zeros((3, length)))
+    about = {"noise_ratio": lambda fit: noise if fit is late else 1.0, "independent_share": lambda fit: 0.5}
+    with patch.multiple(late_inputs, **about, segment_cost=lambda residual: 2 * gained * float(residual[0, 0])):
+        assert late_is_better(late, first) is better  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("lag", [0.024, 0.0])

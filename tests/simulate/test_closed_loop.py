@@ -11,7 +11,7 @@ import pytest
 from codegen.base.errors import BadInput
 from codegen.simulate.closed_loop import simulate
 from codegen.simulate.loop_run import write_log
-from codegen.simulate.sensors import VELOCITY_FILTER_SAMPLES
+from codegen.simulate.sensors import VELOCITY_FILTER_SAMPLES, Sensors
 from tests.expected_errors import refused
 from tests.machines import arm, one_mass, read_machine, two_mass
 from tests.simulate.open_loop import simulate_open_loop
@@ -213,3 +213,13 @@ def test_a_reference_that_no_single_input_moves_is_refused(reference: str, third
     spec, system = read_machine(TABLE.format(third=third) + simulation(reference=f"{reference}: 0", position_gain=gain))
     with pytest.raises(BadInput, match=re.escape(found)):
         simulate(spec, system)
+
+
+@pytest.mark.parametrize(
+    ("steps", "read"),
+    [([0.1, 0.0], [0.3, 0.26]), ([0.1, 0.5], [0.3, 0.5]), ([0.0, 0.0], [0.26, 0.26]), ([0.1], [0.3, 0.3])],
+)
+def test_positions_are_rounded_to_the_steps_of_those_that_have_some(steps: list[float], read: list[float]) -> None:
+    sensors = Sensors(encoder_step=np.array(steps))
+    for _ in range(2):
+        np.testing.assert_allclose(sensors.encoded(np.array([0.25, 0.25]), np.full(2, 0.01)), read, rtol=1e-12)
