@@ -111,7 +111,6 @@ def prove(proof: dict[str, Any], files: dict[str, str]) -> dict[str, Any]:
     result: dict[str, Any] = {"c": c, "names": names, "known": known, "aside": aside, "moving": moving}
     result |= {"before": before, "after": after, "matrix": phi, "first order": any(remainders.values())}
     result |= {"rounded": rounding.of_parameters(c, names, known)}
-
     return result | {"fall": fall, "box": box, "along": along, "whole": not conditions}
 
 

@@ -185,7 +185,6 @@ def finite(proof: dict[str, Any], shown: dict[str, Any], begun: dict[str, Any]) 
         of.ones()
     of_ends, of_step = ({x: p.constant() for x, p in of.largest.items()} for of in quotients)
     ordered = [*ends[:3], ends[4], ends[3]]
-
     sizes = {z: largest(p, of_step, usual) for z, p in shown["before"].items()}
     for z in others:
         sizes[z] = size_of(z, ordered, sizes | of_ends, usual)

@@ -102,7 +102,6 @@ def require(proof: dict[str, Any], shown: dict[str, Any]) -> None:
             accepted(x)
         except ValueError:  # nothing is said of it then
             del said[x]
-
     for (function, q), _ in code.known.items():
         if function == "1/":  # where a divisor is less than that, it may be its rounding
             size = max(total(put(magnitudes(q), code.ones())), code.divisors.get(q, Fraction(0)))
@@ -122,7 +121,6 @@ def require(proof: dict[str, Any], shown: dict[str, Any]) -> None:
     for program in (c.init, c.reset, c.predict, c.resume):
         text = from_any_state(shown, outputs=True)
         text.run(program, c.states)
-
         for target in {x for x, _ in program}:
             text.kept(text.names[target], text.bounds[target][0])
 
@@ -148,7 +146,6 @@ def of_parameters(c: Any, names: dict[str, Any], known: dict[Any, Any]) -> dict[
     """The bounds of the parameters."""
     values = {x: names[x] for x in c.values}
     made = Bounded({x: p for x, p in values.items() if x not in dict(c.prepare)}, dict(known), c.precision)
-
     made.run(c.prepare, [*values])
     bounds = {}
     for x, p in values.items():

@@ -392,7 +392,6 @@ def counted(shown: dict[str, Any]) -> dict[str, str]:
             code.run(c.step + c.commit, c.states + c.outputs)
     signs = {min(value.names()): of for (function, of), value in code.known.items() if function == "sgn"}
     found = {z: p for z in others if (p := code.names[z]) != kernel.term(1, z) and z in code.bounds}
-
     alone = {z: {z, *(s for s, of in signs.items() if of.names() <= {z})} for z in found}
     kept = [z for z, p in found.items() if z in p.names() <= alone[z] and code.bounds[z][0] == rounding.magnitudes(p)]
     return {z: readable(found[z], signs) for z in kept}

@@ -95,7 +95,8 @@ def test_a_law_that_is_nearly_right_over_its_own_position_is_not_refused(curvatu
 def test_an_immaterial_force_over_positions_refuses_nothing(log: Log) -> None:
     """A rope of 1 % of the drive force beside a true spring of 15 %, of which the curve leaves a quarter."""
     x = log.positions * [1, 0]
-    assert judged(log, 0.06 * rope(log.positions) - 20.0 * x, SPRING) == ""
+    for wrong in ({}, {"m": 5.0}, {"rail_a": 12.0}):  # of which the levels and the mass are free
+        assert judged(log, 0.06 * rope(log.positions) - 20.0 * x, SPRING, **wrong) == ""
     assert "over the positions" in judged(log, rope(log.positions) - 20.0 * x, SPRING)
 
 

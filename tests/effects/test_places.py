@@ -6,6 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from codegen.diagnosis.results import FoundEffect
+from codegen.diagnosis.verdict.against_regression import acts_on
 from codegen.effects import CATALOGUE
 from codegen.effects.declare import places_of
 from codegen.mechanics import System, build_system
@@ -54,6 +56,7 @@ def test_an_effect_says_on_which_coordinate_it_acts(kind: str, on: str, coordina
     system, effect = carts(), CATALOGUE[kind]
     place = places_of(effect, system).index(on)
     assert system.positions[effect.coordinate(system, place)].name == coordinate
+    assert system.positions[acts_on(FoundEffect(kind, on, {}, {}), system)].name == coordinate
 
 
 def test_every_effect_at_every_place_acts_on_some_coordinate() -> None:
