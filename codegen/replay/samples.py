@@ -109,8 +109,8 @@ class Samples:
             raise NotStreamed
         require_columns(stream.names, described)
         self._require_inputs(binding.terms, stream.place)
-        self.notes = [*stream.notes, *binding.notes, *(finding.words for finding in binding.findings)]
         yield from self._blocks(stream, binding, described)
+        self.notes = [*stream.notes, *binding.notes, *(finding.words for finding in binding.findings)]
 
     def whole(self, why: Irregular | None) -> Iterator[Block]:
         """The log resampled to a uniform grid, as in a diagnosis; the observer is initialised after each gap.

@@ -183,6 +183,24 @@ def test_a_doubtful_unit_is_noted_once(tmp_path: Path, jitter: float) -> None:
     assert sum("holds counts by its name" in note for note in notes) == 1
 
 
+def test_what_is_left_out_of_rows_that_are_read_in_blocks_is_noted(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Lines of text and a second header in later blocks, as a firmware prints them between its rows."""
+    log = write_csv(tmp_path / "log.csv", record(400))
+    head, *rows = log.read_text(encoding="utf-8").splitlines()
+    log.write_text(
+        "\n".join([head, *rows[:200], "WARN: hot", *rows[200:300], head, *rows[300:]]) + "\n", encoding="utf-8"
+    )
+    monkeypatch.setattr(csv_file, "BLOCK_BYTES", 4000)
+    found = replay(SPEC, log)
+    assert (found.samples, found.starts) == (400, 1)
+    assert found.notes == (
+        "line 202 is text, and not read (`WARN: hot`)",
+        "line 303 repeats the header and is left out",
+    )
+
+
 def test_jitter_goes_through_the_log_reader(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Found in a late block, when estimates of the first ones are written already."""
     monkeypatch.setattr(csv_file, "BLOCK_BYTES", 5000)

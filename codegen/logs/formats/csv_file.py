@@ -405,7 +405,10 @@ class CsvStream(BlockFile):
         for lines in self._lines():
             first, plain = max(0, head.first - before), head.layout.plain(lines)
             if any(map(is_row, plain[first:])):
-                yield CsvSource(head.file, head.layout, plain, first, before, description=self.description).load(wanted)
+                block = CsvSource(head.file, head.layout, plain, first, before, description=self.description)
+                loaded = block.load(wanted)
+                self.own_notes += block.notes[len(head.layout.notes) :]  # of this block: lines that are left out
+                yield loaded
             before += len(lines)
 
     def _lines(self) -> Iterator[list[str]]:
