@@ -83,9 +83,11 @@ def _name(kind: type) -> str:
 
 
 def _words(hint: Any) -> str:
-    """The types that an annotation allows, in words: ``a path or a list of text``."""
+    """The types that an annotation allows, in words: ``a path or a list of paths``."""
     kind, inner = get_origin(hint) or hint, get_args(hint)
     if kind in (Union, UnionType):
         return " or ".join(_words(one) for one in inner if not (one is str and Path in inner))
-    entries = f" of {' and '.join(dict.fromkeys(map(_words, inner)))}" if kind in (Mapping, Sequence) else ""
-    return (_KINDS[kind][1] if kind in _KINDS else f"the type {kind.__name__}") + entries
+    entered = dict.fromkeys(map(_words, inner)) if kind in (Mapping, Sequence) else ()
+    entries = " and ".join(f"{one[2:]}s" if one.startswith("a ") else one for one in entered)
+    words = _KINDS[kind][1] if kind in _KINDS else f"the type {kind.__name__}"
+    return f"{words} of {entries}" if entries else words
