@@ -17,6 +17,9 @@ from tests.slow_cases import slow_except
 
 OF_POSITION = ("cogging", "spring", "hardening_spring", "offset", "position_dependent_friction")
 """The stage moves over 0.517 m."""
+few = pytest.mark.parametrize(
+    "kinds", slow_except([OF_POSITION, OF_POSITION[:3]], [OF_POSITION[:3]]), ids=["all", "few"]
+)
 
 
 PART_OF_A_TURN = "0.3 + 0.55*sin(2*pi*0.31*t) + 0.15*sin(2*pi*0.83*t)"
@@ -75,22 +78,25 @@ def test_a_long_wave_is_not_nothing(tmp_path: Path) -> None:
     assert "perhaps position_dependent_friction on rail" in diagnosis.statement.headline
 
 
-def test_a_true_sum_is_named_beside_a_long_wave(tmp_path: Path) -> None:
+@few
+def test_a_true_sum_is_named_beside_a_long_wave(kinds: tuple[str, ...], tmp_path: Path) -> None:
     plant = "[{kind: spring, on: x, parameters: {k: -13}}, {kind: hardening_spring, on: x, parameters: {k3: 160}}]"
-    diagnosis, _ = diagnosed(plant, tmp_path, kinds=OF_POSITION[:3])
+    diagnosis, _ = diagnosed(plant, tmp_path, kinds=kinds)
     assert any("nothing shows that it repeats" in c.why_not for c in diagnosis.candidates)
     assert diagnosis.verdict == "effect" and {e.kind for e in diagnosis.effects} == {"spring", "hardening_spring"}
 
 
-def test_a_wave_that_the_log_covers_is_named(tmp_path: Path) -> None:
-    diagnosis, _ = diagnosed(wave(0.49), tmp_path, kinds=OF_POSITION[:3])
+@few
+def test_a_wave_that_the_log_covers_is_named(kinds: tuple[str, ...], tmp_path: Path) -> None:
+    diagnosis, _ = diagnosed(wave(0.49), tmp_path, kinds=kinds)
     assert diagnosis.verdict == "effect" and [e.kind for e in diagnosis.effects] == ["cogging"]
 
 
-def test_a_wave_whose_period_is_unsure_refuses_no_other_effect(tmp_path: Path) -> None:
+@few
+def test_a_wave_whose_period_is_unsure_refuses_no_other_effect(kinds: tuple[str, ...], tmp_path: Path) -> None:
     """Waves that imitate a spring within their period had intervals of 8 to 780 % of it: no stroke can be stated."""
     with patch.object(uncovered, "SURE", 1e-9):
-        diagnosis, _ = diagnosed(wave(0.57), tmp_path, kinds=OF_POSITION[:3])
+        diagnosis, _ = diagnosed(wave(0.57), tmp_path, kinds=kinds)
     assert diagnosis.verdict == "effect" and {e.kind for e in diagnosis.effects} == {"spring", "hardening_spring"}
 
 

@@ -17,6 +17,7 @@ from codegen.diagnosis.verdict.against_remainder import Varying, varying
 from codegen.logs import Log
 from codegen.spec import Spec, parse_spec
 from tests.diagnosis.stage import TEST, TRAIN, among, log_of, stage, system_of
+from tests.slow_cases import slow_except
 
 MOTION = "0.12*sin(2*pi*0.23*t) + 0.08*sin(2*pi*0.371*t + 1) + 0.05*sin(2*pi*0.617*t + 2) + 0.03*sin(2*pi*1.13*t)"
 PERIOD = 0.06
@@ -44,11 +45,17 @@ def judged(log: Log, *effects: FoundEffect) -> Varying | None:
     return varying(problem, with_effects(system, effects), effects, MATERIAL)
 
 
-def test_friction_in_proportion_to_the_speed_and_periodic_in_position_is_not_named(tmp_path: Path) -> None:
+OF_WAVE = [("position_dependent_friction", "cogging", "viscous"), ("position_dependent_friction", "viscous")]
+
+
+@pytest.mark.parametrize("kinds", slow_except(OF_WAVE, OF_WAVE[1:]), ids=["all", "few"])
+def test_friction_in_proportion_to_the_speed_and_periodic_in_position_is_not_named(
+    kinds: tuple[str, ...], tmp_path: Path
+) -> None:
     train = log_of(machine(SPEED_WAVE, reference=TRAIN, duration=14.0), tmp_path, "train.csv")
     test = log_of(machine(SPEED_WAVE, reference=TEST, duration=10.0), tmp_path, "test.csv")
     spec = stage()
-    with among("position_dependent_friction", "viscous"):
+    with among(*kinds):
         diagnosis = diagnose_log(spec, system_of(spec), train, test)[0]
     assert diagnosis.verdict == "unknown" and not diagnosis.effects
 
