@@ -121,6 +121,8 @@ def derive(
     """Derive Ψ, its characteristic polynomial and the gain conditions."""
     from codegen.app.derive import analysis_json, derive, derive_text
 
+    if latex and as_json:
+        raise BadInput("--latex", "given with --json", "one of them", code="CALL002")
     analysis = derive(spec)
     _print(as_json, lambda: analysis_json(analysis), lambda: derive_text(analysis, latex))
 

@@ -54,6 +54,12 @@ def test_a_call_that_cannot_be_read_has_a_code(arguments, words):
     assert is_one_message(result) and words in result.err and "[CALL004]" in result.err
 
 
+def test_derive_prints_latex_or_json():
+    """With both, JSON without LaTeX was printed."""
+    result = stiction("derive", ONE, "--json", "--latex")
+    assert result.code == 2 and json.loads(result.out)["errors"][0]["code"] == "CALL002"
+
+
 @pytest.mark.parametrize(
     "arguments",
     [
