@@ -61,6 +61,7 @@ class GainBound:
 def bounds_at(machine: Derived, axes: Sequence[GainAxis], suggestion: Suggestion) -> tuple[GainBound, ...]:
     """The bound at the gains that the rule chose; if it is not useful, also the first useful one, or the least; or ().
 
+    Slower gains whose bound is still not below the friction are not among them: they cost speed for nothing.
     Bounds are known if the error dynamics are the same at every operating point and the envelope has the ranges.
     """
     if isinstance(error_response(machine.nominal.observer), str):
@@ -76,7 +77,7 @@ def bounds_at(machine: Derived, axes: Sequence[GainAxis], suggestion: Suggestion
     if not found:
         return ()
     best = min(found, key=lambda one: (one.share > USEFUL, one.share if one.share > USEFUL else one.divisor))
-    return (found[0],) if best is found[0] else (found[0], best)
+    return (found[0],) if best is found[0] or best.share >= 1 else (found[0], best)
 
 
 def why_no_bound(report: Feasibility, bounds: Sequence[GainBound]) -> str:

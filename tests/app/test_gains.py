@@ -5,12 +5,14 @@ from __future__ import annotations
 import json
 import re
 from pathlib import Path
+from types import SimpleNamespace
 
 import matplotlib.image
 import numpy as np
 import pytest
 
 import stiction as api
+from codegen.app import gains_bound
 from codegen.spec import read_spec
 from tests.slow_cases import slow_except
 
@@ -335,3 +337,23 @@ def test_the_line_of_a_result_has_gains_and_no_factors(tmp_path: Path) -> None:
     name, value = next(iter(report.feasibility.suggested.gains.items()))
     assert f"suggested {name} = {value:g}, " in str(report)
     assert "K_F = " not in str(report)
+
+
+@pytest.mark.parametrize(
+    ("shares", "suggested"),
+    [((5.7, 3.0, 2.0, 1.5, 1.2, 1.12), [1]), ((5.7, 3.0, 2.0, 1.5, 1.2, 0.9), [1, 32]), ((5.7, 3.0, 0.2), [1, 4])],
+)
+def test_slower_gains_are_suggested_for_a_bound_below_the_friction(
+    shares: tuple[float, ...], suggested: list[int], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Gains were divided by 32 for a bound of 112 % of the friction."""
+    at = {2**k: share for k, share in enumerate(shares)}
+    monkeypatch.setattr(gains_bound, "error_response", lambda observer: None)
+    monkeypatch.setattr(
+        gains_bound,
+        "bound_at",
+        lambda machine, axes, numbers, divisor: SimpleNamespace(divisor=divisor, share=at[divisor]),
+    )
+    machine, suggestion = SimpleNamespace(nominal=SimpleNamespace(observer=None)), SimpleNamespace(over=lambda k: {})
+    found = gains_bound.bounds_at(machine, (), suggestion)  # type: ignore[arg-type]
+    assert [one.divisor for one in found] == suggested
