@@ -271,6 +271,7 @@ class Judge:
             yield Fact.said("declared value", "level at zero", name=name)
         yield from wrong_values.wrong_links_in_words(chosen.search, answer)
         yield from _in_place_of_a_value(chosen.replaced, answer)
+        yield from wrong_values.turned_terms(answer, problem)
         if lacks and not answer.errors:
             yield from wrong_values.equal_parameters(chosen.search, chosen.base, outcome)
         yield from wrong_values.moved_values(answer, outcome.final if lacks else chosen.base, problem, case.material)

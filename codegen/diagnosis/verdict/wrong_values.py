@@ -24,10 +24,10 @@ from codegen.diagnosis.fit.force_rows import ForceRows, force_rows
 from codegen.diagnosis.fit.linear import regressed
 from codegen.diagnosis.fit.measure import Drive, driving_force_name, inverse_mass
 from codegen.diagnosis.fit.output_error import AT_END, BLOCKS, WITHIN, Fit, segment_cost
-from codegen.diagnosis.fit.residual import Problem, inverse_dynamics_residual
+from codegen.diagnosis.fit.residual import Problem, evaluate_forces, inverse_dynamics_residual
 from codegen.diagnosis.fit.search import Search, tolerances_away
-from codegen.diagnosis.fit.trial import in_unit, with_values
-from codegen.diagnosis.results import Fact, titles
+from codegen.diagnosis.fit.trial import in_unit, with_effects, with_values
+from codegen.diagnosis.results import Fact, FoundEffect, titles
 from codegen.diagnosis.selection.forward_selection import Outcome
 from codegen.diagnosis.selection.parsimony import BETTER
 from codegen.diagnosis.verdict.admission import Measured, is_shown_worse
@@ -42,6 +42,8 @@ FAR_LESS = 1 / 3
 that they leave."""
 MOST_VALUES = 3
 """Values that one sentence gives."""
+MIRRORED = 0.1
+"""Relative difference up to which a force counts as −2 times a term of the spec, whose sign may be wrong."""
 
 
 def released(search: Search, base: Fit, outcome: Outcome) -> tuple[Search, Fit] | None:
@@ -188,6 +190,54 @@ def moved_values(answer: Answer, fit: Fit, problem: Problem, material: float) ->
         given["drive"] = driving_force_name(declared)
         facts.append(Fact.said("spec.yaml", "moved value", value=value, ends=ends, **given))
     return facts
+
+
+def turned_terms(answer: Answer, problem: Problem) -> list[Fact]:
+    """Facts on terms of the declared force that have the opposite sign with the accepted effects.
+
+    A term T with the wrong sign is the same as a missing force −2 T, which some effect may represent: an offset, if T
+    is a weight; a spring, if T is one. So the force of each effect, and of all together, is compared with −2 T.
+    """
+    written, motion = answer.augmented, problem.motion
+    if answer.verdict != "effect" or written.transmissions:
+        return []
+    plain = with_values(answer.refit, {s.name: float(v) for s, v in written.values.items()})
+    before = inverse_dynamics_residual(plain, motion)
+    together = [answer.effects] if len(answer.effects) > 1 else []
+    groups: list[tuple[FoundEffect, ...]] = [*((one,) for one in answer.effects), *together]
+    gained = [inverse_dynamics_residual(with_effects(plain, group), motion) - before for group in groups]
+    facts, reported = [], set()
+    for k, x in enumerate(plain.positions):
+        used = problem.used[:, k]
+        for term, force in _terms_along(plain, k, problem):
+            for group, added in zip(groups, gained, strict=True):
+                ratio = _mirrored(added[used, k], force[used])
+                if ratio is None or abs(term) in reported:
+                    continue
+                reported.add(abs(term))
+                size, unit = float(np.sqrt(np.mean(force[used] ** 2))), plain.force_unit(k)
+                given = {"term": term, "on": x.name, "size": size, "unit": unit, "ratio": ratio}
+                facts.append(Fact.said("next", "sign", named=titles(group), **given))
+    return facts
+
+
+def _terms_along(system: System, k: int, problem: Problem) -> list[tuple[sympy.Expr, Array]]:
+    """The terms of the sum that is the force on coordinate k, and their low-passed values (N,) along the motion."""
+    terms = [term for term in sympy.Add.make_args(system.modelled_force[k]) if term.free_symbols]
+    rows = [sympy.Matrix([term if i == k else 0 for i in range(system.degrees_of_freedom)]) for term in terms]
+    values = evaluate_forces(system, rows, problem.motion) if rows else np.zeros((0, len(problem.motion.time), 1))
+    return [(term, problem.motion.low_pass(one)[:, k]) for term, one in zip(terms, values, strict=True)]
+
+
+def _mirrored(added: Array, force: Array) -> float | None:
+    """The ratio of an added force (N,) to a declared one (N,) if it is about −2 in all samples; else None."""
+    power = float(force @ force)
+    if power == 0 or not np.all(np.isfinite(added)):
+        return None
+    ratio = float(added @ force) / power
+    left = added - ratio * force
+    same = float(left @ left) <= MIRRORED**2 * float(added @ added)
+    return ratio if same and abs(ratio + 2) <= 2 * MIRRORED else None
 
 
 def refused_for_a_value(spec: Spec, answer: Answer, problem: Problem, measured: Measured) -> Answer:
