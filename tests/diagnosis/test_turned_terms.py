@@ -7,13 +7,14 @@ from types import SimpleNamespace
 
 import pytest
 
+from codegen.diagnosis.diagnose import diagnose_log
 from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.signals import smooth_motion
 from codegen.diagnosis.fit.trial import with_effects
 from codegen.diagnosis.results import Fact, FoundEffect
 from codegen.diagnosis.verdict.wrong_values import turned_terms
-from codegen.spec import parse_spec
-from tests.diagnosis.stage import STAGE, TRAIN, log_of, stage, system_of
+from codegen.spec import Spec, parse_spec
+from tests.diagnosis.stage import STAGE, TEST, TRAIN, among, log_of, stage, system_of
 
 
 @pytest.fixture(scope="module")
@@ -79,3 +80,19 @@ def test_beside_another_effect_and_by_two_together(motion) -> None:
 @pytest.mark.parametrize("verdict", ["none", "unknown", "ambiguous"])
 def test_what_is_not_accepted_turns_nothing(motion, verdict: str) -> None:
     assert facts(motion, found("offset", f0=-40), verdict=verdict) == []
+
+
+def test_a_diagnosis_names_the_term(tmp_path: Path) -> None:
+    """A small weight with the wrong sign; preflight names the sign of a larger one."""
+
+    def weighed(sign: str, reference: str) -> Spec:
+        text = STAGE.format(effects="[]", level=4, reference=reference, duration=8.0, noise=2e-6)
+        text = text.replace("  b: {value", "  weight: {value: 1, unit: N}\n  k: {value: 300, unit: N/m}\n  b: {value")
+        return parse_spec(text.replace("[w - b*v]", f"[w - b*v - k*x {sign} weight]"), Path("s.yaml"))
+
+    logs = [log_of(weighed("+", r), tmp_path, f"{k}.csv") for k, r in enumerate((TRAIN, TEST))]
+    declared = weighed("-", TRAIN)
+    with among("offset", "viscous"):
+        found, _ = diagnose_log(declared, system_of(declared), *logs)
+    assert [one.kind for one in found.effects] == ["offset"]
+    assert any("Check the sign of" in words for words in found.statement.of("next"))

@@ -16,8 +16,8 @@ Where no effect is found, the force balance may not tell whether an input is hel
 Free runs of the refit then decide it. With an effect they are not asked: a model with a wrong one, as weaker motors
 where an arm carries a payload, gains by half a row as by any other freedom.
 
-A longer lead may be certain by the force balance and explain little of it, since a force that the model lacks hides it
-or looks like it. It is then on trial: effects are sought again with it, and free runs of both selections decide.
+A longer lead may be significant in the force balance and still explain little of it, because a missing force hides it
+or looks like it. Then effects are sought again with the lead corrected, and free runs of both selections decide.
 """
 
 from __future__ import annotations

@@ -3,8 +3,9 @@
 A cable or spring from a link of an arm to a fixed point acts on several joints, on each by the positions of all. A
 weight and an offset on one joint and a spring on another together follow a part of that. So the refit's force residual
 is regressed on polynomials of all positions, and on the effects, each beside friction levels and all toleranced
-parameters. An effect with the right law leaves noise, and no polynomial leaves much less. What a curve over the
-effect's own position explains too is no sign of a force between coordinates: its law is only nearly right.
+parameters. An effect with the right law leaves noise, and no polynomial leaves much less. A curve over the
+effect's own position is compared as well: where it explains the rest, the law is only nearly right, and no force acts
+between coordinates.
 """
 
 from __future__ import annotations
