@@ -77,7 +77,8 @@ def export(
         BadInput: for a bad spec, an unknown format, a machine that the format cannot represent, or a file that
             stiction did not write.
     """
-    refuse_unknown(to, TARGETS, "--to", "", code="CALL001")
+    expected = "`stiction generate --target fmu`" if to == "fmu" else None
+    refuse_unknown(to, TARGETS, "--to", "", expected, code="CALL001")
     target, path = TARGETS[to], Path(out)
     machine = derived_from(source)
     spec = machine.spec

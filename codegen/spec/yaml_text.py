@@ -11,7 +11,7 @@ from typing import Any
 
 from ruamel.yaml import YAML
 from ruamel.yaml.comments import CommentedMap, CommentedSeq
-from ruamel.yaml.constructor import RoundTripConstructor
+from ruamel.yaml.constructor import ConstructorError, RoundTripConstructor
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
 from ruamel.yaml.parser import RoundTripParser
 from ruamel.yaml.reader import ReaderError
@@ -25,8 +25,16 @@ SPEC_FIRST = "; is this the log? A command takes the spec first, then the log"
 
 
 class _Constructor(RoundTripConstructor):
-    """ruamel.yaml's constructor, with dates as text, as in the core schema of YAML 1.2."""
+    """ruamel.yaml's constructor, with dates as text, as in the core schema of YAML 1.2; refuses underflow to zero."""
 
+    def construct_yaml_float(self, node: Any) -> Any:
+        value = super().construct_yaml_float(node)
+        if value == 0 and re.search("[1-9]", node.value.lower().partition("e")[0]):
+            raise ConstructorError(None, None, "underflow", node.start_mark)
+        return value
+
+
+_Constructor.add_constructor("tag:yaml.org,2002:float", _Constructor.construct_yaml_float)
 
 _Constructor.add_constructor("tag:yaml.org,2002:timestamp", _Constructor.construct_scalar)
 

@@ -139,6 +139,13 @@ def test_maps_are_refused_where_there_is_none(tmp_path: Path) -> None:
     assert sorted(p.name for p in tmp_path.iterdir()) == ["axis.yaml"]
 
 
+def test_a_functional_mock_up_unit_is_a_target_of_generate(tmp_path: Path) -> None:
+    path = tmp_path / "axis.yaml"
+    path.write_text(axis()[0].text, "utf-8")
+    refused = stiction("export", path, "--to", "fmu", "-o", tmp_path / "axis.fmu")
+    assert is_one_message(refused) and "generate --target fmu" in refused.err and "CALL001" in refused.err
+
+
 GEAR = 5
 
 
