@@ -22,8 +22,7 @@ def row(path: Path) -> dict[str, Any]:
     """Certify one spec and time the checker on its generated folder: spec, observer section, result, and an upper bound
     on the checker's time in s, the C and its bounds included, as a class, so that the table is the same on each run.
 
-    Raises:
-        BadInput: as ``stiction certify``.
+    Raises BadInput as ``stiction certify``.
     """
     spec, found = read_spec(path), certify(path)
     proofs, check = tuple(found.outcome.proofs.values()), None

@@ -1,4 +1,4 @@
-"""Templates of the benchmarks: the loops around peers, and the page."""
+"""Text of the benchmarks: templates, and parts of a page between two markers."""
 
 from __future__ import annotations
 
@@ -7,6 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+from codegen.base.errors import BadInput
 
 
 @cache
@@ -23,3 +25,14 @@ def _environment() -> Environment:
 def render(template: str, **values: Any) -> str:
     """The text of a template."""
     return _environment().get_template(template).render(**values)
+
+
+def replaced(page: str, part: str, markers: tuple[str, str], name: str) -> str:
+    """A page, called ``name`` in messages, with another part between its markers.
+
+    Raises BadInput if the page has not exactly one pair of markers.
+    """
+    begin, end = markers
+    if page.count(begin) != 1 or page.count(end) != 1 or page.index(begin) > page.index(end):
+        raise BadInput(name, "no part to replace", f"`{begin}` and behind it `{end}`, once each")
+    return f"{page.split(begin)[0]}{begin}\n{part}{end}{page.split(end)[1]}"

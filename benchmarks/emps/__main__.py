@@ -18,7 +18,7 @@ from benchmarks.emps.choice import BLOCKS, Candidate, candidates, mean_predictio
 from benchmarks.emps.floor import FORCE_N, drift_mm, floor, left_out_mm, whole, whole_length
 from benchmarks.emps.models import BY_DIRECTION, STRUCTURES, Model, score
 from benchmarks.emps.records import DATA, FREE_SAMPLES, RECORDS, ROOT, Measured, read
-from codegen.base.errors import BadInput
+from benchmarks.text import replaced
 from codegen.base.files import write_atomically
 from codegen.base.text import render
 from codegen.diagnosis.diagnose import diagnose_log
@@ -27,7 +27,7 @@ from codegen.mechanics import System, build_system
 from codegen.spec import Spec, read_spec
 
 PAGE = ROOT / "docs" / "data_emps.md"
-BEGIN, END = "<!-- python -m benchmarks.emps: begin -->", "<!-- python -m benchmarks.emps: end -->"
+MARKERS = "<!-- python -m benchmarks.emps: begin -->", "<!-- python -m benchmarks.emps: end -->"
 PUBLISHED = {"polynomial NARX": 5.17, "linear state space": 5.53, "dynoNet": 2.64}
 """mm on the test record, of the same protocol; none is ours."""
 ADAPTER: TypeAdapter[list[Candidate]] = TypeAdapter(list[Candidate])
@@ -85,17 +85,6 @@ def page(system: System, data: dict[str, Measured], found: list[Candidate], verd
     )
 
 
-def with_part(text: str, part: str) -> str:
-    """A page with another generated part between its markers.
-
-    Raises:
-        BadInput: if the page has not exactly one pair of markers.
-    """
-    if text.count(BEGIN) != 1 or text.count(END) != 1 or text.index(BEGIN) > text.index(END):
-        raise BadInput(PAGE.name, "no part to replace", f"`{BEGIN}` and behind it `{END}`, once each")
-    return f"{text.split(BEGIN)[0]}{BEGIN}\n{part}{END}{text.split(END)[1]}"
-
-
 def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.emps", description=__doc__.splitlines()[0])
     parser.add_argument("--out", type=Path, default=ROOT / "practice_results" / "emps")
@@ -111,7 +100,7 @@ def main() -> None:
     verdict = verdict_in(out / "verdict.json", spec, system, args.again)
     part = page(system, data, found, verdict)
     print(part)
-    write_atomically(PAGE, with_part(PAGE.read_text(encoding="utf-8"), part))
+    write_atomically(PAGE, replaced(PAGE.read_text(encoding="utf-8"), part, MARKERS, PAGE.name))
 
 
 if __name__ == "__main__":

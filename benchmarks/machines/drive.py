@@ -65,7 +65,7 @@ def run(
     stride = round(period / CONTROL_S)
     axes = range(len(plant.family.axes))
     driven = [k for k in axes if plant.family.axes[k].driven]
-    mass = plant.family.inertia(plant.values, plant.x, math)
+    mass = plant.family.mass(plant.values, plant.x, math)
     omega = 2 * math.pi * bandwidth_hz
     gain = [mass[k] * omega / plant.factors[k] if k in driven else 0.0 for k in axes]
     integral, speed, before = [0.0] * len(axes), [0.0] * len(axes), list(plant.x)

@@ -70,9 +70,6 @@ class Family:
     gravity: bool = False
     separate: bool = True
 
-    def inertia(self, p: Values, x: Sequence[Any], m: ModuleType) -> list[Any]:
-        return self.mass(p, x, m)
-
     def force(self, p: Values, x: Sequence[Any], v: Sequence[Any], m: ModuleType) -> list[Any]:
         """Everything but the drive and friction."""
         return [a + b for a, b in zip(self.position(p, x, m), self.motion(p, x, v, m), strict=True)]

@@ -85,7 +85,7 @@ class Plant:
     ) -> tuple[list[float], float, list[float]]:
         """The speeds of axes and load at the end of a step, by forces at (x, v) in its middle; and the bristles."""
         dt, family, p = self.step, self.family, self.values
-        mass = family.inertia(p, x, math)
+        mass = family.mass(p, x, math)
         for k, delta in self.heavier.items():
             mass[k] += delta
         moving, fixed = family.motion(p, x, v, math), family.position(p, x, math)

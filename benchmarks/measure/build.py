@@ -102,11 +102,7 @@ def difference(ours: np.ndarray, theirs: np.ndarray) -> float:
 
 
 def run_compiler(command: list[str], folder: Path, limit: float) -> None:
-    """Run a command in a folder.
-
-    Raises:
-        Unbuilt: if it refuses or takes more than ``limit`` seconds.
-    """
+    """Run a command in a folder. Raises Unbuilt if it refuses or takes more than ``limit`` seconds."""
     try:
         done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=limit, check=False)
     except subprocess.TimeoutExpired:

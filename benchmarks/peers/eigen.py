@@ -17,8 +17,7 @@ PLACES = (
 def eigen_include() -> Path:
     """Their folder: of the package cmeel-eigen, which Pinocchio's wheel is built with; or CasADi's; or the system's.
 
-    Raises:
-        Missing: where there are none.
+    Raises Missing where there are none.
     """
     for place in PLACES:
         if (place / "Eigen" / "Core").exists():

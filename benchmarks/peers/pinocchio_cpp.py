@@ -22,11 +22,7 @@ COMPILE_LIMIT = 400.0
 
 @cache
 def pinocchio() -> Any:
-    """The module.
-
-    Raises:
-        Missing: where it is not installed.
-    """
+    """The module. Raises Missing where it is not installed."""
     try:
         import pinocchio as module
     except ImportError:
@@ -35,11 +31,7 @@ def pinocchio() -> Any:
 
 
 def prefix() -> Path:
-    """The folder of the wheel with include and lib.
-
-    Raises:
-        Missing: where the wheel has no headers.
-    """
+    """The folder of the wheel with include and lib. Raises Missing where the wheel has no headers."""
     for folder in Path(pinocchio().__file__).parents:
         if (folder / "include" / "pinocchio" / "algorithm" / "crba.hpp").exists():
             return folder
@@ -85,8 +77,7 @@ def joint_lines(robot: Path) -> list[dict[str, Any]]:
 def pinocchio_peer(model: Model, robot: Path, title: str) -> Peer:
     """crba, nonLinearEffects and LDLT, with the observer around them.
 
-    Raises:
-        Missing: without the wheel or its headers.
+    Raises Missing without the wheel or its headers.
     """
     place = prefix()
     joints = joint_lines(robot)

@@ -48,11 +48,7 @@ def floats(model: Model) -> Run:
 
 
 def numba_step(model: Model) -> Run:
-    """Called from Python at every step.
-
-    Raises:
-        Missing: where numba is not installed.
-    """
+    """Called from Python at every step. Raises Missing where numba is not installed."""
     step = compiled(by_hand.scalar_step)
 
     def run(rows: np.ndarray) -> list[Any]:
@@ -67,11 +63,7 @@ def numba_step(model: Model) -> Run:
 
 
 def numba_loop(model: Model) -> Run:
-    """The whole loop compiled too.
-
-    Raises:
-        Missing: where numba is not installed.
-    """
+    """The whole loop compiled too. Raises Missing where numba is not installed."""
     step = compiled(by_hand.scalar_step)
 
     @compiled
@@ -88,11 +80,7 @@ def numba_loop(model: Model) -> Run:
 
 
 def compiled(function: Any) -> Any:
-    """A function compiled by numba.
-
-    Raises:
-        Missing: where numba is not installed.
-    """
+    """A function compiled by numba. Raises Missing where numba is not installed."""
     try:
         import numba
     except ImportError:

@@ -32,11 +32,7 @@ def gain_sets(sets: int) -> np.ndarray:
 
 
 def in_c(model: Model, folder: Path, kind: str, precision: str) -> Study:
-    """``kind``: scalar or lanes.
-
-    Raises:
-        Missing: where it does not compile.
-    """
+    """``kind``: scalar or lanes. Raises Missing where it does not compile."""
     folder.mkdir(parents=True)
     files = {**model.files(precision, targets=("c",)), **model.files(precision, targets=("simd",))}
     files |= {name: (SOURCES / name).read_text(encoding="utf-8") for name in ("study.h", f"study_{kind}.c")}
@@ -68,11 +64,7 @@ def on_threads(study: Study, threads: int) -> Study:
 
 
 def in_numba() -> Study:
-    """Python by hand, its loops over sets and samples compiled.
-
-    Raises:
-        Missing: where numba is not installed.
-    """
+    """Python by hand, its loops over sets and samples compiled. Raises Missing where numba is not installed."""
     step = compiled(by_hand.scalar_step)
 
     @compiled

@@ -37,11 +37,7 @@ class Scalars:
 
 @cache
 def symbolic() -> Any:
-    """SymForce's symbolic module, over SymEngine.
-
-    Raises:
-        Missing: where SymForce is not installed.
-    """
+    """SymForce's symbolic module, over SymEngine. Raises Missing where SymForce is not installed."""
     os.environ.setdefault("SYMFORCE_SYMBOLIC_API", "symengine")
     try:
         import symforce
@@ -101,11 +97,7 @@ def rebuild(step: Step) -> Scalars:
 
 
 def symforce_header(step: Step) -> str:
-    """The C++ header that SymForce generates.
-
-    Raises:
-        Missing: where SymForce is not installed.
-    """
+    """The C++ header that SymForce generates. Raises Missing where SymForce is not installed."""
     sf = symbolic()
     from symforce import codegen
     from symforce.values import Values
@@ -123,11 +115,7 @@ def symforce_header(step: Step) -> str:
 
 
 def symforce_peer(model: Model, title: str) -> Peer:
-    """SymForce's C++ of the step with a loop around it.
-
-    Raises:
-        Missing: where SymForce or Eigen is not installed.
-    """
+    """SymForce's C++ of the step with a loop around it. Raises Missing where SymForce or Eigen is not installed."""
     step = step_of(model, "ldl")
     header = symforce_header(step)
     values = [f.value for f in model.program.parameters]

@@ -39,8 +39,7 @@ class Draw:
 def environment(out: Path) -> Path:
     """The Python that has what the generator needs, below ``out``; made on demand.
 
-    Raises:
-        Unavailable: where the generator is not here, or an environment cannot be made.
+    Raises Unavailable where the generator is not here, or an environment cannot be made.
     """
     wanted = GENERATOR / "requirements.txt"
     if not wanted.is_file():
@@ -51,8 +50,7 @@ def environment(out: Path) -> Path:
 def environment_with(wanted: Path, folder: Path) -> Path:
     """The Python of a virtual environment in ``folder`` that has what a file of requirements names; made on demand.
 
-    Raises:
-        Unavailable: where it cannot be made.
+    Raises Unavailable where it cannot be made.
     """
     python, stamp = folder / "bin" / "python", folder / "made.txt"
     mark = hashlib.sha256(wanted.read_bytes() + sys.version.encode()).hexdigest()
@@ -95,11 +93,7 @@ def failed_draws(draw: Draw, out: Path) -> list[str]:
 
 
 def run_tool(command: Sequence[str], fault: str, extra: dict[str, str] | None = None) -> str:
-    """What a program prints.
-
-    Raises:
-        Unavailable: where it cannot be started or fails.
-    """
+    """What a program prints. Raises Unavailable where it cannot be started or fails."""
     try:
         done = subprocess.run(command, capture_output=True, text=True, env={**os.environ, **(extra or {})})
     except OSError as error:

@@ -118,11 +118,7 @@ def write_section(scores: Sequence[Tally]) -> None:
 
 
 def run(draw: Draw, out: Path, jobs: int, again: bool) -> Tally:
-    """Make, diagnose and score one set.
-
-    Raises:
-        Unavailable: where its cases cannot be made.
-    """
+    """Make, diagnose and score one set. Raises Unavailable where its cases cannot be made."""
     cases, code = fresh_cases(draw, out, jobs), code_version()
     folder = out / "fresh" / code / draw.folder
     runs = []

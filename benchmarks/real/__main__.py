@@ -9,7 +9,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from benchmarks.real.page import page_of, row, unknown, write
+from benchmarks.real.page import page_of, row, write
 from benchmarks.real.runs import diagnosed, kept
 from benchmarks.real.sets import DATA, ROOT, SETS
 
@@ -20,7 +20,7 @@ def main() -> None:
     parser.add_argument("-o", "--output", type=Path, default=ROOT / "real_results", metavar="OUT")
     parser.add_argument("--kept", action="store_true", help="do not run again what has a result")
     asked = parser.parse_args()
-    if names := unknown(asked.sets):
+    if names := sorted(set(asked.sets) - set(SETS)):
         parser.error(f"no set {', '.join(names)}; there are {', '.join(SETS)}")
     for name in asked.sets or SETS:
         if not (DATA / name).is_dir():

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from benchmarks.real.runs import kept, result
 from benchmarks.real.sets import PAGE_NAMES, PAGES, SETS, Diagnosed
-from codegen.base.errors import BadInput
+from benchmarks.text import replaced
 from codegen.base.files import write_atomically
 from codegen.diagnosis.fit.measure import RESTART_S
 
-BEGIN, END = "<!-- python -m benchmarks.real: begin -->", "<!-- python -m benchmarks.real: end -->"
+MARKERS = "<!-- python -m benchmarks.real: begin -->", "<!-- python -m benchmarks.real: end -->"
 MODELS = ("declared", "refit", "augmented")
 HEAD = (
     "| training → test | verdict | force error: declared / refit / augmented | free run | expert, held out |\n"
@@ -21,7 +21,6 @@ HEAD = (
 SHOWN = 7
 """Parameters of an effect in a row: a sum of waves has dozens."""
 SAID = "In the words of the diagnosis:"
-MISSING = "| {words} | not run | | | {expert} |\n"
 
 
 def page_of(set_name: str) -> Path:
@@ -40,7 +39,7 @@ def row(run: Diagnosed, out: Path) -> str:
     """One diagnosis."""
     left, found = kept(out), result(out)
     if left is None or (found is None and not left.failure):
-        return MISSING.format(words=run.words, expert=run.expert)
+        return f"| {run.words} | not run | | | {run.expert} |\n"
     if found is None:
         return f"| {run.words} | no verdict: {_cell(left.failure)} | | | {run.expert} |\n"
     forces = _forces(found["error"])
@@ -58,22 +57,10 @@ def words(run: Diagnosed, out: Path) -> str:
     return f"- {run.words}: **{found['headline']}**\n{facts}"
 
 
-def replaced(page: str, text: str, name: str) -> str:
-    """A page with another table between its markers.
-
-    Raises:
-        BadInput: if the page has not exactly one pair of markers.
-    """
-    if page.count(BEGIN) != 1 or page.count(END) != 1 or page.index(BEGIN) > page.index(END):
-        raise BadInput(name, "no table to replace", f"`{BEGIN}` and behind it `{END}`, once each")
-    before, rest = page.split(BEGIN)
-    return f"{before}{BEGIN}\n{text}{END}{rest.split(END)[1]}"
-
-
 def write(set_name: str, out: Path) -> None:
     """Put the table of a set into its page."""
     page = page_of(set_name)
-    write_atomically(page, replaced(page.read_text(encoding="utf-8"), table(set_name, out), page.name))
+    write_atomically(page, replaced(page.read_text(encoding="utf-8"), table(set_name, out), MARKERS, page.name))
 
 
 def _verdict(found: Mapping[str, Any]) -> str:
@@ -112,8 +99,3 @@ def _percent(share: float | None) -> str:
 
 def _cell(words: str) -> str:
     return words.replace("|", "\\|").replace("\n", " ")
-
-
-def unknown(names: Sequence[str]) -> list[str]:
-    """Names that are no set."""
-    return sorted(set(names) - set(SETS))

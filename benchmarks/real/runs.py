@@ -3,18 +3,13 @@
 from __future__ import annotations
 
 import json
-import resource
-import subprocess
-import sys
-import time
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
-from benchmarks.real.sets import DATA, ROOT, SPECS, Diagnosed, spec_of
+from benchmarks.practice.runs import diagnosed_logs
+from benchmarks.real.sets import DATA, SPECS, Diagnosed, spec_of
 from codegen.base.files import write_atomically
-
-EXIT_UNFIT = 3
 
 
 @dataclass(frozen=True)
@@ -33,43 +28,17 @@ class Kept:
     cpu_s: float = 0.0
 
 
-def command(set_name: str, run: Diagnosed, out: Path) -> list[str]:
-    """Arguments of `stiction`, as a user gives them."""
-    data, specs = DATA / set_name, SPECS / set_name
-    words = ["diagnose", str(spec_of(set_name, run)), *(str(data / file) for file in run.train)]
-    for file in run.test:
-        words += ["--test", str(data / file)]
-    described = ["-d", str(specs / run.about)] if run.about else []
-    return [*words, *described, "-o", str(out), "--force"]
-
-
 def diagnosed(set_name: str, run: Diagnosed, out: Path) -> Kept:
     """Run it; the results stand in ``out``, with ``run.json`` beside them."""
-    out.mkdir(parents=True, exist_ok=True)
-    (out / "run.json").unlink(missing_ok=True)
     from benchmarks.real.steady import mean_errors  # SciPy and CasADi, which a page of kept results does not need
 
-    start, before = time.perf_counter(), _children_cpu()
-    done = subprocess.run(
-        [sys.executable, "-m", "codegen.app.cli", *command(set_name, run, out)],
-        capture_output=True,
-        text=True,
-        cwd=ROOT,
-    )
-    wall, cpu = time.perf_counter() - start, _children_cpu() - before
-    failure = ""
-    if done.returncode not in (0, EXIT_UNFIT):
-        (out / "diagnosis.json").unlink(missing_ok=True)  # of an earlier run
-        failure = f"exit code {done.returncode}: {' '.join(done.stderr.split()[-60:])}"
-    kept = Kept(wall, failure, mean_errors(set_name, run, out) if run.steady and not failure else [], cpu)
+    train, test = ([DATA / set_name / file for file in files] for files in (run.train, run.test))
+    about = SPECS / set_name / run.about if run.about else None
+    done = diagnosed_logs(run.name, spec_of(set_name, run), train, test, out, True, about)
+    means = mean_errors(set_name, run, out) if run.steady and not done.failure else []
+    kept = Kept(done.wall_s, done.failure, means, done.cpu_s)
     write_atomically(out / "run.json", json.dumps(asdict(kept), indent=1))
     return kept
-
-
-def _children_cpu() -> float:
-    """Seconds that all ended child processes took."""
-    used = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return used.ru_utime + used.ru_stime
 
 
 def kept(out: Path) -> Kept | None:

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from benchmarks.practice.cases import Case, cases
-from benchmarks.real.spiked import RealSet, real_sets
+from benchmarks.practice.cases import cases
+from benchmarks.real.spiked import real_sets
 from benchmarks.rivals.axis import axis_of
 from codegen.effects.declare import system_of
 from codegen.logs import Log, read_logs
@@ -53,31 +53,22 @@ def pairs(kinds: int, only: Sequence[str] = ()) -> list[Pair]:
     found: list[Pair] = []
     seen: set[str] = set()
     for case in cases(["standard"]):
-        if case.group not in ("single", "none") or not _has_axis(case):
+        spec, train, test = (case.folder / name for name in ("spec.yaml", "train.csv", "test.csv"))
+        if case.group not in ("single", "none") or not _is_told(spec):
             continue
         kind = "" if case.group == "none" else str(case.truth["effects"][0]["kind"])
         if case.title in only or (not only and (not kind or (kind not in seen and len(seen) < kinds))):
-            found.append(_of_case(case, kind))
+            found.append(Pair(WRONG if kind else RIGHT, case.title, kind, spec, [train], [test], None))
         seen |= {kind} - {""}
-    here = {name: one for name, one in real_sets().items() if one.is_here and one.test and not one.steady}
-    chosen = {f"real/{name}": one for name, one in here.items() if _is_told(one.spec_file)}
-    return found + [_of_set(title, one) for title, one in chosen.items() if not only or title in only]
-
-
-def _has_axis(case: Case) -> bool:
-    return _is_told(case.folder / "spec.yaml")
+    for name, one in real_sets().items():
+        title, here = f"real/{name}", one.is_here and one.test and not one.steady
+        if here and _is_told(one.spec_file) and (not only or title in only):
+            train, test = one.files(one.train), one.files(one.test)
+            found.append(Pair(REAL, title, "", one.spec_file, train, test, one.description_file))
+    return found
 
 
 def _is_told(spec_file: Path) -> bool:
     """Whether MuJoCo can be told the one axis of a spec."""
     spec = read_spec(spec_file)
     return len(spec.coordinates) == 1 and axis_of(build_system(spec), spec.name) is not None
-
-
-def _of_case(case: Case, kind: str) -> Pair:
-    spec, train, test = (case.folder / name for name in ("spec.yaml", "train.csv", "test.csv"))
-    return Pair(WRONG if kind else RIGHT, case.title, kind, spec, [train], [test], None)
-
-
-def _of_set(title: str, one: RealSet) -> Pair:
-    return Pair(REAL, title, "", one.spec_file, one.files(one.train), one.files(one.test), one.description_file)

@@ -6,10 +6,7 @@ import time
 from collections.abc import Callable
 from functools import partial
 
-import numpy as np
-
-from benchmarks.measure.build import Missing, difference
-from benchmarks.measure.compare import TOLERANCE
+from benchmarks.measure.compare import checked
 from benchmarks.measure.timing import interleaved, pinned
 from benchmarks.model import Model, load
 from benchmarks.peers import python_peers
@@ -26,31 +23,11 @@ PEERS: tuple[tuple[str, Callable[[Model], Run]], ...] = (
 )
 
 
-def checked(model: Model, rows: np.ndarray) -> tuple[dict[str, Run], dict[str, str]]:
-    """The peers that compute our numbers, and a note on each of the others."""
-    runs: dict[str, Run] = {}
-    notes: dict[str, str] = {}
-    reference: np.ndarray | None = None
-    for title, make in PEERS:
-        try:
-            run = make(model)
-        except Missing as missing:
-            notes[title] = str(missing)
-            continue
-        found = python_peers.as_table(run(rows), model.output_names)
-        reference = found if reference is None else reference
-        off = difference(reference, found)
-        if off > TOLERANCE:
-            notes[title] = f"computes something else: outputs differ by {off:.1e}"
-        else:
-            runs[title] = run
-    return runs, notes
-
-
 def row() -> Row:
     model = load("two_mass")
     rows = model.rows(2048)
-    runs, notes = checked(model, rows)
+    makers = [(title, partial(make, model)) for title, make in PEERS]
+    runs, _, notes = checked(makers, lambda run: python_peers.as_table(run(rows), model.output_names))
 
     def once(run: Run) -> float:
         start = time.process_time()

@@ -34,11 +34,7 @@ def candidates(model: Model, robot: Path) -> list[Candidate]:
 
 
 def panda_file() -> Path:
-    """The Panda of the package example-robot-data.
-
-    Raises:
-        Missing: where it is not installed.
-    """
+    """The Panda of the package example-robot-data. Raises Missing where it is not installed."""
     place = Path(sysconfig.get_path("purelib")) / "cmeel.prefix" / PANDA
     if not place.exists():
         raise Missing("not installed: `pip install example-robot-data`")
@@ -63,8 +59,7 @@ def seven_joints(source: Path, target: Path) -> None:
 def panda(folder: Path) -> tuple[Model, Path]:
     """The Panda's model with the observer of our own arm, and its robot file.
 
-    Raises:
-        Missing: where the Panda is not here.
+    Raises Missing where the Panda is not here.
     """
     robot = folder / "panda.urdf"
     seven_joints(panda_file(), robot)

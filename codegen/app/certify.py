@@ -25,13 +25,6 @@ from codegen.certify.remedies.proposals import propose
 from codegen.certify.remedies.sample_times import largest_sample_times
 from codegen.program.implicit_step import solved_by_one_step
 
-OF_BOUND = "name unit steady proved"
-"""Attributes of an ``ErrorBound`` that are printed."""
-OF_SPEED = "contact unit threshold"
-"""Attributes of a ``SlipSpeed`` that are printed."""
-OF_REGIONS = "rates reversal_growth=reversal not_found=missing proofs"
-"""Attributes of ``Regions`` that are printed."""
-
 
 @dataclass(frozen=True, repr=False)
 class Certified(Result):
@@ -141,16 +134,17 @@ def _certificate(certificate: Certificate, bounds: tuple[ErrorBound, ...] | str)
     return {
         **named(certificate, "decay_rate spectral_rate refuted_rate turning_rate facts"),
         "sticking": None if certificate.sticking is None else asdict(certificate.sticking),
-        "error_bounds": bounds if isinstance(bounds, str) else [named(b, OF_BOUND) for b in bounds],
-        "slip_speeds": [named(speed, OF_SPEED) for speed in speeds],
+        "error_bounds": bounds if isinstance(bounds, str) else [named(b, "name unit steady proved") for b in bounds],
+        "slip_speeds": [named(speed, "contact unit threshold") for speed in speeds],
         "certificate": certificate.content,
     }
 
 
 def _refusal(refusal: Refusal) -> dict[str, Any]:
+    regions = refusal.regions
     return {
         **named(refusal, "reason counterexample spectral_radius failing largest_sample_time"),
         "proposals": None if refusal.proposals is None else asdict(refusal.proposals),
         "refutation": refusal.proof,
-        "regions": None if refusal.regions is None else named(refusal.regions, OF_REGIONS),
+        "regions": regions and named(regions, "rates reversal_growth=reversal not_found=missing proofs"),
     }

@@ -23,7 +23,7 @@ from codegen.program import Program, lower
 from codegen.simulate.simulable import refuse_unrunnable
 from codegen.spec.free_gains import free_entries
 from codegen.spec.model import Spec
-from codegen.spec.motion import Form, KinematicTree
+from codegen.spec.motion import KinematicTree
 from codegen.spec.numerics import numerical
 from codegen.spec.places import with_place
 
@@ -35,8 +35,7 @@ MOST_TURNS = 4
 def check(source: Source) -> Derived:
     """Read and validate a spec, for all verbs. Only a certificate can be refused later.
 
-    Raises:
-        BadInput: for each fault of the spec.
+    Raises BadInput for each fault of the spec.
     """
     machine = derived_from(source)
     machine.refuse_unknown_words()
@@ -58,10 +57,7 @@ def check_json(machine: Derived) -> dict[str, Any]:
     spec, system = machine.spec, machine.system
     observer = None if spec.observer is None else machine.nominal.observer
     coordinates = zip(system.positions, system.velocities, system.position_units, strict=True)
-    contacts = [
-        (c.name, str(slip), str(c.force.subs(c.slip, sympy.Symbol("u", real=True))), c.unit)
-        for c, slip in zip(system.contacts, system.slip_velocity, strict=True)
-    ]
+    u = sympy.Symbol("u", real=True)
     shares = {p.name: p.tolerance for p in spec.parameters}
     for effect, symbols in zip(spec.effects, declared_symbols(system, spec), strict=True):
         shares |= {s.name: effect.tolerance for s in symbols.values()}
@@ -73,26 +69,24 @@ def check_json(machine: Derived) -> dict[str, Any]:
         **named(spec, "name source"),
         "coordinates": [{"name": x.name, "velocity": v.name, "unit": unit} for x, v, unit in coordinates],
         "inputs": [{"name": w.name, "unit": u} for w, u in zip(system.inputs, system.input_units, strict=True)],
-        "robot": _robot_json(spec.form),
+        "robot": _robot_json(spec.form) if isinstance(spec.form, KinematicTree) else None,
         "mass_matrix": [[_readable(e) for e in system.mass_matrix.row(i)] for i in range(system.mass_matrix.rows)],
         "force": [_readable(e) for e in system.force],
-        "contacts": [dict(zip(("name", "slip", "law", "unit"), row, strict=True)) for row in contacts],
+        "contacts": [
+            {"name": c.name, "slip": str(slip), "law": str(c.force.subs(c.slip, u)), "unit": c.unit}
+            for c, slip in zip(system.contacts, system.slip_velocity, strict=True)
+        ],
         "effects": [{"kind": e.kind, "on": list(e.on)} for e in spec.effects],
         "values": {name: number | tolerances.get(name, {}) for name, number in values.items()},
         "observer": None if observer is None else _observer_json(machine, observer),
         "envelope": {name: [float(low), float(high)] for name, (low, high) in spec.envelope.items()},
-        "notes": notes_on(machine),
+        "notes": [  # what a spec may say by a slip of writing although it is valid
+            *_notes_on_friction(system),
+            *_notes_on_angles(system),
+            *_notes_on_turns(machine),
+            *_notes_on_sample_time(machine),
+        ],
     }
-
-
-def notes_on(machine: Derived) -> list[str]:
-    """What a spec may say by a slip of writing although it is valid, in sentences."""
-    return [
-        *_notes_on_friction(machine.system),
-        *_notes_on_angles(machine.system),
-        *_notes_on_turns(machine),
-        *_notes_on_sample_time(machine),
-    ]
 
 
 def _notes_on_friction(system: System) -> Iterator[str]:
@@ -157,9 +151,7 @@ def _notes_on_sample_time(machine: Derived) -> Iterator[str]:
     )
 
 
-def _robot_json(form: Form | None) -> dict[str, Any] | None:
-    if not isinstance(form, KinematicTree):
-        return None
+def _robot_json(form: KinematicTree) -> dict[str, Any]:
     return {"file": form.file, "tolerance": None if form.tolerance is None else asdict(form.tolerance)}
 
 
@@ -170,13 +162,8 @@ def _readable(entry: Any) -> str:
     """
     if entry.is_Number:
         return f"{float(entry):.12g}"
-    decimals = {r: sympy.Float(r, 12) for r in entry.atoms(sympy.Rational) if _is_decimal(r)}
-    return str(sympy.sstr(entry.xreplace(decimals), full_prec=False))
-
-
-def _is_decimal(number: Any) -> bool:
-    """Whether a fraction has a finite decimal, and is not as short as 3/8."""
-    return int(number.q) > 8 and 10**15 % int(number.q) == 0
+    long = [r for r in entry.atoms(sympy.Rational) if r.q > 8 and 10**15 % int(r.q) == 0]  # with a finite decimal
+    return str(sympy.sstr(entry.xreplace({r: sympy.Float(r, 12) for r in long}), full_prec=False))
 
 
 def _observer_json(machine: Derived, observer: Observer) -> dict[str, Any]:
@@ -217,9 +204,8 @@ def free_gains(machine: Derived) -> dict[str, dict[str, Any]]:
 
 def refuse_ungenerable(machine: Derived) -> None:
     """Raise BadInput, with its line, for what ``generate`` would refuse before it searches for a certificate."""
-    program = machine.program
     assert machine.header
-    _refuse_unprintable(machine.spec, program)
+    _refuse_unprintable(machine.spec, machine.program)
     assert machine.dynamics
 
 

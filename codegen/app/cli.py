@@ -98,7 +98,7 @@ def _print_faults(error: BadInput) -> None:
         more = len(error.all) - MOST_FAULTS
         _say(f"and {more} more, which are shown once these are corrected", style="red")
     if "--json" in sys.argv[1:]:
-        from codegen.app.options import print_json
+        from codegen.app.verbs import print_json
 
         print_json({"format": "stiction-errors/1", "errors": [each.parts for each in error.all]})
 
@@ -165,8 +165,6 @@ def _end_interrupted() -> NoReturn:
     _say("interrupted")
     sys.exit(INTERRUPTED)
 
-
-__all__ = ["main"]
 
 if __name__ == "__main__":
     main()

@@ -20,8 +20,6 @@ from codegen.spec.functions import Magnitude
 
 LONGEST_ENTRY, LONGEST_PRINTED = 60, 400
 """Most operations of an entry of a printed matrix, and of any printed expression; longer ones are in --json alone."""
-OF_MODES = "lambda_of=product smallest_lambda=smallest largest_lambda=largest largest_sample_time=sample_time"
-"""Attributes of ``Modes`` in --json."""
 WIDTH, WIDEST_ROW = 110, 150
 """Columns at which a long expression is continued on the next line, and up to which Ψ is printed as a matrix."""
 
@@ -32,8 +30,7 @@ def derive(source: Source) -> Analysis:
 
     Free gains are at the middle of their ranges; only the numbers depend on that choice.
 
-    Raises:
-        BadInput: for a bad spec, or one without an observer.
+    Raises BadInput for a bad spec, or one without an observer.
     """
     machine = derived_from(source)
     free = tuple(free_gains(machine))
@@ -86,7 +83,11 @@ def analysis_json(analysis: Analysis) -> dict[str, Any]:
         "slopes": {s.name: str(e) for s, e in dynamics.slopes.items()},
         "characteristic_polynomial": _texts(analysis.polynomial),
         "factors": [{"error": [e.name for e in f.errors], "polynomial": _texts(f.polynomial)} for f in analysis.blocks],
-        "modes": None if analysis.modes is None else named(analysis.modes, OF_MODES),
+        "modes": analysis.modes
+        and named(
+            analysis.modes,
+            "lambda_of=product smallest_lambda=smallest largest_lambda=largest largest_sample_time=sample_time",
+        ),
         "routh_hurwitz": [_condition_json(c) for c in analysis.routh],
         "jury": [_condition_json(c) for c in analysis.jury],
         "free_gains_taken": {name: value for name, value, _ in _free(analysis)},

@@ -31,8 +31,7 @@ FORMAT = "stiction-diagnosis/"
 def log_sha256(logs: Sequence[str | Path]) -> list[str]:
     """SHA-256 of each log; of a folder, that of the names and bytes of its files.
 
-    Raises:
-        BadInput: for a file that can no longer be read.
+    Raises BadInput for a file that can no longer be read.
     """
     return [_sha256(Path(log)) for log in logs]
 

@@ -71,7 +71,6 @@ class Machine(Derived):
 def load(path: str | Path) -> Machine:
     """The machine of a spec file.
 
-    Raises:
-        BadInput: for a file that is no spec; other faults are reported by ``check`` and the other verbs.
+    Raises BadInput for a file that is no spec; other faults are reported by ``check`` and the other verbs.
     """
     return Machine(read_spec(path))

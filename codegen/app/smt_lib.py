@@ -71,8 +71,7 @@ def _vertices(content: Mapping[str, Any]) -> list[dict[str, str]]:
 def write_smt(certificate: str | Path, out: str | Path) -> Path:
     """Write the negated inequalities of a certificate as SMT-LIB 2, which another solver should find ``unsat``.
 
-    Raises:
-        BadInput: for a file that is no certificate, a dwell time that is too long, or a file that cannot be written.
+    Raises BadInput for a file that is no certificate, a dwell time that is too long, or a file that cannot be written.
     """
     target = Path(out)
     refuse_target(target, {"the certificate itself": Path(certificate)}, (".smt2",))

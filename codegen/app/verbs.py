@@ -8,20 +8,19 @@ from __future__ import annotations
 
 import gc
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from codegen.app.options import AsJson, argument, option, print_json, written
-from codegen.app.pages import pages
-from codegen.base.errors import BadInput
+from codegen.base.errors import BadInput, refuse_unknown
 from codegen.base.files import named_path
 from codegen.base.input_files import identity
 from codegen.base.progress import progress
-from codegen.base.result import Result
-from codegen.base.terminal import PlainConsole, errors, output
+from codegen.base.result import Result, json_text, plain
+from codegen.base.terminal import PlainConsole, output
+from codegen.base.terminal import errors as error_output
 from codegen.base.version import VERSION
 
 if TYPE_CHECKING:
@@ -37,7 +36,24 @@ app = typer.Typer(
     rich_markup_mode=None,  # plain help takes a tenth of a second less
     context_settings={"max_content_width": 120},
 )
-app.add_typer(pages)
+
+
+def argument(what: str, help: str | None = None) -> Any:
+    """An argument of a verb; ``what`` is its placeholder in the help. A file is read, or refused, by the verb."""
+    return typer.Argument(metavar=what, help=help, readable=False)
+
+
+def option(names: str, what: str | None, help: str) -> Any:
+    """An option of a verb, with its names separated by blanks; ``what``: None for a flag or a placeholder by type."""
+    return typer.Option(*names.split(), metavar=what, help=help, readable=False)
+
+
+def written(what: str, help: str) -> Any:
+    """The option -o of a verb, for the file or folder to write."""
+    return typer.Option("-o", "--output", parser=named_path, metavar=what, help=help)
+
+
+AsJson = Annotated[bool, option("--json", None, "print JSON")]
 
 SpecPath = Annotated[Path, argument("SPEC", "the spec file (YAML)")]
 Description = Annotated[
@@ -98,9 +114,14 @@ def schema(
     out: Annotated[Path | None, written("FILE", "write it here, as .json")] = None,
 ) -> None:
     """Print the JSON Schema of a spec, by which an editor completes and checks its keys."""
-    from codegen.app.schema import schema_text, write_schema
+    from codegen.base.files import refuse_target, write_atomically
+    from codegen.spec.schema import json_schema
 
-    output.print(schema_text() if out is None else f"{write_schema(out)}\n", end="")
+    text = json_text(json_schema())
+    if out is not None:
+        refuse_target(out, None, (".json",))
+        write_atomically(out, text)
+    output.print(text if out is None else f"{out}\n", end="")
 
 
 @app.command()
@@ -139,7 +160,7 @@ def certify(
 
         found = certify(spec, out)
     target = None if found.certificate is None else out
-    on = errors if found.certificate is None else output
+    on = error_output if found.certificate is None else output
     _print(as_json, lambda: found.content, lambda: on.fitted(found.text(target=target)), on)
     raise typer.Exit(REFUSED if found.certificate is None else 0)
 
@@ -279,11 +300,9 @@ def simulate(
         from codegen.app.simulate import simulate
 
         result = simulate(spec, out, tell, plant)
-    if as_json:
-        print_json(result.content)
-        return
-    errors.print(result.text(paths=False), end="")
-    output.print(str(result.path))
+    if not as_json:
+        error_output.print(result.text(paths=False), end="")
+    _print(as_json, lambda: result.content, lambda: f"{result.path}\n")
 
 
 @app.command(short_help="Write the machine for a simulator, firmware or controller.")
@@ -418,6 +437,108 @@ def version() -> None:
     output.print(VERSION)
 
 
+@app.command(short_help="List the friction laws, or show one in full.")
+def laws(
+    name: Annotated[str | None, argument("LAW", "this one alone, in full")] = None, as_json: AsJson = False
+) -> None:
+    """List the friction laws, or show one in full."""
+    from codegen.friction import ALSO_CALLED, LAWS
+    from codegen.report.laws import law_groups, law_view
+
+    if name is None:
+        groups = {"groups": law_groups()}
+        _print_entries("laws", groups, "laws", groups, as_json)
+        return
+    refuse_unknown_entry(name, {**LAWS, **ALSO_CALLED}, "laws")
+    view = law_view(LAWS[ALSO_CALLED.get(name, name)])
+    _print_entries("laws", {"laws": [view]}, "law", {"law": view}, as_json)
+
+
+@app.command(short_help="List the effects that a model may lack, or show one in full.")
+def effects(
+    name: Annotated[str | None, argument("KIND", "this one alone, in full")] = None, as_json: AsJson = False
+) -> None:
+    """List the effects that a model may lack, or show one in full."""
+    from codegen.effects import CATALOGUE
+    from codegen.report.effects import effect_view, effect_views
+
+    if name is None:
+        views = {"effects": effect_views()}
+        _print_entries("effects", views, "effects", views, as_json)
+        return
+    refuse_unknown_entry(name, CATALOGUE, "effects")
+    view = effect_view(CATALOGUE[name])
+    _print_entries("effects", {"effects": [view]}, "effect", {"e": view}, as_json)
+
+
+@app.command(short_help="List the codes of error messages, or show one with advice.")
+def errors(
+    code: Annotated[str | None, argument("CODE", "this one alone, such as LOG003")] = None, as_json: AsJson = False
+) -> None:
+    """List the codes of error messages, or show one, with what each says and what to do."""
+    from codegen.base.error_codes import CODES
+
+    if code is not None:
+        refuse_unknown_entry(code.upper(), CODES, "errors")
+    codes = CODES if code is None else {code.upper(): CODES[code.upper()]}
+    rows = [{"code": code, "meaning": meaning, "advice": advice} for code, (meaning, advice) in codes.items()]
+    _print_entries("error-codes", {"codes": rows}, "errors", {"codes": codes}, as_json)
+
+
+@app.command(short_help="Compare the thesis' printed formulas with our derivation.")
+def audit(
+    out: Annotated[Path | None, written("FILE", "write docs/audit.md here")] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Compare the printed formulas of the thesis with our own derivation of them."""
+    with progress() as tell:
+        from codegen.thesis.audit.judge import run_audit
+        from codegen.thesis.audit.output import audit_json, audit_summary, write_audit
+
+        findings = run_audit(lambda share: tell("audit", share))
+    path = "" if out is None else f"{write_audit(findings, out)}\n"
+    content = {"format": "stiction-audit/1", "findings": audit_json(findings)}
+    _print(as_json, lambda: content, lambda: path + audit_summary(findings))
+
+
+@app.command(short_help="Run the thesis' figures, and check its statements on them.")
+def gallery(
+    out: Annotated[Path, written("DIR", "folder for pictures and table")] = Path("docs/gallery"),
+    only: Annotated[list[str] | None, option("--only", "FIGURE", "such as 4.3; the others stay as last run")] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Run the figures of the thesis, and check what its text says of them."""
+    from codegen.base.parallel import allow_processes
+
+    allow_processes()
+    with progress() as tell:
+        from codegen.thesis.gallery.build import run_gallery
+        from codegen.thesis.gallery.page import gallery_json, gallery_summary, write_gallery
+
+        results = run_gallery(only or (), lambda share: tell("gallery", share))
+    files = write_gallery(results, out)
+    content = {"format": "stiction-gallery/1", "figures": gallery_json(results), "files": files}
+    _print(as_json, lambda: content, lambda: "".join(f"{path}\n" for path in files) + gallery_summary(results))
+
+
+def refuse_unknown_entry(name: str, known: Mapping[str, object], verb: str) -> None:
+    """Raise BadInput for a name that a verb does not list."""
+    refuse_unknown(name, known, f"stiction {verb}", "", f"a name that `stiction {verb}` lists", code="CALL001")
+
+
+def _print_entries(kind: str, content: dict[str, Any], template: str, view: dict[str, Any], as_json: bool) -> None:
+    """Print entries of a reference as JSON, or by a template."""
+    from codegen.base.text import render
+
+    content = {"format": f"stiction-{kind}/1", **content}
+    _print(as_json, lambda: content, lambda: render(f"text/{template}.txt.j2", **view))
+
+
+def print_json(content: object) -> None:
+    """Print a result as one JSON object, whose ``format`` names its content and version."""
+    output.print(json_text(plain(content)), end="")
+
+
 def _show(result: Result, as_json: bool, **options: object) -> None:
     _print(as_json, lambda: result.content, lambda: result.text(**options))
 
@@ -442,6 +563,3 @@ def _columns(pairs: list[str]) -> dict[str, str]:
             found = f"`{name.strip()}` with two columns, `{first}` and `{column.strip()}`"
             raise BadInput("--column", found, "one column for each name", code="CALL001")
     return columns
-
-
-__all__ = ["app"]

@@ -51,9 +51,8 @@ def _outcome(status: int) -> dict[str, Any]:
 def certificate_in(path: str | Path) -> Path:
     """The certificate of a path: the file itself, or certificate.json in a folder of generated code.
 
-    Raises:
-        BadInput: for a folder without a certificate, or a proof that is not in its folder of generated code; it says
-            why, as far as the folder's manifest.json does, and which command makes it.
+    Raises BadInput for a folder without a certificate, or a proof that is not in its folder of generated code; it says
+    why, as far as the folder's manifest.json does, and which command makes it.
     """
     given = Path(path)
     path = given / checker.CERTIFICATE if is_there(given) and given.is_dir() else given
@@ -110,8 +109,7 @@ def _no_json(path: Path, error: json.JSONDecodeError) -> BadInput:
 def print_verification(path: str | Path, spec: str | Path | None = None) -> int:
     """Print what the checker says of a certificate or a proof, and return its exit status.
 
-    Raises:
-        BadInput: as ``readable``; the checker says that too, but knows no codes of errors.
+    Raises BadInput as ``readable``; the checker says that too, but knows no codes of errors.
     """
     readable(path, spec)
     return checker.main([str(path), *(["--spec", str(spec)] if spec is not None else [])])
@@ -121,8 +119,7 @@ def print_verification(path: str | Path, spec: str | Path | None = None) -> int:
 def verification_json(certificate: str | Path, spec: str | Path | None = None) -> tuple[dict[str, Any], int]:
     """The JSON object of ``stiction verify --json``, and the command's exit status.
 
-    Raises:
-        BadInput: if the file cannot be read.
+    Raises BadInput if the file cannot be read.
     """
     try:
         found = verify(certificate, spec)

@@ -138,8 +138,7 @@ def _opened(
 ) -> tuple[Iterator[Block], Callable[[], Sequence[str]]]:
     """The samples of a log in blocks until Ctrl-C, and, once they were read, the notes on how; arguments as ``watch``.
 
-    Raises:
-        BadInput: for ``follow`` with a log that is no text.
+    Raises BadInput for ``follow`` with a log that is no text.
     """
     spec, program, period = machine.spec, machine.program, float(machine.observer.sample_time)
     if given is None and is_recorded(log):
@@ -158,8 +157,7 @@ def _run(
 ) -> tuple[str, BadInput | None]:
     """Run the observer over all blocks; how they ended, in words, and the error that ended them, if it was one.
 
-    Raises:
-        BadInput: for an error before the first sample.
+    Raises BadInput for an error before the first sample.
     """
     with on_interrupt(stop.request):
         try:

@@ -222,8 +222,7 @@ def _fitting(wave: Wave, turn: float, where: str, unit: str, position_unit: str)
 def csv_map(table: ForceMap, counts: int, header: list[str]) -> tuple[str, tuple[Remark, ...]]:
     """The CSV ``count,position,force,level``, for periodic linear interpolation between counts.
 
-    Raises:
-        BadInput: for a number of counts out of range.
+    Raises BadInput for a number of counts out of range.
     """
     if not 4 <= counts <= MOST_COUNTS:
         raise BadInput("--counts", f"{counts}", f"4 to {MOST_COUNTS} counts a turn", code="CALL001")

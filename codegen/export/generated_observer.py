@@ -88,8 +88,7 @@ def arduino_library(observer: GeneratedObserver, header: list[str]) -> dict[str,
 
     library.properties, library.json, src/NAME.h, src/NAME.c, an example, a README and the manifest.
 
-    Raises:
-        BadInput: for a name that is a macro in a sketch.
+    Raises BadInput for a name that is a macro in a sketch.
     """
     name = observer.program.name
     for field in filter(_ARDUINO_MACROS.fullmatch, observer.program.places):

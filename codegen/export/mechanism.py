@@ -151,8 +151,7 @@ class Mechanism:
     def inertias(self) -> tuple[float, ...]:
         """(n,) constant inertias of the bodies, the diagonal of M; with a tree, those added at the joints.
 
-        Raises:
-            BadInput: if M is not constant and diagonal.
+        Raises BadInput if M is not constant and diagonal.
         """
         mass = self.system.mass_matrix.applyfunc(lambda e: _numeric(e, self.system))
         if mass.free_symbols or not mass.is_diagonal():

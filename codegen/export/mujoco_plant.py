@@ -19,8 +19,7 @@ from codegen.spec.model import Spec
 def mujoco_plant(spec: Spec, system: System) -> tuple[PlantMaker, MjcfModel]:
     """A maker of plants with a spec's exported model, and the model.
 
-    Raises:
-        BadInput: if MuJoCo is not installed, or the machine cannot be exported.
+    Raises BadInput if MuJoCo is not installed, or the machine cannot be exported.
     """
     if find_spec("mujoco") is None:
         expected = "`pip install 'stiction[mujoco]'`, or no --plant"

@@ -56,9 +56,8 @@ class LongReal(Language):
 def structured_text(observer: GeneratedObserver, header: list[str]) -> dict[str, str]:
     """The text of NAME.st, under the key "": a function block, called once a sample.
 
-    Raises:
-        BadInput: for a machine with numbered families (arrays), a law with tanh, or names that are not valid or not
-            distinct in Structured Text, which ignores case.
+    Raises BadInput for a machine with numbered families (arrays), a law with tanh, or names that are not valid or not
+    distinct in Structured Text, which ignores case.
     """
     program = observer.program
     code = lower(program)

@@ -128,9 +128,8 @@ def control_loops(spec: Spec, simulation: Simulation) -> dict[int, Loop]:
     ``force:``, or with the only input of the machine; an input with the coordinate on which it acts. Of several, the
     one with the same index is taken.
 
-    Raises:
-        BadInput: for a reference without such an input or without a position gain, two references for one input, two
-            different ones for one coordinate, or a gain for an input without a reference.
+    Raises BadInput for a reference without such an input or without a position gain, two references for one input, two
+    different ones for one coordinate, or a gain for an input without a reference.
     """
     coordinates, inputs = list(spec.positions), [i.name for i in spec.inputs]
     loops: dict[int, Loop] = {}

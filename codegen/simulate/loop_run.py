@@ -58,8 +58,7 @@ def write_log(path: Path, spec: Spec, run: LoopRun) -> None:
     Velocities are written if the spec's observer measures them or its simulation gives them a noise. Names, scales and
     units of the columns are those of the spec's ``log:`` section, so that the spec can read the log.
 
-    Raises:
-        BadInput: if the folder cannot be written to.
+    Raises BadInput if the folder cannot be written to.
     """
     names, columns = ["t", *spec.positions], [run.time[:, None], run.positions]
     if velocity_is_measured(spec):

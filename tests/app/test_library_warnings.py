@@ -10,7 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from codegen.app import cli, schema
+from codegen.app import cli
+from codegen.spec import schema
 
 from .command import SPECS, process
 
@@ -31,13 +32,13 @@ def test_warnings_of_numpy_and_loggers_do_not_reach_the_screen(
 ) -> None:
     """And the filters of the process are what they were behind the command, also after bad input."""
 
-    def warns() -> str:
+    def warns() -> dict[str, str]:
         np.float64(1e300) * np.float64(1e300)
         np.exp(np.array([1e4]))
         logging.getLogger("matplotlib.font_manager").warning("Matplotlib is building the font cache")
-        return ""
+        return {}
 
-    monkeypatch.setattr(schema, "schema_text", warns)
+    monkeypatch.setattr(schema, "json_schema", warns)
     monkeypatch.setattr(sys, "argv", ["stiction", "schema"])
     with warnings.catch_warnings():
         warnings.simplefilter("always")
@@ -45,7 +46,7 @@ def test_warnings_of_numpy_and_loggers_do_not_reach_the_screen(
         monkeypatch.setattr(sys, "warnoptions", [])
         with pytest.raises(SystemExit, match="0"):
             cli.main()
-        assert capfd.readouterr() == ("", "")
+        assert capfd.readouterr() == ("{}\n", "")
         assert list(warnings.filters) == before and logging.root.manager.disable == logging.NOTSET
         monkeypatch.setattr(sys, "warnoptions", ["default"])
         with pytest.raises(SystemExit, match="0"), pytest.warns(RuntimeWarning, match="overflow"):

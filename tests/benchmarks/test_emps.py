@@ -7,12 +7,10 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from benchmarks.emps.__main__ import BEGIN, END, with_part
 from benchmarks.emps.choice import Candidate, as_good, least, rules
 from benchmarks.emps.floor import drift_mm
 from benchmarks.emps.models import BY_DIRECTION, LOST_MM, Model, score
 from benchmarks.emps.records import EVERY, FREE_SAMPLES, ROOT, Measured, blocks, start_state, without
-from codegen.base.errors import BadInput
 from codegen.mechanics import build_system
 from codegen.spec import read_spec
 
@@ -102,11 +100,3 @@ def test_a_structure_has_a_parameter_for_each_effect() -> None:
     assert Model(emps().system, BY_DIRECTION).flat(np.array([20.0, 95.0, 200.0, 1.0, -30.0]))["d_b"] == pytest.approx(
         -30
     )
-
-
-def test_only_the_part_between_the_markers_changes() -> None:
-    page = f"# a\n{BEGIN}\nold\n{END}\nb\n"
-    assert with_part(page, "new\n") == f"# a\n{BEGIN}\nnew\n{END}\nb\n"
-    with pytest.raises(BadInput) as told:
-        with_part("# a\n", "new\n")
-    assert BEGIN in told.value.expected and END in told.value.expected

@@ -10,9 +10,8 @@ import jsonschema
 import pytest
 from ruamel.yaml import YAML
 
-from codegen.app.schema import schema_text
 from codegen.base.errors import BadInput
-from codegen.spec.schema import SpecDocument
+from codegen.spec.schema import SpecDocument, json_schema
 from codegen.spec.urdf_section import expand_robot
 from codegen.spec.validation import validate
 from codegen.spec.yaml_text import load_mapping, plain
@@ -25,7 +24,7 @@ SHIPPED = sorted(path for path in SPECS.rglob("*.yaml") if "\nname:" in f"\n{pat
 
 @pytest.fixture(scope="module")
 def checker() -> jsonschema.Draft202012Validator:
-    schema = json.loads(schema_text())
+    schema = json.loads(json.dumps(json_schema()))
     jsonschema.Draft202012Validator.check_schema(schema)
     return jsonschema.Draft202012Validator(schema)
 

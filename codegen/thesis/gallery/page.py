@@ -84,9 +84,8 @@ def write_gallery(results: Sequence[GalleryResult], folder: Path) -> tuple[Path,
 
     Other figures keep the readings of their last run.
 
-    Raises:
-        BadInput: if the folder cannot be written or has files of these names that stiction did not write, or its
-            readings cannot be read.
+    Raises BadInput if the folder cannot be written or has files of these names that stiction did not write, or its
+    readings cannot be read.
     """
     figures = read_figures()
     earlier = read_kept(folder)

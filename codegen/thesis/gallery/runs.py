@@ -165,8 +165,7 @@ def tuned_pid(
     without it. Gains and command have no limits; noise and sample time keep the gains finite. The noise is another one
     than that of the measures.
 
-    Raises:
-        ValueError: if no optimum is found with worse neighbours on either side of each gain.
+    Raises ValueError if no optimum is found with worse neighbours on either side of each gain.
     """
     simulation = spec.required_simulation
     g_1, g_2 = (next(iter(g.values())) for g in (simulation.position_gain, simulation.velocity_gain))
