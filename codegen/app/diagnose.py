@@ -120,7 +120,7 @@ def diagnose(
     results.refuse_foreign_files()
     begin("reading the logs")
     read = partial(read_logs, spec=machine.spec, description=description, columns=columns, allowance=Allowance())
-    train, sha256 = read(logs), log_sha256(logs)
+    train, sha256 = read(logs), [log_sha256(Path(log)) for log in logs]
     results.refuse_earlier_results(sha256)
     held_out = read(tests) if tests else None
 

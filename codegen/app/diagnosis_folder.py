@@ -1,4 +1,4 @@
-"""The folder of a diagnosis: its files, the hashes of its log, and checks that other files are not replaced."""
+"""The folder of a diagnosis: its files, the code of its spec, and checks that other files are not replaced."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
 
-from codegen.app.augmented_code import augmented_code, refuse_code
 from codegen.app.derived import Derived
 from codegen.base.errors import BadInput
 from codegen.base.files import json_of, refuse_foreign_json, remove, write_all
@@ -16,9 +16,104 @@ from codegen.base.input_files import read_text
 from codegen.base.own_files import FILES_SHA256, listed_in, refuse_edited_files, refuse_unlisted, text_sha256
 from codegen.base.result import json_text
 from codegen.diagnosis.diagnose import Models
-from codegen.diagnosis.results import Diagnosis
-from codegen.spec import Spec
+from codegen.diagnosis.results import CertificateChange, Diagnosis
+from codegen.spec import parse_spec
+from codegen.spec.free_gains import free_gains_in_words
 from codegen.spec.urdf import LARGEST as LARGEST_URDF
+
+if TYPE_CHECKING:
+    from codegen.certify.outcome import Certificate, Refusal
+
+    Outcome = Certificate | Refusal | str
+    """A certificate, its refusal, or why there is no code."""
+
+
+class AugmentedCode(NamedTuple):
+    """What a diagnosis writes of an observer; without an observer, nothing.
+
+    Attributes:
+        change: of the certificate by the augmented spec.
+        files: path in the folder → text.
+        stale: proofs of an earlier diagnosis that no longer hold.
+    """
+
+    change: CertificateChange | None = None
+    files: Mapping[str, str] = {}
+    stale: tuple[Path, ...] = ()
+
+
+def refuse_code(machine: Derived, folder: Path, force: bool) -> None:
+    """Raise BadInput for an observer without code, or, without ``force``, for code in the folder that was edited."""
+    if machine.spec.observer is None:
+        return
+    # imported here: a third of a second, which a spec without observer does not need
+    from codegen.app.check import refuse_ungenerable
+    from codegen.app.generate import listed_files, refuse_edited
+
+    refuse_ungenerable(machine.nominal)
+    target = folder / "generated" / machine.spec.name
+    if not force:
+        refuse_edited(target, dict.fromkeys(listed_files(target)), "--force, which discards the edits")
+
+
+def augmented_code(machine: Derived, augmented: str, folder: Path, begun: Callable[[], None]) -> AugmentedCode:
+    """The code of an augmented spec, and what it changes of the certificate.
+
+    Args:
+        augmented: text of the spec.
+        begun: called before a certificate is sought.
+
+    Raises:
+        BadInput: for a file in the folder that the code would replace and stiction did not write.
+    """
+    if free := free_gains_in_words(machine.spec):
+        return AugmentedCode(CertificateChange(*2 * (f"no code was generated: {free}",)))
+    if machine.spec.observer is None:
+        return AugmentedCode()
+    begun()
+    from codegen.app.generate import refuse_hand_written, stale_proofs
+
+    made = Derived(parse_spec(augmented, machine.spec.path.parent / "spec.yaml"))
+    after = _outcome(made)
+    before = after if made.spec.sha256 == machine.spec.sha256 else _outcome(machine)
+    generated = {} if isinstance(after, str) else made.files
+    place = f"generated/{made.spec.name}"
+    refuse_hand_written(folder / place, generated)
+    stale = stale_proofs(folder / place, generated) if generated else []
+    files = {f"{place}/{name}": text for name, text in generated.items()}
+    return AugmentedCode(certificate_change(before, after), files, tuple(stale))
+
+
+def certificate_change(before: Outcome, after: Outcome) -> CertificateChange:
+    """The certified rates before and after, or why there is no code; and the proofs that no longer exist."""
+    lost = [(name, why) for name, why in _missing(after).items() if name not in _missing(before)]
+    return CertificateChange(_rate(before), _rate(after), () if isinstance(after, str) else tuple(lost))
+
+
+def _outcome(machine: Derived) -> Outcome:
+    """The certificate or its refusal; or why there is no code, which leaves the diagnosis valid."""
+    try:
+        return machine.outcome
+    except BadInput as error:
+        return f"no code was generated: {error.found}; expected {error.expected}"
+
+
+def _rate(outcome: Outcome) -> float | str:
+    """The certified decay rate, 1/s, or why there is none."""
+    from codegen.certify.outcome import Certificate
+
+    if isinstance(outcome, str):
+        return outcome
+    return outcome.decay_rate if isinstance(outcome, Certificate) else outcome.reason
+
+
+def _missing(outcome: Outcome) -> Mapping[str, str]:
+    """File of a proof of the C, or of its error bounds, that does not exist → why."""
+    from codegen.certify.outcome import Certificate
+    from codegen.checker.verify import PROOF, SETS
+
+    return outcome.not_made if isinstance(outcome, Certificate) else dict.fromkeys((PROOF, SETS), "no certificate")
+
 
 RESULT = "diagnosis.json"
 EXCITATION = "excitation.csv"
@@ -28,21 +123,17 @@ IN_EACH = ("spec.yaml", "report.html")
 FORMAT = "stiction-diagnosis/"
 
 
-def log_sha256(logs: Sequence[str | Path]) -> list[str]:
-    """SHA-256 of each log; of a folder, that of the names and bytes of its files.
+def log_sha256(log: Path) -> str:
+    """SHA-256 of a log; of a folder, that of the names and bytes of its files.
 
     Raises BadInput for a file that can no longer be read.
     """
-    return [_sha256(Path(log)) for log in logs]
-
-
-def _sha256(log: Path) -> str:
     try:
         if not log.is_dir():
             with log.open("rb") as stream:
                 return hashlib.file_digest(stream, "sha256").hexdigest()
         files = sorted(file for file in log.rglob("*") if file.is_file())
-        listed = (f"{file.relative_to(log).as_posix()} {_sha256(file)}\n" for file in files)
+        listed = (f"{file.relative_to(log).as_posix()} {log_sha256(file)}\n" for file in files)
         return hashlib.sha256("".join(listed).encode()).hexdigest()
     except OSError as error:
         raise BadInput(str(log), f"unreadable ({error.strerror})", "the log that was read", code="FILE001") from None
@@ -63,8 +154,12 @@ class ResultFolder:
 
     @cached_property
     def robot(self) -> dict[str, str]:
-        """Name → text of the spec's robot file."""
-        return _robot_files(self.machine.spec)
+        """Name → text of the spec's robot file, if it lies below the spec's folder; the augmented spec needs it too."""
+        spec = self.machine.spec
+        if spec.robot is None or {"..", "/"} & {*Path(spec.robot[0]).parts}:
+            return {}
+        name = spec.robot[0]
+        return {name: read_text(spec.path.parent / name, "a robot description (URDF)", LARGEST_URDF)}
 
     @property
     def _listed(self) -> Mapping[str, object]:
@@ -120,11 +215,3 @@ class ResultFolder:
         for old in stale:
             remove(old)
         return diagnosis, tuple(files)
-
-
-def _robot_files(spec: Spec) -> dict[str, str]:
-    """Name → text of the spec's robot file, if it lies below the spec's folder; the augmented spec needs it too."""
-    if spec.robot is None or {"..", "/"} & {*Path(spec.robot[0]).parts}:
-        return {}
-    name = spec.robot[0]
-    return {name: read_text(spec.path.parent / name, "a robot description (URDF)", LARGEST_URDF)}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -17,8 +17,9 @@ from codegen.base.result import Result, named
 from codegen.base.user_text import file_text
 from codegen.base.version import VERSION
 from codegen.export.remarks import Remark
-from codegen.export.targets import TARGETS, Choices, robot_file
+from codegen.export.targets import TARGETS, Choices
 from codegen.spec.model import Spec
+from codegen.spec.motion import KinematicTree
 
 MARK = "Written by stiction export"
 
@@ -49,7 +50,7 @@ class Exported(Result):
             "format": "stiction-export/1",
             **named(self, "target files"),
             "path": str(self.path),
-            "remarks": [r.content for r in self.remarks],
+            "remarks": [asdict(r) for r in self.remarks],
         }
 
 
@@ -83,9 +84,8 @@ def export(
     machine = derived_from(source)
     spec = machine.spec
     sources = {"the spec itself": spec.path}
-    robot = robot_file(spec)
-    if robot is not None:
-        sources["the robot file that the spec names"] = robot
+    if isinstance(spec.form, KinematicTree) and spec.form.path is not None:
+        sources["the robot file that the spec names"] = spec.form.path
     if into is not None:
         if to != "mjcf":
             raise BadInput("--into", f"a file to take what was found, and --to {to}", "--to mjcf", code="CALL002")

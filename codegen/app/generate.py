@@ -31,8 +31,8 @@ REGION = ("variables", "parameters", "matrix", "claim", "assumptions")
 """The same for a region's proof, in which the solver also chooses the size of the region."""
 OF_SLIDING = ("lyapunov_matrix", "decay_rate", "box", "witness")
 """Keys of the kernel's proof that follow from the solver's choice in sliding.json."""
-KERNEL_PROOF, ELLIPSOID = checker.PROOF, checker.SETS
-OPTIONAL = (*PROOFS, KERNEL_PROOF, ELLIPSOID)
+KERNEL_PROOF = checker.PROOF
+OPTIONAL = (*PROOFS, KERNEL_PROOF, checker.SETS)
 """Files that not every observer has; those of an earlier run are removed if this run has none."""
 MANIFEST = "manifest.json"
 MARKS = ("Made by stiction ", "A complete program around ", '"name": "stiction"')
@@ -155,7 +155,9 @@ def generate(
             refuse_edited(target, {**dict.fromkeys(OPTIONAL), **files}, "--force, which discards the edits")
         stale = stale_proofs(target, files, spec.name if force else "")
         write_all(target, files, (MANIFEST,))
-        _make_importable(target, out)
+        package = target.parent / "__init__.py"
+        if out is None and not is_there(package):  # so that `from generated import NAME` finds the default folder
+            write_atomically(package, render("text/generated_init.py.j2"))
         for old in stale:
             remove(old)
     return made
@@ -286,13 +288,6 @@ def listed_files(folder: Path) -> dict[str, object]:
     tool, files = manifest.get("tool", {}), manifest.get("files", {})
     ours = isinstance(tool, dict) and tool.get("name") == "stiction" and isinstance(files, dict)
     return {**files, MANIFEST: None} if ours else {}
-
-
-def _make_importable(target: Path, out: str | Path | None) -> None:
-    """Write ``__init__.py`` in the default folder, so that ``from generated import NAME`` finds this package."""
-    marker = target.parent / "__init__.py"
-    if out is None and not is_there(marker):
-        write_atomically(marker, render("text/generated_init.py.j2"))
 
 
 def _stale(folder: Path, files: Mapping[str, str]) -> tuple[str, ...]:

@@ -43,12 +43,8 @@ def smt_text(content: Mapping[str, Any]) -> str:
     size = list(range(len(content["error"])))
     name, claim = UserText(content["subject"]["name"]), UserText(content["claim"])
     words = {"name": name, "claim": claim, "c": content, "size": size, "vertices": _vertices(content)}
-    return render("text/certificate.smt2.j2", **words, digits=_digits)
-
-
-def _digits(whole: int) -> str:
-    """Binary digits of an exponent, empty for 0, for powers by repeated squaring."""
-    return f"{whole:b}" if whole else ""
+    # The binary digits of an exponent, none for 0, are for powers by repeated squaring.
+    return render("text/certificate.smt2.j2", **words, digits=lambda whole: f"{whole:b}" if whole else "")
 
 
 def _vertices(content: Mapping[str, Any]) -> list[dict[str, str]]:

@@ -492,11 +492,14 @@ def audit(
 ) -> None:
     """Compare the printed formulas of the thesis with our own derivation of them."""
     with progress() as tell:
+        from codegen.base.own_files import write_page
         from codegen.thesis.audit.judge import run_audit
-        from codegen.thesis.audit.output import audit_json, audit_summary, write_audit
+        from codegen.thesis.audit.output import audit_document, audit_json, audit_summary
 
         findings = run_audit(lambda share: tell("audit", share))
-    path = "" if out is None else f"{write_audit(findings, out)}\n"
+    if out is not None:
+        write_page(out, audit_document(findings))
+    path = "" if out is None else f"{out}\n"
     content = {"format": "stiction-audit/1", "findings": audit_json(findings)}
     _print(as_json, lambda: content, lambda: path + audit_summary(findings))
 

@@ -22,9 +22,6 @@ from codegen.replay.samples import Block, Samples
 from codegen.replay.watch import Alarm, Limit, Tally, Watch, is_watchable, too_slow
 from codegen.spec.quantity import read_quantity
 
-BOUNDED = "an observer that `stiction certify` bounds in newtons; it says of this one: {}"
-NO_BOUND = "no bound in newtons"
-NOTHING = "no sample that can be compared with the bound"
 DWELL = 10
 """Consecutive samples out of the bound after which an alarm begins."""
 
@@ -105,6 +102,7 @@ def watch(
     patience = DWELL if dwell is None else max(round(_seconds(dwell) / period), 1)
     engine = Engine(machine.program, machine.sources)
     watched = Watch(machine.spec, machine.system, machine.program, bounds, engine, period, patience)
+    settle = watched.settle * period
     stop = Stop()
     blocks, read_notes = _opened(machine, log, columns, follow, given, stop)
     ended, fault = _run(watched, blocks, stop, tell)
@@ -112,20 +110,11 @@ def watch(
     why, useless = watched.uncompared(), None
     if why is not None:
         notes.append(why)
-        expected = f"sliding in one direction for more than {watched.settle * period:.4g} s, within the envelope"
-        useless = BadInput(Place(called(str(log))), NOTHING, expected, code="LOG015")
-    return Watched(
-        machine.spec.name,
-        watched.limits,
-        watched.settle * period,
-        patience * period,
-        watched.tally,
-        tuple(watched.alarms),
-        ended,
-        fault,
-        useless,
-        tuple(notes),
-    )
+        found = "no sample that can be compared with the bound"
+        expected = f"sliding in one direction for more than {settle:.4g} s, within the envelope"
+        useless = BadInput(Place(called(str(log))), found, expected, code="LOG015")
+    name, limits, tally, alarms = machine.spec.name, watched.limits, watched.tally, tuple(watched.alarms)
+    return Watched(name, limits, settle, patience * period, tally, alarms, ended, fault, useless, tuple(notes))
 
 
 def _opened(
@@ -179,13 +168,15 @@ def _usable_bounds(machine: Derived) -> tuple[ErrorBound, ...]:
     spec, system, outcome = machine.spec, machine.system, machine.outcome
     bounds = outcome.bounds if isinstance(outcome, Certificate) else ""
     if isinstance(bounds, str):
-        found, reason = ("no certificate", outcome.reason) if isinstance(outcome, Refusal) else (NO_BOUND, bounds)
-        raise BadInput(spec.place("observer"), found, BOUNDED.format(reason), code="SPEC037")
+        found, reason = "no bound in newtons", bounds
+        if isinstance(outcome, Refusal):
+            found, reason = "no certificate", outcome.reason
+        expected = f"an observer that `stiction certify` bounds in newtons; it says of this one: {reason}"
+        raise BadInput(spec.place("observer"), found, expected, code="SPEC037")
     if not is_watchable(system, bounds):
         found = "a law with states"
         raise BadInput(spec.place("friction"), found, "a friction law of zero memory", code="SPEC020")
-    slow = too_slow(spec, system, bounds)
-    if slow is not None:
+    if (slow := too_slow(spec, system, bounds)) is not None:
         most, least = slow
         found = (
             f"{least.contact} slides at most at {most:.3g} {least.unit} in the envelope, and the bound holds above "

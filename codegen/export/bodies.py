@@ -1,20 +1,31 @@
-"""Rigid bodies and joints of a machine, for multibody simulators."""
+"""Rigid bodies and joints of a machine, for multibody simulators, and numbers as their files have them."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from codegen.base.arrays import Array
 from codegen.base.rotations import quaternion, roll_pitch_yaw
 from codegen.export.mechanism import Mechanism
-from codegen.export.numbers import number, numbers
 
 MARGIN = 1e-9
 """Relative margin in the triangle inequality of principal moments."""
 APART = 0.3
 """Metres between the bodies of a machine that has no robot file, to see them."""
+
+
+def number(value: float) -> str:
+    """The shortest decimal of a double; whole numbers without a point."""
+    value = float(value) + 0.0
+    return str(int(value)) if value.is_integer() and abs(value) < 1e15 else repr(value)
+
+
+def numbers(values: ArrayLike) -> str:
+    """A number, or several with spaces between."""
+    return " ".join(number(v) for v in np.ravel(values))
 
 
 @dataclass(frozen=True)

@@ -80,15 +80,10 @@ class Exporter:
             line.constant += mean
         unit = self.unit(other.direction)
         kept = f"its mean over the envelope, {mean:.4g} {unit}, is exported" if mean else "it is left out"
-        force = f"{_shown(other.force)} along {self.line_name(other.direction)}"
+        fractions = {r: sympy.Float(r, 6) for r in other.force.atoms(sympy.Rational) if not r.is_Integer}
+        force = f"{sympy.sstr(other.force.xreplace(fractions))} along {self.line_name(other.direction)}"
         how = f"{force} has no element in this format; {kept}{self.assumed(other.force)}"
         self.remark(other.where, "nearest" if mean else "dropped", how, finite - mean, unit)
-
-
-def _shown(expression: sympy.Expr) -> str:
-    """An expression as text, numbers with six digits; ``s`` is the slip speed."""
-    fractions = {r: sympy.Float(r, 6) for r in expression.atoms(sympy.Rational) if not r.is_Integer}
-    return str(sympy.sstr(expression.xreplace(fractions)))
 
 
 class Region:

@@ -21,7 +21,7 @@ from codegen.effects import CATALOGUE
 from codegen.effects.declare import system_of
 from codegen.export.mechanism import Mechanism, Wave, coordinate_of, mechanism_of, wave_of
 from codegen.export.remarks import Remark
-from codegen.spec.model import DeclaredEffect, Spec
+from codegen.spec.model import Spec
 
 WHOLE = 1e-6
 """Largest deviation from a whole number of periods per turn that counts as rounding."""
@@ -141,7 +141,9 @@ def _refuse_length(name: str, mechanism: Mechanism) -> None:
 
 def _modelled(spec: Spec) -> dict[str, list[Wave]]:
     """Coordinate → its periodic forces that belong to the model: those of ``force:``, and weights among the effects."""
-    without = replace(spec, effects=tuple(effect for effect in spec.effects if _is_weight(effect)))
+    declared = [(effect, {name: float(v) for name, v in effect.parameters.items()}) for effect in spec.effects]
+    weights = tuple(effect for effect, values in declared if CATALOGUE[effect.kind].turned(values) != values)
+    without = replace(spec, effects=weights)
     mechanism = mechanism_of(without, system_of(without))
     return {x.name: _waves(mechanism, i) for i, x in enumerate(mechanism.system.positions)}
 
@@ -149,11 +151,6 @@ def _modelled(spec: Spec) -> dict[str, list[Wave]]:
 def _waves(mechanism: Mechanism, index: int) -> list[Wave]:
     line = mechanism.joint_line(index)
     return [] if line is None else line.waves
-
-
-def _is_weight(declared: DeclaredEffect) -> bool:
-    values = {name: float(value) for name, value in declared.parameters.items()}
-    return CATALOGUE[declared.kind].turned(values) != values
 
 
 def _less(waves: list[Wave], modelled: list[Wave]) -> list[Wave]:

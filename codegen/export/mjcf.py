@@ -16,11 +16,10 @@ from typing import Any
 import numpy as np
 
 from codegen.base.text import render
-from codegen.export.bodies import Link, links_of
+from codegen.export.bodies import Link, links_of, number, numbers
 from codegen.export.exporter import Exporter
 from codegen.export.friction_fit import FrictionFit, fit_friction
 from codegen.export.mechanism import HIGHEST, Direction, Drive, Line, LineFriction, Mechanism, coordinate_of
-from codegen.export.numbers import number, numbers, polynomial
 from codegen.export.remarks import CORNER, Held, Remark
 from codegen.mechanics.kinematic_chain import mass_matrix, points_of
 from codegen.simulate.plant import MOST_SUBSTEPS, substeps_of
@@ -351,6 +350,12 @@ class MjcfWriter(Exporter):
             how = f"a dead zone of {drive.dead_zone:.6g} {unit} of command: no actuator of MuJoCo has one"
             lost = np.array([drive.dead_zone * max(map(abs, drive.direction))])
             self.remark(where, "dropped", how, lost, self.unit(drive.direction))
+
+
+def polynomial(values: Sequence[float]) -> str:
+    """The coefficients up to the last nonzero one, in MuJoCo's form."""
+    last = max((k for k, v in enumerate(values) if v), default=0)
+    return numbers(values[: last + 1])
 
 
 def _mobility(mechanism: Mechanism) -> Any:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
-from typing import Any, Literal
+from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,8 +42,3 @@ class Remark:
         """The remark as a line."""
         errors = "" if self.worst is None else f"; force error at most {self.worst:.4g}, RMS {self.rms:.4g} {self.unit}"
         return f"{self.where}: {self.held}: {self.how}{errors}"
-
-    @property
-    def content(self) -> dict[str, Any]:
-        """Its part of the JSON object of ``export``."""
-        return asdict(self)

@@ -7,7 +7,6 @@ then invalid, as in C.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable
 
 from codegen.base.errors import BadInput
@@ -27,20 +26,16 @@ CALLS = {"sin": "SIN", "cos": "COS", "tan": "TAN", "exp": "EXP", "abs": "ABS", "
 """Functions of the standard."""
 OWN = ("sign", "quotient", "sqrt", "log")
 """Functions that are defined together with the block."""
-KEYWORDS = frozenset(
-    re.findall(
-        r"\w+",
-        """
-        abs acos action add and any array asin at atan bool by byte case configuration constant cos dint div do dt
-        dword else elsif end_if eq exit exp expt f_edge false for from function function_block ge gt if in
-        initial_step int interval le len limit lint ln log lreal lt lword max min mod move mul mux ne not of on or
-        pointer priority program r_edge read_only read_write real ref repeat replace reset resource retain return
-        right rol ror sel shl shr sin single sint sqrt step string struct sub super tan task then this time to tod
-        transition true trunc type udint uint ulint until usint using var var_input var_output while with within
-        word wstring xor
-        """,
-    )
-)
+_KEYWORDS = """
+    abs acos action add and any array asin at atan bool by byte case configuration constant cos dint div do dt
+    dword else elsif end_if eq exit exp expt f_edge false for from function function_block ge gt if in
+    initial_step int interval le len limit lint ln log lreal lt lword max min mod move mul mux ne not of on or
+    pointer priority program r_edge read_only read_write real ref repeat replace reset resource retain return
+    right rol ror sel shl shr sin single sint sqrt step string struct sub super tan task then this time to tod
+    transition true trunc type udint uint ulint until usint using var var_input var_output while with within
+    word wstring xor
+"""
+KEYWORDS = frozenset(_KEYWORDS.split())
 """Keywords of the standard and names of its functions, in lower case; the language ignores case."""
 
 

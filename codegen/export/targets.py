@@ -14,9 +14,8 @@ from codegen.export.mjcf import build_mjcf
 from codegen.export.mjcf_into import mjcf_into
 from codegen.export.remarks import Remark
 from codegen.export.ros2_control import ros2_package
-from codegen.export.sdf import sdf_text
 from codegen.export.structured_text import structured_text
-from codegen.export.urdf import urdf_text
+from codegen.export.urdf import sdf_text, urdf_text
 from codegen.export.usd import usd_text
 from codegen.mechanics.system import System
 from codegen.spec.model import Spec
@@ -140,8 +139,3 @@ TARGETS: dict[str, Target] = {
     "structured-text": Target(_of_code(structured_text, "double"), (".st", ".scl")),
     "simulink": Target(_of_code(simulink_block, "double"), ()),
 }
-
-
-def robot_file(spec: Spec) -> Path | None:
-    """The robot file of a spec, or None."""
-    return spec.form.path if isinstance(spec.form, KinematicTree) else None

@@ -1,4 +1,4 @@
-"""Export as URDF: the robot file of the spec with other friction, or a new file."""
+"""Export as URDF, where the spec's robot file keeps all but its friction, or a new file; and as SDF 1.9 for Gazebo."""
 
 from __future__ import annotations
 
@@ -7,10 +7,9 @@ from pathlib import Path
 
 from codegen.base.input_files import read_bytes
 from codegen.base.text import render
-from codegen.export.bodies import links_of
+from codegen.export.bodies import links_of, number, numbers
 from codegen.export.joints import JointTerms, joint_terms
 from codegen.export.mechanism import Mechanism
-from codegen.export.numbers import number, numbers
 from codegen.export.remarks import Remark
 from codegen.export.xml_edit import edited
 from codegen.spec.model import Spec
@@ -31,6 +30,17 @@ def urdf_text(spec: Spec, mechanism: Mechanism, header: list[str]) -> tuple[str,
         return render("export/edited.urdf.xml.j2", header=lines) + robot, remarks
     pairs = list(zip(links_of(mechanism), joints, strict=True))
     return render("export/robot.urdf.xml.j2", name=spec.name, header=lines, pairs=pairs, n=numbers), remarks
+
+
+def sdf_text(spec: Spec, mechanism: Mechanism, header: list[str]) -> tuple[str, tuple[Remark, ...]]:
+    """The text of an SDF file, and remarks; in SDF gravity is a property of the world, not of the model."""
+    joints, remarks = joint_terms(spec, mechanism, "SDF", springs=True)
+    if mechanism.tree is None:
+        how = "the spec states its forces itself: put the model into a world without gravity"
+        remarks = (*remarks, Remark("gravity", "nearest", how))
+    lines = [*header, *(r.text for r in remarks)]
+    pairs = list(zip(links_of(mechanism), joints, strict=True))
+    return render("export/model.sdf.xml.j2", name=spec.name, header=lines, pairs=pairs, n=numbers), remarks
 
 
 def _edited(spec: Spec, path: Path, joints: Mapping[str, JointTerms]) -> str:

@@ -16,10 +16,9 @@ import numpy as np
 from codegen.base.arrays import Array
 from codegen.base.rotations import quaternion
 from codegen.base.text import render
-from codegen.export.bodies import Link, links_of, principal
+from codegen.export.bodies import Link, links_of, number, principal
 from codegen.export.joints import JointTerms, joint_terms
 from codegen.export.mechanism import Mechanism
-from codegen.export.numbers import number
 from codegen.export.remarks import Remark
 from codegen.spec.model import Spec
 

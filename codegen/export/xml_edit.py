@@ -10,6 +10,9 @@ from xml.sax.saxutils import quoteattr
 
 from codegen.base.errors import BadInput
 
+_TAG = re.compile(rb"""(?:"[^"]*"|'[^']*'|[^>"'])*>""")
+"""A tag to its end; a ``>`` within a quoted value is skipped."""
+
 
 def edited(
     content: bytes,
@@ -39,7 +42,8 @@ def edited(
         new = changed(opened, attributes)
         if new:
             first = parser.CurrentByteIndex
-            last = _end_of_tag(content, first)
+            tag_text = _TAG.match(content, first)
+            last = tag_text.end() if tag_text is not None else len(content)
             changes.append((first, last, _with_attributes(content[first:last].decode("utf-8"), new).encode()))
 
     def end(_: str) -> None:
@@ -64,12 +68,6 @@ def edited(
     for first, last, text in reversed(changes):
         content = content[:first] + text + content[last:]
     return content.decode("utf-8")
-
-
-def _end_of_tag(content: bytes, start: int) -> int:
-    """The index after the ``>`` of a tag; a ``>`` within a quoted value is skipped."""
-    tag = re.compile(rb"""(?:"[^"]*"|'[^']*'|[^>"'])*>""").match(content, start)
-    return tag.end() if tag is not None else len(content)
 
 
 def _with_attributes(tag: str, values: Mapping[str, str]) -> str:

@@ -196,8 +196,9 @@ class Watch:
                 self.tally.judged += 1
                 begun += self._judge(float(block.time[k]), apart[k])
                 continue
-            if not steady:
-                self._restart_counts()
+            if not steady:  # the counts of samples outside start again; raised alarms stay
+                for out in self._out:
+                    out.count, out.worst = 0, 0.0 if out.alarm is None else out.worst
             if not held[k] and not left[k]:
                 self.tally.slow += not signs.all()
                 self._too_slow += signs == 0
@@ -268,13 +269,6 @@ class Watch:
         elif out.quiet >= QUIET * self._dwell:
             out.alarm.ended, out.alarm.cleared = True, time
             out.alarm, out.worst = None, 0.0
-
-    def _restart_counts(self) -> None:
-        """Set the counts of samples outside to zero, after a sample that is not judged; raised alarms stay."""
-        for out in self._out:
-            out.count = 0
-            if out.alarm is None:
-                out.worst = 0.0
 
 
 def _limit(stated: ErrorBound, system: System) -> Limit:

@@ -53,9 +53,10 @@ def drawn(groups: Sequence[Sequence[Drawing]]) -> list[tuple[Panel, ...]]:
 def residual_drawings(coordinate: CoordinateSeries) -> tuple[Drawing, ...]:
     """Drawings of one coordinate: residual force over four variables, time and frequency, and the free-run error."""
     force = f"residual in {unit_text(coordinate.force_unit)}"
+    factor, unit = _scale([m.over["position"][0].x for m in coordinate.models.values()], coordinate.unit)
     over = (  # variable, label of its axis, factor from SI to the unit of the label
         ("velocity", f"{coordinate.velocity} in {unit_text(coordinate.unit)}/s", 1.0),
-        ("position", *_position_axis(coordinate)),
+        ("position", f"{coordinate.name} in {unit_text(unit)}", factor),
         ("load", f"load that the refit predicts in {unit_text(coordinate.force_unit)}", 1.0),
         ("acceleration", f"acceleration in {unit_text(coordinate.unit)}/s²", 1.0),
     )
@@ -114,12 +115,6 @@ def _free_run(axes: Any, coordinate: CoordinateSeries) -> None:
         _write_only(axes, "no prediction stays finite")
 
 
-def _position_axis(coordinate: CoordinateSeries) -> tuple[str, float]:
-    """Label and factor of the axis over position, in m, mm or µm depending on its range."""
-    factor, unit = _scale([m.over["position"][0].x for m in coordinate.models.values()], coordinate.unit)
-    return f"{coordinate.name} in {unit_text(unit)}", factor
-
-
 def _scatter(axes: Any, coordinate: CoordinateSeries, over: str, factor: float) -> None:
     """Samples as small dots, and their mean in bins as a line."""
     for name, model in coordinate.models.items():
@@ -153,7 +148,8 @@ def _spectrum(axes: Any, coordinate: CoordinateSeries) -> None:
     below = np.concatenate([c.y[c.x <= coordinate.cutoff_hz] for _, c in spectra])
     axes.set_ylim(min(below.min(), below.max() / 10) / 2, below.max() * 3)
     axes.yaxis.set_minor_formatter(NullFormatter())
-    _frame(axes, "frequency in Hz", f"power in {_squared(unit_text(coordinate.force_unit))}/Hz")
+    unit = unit_text(coordinate.force_unit)
+    _frame(axes, "frequency in Hz", f"power in {f'({unit})' if '·' in unit else unit}²/Hz")
 
 
 def _frame(axes: Any, x: str, y: str) -> None:
@@ -185,10 +181,6 @@ def _scale(values: Sequence[Any], unit: str) -> tuple[float, str]:
     """Factor and prefixed unit for the largest finite value of several series."""
     finite = np.concatenate([v[np.isfinite(v)] for v in values])
     return prefixed([float(np.abs(finite).max())] if len(finite) else [], unit)
-
-
-def _squared(unit: str) -> str:
-    return f"({unit})²" if "·" in unit else f"{unit}²"
 
 
 def _panel(drawing: Drawing) -> Panel:

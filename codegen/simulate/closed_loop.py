@@ -11,10 +11,10 @@ from codegen.base.errors import BadInput
 from codegen.cancellation import cancelling_outputs, with_cancellation
 from codegen.mechanics.system import System
 from codegen.observers import observer_of
+from codegen.replay.engine import Engine, engine_of
 from codegen.simulate.controller import declared_controller, input_limit
 from codegen.simulate.loop_run import LoopRun
-from codegen.simulate.observed_loop import PlantMaker, SampledLoop, run_loop
-from codegen.simulate.observer_in_loop import Cancellation, ObserverInLoop, generated_observer
+from codegen.simulate.observed_loop import Cancellation, PlantMaker, SampledLoop, run_loop
 from codegen.simulate.sensors import Sensors
 from codegen.simulate.simulable import refuse_unsimulable, steps_a_sample
 from codegen.spec.model import CancellationChoice, Simulation, Spec
@@ -57,13 +57,15 @@ def simulate(
     if simulation.cancel is not None:  # the observer must compute the cancelling input, also without its own section
         observed_spec = replace(spec, cancellation=spec.cancellation or CancellationChoice())
     start = controller.reference(0.0)
+    observer, every = generated_in_loop(observed_spec, simulation) if simulation.observer else (None, 1)
     loop = SampledLoop(
         controller,
-        generated_in_loop(observed_spec, simulation) if simulation.observer else None,
+        observer,
         None if simulation.cancel is None else declared_cancellation(simulation, system, simulation.cancel),
         declared_sensors(spec, simulation),
         simulation.seed,
         input_limit(spec, simulation),
+        every,
     )
     at_rest = (start, np.zeros_like(start))
     period = simulation.sample_time
@@ -86,13 +88,14 @@ def declared_sensors(spec: Spec, simulation: Simulation) -> Sensors:
     )
 
 
-def generated_in_loop(spec: Spec, simulation: Simulation) -> ObserverInLoop:
-    """The spec's generated observer, with the cancelling input if the spec has one, for the loop of a simulation.
+def generated_in_loop(spec: Spec, simulation: Simulation) -> tuple[Engine, int]:
+    """The spec's generated observer, with the cancelling input if the spec has one, and its samples in one of the loop.
 
     Raises BadInput for a spec without an observer, or if its sample time is no whole multiple of the simulation's.
     """
     observer = observer_of(spec)
-    return generated_observer(spec, with_cancellation(spec, observer), steps_a_sample(spec, simulation, observer))
+    every = steps_a_sample(spec, simulation, observer)
+    return engine_of(spec, with_cancellation(spec, observer), spec.code), every
 
 
 def declared_cancellation(simulation: Simulation, system: System, gain: float) -> Cancellation:

@@ -16,7 +16,6 @@ from codegen.mechanics.system import System
 from codegen.simulate.closed_loop import declared_cancellation, declared_sensors, generated_in_loop
 from codegen.simulate.controller import control_loops, declared_controller, input_limit
 from codegen.simulate.observed_loop import SampledLoop, run_loop
-from codegen.simulate.observer_in_loop import ObserverInLoop
 from codegen.simulate.simulable import refuse_unsimulable
 from codegen.spec.model import CancellationChoice, Simulation, Spec
 from codegen.spec.numerics import numerical
@@ -233,7 +232,7 @@ class RegulatorLoop:
         self._sensors = declared_sensors(spec, self.simulation)
         steps = np.array([simulation.encoder_step.get(x, 0.0) for x in spec.positions])
         self._floor = np.maximum(FLOOR * self.away.max(), STEPS * steps)
-        self._observer: ObserverInLoop = generated_in_loop(spec, self.simulation)
+        self._observer, self._every = generated_in_loop(spec, self.simulation)
 
     def trial(self, gain: float) -> Trial:
         """Both runs at one gain."""
@@ -252,6 +251,7 @@ class RegulatorLoop:
                 declared_cancellation(simulation, system, gain),
                 self._sensors,
                 limit=input_limit(self._spec, simulation),
+                every=self._every,
             )
             run = run_loop(system, loop, simulation.sample_time, samples, (x, v))
             cycle = limit_cycle(run.time, run.true_positions, self._floor)

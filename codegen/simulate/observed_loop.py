@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
@@ -13,12 +14,91 @@ from codegen.base.arrays import Array
 from codegen.mechanics.casadi_form import compiled_in_place, in_place
 from codegen.mechanics.sampling import numbers_over
 from codegen.mechanics.system import System
+from codegen.replay.engine import Engine
 from codegen.simulate.controller import Controller, Sample
 from codegen.simulate.drive import HeldInput
 from codegen.simulate.loop_run import LoopRun
-from codegen.simulate.observer_in_loop import Cancellation, Estimator, ObserverInLoop
 from codegen.simulate.plant import Plant, substeps_of
 from codegen.simulate.sensors import Readings, Sensors
+
+FRICTION = "F_hat_on_"
+"""First part of the names of the outputs that are friction forces on coordinates."""
+
+
+@dataclass(frozen=True)
+class Cancellation:
+    """The cancelling input ū = gain · F̂, added to the controller's command.
+
+    Attributes:
+        gain: 1 cancels the whole estimate.
+        delay: samples of the observer between estimate and use. 0: the estimate of the same instant, which depends on
+            measurements only, so it is computed before the command. 1: a program that computes and sends the command,
+            and then calls the observer.
+        outputs: names of the outputs F̂, one for each input; by default the friction force on each coordinate.
+    """
+
+    gain: float = 1.0
+    delay: int = 0
+    outputs: tuple[str, ...] = ()
+
+
+class Estimator:
+    """An observer during a run: its latest estimates, and the cancelling input computed from them.
+
+    Args:
+        every: the observer's sample time over the loop's, a whole number.
+
+    Attributes:
+        latest: (outputs,) the estimates of its last sample, NaN before the first.
+        fault: 1 where it held its estimates, else 0.
+    """
+
+    def __init__(self, engine: Engine, every: int, system: System, cancellation: Cancellation | None) -> None:
+        self._engine, self._every = engine, every
+        names = [s.name for s in (*system.positions, *system.velocities, *system.inputs)]
+        self._columns = [names.index(name) for name in self._engine.inputs]
+        self._signals = np.zeros(len(names))  # positions, velocities, inputs
+        self._inputs = self._signals[len(names) - len(system.inputs) :]
+        self.latest = np.full(len(engine.outputs), np.nan)
+        self.fault = 0
+        self._cancellation, self._delay = cancellation, 0 if cancellation is None else cancellation.delay
+        chosen = () if cancellation is None else cancellation.outputs
+        if cancellation is not None and not chosen:
+            chosen = tuple(name for name in engine.outputs if name.startswith(FRICTION))
+        self._chosen = [engine.outputs.index(name) for name in chosen]
+        self._older: deque[Array] = deque(maxlen=max(self._delay, 1))
+
+    def measure(self, k: int, positions: Array, velocities: Array, sent: Array) -> None:
+        """Set the measurements of the loop's sample k; ``sent`` is the command until now.
+
+        The estimates depend on the measurements only, so without a delay they are computed now, before the command of
+        this sample; the states can be updated only with it.
+        """
+        if k % self._every:
+            return
+        self._signals[:] = np.concatenate([positions, velocities, sent])
+        if k == 0:
+            self._engine.start(self._signals[self._columns])
+        if self._delay == 0:
+            self.latest = self._engine.trial_step(self._signals[None, self._columns])
+
+    def step(self, k: int, sent: Array) -> None:
+        """Step the observer with the measurements of the loop's sample k and its command."""
+        if k % self._every:
+            return
+        self._inputs[:] = sent
+        estimates, faults = self._engine.run(self._signals[None, self._columns])
+        self.latest, self.fault = estimates[0], int(faults[0])
+        self._older.append(self.latest)
+
+    def cancelling(self) -> Array:
+        """ū (m,); zero without a cancellation, and until an estimate of the age ``delay`` exists."""
+        cancellation, late = self._cancellation, self._delay > 0
+        if cancellation is None or (late and len(self._older) < self._delay):
+            return np.zeros(len(self._inputs))
+        estimate = self._older[0] if late else self.latest
+        return np.asarray(cancellation.gain * estimate[self._chosen], dtype=float)
+
 
 PARTS = 20
 """Number of progress reports in a run."""
@@ -55,7 +135,7 @@ class SampledLoop:
 
     Attributes:
         controller: called once a sample.
-        observer: stepped once in ``every`` samples, may be one of another system; None for none.
+        observer: the compiled C, stepped once in ``every`` samples; may be of another system. None for none.
         cancellation: of the observer's estimates; None for none.
         sensors: perfect by default.
         seed: of the sensor noise.
@@ -63,11 +143,12 @@ class SampledLoop:
     """
 
     controller: Controller
-    observer: ObserverInLoop | None = None
+    observer: Engine | None = None
     cancellation: Cancellation | None = None
     sensors: Sensors = PERFECT
     seed: int = 0
     limit: Array | None = None
+    every: int = 1
 
 
 def run_loop(
@@ -104,11 +185,12 @@ def run_loop(
     n, m, controller = system.degrees_of_freedom, len(system.inputs), loop.controller
     x, v = (np.zeros(n), np.zeros(n)) if start is None else (np.array(part, dtype=float) for part in start)
     plant = (make_plant or partial(_Plant, system, samples, substeps))(period, x, v)
-    estimator = None if loop.observer is None else Estimator(loop.observer, system, loop.cancellation)
+    observer, outputs = loop.observer, () if loop.observer is None else loop.observer.outputs
+    estimator = None if observer is None else Estimator(observer, loop.every, system, loop.cancellation)
     controller.start()
     readings = Readings(system, loop.sensors, samples, loop.seed, period)
     sent, cancelling, estimates = np.zeros(m), np.zeros(m), np.zeros(0)
-    rows = _empty_run(system, period, samples, () if loop.observer is None else loop.observer.outputs)
+    rows = _empty_run(system, period, samples, outputs)
     with np.errstate(all="ignore"):
         for k in range(samples):
             if not np.isfinite(plant.state).all():

@@ -200,11 +200,11 @@ def test_another_robot_file_by_the_name_of_the_spec_s_is_not_replaced(folder: Pa
 def test_a_folder_of_signals_is_known_by_the_names_and_bytes_of_its_files(tmp_path: Path) -> None:
     for name in ("b", "a"):
         (tmp_path / f"{name}.csv").write_text(name)
-    (first,) = log_sha256([tmp_path])
+    first = log_sha256(tmp_path)
     listed = "".join(f"{n}.csv {hashlib.sha256(n.encode()).hexdigest()}\n" for n in "ab")
     assert first == hashlib.sha256(listed.encode()).hexdigest()
     (tmp_path / "a.csv").rename(tmp_path / "c.csv")
-    assert log_sha256([tmp_path]) != [first]
+    assert log_sha256(tmp_path) != first
 
 
 def test_an_envelope_without_a_needed_range_costs_the_code_but_not_the_diagnosis(

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import stiction as api
-from codegen.app import gains_bound
+from codegen.app import gains as suggesting
 from codegen.spec import read_spec
 from tests.slow_cases import slow_except
 
@@ -348,12 +348,12 @@ def test_slower_gains_are_suggested_for_a_bound_below_the_friction(
 ) -> None:
     """Gains were divided by 32 for a bound of 112 % of the friction."""
     at = {2**k: share for k, share in enumerate(shares)}
-    monkeypatch.setattr(gains_bound, "error_response", lambda observer: None)
+    monkeypatch.setattr(suggesting, "error_response", lambda observer: None)
     monkeypatch.setattr(
-        gains_bound,
+        suggesting,
         "bound_at",
         lambda machine, axes, numbers, divisor: SimpleNamespace(divisor=divisor, share=at[divisor]),
     )
     machine, suggestion = SimpleNamespace(nominal=SimpleNamespace(observer=None)), SimpleNamespace(over=lambda k: {})
-    found = gains_bound.bounds_at(machine, (), suggestion)  # type: ignore[arg-type]
+    found = suggesting.bounds_at(machine, (), suggestion)  # type: ignore[arg-type]
     assert [one.divisor for one in found] == suggested

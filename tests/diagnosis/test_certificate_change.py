@@ -7,8 +7,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from codegen.app.augmented_code import certificate_change
 from codegen.app.derived import Derived
+from codegen.app.diagnosis_folder import certificate_change
 from codegen.base.text import render
 from codegen.spec import parse_spec
 

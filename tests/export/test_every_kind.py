@@ -10,8 +10,7 @@ from codegen.effects import CATALOGUE
 from codegen.effects.declare import system_of
 from codegen.export.mechanism import mechanism_of
 from codegen.export.mjcf import build_mjcf
-from codegen.export.sdf import sdf_text
-from codegen.export.urdf import urdf_text
+from codegen.export.urdf import sdf_text, urdf_text
 from codegen.export.usd import usd_text
 from codegen.friction import LAWS
 from codegen.mechanics.system import System

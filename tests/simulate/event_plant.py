@@ -14,7 +14,7 @@ from codegen.mechanics.casadi_form import in_place, symbol_values, to_casadi
 from codegen.mechanics.solve import factorised
 from codegen.mechanics.system import TIME, System
 from codegen.simulate.drive import HeldInput
-from codegen.simulate.plant_contacts import PlantContacts, smooth_forces
+from codegen.simulate.plant import PlantContacts, smooth_forces
 
 from .mode_search import Limits, Mode, NoMode, find_mode, forces_of
 

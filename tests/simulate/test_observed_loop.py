@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from unittest.mock import patch
 
@@ -11,12 +11,12 @@ import pytest
 
 from codegen.base import compiler
 from codegen.observers import observer_of
+from codegen.replay.engine import engine_of
 from codegen.simulate import observed_loop
 from codegen.simulate.closed_loop import simulate
 from codegen.simulate.controller import Feedback
 from codegen.simulate.loop_run import write_log
-from codegen.simulate.observed_loop import SampledLoop, run_loop
-from codegen.simulate.observer_in_loop import Cancellation, generated_observer
+from codegen.simulate.observed_loop import Cancellation, SampledLoop, run_loop
 from codegen.simulate.sensors import Sensors
 from tests.expected_errors import refused
 from tests.machines import arm, axis, one_mass, two_mass
@@ -96,7 +96,7 @@ def test_loop_is_the_one_that_scipy_and_the_twin_close_by_hand(delay: int):
     # The same loop written out: SciPy from event to event, the twin stepped, PD on a difference, a share cancelled.
     text = "simulation: {duration: 0.6, sample_time: 0.01}\n"
     spec, system = one_mass(m=2, a=3, more=estimated(0.01) + text)
-    observer = generated_observer(spec, observer_of(spec))
+    observer = engine_of(spec, observer_of(spec), spec.code)
     reference = 0.2
 
     gains = {"position_gain": np.array([[40.0]]), "velocity_gain": np.array([[8.0]])}
@@ -104,7 +104,7 @@ def test_loop_is_the_one_that_scipy_and_the_twin_close_by_hand(delay: int):
     cancellation = Cancellation(0.7, delay)
     run = run_loop(system, SampledLoop(controller, observer, cancellation), 0.01, 60, substeps=200)
 
-    engine = by_twin(generated_observer, spec, observer_of(spec)).engine
+    engine = by_twin(engine_of, spec, observer_of(spec), spec.code)
     mass = Mass(2, lambda w, x, v: w, lambda speed, s: 3)
     x, v, before, difference, sent, friction = 0.0, 0.0, 0.0, 0.0, 0.0, [0.0] * delay
     for k in range(60):
@@ -139,7 +139,7 @@ def test_an_estimate_of_the_same_instant_is_the_one_its_step_gives():
 def test_replaying_the_loops_log_gives_its_estimates():
     spec, system = rig(more="  cancel: 0.9\n  cancel_delay: 1\n")
     run = simulate(spec, system)
-    engine = by_twin(generated_observer, spec, observer_of(spec)).engine
+    engine = by_twin(engine_of, spec, observer_of(spec), spec.code)
     rows = np.hstack([run.positions, run.inputs])
     engine.start(rows[0])
     assert np.array_equal(engine.run(rows)[0], run.estimates[:, :-1])
@@ -149,7 +149,7 @@ def test_an_observer_slower_than_the_loop_sees_every_other_sample():
     spec, system = rig(period=0.004)
     run = simulate(spec, system)
     assert np.array_equal(run.estimates[:-1:2], run.estimates[1::2])
-    engine = by_twin(generated_observer, spec, observer_of(spec)).engine
+    engine = by_twin(engine_of, spec, observer_of(spec), spec.code)
     rows = np.hstack([run.positions, run.inputs])[::2]
     engine.start(rows[0])
     assert np.array_equal(engine.run(rows)[0], run.estimates[::2])
@@ -170,7 +170,7 @@ def test_measured_velocity_reaches_the_observer_with_its_noise():
     spec, system = one_mass(m=1, a=4, more=text + "  velocity_noise: {v: 0.01}\n")
     run = simulate(spec, system)
     assert np.std(run.velocities - run.true_velocities) == pytest.approx(0.01, rel=0.15)
-    engine = by_twin(generated_observer, spec, observer_of(spec)).engine
+    engine = by_twin(engine_of, spec, observer_of(spec), spec.code)
     rows = np.hstack([run.positions, run.velocities, run.inputs])
     engine.start(rows[0])
     assert np.array_equal(engine.run(rows)[0], run.estimates)
@@ -243,22 +243,22 @@ def test_an_observer_of_another_machine_is_refused():
     spec, _ = rig()
     _, system = two_mass()
     with pytest.raises(ValueError, match="'x' is not in list"):
-        run_loop(system, SampledLoop(Feedback(1), generated_observer(spec, observer_of(spec))), 0.002, 10)
+        run_loop(system, SampledLoop(Feedback(1), engine_of(spec, observer_of(spec), spec.code)), 0.002, 10)
 
 
 def test_peeking_leaves_the_observer_as_it_is():
     spec, _ = rig()
     rows = np.column_stack([0.1 * np.sin(np.arange(40.0)), np.cos(np.arange(40.0))])
-    made = generated_observer(spec, observer_of(spec))
-    for observer in (made, replace(made, engine=by_twin(generated_observer, spec, observer_of(spec)).engine)):
-        observer.engine.start(rows[0])
-        plain = observer.engine.run(rows)[0]
-        observer.engine.start(rows[0])
+    for make in (engine_of, partial(by_twin, engine_of)):
+        observer = make(spec, observer_of(spec), spec.code)
+        observer.start(rows[0])
+        plain = observer.run(rows)[0]
+        observer.start(rows[0])
         peeked, stepped = [], []
         for row in rows:
-            peeked.append(observer.engine.trial_step(row[None] * [1, 0]))
-            observer.engine.trial_step(np.full((1, 2), np.nan))
-            stepped.append(observer.engine.run(row[None])[0][0])
+            peeked.append(observer.trial_step(row[None] * [1, 0]))
+            observer.trial_step(np.full((1, 2), np.nan))
+            stepped.append(observer.run(row[None])[0][0])
         assert np.array_equal(np.array(stepped), plain)
         assert np.array_equal(np.array(peeked), plain)
 

@@ -27,7 +27,7 @@ from codegen.mechanics.solve import factorised
 from codegen.mechanics.system import TIME, ContactFriction, System
 from codegen.simulate.contact import REST, SWEEPS
 from codegen.simulate.dynamic_contact import INSIDE, LawTerms, has_states, state_terms, values_at
-from codegen.simulate.plant_contacts import levels_at, smooth_forces
+from codegen.simulate.plant import levels_at, smooth_forces
 from codegen.spec.functions import Sgn
 
 FAR = 1e300

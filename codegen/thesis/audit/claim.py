@@ -6,7 +6,7 @@ Claims are data (``claims/``, a YAML file for each chapter). Each names the quan
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -78,14 +78,13 @@ def read_claims() -> list[Claim]:
 
     Raises BadInput for a file that is not a claims file.
     """
-    return [claim for path in sorted(CLAIMS.glob("*.yaml")) for claim in _claims_of(path)]
-
-
-def _claims_of(path: Path) -> Iterator[Claim]:
-    document, places = load_plain(read_text(path, "a claims file (YAML)"), path.name)
-    read = validate(ClaimsFile, document, places, path.name)
-    for index, entry in enumerate(read.claims):
-        yield Claim(read.chapter, entry, places.get(f"claims[{index}]", Place(path.name)))
+    found = []
+    for path in sorted(CLAIMS.glob("*.yaml")):
+        document, places = load_plain(read_text(path, "a claims file (YAML)"), path.name)
+        read = validate(ClaimsFile, document, places, path.name)
+        for index, entry in enumerate(read.claims):
+            found.append(Claim(read.chapter, entry, places.get(f"claims[{index}]", Place(path.name))))
+    return found
 
 
 Verdict = Literal["holds", "wrong", "insufficient", "unnecessary"]

@@ -4,22 +4,14 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
-from codegen.base.own_files import write_page
 from codegen.base.result import named
 from codegen.base.text import render
 from codegen.thesis.audit.claim import Finding, Verdict
 from codegen.thesis.audit.formula import as_text
 
 VERDICTS: tuple[Verdict, ...] = ("holds", "wrong", "insufficient", "unnecessary")
-
-
-def write_audit(findings: Sequence[Finding], document: Path) -> Path:
-    """Write docs/audit.md; its path. Raises BadInput for a file there that stiction did not write."""
-    write_page(document, audit_document(findings))
-    return document
 
 
 def audit_json(findings: Sequence[Finding]) -> list[dict[str, Any]]:

@@ -44,7 +44,6 @@ def growth_rates(spec: Spec, run: LoopRun) -> Array:
 
 
 def finds_friction(runs: Runs) -> Reading:
-    """RMS error of the friction estimate over the RMS friction, the larger of both joints."""
     run = runs["a"]
     late = after(run, SETTLED)
     shares = [ratio(rms(friction_error(run, k)[late]), rms(run.friction[late, k])) for k in range(2)]
@@ -52,14 +51,12 @@ def finds_friction(runs: Runs) -> Reading:
 
 
 def unstable_share(runs: Runs) -> Reading:
-    """Share of the time in which the frozen Ψ has an eigenvalue with positive real part."""
     rates = growth_rates(runs.specs[0], runs["a"])
     share = float(np.mean(rates > 0))
     return Reading(share, (("share of the time", share), ("fastest growth in 1/s", float(rates.max()))))
 
 
 def top_speed(runs: Runs) -> Reading:
-    """The highest speed of a joint, rad/s."""
     speeds = np.max(np.abs(runs["a"].true_velocities), axis=0)
     return Reading(float(speeds.max()), tuple(zip(("ω₁", "ω₂"), speeds.tolist(), strict=True)), "rad/s")
 

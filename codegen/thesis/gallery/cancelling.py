@@ -12,10 +12,10 @@ import numpy as np
 from codegen.cancellation import cancelling_outputs, with_cancellation
 from codegen.mechanics import build_system
 from codegen.observers import build_observer
+from codegen.replay.engine import engine_of
 from codegen.simulate.controller import declared_controller
 from codegen.simulate.loop_run import LoopRun
-from codegen.simulate.observed_loop import SampledLoop
-from codegen.simulate.observer_in_loop import Cancellation, generated_observer
+from codegen.simulate.observed_loop import Cancellation, SampledLoop
 from codegen.spec.model import Spec
 from codegen.thesis.gallery import drawing as d
 from codegen.thesis.gallery.measures import Reading, ratio, rms
@@ -35,7 +35,7 @@ def with_and_without(specs: Sequence[Spec], setting: Setting, pid: Gains | None 
     free = replace(spec, contacts=(spec.contacts[0], without_friction(spec).contacts[1]))
     made = from_zero(spec)
     system = build_system(made)
-    observer = generated_observer(made, with_cancellation(made, build_observer(made, system)))
+    observer = engine_of(made, with_cancellation(made, build_observer(made, system)), made.code)
     cancellation = Cancellation(outputs=cancelling_outputs(system))
     quiet = Setting(setting.name, noise=0.0)
     loops = {}

@@ -45,7 +45,6 @@ def _hysteresis_missed(run: LoopRun, level: float) -> float:
 
 
 def dfo_is_best(runs: Runs) -> Reading:
-    """RMS error of the DFO's estimate over the least of the other two, N."""
     errors = [rms(friction_error(runs[name])[after(runs[name], 1.0)]) for name in NAMES]
     return Reading(ratio(errors[2], min(errors[:2])), tuple(zip(NAMES, errors, strict=True)), "N")
 
@@ -61,13 +60,11 @@ cfo_misses_hysteresis = partial(_missed, observer="CFO")
 
 
 def cfo_is_noisiest(runs: Runs) -> Reading:
-    """Ripple of the CFO's estimate over the largest of the other two, N."""
     noise = [ripple(runs[name].friction_estimate[after(runs[name], 1.0), 0], runs[name], WINDOW) for name in NAMES]
     return Reading(ratio(noise[0], max(noise[1:])), tuple(zip(NAMES, noise, strict=True)), "N")
 
 
 def cfo_finds_level(runs: Runs) -> Reading:
-    """Relative error of the CFO's mean estimate during sliding."""
     run, level = runs["CFO"], runs.numbers["level"]
     slides = (np.abs(run.friction[:, 0]) >= FULL * level) & after(run, 1.0)
     found = float(np.mean(np.abs(run.friction_estimate[slides, 0])))
@@ -75,14 +72,12 @@ def cfo_finds_level(runs: Runs) -> Reading:
 
 
 def better_than_pid(runs: Runs) -> Reading:
-    """RMS distance from the ideal motion of the best observer, over that of the PID, m."""
     errors = {name: rms(position_error(runs[name], runs["ideal"])) for name in (*NAMES, "pid")}
     best = min(NAMES, key=lambda name: errors[name])
     return Reading(ratio(errors[best], errors["pid"]), ((best, errors[best]), ("PID", errors["pid"])), "m")
 
 
 def dfo_runs_on_the_rig(runs: Runs) -> Reading:
-    """2/(c D₁), s: stability limit of explicit Euler for f' = c(v − φ⁻¹(f)), where φ⁻¹ has the slope D₁."""
     p = runs.specs[2].contacts[0].parameters
     longest = 2 / float(p["c"] * p["D1"])
     return Reading(longest, (("longest", longest), ("rig", RIG_SAMPLE_TIME)), "s")

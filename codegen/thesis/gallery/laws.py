@@ -25,26 +25,22 @@ def levels_of(specs: Sequence[Spec], setting: Setting, pid: Gains | None = None)
 
 
 def coulomb_is_constant(runs: Runs) -> Reading:
-    """Range of Coulomb friction over speed, relative to its mean."""
     force = friction_level(runs.specs[0], 0, SPEEDS)
     spread = float(np.ptp(force) / force.mean())
     return Reading(spread, (("lowest", float(force.min())), ("highest", float(force.max()))), "N")
 
 
 def breakaway_is_higher(runs: Runs) -> Reading:
-    """Breakaway force over the force just after."""
     force = friction_level(runs.specs[0], 1, SPEEDS)
     return Reading(ratio(force[0], force[1]), (("at rest", force[0]), ("just sliding", force[1])), "N")
 
 
 def viscous_part_rises(runs: Runs) -> Reading:
-    """Least increase of the force between neighbouring speeds, N."""
     force = friction_level(runs.specs[0], 1, SPEEDS)
     return Reading(float(np.min(np.diff(force[1:]))), (("just sliding", force[1]), ("at 10 m/s", force[-1])), "N")
 
 
 def stribeck_dips(runs: Runs) -> Reading:
-    """Depth of the minimum of the Stribeck curve below both its ends, N."""
     force = friction_level(runs.specs[0], 2, SPEEDS)
     at = int(np.argmin(force))
     parts = (("at rest", force[0]), (f"at {SPEEDS[at]:.3g} m/s", force[at]), ("at 10 m/s", force[-1]))
@@ -57,7 +53,6 @@ def driven(specs: Sequence[Spec], setting: Setting, pid: Gains | None = None) ->
 
 
 def hysteresis_width(runs: Runs) -> Reading:
-    """Velocity at which the force changes its sign, over the top speed; zero for a law of zero memory."""
     run = runs["motion"]
     force, v = run.friction[:, 0], run.true_velocities[:, 0]
     crossing = np.flatnonzero((force[1:] * force[:-1] < 0) & after(run, SETTLED)[1:])

@@ -1,4 +1,8 @@
-"""Measures of runs: distances, errors at rest, overshoot and noise, in SI."""
+"""Measures of runs: distances, errors at rest, overshoot and noise, in SI.
+
+A function of a figure's module that returns a ``Reading`` is the measure of a statement in ``claims/``, whose
+``number:`` says what it is.
+"""
 
 from __future__ import annotations
 

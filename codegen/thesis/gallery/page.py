@@ -27,12 +27,15 @@ ROUNDING = 1e-12
 Kept = dict[str, Any]
 
 
-def kept_of(result: GalleryResult) -> Kept:
-    """The stored results of a figure."""
+def gallery_json(results: Sequence[GalleryResult]) -> dict[str, Kept]:
+    """Figure → its readings and verdicts, as they are stored."""
     return {
-        "pid": [number(g, DIGITS) for g in result.pid or ()],
-        "settings": _setting_names(result.figure),
-        "rows": [_kept_row(verdict) for verdict in result.verdicts],
+        result.figure.figure: {
+            "pid": [number(g, DIGITS) for g in result.pid or ()],
+            "settings": _setting_names(result.figure),
+            "rows": [_kept_row(verdict) for verdict in result.verdicts],
+        }
+        for result in results
     }
 
 
@@ -89,7 +92,7 @@ def write_gallery(results: Sequence[GalleryResult], folder: Path) -> tuple[Path,
     """
     figures = read_figures()
     earlier = read_kept(folder)
-    kept = earlier | {r.figure.figure: kept_of(r) for r in results}
+    kept = earlier | gallery_json(results)
     files: dict[str, str | bytes] = {picture_name(r.figure.figure): r.picture for r in results}
     in_order = {n: kept[n] for n in figures if n in kept}
     files[KEPT] = json.dumps(in_order, indent=1, ensure_ascii=False) + "\n"
@@ -109,12 +112,7 @@ def gallery_page(kept: Mapping[str, Kept]) -> str:
 
 def gallery_summary(results: Sequence[GalleryResult]) -> str:
     """The statements and verdicts for a terminal."""
-    return render("text/gallery.txt.j2", **_view({r.figure.figure: kept_of(r) for r in results}))
-
-
-def gallery_json(results: Sequence[GalleryResult]) -> dict[str, Any]:
-    """Figure → its readings and verdicts."""
-    return {r.figure.figure: kept_of(r) for r in results}
+    return render("text/gallery.txt.j2", **_view(gallery_json(results)))
 
 
 def picture_name(figure: str) -> str:
@@ -129,14 +127,8 @@ def _view(kept: Mapping[str, Kept]) -> dict[str, Any]:
         for n, figure in figures.items()
         for statement, row in zip(figure.statements, kept[n]["rows"], strict=True)
     ]
-    held = [row["holds"] for row in rows]
-    robust = [not row["others"] for row in rows]
-    counts = {
-        "holds": sum(held),
-        "fails": len(held) - sum(held),
-        "robust": sum(robust),
-        "hangs": len(robust) - sum(robust),
-    }
+    holds, robust = sum(row["holds"] for row in rows), sum(not row["others"] for row in rows)
+    counts = {"holds": holds, "fails": len(rows) - holds, "robust": robust, "hangs": len(rows) - robust}
     return {"rows": rows, "figures": [_figure(f, kept[n]) for n, f in figures.items()], "counts": counts}
 
 

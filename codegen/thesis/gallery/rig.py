@@ -139,14 +139,12 @@ def _force_error(runs: Runs, name: str) -> float:
 
 
 def grows_with_friction(runs: Runs) -> Reading:
-    """Hang-off without cancellation after the plates touch, over that before."""
     name = name_of(runs.specs[1])
     before, after = hang_offs(runs, f"{name}_off")
     return Reading(ratio(after, before), (("before", before * DEGREES), ("after", after * DEGREES)), "°")
 
 
 def eliminated(runs: Runs) -> Reading:
-    """Hang-off with cancellation over that without, the larger of before and after the plates touch."""
     name = name_of(runs.specs[1])
     without, left = hang_offs(runs, f"{name}_off"), hang_offs(runs, name)
     parts = (
@@ -160,7 +158,6 @@ def eliminated(runs: Runs) -> Reading:
 
 
 def no_worse_than_pid(runs: Runs) -> Reading:
-    """RMS distance from the ideal motion over that of the PID."""
     name = name_of(runs.specs[1])
     errors = list(_distances(runs, (name, "pid")).values())
     left = [max(hang_offs(runs, key)) * DEGREES for key in (name, "pid")]
@@ -175,7 +172,6 @@ def _distances(runs: Runs, names: Sequence[str] = NAMES) -> dict[str, float]:
 
 
 def proportional(runs: Runs) -> Reading:
-    """Relative difference between the growth of the hang-off and of the friction, for the servo without observer."""
     hangs = {name: hang_offs(runs, name) for name in ("servo", *(f"{name}_off" for name in NAMES))}
     ratios = {name: ratio(late, before) for name, (before, late) in hangs.items()}
     levels = [float(c.parameters["a"]) for c in runs.specs[0].contacts]
@@ -185,19 +181,16 @@ def proportional(runs: Runs) -> Reading:
 
 
 def cfo_estimates_best(runs: Runs) -> Reading:
-    """RMS error of the CFO's friction estimate over the least of the others, N·m."""
     errors = {name: _force_error(runs, name) for name in NAMES}
     return Reading(ratio(errors["CFO"], min(errors[n] for n in NAMES[1:])), tuple(errors.items()), "N·m")
 
 
 def cfo_compensates_best(runs: Runs) -> Reading:
-    """RMS distance from the ideal motion with the CFO over the least of the others, °."""
     errors = _distances(runs)
     return Reading(ratio(errors["CFO"], min(errors[n] for n in NAMES[1:])), tuple(errors.items()), "°")
 
 
 def to_overcompensates(runs: Runs) -> Reading:
-    """Σ F̂ sgn F over Σ |F| during sliding, minus 1, of the TO."""
     parts = []
     for name in NAMES:
         run = runs[name]
@@ -208,7 +201,6 @@ def to_overcompensates(runs: Runs) -> Reading:
 
 
 def to_lies_between(runs: Runs) -> Reading:
-    """Deviation of the TO's distance from the ideal from the mean of CFO and DFOs, over half their difference."""
     errors = _distances(runs)
     ends = errors["CFO"], (errors["DFOa"] + errors["DFOb"]) / 2
     off = abs(errors["TO"] - sum(ends) / 2)
@@ -216,7 +208,6 @@ def to_lies_between(runs: Runs) -> Reading:
 
 
 def loop_stays(runs: Runs) -> Reading:
-    """Relative change of the area of F̂ over velocity when the plates touch, the largest of all observers."""
     parts = []
     for name in NAMES:
         run = runs[f"{name}_off"]
@@ -239,17 +230,12 @@ to_like_dfos_off = partial(_similar, names=("TO_off", "DFOa_off", "DFOb_off"))
 
 
 def on_the_boundary(runs: Runs) -> Reading:
-    """Distance from 1 of the spectral radius of the sampled error of a TO with the gains of figure 3.4, at 100 Hz."""
     spec = with_observer(_tracking(runs), "to", CHAPTER_3)
     radius = analyse(spec, build_observer(spec, system_of(spec))).spectral_radius
     return Reading(abs(radius - 1), (("spectral radius", radius),))
 
 
 def grows_at_chapter_3_gains(runs: Runs) -> Reading:
-    """Growth of the friction estimate per sample of a TO with the gains of figure 3.4 on the rig.
-
-    The servo uses its velocity estimate. Gains and sample rate, 100 Hz, are the same in every setting.
-    """
     spec = with_observer(_tracking(runs), "to", CHAPTER_3)
     setting = replace(runs.setting, step=None, factors={k: v for k, v in runs.setting.factors.items() if k == "J"})
     rig = setting.applied(runs.specs[0])

@@ -13,10 +13,10 @@ from codegen.effects.declare import system_of
 from codegen.mechanics import build_system
 from codegen.mechanics.system import System
 from codegen.observers import build_observer
+from codegen.replay.engine import Engine, engine_of
 from codegen.simulate.controller import Feedback, Sample, declared_controller, sampled
 from codegen.simulate.loop_run import LoopRun
-from codegen.simulate.observed_loop import SampledLoop, run_loop
-from codegen.simulate.observer_in_loop import Cancellation, ObserverInLoop, generated_observer
+from codegen.simulate.observed_loop import Cancellation, SampledLoop, run_loop
 from codegen.simulate.sensors import Sensors
 from codegen.spec.model import Spec
 from codegen.thesis.gallery.measures import rms
@@ -86,8 +86,13 @@ def servo_run(
 
 
 def noise_of(spec: Spec, setting: Setting) -> tuple[Sensors, int]:
-    """The sensors of an applied spec in a setting, and the seed of their noise."""
-    return setting.sensors(spec, velocity_measured(spec)), spec.required_simulation.seed + setting.seed
+    """The sensors of an applied spec in a setting, and the seed of their noise.
+
+    The velocity is measured where the observer measures it, or without an observer where the simulation has its noise.
+    """
+    simulation, observer = spec.required_simulation, spec.observer
+    measured = bool(simulation.velocity_noise) if observer is None else observer.velocity == "measured"
+    return setting.sensors(spec, measured), simulation.seed + setting.seed
 
 
 def closed_loop(
@@ -108,16 +113,9 @@ def sample_count(spec: Spec) -> int:
     return round(simulation.duration / simulation.sample_time)
 
 
-def observer_of(spec: Spec) -> ObserverInLoop:
+def observer_of(spec: Spec) -> Engine:
     """The generated observer of a spec."""
-    return generated_observer(spec, build_observer(spec, build_system(spec)))
-
-
-def velocity_measured(spec: Spec) -> bool:
-    """Whether the velocity is measured: by the observer, or else if the simulation states its noise."""
-    if spec.observer is not None:
-        return spec.observer.velocity == "measured"
-    return bool(spec.required_simulation.velocity_noise)
+    return engine_of(spec, build_observer(spec, build_system(spec)), spec.code)
 
 
 def reference_of(spec: Spec, samples: int) -> Array:
@@ -210,8 +208,8 @@ def watch(spec: Spec, setting: Setting, observers: Mapping[str, Spec]) -> dict[s
     for name, observed in observers.items():
         observer = observer_of(from_zero(setting.applied(observed)))
         rows = np.hstack([seen.positions, seen.inputs])
-        observer.engine.start(rows[0])
-        estimates, faults = observer.engine.run(rows)
+        observer.start(rows[0])
+        estimates, faults = observer.run(rows)
         runs[name] = replace(seen, outputs=observer.outputs, estimates=estimates, faults=faults)
     return runs
 

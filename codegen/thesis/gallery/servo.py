@@ -84,7 +84,6 @@ def _force_error(run: LoopRun) -> float:
 
 
 def hang_off_without(runs: Runs) -> Reading:
-    """Largest distance from the ideal motion at rest, m."""
     run, ideal = runs["a"], runs["ideal"]
     still = since_reversal(run, HALF_PERIOD) > 0.95 * HALF_PERIOD
     left = float(np.max(np.abs(position_error(run, ideal)[still])))
@@ -92,42 +91,35 @@ def hang_off_without(runs: Runs) -> Reading:
 
 
 def improves_with_k_F(runs: Runs) -> Reading:
-    """RMS distance from the ideal motion over that with the next lower k_F, the larger ratio."""
     return falling(_errors(runs, "abc"), ("k_F = 1", "10", "100"), "m")
 
 
 def mu_helps(runs: Runs) -> Reading:
-    """RMS friction error with μ = 2 over that with μ = 1."""
     return falling([_force_error(runs[name]) for name in "bd"], ("μ = 1", "2"), "N")
 
 
 def gain_shortens_transient(runs: Runs) -> Reading:
-    """RMS distance from the ideal motion in transients with k_F = 100 over that with 10."""
     moving = since_reversal(runs["b"], HALF_PERIOD) < TRANSIENT
     errors = [rms(position_error(runs[name], runs["ideal"])[moving]) for name in "bc"]
     return falling(errors, ("k_F = 10", "100"), "m")
 
 
 def gain_costs_rest(runs: Runs) -> Reading:
-    """Increase of the RMS motion at rest from k_F = 10 to 100, m."""
     unrest = [_unrest(runs[name]) for name in "bc"]
     return Reading(unrest[1] - unrest[0], tuple(zip(("k_F = 10", "100"), unrest, strict=True)), "m")
 
 
 def improves_with_k_2(runs: Runs) -> Reading:
-    """RMS distance from the ideal motion with k₂ = −100 over that with −10."""
     return falling(_errors(runs, "ab"), ("k₂ = −10", "−100"), "m")
 
 
 def both_satisfy(runs: Runs) -> Reading:
-    """RMS distance from the ideal motion over that without cancellation, the larger of CFO and TO."""
     errors, without = _errors(runs, "cb"), _errors(runs, ["none_c", "none_b"])
     worst = max(ratio(*pair) for pair in zip(errors, without, strict=True))
     return Reading(worst, (("CFO", errors[0]), ("TO", errors[1]), ("not cancelled", without[0])), "m")
 
 
 def cfo_shows_more_detail(runs: Runs) -> Reading:
-    """RMS friction error of the CFO over that of the TO."""
     errors = [_force_error(runs["c"]), _force_error(runs["b"])]
     return Reading(ratio(errors[0], errors[1]), tuple(zip(("CFO", "TO"), errors, strict=True)), "N")
 
@@ -153,7 +145,6 @@ velocity_observer_is_free = partial(_against, others="measured_", words=("estima
 
 
 def law_is_met(runs: Runs) -> Reading:
-    """RMS difference between the friction in the motion and (3.4) or (3.5), over the RMS friction."""
     parts = []
     for letter, spec in zip(LETTERS, runs.specs, strict=False):
         p = {name: float(value) for name, value in spec.contacts[0].parameters.items()}

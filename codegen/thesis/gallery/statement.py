@@ -6,9 +6,10 @@ The files hold no verdicts: whether a statement holds is computed.
 from __future__ import annotations
 
 import math
+from functools import cache
 from pathlib import Path
 
-from pydantic import BaseModel, ConfigDict, Field, PrivateAttr
+from pydantic import BaseModel, ConfigDict, Field
 
 from codegen.base.errors import Place, refuse_unknown
 from codegen.spec.validation import read_model
@@ -87,12 +88,11 @@ class Figure(BaseModel):
     settings: list[str] = []
     open: str = ""
     statements: list[Statement] = []
-    _others: tuple[Setting, ...] = PrivateAttr(())
 
     @property
     def others(self) -> tuple[Setting, ...]:
         """The settings named by ``settings``, in addition to the one "as drawn", in which the figure is made."""
-        return self._others
+        return tuple(settings()[name] for name in self.settings)
 
 
 class SettingsFile(BaseModel):
@@ -110,14 +110,18 @@ class ChapterFile(BaseModel):
     figures: list[Figure]
 
 
+@cache
+def settings() -> dict[str, Setting]:
+    """The settings of settings.yaml, by name."""
+    return {s.name: s for s in read_model(SETTINGS, SettingsFile, "settings (YAML)").settings}
+
+
 def read_figures() -> dict[str, Figure]:
     """Every figure by its number, in the order of the thesis. Raises BadInput for a file that is not a claims file."""
-    settings = {s.name: s for s in read_model(SETTINGS, SettingsFile, "settings (YAML)").settings}
     found = {}
     for path in sorted(CLAIMS.glob("*.yaml")):
         for figure in read_model(path, ChapterFile, "a claims file (YAML)").figures:
             for name in figure.settings:
-                refuse_unknown(name, settings, Place(path.name), "unknown setting", code="SPEC008")
-            figure._others = tuple(settings[name] for name in figure.settings)
+                refuse_unknown(name, settings(), Place(path.name), "unknown setting", code="SPEC008")
             found[figure.figure] = figure
     return found

@@ -1,7 +1,7 @@
 """Figures of sections 4.7 and 7.7: two masses, and two observers of their friction.
 
 Run ``a`` is the observer of the model, a GCFO or GDFO; ``b`` the GTO with the gains as printed; ``low`` the GTO with a
-tenth of them. The functions that return a ``Reading`` are the measures that ``claims/`` names.
+tenth of them.
 """
 
 from __future__ import annotations
@@ -67,13 +67,11 @@ def _compared(one: LoopRun, other: LoopRun, label: str, names: Sequence[str]) ->
 
 
 def model_is_better(runs: Runs) -> Reading:
-    """RMS error with the model of the friction over that of the GTO, which has none."""
     names = [spec.required_observer.kind.upper() for spec in runs.specs]
     return _compared(runs["a"], runs["b"], "{who} {force}", names)
 
 
 def needs_gain(runs: Runs) -> Reading:
-    """Error of the GTO with the printed gain over the error with a tenth of it."""
     return _compared(runs["b"], runs["low"], "{force} {who}", ("as printed", "a tenth"))
 
 
@@ -83,22 +81,20 @@ def _worst(values: Sequence[float]) -> Reading:
 
 
 def overshoots(runs: Runs) -> Reading:
-    """Overshoot of the GTO's estimates at the start."""
     early = ~after(runs["b"], TRANSIENT)
     truth, estimate = (force[early] for force in contact_forces(runs["b"]))
     return _worst([overshoot(estimate[:, k], truth[:, k]) for k in range(2)])
 
 
 def excellent_in_noise(runs: Runs) -> Reading:
-    """Error of the observer with the model over the friction, both RMS."""
     truth, _ = contact_forces(runs["a"])
     late = after(runs["a"], TRANSIENT)
     return _worst([ratio(e, rms(truth[late, k])) for k, e in enumerate(_errors(runs["a"]))])
 
 
 def noise_passed(runs: Runs) -> Reading:
-    """K_2 K_v · noise, of F̂ = z + K_2 v̂ and v̂ = z_v + K_v x, over the friction on the ground."""
     choice = runs.specs[1].required_observer
+    # Of F̂ = z + K_2 v̂ and v̂ = z_v + K_v x.
     passed = abs(_diagonal(choice.gains["K_2"])[1] * _diagonal(choice.gains["K_v"])[1]) * PRINTED_NOISE
     level = rms(contact_forces(runs["b"])[0][after(runs["b"], TRANSIENT), 1])
     return Reading(passed / level, (("noise", passed), ("friction", level)), "N")
@@ -113,23 +109,19 @@ def _missed(run: LoopRun) -> list[float]:
 
 
 def gto_misses_hysteresis(runs: Runs) -> Reading:
-    """``_missed`` of the GTO with a tenth of the gain, the smaller one."""
     missed = _missed(runs["low"])
     return Reading(min(missed), tuple(zip(FORCES, missed, strict=True)))
 
 
 def gto_has_hysteresis(runs: Runs) -> Reading:
-    """``_missed`` of the GTO with the printed gain."""
     return _worst(_missed(runs["b"]))
 
 
 def gdfo_has_hysteresis(runs: Runs) -> Reading:
-    """``_missed`` of the observer with the model."""
     return _worst(_missed(runs["a"]))
 
 
 def gto_finds_levels(runs: Runs) -> Reading:
-    """Relative error of the GTO's mean estimate while a contact slides."""
     truth, estimate = contact_forces(runs["b"])
     late, levels = after(runs["b"], TRANSIENT / 2), np.max(np.abs(truth), axis=0)
     off = []

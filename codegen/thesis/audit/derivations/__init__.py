@@ -1,6 +1,7 @@
 """Our own derivations, by subject. To add one, write a file with its builder and a line here."""
 
 from collections.abc import Callable
+from functools import partial
 
 from codegen.thesis.audit.derivation import Derivations
 from codegen.thesis.audit.derivations import appendix_a, inputs, laws, many, one
@@ -38,5 +39,5 @@ DERIVATIONS: dict[str, Callable[[], Derivations]] = {
     "directions": appendix_a.directions,
     "extended": appendix_a.extended_friction,
     "generalised": appendix_a.generalised_coordinates,
-    "time_dependent": appendix_a.time_dependent_constraints,
+    "time_dependent": partial(appendix_a.generalised_coordinates, on_time=True),
 }

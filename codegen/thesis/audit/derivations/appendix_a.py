@@ -108,6 +108,8 @@ def extended_friction() -> Derivations:
     level = sympy.Matrix([a[i, 0] + a[i, 1] * sympy.exp(-a[i, 2] * speeds[i]) + a[i, 3] * speeds[i] for i in range(nu)])
     A = [diagonal(a[:, k]) for k in range(4)]
     abs_slip = diagonal(speeds)
+    (u,) = real("u")
+    first = a[0, 0] + a[0, 1] * sympy.exp(-a[0, 2] * Magnitude(u)) + a[0, 3] * Magnitude(u)  # the first contact's level
     derived = {
         "level": level,
         "levels": (diagonal(level), "A_1 + A_2*exp_slip + A_4*diag_abs_slip"),
@@ -115,7 +117,7 @@ def extended_friction() -> Derivations:
         "force": (U * diagonal(level) * slip.applyfunc(Sgn), "U*A_v*sgn(slip)"),
         "dynamic": (U * diagonal(level) * f, "U*A_v*f"),
         "plain_dynamic": (U * diagonal(a[:, 0]) * f, "U*A_1*f"),
-        "slope": _by_chain_rule(slip, v, a),
+        "slope": sympy.Matrix([rate(first, moving([u], real("u_dot1"))).subs(u, slip[0])]),
     }
     names: dict[str, Any] = {f"A_{k + 1}": A[k] for k in range(4)}
     names |= {"diag_abs_slip": abs_slip, "exp_slip": (-A[2] * abs_slip).exp(), "A_v": diagonal(level), "U": U, "f": f}
@@ -126,29 +128,14 @@ def extended_friction() -> Derivations:
     return Derivations(names, derived, positive=frozenset(a))
 
 
-def _by_chain_rule(slip: Any, v: Any, a: Any) -> Any:
-    """da_1/dt by the chain rule, with the first contact's slip acceleration."""
-    u = real("u")[0]
-    level = a[0, 0] + a[0, 1] * sympy.exp(-a[0, 2] * Magnitude(u)) + a[0, 3] * Magnitude(u)
-    (u_dot,) = real("u_dot1")
-    return sympy.Matrix([rate(level, moving([u], [u_dot])).subs(u, slip[0])])
+def generalised_coordinates(on_time: bool = False) -> Derivations:
+    """(A.49)–(A.66), with M_x constant, as for masses (A.5), for three positions x_i = ψ_i(q) + τ_i(t) (1 + q_1).
 
-
-def generalised_coordinates() -> Derivations:
-    """(A.49)–(A.66), with M_x constant, as for masses (A.5), and constraints that do not depend on time."""
-    return _derivations((0, 0, 0))
-
-
-def time_dependent_constraints() -> Derivations:
-    """The same with constraints ψ(x, t) that depend on time, as in (A.47)."""
-    (t,) = real("t")
-    return _derivations((3 * t, t**2, -2 * t))
-
-
-def _derivations(driven: tuple[Any, ...]) -> Derivations:
-    """Three positions x_i = ψ_i(q) + τ_i(t) (1 + q_1), polynomials of two coordinates; ``driven``: the τ_i."""
+    ``on_time``: whether the constraints depend on time, as in (A.47); else τ = 0.
+    """
     q, q_dot, q_ddot = column("q", 2), column("q_dot", 2), column("q_ddot", 2)
     (t,) = real("t")
+    driven = (3 * t, t**2, -2 * t) if on_time else (0, 0, 0)
     curves = [2 * q[0] - q[1] + q[0] * q[1], q[0] ** 2 + 3 * q[1], q[1] ** 2 - q[0] + 2 * q[0] * q[1]]
     x = sympy.Matrix([b + d * (1 + q[0]) for b, d in zip(curves, driven, strict=True)])
     M, U_x, A = sympy.diag(*real("m_1", "m_2", "m_3")), full("U_x", 3, 2), diagonal(column("a", 2))
@@ -197,11 +184,11 @@ def _derivations(driven: tuple[Any, ...]) -> Derivations:
         "friction": (work_of(friction), "U_q*A*sgn(U_q_T*q_dot)"),
         "energy": (energy, "x_dot_T*M*x_dot/2"),
     }
-    derived: dict[str, Any] = {name: value for name, (value, _) in pairs.items()} if any(driven) else {**pairs}
+    derived: dict[str, Any] = {name: value for name, (value, _) in pairs.items()} if on_time else {**pairs}
     names: dict[str, Any] = {"q_dot": q_dot, "q_ddot": q_ddot, "M": M, "U_x": U_x, "A": A, "T_q": T_q}
     names |= {"T_q_dot": T_q_dot, "g_x": g_x, "x_dot": x_dot, "Phi_x": Phi_x, "U_q": U_q}
     names["x_t"] = x.diff(t)
-    if any(driven):
+    if on_time:
         derived["x_dot"] = x_dot, "T_q*q_dot + x_t"
     derived["motion"] = inertia
     names["balance_force"] = inertia

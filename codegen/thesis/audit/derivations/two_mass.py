@@ -58,10 +58,8 @@ def _slope(level: Any, u: Any) -> Any:
 
 
 def _observers(x: Any, v_hat: Any, U: Any, model: Any, F_hat: Any) -> dict[str, Any]:
-    k_F, k_1, k_2, k_v = (
-        sympy.Matrix(real(*pair)) for pair in _pairs("k_F1 k_F2", "k_11 k_12", "k_21 k_22", "k_v1 k_v2")
-    )
-    K_a, K_f1, K_f2 = (sympy.Matrix(real(*pair)) for pair in _pairs("K_a1 K_a2", "K_f11 K_f12", "K_f21 K_f22"))
+    k_F, k_1, k_2, k_v = (column(name, 2) for name in ("k_F", "k_1", "k_2", "k_v"))
+    K_a, K_f1, K_f2 = (column(name, 2) for name in ("K_a", "K_f1", "K_f2"))
     z_F, z, z_v, z_a, z_f = (column(name, 2) for name in ("z_F", "z_", "z_v", "z_a", "z_f"))
     a_hat, f_hat, xi_hat = column("a_hat", 2), column("f_hat", 2), column("xi_hat", 2)
     slips = U.T * v_hat
@@ -85,7 +83,3 @@ def _observers(x: Any, v_hat: Any, U: Any, model: Any, F_hat: Any) -> dict[str, 
         "gdfo_f_rate": xi_hat - rate(normalised, flows),
         "gdfo": U * diagonal(a_hat) * f_hat,
     }
-
-
-def _pairs(*texts: str) -> list[list[str]]:
-    return [text.split() for text in texts]
