@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import importlib
+import json
 import math
 import random
 import re
@@ -350,3 +351,41 @@ def test_a_formula_of_lines_that_the_kernel_refuses_is_not_printed_either(case: 
     c = shown["c"]
     forged = c._replace(**{part: [*getattr(c, part), *([line] if line else [])]})
     assert theorem.formulas(proof, shown | {"c": forged}) == printed
+
+
+CLOCK = {  # a further quantity q of the machine, q' = 5, of which the C shows the state before it adds to it
+    "h": [("    double z_rail; ", "    double q; /* m/s: more */\n    double z_rail; "),
+          ("    double v_hat; ", "    double q_hat; /* m/s: more */\n    double v_hat; ")],
+    "c": [("    state->z_rail = parameters->rail_a;", "    state->q = 0.0;\n    state->z_rail = parameters->rail_a;"),
+          ("        state->z_rail = 0.0;", "        state->q = 0.0;\n        state->z_rail = 0.0;"),
+          ("fabs(state->z_rail)\n", "fabs(state->z_rail) + fabs(state->q)\n"),
+          ("check = z_v_next", "check = z_v_next + q_next"),
+          ("    const double z_v_next", "    const double q_next = state->q + 0.005;\n    const double z_v_next"),
+          ("        outputs->v_hat = v_hat;", "        outputs->q_hat = state->q;\n        outputs->v_hat = v_hat;"),
+          ("        state->z_rail = z_rail_next;", "        state->q = q_next;\n        state->z_rail = z_rail_next;")],
+}  # fmt: skip
+
+
+def test_an_estimate_that_is_a_state_is_not_said_to_be_the_next_one() -> None:
+    """verify said that q_hat is 0.005 + state.q, where the C sets it to state.q and then adds 0.005 to that."""
+    files = sources("one_mass_domain")
+    del files[theorem.SETS]
+    for end, pairs in CLOCK.items():
+        text = files[f"one_mass_domain.{end}"].decode()
+        for old, new in pairs:
+            assert text.count(old) == 1, old
+            text = text.replace(old, new)
+        files[f"one_mass_domain.{end}"] = text.encode()
+    proof = json.loads(files[theorem.PROOF])
+    proof["mass_matrix"] = [["parameters.m", "0"], ["0", "1"]]
+    proof["force"].append("5")
+    proof["acceleration"]["true.q"] = "5"
+    proof["errors"].append({"truth": "true.q", "estimate": "outputs.q_hat", "sign": ""})
+    proof["states"]["state.q"] = "outputs.q_hat"
+    for matrix in ("matrix", "lyapunov_matrix"):
+        proof[matrix] = [*([*row, "0"] for row in proof[matrix]), ["0", "0", "1"]]
+    proof["witness"] |= {"true.q": "1", "outputs.q_hat": "1"}
+    proof |= {"decay_rate": "-1", "reversals": []}
+    lines = verify.check(json.dumps(proof), sources=files).proved
+    said_ = [line.removeprefix("in each sample with fault 0 ") for line in lines if "q_hat is" in line]
+    assert said_ == []
