@@ -151,13 +151,12 @@ class PackedIntegers:
     - with 2^t added in place of 2^(width - 1), the bits above the last t + 1 are all 0 exactly if -2^t <= x_k < 2^t.
 
     Args:
-        width: bits of a digit, rounded up to whole bytes.
+        width: bits of a digit.
         s, t: ``shifted`` divides by 2^s, and ``within`` compares with 2^t.
     """
 
     def __init__(self, width: int, count: int, s: int, t: int) -> None:
-        self.bytes, self.count, self.s = (width + 7) // 8, count, s
-        self.width = width = 8 * self.bytes
+        self.width, self.s = width, s
         self.ones = sum(1 << width * k for k in range(count))
         self.half = self.ones << width - 1
         self.without, self.halved = (self.ones << width - s) - self.ones, self.half >> s
@@ -167,8 +166,8 @@ class PackedIntegers:
         return sum(x << self.width * k for k, x in enumerate(numbers))
 
     def unpack(self, bundle: int, places: Iterable[int]) -> list[int]:
-        middle, digits = 1 << self.width - 1, (bundle + self.half).to_bytes(self.bytes * self.count, "little")
-        return [int.from_bytes(digits[k * self.bytes : (k + 1) * self.bytes], "little") - middle for k in places]
+        middle, digits = 1 << self.width - 1, bundle + self.half
+        return [(digits >> self.width * k & 2 * middle - 1) - middle for k in places]
 
     def signs(self, bundles: Sequence[int]) -> list[int]:
         """For each vector an integer whose bit (k + 1) width − 1 is 1 exactly where x_k ≥ 0."""
@@ -203,10 +202,10 @@ def propagated(
     LEMMA D. Let r_0 be c' and r_i+1 be r_i Phi, all rounded to multiples of 1/GRID. Then c'e[k+N] is the sum of
     r_N e[k]; of r_i push w[k+N-1-i] over i < N; and of the rounding error of each r_i times the e of some sample. That
     e is in E(1), where |e_j| is at most the root of Q_jj. A product of signs in push is 1 or -1.
-    Rounding: entries of GRID r_i are integers up to 2^t; Phi and push have the denominators `by` and `unit`. For
-    |m| < 2^s the quotient m/by is computed as m R/2^s with R = 2^s/by, both rounded down: the result is at most 2 off.
-    So the rounding error of an entry of r_i is at most 2/GRID. The digits are as wide as the entries demand: they are
-    made anew where one exceeds 2^t, and every EVERY samples.
+    Rounding: entries of GRID r_i are integers up to 2^t; Phi and push have the denominators `by` and `unit`. To r_i is
+    added m/by, m = by r_i (Phi - 1): shorter numbers than those of by r_i Phi. For |m| < 2^s it is computed as m R/2^s
+    with R = 2^s/by, both rounded down: the result is at most 2 off, and so is GRID r_i+1. The digits are as wide as the
+    entries demand: they are made anew where one exceeds 2^t, and every EVERY samples.
     While the r_i of all rows times a column keep their signs, the sum of the magnitudes is the magnitude of the sum.
 
     Args:
@@ -218,6 +217,8 @@ def propagated(
         N, and place of c' -> (the row times GRID, the bound times unit * GRID, rounded up).
     """
     size, (across, by) = len(step), kernel.integers(zip(*step, strict=True))
+    for i, column in enumerate(across):
+        column[i] -= by  # of Phi - 1
     growth = max(sum(map(abs, column)) for column in across).bit_length()
     added = EVERY * sum(sum(map(abs, column)) for column in columns)
     starts = [[int(x * GRID) for x in c] for c in rows]
@@ -253,7 +254,7 @@ def propagated(
         for j in (j for j, now in enumerate(signs) if now != before[j]):
             total, sums[j] = total + packed.magnitudes([sums[j]]), 0
         sums = [*map(add, sums, moved[size:])]
-        bundles = packed.shifted([m * R for m in moved[:size]])
+        bundles = [*map(add, bundles, packed.shifted([m * R for m in moved[:size]]))]
 
 
 def largest(shift: Any, most: dict[str, Fraction], proof: dict[str, Any]) -> Fraction:

@@ -57,7 +57,8 @@ class Poly(dict[tuple[str, ...], Any]):
         return set().union(*self)
 
     def constant(self) -> Fraction:
-        demand(not self.names(), f"{sorted(self.names())[:3]} in place of a number")
+        if any(self):  # of a monomial that has names
+            demand(False, f"{sorted(self.names())[:3]} in place of a number")
         return Fraction(self.get((), 0))
 
 
