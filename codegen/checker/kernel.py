@@ -24,8 +24,7 @@ if TYPE_CHECKING or __package__:
     from codegen.checker import frame
 
 demand = frame.demand  # raises ValueError if a condition fails or the time limit is reached
-LEAST, SHORT = Fraction(1, 10**40), 30  # SHORT: binary digits of a short number
-MOST_TERMS = 300_000  # of a polynomial, and of all that are kept: some 100 MB
+LEAST, SHORT, MOST_TERMS = Fraction(1, 10**40), 30, 300_000  # SHORT: bits of a short number. So many terms: 100 MB
 
 
 # LEMMA 1. A polynomial is {monomial: coefficient, not 0}, a monomial its names, sorted, each as often as its power. Two
@@ -103,8 +102,8 @@ def positive(A: Any, definite: bool = False) -> bool:
     return True
 
 
-# LEMMA 3. Let x = a/b, b > 0, in a sum of polynomials q x^k, k <= n. Times b^n it is the sum of q a^k b^(n-k), and of
-# the same sign. So a reciprocal r = 1/p goes, p > 0 to be shown; the last one first, as its p may contain earlier ones.
+# LEMMA 3. Let x = a/b, b > 0, in a polynomial, the sum of q_k x^k, k <= n. Times b^n it is that of q_k a^k b^(n-k), and
+# of the same sign. So reciprocals 1/p go, p > 0 to be shown; the last one first, as its p may contain earlier ones.
 def replaced(sum_: Poly, x: str, a: Poly, b: Poly) -> Poly:  # x := a/b, times b^n
     parts: dict[int, Poly] = {}
     for m, c in sum_.items():
@@ -127,11 +126,11 @@ def cleared(sum_: Poly, known: Known, nonnegative: Any = None) -> Poly:
     return sum_
 
 
-# LEMMA 4. On a cell x is (low + high t)/(1 + t) with t >= 0, but for x = high, its limit. So times (1 + t)^n a
+# LEMMA 4. On a cell x is (low + high t)/(1 + t) with t >= 0, but for x = high, its limit. So (1 + t)^n times a
 # polynomial of degree n in x is a sum of c_k t^k (lemma 3). c_k over the binomial coefficient of n and k is its k-th
-# Bernstein coefficient. A polynomial without x is its own coefficient, for each k. With one n for all entries, and so
-# for each variable, a matrix is a sum of matrices of numbers, its coefficients, times products that are not below 0.
-# It is positive semidefinite if these are. Here they stand times a number above 0, on each leaf of the tree (lemma 5).
+# Bernstein coefficient; of a polynomial without x, each is the polynomial itself. So, one variable after the other and
+# with the same n for all entries, a matrix becomes a sum of matrices of numbers, each times a product that is not below
+# 0. It is positive semidefinite if all of these are. Given are they, times a number above 0, of each leaf (lemma 5).
 def coefficients(A: Any, box: Box, tree: Any, known: Known) -> Any:
     entries = cleared(joined(A), known, lambda q: semidefinite([[q]], box, tree, known))
     (whole,), _ = integers([entries.values()])
@@ -212,9 +211,9 @@ def semidefinite(A: Any, box: Box, tree: Any, known: Known, least: Any = 0) -> N
     demand(all(map(positive, coefficients(less, box, tree, known))), "not positive semidefinite")
 
 
-# LEMMA 6. Let D > 0 and N be polynomials, P definite, N/D = F. With the Bernstein coefficients d > 0 and n of D and N,
-# F is the mean of the matrices n/d with weights that are the products times d over D. V is convex, so that
-# V(F e) <= f V(e) if n'Pn <= f d^2 P of all.
+# LEMMA 6. Let F = N/D, D > 0 a polynomial and N a matrix of them. By lemma 4, D is a sum of w d and N that of w n, with
+# the same products w >= 0. If all d > 0, F is the mean of the matrices n/d with the weights w d/D. P is definite, so
+# V(e) = e'Pe is convex, and V(F e) <= f V(e) if V(n e) <= f d^2 V(e) of all: if f d^2 P - n'Pn is semidefinite.
 def contracts(F: Any, P: Any, f: Fraction, box: Box, tree: Any, known: Known) -> None:
     (weights,), (a, b) = coefficients(P, {}, "", {}), f.as_integer_ratio()
     demand([*zip(*weights, strict=True)] == [*weights] and positive(weights, True), "P: not symmetric or not definite")
@@ -228,7 +227,7 @@ def contracts(F: Any, P: Any, f: Fraction, box: Box, tree: Any, known: Known) ->
 
 
 # LEMMA 7. Let k and m be the signs of the cosine and sine of an angle, b the angle in [0, pi/2] whose cosine and sine
-# are the magnitudes of these, and t = tan(b/2), in [0, 1]. Then these are k (1 - t^2)/(1 + t^2) and m 2 t/(1 + t^2).
+# are their magnitudes, and t = tan(b/2), in [0, 1]. Then they are k (1 - t^2)/(1 + t^2) and m 2 t/(1 + t^2).
 # Any other sign, and a reciprocal, is a variable too, one for each argument; a claim is shown for all values of it.
 # LEMMA 8. With d the terms of p that hold an error, exp(p) = exp(p - d) (1 + d + d d r), r a number for each d: it is
 # (exp(d) - 1 - d)/d^2, near 1/2 for small errors. Where q >= 0, exp(-q) = u/(1 + q + q^2/2 + q^3/6) with a u in [0, 1],
