@@ -210,10 +210,8 @@ def _without_kinks(expression: Any, box: Box, parts: dict[Any, sympy.Symbol]) ->
     """The expression with every |x| replaced: by ±x if the sign of x is constant on the box, else with a new variable.
 
     |x| = −x + 2p with the positive part p = max(x, 0), or |x| = x + 2p with p = max(−x, 0), whichever p is smaller.
-    In a dead zone, x + |x| then becomes 2p; interval arithmetic would not cancel x with the x in |x|.
-
-    Args:
-        parts: x → p; new ones are added. p is in [0, min(|low|, |high|)] for x in [low, high].
+    In a dead zone, x + |x| then becomes 2p; interval arithmetic would not cancel x with the x in |x|. New p are added
+    to ``parts``, by x.
     """
     for x in _kinks([expression]):
         low, high = range_of(x, box)

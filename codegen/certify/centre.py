@@ -53,14 +53,9 @@ def half_vectorisation(size: int) -> tuple[Array, Array]:
 
 
 def lyapunov_maps(stack: Array, h: float, alpha: float) -> Array:
-    """The Lyapunov operators −(A'P + PA + hA'PA + 2αP) as matrices that act on vec P, N by m² by m².
+    """The Lyapunov operators −(A'P + PA + hA'PA + 2αP) as matrices that act on vec P, N by m² by m²; ``stack``: the A.
 
     The P of a solver depends on their last bits, so the order of operations must not change.
-
-    Args:
-        stack: the A, N by m by m.
-        h: sample time, s; 0 for the implicit step.
-        alpha: α, 1/s.
     """
     transposed, size = stack.transpose(0, 2, 1), stack.shape[1]
     unit = np.eye(size)
@@ -87,14 +82,10 @@ def least_rate(p: Array, matrices: Matrices, h: float) -> float:
 
 
 def largest_feasible_rate(holds: Callable[[float], Array | None], limit: float) -> tuple[Array, float] | None:
-    """(P, α) at the largest α = ``limit`` · 0.99^k, k = 1, 2, …, for which a P is found; None if there is none.
+    """(P, α) at the largest α = ``limit`` · 0.99^k, k = 1, 2, …, for which ``holds`` finds a P; None if there is none.
 
     k is found by doubling and bisection. The rates differ by 1 %, so the result seldom depends on a solver's tolerance
     of a thousandth.
-
-    Args:
-        holds: α → a P with this rate, or None.
-        limit: an upper bound of α, 1/s.
     """
     limit = float(f"{limit:.7g}")
     bad, good, found = 0, 1, None
@@ -126,10 +117,8 @@ def method_of_centres(
     """The analytic centre P for a required rate near the largest feasible one.
 
     Args:
-        start: a P whose rate is above ``alpha``.
-        alpha: the first required rate, 1/s.
+        start: a P whose rate is above ``alpha``, the first required rate, 1/s.
         stack: the balanced matrices A, N by m by m.
-        h: sample time, s; 0 for the implicit step.
         where: sparsity pattern of P, m by m; None if P is full.
         near: as ``NEAR``; a smaller one gives a larger rate, and a P closer to the boundary of the feasible set.
     """

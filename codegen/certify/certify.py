@@ -138,10 +138,9 @@ def _certified(analysis: Analysis, stated: Frame, further: bool, all_angles: boo
 def _proposals(
     analysis: Analysis, family: Family, cells: Cells, common: Found | None, spectral: float, all_angles: bool
 ) -> Iterator[Found]:
-    """Candidates for P, the preferred one first.
+    """Candidates for P, the preferred one first: with a cover, with short dwell times at reversals, then ``common``.
 
     Args:
-        common: P over the cells, if one was found.
         spectral: the spectral rate, 1/s.
         all_angles: whether only those are wanted that hold at all angles.
     """
@@ -198,7 +197,7 @@ def _without_jumps(
 def spectral_rate(analysis: Analysis) -> float:
     """Spectral rate, 1/s: the largest α that any P could certify at the worst sampled operating point.
 
-    α = (1 − ρ²)/(2h) with ρ the spectral radius of I + hA there; for the implicit step min −Re λ, λ eigenvalues of A.
+    (1 − ρ²)/(2h) with ρ the spectral radius of I + hA there; for the implicit step min −Re λ, λ eigenvalues of A.
     """
     radius, h = analysis.spectral_radius, float(analysis.dynamics.observer.sample_time)
     if analysis.dynamics.implicit:

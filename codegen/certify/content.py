@@ -36,11 +36,8 @@ Frame = Callable[[Analysis, Family], dict[str, Any]]
 def frame(spec: Spec, files: Mapping[str, str], command: str, analysis: Analysis, family: Family) -> dict[str, Any]:
     """The fields of a certificate that do not depend on the proof: subject, observer, errors, family over the envelope.
 
-    The fields of the proof (claim, P, rate, reversals and so on) are present and empty.
-
-    Args:
-        files: name → SHA-256 of the generated sources.
-        command: the command line, which is recorded.
+    The fields of the proof (claim, P, rate, reversals and so on) are present and empty. ``files``: name → SHA-256 of
+    the generated sources.
     """
     observer = analysis.dynamics.observer
     return {
@@ -181,12 +178,7 @@ def _content(base: Mapping[str, Any], found: Found, analysis: Analysis, digits: 
 
 
 def with_reversals(content: Mapping[str, Any], contacts: Sequence[str]) -> dict[str, Any]:
-    """The certificate with these contacts in its assumption on reversals: ellipsoid.json bounds the errors after them.
-
-    Args:
-        content: a certificate with none.
-        contacts: names.
-    """
+    """The certificate with these contacts in its assumption on reversals, which ellipsoid.json covers."""
     before, after = (one_line("text/reversal_sample.j2", bounded=each) for each in ((), contacts))
     return {**content, "assumptions": [after if line == before else line for line in content["assumptions"]]}
 
@@ -204,13 +196,11 @@ def lines(template: str, **words: Any) -> list[str]:
 def reversal_entry(exact: list[list[Any]], contact: str, flips: list[int], decay: float) -> dict[str, Any]:
     """An entry of ``reversals``: the growth g of V = e'Pe at a reversal, and the dwell time after it.
 
-    At the reversal e becomes Je, J = diag(±1). g is the least number with J'PJ ≤ gP, rounded up; the dwell time is
-    log(g)/decay samples, rounded up, after which V is at most its value before the reversal.
+    At the reversal e becomes Je, J = diag(±1), with −1 at the indices ``flips``. g is the least number with J'PJ ≤ gP,
+    rounded up; the dwell time is log(g)/decay samples, rounded up, after which V is at most its value before.
 
     Args:
         exact: P, exact.
-        contact: name.
-        flips: indices of the errors that change their sign, where J is −1.
         decay: −log of the factor by which V is multiplied in a sample.
 
     Raises:

@@ -51,7 +51,7 @@ def angles_of(family: Family) -> list[sympy.Symbol]:
 def sampled_matrices(family: Family) -> Array | None:
     """A at sampled points, N by m by m; None if no variable is cut, or if there can be no cover.
 
-    That is with other functions than sines and cosines in A, and with too many errors or variables.
+    There is none with functions other than sines and cosines in A, or with too many errors or variables.
     """
     matrix = family.matrix.xreplace(dict(family.parameters))
     angles, curved = angles_of(family), _curved(family)
@@ -82,11 +82,7 @@ def _curved(family: Family) -> list[sympy.Symbol]:
 
 
 def by_cover(family: Family, h: Any) -> Found | None:
-    """A proposal with a cover; None if there can be none (``sampled_matrices``), or if no P is found.
-
-    Args:
-        h: sample time of the explicit step, s, exact.
-    """
+    """A proposal with a cover; None if there can be none (``sampled_matrices``), or if no P is found."""
     matrices = sampled_matrices(family)
     found = None if matrices is None else common_lyapunov(matrices, float(h))
     return None if found is None else with_cover(Found(family, *found), h)
@@ -143,7 +139,7 @@ def _leaf(family: Family, h: Any, p: Array) -> Callable[[Fraction, Cell], bool]:
 
 
 def covering(holds: Callable[[Cell], bool], whole: Cell, deepest: int, cell: Cell | None = None) -> Any:
-    """A binary tree of bisections of the longest side, with a condition true on every leaf; None if it would be deeper.
+    """A binary tree of bisections of the longest side, with a condition true on each leaf; None if it would be deeper.
 
     "" is a leaf; [name, cut, lower part, upper part] is a bisection.
 

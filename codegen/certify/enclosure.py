@@ -92,10 +92,7 @@ def exact_ranges(family: Family) -> dict[sympy.Symbol, Interval]:
 
 @lru_cache(maxsize=64)
 def _enclosing(expression: Any, variables: tuple[sympy.Symbol, ...]) -> Value:
-    """The function that encloses an expression over a cell, in the checker's interval arithmetic.
-
-    It is evaluated once for all cells that have the same intervals of the variables of the expression.
-    """
+    """The function that encloses an expression over a cell, in the checker's interval arithmetic, with a cache."""
     used = [v for v in variables if expression.has(v)]
     value = verify.parse(to_prefix(expression), [v.name for v in variables], str(expression))[1]
 
@@ -148,9 +145,6 @@ def _partition(
 
     A cell in which the enclosure of a parameter exceeds its sampled range by more than 0.5 % is bisected at the
     midpoint of its relatively widest side, the sides weighted by ``CURVED``.
-
-    Args:
-        expressions: the parameters that vary. Constants are left out, since some of them change with the sample time.
     """
     variables = dict(ranges)
     values, sampled = [_enclosing(e, tuple(variables)) for e in expressions], _sampled_ranges(expressions, variables)
@@ -202,10 +196,7 @@ def _sampled_ranges(
 
 
 def _samples(low: float, high: float) -> NDArray[np.float64]:
-    """Sample points of a range: evenly spaced ones, and ones in geometric progression towards zero or its lower end.
-
-    Friction varies fastest near zero velocity.
-    """
+    """Sample points of a range: even ones, and geometric ones towards zero, near which friction varies fastest."""
     near = geometric(1e-4, 1.0, 60)
     around = np.concatenate([low * near, high * near]) if low < 0 < high else low + (high - low) * near
     return np.unique(np.concatenate([np.linspace(low, high, 65), around]))

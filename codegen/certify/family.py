@@ -130,8 +130,7 @@ class _VaryingFactors:
     def replaced(self, entry: Any) -> Any:
         """The entry, expanded, with each term as number · known parameters · irrational constants · varying rest.
 
-        An irrational constant, such as exp(−hK_v), is a parameter of its own, so that terms with it cancel. The varying
-        rest of a term, the product of all other factors, is one parameter.
+        An irrational constant, such as exp(−hK_v), is a parameter of its own, so that terms with it cancel.
         """
         total = sympy.Integer(0)
         for term in sympy.Add.make_args(expand_products(entry)):
@@ -157,19 +156,10 @@ class _VaryingFactors:
 def _inverse_mass(
     dynamics: ErrorDynamics, numbers: Mapping[Any, Any]
 ) -> tuple[dict[sympy.Symbol, Any], dict[sympy.Symbol, Any]]:
-    """The entries of W = M⁻¹ = adj(M)/det(M) as linear combinations of parameters, and these parameters.
+    """(symbol of W_ij → linear combination of parameters, parameter → its expression), W = M⁻¹ = adj(M)/det(M).
 
     Each different term of adj(M), divided by det(M), is one parameter; entries of W that have a term in common share
     its parameter. The entries of a constant M⁻¹ are numbers, without parameters.
-
-    Args:
-        numbers: symbol of a constant → its exact value.
-
-    Returns:
-        (symbol of W_ij → linear combination, parameter → its expression in the positions).
-
-    Raises:
-        NotEnclosable: if M varies and its order is above ``LARGEST_INVERSE``.
     """
     if not dynamics.inverse_mass:
         return {}, {}
@@ -199,13 +189,10 @@ def _inverse_mass(
 def _in_slips(
     matrix: Matrix, dynamics: ErrorDynamics, ranges: Mapping[sympy.Symbol, tuple[Any, Any]]
 ) -> tuple[Matrix, dict[sympy.Symbol, tuple[Any, Any]]]:
-    """A with slip velocities u as variables: of u = v1 − v2, the velocity v1 is replaced by u + v2.
+    """(A with slip velocities u as variables, slip velocity → its range): of u = v1 − v2, v1 is replaced by u + v2.
 
     Expressions in v1 − v2 thus become expressions in u alone. Interval arithmetic would treat v1 and v2 as independent
     and overestimate their difference.
-
-    Returns:
-        (A, slip velocity that now occurs in A → its range).
     """
     system = dynamics.observer.system
     bounds: dict[sympy.Symbol, tuple[Any, Any]] = {}
@@ -232,9 +219,6 @@ def signed_slips(entry: Any, sign_of: Mapping[sympy.Symbol, sympy.Symbol]) -> An
     """The entry with s u replaced by |u| for each slip u with sign s, in denominators too.
 
     Interval arithmetic would treat s and u as independent, and s u could be negative.
-
-    Args:
-        sign_of: symbol of a slip velocity u → symbol of its sign s.
     """
     divisors = [p for p in entry.atoms(sympy.Pow) if p.exp.is_negative and not p.base.is_Symbol]
     entry = entry.subs({p: signed_slips(p.base, sign_of) ** p.exp for p in divisors})
@@ -300,12 +284,7 @@ def _within_one(x: Any, ranges: Mapping[sympy.Symbol, tuple[Any, Any]]) -> bool:
 def _bounded_functions(entry: Any, bounded: dict[Any, sympy.Symbol], ranges: Mapping[sympy.Symbol, Any]) -> Any:
     """The entry with a variable in [−1, 1] in place of each sgn and tanh; a sgn that is constant becomes ±1.
 
-    Args:
-        bounded: sgn or tanh expression → its variable; new ones are added.
-        ranges: variable → (low, high); on these a sgn may be constant.
-
-    Raises:
-        NotEnclosable: for log, which certificates do not have.
+    New variables are added to ``bounded``, by the expression that they replace.
     """
     if entry.has(sympy.log):
         raise NotEnclosable("the slope of the force contains a logarithm, which a certificate cannot state")

@@ -142,11 +142,7 @@ def error_fields(
 
 
 def matrix_texts(content: Mapping[str, Any], at: Mapping[str, str]) -> list[list[str]]:
-    """I + hA of a certificate as text, over the code's quantities; m rows of m entries.
-
-    Args:
-        at: variable of the certificate → its expression in the code's quantities.
-    """
+    """I + hA of a certificate as text, m rows of m entries; ``at`` as in ``error_fields``."""
     h, parameters = content["sample_time"], {p["name"]: infix(p["expression"], at) for p in content["parameters"]}
 
     def entry(diagonal: bool, rate: Any) -> str:
@@ -202,8 +198,8 @@ def driven(observer: Observer) -> tuple[dict[Any, Any], dict[Any, Any]]:
 def _bounded(content: Mapping[str, Any], at: Mapping[str, str]) -> set[str]:
     """The variables, as places in the code, whose ranges the proof states: truths, and some measured quantities.
 
-    A measured position has its range where the error matrix depends on it by more than sines and cosines, as with
-    M = J + m r(x)²; an angle that is in these alone is proved at every angle, without a condition.
+    A measured position has its range where A depends on it by more than sines and cosines, as with M = J + m r(x)².
+    An angle that is in these alone is proved at every angle, without a condition.
     """
 
     def outside_of_waves(entry: Any) -> set[str]:

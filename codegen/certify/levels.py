@@ -31,11 +31,7 @@ def about_declared(analysis: Analysis, share: Any) -> Analysis:
 
 
 def levels_of(analysis: Analysis, content: Mapping[str, Any]) -> Analysis:
-    """The analysis with the true levels in the ranges of a certificate of the same observer.
-
-    Args:
-        content: the certificate's JSON object.
-    """
+    """The analysis with the true levels in the ranges of a certificate (JSON object) of the same observer."""
     variables = content["variables"]
     found = {a: variables[a.name] for a in _levels(analysis) if a.name in variables}
     return _over(analysis, {a: (sympy.Rational(low), sympy.Rational(high)) for a, (low, high) in found.items()})

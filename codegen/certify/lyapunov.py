@@ -121,7 +121,7 @@ def common_lyapunov_at(groups: Sequence[Group], h: float, active: Active | None 
     """A common P > 0 with A'P + PA + hA'PA ≤ −2αP for every A of each group, with the group's α; None if none is found.
 
     Args:
-        groups: (matrices m by m, α in 1/s) each; α < 0 permits V to grow.
+        groups: α in 1/s; α < 0 permits V to grow.
         h: sample time, s; 0 for the implicit step.
         active: where the search starts, updated for the next one. Searches over similar boxes have similar active
             matrices, and find whether there is a P in fewer rounds; which P they find depends on it.
@@ -171,10 +171,6 @@ def _feasible(
 
     The inequalities are solved for some of the matrices; those that the resulting P violates are added, until it
     violates none.
-
-    Args:
-        structure: sparsity pattern of P, m by m; None if P is full.
-        active: as in ``common_lyapunov_at``.
     """
     stacks = [np.asarray(stack) for stack, _ in groups]
     sizes = [max(1.0, float(np.abs(stack).max())) for stack in stacks]
@@ -309,13 +305,10 @@ def _positive_solution(a: Array, h: float, alpha: float) -> Array | None:
 
 
 def short_step(matrix: Array) -> float:
-    """A sample time at which the condition of the explicit step can serve for the implicit one, s.
+    """A sample time at which the condition of the explicit step can serve for the implicit one, s; A must be stable.
 
     The explicit condition A'P + PA + hA'PA ≤ −2αP implies the implicit one, since hA'PA ≥ 0. Per eigenvalue λ of A its
     rate is lower by h|λ|²/2; at this h that is at most ``SHARE`` of −Re λ of the slowest.
-
-    Args:
-        matrix: A, whose eigenvalues have real parts below 0.
     """
     eigenvalues = np.linalg.eigvals(matrix)
     return float(2 * SHARE * -eigenvalues.real.max() / (np.abs(eigenvalues) ** 2).max())
@@ -328,12 +321,8 @@ def recovery_at_reversals(p: Array, matrix: Array, h: float, flips: Sequence[Seq
     diagonal, with −1 for the errors that change their sign at the reversal and 1 for the others.
 
     Args:
-        matrix: A.
         h: sample time, s; above 0.
         flips: for each reversal the indices of the errors that change their sign.
-
-    Raises:
-        numpy.linalg.LinAlgError: if P is not positive definite.
     """
     factor = 1 - 2 * least_rate(p, [matrix], h) * h
     if not 0 < factor < 1:
@@ -356,15 +345,13 @@ def short_recovery(
 ) -> tuple[Array, float] | None:
     """(P, its rate in 1/s) of one matrix with shorter dwell times at reversals, at ``RATE_KEPT`` of the best rate.
 
-    The growths g_i of ``fastest`` are reduced to g_i^s with one exponent s ≤ 1 for all reversals, the least for which
-    the linear matrix inequalities in P are feasible. None if the longest dwell time is then not shorter than that of
-    ``fastest``, and for more than ``LARGEST_TURNED`` errors.
+    The growths g_i of ``fastest``, a P with about the best rate, are reduced to g_i^s with one exponent s ≤ 1 for all
+    reversals, the least for which the linear matrix inequalities in P are feasible. None if the longest dwell time is
+    then not shorter than that of ``fastest``, and for more than ``LARGEST_TURNED`` errors.
 
     Args:
-        matrix: A.
         h: sample time, s; above 0 (``short_step`` for the implicit step).
-        flips: for each reversal the indices of the errors that change their sign.
-        fastest: a P with about the best rate.
+        flips: as in ``recovery_at_reversals``.
     """
     limit = decay_rate_limit([matrix], h)
     if limit <= 0 or len(matrix) > LARGEST_TURNED or not flips:
@@ -401,12 +388,7 @@ def least_growth_at_reversals(matrix: Array, h: float, flips: Sequence[Sequence[
 
     P = Σ w_i Re(l̄_i l_i') has the spectral rate for all weights w_i > 0, l_i being the left eigenvectors of I + hA.
     The weights minimise the largest g over the reversals, J'PJ ≤ gP, by Nelder–Mead over log w. For more than
-    ``LARGEST_TURNED`` errors all w_i are 1.
-
-    Args:
-        matrix: A.
-        h: sample time, s; above 0 (``short_step`` for the implicit step).
-        flips: for each reversal the indices of the errors that change their sign.
+    ``LARGEST_TURNED`` errors all w_i are 1. The arguments are those of ``short_recovery``.
     """
     if not flips:
         return None

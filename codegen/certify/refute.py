@@ -117,10 +117,7 @@ def _slower_near(
 def refute(analysis: Analysis, slowest: Slowest, frame: Mapping[str, Any]) -> dict[str, Any] | None:
     """The refutation of all rates from 0.1 % to 1 % above that of the slowest point, which the checker has accepted.
 
-    None if the checker refuses all attempts, because of rounding.
-
-    Args:
-        frame: the fields of a certificate that do not depend on the proof.
+    None if the checker refuses all attempts, because of rounding. ``frame``: as of ``content.frame``.
     """
     h = analysis.dynamics.period
     for alpha in (max(LEAST, slowest.rate * (1 + slack)) for slack in SLACK):
@@ -175,10 +172,7 @@ def _operating_points(analysis: Analysis) -> Iterator[dict[str, float]]:
 
 
 def _point(analysis: Analysis, family: Family, known: Mapping[str, float]) -> dict[str, Any] | None:
-    """Name of each variable of the family → rational value at an operating point, within its range.
-
-    None if a value is missing or irrational.
-    """
+    """Name of each variable of the family → rational value at an operating point, within its range; or None."""
     system = analysis.dynamics.observer.system
     result: dict[str, Any] = {}
     slips = dict(zip([c.slip for c in system.contacts], system.slip_velocity, strict=True))

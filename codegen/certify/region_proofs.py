@@ -89,9 +89,6 @@ def find_regions(analysis: Analysis, stated: Frame) -> Regions | None:
     """The proofs for regions of a refused DFO; None if it is refused for another reason or has no symmetric form.
 
     Without a range of the level in the envelope, the widest range about the declared level is used that has a proof.
-
-    Args:
-        stated: (analysis, family) → the fields of a certificate that do not depend on the proof.
     """
     observer = analysis.dynamics.observer
     if not observer.truth_ranges or analysis.spectral_abscissa > ZERO:
@@ -110,14 +107,7 @@ def find_regions(analysis: Analysis, stated: Frame) -> Regions | None:
 
 @dataclass(frozen=True)
 class _Proofs:
-    """The proofs that the checker accepts at one range of levels.
-
-    Attributes:
-        analysis: the error dynamics with these levels.
-        along: the same in sign-symmetric coordinates.
-        stated: (analysis, family) → the fields of a certificate that do not depend on the proof.
-        proofs: file → its content.
-    """
+    """The proofs that the checker accepts at one range of levels: file → content."""
 
     analysis: Analysis
     along: AlongFriction

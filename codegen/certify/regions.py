@@ -50,8 +50,6 @@ class RegionSearch:
     """Search for the boxes of sliding, presliding and reversals, and for their Lyapunov matrices.
 
     Attributes:
-        along: the error dynamics in sign-symmetric coordinates.
-        h: sample time, s.
         fastest_slip: the largest slip speed of all contacts.
         acceleration: bound on |du/dt| of the fastest contact, if the envelope has none; found by ``regions``.
     """
@@ -83,13 +81,9 @@ class RegionSearch:
         return found + self._through_zero(family, stack, best[1])
 
     def _bound_acceleration(self, states: list[Any], slips: tuple[float, float], rate: float) -> None:
-        """Set ``acceleration``: the largest for which V grows through zero at most twice as fast as without.
+        """Set ``acceleration``: the largest with at most ``LARGEST_INCREASE`` times the growth rate through zero.
 
-        The factor is ``LARGEST_INCREASE``.
-
-        Args:
-            states, slips: the sliding region, as of ``_sliding``.
-            rate: its decay rate, 1/s.
+        ``states``, ``slips`` and ``rate``, 1/s, are those of the sliding region.
         """
         leasts = [axis.least_state for axis in self.along.axes]
 
@@ -107,10 +101,7 @@ class RegionSearch:
         self.acceleration = _bisected(holds, 0.0, 2 * self.fastest_slip / self.h, True)
 
     def _growth(self, groups: Sequence[Group], whole: Array) -> tuple[float, Array | None]:
-        """(r, P): the least r, 1/s, for which some P has the rates of ``groups``, and at least −r for ``whole``.
-
-        P is None if there is none even for the largest r.
-        """
+        """(r, P): the least r, 1/s, for which some P has the rates of ``groups``, and at least −r for ``whole``."""
 
         @cache
         def holds(rate: float) -> bool:
@@ -125,10 +116,7 @@ class RegionSearch:
         return least, common_lyapunov_at([*groups, (whole, -least)], self.h)
 
     def _sliding(self) -> tuple[list[Any], tuple[float, float]] | None:
-        """The sliding region: least |f| of each contact, and (low, high) of the slips as shares of the largest.
-
-        None if the decay rates ``KEPT`` and ``KEPT_BELOW`` are not found for any.
-        """
+        """The sliding region: least |f| of each contact, and (low, high) slips as shares of the largest; or None."""
         leasts = [axis.largest_state for axis in self.along.axes]
         limit = decay_rate_limit(self._family(leasts, (0.5, 1.0))[1], self.h)
         slips = next((s for s in DIRECTIONS[:2] if self._holds(leasts, s, KEPT * limit)), None)
@@ -157,9 +145,6 @@ class RegionSearch:
 
         Slips are of both directions or, if that fails, of the sign of the friction state and not zero. |f| is up to the
         largest or, if that fails, to where sliding begins, since the law may be piecewise with a kink there.
-
-        Args:
-            sliding: least |f| of each contact in the sliding region.
         """
         largest = [axis.largest_state for axis in self.along.axes]
         below = [rounded(np.floor((float(x) - BELOW) * 1e4) / 1e4, DIGITS) for x in sliding]
@@ -170,7 +155,7 @@ class RegionSearch:
         return []
 
     def _away(self, tops: list[Any], slips: tuple[float, float]) -> Found | None:
-        """The largest region |f| ≤ ``tops`` with slips in t times these, shares of the largest: its |f|, t and P.
+        """The largest region |f| ≤ ``tops`` with slips in t times these, shares of the largest, and its P; or None.
 
         V decreases there at ``PRESLIDING`` of the spectral rate.
         """
@@ -203,9 +188,8 @@ class RegionSearch:
     def _through_zero(self, sliding: Family, stack: Array, rate: float) -> list[Found]:
         """Proposals for the whole envelope with the least growth of V: any P, and a P that decreases while sliding.
 
-        Args:
-            sliding, stack, rate: the family of sliding, its matrices at vertices, and the decay rate, 1/s, of which
-                ``KEPT`` is required.
+        ``sliding``, ``stack`` and ``rate`` are the family of sliding, its matrices at vertices, and its decay rate,
+        1/s.
         """
         family, whole = self._family([axis.least_state for axis in self.along.axes], (-1.0, 1.0))
         found = []
@@ -226,10 +210,9 @@ class RegionSearch:
         """The family over the box of a region, and A at the vertices of its parameter box, N by m by m.
 
         Args:
-            states: least |f| of each contact.
+            states, tops: least and largest |f| of each contact; largest: by default that of the envelope.
             slips: (low, high) as shares of the largest slip.
             w: largest |du/dt| of the fastest contact, where the envelope has none; ``acceleration`` by default.
-            tops: largest |f| of each contact; those of the envelope by default.
         """
         box: dict[sympy.Symbol, tuple[Any, Any]] = {}
         w = self.acceleration if w is None else w

@@ -100,13 +100,7 @@ def _speeds(observer: Observer, ends: Mapping[str, list[Any]]) -> dict[Any, tupl
     """Velocity v → (sign s or None, range of s v), such that every slip stays in its range.
 
     A velocity that is the slip of a contact has the range of that slip. What remains of the range of another slip is
-    divided equally among its other velocities.
-
-    Args:
-        ends: name of a variable of the certificate → (low, high).
-
-    Raises:
-        NotCovered: if no positive range remains for a velocity.
+    divided equally among its other velocities. NotCovered is raised if no positive range remains for a velocity.
     """
     system, found = observer.system, {}
     slips = list(zip(system.contacts, observer.signs, system.slip_velocity, strict=True))
@@ -131,15 +125,8 @@ def _largest_sources(
 ) -> dict[Any, Any]:
     """Position or input → bound on its magnitude, such that the acceleration of every slip stays in its range.
 
-    The range that velocities and friction leave is divided equally among positions and inputs.
-
-    Args:
-        ends: name of a variable of the certificate → (low, high).
-        acceleration: v' of the machine, n by 1.
-        box: the ranges of velocities, friction states and levels.
-
-    Raises:
-        NotCovered: if an acceleration is not linear in positions and inputs, or exceeds its range without them.
+    The range that velocities and friction leave is divided equally among positions and inputs. NotCovered is raised if
+    an acceleration is not linear in positions and inputs, or exceeds its range without them.
     """
     system, most = observer.system, dict[Any, Any]()
     free = [*system.positions, *system.inputs]
@@ -168,8 +155,7 @@ def _second_order(level: Any, observer: Observer, moves: Mapping[Any, Any], true
     """Change of a level's error in one step from exact estimates: the terms of second order in h of its update.
 
     Args:
-        moves: velocity or friction state → its rate.
-        true: estimate or slip → its true value.
+        moves: velocity or friction state → its rate. true: estimate or slip → its true value.
     """
     (held,) = ((value - z).xreplace(true) for z, y, value in observer.estimates if true[y] == level.truth)
     rates, h = {x: sympy.Dummy() for x in moves}, symbol("h")
@@ -181,11 +167,7 @@ def _second_order(level: Any, observer: Observer, moves: Mapping[Any, Any], true
 def _in_signs(law: Any, s: sympy.Symbol, along: Mapping[Any, Any]) -> tuple[Any, list[Any]]:
     """(law with σ in place of sgn x and σx in place of |x|, list of the σx), with σ = s, −s, 1 or −1 in the region.
 
-    Args:
-        along: variable in which x is linear → range of s times the variable.
-
-    Raises:
-        NotCovered: if the sign of some x changes in the region.
+    ``along``: variable in which x is linear → range of s times it. NotCovered is raised if some x changes its sign.
     """
     found: dict[Any, Any] = {}
     for x in sorted({atom.args[0] for atom in law.atoms(Magnitude, Sgn)}, key=str):

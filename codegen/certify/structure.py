@@ -94,11 +94,7 @@ DIGITS = 3
 
 
 def by_structure(analysis: Analysis, stated: Frame) -> tuple[dict[str, Any], verify.Report] | None:
-    """(certificate's JSON object, report of the checker that accepted it); None if there is no certificate.
-
-    Args:
-        stated: (analysis, family) → the fields of a certificate that do not depend on the proof.
-    """
+    """(certificate's JSON object, report of the checker that accepted it); None if there is no certificate."""
     if (found := _measured(analysis) or moving_mass(analysis)) is None:
         return None
 
@@ -230,12 +226,9 @@ def _structure(analysis: Analysis) -> tuple[Any, Array] | None:
 
 
 def mode_step(h: Any, k: Any, machine: Extremes, kappa: Any, beta: Any) -> Matrix:
-    """A of the step (r, φ, d) → (I + hA)(r, φ, d) of one mode, 3 by 3 over p = σ, nu = σ² and q = 1/σ.
+    """A of the step (r, φ, d) → (I + hA)(r, φ, d) of one mode, 3 by 3 over p = σ, nu = σ² and q = 1/σ; h, k exact.
 
     For a mode T = 1/σ², so r = (u + κf)/σ and φ = f + βu; these are solved for u and f.
-
-    Args:
-        h, k: sample time and velocity gain, exact; ``kappa``, ``beta`` of V.
     """
     r, phi, d, s = sympy.symbols("r phi d s")
     determinant = 1 - kappa * beta
@@ -276,8 +269,7 @@ def extremes(analysis: Analysis, k: float, gain: Array) -> Extremes | None:
     are most nonlinear. For each extreme a random search with decreasing step size and a fixed seed follows.
 
     Args:
-        k: gain K_v = k I, 1/s.
-        gain: G, n by n, symmetric and positive definite.
+        k, gain: K_v = k I, 1/s, and G, n by n, symmetric and positive definite.
     """
     machine = _Machine(analysis, k, gain)
     if machine.moves is None:

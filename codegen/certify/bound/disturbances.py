@@ -112,11 +112,7 @@ def disturbances(spec: Spec, observer: Observer, response: Response, off: ModelE
 def _missing_range(
     spec: Spec, system: System, off: ModelError, by_position: Iterable[Any], by_velocity: Iterable[Any]
 ) -> str:
-    """The range that the envelope lacks for a bound, in words; empty if none.
-
-    Args:
-        by_position, by_velocity: slopes of the acceleration, zero where it does not depend on these.
-    """
+    """The range that the envelope lacks for a bound, in words; empty if none. The slopes are of the acceleration."""
     unbounded = any(v.name not in spec.envelope for v in system.velocities)
     if unbounded and any(by_position):
         return "the force depends on position, and then the bound needs a range of every velocity in the envelope"

@@ -135,11 +135,7 @@ class _Claim:
     """What a claim of invariant ellipsoids is made of.
 
     Attributes:
-        write: printer of expressions in the code's quantities.
-        proof: the kernel's proof.
-        shown: what the kernel derives from it.
-        response: linear response of the errors to disturbances.
-        reach: of this response, by the certificate's V.
+        shown: what the kernel derives from ``proof``.
         sizes: cause → the largest disturbance of each coordinate or friction (``disturbances``).
         bounds: of each friction error.
         counts: numbers of samples after a reversal from which on the claim has a bound.
@@ -216,7 +212,6 @@ class _Claim:
         """The fields within and after of a set: bounds on the friction errors from given times after a reversal on.
 
         Args:
-            ball: the set.
             starts: name of a bound → |error| of each component right after the reversal: proved, or else assumed.
             columns, size: b_j and d_j.
             noise: bound on the direct feedthrough of noise to each error.
@@ -243,14 +238,10 @@ class _Claim:
         return {"within": [rational_text(x) for x in (larger, *within)], "after": after}
 
     def _reversals(self, claim: dict[str, Any], most: Sequence[float]) -> list[dict[str, Any]]:
-        """The entries of the field ``reversals``: for each contact, bounds on the errors after one reversal of it.
+        """The entries of the field ``reversals``: for each contact, bounds on the errors after one reversal; or [].
 
         Before the reversal the errors are within ``most``. It takes the samples in which a slip that passes zero at the
         largest acceleration is smaller than the error of its estimate; the estimate changes its sign once in them.
-        There are no entries if one of them cannot be computed.
-
-        Args:
-            most: bound on the magnitude of each error.
         """
         proof, shown, slips = self.proof, self.shown, self.observer.distribution
         own = {e[part]: kernel.term(1, e[part]) for e in proof["errors"] for part in ("truth", "estimate")}
@@ -285,12 +276,7 @@ class _Claim:
         return entries
 
     def _disturbances(self, positions: Sequence[str], friction: Mapping[str, Fraction]) -> list[Disturbance]:
-        """The disturbances that are not zero, noise first.
-
-        Args:
-            positions: places of the positions in the proof.
-            friction: place of a true friction → bound on its magnitude, for the sets that hold for any friction; or {}.
-        """
+        """The disturbances that are not zero, noise first; ``friction``: as of ``_any_friction``."""
         response, sizes, errors = self.response, self.sizes, self.observer.errors
         n, unit = len(positions), sympy.eye(len(errors))
         truths, signs = ([e[part] for e in self.proof["errors"]] for part in ("truth", "sign"))
@@ -330,12 +316,7 @@ class _Claim:
 
 
 def _set(reach: Reach, columns: Array, size: Array, rows: Sequence[Sequence[Any]]) -> dict[str, Any]:
-    """An entry of ``sets``: the invariant ellipsoid, and for each row c' a bound on |c'e| in the long run.
-
-    Args:
-        columns: b_j, m by number of disturbances.
-        size: d_j.
-    """
+    """An entry of ``sets``: the invariant ellipsoid, and for each row c' a bound on |c'e| in the long run."""
     lengths = reach.lengths(columns)
     lengths = np.maximum(lengths, LEAST * float(size @ lengths) / size.sum())
     share = upwards(reach.gamma, OF_MATRIX)

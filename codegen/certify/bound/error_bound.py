@@ -194,10 +194,7 @@ def after_reversal(observer: Observer, certificate: Certificate) -> list[int]:
 def _in_domain(
     spec: Spec, observer: Observer, reach: Reach, later: LongRun, sizes: Sizes, causes: Sequence[str]
 ) -> tuple[DomainBound | str | None, dict[str, float]]:
-    """Bounds in the observer's domain, or why there are none, and cause → the model error up to which there are.
-
-    Without a domain: None, and no causes.
-    """
+    """Bounds in the domain, or why there are none; and cause → the model error up to which there are bounds."""
     if observer.domain is None:
         return None, {}
     unit, more = np.eye(len(reach.step)), math.ceil(min(PEAK_SAMPLES / (1 - reach.gamma), LONGEST))
@@ -264,10 +261,7 @@ def rounding_share(
     """Contribution of rounding to the long-run bound of each friction error; None if it is not known.
 
     The bound is linear in the sizes of the disturbances, so it is computed with rounding as the only disturbance, and
-    not as the difference of two nearly equal numbers.
-
-    Args:
-        rounding: as in ``error_bounds``.
+    not as the difference of two nearly equal numbers. ``rounding``: as in ``error_bounds``.
     """
     response = certificate.response or error_response(observer)
     if isinstance(response, str):
@@ -282,9 +276,7 @@ def _tolerated(
 ) -> float:
     """The largest relative model error, up to 1, for which the domain has a bound; by bisection.
 
-    Args:
-        unit: a model error of this kind, of one percent.
-        inside: bounds on the disturbances → bounds of the domain, or the reason why there are none.
+    ``unit``: one percent of this error. ``inside``: bounds on the disturbances → bounds of the domain, or why not.
     """
     low, high = Fraction(0), Fraction(1)
     for _ in range(HALVINGS):

@@ -156,10 +156,7 @@ def _substituted(
 ) -> tuple[dict[Any, Any], Matrix, Matrix]:
     """(symbol of an equation → its expression in states and measurements, the model's acceleration, the estimates).
 
-    Args:
-        inverse_mass: M⁻¹.
-        a: symbols that replace the model's acceleration in the equations that use it.
-        nonaffine: collects the parts of forces that are not affine.
+    ``a``: symbols that replace the model's acceleration where equations use it. ``nonaffine`` collects parts of forces.
     """
     numbers = _numbers(observer)
     slips = next((tuple(e.symbols) for e in observer.equations if e.name == "slip_velocity"), observer.signs)

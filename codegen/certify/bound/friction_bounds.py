@@ -55,14 +55,11 @@ def largest_friction(spec: Spec, observer: Observer) -> list[Fraction | None]:
 
 
 def _largest_friction(spec: Spec, observer: Observer, c: int) -> Any:
-    """The bound on the friction of contact ``c``, exact; oo if there is none.
+    """The bound on the friction of contact ``c``, exact; oo if there is none. The top slip speed is Σ |U_i| max |v_i|.
 
     - Law without memory: the larger of the level at rest and ``largest_level`` for the largest slip speed.
     - The same with a range ``a_NAME`` in the envelope: the larger of the level at rest and the ends of the range.
-    - Law with one state: its force at the ends of the state's range; with a range ``a_NAME``, at the largest level in
-      it.
-
-    The largest slip speed is Σ |U_i| max |v_i|.
+    - Law with one state: its force at the ends of the state's range; with a range ``a_NAME``, at the largest level.
     """
     contact, column = observer.system.contacts[c], observer.distribution.col(c)
     law, values = contact.law, {k: observer.values[s] for k, s in contact.law_parameters.items()}

@@ -110,11 +110,7 @@ class Reach:
 
 
 def reach_of(response: Response, content: Mapping[str, Any]) -> Reach:
-    """The reach of a linear response, by the V of a certificate of its errors.
-
-    Args:
-        content: the certificate's JSON object.
-    """
+    """The reach of a linear response, by the V of a certificate of its errors, ``content``."""
     p = np.array([[float(Fraction(x)) for x in row] for row in content["lyapunov_matrix"]])
     decrease = 1 - 2 * Fraction(content["decay_rate"]) * Fraction(content["sample_time"])
     gamma, step, inverse = float(decrease) ** 0.5, np.array(response.step, dtype=float), _scaled_inverse(p)

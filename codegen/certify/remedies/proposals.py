@@ -194,7 +194,6 @@ class _Ray:
 
     Attributes:
         spec: the spec at the start of the ray, with signs of gains as chosen.
-        axes: the gains, or groups of entries, that vary.
         direction: one number for each axis, their absolute values sum to 1.
         length: Σ |log factor| at the first stable point.
         distance: ``length`` plus the penalty for changed signs.

@@ -108,13 +108,9 @@ def largest_sample_times(spec: Spec, own: Analysis, outcome: Certificate | Refus
 
 
 def _chosen(spec: Spec, analysis: Analysis, certified: bool) -> tuple[Breaks, bool]:
-    """How P is proved at every sample time and by every method, as it can be at the spec's own.
+    """(breakpoints of the cells at every sample time, whether a P with a cover is searched for first).
 
-    Args:
-        certified: whether there is a P at the spec's own sample time.
-
-    Returns:
-        (breakpoints of the cells, whether a P with a cover is searched for first).
+    ``certified``: whether there is a P at the spec's own sample time.
     """
     family = build_family(analysis.dynamics, analysis.points.ranges)
     few = partition(family, CELLS)
@@ -128,12 +124,7 @@ def _chosen(spec: Spec, analysis: Analysis, certified: bool) -> tuple[Breaks, bo
 
 
 def _largest(spec: Spec, analysis: Analysis, breaks: Breaks, covered: bool) -> float | None:
-    """The largest certified sample time over the envelope, s, as of ``_Proofs.largest``.
-
-    Args:
-        breaks: breakpoints of the cells at every sample time, by variable.
-        covered: whether a P with a cover is searched for first.
-    """
+    """The largest certified sample time over the envelope, s; ``breaks`` and ``covered`` are of ``_chosen``."""
     at_cells = partial(_at_cells, breaks)
     dynamics, ranges = analysis.dynamics, analysis.points.ranges
     stable, own = _stable(analysis), build_family(dynamics, ranges)
@@ -186,10 +177,7 @@ def _largest_sliding(spec: Spec, analysis: Analysis, content: Mapping[str, Any])
 
 
 def _stable(analysis: Analysis) -> Callable[[float], bool]:
-    """The test of a sample time, s: whether the sampled error is stable at every sampled operating point.
-
-    For an A constant over the envelope there is then a P.
-    """
+    """The test of a sample time: whether the error is stable at every point; for a constant A there is then a P."""
     dynamics = analysis.dynamics
     step = dynamics.in_force(dynamics.sampled)
     points, _ = distinct_points(dynamics, analysis.points, step)
@@ -248,10 +236,7 @@ class _Proofs:
         return self.found(h) is not None
 
     def found(self, h: float) -> tuple[Analysis, Found] | None:
-        """(analysis at this sample time, P in floating point); None if no P is found.
-
-        Only the dynamics of the analysis are changed; values at operating points are for the spec's sample time.
-        """
+        """(analysis at this sample time, P in floating point); None if no P is found."""
         dynamics = self.analysis.dynamics
         at = replace(self.analysis, dynamics=dynamics.at(sympy.Rational(Fraction(f"{h:.12g}"))))
         try:
