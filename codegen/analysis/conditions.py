@@ -56,13 +56,9 @@ class Condition:
 def reduce_conditions(
     raw: tuple[tuple[str, Any], ...], positive: frozenset[sympy.Symbol]
 ) -> tuple[tuple[str, Any], ...]:
-    """The conditions without positive factors: given symbols, earlier conditions, and squares in denominators.
+    """The conditions (label, expression > 0) without positive factors: symbols, earlier ones, squares in denominators.
 
     A square in a numerator stays unless it is known to be nonzero: a slip speed or a friction state may pass zero.
-
-    Args:
-        raw: (label, expression) pairs, each expression > 0.
-        positive: symbols with a positive value, such as masses.
     """
     known: list[Any] = [*positive]
     result: list[tuple[str, Any]] = []
@@ -201,17 +197,15 @@ def block_conditions(dynamics: ErrorDynamics, continuous: Any, sampled: Any) -> 
 def written_conditions(
     raw: Sequence[tuple[str, Any]], c: Sequence[Any], coefficients: Sequence[Any], positive: set[sympy.Symbol]
 ) -> tuple[tuple[str, Any], ...]:
-    """Conditions in printed form, together equivalent to those of ``raw``.
+    """Conditions in printed form, together equivalent to those of ``raw``, which are over ``c``.
 
     A factor is removed only if it is positive by its meaning or by an earlier condition of the same list, so the Jury
     conditions do not depend on those of Routh–Hurwitz. The coefficients are inserted up to order 2, and above where the
     result is short.
 
     Args:
-        raw: (label, expression > 0), over ``c``.
         c: symbols of the coefficients, highest first; the first is 1.
         coefficients: their expressions over gains and parameters.
-        positive: symbols with a positive value.
     """
     values = dict(zip(c[1:], coefficients[1:], strict=True))
     written = []
@@ -234,12 +228,7 @@ def _coefficients(matrices: Array) -> Array:
     """Coefficients of |sI − A| after the first, order by points, computed exactly and rounded to doubles.
 
     Faddeev–LeVerrier in integers: in doubles its cancellation would lose a slow rate in the presence of a fast one.
-
-    Args:
-        matrices: A, points by order by order, finite; the order is at most ``SYMBOLIC_ORDER``.
-
-    Raises:
-        OverflowError: if a coefficient exceeds the range of a double.
+    OverflowError is raised if a coefficient exceeds the range of a double.
     """
     ratios = [value.as_integer_ratio() for value in matrices.ravel().tolist()]
     scale = max((below for _, below in ratios), default=1)  # each is a power of two

@@ -308,9 +308,6 @@ def _require_equilibrium(observer: Observer, flow: Matrix) -> None:
     The true rate is v' of a velocity and 0 of a friction force or level. The error of an estimate that leaks, for
     example, tends to another value than 0, and a certificate of the decay of V(e) would be false. The state of a law
     is left out: its rate is that of the law that the observer assumes, which the builder compares with the plant's.
-
-    Args:
-        flow: d/dt of the estimates at e = 0.
     """
     random, slips = np.random.default_rng(0), observer.system.slip_velocity
     true_rates = dict(zip(observer.system.velocities, observer.system.accelerations, strict=True))

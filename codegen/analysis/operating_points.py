@@ -217,9 +217,7 @@ def matrix_function(
 ) -> Any:
     """A matrix of the error dynamics as a CasADi function of one column: operating point, gains and sample time.
 
-    Args:
-        matrix: m by m over the symbols of ``dynamics``.
-        variables, gains: the first entries of the column, in order; h is the last. Other gains have the spec's values.
+    ``variables`` and ``gains`` are the first entries of the column, h is the last. Other gains have the spec's values.
     """
     opened = (*variables, *gains, symbol("h"))
     column = casadi.SX.sym("p", len(opened))

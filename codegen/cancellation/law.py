@@ -140,12 +140,7 @@ def _normal(steps: Steps, plan: Plan, weight: str, C: Any, force: list[Any]) -> 
 
 
 class Steps:
-    """Ordered list of equations A y = r; each method adds one and returns the symbols of y, cancel_NAME_1, ….
-
-    Args:
-        source: origin of the equations, for comments in the code.
-        mass: M.
-    """
+    """Ordered list of equations A y = r; each method adds one and returns the symbols of y, cancel_NAME_1, …."""
 
     def __init__(self, source: str, mass: Matrix) -> None:
         self._source, self._mass = source, mass

@@ -51,17 +51,12 @@ def whitener(weight: str, mass: Array) -> Array:
 def best_inputs(
     input_matrix: Array, mass: Array, forces: Array, weight: str, pivots: tuple[int, ...] | None = None
 ) -> Array:
-    """The ū that minimises r'W r, r = B ū − force, for each column of ``forces``.
+    """The ū, inputs by m, that minimises r'W r, r = B ū − force, for each column of ``forces``, n by m, such as U.
 
     Args:
-        input_matrix: B, n by inputs.
-        mass: M, n by n.
-        forces: n by m, such as U.
+        input_matrix, mass: B, n by inputs, and M, n by n.
         weight: W, as in ``weighted_rank_form``.
         pivots: the inputs used (Appendix B); the others are 0. None: all, and the solution of least norm.
-
-    Returns:
-        inputs by m.
     """
     V = whitener(weight, mass)
     if pivots is None:

@@ -191,12 +191,7 @@ def _condition(found: Reach, matrix: Any) -> float:
 
 @dataclass(frozen=True)
 class Regularity:
-    """Whether a rank is constant over the envelope.
-
-    Attributes:
-        proven: whether it is proven constant.
-        falls_at: a point, variable → value, at which it is lower; None if none was found.
-    """
+    """Whether a rank is proven constant over the envelope, and a point (variable → value) where it is lower, if any."""
 
     proven: bool
     falls_at: Mapping[str, float] | None = None
@@ -209,14 +204,10 @@ def keeps_rank(
     variables: tuple[sympy.Symbol, ...],
     ranges: tuple[tuple[float, float], ...],
 ) -> Regularity:
-    """Whether ``matrix`` has its generic rank ``rank`` at every point of the ranges.
+    """Whether a matrix over parameters and ``variables`` has its generic ``rank`` at every point of the ranges.
 
     Proof by interval arithmetic: the ranges are bisected until on each box the interval of some minor (the determinant
     of a rank-by-rank submatrix) excludes zero. It is not tried for more than ``MOST_MINORS`` minors.
-
-    Args:
-        matrix: n by m over parameters and ``variables``.
-        values: of the parameters, exact.
     """
     inside = sympy.Matrix(matrix).subs(dict(values))
     used = tuple(v for v in variables if v in inside.free_symbols)

@@ -205,11 +205,7 @@ def reach(spec: Spec, system: System, weight: str) -> Reach:
 def _verdicts(
     found: Reach, ranks: Ranks, directions: Any, names: list[str], at_points: tuple[Any, Any]
 ) -> tuple[Verdict, ...]:
-    """The verdict on a force along each column of ``directions``.
-
-    Args:
-        at_points: B and M in numbers at the points of the envelope, (points, n, inputs) and (points, n, n).
-    """
+    """The verdict on a force along each column of ``directions``; ``at_points``: B and M at the points."""
     B, M, n = found.input_matrix, found.system.mass_matrix, found.input_matrix.rows
     forces = found.numbers(directions)
     shares = np.array([removed_share(b, m, f, found.weight) for b, m, f in zip(*at_points, forces, strict=True)])

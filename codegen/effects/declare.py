@@ -228,11 +228,7 @@ def _refuse_tolerance(
 
 
 def _checked(effect: Effect, declared: DeclaredEffect, spec: Spec, key: str) -> dict[str, Any]:
-    """The declared values, in the order of the form's parameters.
-
-    Raises:
-        BadInput: for a parameter that is unknown, missing or out of its bounds.
-    """
+    """The declared values, in the order of the form's parameters; BadInput for a wrong one."""
     names = [p.name for p in effect.parameters]
     forms = " or ".join(dict.fromkeys(", ".join(p.name for p in form.parameters) for form in effect.forms))
     possible = list(dict.fromkeys(p.name for form in effect.forms for p in form.parameters))

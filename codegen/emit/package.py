@@ -42,7 +42,6 @@ def emit_readme(
     Args:
         certificate: a dict, or the reason of a refusal.
         files: names of those in the same folder.
-        proofs: file → its text.
         kernel: whether the kernel's proof of the C is among the files.
         bounds: on each friction error, as proved of the C.
         regions: which of the proofs are of a region of the envelope.

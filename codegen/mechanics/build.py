@@ -120,11 +120,7 @@ def _refuse_asymmetry(system: System, spec: Spec, entries: Any) -> None:
 
 
 def _refuse_indefinite(system: System, spec: Spec, points: Any, entries: Any) -> None:
-    """Refuse an M(x) that is not real and positive definite at the points, (points, n); it names the first such point.
-
-    Args:
-        entries: M at the points, (points, n, n); not finite where M has no real value.
-    """
+    """Refuse an M(x) that is not real and positive definite at each of the points, (points, n); it names the first."""
     key, finite = form_key(spec), np.isfinite(entries).all(axis=(1, 2))
     smallest = np.full(len(points), np.nan)
     smallest[finite] = np.linalg.eigvalsh(entries[finite])[:, 0]

@@ -103,8 +103,8 @@ def _refuse_unknown_parameter(spec: Spec, key: str, law: FrictionLaw, name: str)
 def _slip_unit(spec: Spec, distribution: Matrix, index: int, contact: Contact) -> str:
     """The unit of a contact's slip: that of the first coordinate on which it acts.
 
-    Where a spec says by ``sliding`` which bodies slide on each other, the slip may be a length although the coordinate
-    is an angle. The unit is then m if the friction is a force, and rad if it is a torque.
+    Where ``sliding`` says which bodies slide on each other, the slip may be a length although the coordinate is an
+    angle. The unit is then m if the friction is a force, and rad if it is a torque.
     """
     touched = [i for i in range(len(spec.coordinates)) if distribution[i, index] != 0]
     if not touched:

@@ -83,9 +83,7 @@ class Joint:
 
 
 def mass_matrix(tree: KinematicTree, positions: Any, masses: Sequence[Points]) -> Any:
-    """The mass matrix M(x), n by n SX, symmetric; kg on translations, kg m² on rotations.
-
-    Entries that are zero for every x are structural zeros.
+    """The mass matrix M(x), n by n SX, symmetric; zeros for every x are structural zeros.
 
     Args:
         positions: x, n by 1 SX, rad or m.
@@ -112,11 +110,7 @@ def mass_matrix(tree: KinematicTree, positions: Any, masses: Sequence[Points]) -
 def bias_force(tree: KinematicTree, positions: Any, velocities: Any, masses: Sequence[Points]) -> Any:
     """The bias force h(x, v) of gravity, centrifugal and Coriolis forces: the joint forces that give v' = 0.
 
-    n by 1 SX, N m on rotations, N on translations.
-
-    Args:
-        positions, velocities: x and v, n by 1 SX.
-        masses: moments of the bodies.
+    n by 1 SX, N m on rotations, N on translations; the arguments are those of ``mass_matrix``, and v.
     """
     bodies = tree.bodies
     joints = [_joint(b, positions[i]) for i, b in enumerate(bodies)]

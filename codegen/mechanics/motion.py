@@ -142,12 +142,7 @@ def _constraints(spec: Spec, form: Constraints) -> tuple[Matrix, Matrix, Matrix]
     """M, g and U in independent coordinates q of bodies with holonomic constraints, whose positions are x(q).
 
     M_q = T'M T (A.64), g_q = T'g_x − T'M (dT/dt) v plus the spec's ``force`` (A.66), U_q = T'U_x (A.65).
-
     T = ∂x/∂q (A.58), k by n; (dT/dt) v = (∂(T v)/∂q) v, the acceleration of the bodies at constant v (A.57).
-
-    Raises:
-        BadInput: for dependent coordinates (T of deficient rank), and for constraint equations ψ that contradict the
-            positions or each other, or are redundant.
     """
     q = Matrix([symbol(name) for name in spec.positions])
     v = Matrix([symbol(name) for name in spec.velocities])
@@ -226,9 +221,6 @@ def _lagrangian(spec: Spec, form: Lagrangian) -> tuple[Matrix, Matrix]:
 
     E is the kinetic energy, V the potential energy, and Φ the spec's ``force``. With p = (∂E/∂v)', M = ∂p/∂v and
     g = Φ + (∂E/∂x)' − (∂V/∂x)' − (∂p/∂x) v. E may have terms linear in v (gyroscopic) and without v (centrifugal).
-
-    Raises:
-        BadInput: where E is not a quadratic polynomial in the velocities, or a coordinate has no kinetic energy.
     """
     x = Matrix([symbol(name) for name in spec.positions])
     v = Matrix([symbol(name) for name in spec.velocities])

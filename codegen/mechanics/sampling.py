@@ -37,12 +37,7 @@ def sampled_values(spec: Spec) -> list[dict[sympy.Symbol, Any]]:
 def numbers_over(
     matrix: Any, values: Mapping[sympy.Symbol, Any], variables: Sequence[sympy.Symbol], points: Any
 ) -> Any:
-    """An n by m matrix over parameters and variables, evaluated by CasADi at many points: (points, n, m).
-
-    Args:
-        values: of the parameters.
-        points: (points, variables). An entry without a real value at a point is NaN or infinite there.
-    """
+    """An n by m matrix over variables at (points, variables): (points, n, m); NaN or infinite where not real."""
     return at_points(function_of(matrix, variables, values), points)
 
 

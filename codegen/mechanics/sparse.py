@@ -38,10 +38,6 @@ class _Gradients:
 
     Subexpressions in which no variable occurs are not visited, and equal subexpressions are differentiated once. In the
     product rule, the point is inserted into the factors that are not differentiated, which keeps the products short.
-
-    Args:
-        variables: those of the derivatives.
-        at: variable → its value at the point; a variable without one stays a symbol.
     """
 
     def __init__(self, variables: frozenset[sympy.Symbol], at: Mapping[sympy.Symbol, Any]) -> None:

@@ -134,11 +134,7 @@ def _law_functions(label: str, names: list[str], slip: Matrix, state: Matrix) ->
 
 
 def _assumed_law(spec: Spec, system: System, contact: ContactFriction) -> AssumedLaw:
-    """The law of ``observer: laws:`` for this contact, or else the plant's.
-
-    Raises:
-        BadInput: for a law that does not have exactly one state.
-    """
+    """The law of ``observer: laws:`` for this contact, or else the plant's; BadInput unless it has one state."""
     choice = spec.required_observer
     place = spec.place(f"friction.contacts[{system.contact_index(contact.name)}].law")
     law: FrictionLaw = contact.law
@@ -253,11 +249,7 @@ def _range(spec: Spec, system: System, law: AssumedLaw) -> tuple[Any, Any] | Non
 
 
 def _rational(value: Any, outward: int) -> Any:
-    """An end of a range as a rational; an irrational one is rounded outwards by a relative 10⁻¹⁵.
-
-    Args:
-        outward: -1 for a lower end, 1 for an upper one.
-    """
+    """An end of a range as a rational; an irrational one is rounded outwards (−1: down, 1: up) by a relative 10⁻¹⁵."""
     if value.is_Rational:
         return value
     number = sympy.Rational(str(sympy.N(value, 20)))

@@ -83,8 +83,7 @@ def slip_rate(system: System, velocity: Matrix, acceleration: Matrix) -> Matrix:
 def friction_equations(system: System, slip: Equation, law_force: Matrix, source: str) -> list[Equation]:
     """Equations of the known friction of declared effects, of F̂ at the contacts, and of U F̂ on the coordinates.
 
-    Args:
-        law_force: estimated contact forces without the known friction.
+    ``law_force``: estimated contact forces without the known friction.
     """
     equations = []
     if has_declared_friction(system):

@@ -150,11 +150,7 @@ def velocity_of(spec: Spec, choice: ObserverChoice, system: System) -> Velocity:
 
 
 def _step(spec: Spec, integration: str, gain: Matrix) -> tuple[Matrix, Matrix]:
-    """Γ and Φ of the spec's integration for K_v = ``gain``.
-
-    Raises:
-        BadInput: for ``exponential`` with a K_v that is not diagonal, or ``semi_implicit`` with one of order above 3.
-    """
+    """Γ and Φ of the spec's integration for K_v = ``gain``; BadInput for a K_v that it does not support."""
     n, h = gain.rows, SAMPLE_TIME
     diagonal, place = gain.is_diagonal(), spec.place("observer.gains.K_v")
     if integration == "semi_implicit":

@@ -186,9 +186,6 @@ def _written_out(state: State, blocks: list[tuple[Any, Any]]) -> State:
     """A state whose initial and resumed values contain no true position: its expression over the reading is inserted.
 
     These values are computed outside the step, where the blocks of the true positions are not available.
-
-    Args:
-        blocks: (SX symbols, expression) of each true position.
     """
     initial, resumed = state.initial, state.resumed
     for symbols, meaning in blocks:

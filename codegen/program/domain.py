@@ -39,11 +39,7 @@ class Guard:
     """
 
     def __init__(self, observer: Observer, domain: Domain, names: dict[sympy.Symbol, Any]) -> None:
-        """The guard's parameters and states, whose SX are added to ``names``.
-
-        Args:
-            names: symbol → SX of the program so far.
-        """
+        """The guard's parameters and states, whose SX are added to ``names``, those of the program so far."""
         self.observer, self.domain, self.names = observer, domain, names
         system = observer.system
         self.contact, self.position = system.contacts[0], system.positions[0]
@@ -129,11 +125,7 @@ class Guard:
         return [*blocks, self._block("in_domain", symbol("in_domain"), inside * settled, "1", source, True)]
 
     def guarded(self, states: list[State], rates: Any, period: Field) -> list[State]:
-        """The observer's states, z of the level with the conditional update, followed by the guard's own.
-
-        Args:
-            rates: SX of dz/dt, a row a state.
-        """
+        """The observer's states, z of the level with the conditional update, then the guard's own."""
         level = next(e for e in self.observer.equations if e.name == "friction_level")
         assert level.state is not None
         index = list(self.observer.states).index(level.state[0])

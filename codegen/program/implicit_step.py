@@ -32,7 +32,7 @@ def implicit_blocks(
     Args:
         names: symbol → SX of every parameter, measurement and input; the inputs are those held since the last sample.
         states: z[k−1].
-        period: SX of the sample time, s.
+        period: SX of the sample time.
         taken: names in use; those of the blocks are added.
     """
     before = casadi.vertcat(*[f.symbol for f in states])
@@ -89,8 +89,7 @@ def _rates(
 ) -> tuple[Any, Any, Any]:
     """SX of dz/dt, of M a − (g − F̂), and of the signs of slip, over z and a.
 
-    Args:
-        signs: sgn(·) expression → the SX symbol that replaces it; empty to keep the expressions.
+    ``signs``: sgn(·) expression → the SX symbol that replaces it; empty to keep the expressions.
     """
     values = dict(names) | dict(zip(observer.states, casadi.vertsplit(z), strict=True))
     held = {s: sympy.Dummy() for s in signs}

@@ -45,12 +45,7 @@ def most_lost(observer: Observer) -> int:
 
 
 def predicted_changes(observer: Observer, names: Mapping[sympy.Symbol, Any], period: Any) -> dict[sympy.Symbol, Any]:
-    """State z → its change over an invalid sample, for an observer that estimates the velocity.
-
-    Args:
-        names: symbol → SX of every parameter.
-        period: SX of the sample time, s.
-    """
+    """State z → its change over an invalid sample, for an observer that estimates the velocity; ``period``: SX of h."""
     velocity = dict(zip(observer.system.positions, held(observer.equations[0].symbols).values(), strict=True))
     return {
         z: -period * sum(to_casadi(slope, names) * velocity[x] for x, slope in along.items())
@@ -60,11 +55,9 @@ def predicted_changes(observer: Observer, names: Mapping[sympy.Symbol, Any], per
 
 
 def resumed_states(observer: Observer, names: Mapping[sympy.Symbol, Any], period: Any) -> dict[sympy.Symbol, Any]:
-    """State z → the value that makes each estimate equal to the held one.
+    """State z → the value that makes each estimate equal to the held one; ``period``: SX of h.
 
-    Args:
-        names: symbol → SX of every parameter, and of this sample's positions, velocities and inputs.
-        period: SX of the sample time, s.
+    ``names``: symbol → SX of every parameter, and of this sample's positions, velocities and inputs.
     """
     system, values = observer.system, dict(names)
     velocity = system.v

@@ -19,9 +19,8 @@ class MassSolve:
     """Linear solver that adds its intermediate values to ``blocks``, in the order of computation.
 
     Args:
-        taken: names in use, to which those of the blocks are added.
+        taken: names in use, to which those of the blocks are added, each with ``prefix``.
         source: equation number, for the blocks.
-        prefix: of the names.
     """
 
     def __init__(self, taken: set[str], source: str, prefix: str = "") -> None:
@@ -60,12 +59,7 @@ class MassSolve:
         return lambda block, letter, indices, value: self.named(block, [_label(n, letter, *indices)], [value])[0]
 
     def named(self, name: str, wishes: Sequence[str], values: Sequence[Any]) -> list[Any]:
-        """Add a block of values, and return their symbols.
-
-        Args:
-            name: of the block.
-            wishes: names of the symbols; one in use gets ``_`` or a number at its end.
-        """
+        """Add a block of values named like ``wishes``, with ``_`` or a number if in use; return their symbols."""
         elements = []
         for wish in (f"{self._prefix}{each}" for each in wishes):
             possible = (wish, f"{wish}_", *(f"{wish}_{k}" for k in range(2, len(self._taken) + 2)))

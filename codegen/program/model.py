@@ -100,12 +100,9 @@ class Program:
         kind, velocity: of the observer (``gcfo``; ``measured`` or ``estimated``), for comments.
         parameters, states, inputs: struct fields in order.
         blocks: computed in order in a step.
-        next_state: SX of each state one sample later, over fields and blocks.
-        initial_state: SX of each state at the first sample, over parameters and inputs.
-        predicted_state: SX of each state after an invalid sample, over parameters, states and held outputs.
-        resumed_state: SX of each state, set by the first valid sample after ``most_lost`` invalid ones or more so that
-            the estimates equal the held ones; over inputs too.
-        most_lost: number of consecutive invalid samples up to which the states are predicted.
+        next_state, initial_state, predicted_state, resumed_state: SX of each state in the four cases of ``State``.
+        most_lost: number of consecutive invalid samples up to which the states are predicted; after more they are
+            resumed.
         precision: of the arithmetic, ``double`` or ``single``.
         fault: handling of invalid samples: ``hold`` the last estimates, or ``none``.
         integration: method of the step, in words.

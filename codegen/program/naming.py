@@ -92,11 +92,7 @@ def _powers(words: list[str]) -> list[str]:
 
 
 def partial_name(node: Node, known: Mapping[Node, str]) -> str | None:
-    """A name for one operation on a named node: sin_x, omega_squared, one_over_d; None for a node of another form.
-
-    Args:
-        known: names of other nodes.
-    """
+    """A name for one operation on a named node, such as sin_x, omega_squared or one_over_d; None for another node."""
     inner = [known.get(a) or (a.name if a.kind == "symbol" else None) for a in node.arguments]
     if None in inner[:1] and not (node.kind == "quotient" and inner[-1]):
         return None

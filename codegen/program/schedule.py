@@ -207,11 +207,7 @@ def _without_cycles(runs: list[Run]) -> list[Run]:
 
 
 def _fuses(host: Run, run: Run, needed: set[Run], fused_into: dict[Run, Run], run_of: dict[Value, Run]) -> bool:
-    """Whether ``run`` can be fused into the earlier loop ``host``; if so, ``host`` gets its dependences.
-
-    Args:
-        needed: the scheduled runs on which ``run`` depends.
-    """
+    """Whether ``run`` can be fused into the earlier loop ``host``; if so, ``host`` gets its dependences."""
     if (run.first, run.stop) != (host.first, host.stop) or not run.loop:
         return False
     if any(other is not host and other.position > host.position for other in needed):

@@ -160,12 +160,9 @@ def _axis(
     dependent: Mapping[sympy.Symbol, float],
     observer: Observer,
 ) -> GainAxis:
-    """The axis of a group of entries.
+    """The axis of a group of entries of the spec that are varied together; ``numbers`` are their values.
 
-    Args:
-        group: entries of the spec that are varied together: one free gain, or all entries of a gain with a value.
-        numbers: (gain, path) → their values.
-        dependent: gain symbol that depends on them → its value.
+    ``dependent``: gain symbol that depends on them → its value.
     """
     name = group[0].gain if len(dependent) > 1 else next(iter(dependent)).name
     unit = " or ".join(dict.fromkeys(observer.gain_units[s] for s in dependent))

@@ -193,10 +193,7 @@ def _linearised(observer: Observer, known: dict[sympy.Symbol, Any], h: Any, fric
     """The matrices of ``NoiseModel`` as SX: Φ, B for position and velocity noise, C, D for position and velocity noise.
 
     The signs of the slips are those at the point: near standstill friction may reverse a small inertia within a sample.
-
-    Args:
-        known: value of each symbol.
-        friction: symbols of the friction estimate.
+    ``friction``: symbols of the friction estimate.
     """
     system = observer.system
     x, v = (casadi.vertcat(*[known[s] for s in part]) for part in (system.positions, system.velocities))
