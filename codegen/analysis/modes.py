@@ -90,7 +90,8 @@ def find_modes(dynamics: ErrorDynamics, continuous: Array, h: float) -> Modes | 
     gain_values = form.gain.subs(observer.gains)
     if gain_values != gain_values.T or not (form.weight.is_Identity or form.gain.is_diagonal()):
         return None
-    uniform = k_v is None or _uniform(k_v, observer.gains)
+    numbers = sympy.eye(1) if k_v is None else k_v.subs(observer.gains)
+    uniform = bool(numbers == numbers[0, 0] * sympy.eye(numbers.rows))
     diagonal = k_v is not None and k_v.is_diagonal() and observer.system.mass_matrix.is_diagonal()
     if not uniform and not diagonal:
         return None
@@ -153,11 +154,6 @@ def _sample_time(eigenvalue: float, k_v: float | None) -> float:
         return 2 / eigenvalue
     discriminant = k_v * k_v - 4 * k_v * eigenvalue
     return 1 / eigenvalue if discriminant < 0 else 4 / (k_v + math.sqrt(discriminant))
-
-
-def _uniform(gain: Matrix, values: Any) -> bool:
-    numbers = gain.subs(values)
-    return bool(numbers.is_diagonal() and len({numbers[i, i] for i in range(numbers.rows)}) == 1)
 
 
 def _positive(gain: Matrix, label: str, values: Any) -> list[Condition]:

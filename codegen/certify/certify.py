@@ -183,14 +183,13 @@ def _without_jumps(
     observer, h = analysis.dynamics.observer, analysis.dynamics.period
     contacts = [e.contact for e in observer.errors]
     kept = np.array([[a == b for b in contacts] for a in contacts])
-    if not observer.level_errors or kept.all() or len(kept) > MOST_ERRORS:
+    few = len(kept) <= MOST_ERRORS and len(cells.matrices) <= MOST_TURNING
+    if not observer.level_errors or kept.all() or not few:
         return found
-    if len(cells.matrices) <= MOST_TURNING:
-        common = common_lyapunov(cells.matrices, h, kept)
-        if common is not None:
-            with suppress(verify.Refused):
-                part = base, Found(family, *common, cells.splits, matrices=cells.matrices)
-                return replace(found, turning=proved([part], analysis, turning=True)[0][0])
+    if (common := common_lyapunov(cells.matrices, h, kept)) is not None:
+        with suppress(verify.Refused):
+            part = base, Found(family, *common, cells.splits, matrices=cells.matrices)
+            return replace(found, turning=proved([part], analysis, turning=True)[0][0])
     return found
 
 
@@ -207,11 +206,8 @@ def spectral_rate(analysis: Analysis) -> float:
 
 def _no_words(analysis: Analysis, error: Exception) -> Refusal:
     """The refusal of error dynamics that the certificate format cannot express."""
-    why = (
-        str(error)
-        if isinstance(error, NotEnclosable)
-        else f"the error dynamics contain {error}, which a certificate cannot state"
-    )
+    known = isinstance(error, NotEnclosable)  # else a TypeError of ``to_prefix``, which names a function or power
+    why = str(error) if known else f"the error dynamics contain {error}, which a certificate cannot state"
     return _undecided(analysis, why, narrower=False)
 
 

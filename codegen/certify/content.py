@@ -20,7 +20,6 @@ from codegen.certify.centre import least_rate
 from codegen.certify.certificate_text import rational_text, rounded, rounded_matrix, texts, to_prefix
 from codegen.certify.family import Family
 from codegen.checker import verify
-from codegen.observers.equations import ErrorVariable, Observer
 from codegen.spec.model import Spec
 
 FORMAT = "stiction-certificate/1"
@@ -40,6 +39,9 @@ def frame(spec: Spec, files: Mapping[str, str], command: str, analysis: Analysis
     the generated sources.
     """
     observer = analysis.dynamics.observer
+    signed = {e for e in observer.errors if observer.level_errors and e.contact is not None}  # certified as forces
+    meanings = [f"sign of slip times ({e.meaning})" if e in signed else e.meaning for e in observer.errors]
+    named = zip(observer.errors, meanings, strict=True)
     return {
         "format": FORMAT,
         "tool": {"name": "stiction", "version": VERSION, "command": command},
@@ -47,7 +49,7 @@ def frame(spec: Spec, files: Mapping[str, str], command: str, analysis: Analysis
         "observer": {"kind": observer.kind, "velocity": observer.velocity, "integration": observer.integration},
         "claim": "",
         "sample_time": rational_text(observer.sample_time),
-        "error": [{"name": e.symbol.name, "meaning": _meaning(e, observer), "unit": e.unit} for e in observer.errors],
+        "error": [{"name": e.symbol.name, "meaning": meaning, "unit": e.unit} for e, meaning in named],
         "variables": {v.name: [rational_text(lo), rational_text(hi)] for v, (lo, hi) in family.variables.items()},
         "splits": {},
         **as_prefix(family),
@@ -66,12 +68,6 @@ def as_prefix(family: Family) -> dict[str, Any]:
         "parameters": [{"name": s.name, "expression": to_prefix(e)} for s, e in family.parameters.items()],
         "matrix": [[to_prefix(e) for e in family.matrix.row(i)] for i in range(family.matrix.rows)],
     }
-
-
-def _meaning(error: ErrorVariable, observer: Observer) -> str:
-    """What an error component is, in words; that of a level is certified as a force, times the sign of slip."""
-    signed = observer.level_errors and error.contact is not None
-    return f"sign of slip times ({error.meaning})" if signed else error.meaning
 
 
 @dataclass(frozen=True)

@@ -93,9 +93,8 @@ def build_family(dynamics: ErrorDynamics, ranges: Mapping[sympy.Symbol, tuple[An
     matrix = matrix.applyfunc(lambda e: _bounded_functions(e, bounded, ranges))
 
     # Parameters for all other varying factors, and for signs.
-    factors = _VaryingFactors({*varying, *observer.signs}, ranges)
-    matrix = matrix.applyfunc(factors.replaced)
-    parameters = factors.parameters | {w: e for w, e in varying.items() if matrix.has(w)}
+    matrix, parameters = _varying_factors(matrix, {*varying, *observer.signs}, ranges)
+    parameters |= {w: e for w, e in varying.items() if matrix.has(w)}
     signs = {s: symbol(f"sign_{s.name}") for s in observer.signs if matrix.has(s)}
     parameters |= {name: s for s, name in signs.items()}
     matrix = matrix.xreplace(signs)
@@ -108,49 +107,37 @@ def build_family(dynamics: ErrorDynamics, ranges: Mapping[sympy.Symbol, tuple[An
     return Family(variables, parameters, matrix, {s: e for e, s in bounded.items()})
 
 
-class _VaryingFactors:
-    """Parameters in place of the varying factors in the entries of A; equal factors have one parameter.
+def _varying_factors(
+    matrix: Matrix, known: set[sympy.Symbol], ranges: Mapping[sympy.Symbol, Any]
+) -> tuple[Matrix, dict[sympy.Symbol, Any]]:
+    """(A with parameters in place of its varying factors, parameter → expression); equal factors share a parameter.
 
-    Attributes:
-        parameters: parameter → its expression, in the order in which they were introduced.
+    Each term becomes number · known parameters · irrational constants · varying rest. An irrational constant, such as
+    exp(−hK_v), is a parameter of its own, so that terms with it cancel.
     """
+    names: dict[Any, sympy.Symbol] = {}
+    prefix = "theta"
+    while any(v.name.startswith(prefix) for v in ranges):
+        prefix += "_"  # the spec may have a coordinate of the name theta1
 
-    def __init__(self, known: set[sympy.Symbol], ranges: Mapping[sympy.Symbol, Any]) -> None:
-        """The symbols in ``known`` are parameters already; new names differ from those of variables in ``ranges``."""
-        self._known = known
-        self._names: dict[Any, sympy.Symbol] = {}
-        self._prefix = "theta"
-        while any(v.name.startswith(self._prefix) for v in ranges):
-            self._prefix += "_"  # the spec may have a coordinate of the name theta1
+    def name_of(expression: Any) -> sympy.Symbol:
+        return names.setdefault(expression, symbol(f"{prefix}{len(names) + 1}"))
 
-    @property
-    def parameters(self) -> dict[sympy.Symbol, Any]:
-        return {name: expression for expression, name in self._names.items()}
-
-    def replaced(self, entry: Any) -> Any:
-        """The entry, expanded, with each term as number · known parameters · irrational constants · varying rest.
-
-        An irrational constant, such as exp(−hK_v), is a parameter of its own, so that terms with it cancel.
-        """
+    def replaced(entry: Any) -> Any:
         total = sympy.Integer(0)
         for term in sympy.Add.make_args(expand_products(entry)):
-            coefficient, rest = term.as_coeff_Mul()
-            parameters, varying = sympy.Integer(1), sympy.Integer(1)
-            for factor in sympy.Mul.make_args(rest):
-                if factor in self._known:
-                    parameters *= factor
-                elif factor.is_Rational:
+            coefficient, varying = sympy.Integer(1), sympy.Integer(1)
+            for factor in sympy.Mul.make_args(term):
+                if factor in known or factor.is_Rational:
                     coefficient *= factor
                 elif not factor.free_symbols:
-                    parameters *= self._name_of(factor)
+                    coefficient *= name_of(factor)
                 else:
                     varying *= factor
-            total += coefficient * parameters * (self._name_of(varying) if varying != 1 else 1)
+            total += coefficient * (name_of(varying) if varying != 1 else 1)
         return total
 
-    def _name_of(self, expression: Any) -> sympy.Symbol:
-        """The parameter of an expression; a new one if it has none yet."""
-        return self._names.setdefault(expression, symbol(f"{self._prefix}{len(self._names) + 1}"))
+    return matrix.applyfunc(replaced), {name: expression for expression, name in names.items()}
 
 
 def _inverse_mass(

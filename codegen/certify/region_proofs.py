@@ -44,23 +44,34 @@ class Regions:
 
     Attributes:
         proofs: file → its content (docs/certificate_format.md).
-        ranges: file → variable → (low, high).
-        rates: file → rate α, 1/s: proved or, for ``sliding_limit.json``, refuted; if negative, V may grow.
-        reversal: contact → growth of V in ``recovery.json`` when its friction changes sign.
         sample_time: s.
         passes_zero: whether the envelope contains a friction state of zero.
         whole: files whose region is the whole envelope.
-        levels: (name, lowest, largest, unit) of the true friction levels,.
+        levels: (name, lowest, largest, unit) of the true friction levels.
     """
 
     proofs: Mapping[str, Mapping[str, Any]]
-    ranges: Mapping[str, Mapping[str, tuple[float, float]]]
-    rates: Mapping[str, float]
-    reversal: Mapping[str, float]
     sample_time: float
     passes_zero: bool = True
     whole: tuple[str, ...] = ()
     levels: tuple[tuple[str, Any, Any, str], ...] = ()
+
+    @property
+    def ranges(self) -> dict[str, dict[str, tuple[float, float]]]:
+        """file → variable → (low, high)."""
+        ends = {name: content["variables"].items() for name, content in self.proofs.items()}
+        return {name: {v: (float(Fraction(a)), float(Fraction(b))) for v, (a, b) in of} for name, of in ends.items()}
+
+    @property
+    def rates(self) -> dict[str, float]:
+        """file → rate α, 1/s: proved or, for ``sliding_limit.json``, refuted; if negative, V may grow."""
+        return {name: float(Fraction(content["decay_rate"])) for name, content in self.proofs.items()}
+
+    @property
+    def reversal(self) -> dict[str, float]:
+        """contact → growth of V in ``recovery.json`` when its friction changes sign."""
+        turns = self.proofs.get("recovery.json", {"reversals": []})["reversals"]
+        return {turn["contact"]: float(Fraction(turn["growth"])) for turn in turns}
 
     @property
     def words(self) -> dict[str, str]:
@@ -143,15 +154,8 @@ class _Proofs:
     def regions(self) -> Regions:
         """The result."""
         ordered = {name: self.proofs[name] for name in REGION_PROOFS if name in self.proofs}
-        turns = self.proofs.get("recovery.json", {"reversals": []})["reversals"]
         return Regions(
             ordered,
-            {
-                name: {v: (float(Fraction(lo)), float(Fraction(hi))) for v, (lo, hi) in c["variables"].items()}
-                for name, c in ordered.items()
-            },
-            {name: float(Fraction(c["decay_rate"])) for name, c in ordered.items()},
-            {turn["contact"]: float(Fraction(turn["growth"])) for turn in turns},
             float(self.analysis.dynamics.observer.sample_time),
             self.passes_zero,
             tuple(name for name in FALLING if name in ordered and self._holds_envelope(ordered[name])),

@@ -75,13 +75,10 @@ def sole_drive(system: System, coordinate: int) -> int | None:
         return None
     elsewhere = any(f.has(system.inputs[acting[0]]) for i, f in enumerate(system.force) if i != coordinate)
     varying = force.has(*system.positions, *system.velocities)
-    return None if elsewhere or varying or _shares_a_contact(system, coordinate) else acting[0]
-
-
-def _shares_a_contact(system: System, coordinate: int) -> bool:
-    """Whether some contact acts on this coordinate and on another one; a gain is then not equivalent to its level."""
+    # With a contact that acts on another coordinate too, a gain is not equivalent to another friction level.
     touching = [k for k in range(len(system.contacts)) if system.distribution[coordinate, k] != 0]
-    return any(lone_coordinate(system, k) is None for k in touching)
+    shared = any(lone_coordinate(system, k) is None for k in touching)
+    return None if elsewhere or varying or shared else acting[0]
 
 
 def lone_contacts(system: System, coordinate: int) -> list[int]:

@@ -66,9 +66,11 @@ def law_of(
     symbols = {p.name: symbol(f"{prefix}{contact.name}_{p.name}") for p in law.parameters}
     faults = Faults()
     values: Values = {}
+    names = [p.name for p in law.parameters]
+    expected = f"name, law, unit and {', '.join(names)} of the law {law.name}; {HINT}"
     for name in contact.parameters:
         with faults.noting():
-            _refuse_unknown_parameter(spec, key, law, name)
+            refuse_unknown(name, names, spec.place(f"{key}.{name}"), "unknown key", expected, code="SPEC004")
     for p in law.parameters:
         with faults.noting():
             values[symbols[p.name]] = _value(spec, key, law, p, contact)
@@ -91,13 +93,6 @@ def _known_law(spec: Spec, key: str, contact: Contact) -> FrictionLaw:
         expected = f"one of {', '.join(LAWS)}; {HINT}"
         raise BadInput(spec.place(f"{key}.law"), found, expected, nearest, code="SPEC008")
     return law
-
-
-def _refuse_unknown_parameter(spec: Spec, key: str, law: FrictionLaw, name: str) -> None:
-    """Raise BadInput for a name that is no parameter of the law."""
-    names = [p.name for p in law.parameters]
-    expected = f"name, law, unit and {', '.join(names)} of the law {law.name}; {HINT}"
-    refuse_unknown(name, names, spec.place(f"{key}.{name}"), "unknown key", expected, code="SPEC004")
 
 
 def _slip_unit(spec: Spec, distribution: Matrix, index: int, contact: Contact) -> str:

@@ -11,9 +11,8 @@ from codegen.effects.declare import system_of
 from codegen.mechanics.sampling import rank, sampled_values
 from codegen.mechanics.system import System
 from codegen.observers import coulomb, dynamic, tracking
-from codegen.observers.equations import Equation, ErrorVariable, Observer
+from codegen.observers.equations import Equation, ErrorVariable, Observer, ObserverKind
 from codegen.observers.gains import refuse_unknown_gains
-from codegen.observers.kind import ObserverKind
 from codegen.observers.velocity import refuse_integration
 from codegen.spec.free_gains import refuse_free_gains
 from codegen.spec.model import ObserverChoice, Spec

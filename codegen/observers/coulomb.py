@@ -15,9 +15,8 @@ from codegen.mechanics.casadi_form import to_casadi
 from codegen.mechanics.sparse import diagonal
 from codegen.mechanics.system import Matrix, System
 from codegen.observers import parts
-from codegen.observers.equations import Cascade, Domain, Equation, Observer
+from codegen.observers.equations import Cascade, Domain, Equation, Observer, ObserverKind
 from codegen.observers.gains import GainMatrix, read_gain
-from codegen.observers.kind import ObserverKind
 from codegen.observers.velocity import SAMPLE_TIME, States, Velocity, velocity_of
 from codegen.spec.functions import Magnitude
 from codegen.spec.model import ObserverChoice, Spec, symbol

@@ -12,9 +12,8 @@ from codegen.friction import DynamicLaw, FrictionLaw
 from codegen.mechanics.contacts import law_of
 from codegen.mechanics.system import ContactFriction, Matrix, System
 from codegen.observers import parts
-from codegen.observers.equations import Equation, LawFunction, Observer
+from codegen.observers.equations import Equation, LawFunction, Observer, ObserverKind
 from codegen.observers.gains import GainMatrix, read_gain
-from codegen.observers.kind import ObserverKind
 from codegen.observers.velocity import States, velocity_of
 from codegen.spec.model import Spec, symbol
 
@@ -204,7 +203,8 @@ def _initial_states(laws: list[AssumedLaw], system: System, known: Matrix, gains
     level, first, second = gains
     rest = Matrix([law.law.rest_state(law.parameters)[0] for law in laws])
     slip = system.distribution.T * known
-    levels = Matrix([_initial_level(law) for law in laws])
+    # The scale parameter is a symbol here, since the generated code has it as a parameter.
+    levels = Matrix([law.parameters[law.law.scale] if law.law.scale else law.level for law in laws])
     return [
         *(rest - first.matrix * system.x - second.matrix * known),
         *(levels - level.matrix * parts.times(rest, slip)),
@@ -217,13 +217,6 @@ def _true_force(laws: list[AssumedLaw], system: System, levels: list[Any], state
     forces = Matrix([law.force(a, u, f) for law, a, u, f in zip(laws, levels, slips, states, strict=True)])
     velocities = dict(zip(slips, system.slip_velocity, strict=True))
     return system.distribution * forces.subs(velocities, simultaneous=True)
-
-
-def _initial_level(law: AssumedLaw) -> Any:
-    """The level from which the observer starts: the law's scale parameter, a symbol that the generated code has as a
-    parameter, or 1 where the law has no scale.
-    """
-    return law.parameters[law.law.scale] if law.law.scale else law.level
 
 
 def _range(spec: Spec, system: System, law: AssumedLaw) -> tuple[Any, Any] | None:

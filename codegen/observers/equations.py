@@ -5,7 +5,7 @@ Error dynamics, gain conditions, certificate and generated code are derived from
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, Literal
@@ -13,6 +13,7 @@ from typing import Any, Literal
 import sympy
 
 from codegen.mechanics.system import Matrix, System
+from codegen.spec.model import Spec
 
 
 @dataclass(frozen=True)
@@ -222,3 +223,23 @@ class Observer:
     def distribution(self) -> Matrix:
         """U with numbers in place of the parameters."""
         return Matrix(self.system.distribution.xreplace(self.values))
+
+
+@dataclass(frozen=True)
+class ObserverKind:
+    """A kind of observer, such as ``gcfo``; the registry ``OBSERVERS`` collects them.
+
+    Attributes:
+        build: the spec and its system → the observer's equations.
+        gains: names of the gains that it can have, K_v included.
+        options: keys of the ``observer:`` section that only some kinds read, among ``exponent``, ``h``, ``domain`` and
+            ``laws``; a spec that sets another of them is refused.
+        general: of a kind for one coordinate with one contact: the kind for several; "" for all others.
+        by_contact: whether it estimates the friction of each contact, and not only that on each coordinate.
+    """
+
+    build: Callable[[Spec, System], Observer]
+    gains: tuple[str, ...]
+    options: tuple[str, ...] = ()
+    general: str = ""
+    by_contact: bool = True

@@ -17,11 +17,6 @@ def vector(prefix: str, names: list[str]) -> Matrix:
     return Matrix([symbol(f"{prefix}_{name}") for name in names])
 
 
-def velocity_names(system: System) -> list[str]:
-    """Names of the velocities."""
-    return [v.name for v in system.velocities]
-
-
 def contact_names(system: System) -> list[str]:
     """Names of the contacts."""
     return [c.name for c in system.contacts]

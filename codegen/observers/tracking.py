@@ -6,9 +6,8 @@ import sympy
 
 from codegen.mechanics.system import Matrix, System
 from codegen.observers import parts
-from codegen.observers.equations import Cascade, Equation, Observer
+from codegen.observers.equations import Cascade, Equation, Observer, ObserverKind
 from codegen.observers.gains import read_gain
-from codegen.observers.kind import ObserverKind
 from codegen.observers.velocity import States, velocity_of
 from codegen.spec.model import Spec
 

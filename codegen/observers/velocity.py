@@ -136,7 +136,7 @@ def velocity_of(spec: Spec, choice: ObserverChoice, system: System) -> Velocity:
     """
     if choice.velocity == "measured":
         return Velocity(system, system.v, system.v)
-    names, units = parts.velocity_names(system), parts.velocity_units(system)
+    names, units = [v.name for v in system.velocities], parts.velocity_units(system)
     gain = read_gain(spec, choice, "K_v", names, names, sign=1)
     step = _step(spec, choice.integration, gain.matrix)
     state, estimate = parts.vector("z", names), Matrix([symbol(f"{name}_hat") for name in names])

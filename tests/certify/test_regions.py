@@ -65,7 +65,7 @@ def analysis_of(name: str, changes: dict[str, str] | None = None) -> Analysis:
 def test_a_line_says_what_V_falls_by_and_which_number_is_the_rate(claim: str) -> None:
     given = content("rig_dfoa", claim)
     rate, h = number(given["decay_rate"]), number(given["sample_time"])
-    regions = Regions({claim: given}, {claim: {}}, {"passing.json": -1.0, claim: rate}, {"plates": 2.0}, h, False)
+    regions = Regions({"passing.json": content("rig_dfoa", "passing.json"), claim: given}, h, False)
     line = regions.words[claim]
     if rate < 0:
         assert f"by at most the factor {1 - 2 * rate * h:.6g} a sample (rate {rate:.4g} 1/s)" in line

@@ -9,11 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import reduce
+from operator import getitem
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from ruamel.yaml.comments import CommentedMap, CommentedSeq
+from ruamel.yaml.comments import CommentedMap
 
 from codegen.analysis.feasibility.axes import GainAxis
 from codegen.analysis.feasibility.gain_dynamics import GainDynamics, Settings, joined
@@ -251,19 +253,12 @@ def suggested_text(spec: Spec, axes: Sequence[GainAxis], suggestion: Suggestion)
     before = {(entry.gain, entry.path): entry.value for entry in gain_entries(spec.required_observer.gains)}
     for axis in axes:
         for (gain, path), weight in axis.entries.items():
-            _set_at(gains, (gain, *path), _as_written(weight * suggestion.numbers[axis.name]))
+            *above, last = gain, *path
+            reduce(getitem, above, gains)[last] = _as_written(weight * suggestion.numbers[axis.name])
     for name in dict.fromkeys(gain for axis in axes for gain, _ in axis.entries):
         was = ", ".join(_words(value) for (gain, _), value in before.items() if gain == name)
         _comment(section, gains, name, f"{name} suggested by stiction gains, was {was}")
     return changed_text(spec.text, document)
-
-
-def _set_at(gains: CommentedMap, keys: tuple[Any, ...], number: float | int) -> None:
-    """gains[keys[0]][keys[1]]… = number."""
-    parent: CommentedMap | CommentedSeq = gains
-    for key in keys[:-1]:
-        parent = parent[key]
-    parent[keys[-1]] = number
 
 
 def _comment(section: CommentedMap, gains: CommentedMap, name: str, note: str) -> None:
