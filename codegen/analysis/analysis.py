@@ -20,23 +20,6 @@ from codegen.spec.model import Spec
 from codegen.spec.numerics import numerical
 
 
-@dataclass(frozen=True, eq=False)
-class WorstMatrices:
-    """Matrices at the operating points at which the stability measures of an analysis are worst, m by m each.
-
-    Attributes:
-        abscissa: the Ψ with the largest real part of an eigenvalue.
-        sample_time: the Ψ with the smallest stability limit of explicit Euler.
-        radius: the A with the largest |z| of a step.
-        implicit: the A with the largest real part of an eigenvalue.
-    """
-
-    abscissa: Any
-    sample_time: Any
-    radius: Any
-    implicit: Any
-
-
 @dataclass(frozen=True, repr=False)
 class Analysis(Shown):
     """The stability of one observer at the spec's gains.
@@ -49,7 +32,7 @@ class Analysis(Shown):
         points: the operating points in the envelope.
         worst: variable → its value, in SI, at the point of the largest spectral radius.
         radii: (points,) largest |z| of the step at each point, to ten digits.
-        deciding: the matrices from which the measures below are computed.
+        deciding: name of a measure below → the Ψ or A, m by m, at the operating point where the measure is worst.
         free: names of gains that the spec leaves free; their numbers are examples.
     """
 
@@ -59,7 +42,7 @@ class Analysis(Shown):
     points: OperatingPoints
     worst: dict[str, float]
     radii: Any
-    deciding: WorstMatrices
+    deciding: Mapping[str, Any]
     free: tuple[str, ...] = ()
 
     @property
@@ -77,23 +60,23 @@ class Analysis(Shown):
     @cached_property
     def spectral_abscissa(self) -> float:
         """max Re λ over the eigenvalues λ of Ψ and the points, 1/s."""
-        return float(eigenvalues(self.deciding.abscissa).real.max())
+        return float(eigenvalues(self.deciding["spectral_abscissa"]).real.max())
 
     @cached_property
     def spectral_radius(self) -> float:
         """max |z| over the eigenvalues z of the map e[k] → e[k+1] and the points, at the spec's sample time."""
         h = float(self.dynamics.observer.sample_time)
-        return float(np.abs(self.dynamics.multipliers(eigenvalues(self.deciding.radius), h)).max())
+        return float(np.abs(self.dynamics.multipliers(eigenvalues(self.deciding["spectral_radius"]), h)).max())
 
     @cached_property
     def largest_sample_time(self) -> float:
         """Stability limit of explicit Euler, min −2 Re λ/|λ|² over the points, s; 0 if Ψ is not Hurwitz."""
-        return float(largest_euler_steps(eigenvalues(self.deciding.sample_time)[None])[0])
+        return float(largest_euler_steps(eigenvalues(self.deciding["largest_sample_time"])[None])[0])
 
     @cached_property
     def implicit_rate(self) -> float:
         """min −Re λ over the eigenvalues λ of A and the points, of an implicit step, 1/s; 0 for other steps."""
-        return float(-eigenvalues(self.deciding.implicit).real.max()) if self.dynamics.implicit else 0.0
+        return float(-eigenvalues(self.deciding["implicit_rate"]).real.max()) if self.dynamics.implicit else 0.0
 
     @cached_property
     def blocks(self) -> tuple[BlockConditions, ...]:
@@ -168,12 +151,12 @@ def judge(spec: Spec, at: EvaluatedDynamics, conditions: bool = True) -> Analysi
         points=points,
         worst={s.name: float(points.values[worst, k]) for k, s in enumerate(points.variables)},
         radii=radii,
-        deciding=WorstMatrices(
-            abscissa=continuous[first_largest(of_psi.real.max(axis=1))],
-            sample_time=continuous[first_largest(-largest_euler_steps(of_psi))],
-            radius=sampled[index[worst]],
-            implicit=sampled[first_largest(of_step.real.max(axis=1))],
-        ),
+        deciding={
+            "spectral_abscissa": continuous[first_largest(of_psi.real.max(axis=1))],
+            "largest_sample_time": continuous[first_largest(-largest_euler_steps(of_psi))],
+            "spectral_radius": sampled[index[worst]],
+            "implicit_rate": sampled[first_largest(of_step.real.max(axis=1))],
+        },
     )
 
 

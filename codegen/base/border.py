@@ -1,8 +1,8 @@
-"""Decorator of the verbs: what holds for every one of them, whatever it does.
+"""Decorator of the verbs: it checks arguments, limits BLAS to one thread, and reports errors in a user's own code.
 
-Within a verb BLAS runs on one thread. So the rounding of its sums, and decisions that depend on it, are the same for
-any number of cores. It also is faster: with several threads a diagnosis, whose matrices are small, took 2.7 times the
-processor time on a busy machine.
+With one thread the rounding of sums in BLAS, and decisions that depend on it, are the same for any number of cores. It
+also is faster: with several threads a diagnosis, whose matrices are small, took 2.7 times the processor time on a busy
+machine.
 """
 
 from __future__ import annotations

@@ -97,7 +97,7 @@ def _certified(analysis: Analysis, stated: Frame, further: bool, all_angles: boo
         if not analysis.stable:
             return _unstable(analysis, None, by_parts())
         if (structured := by_structure(analysis, stated)) is None:
-            return _no_words(analysis, error)
+            return _inexpressible(analysis, error)
         content, report = structured
         rate = float(Fraction(content["decay_rate"]))
         return Certificate(content, rate, spectral_rate(analysis), report.facts, by_structure=True)
@@ -111,7 +111,7 @@ def _certified(analysis: Analysis, stated: Frame, further: bool, all_angles: boo
         proposal = common_lyapunov(cells.matrices, analysis.dynamics.period)
         common = None if proposal is None else Found(family, *proposal, cells.splits, matrices=cells.matrices)
     except NotEnclosable as error:
-        return replace(_no_words(analysis, error), regions=by_parts())
+        return replace(_inexpressible(analysis, error), regions=by_parts())
     except verify.Refused as error:
         return replace(_undecided(analysis, str(error)), regions=by_parts())
     why = "no quadratic Lyapunov function was found that decreases at every operating point of the envelope"
@@ -131,7 +131,7 @@ def _certified(analysis: Analysis, stated: Frame, further: bool, all_angles: boo
             best_rate=candidate.best_rate,
             functions=tuple(str(e) for s, e in candidate.family.bounded.items() if s in candidate.family.variables),
         )
-        return _without_jumps(found, base, analysis, family, cells) if further else found
+        return _with_all_signs(found, base, analysis, family, cells) if further else found
     return replace(_undecided(analysis, why), regions=by_parts())
 
 
@@ -167,7 +167,7 @@ def _proposals(
     yield common
 
 
-def _without_jumps(
+def _with_all_signs(
     found: Certificate, base: Mapping[str, Any], analysis: Analysis, family: Family, cells: Cells
 ) -> Certificate:
     """The certificate with one V for both signs of every slip added, if one is found.
@@ -204,7 +204,7 @@ def spectral_rate(analysis: Analysis) -> float:
     return (1 - radius**2) / (2 * h)
 
 
-def _no_words(analysis: Analysis, error: Exception) -> Refusal:
+def _inexpressible(analysis: Analysis, error: Exception) -> Refusal:
     """The refusal of error dynamics that the certificate format cannot express."""
     known = isinstance(error, NotEnclosable)  # else a TypeError of ``to_prefix``, which names a function or power
     why = str(error) if known else f"the error dynamics contain {error}, which a certificate cannot state"

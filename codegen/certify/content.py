@@ -26,8 +26,8 @@ FORMAT = "stiction-certificate/1"
 """Name and version of the format."""
 DIGITS = (4, 6, 9, 12)
 """Numbers of significant digits of P that are tried in turn, until the checker accepts."""
-SURE = 1e-3
-"""Share of a rate by which a test in floating point may miss it."""
+FLOAT_ERROR = 1e-3
+"""Relative error up to which a rate computed in floating point may be wrong."""
 Frame = Callable[[Analysis, Family], dict[str, Any]]
 """(analysis, family) → fields of a certificate that do not depend on the proof: ``frame`` of one spec and its files."""
 
@@ -103,13 +103,14 @@ class Found:
     def survives(self, digits: int, h: float) -> bool:
         """Whether P, rounded to so many digits, still has the rate at ``matrices``; if not, the checker would refuse.
 
-        The test takes milliseconds where the checker takes seconds; ``SURE`` covers its rounding errors.
+        The test takes milliseconds where the checker takes seconds.
         """
         if self.matrices is None:
             return True
         p, rate = self.rounded(digits)
         try:
-            return least_rate(np.array(p, dtype=float), self.matrices, h) >= float(rate) - SURE * abs(float(rate))
+            found = least_rate(np.array(p, dtype=float), self.matrices, h)
+            return found >= float(rate) - FLOAT_ERROR * abs(float(rate))
         except np.linalg.LinAlgError:  # not positive definite
             return False
 

@@ -131,7 +131,7 @@ def _measured(analysis: Analysis) -> Found | None:
 
 
 def _of_all(analysis: Analysis, found: Found, p: list[list[str]]) -> tuple[str, Any, dict[str, Any]]:
-    """(kind of template, (name, meaning) of each error of the mode, words) for what the mode implies for all errors."""
+    """(beginning of the templates' names, (name, meaning) of the mode's errors, templates' variables) for the claim."""
     if not isinstance(found, MovingMass):
         words = {"modes": analysis.modes, "points": len(analysis.points.values), "share": MARGIN}
         return "structure", SCALAR, words | {"ends": [float(e) for e in found.family.variables[NU]]}

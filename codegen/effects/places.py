@@ -1,7 +1,7 @@
-"""Coordinates on which contacts and inputs act; on them depends where an effect applies and which are equivalent.
+"""Which coordinates contacts and inputs act on: this decides where an effect applies and which are equivalent.
 
 Effects are equivalent ("twins") where they give the same equation of motion and differ only in the names of the forces.
-Whether two effects are depends on how many contacts and inputs act on a coordinate.
+This depends on how many contacts and inputs act on a coordinate.
 """
 
 from __future__ import annotations
