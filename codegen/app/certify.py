@@ -111,10 +111,15 @@ def certify(source: Source, out: str | Path | None = None) -> Certified:
         if out is not None:
             write_certificate(outcome, out)
         return Certified(outcome, bounds, times, rounding or "no error bound", _solved(analysis, times))
-    begin("gains and sample time that are certified")
-    outcome = replace(outcome, proposals=propose(spec, analysis, machine.with_spec))
     begin("largest sample times")
     times = largest_sample_times(spec, analysis, outcome)
+    in_region = outcome.regions is not None  # ``times`` are then those of the sliding region
+
+    def over_envelope() -> Mapping[str, float]:
+        return largest_sample_times(spec, analysis) if in_region else times
+
+    begin("gains and sample time that are certified")
+    outcome = replace(outcome, proposals=propose(spec, analysis, machine.with_spec, over_envelope))
     return Certified(outcome, "no certificate", times, solved=_solved(analysis, times))
 
 

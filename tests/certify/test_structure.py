@@ -77,7 +77,7 @@ def test_where_k_v_differs_between_joints_it_is_proposed_to_measure_velocity() -
     assert ESTIMATED in text
     spec = parse_spec(text.replace(ESTIMATED, "K_v: [300, 300, 300, 300, 300, 300, 299]"), SPEC)
     assert isinstance(certify(spec, analyse(spec, observer_of(spec)), {}, "none"), Refusal)
-    proposed = propose(spec, Derived(spec).analysis, Derived).measured
+    proposed = propose(spec, Derived(spec).analysis, Derived, dict).measured
     _, found = arm()
     assert proposed is not None and isinstance(found, Certificate)
     assert proposed.line == "velocity: measured, without K_v" and list(proposed.gains) == ["K_2"]

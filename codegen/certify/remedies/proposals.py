@@ -1,7 +1,7 @@
 """Remedies for a refused spec: the longest sample time, or the nearest gains, that are certified.
 
-The search uses the eigenvalues of the error matrices at the operating points. A remedy is proposed only if, with it,
-the files are generated and the checker accepts their certificate.
+The search for gains uses the eigenvalues of the error matrices at the operating points. A remedy is proposed only if,
+with it, the files are generated and the checker accepts their certificate.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ import sympy
 from numpy.typing import NDArray
 
 from codegen.analysis.analysis import Analysis
-from codegen.analysis.feasibility.axes import AROUND, GainAxis, gain_axes, gain_numbers, sample_time_axis
+from codegen.analysis.feasibility.axes import AROUND, GainAxis, gain_axes, gain_numbers
 from codegen.analysis.feasibility.gain_dynamics import GainDynamics, Settings
 from codegen.analysis.feasibility.region import LINE, bisect, stable
 from codegen.base.arrays import Array
@@ -61,10 +61,8 @@ MOST_VERTICES, MOST_VERTICES_UNDECIDED = 150, 32
 give the search no direction."""
 ATTEMPTS, ATTEMPTS_VARYING = 9, 2
 """Largest number of calls of ``certify`` for each remedy, for a constant A and for one that varies."""
-SHORTER = 1e-5
-"""Shortest sample time that is tried, relative to the spec's."""
-SHARES = (0.995, 0.9, 0.7, 0.5, 0.25, 0.1)
-"""Shares of the longest stable sample time that are tried."""
+SHARES = (1, 0.9, 0.7, 0.5, 0.25, 0.1)
+"""Shares of the largest certified sample time that are tried: another check, as of a domain, may refuse it."""
 INSIDE = (0.05, 0.2, 0.7)
 """Distances beyond the boundary of stability that are tried, in |log| of the gain factors."""
 SCATTERED = 120
@@ -78,7 +76,7 @@ SIGN_COSTS = np.log(10.0)
 
 
 @numerical("gains or a sample time that would be certified")
-def propose(spec: Spec, analysis: Analysis, derive: Derive) -> Proposals:
+def propose(spec: Spec, analysis: Analysis, derive: Derive, largest: Callable[[], Mapping[str, float]]) -> Proposals:
     """The largest sample time and the nearest gains that are certified in place of those of a refused spec.
 
     The distance of gains is the sum of |log factor| over the axes of ``gain_axes``, plus log 10 for each gain with
@@ -87,6 +85,7 @@ def propose(spec: Spec, analysis: Analysis, derive: Derive) -> Proposals:
     Args:
         spec: the refused spec.
         derive: spec → its results; the outcome for a proposed spec is a certificate.
+        largest: function that gives the largest certified sample times over the envelope (``largest_sample_times``).
     """
     observer, ranges = analysis.dynamics.observer, analysis.points.ranges
     system, count = observer.system, len(observer.errors)
@@ -103,7 +102,7 @@ def propose(spec: Spec, analysis: Analysis, derive: Derive) -> Proposals:
         return Proposals(None, None, str(error))
     family = GainDynamics(analysis.dynamics, analysis.points)
     family.start(family.settings())
-    times, sets = list(_sample_times(spec, analysis, family)), list(_gain_sets(spec, system, analysis, family))
+    times, sets = _sample_times(spec, largest()), list(_gain_sets(spec, system, analysis, family))
     if not times and not sets:
         return Proposals(None, None)
     try:
@@ -155,26 +154,14 @@ def _numbers(raw: Any, where: Place) -> Any:
     return [_numbers(entry, where) for entry in raw] if isinstance(raw, list) else float(exact_number(str(raw), where))
 
 
-def _sample_times(spec: Spec, analysis: Analysis, family: GainDynamics) -> Iterator[Spec]:
-    """The spec with shorter sample times, the longest first; none if no sample time is stable."""
-    observer, own = analysis.dynamics.observer, family.settings()
-    if analysis.dynamics.implicit or not stable(family, "continuous", own, True)[0]:
-        return
-    axis, h = sample_time_axis(observer), float(observer.sample_time)
-
-    def inside(share: Array) -> NDArray[np.bool_]:
-        return stable(family, "sampled", own.along(axis, h * SHORTER**share), True)
-
-    shares = np.linspace(0, 1, LINE)
-    good = np.flatnonzero(inside(shares))
-    if not len(good):
-        return
-    at = good[:1]
-    longest = h if at[0] == 0 else h * SHORTER ** float(bisect(inside, shares[at], shares[at - 1])[1][0])
-    assert spec.observer is not None
-    for share in SHARES:
-        exact = sympy.Rational(rounded_to(longest * share, DIGITS, ROUND_FLOOR))
-        yield replace(spec, observer=replace(spec.observer, sample_time=exact))
+def _sample_times(spec: Spec, largest: Mapping[str, float]) -> list[Spec]:
+    """The spec with shorter sample times, the largest certified one first; empty if there is none."""
+    choice = spec.required_observer
+    longest = largest.get(choice.integration, 0.0)
+    if not 0 < longest < float(choice.sample_time):
+        return []
+    exact = [sympy.Rational(rounded_to(longest * share, DIGITS, ROUND_FLOOR)) for share in SHARES]
+    return [replace(spec, observer=replace(choice, sample_time=h)) for h in exact]
 
 
 def _gain_sets(spec: Spec, system: System, analysis: Analysis, family: GainDynamics) -> Iterator[Spec]:
