@@ -120,14 +120,11 @@ class Analysis(Shown):
 def analyse(
     spec: Spec, observer: Observer, conditions: bool = True, differential: ErrorDynamics | None = None
 ) -> Analysis:
-    """The stability analysis of an observer over the envelope.
+    """The stability analysis of an observer over the envelope; BadInput if the error dynamics are not finite there.
 
     Args:
         conditions: whether the symbolic gain conditions and the modal form are available.
         differential: as of ``derive_error_dynamics``.
-
-    Raises:
-        BadInput: if the error dynamics are not finite somewhere in the envelope.
     """
     return judge(spec, dynamics_over_envelope(spec, observer, differential), conditions)
 

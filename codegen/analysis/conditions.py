@@ -160,8 +160,7 @@ def independent_blocks(*matrices: Matrix) -> list[list[int]]:
 def block_conditions(dynamics: ErrorDynamics, continuous: Any, sampled: Any) -> tuple[BlockConditions, ...]:
     """Polynomial and conditions of every block; over the gains if short, else over the polynomial's coefficients c.
 
-    Args:
-        continuous, sampled: Ψ and A in force errors at the operating points, points by m by m.
+    ``continuous`` and ``sampled`` are Ψ and A in force errors at the operating points, points by m by m.
     """
     psi, step = dynamics.in_force(dynamics.jacobian), dynamics.in_force(dynamics.sampled)
     blocks = independent_blocks(psi, step)

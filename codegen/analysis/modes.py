@@ -63,9 +63,7 @@ class Modes:
 def find_modes(dynamics: ErrorDynamics, continuous: Array, h: float) -> Modes | None:
     """The modal form of an observer's Ψ; None if Ψ is not exactly of this form.
 
-    Args:
-        continuous: Ψ in force errors at the operating points, points by m by m.
-        h: the sample time, s.
+    ``continuous``: Ψ in force errors at the operating points, points by m by m.
     """
     observer = dynamics.observer
     form = observer.cascade

@@ -76,13 +76,9 @@ class EvaluatedDynamics:
 def dynamics_over_envelope(
     spec: Spec, observer: Observer, differential: ErrorDynamics | None = None
 ) -> EvaluatedDynamics:
-    """The error dynamics of an observer, evaluated over the envelope.
+    """The error dynamics of an observer, evaluated over the envelope; BadInput if they are not finite there.
 
-    Args:
-        differential: as of ``derive_error_dynamics``.
-
-    Raises:
-        BadInput: if they are not finite somewhere in the envelope.
+    ``differential``: as of ``derive_error_dynamics``.
     """
     refuse_infinite_slope(spec)
     dynamics = rates_for_neighbours(derive_error_dynamics(observer, differential=differential), spec.envelope)

@@ -70,11 +70,8 @@ def hurwitz_determinant(c: Sequence[Any], order: int) -> Any:
 def routh_hurwitz(c: Sequence[Any]) -> list[tuple[str, Any]]:
     """Conditions > 0, necessary and sufficient for all roots in the open left half plane (Liénard–Chipart).
 
-    Args:
-        c: coefficients, highest first; the highest must be positive.
-
-    Returns:
-        (name, expression) pairs: every second coefficient counted from the last, and every second Hurwitz determinant.
+    They are (name, expression) pairs: every second coefficient counted from the last, and every second Hurwitz
+    determinant. ``c``: coefficients, highest first; the highest must be positive.
     """
     n = len(c) - 1
     conditions = [(f"c{n - i}", c[i]) for i in range(n, 0, -2)]
@@ -85,11 +82,7 @@ def routh_hurwitz(c: Sequence[Any]) -> list[tuple[str, Any]]:
 
 
 def bilinear(c: Sequence[Any], h: Any) -> list[Any]:
-    """Coefficients in s, highest first, of (1 − hs/2)ⁿ p(δ) with δ = s/(1 − hs/2).
-
-    Args:
-        c: coefficients of p in δ = (z − 1)/h, highest first.
-    """
+    """Coefficients in s, highest first, of (1 − hs/2)ⁿ p(δ) with δ = s/(1 − hs/2); ``c``: those of p, highest first."""
     s = sympy.Symbol("s_", real=True)
     n = len(c) - 1
     total = sum(coefficient * s ** (n - i) * (1 - h * s / 2) ** i for i, coefficient in enumerate(c))

@@ -27,10 +27,9 @@ _KINDS: dict[Any, tuple[type | tuple[type, ...], str]] = {
 
 
 def refuse_wrong_arguments(work: Callable[..., object], given: tuple[object, ...], named: Mapping[str, object]) -> None:
-    """Raise BadInput for an argument of another type than its annotation says.
+    """Raise BadInput for an argument of another type than its annotation says, and TypeError for an unknown one.
 
-    Missing arguments are left to the call itself, which raises Python's own TypeError. For an unknown one the TypeError
-    names those of the verb.
+    Missing arguments are left to the call itself, which raises Python's own TypeError.
     """
     known = [name for name in signature(work).parameters if name != "self"]
     unknown = next((name for name in named if name not in known), None)

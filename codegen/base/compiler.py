@@ -52,14 +52,11 @@ def find_compiler() -> tuple[str, ...]:
 
 
 def compile_shared(sources: Mapping[str, str], units: Sequence[str], flags: Sequence[str] = ()) -> bytes:
-    """Compile C files into a shared library, in a folder that only this user can write.
+    """Compile C files into a shared library, in a folder that only this user can write; BadInput if that fails.
 
     Args:
         sources: file name → text, headers included.
         flags: in addition to ``FLAGS``.
-
-    Raises:
-        BadInput: where there is no compiler, or it refuses the code.
     """
     compiler = find_compiler()
     with private_folder() as folder:
@@ -106,13 +103,9 @@ KEPT_LIBRARIES = 32
 
 @lru_cache(maxsize=KEPT_LIBRARIES)
 def loaded(source: str, flags: tuple[str, ...]) -> ctypes.CDLL:
-    """The library of one C file, compiled where no run has done so, and loaded; the runs of a search ask for the same.
+    """The library of one C file, from the cache or compiled, and loaded; the runs of a search ask for the same.
 
-    Args:
-        flags: in addition to ``FLAGS``.
-
-    Raises:
-        BadInput: where there is no compiler, or it refuses the code, or the library cannot be loaded.
+    ``flags`` are added to ``FLAGS``. Raises BadInput where the code cannot be compiled or loaded.
     """
     return load_library(cached_library({"made.c": source}, ["made.c"], flags))
 
@@ -133,11 +126,7 @@ _uncounted: dict[Path, int] = {}
 def cached_library(sources: Mapping[str, str], units: Sequence[str], flags: Sequence[str] = ()) -> bytes:
     """The shared library of these sources; compiled at first use, or where the cached one is damaged.
 
-    Args:
-        flags: in addition to ``FLAGS``.
-
-    Raises:
-        BadInput: where there is no compiler, or it refuses the code.
+    The arguments and errors are those of ``compile_shared``.
     """
     texts = (f"{name}\0{sources[name]}" for name in sorted(sources))
     parts = [*find_compiler(), "", *FLAGS, *flags, "", *units, *texts]

@@ -32,7 +32,7 @@ def refuse_target(path: Path, sources: Mapping[str, Path] | None = None, endings
 
     Args:
         sources: description → file that the command reads; the target must be none of these files.
-        endings: the endings that the target may have; () allows any.
+        endings: those that the target may have; () allows any.
     """
     fault = unusable_name(path)
     if fault is not None:

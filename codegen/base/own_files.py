@@ -79,7 +79,6 @@ def refuse_edited_files(
     """Raise BadInput for files that have neither their new text nor the one as stiction wrote it.
 
     Args:
-        files, by: as of ``refuse_unlisted``.
         listed: file → SHA-256 of its text as written; without one, a file does not count as edited.
         ways: what the user can do.
         others: further files that were edited.
@@ -97,11 +96,7 @@ def page_says_ours(path: Path) -> bool:
 
 
 def write_page(page: Path, text: str) -> None:
-    """Write a page, whose earlier version says at its beginning that stiction wrote it.
-
-    Raises:
-        BadInput: if a file there is not stiction's, or the folder cannot be written.
-    """
+    """Write a page; BadInput if a file there does not say at its beginning that stiction wrote it."""
     listed = {page.name: None} if page_says_ours(page) else {}
     refuse_unlisted(page.parent, {page.name: text}, listed, page.name)
     write_all(page.parent, {page.name: text})

@@ -53,11 +53,7 @@ def in_words_of_caller(work: Callable[..., object]) -> Iterator[None]:
 
 
 def reword(fault: BadInput, work: Callable[..., object]) -> None:
-    """Put a verb's arguments in place of the command's options, in a fault and the further ones that it holds.
-
-    Args:
-        work: the verb that was called.
-    """
+    """Put a verb's arguments in place of the command's options, in a fault and the further ones that it holds."""
     arguments = _arguments(work)
 
     def placed(place: Place) -> Place:

@@ -70,11 +70,7 @@ class Result(Shown):
 
 
 def named(source: object, names: str) -> dict[str, Any]:
-    """Some attributes of an object as a dict for JSON.
-
-    Args:
-        names: of the attributes, separated by blanks; ``key=name`` for another key than the attribute's name.
-    """
+    """Some attributes of an object as a dict for JSON; ``names``: with blanks between, ``key=name`` for another key."""
     pairs = (word.rpartition("=") for word in names.split())
     return {key or name: getattr(source, name) for key, _, name in pairs}
 

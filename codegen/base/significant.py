@@ -18,8 +18,7 @@ OF_TIME, HELD = 6, 15
 def significant_digits(value: float, interval: Sequence[float], most: int = MOST) -> int:
     """Significant digits of ``value`` down to the second digit of the half width of its interval, 1 to ``most``.
 
-    Args:
-        interval: low and high end; ``most`` digits are kept where this is not two finite numbers.
+    It is ``most`` where the interval is not two finite numbers, low and high.
     """
     half = (interval[1] - interval[0]) / 2 if len(interval) == 2 else 0.0
     if not (isfinite(half) and half > 0 and isfinite(value)) or value == 0:
@@ -41,12 +40,9 @@ def with_deserved_digits(value: float, interval: Sequence[float]) -> str:
 
 
 def instant(time: float, period: float) -> str:
-    """A time in s as text, with ``OF_TIME`` digits, or more where neighbouring samples would else look the same.
+    """A time in s as text, such as 1770000012.345 at a sample time of 1 ms; ``period``: the sample time, s.
 
-    Example: 1770000012.345 at a sample time of 1 ms.
-
-    Args:
-        period: sample time, s.
+    It has ``OF_TIME`` digits, or more where neighbouring samples would else look the same.
     """
     digits = OF_TIME
     if period > 0 and isfinite(time) and abs(time) >= period:
@@ -55,9 +51,7 @@ def instant(time: float, period: float) -> str:
 
 
 def rounded_to(value: float | Fraction | str, digits: int, rounding: str) -> str:
-    """A number as text with ``digits`` significant digits, rounded in one direction.
-
-    So a bound is still a bound as it is printed.
+    """A number as text with ``digits`` significant digits, rounded in one direction, so that a printed bound is one.
 
     Args:
         value: a float is taken as its shortest decimal (``repr``); a text is an exact rational, such as 1/3.

@@ -15,15 +15,11 @@ SINGULAR = 1e-9
 
 
 def weighted_rank_form(weight: str, mass: Any, left: Any, right: Any) -> tuple[Any, int]:
-    """A block matrix without M⁻¹ whose rank is rank(left' W right) + constant (Schur complement).
+    """A block matrix without M⁻¹ whose rank is rank(left' W right) + constant (Schur complement), and the constant.
 
     Args:
         weight: W as ``mass_inverse`` (M⁻¹), ``acceleration`` (M⁻²) or ``identity``.
-        mass: M, n by n.
         left, right: matrices of n rows.
-
-    Returns:
-        the block matrix, and the constant: its rank where left' W right = 0.
     """
     n, zeros, eye = mass.rows, sympy.zeros, sympy.eye
     if weight == "identity":

@@ -142,11 +142,7 @@ class Reach:
 
 
 def input_matrix_of(spec: Spec, system: System) -> Matrix:
-    """The input matrix B of a system.
-
-    Raises:
-        BadInput: if the force is not affine in the inputs, or B depends on a velocity.
-    """
+    """The input matrix B of a system; BadInput if the force is not affine in the inputs, or B depends on a velocity."""
     B = system.input_matrix
     if isinstance(B, NonlinearInput):
         expected = "a force g = g0(x, v) + B(x) w (5.2); chapter 5 cancels friction by inputs that enter linearly"
@@ -259,9 +255,6 @@ def reduce(system: System, input_matrix: Matrix) -> Reduction:
     """Steps 1 to 3 of note 2: the contacts that act on coordinates without an input are removed.
 
     A remaining contact may still be unreachable, if B has dependent rows and no zero row; see ``reach``.
-
-    Args:
-        input_matrix: B, n by inputs.
     """
     B, U = sympy.Matrix(input_matrix), sympy.Matrix(system.distribution)
     undriven = [i for i in range(B.rows) if all(e == 0 for e in B.row(i))]

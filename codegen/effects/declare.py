@@ -41,11 +41,7 @@ def written_place(on: str) -> str | list[str]:
 
 
 def system_of(spec: Spec) -> System:
-    """The system of a spec with its declared effects.
-
-    Raises:
-        BadInput: as ``build_system`` and ``add_declared_effects``.
-    """
+    """The system of a spec with its declared effects; BadInput as ``build_system`` and ``add_declared_effects``."""
     faults = Faults()
     with faults.noting():
         _refuse_unknown_kinds(spec)
@@ -97,11 +93,7 @@ def _symbols(effect: Effect, on: str, taken: Collection[str]) -> dict[str, sympy
 
 
 def effect_deviations(system: System, spec: Spec) -> dict[sympy.Symbol, float]:
-    """Standard deviations, in SI, of the parameters of the declared effects that have a tolerance.
-
-    Args:
-        system: with the declared effects, see ``add_declared_effects``.
-    """
+    """Standard deviations, in SI, of the parameters of the declared effects of ``system`` that have a tolerance."""
     found: dict[sympy.Symbol, float] = {}
     for declared, symbols in zip(spec.effects, declared_symbols(system, spec), strict=True):
         if declared.tolerance:
@@ -258,10 +250,7 @@ def _checked(effect: Effect, declared: DeclaredEffect, spec: Spec, key: str) -> 
 def added(
     effect: Effect, system: System, place: int, symbols: Mapping[str, sympy.Symbol], where: Place | str
 ) -> System:
-    """The system with an effect at a place.
-
-    Args:
-        symbols: parameter → its symbol, which must not occur in the system's equations yet.
+    """The system with an effect at a place; ``symbols`` must not occur in the system's equations yet.
 
     Raises:
         BadInput: if a parameter appears in no equation, or the effect changes the coordinates, inputs or contacts.

@@ -28,11 +28,8 @@ NEEDED = ("kind", "sits_on", "equation", "signature", "seen_over", "parameters",
 def register(effect: Effect, where: str = "an effect") -> None:
     """Add an effect to the catalogue for this run; the same class again replaces the earlier one.
 
-    Args:
-        where: name of the file that defines it, for messages.
-
-    Raises:
-        BadInput: if its kind is taken by another effect, a name is no identifier, or a unit is no unit.
+    ``where``: name of the file that defines it. Raises BadInput if its kind is taken by another effect, a name is no
+    identifier, or a unit is no unit.
     """
     for name in NEEDED:
         if not hasattr(effect, name):
@@ -61,8 +58,7 @@ def is_own(kind: str) -> bool:
 def load_effects(path: str | Path) -> tuple[str, ...]:
     """Run a Python file and register the effects of its list ``EFFECTS``; return their kinds.
 
-    Raises:
-        BadInput: if the file cannot be read or is not Python, or has no list of effects.
+    Raises BadInput if the file cannot be read or is not Python, or has no list of effects.
     """
     where = str(path)
     expected = f"a Python file NAME.py with a list `{LIST}`"

@@ -63,14 +63,11 @@ def make_header(
     options: str = "",
     envelope: Mapping[str, tuple[str, str]] | None = None,
 ) -> Header:
-    """The header of a spec's files.
+    """The header of a spec's files; BadInput for a file whose name generated files cannot print.
 
     Args:
         spec_file: the name of the spec's file, without its folder.
         options: of the command, with a space before each.
-
-    Raises:
-        BadInput: for a file whose name generated files cannot print.
     """
     file = file_text(spec_file)
     command = UserText(f"stiction generate {file}{options}")

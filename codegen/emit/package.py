@@ -68,8 +68,7 @@ def emit_readme(
 def emit_manifest(header: Header, files: dict[str, str], not_made: Mapping[str, str] | None = None) -> str:
     """The manifest.json: hashes of the spec, of every generated file, and of the manifest itself.
 
-    Args:
-        not_made: file of a proof that does not exist → why, which ``stiction verify`` prints.
+    ``not_made``: file of a proof that does not exist → why, which ``stiction verify`` prints.
     """
     robot = {"robot": {"file": header.robot[0].raw, "sha256": header.robot[1]}} if header.robot else {}
     content = {

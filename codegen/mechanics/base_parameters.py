@@ -176,22 +176,14 @@ class LinkParameter:
 
 
 def link_parameters(spec: Spec, tree: KinematicTree) -> tuple[LinkParameter, ...]:
-    """The base parameters that some joint torque depends on, body by body.
-
-    Raises:
-        BadInput: for an unknown name in the spec's ``base_parameters``.
-    """
+    """The base parameters that some joint torque depends on, body by body; BadInput as ``base_values``."""
     values = base_values(spec, tree)
     acting, changes = _acting(regrouped(tree), tuple(values)), _changes(tree)
     return tuple(LinkParameter(n, _unit(n), value, changes[n]) for n, value in values.items() if n in acting)
 
 
 def base_values(spec: Spec, tree: KinematicTree) -> dict[str, Fraction]:
-    """Name → value of every base parameter: the spec's, or the robot file's where the spec gives none.
-
-    Raises:
-        BadInput: for an unknown name in the spec's ``base_parameters``.
-    """
+    """Name → value of every base parameter: the spec's, or the robot file's; BadInput for an unknown name."""
     nominal = _moments(regrouped(tree))
     given = dict(tree.base_parameters)
     for name in given:

@@ -81,8 +81,7 @@ def symbol_values(
 ) -> dict[sympy.Symbol, Any]:
     """The ``names`` of ``to_casadi``: symbol → number, and symbol → entry of a column vector, which takes precedence.
 
-    Args:
-        columns: pairs of the symbols of a vector's entries and the SX vector.
+    ``columns``: pairs of the symbols of a vector's entries and the SX vector.
     """
     names: dict[sympy.Symbol, Any] = {s: casadi.SX(float(value)) for s, value in numbers.items()}
     for symbols, column in columns:
@@ -116,11 +115,7 @@ def at_points(function: Any, points: Array) -> Array:
 
 
 def in_place(function: Any, arguments: Sequence[Any], results: Sequence[Any]) -> tuple[Any, Callable[[], None]]:
-    """A call of a CasADi function that reads its arguments and writes its results in NumPy arrays, without copies.
-
-    Returns:
-        (buffer, call): call() evaluates the function; the buffer must be kept alive as long as call is used.
-    """
+    """(buffer, call): call() evaluates a CasADi function on NumPy arrays, without copies; keep the buffer as long."""
     buffer, evaluate = function.buffer()
     for place, arrays in ((buffer.set_arg, arguments), (buffer.set_res, results)):
         for index, array in enumerate(arrays):

@@ -155,7 +155,7 @@ def computed_matrix(
     Args:
         label: (i, j) → the entry's name.
         value: n by m SX over ``arguments``, which are SymPy symbol → SX symbol.
-        symmetric: whether to use the entries of the lower triangle for the upper one too.
+        symmetric: whether the lower triangle serves for the upper one too.
     """
     rows, columns = value.shape
     places = [(i, j) for j in range(columns) for i in range(rows) if not symmetric or j <= i]

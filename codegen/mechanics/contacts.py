@@ -25,9 +25,6 @@ HINT = "what adds to a law, such as viscous friction, stands under `effects:` (`
 def build_contacts(spec: Spec, distribution: Matrix) -> tuple[tuple[ContactFriction, ...], Values, Units]:
     """The contacts in order, and the exact values and units of their laws' parameter symbols.
 
-    Args:
-        distribution: U, n by contacts.
-
     Raises:
         BadInput: for an unknown law, for a law parameter that is missing, unknown or out of range, or for a contact
             whose column of U is zero.
@@ -51,16 +48,13 @@ def build_contacts(spec: Spec, distribution: Matrix) -> tuple[tuple[ContactFrict
 def law_of(
     spec: Spec, key: str, contact: Contact, slip_unit: str, prefix: str = ""
 ) -> tuple[FrictionLaw, dict[str, sympy.Symbol], Values, Units]:
-    """A contact's law, its parameters' symbols, and their exact values and units.
+    """A contact's law, its parameters' symbols, and their exact values and units; BadInput as ``build_contacts``.
 
     Args:
         key: place in the spec of the contact, or of the law that the observer assumes for it.
         slip_unit: unit of the contact's slip, for the units of the parameters.
         prefix: put before the symbols' names, so that parameters of a law that the observer assumes differ from the
             plant's.
-
-    Raises:
-        BadInput: as ``build_contacts``.
     """
     law = _known_law(spec, key, contact)
     symbols = {p.name: symbol(f"{prefix}{contact.name}_{p.name}") for p in law.parameters}

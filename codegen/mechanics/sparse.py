@@ -19,11 +19,7 @@ def diagonal(entries: Iterable[Any]) -> Matrix:
 def jacobian(
     expressions: Sequence[Any], variables: Sequence[sympy.Symbol], at: Mapping[sympy.Symbol, Any] | None = None
 ) -> Matrix:
-    """The Jacobian J_ij = ∂expression_i/∂variable_j, len(expressions) by len(variables).
-
-    Args:
-        at: variable → value at which J is evaluated; by default J is an expression in the variables.
-    """
+    """The Jacobian J_ij = ∂expression_i/∂variable_j; with ``at`` (variable → value) evaluated there."""
     column, gradients = {x: j for j, x in enumerate(variables)}, _Gradients(frozenset(variables), at or {})
     entries = {
         (i, column[x]): slope

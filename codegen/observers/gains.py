@@ -48,15 +48,12 @@ def read_gain(
     sign: int = 0,
     optional: bool = False,
 ) -> GainMatrix:
-    """The gain matrix ``name`` of a spec.
+    """The gain matrix ``name`` of a spec; BadInput for a missing gain, a wrong shape or a wrong sign.
 
     Args:
         rows, columns: names of contacts or coordinates, for the names of the symbols.
         sign: +1 or −1 if every entry of a diagonal gain must have this sign for stability, else 0.
         optional: whether the spec may omit the gain; it is then a structural zero, not a parameter.
-
-    Raises:
-        BadInput: for a missing gain, a wrong shape or a wrong sign.
     """
     raw = choice.gains.get(name)
     if raw is None and optional:

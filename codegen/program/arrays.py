@@ -32,9 +32,7 @@ class Element:
 def elements(names: Sequence[str], taken: Names) -> dict[str, Element]:
     """The array element of every numbered name; names that go into no array are left out.
 
-    Args:
-        names: of one struct or block, in order; an array keeps this order.
-        taken: provider of unique names, for the arrays.
+    ``names`` are those of one struct or block, in order, which an array keeps. ``taken`` provides its name.
     """
     numbered: dict[_Key, list[tuple[int, str]]] = {}
     for name in names:

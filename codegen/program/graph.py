@@ -140,12 +140,9 @@ _CALLS = {
 
 
 def to_graph(expression: Any, names: Mapping[str, Node], graph: Graph) -> list[Node]:
-    """The nodes of an SX column, k by 1, in ``graph``.
+    """The nodes of an SX column, k by 1, in ``graph``; ``names``: SX symbol in the column → its node.
 
     CasADi gives a function as instructions over numbered registers (its work vector), which are executed on nodes here.
-
-    Args:
-        names: name of each SX symbol in the column → its node.
 
     Raises:
         TypeError: for a CasADi operation that no output language has.

@@ -168,12 +168,9 @@ _CALLS: dict[str, Callable[..., float]] = {
 
 
 def constant_values(nodes: Sequence[Node], parameters: Mapping[str, float], single: bool) -> tuple[float, ...]:
-    """The values of constant nodes in double or in single precision.
+    """The values of constant nodes in double or in single precision; BadInput if one is not a finite number.
 
     A function in single precision is the rounded double result: its last bit may differ from ``sinf``.
-
-    Raises:
-        BadInput: if one is not a finite number.
     """
     rounded: Callable[[float], float] = (lambda v: float(np.float32(v))) if single else float
     given = {name: rounded(value) for name, value in parameters.items()}

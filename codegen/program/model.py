@@ -26,8 +26,6 @@ class Field:
     """A scalar field of a generated struct: a parameter, state or input.
 
     Attributes:
-        name: as in the spec, where it has one.
-        unit, meaning: for the comment.
         value: the spec's value, or None.
         symbol: its SX symbol, made of the name.
     """
@@ -70,7 +68,6 @@ class Block:
         name: a textbook term (``friction_level``).
         elements: a variable name for each element (``a_hat_rail``).
         expression: SX over fields and earlier blocks, k by 1.
-        units: one per element.
         source: equation number.
         output: whether the elements are outputs.
         inner: whether an element is stored in a variable only if it is used more than once.

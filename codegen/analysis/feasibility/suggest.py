@@ -90,8 +90,7 @@ def suggest(
 ) -> Suggestion | NothingStable:
     """Random search over all axes: first in the whole range, then in shrinking boxes around the best set.
 
-    Args:
-        base: one gain set, with the gains that have no axis.
+    ``base``: one gain set, with the gains that have no axis.
     """
     generator = np.random.default_rng(SEED)
     shares = _initial_shares(len(axes), generator)
@@ -142,10 +141,7 @@ def own_or_found(
     So a suggestion that is written into the spec is suggested again, though the search around it has other ranges.
     The order is the one of the search: within the bounds on noise and gain margin before outside, a useful certified
     bound before another one, then the decay rate, the smaller bound, or the product of noise and decay time.
-
-    Args:
-        own: all axes at the spec's values.
-        bound_share: numbers → certified error bound over the friction; None if it is unknown.
+    ``bound_share``: numbers → certified error bound over the friction; None if it is unknown.
     """
     both = joined([own, found.settings])
     radius = dynamics.worst("sampled", both, True)
