@@ -129,7 +129,7 @@ class Velocity:
 
 
 def velocity_of(spec: Spec, choice: ObserverChoice, system: System) -> Velocity:
-    """The velocity of a spec's observer; BadInput for a K_v of wrong shape or sign, or one that the step does not allow."""
+    """The velocity of a spec's observer; BadInput for a K_v that is wrong or that the step does not allow."""
     if choice.velocity == "measured":
         return Velocity(system, system.v, system.v)
     names, units = [v.name for v in system.velocities], parts.velocity_units(system)
