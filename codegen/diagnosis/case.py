@@ -65,7 +65,6 @@ class Case:
         log, test_log: with inputs as they act between rows; test_log is None if the end of the log is held out.
         problem: the declared system on the training part of the motion.
         test: the declared system on the motion whose part ``window`` is held out.
-        material: share of the RMS drive force from which on a force matters.
         leads: index of an input → rows by which it was taken earlier than it was logged.
     """
 
@@ -77,8 +76,12 @@ class Case:
     test: Problem
     window: slice
     findings: Mapping[str, tuple[Finding, ...]]
-    material: float
     leads: Mapping[int, float] = field(default_factory=dict)
+
+    @property
+    def material(self) -> float:
+        """Share of the RMS drive force from which on a force matters."""
+        return self.problem.material
 
     @property
     def log_of_test(self) -> Log:
@@ -162,7 +165,7 @@ def case_of(spec: Spec, system: System, log: Log, test_log: Log | None, material
         findings["train"] += (_warning("cutoff", "cutoff", cutoff=cutoff, quiet=motion.cutoff_hz),)
         log = replace(log, cutoff_hz=cutoff)
         motion = smoothed(log, system)
-    problem = Problem(system, _restrict(motion, split), deviations, changes)
+    problem = Problem(system, _restrict(motion, split), deviations, changes, material)
     if _is_steady(log, motion) or moves_one_way(problem):
         unseen = unseen_inertias(problem)
         findings["train"] += not_refitted(problem, unseen)
@@ -170,7 +173,7 @@ def case_of(spec: Spec, system: System, log: Log, test_log: Log | None, material
         problem = replace(problem, deviation=deviations)
     other = _test_motion(motion, test_log)
     window = slice(split if test_log is None else 0, len(other.time))
-    case = Case(spec, log, test_log, motion, problem, Problem(system, other, {}), window, findings, material)
+    case = Case(spec, log, test_log, motion, problem, Problem(system, other, {}), window, findings)
     return case.with_leads(*input_leads(problem, log))
 
 

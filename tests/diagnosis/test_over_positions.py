@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 
 from codegen.base.arrays import Array
+from codegen.diagnosis.case import case_of
 from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.signals import smooth_motion
 from codegen.diagnosis.fit.trial import with_values
-from codegen.diagnosis.results import FoundEffect
+from codegen.diagnosis.results import MATERIAL, FoundEffect
 from codegen.diagnosis.verdict.over_positions import over_positions
 from codegen.logs import Log
 from codegen.spec import Spec, parse_spec
@@ -31,15 +32,16 @@ def log(tmp_path_factory: pytest.TempPathFactory) -> Log:
     return log_of(cross(), tmp_path_factory.mktemp("log"), "train.csv")
 
 
-def judged(log: Log, force: Array, *named: FoundEffect, **wrong: float) -> str:
+def judged(log: Log, force: Array, *named: FoundEffect, material: float = MATERIAL, **wrong: float) -> str:
     """The objection to effects of a machine with this force (N, 2) in addition, which its inputs balance.
 
     Args:
+        material: share of the drive force from which on a force matters.
         wrong: values of the model that are not the machine's; the mass has a tolerance.
     """
     system = system_of(cross())
     motion = smooth_motion(replace(log, inputs=log.inputs - force))
-    problem = Problem(system, motion, {s: 0.4 for s in system.values if s.name == "m"})
+    problem = Problem(system, motion, {s: 0.4 for s in system.values if s.name == "m"}, material=material)
     return over_positions(problem, with_values(system, wrong), named)
 
 
@@ -97,7 +99,14 @@ def test_an_immaterial_force_over_positions_refuses_nothing(log: Log) -> None:
     x = log.positions * [1, 0]
     for wrong in ({}, {"m": 5.0}, {"rail_a": 12.0}):  # of which the levels and the mass are free
         assert judged(log, 0.06 * rope(log.positions) - 20.0 * x, SPRING, **wrong) == ""
+        assert "over the positions" in judged(log, 0.06 * rope(log.positions) - 20.0 * x, SPRING, material=0.005, **wrong)
     assert "over the positions" in judged(log, rope(log.positions) - 20.0 * x, SPRING)
+
+
+def test_the_limit_is_that_of_the_call(log: Log) -> None:
+    """It was 2 %, whatever ``--material`` said."""
+    case = case_of(cross(), system_of(cross()), log, None, 0.005)
+    assert case.problem.material == case.material == 0.005
 
 
 def test_an_effect_that_explains_less_than_an_immaterial_force_over_positions_is_refused(log: Log) -> None:

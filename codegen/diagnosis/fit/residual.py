@@ -19,6 +19,7 @@ from codegen.diagnosis.fit.record import Record, substeps_of
 from codegen.diagnosis.fit.shooting import LANES, all_law_terms, owners
 from codegen.diagnosis.fit.signals import Motion, central_difference, derivative_noise, white_noise
 from codegen.diagnosis.fit.trial import Runner, Trial, runner_of
+from codegen.diagnosis.results import MATERIAL
 from codegen.mechanics.casadi_form import function_of, over_rows, symbol_values, to_casadi
 from codegen.mechanics.computed import by_computed
 from codegen.mechanics.loads import with_loads
@@ -101,13 +102,16 @@ INDEPENDENT = 0.01
 class Problem:
     """A declared System, the Motion on which it is judged, and standard deviations of its uncertain values, in SI.
 
-    ``changes``: of the links' parameters by the uncertain numbers of a robot file, which correlate them, (links, k).
+    Attributes:
+        changes: of the links' parameters by the uncertain numbers of a robot file, which correlate them, (links, k).
+        material: share of the RMS of the drive force from which on a force matters.
     """
 
     system: System
     motion: Motion
     deviation: Mapping[sympy.Symbol, float]
     changes: Mapping[sympy.Symbol, Array] = field(default_factory=dict)
+    material: float = MATERIAL
 
     @cached_property
     def used(self) -> NDArray[np.bool_]:

@@ -31,7 +31,7 @@ from codegen.diagnosis.fit.identity_cache import OF_MODELS, identity_cache
 from codegen.diagnosis.fit.linear import rms
 from codegen.diagnosis.fit.residual import Problem, level_columns
 from codegen.diagnosis.fit.trial import with_effects
-from codegen.diagnosis.results import MATERIAL, FoundEffect
+from codegen.diagnosis.results import FoundEffect
 from codegen.diagnosis.verdict.against_regression import MOST, OtherCause, acts_on
 from codegen.diagnosis.verdict.against_remainder import of_unit_size, slope_of_residual
 from codegen.mechanics.system import System
@@ -75,7 +75,7 @@ def over_positions(problem: Problem, refit: System, named: Sequence[FoundEffect]
         by_known, *shares = (explained_over(r, rows, [*known, *more]) for more in ([], curve, law, [*law, *curve]))
         alone, by_law, both = (max(0.0, share - by_known) / max(1 - by_known, 1e-300) for share in shares)
         further = np.sqrt(max(0.0, alone - by_law) * (1 - by_known)) * rms(r[rows])
-        large = further >= MATERIAL * rms(drive[rows, i]) or by_law < MOST * alone
+        large = further >= problem.material * rms(drive[rows, i]) or by_law < MOST * alone
         better = large and 1 - alone < MOST * (1 - by_law) and 1 - both >= MOST * (1 - alone)
         if better and added_share(r, rows, [*known, *law, own], curve) >= BY_OTHERS:
             return OtherCause("a smooth curve over the positions of all coordinates", alone, by_law, both).words
