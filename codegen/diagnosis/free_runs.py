@@ -15,6 +15,7 @@ from functools import cached_property
 
 import numpy as np
 
+from codegen.base.errors import BadInput
 from codegen.base.progress import shares_to
 from codegen.diagnosis.case import Case, Findings
 from codegen.diagnosis.evidence.residual_regression import acting_force, half_of_squares, remainders
@@ -108,9 +109,9 @@ def select(case: Case, search: Search, report: Report, tell: Callable[[Findings]
     search, outcome, replaced = _sought(search, base, effects, case, may_be_late=True)
     corrected = corrected_for_leads(case, search, outcome.final)
     late = corrected or late_on_trial(case)
-    if late is not None:
-        first = search_on(late.problem, lambda share: record_of(late.problem.motion, late.log, share, late.events))
-        first, late_base = _refit(late.spec, replace(first, compiled=search.compiled), late)
+    again = late and _refitted_late(late, search, on_trial=corrected is None)
+    if late and again:
+        first, late_base = again
         sought = _sought(first, late_base, effects, late)
         if corrected or late_is_better(sought[1].final, outcome.final):
             known = case.findings_in_words["train"]
@@ -276,6 +277,20 @@ class Judge:
             yield from wrong_values.equal_parameters(chosen.search, chosen.base, outcome)
         yield from wrong_values.moved_values(answer, outcome.final if lacks else chosen.base, problem, case.material)
         yield from _once_on_held_out(answer, case)
+
+
+def _refitted_late(late: Case, before: Search, on_trial: bool) -> tuple[Search, Fit] | None:
+    """Search and refit with inputs taken earlier; None if they are on trial and it cannot be computed with them.
+
+    ``before``: the search with the inputs as they were, whose compiled models are taken.
+    """
+    try:
+        search = search_on(late.problem, lambda share: record_of(late.problem.motion, late.log, share, late.events))
+        return _refit(late.spec, replace(search, compiled=before.compiled), late)
+    except BadInput:
+        if on_trial:
+            return None
+        raise
 
 
 @numerical("the fit of the model to the log")

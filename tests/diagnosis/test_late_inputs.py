@@ -211,6 +211,23 @@ def test_a_lead_on_trial_is_told_and_taken_only_if_free_runs_decide_for_it(tmp_p
     assert len(words) == (2 if lag else 0)
 
 
+def test_a_lead_on_trial_that_cannot_be_fitted_leaves_the_first_search(tmp_path: Path) -> None:
+    """The numerical failure of its refit ended the whole diagnosis."""
+    spec, refitted = stage(), list[Search]()
+
+    def reached(search: Search) -> tuple[Search, Fit]:
+        refitted.append(search)
+        if len(refitted) == 2:
+            raise np.linalg.LinAlgError("Singular matrix")
+        return within_reach(search)
+
+    log = replace(logged("", tmp_path, 0.0), description=LogDescription())
+    on_trial = patch.object(late_inputs, "undecided", lambda *_: {0: Lead(2.0, 0.1, 0.3, 0.1, 2.0)})
+    with among("viscous"), on_trial, patch.object(free_runs, "within_reach", reached):
+        diagnosis, _ = diagnose.diagnose_log(spec, system_of(spec), log, log)
+    assert len(refitted) == 2 and diagnosis.verdict == "none"
+
+
 def test_the_effects_are_sought_again_with_the_input_taken_earlier(tmp_path: Path) -> None:
     """The first search is given the compliance that logs of a filtered current led to; the second one is as it is."""
     spec, told, outcomes = stage(), list[Findings](), list[Outcome]()

@@ -98,8 +98,9 @@ def test_an_immaterial_force_over_positions_refuses_nothing(log: Log) -> None:
     """A rope of 1 % of the drive force beside a true spring of 15 %, of which the curve leaves a quarter."""
     x = log.positions * [1, 0]
     for wrong in ({}, {"m": 5.0}, {"rail_a": 12.0}):  # of which the levels and the mass are free
-        assert judged(log, 0.06 * rope(log.positions) - 20.0 * x, SPRING, **wrong) == ""
-        assert "over the positions" in judged(log, 0.06 * rope(log.positions) - 20.0 * x, SPRING, material=0.005, **wrong)
+        force = 0.06 * rope(log.positions) - 20.0 * x
+        assert judged(log, force, SPRING, **wrong) == ""
+        assert "over the positions" in judged(log, force, SPRING, material=0.005, **wrong)
     assert "over the positions" in judged(log, rope(log.positions) - 20.0 * x, SPRING)
 
 
