@@ -208,6 +208,27 @@ def test_of_a_constant_input_neither_sign_nor_scale_is_judged(tmp_path, machine)
     assert [f.topic for f in found if f.severity in ("problem", "warning")] == ["input w"]
 
 
+def gas(x: np.ndarray) -> np.ndarray:
+    """A gas spring that holds 150 N and more against a weight that the spec has: it pushes towards +x."""
+    return -90.0 * (0.36 / (0.24 - x)) ** 1.25
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_an_input_against_a_force_that_the_spec_lacks_is_not_flipped(tmp_path, turned):
+    """A vertical axis on a gas spring was unfit: the input pulls it down where the declared weight needs it to lift."""
+    columns = made()
+    columns["w"] = (-1 if turned else 1) * (columns["w"] + WEIGHT + gas(columns["x"]))
+    spec = parse_spec(STANDING.replace("force: [w]", f"force: [{FORCES['hoist']}]"), Path("slider.yaml"))
+    found = preflight(read_log(write_csv(tmp_path / "a.csv", columns), spec), spec)
+    signs = [f for f in found if f.topic in ("sign and scale of w", "sign of x")]
+    if turned:
+        assert not any("is right" in f.words for f in signs)
+        return
+    (one,) = signs
+    assert one.severity == "warning" and "the sign of w is right" in one.words
+    assert one.figures["factor"] < 0 and one.figures["factor_beside_positions"] == pytest.approx(1, abs=0.1)
+
+
 @pytest.mark.parametrize(
     ("damping", "level", "times", "wrong"), [(60.0, 1, 1, False), (0.0, 12, 1, False), (0.0, 1, 6, True)]
 )

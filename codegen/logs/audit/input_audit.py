@@ -30,6 +30,8 @@ FAR_OUTSIDE = 10.0
 """Ratio to the envelope from which on a coordinate's scale is wrong even if the forces do not show it."""
 ACTING = 1e-3
 """Share of its largest force below which an input is zero except for what the low-pass leaves."""
+KNOTS = 20
+"""Number of knots of a piecewise linear function of the position."""
 PART_SEEN = 0.2
 """Partial correlation of a modelled force with the input's force, from which on it shows in a log."""
 PREFIXES = ("", "u", "m", "k", "M")
@@ -76,6 +78,9 @@ def audit_inputs(forces: Forces, spec: Spec, outside: Finding | None, log: Log) 
         if found.severity == "problem" and factor > 0 and found.topic == f"sign and scale of {name}":
             losses = np.array([stacked(loss) for loss in _losses(forces, j)])
             found = _with_losses(name, own, columns[j], losses, found)
+        if found.severity == "problem" and factor < 0 and found.figures.get("against_gravity", 0.0) >= 0:
+            curves = np.array([stacked(curve) for curve in _over_positions(forces, j)])
+            found = _with_undeclared(name, own, columns[j], curves, found)
         other_links = found.severity == "problem" and factor > 0 and _are_links_wrong(forces, spec, j, float(factor))
         yield _as_wrong_links(name, float(factor), found) if other_links else found
 
@@ -119,6 +124,37 @@ def _with_losses(name: str, wanted: Array, given: Array, losses: Array, found: F
         f"is fitted too. The spec {lacks if whole < 1 else 'declares it too large'}. {rest}"
     )
     return Finding("warning", found.topic, words, {**found.figures, "factor_beside_losses": factor})
+
+
+def _over_positions(forces: Forces, j: int) -> Iterator[Array]:
+    """(K, n) piecewise linear functions of the position of each coordinate driven by input j."""
+    for i in np.flatnonzero(np.any(forces.driven[j] != 0, axis=0)):
+        x = forces.motion[:, i]
+        knots = np.unique(np.quantile(x, np.linspace(0, 1, KNOTS)))
+        for row in np.eye(len(knots)):
+            curve = np.zeros_like(forces.inertia)
+            curve[:, i] = np.interp(x, knots, row)
+            yield curve
+
+
+def _with_undeclared(name: str, wanted: Array, given: Array, curves: Array, found: Finding) -> Finding:
+    """The finding on an input's sign as a warning if it is right beside a force over the position; else unchanged.
+
+    An input that holds a spring or a weight that the spec lacks runs against the inertia of slow motion.
+
+    Args:
+        wanted, given: (K') force that the motion requires, and that of the input. curves: as of ``_over_positions``.
+    """
+    factor, alone = partial_correlation(wanted, given, curves.T)
+    if alone < MATCHED or not 1 / SCALE_OFF < factor < SCALE_OFF:
+        return found
+    words = (
+        f"The force of {name} runs against the force that the motion takes (correlation "
+        f"{found.figures['correlation']:.2f}), but agrees with it beside a force over the position (factor "
+        f"{factor:.3g}): the sign of {name} is right. The spec lacks that force, as of a weight or a spring, or has it "
+        "with a wrong sign or size."
+    )
+    return Finding("warning", found.topic, words, {**found.figures, "factor_beside_positions": factor})
 
 
 def _are_links_wrong(forces: Forces, spec: Spec, j: int, factor: float) -> bool:
