@@ -58,7 +58,7 @@ REGRESSED = (*STATE[:-1], "input rate", "time", STATE[-1], "frequency")
 MOSTLY = 0.5
 """Share of a squared residual that state variables predict on held-out parts from which on they come before time."""
 REPEATED = 2.0
-"""Least z-score of the held-out gains by sign: their sum over the root of the sum of their squares."""
+"""Level of the test of ``_agree``, as the z-score of a normal distribution."""
 SURELY_RINGS = 6.0
 """Least weight of a resonance, the best of 120, in standard deviations; 4 would give 1 % of false alarms."""
 AT_ONCE = 0.1
@@ -227,29 +227,29 @@ def explained_over(residual: Array, rows: NDArray[np.bool_], columns: Sequence[A
 
 
 def repeated_share(residual: Array, rows: NDArray[np.bool_], columns: Sequence[Array]) -> float:
-    """The explained share if it is significantly positive over the held-out parts; else 0."""
-    return _repeated(_gains(residual, rows, columns))
+    """The explained share if it is significantly positive over the held-out parts (``_agree``); else 0."""
+    gains = _gains(residual, rows, columns)
+    return float(gains.sum()) if _agree(gains) else 0.0
 
 
 def added_share(residual: Array, rows: NDArray[np.bool_], columns: Sequence[Array], further: Sequence[Array]) -> float:
     """Share of what ``columns`` leave of a squared residual that ``further`` ones explain, on held-out parts.
 
-    0 if it is not significantly positive over these, by a sign-flip test at the level of ``REPEATED``: under the null
-    hypothesis the gain of each part has either sign with the same probability. It is exact where few parts decide: of
-    an effect that acts in a part of the log the z-score is small though nearly all gains there are positive, and that
-    of a few equal gains is large by chance. A single event gains on its own parts alone.
+    0 if it is not significantly positive over these (``_agree``).
     """
     plain, richer = (_gains(residual, rows, some) for some in (columns, [*columns, *further]))
     gains = richer - plain
-    if exact_sign_flips(gains) > random_signs(REPEATED):
-        return 0.0
-    return float(gains.sum()) / max(1 - float(plain.sum()), 1e-300)
+    return float(gains.sum()) / max(1 - float(plain.sum()), 1e-300) if _agree(gains) else 0.0
 
 
-def _repeated(gains: Array) -> float:
-    """The sum of gains of held-out parts, if it is positive and ``REPEATED`` standard deviations from zero; else 0."""
-    share, spread = float(gains.sum()), float(np.sqrt((gains**2).sum()))
-    return share if share > 0 and share >= REPEATED * spread else 0.0
+def _agree(gains: Array) -> bool:
+    """Whether the sum of the gains of held-out parts is positive by a sign-flip test at the level of ``REPEATED``.
+
+    Under the null hypothesis the gain of each part has either sign with the same probability. The test is exact where
+    few parts decide: of a force that acts in a part of the log the z-score is small though nearly all gains there are
+    positive, and that of a few equal gains is large by chance. A single event gains on its own parts alone.
+    """
+    return exact_sign_flips(gains) <= random_signs(REPEATED)
 
 
 def _gains(residual: Array, rows: NDArray[np.bool_], columns: Sequence[Array]) -> Array:
