@@ -7,7 +7,7 @@ generated code.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 from copy import copy
 from dataclasses import dataclass
 from itertools import product
@@ -182,6 +182,12 @@ class Effect(ABC):
         """The simplest form that has all of these parameters; the last form where none has."""
         known = {p.name for form in self.forms for p in form.parameters}.intersection(names)
         return next((f for f in self.forms if known <= {p.name for p in f.parameters}), self.forms[-1])
+
+    def without(self, free: Set[str]) -> Effect | None:
+        """The simplest form that lacks only parameters of these names; None if there is none."""
+        own = {p.name for p in self.parameters}
+        forms = ((form, {p.name for p in form.parameters}) for form in self.forms)
+        return next((form for form, names in forms if names < own <= names | free), None)
 
     @property
     def waves(self) -> tuple[tuple[str, str], ...]:

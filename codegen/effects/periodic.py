@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from abc import abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 from dataclasses import replace
 from math import pi
 from typing import ClassVar
@@ -227,6 +227,10 @@ class CoggingHarmonics(Effect):
     def of_orders(self, orders: Sequence[int]) -> CoggingHarmonics:
         """The effect with other orders."""
         return type(self)(orders)
+
+    def without(self, free: Set[str]) -> Effect | None:
+        kept = [k for k in self.orders if not {f"sin_{k}", f"cos_{k}"} <= free]
+        return self.of_orders(kept) if 0 < len(kept) < len(self.orders) else None
 
     def values(self, period: float, weights: Sequence[tuple[float, float]]) -> dict[str, float]:
         """Parameter name → value.

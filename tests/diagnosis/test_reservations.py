@@ -276,12 +276,22 @@ def test_a_load_of_any_size_may_be_none(load: tuple[float, float], absent: bool)
             {"amplitude": (1, 2), "period": (1, 2), "phase": (0, 1), "amplitude_2": (0.0, 0.2), "phase_2": (-3, 3)},
             ["amplitude", "period", "phase"],
         ),
+        (
+            "cogging_harmonics",
+            {"period": (1, 2), "sin_1": (1, 2), "cos_1": (-1, 1), "sin_8": (-0.1, 0.2), "cos_8": (-0.1, 0.3)},
+            ["period", "sin_1", "cos_1"],
+        ),
+        ("cogging_harmonics", {"period": (1, 2), "sin_1": (1, 2), "cos_1": (-1, 1), "sin_8": (0.1, 0.2)}, None),
+        ("cogging_harmonics", {"period": (1, 2), "sin_1": (-1, 2), "cos_1": (-1, 1)}, None),
     ],
 )
 def test_a_parameter_whose_interval_holds_zero_or_its_default_is_not_named(
     kind: str, intervals: dict[str, tuple[float, float]], names: list[str] | None
 ) -> None:
-    """A Stribeck curve of a robot's joint was named with a d_delta of -0.005 (-0.017 to 0.007); truth has none."""
+    """A Stribeck curve of a robot's joint was named with a d_delta of -0.005 (-0.017 to 0.007); truth has none.
+
+    Of a stepper's cogging orders 8 and 12 were named, with zero in the intervals of their sines and cosines.
+    """
     part = part_of(CATALOGUE[kind].with_parameters(list(intervals)), 0, system_of(stage()))
     form = determined_form(part, intervals)
     assert (form and [p.name for p in form.parameters]) == names

@@ -86,8 +86,7 @@ def determined_form(part: Part, intervals: Mapping[str, tuple[float, float]]) ->
     values = {p.name: p.neutral if p.by_default is None else p.by_default for p in effect.parameters}
     neutral = {name for name, value in values.items() if value is not None and _holds(ends[name], value)}
     free = neutral | {phase for size, phase in effect.waves if size in neutral}
-    forms = ((form, {p.name for p in form.parameters}) for form in effect.forms)
-    return next((form for form, names in forms if names < set(part.names) <= names | free), None)
+    return effect.without(free)
 
 
 def _holds(interval: tuple[float, float], value: float) -> bool:
