@@ -19,9 +19,11 @@ _VERSION = re.compile(r"\d+\.\d+(?:\.\d+)?")
 
 @dataclass(frozen=True)
 class Machine:
-    """Attributes:
-    processor: its model name and its cores.
-    versions: of compilers, tools and packages; ``absent`` where there is none.
+    """The machine of a measurement.
+
+    Attributes:
+        processor: its model name.
+        versions: of compilers, tools and packages; ``absent`` where there is none.
     """
 
     processor: str

@@ -30,7 +30,7 @@ ADAPTER: TypeAdapter[Results] = TypeAdapter(Results)
 
 
 def kept(root: Path = ROOT) -> Results | None:
-    """What was measured last; None where nothing was."""
+    """The results of the last run; None if there are none."""
     file = root / RESULTS
     return ADAPTER.validate_json(file.read_bytes()) if file.exists() else None
 

@@ -1,4 +1,4 @@
-"""A rate with the interval that so few trials leave."""
+"""Rates of a number of trials, with their confidence intervals."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ class Rate:
 
     @property
     def share(self) -> float | None:
-        """None of nothing."""
+        """Hits over trials; None without trials."""
         return self.hits / self.trials if self.trials else None
 
     @property
     def interval(self) -> tuple[float, float] | None:
-        """Wilson's interval of the true rate; None of nothing."""
+        """Wilson's interval of the true rate; None without trials."""
         if not self.trials:
             return None
         found = binomtest(self.hits, self.trials).proportion_ci(CONFIDENCE, method="wilson")
@@ -41,13 +41,13 @@ class Rate:
 
 @dataclass(frozen=True)
 class Bar:
-    """What a rate should reach, both ends included."""
+    """The range in which a rate should be, ends included."""
 
     least: float = 0.0
     most: float = 1.0
 
     def met_by(self, found: Rate) -> bool | None:
-        """None of a rate of nothing."""
+        """Whether a rate is between both ends; None without trials."""
         return None if found.share is None else self.least <= found.share <= self.most
 
     def __str__(self) -> str:
@@ -59,6 +59,6 @@ class Bar:
 
 
 def rate(marks: Iterable[bool]) -> Rate:
-    """How many of the marks are set."""
+    """The rate of true marks."""
     counted = list(marks)
     return Rate(sum(counted), len(counted))

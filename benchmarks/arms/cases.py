@@ -112,7 +112,7 @@ def _loaded(joint: Joint, mass: float) -> Joint:
 
 
 def _truth(case: ArmCase) -> dict[str, object]:
-    """As of a practice case, with the arm and its seed besides."""
+    """The truth of a case, in the fields of a practice case, with the arm and its seed."""
     entry = {"kind": case.kind, "on": case.on, "parameters": dict(case.parameters)}
     return {
         "group": case.group,

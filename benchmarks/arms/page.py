@@ -25,7 +25,7 @@ LONGEST_S = 180.0
 
 @dataclass(frozen=True)
 class Row:
-    """What became of a case.
+    """The outcome of a case.
 
     Attributes:
         said: the verdict, with effects and their joints, and declared values that are called wrong.
@@ -43,7 +43,7 @@ ADAPTER: TypeAdapter[list[Row]] = TypeAdapter(list[Row])
 
 
 def row_of(case: ArmCase, run: Run, result: Mapping[str, Any]) -> Row:
-    """From the diagnosis of a case."""
+    """The row of a case, from its run and its diagnosis."""
     alike = [[effect, *effect.get("also", ())] for effect in result["effects"]]
     effects = [" or ".join(f"{one['kind']} on {one['on']}" for one in group) for group in alike]
     names = [*(effects if result["verdict"] == "effect" else named(result)), *wrong_values(result)]
@@ -87,7 +87,7 @@ def keep(rows: Sequence[Row]) -> None:
 
 
 def kept() -> list[Row]:
-    """Of earlier runs."""
+    """The rows of earlier runs."""
     return ADAPTER.validate_json(KEPT.read_bytes()) if KEPT.is_file() else []
 
 

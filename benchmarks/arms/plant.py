@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from math import exp, pi, sin
+from math import pi, sin
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.arms.robots import Joint, urdf
+from benchmarks.machines.disturbances import FORCES, LEVELS
 
 Array = NDArray[np.float64]
 STEP = 1.25e-4
@@ -34,23 +35,16 @@ class Extra:
 
 def extra(kind: str, p: Mapping[str, float]) -> Extra:
     """Effects by their equations in docs/effects.md, and ``push``: half a sine of ``width`` s each ``every`` s."""
+    values = dict(p)
+    if kind in FORCES:
+        return Extra(lambda q, v, w, t: FORCES[kind](values, q, v))
+    if kind in LEVELS:
+        return Extra(level=lambda q, v, w, t: LEVELS[kind](values, t, q, v, w))
     match kind:
-        case "offset":
-            return Extra(lambda q, v, w, t: p["f0"])
-        case "cogging":
-            return Extra(lambda q, v, w, t: p["amplitude"] * sin(2 * pi * q / p["period"] + p["phase"]))
-        case "spring":
-            return Extra(lambda q, v, w, t: -p["k"] * q)
         case "viscous_asymmetry":
             return Extra(lambda q, v, w, t: -p["d_b"] * abs(v))
         case "input_gain":
             return Extra(lambda q, v, w, t: (p["gain"] - 1) * w)
-        case "stribeck":
-            return Extra(level=lambda q, v, w, t: p["delta"] * exp(-((v / p["v_s"]) ** 2)))
-        case "load_dependent_friction":
-            return Extra(level=lambda q, v, w, t: p["mu"] * abs(w))
-        case "friction_drift":
-            return Extra(level=lambda q, v, w, t: p["delta"] * exp(-t / p["T"]))
         case "push":
             return Extra(lambda q, v, w, t: p["peak"] * sin(pi * min(t % p["every"], p["width"]) / p["width"]))
     raise ValueError(f"no effect {kind}")
@@ -81,7 +75,7 @@ class Plant:
         self._mass, self._bias, self._impulse, self.time = np.zeros((n, n)), np.zeros(n), [0.0] * n, 0.0
 
     def start(self, q: Array) -> None:
-        """At rest."""
+        """Set the positions, with all joints at rest and the time at zero."""
         self.data.qpos[:], self.data.qvel[:], self.time = q, 0.0, 0.0
 
     def dynamics(self) -> tuple[Array, Array]:

@@ -45,7 +45,7 @@ def found_in(file: Path, system: System, training: Measured, again: bool) -> lis
 
 
 def verdict_in(file: Path, spec: Spec, system: System, again: bool) -> tuple[str, ...]:
-    """What the diagnosis names on the training record, its end held out; the test record is not read."""
+    """The effects that the diagnosis names on the training record, its end held out; the test record is not read."""
     if again or not file.exists():
         said = diagnose_log(spec, system, read_log(DATA / RECORDS["training"], spec))[0]
         write_atomically(file, json.dumps([e.kind for e in said.effects]) + "\n")

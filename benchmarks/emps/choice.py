@@ -44,7 +44,7 @@ class Candidate:
 
 
 def candidates(model: Model, data: Measured, lengths: Sequence[float | None] = LENGTHS_S) -> list[Candidate]:
-    """Of one structure, one a length."""
+    """The candidates of one structure, one for each length of the runs."""
     parts = blocks(BLOCKS, len(data))
     fits = [_fits(model, data, without(part, len(data)), lengths) for part in parts]
     whole = _fits(model, data, [(0, len(data))], lengths)
@@ -83,7 +83,7 @@ def as_good(found: Sequence[Candidate]) -> list[Candidate]:
 
 
 def of_structure(found: Sequence[Candidate], kinds: Sequence[str]) -> list[Candidate]:
-    """Those with just these effects."""
+    """The candidates with exactly these effects."""
     return [c for c in found if set(c.kinds) == set(kinds)]
 
 

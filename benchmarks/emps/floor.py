@@ -19,7 +19,7 @@ GAIN = "gtau"
 
 @dataclass(frozen=True)
 class Floor:
-    """Of one structure, in mm over the whole test record.
+    """Errors of one structure, in mm over the whole test record.
 
     Attributes:
         known: fitted to the test record itself. both: one set of values fitted to both records together.

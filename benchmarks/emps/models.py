@@ -94,7 +94,7 @@ class Model:
         return np.asarray(least_squares(residual, theta / scale, diff_step=1e-5, max_nfev=60).x * scale)
 
     def predicted(self, theta: Array, record: Record) -> Array:
-        """(L,) m, one run."""
+        """Positions (L,) in m of one free run."""
         return np.asarray(Runner(self.trial, self.shooter, 0, record, RUN_STEPS).run(theta, record.at_rest)[0, :, 0])
 
     def built(self, theta: Array) -> System:
@@ -110,7 +110,7 @@ class Model:
 
     @property
     def words(self) -> str:
-        """As tables name it."""
+        """The name of the structure in tables."""
         return " + ".join(kind.replace("_", " ") for kind in self.kinds) or "symmetric"
 
 
@@ -119,7 +119,7 @@ def _by_name(trial: Trial, moved: Array) -> dict[str, float]:
 
 
 def finite(millimetres: Array) -> Array:
-    """With a large error where a run diverges."""
+    """The errors, with a large number in place of those of a run that diverges."""
     return np.asarray(np.nan_to_num(millimetres, nan=LOST_MM, posinf=LOST_MM, neginf=-LOST_MM))
 
 

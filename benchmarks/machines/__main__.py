@@ -41,7 +41,7 @@ ADAPTER: TypeAdapter[tuple[Seed, ...]] = TypeAdapter(tuple[Seed, ...])
 
 
 def kept() -> tuple[Seed, ...]:
-    """What was run last, seed by seed."""
+    """The results of earlier runs, one entry for each seed."""
     return ADAPTER.validate_json(KEPT.read_bytes()) if KEPT.is_file() else ()
 
 
@@ -59,7 +59,7 @@ def rows(seed: int, cases: Sequence[int], out: Path, again: bool) -> tuple[Row, 
 
 
 def line(row: Row) -> str:
-    """A case in words."""
+    """A case and its outcome in one printed line."""
     truth = " + ".join(row.truth) or "nothing"
     shown = f"{100 * row.share:.0f} %, t {row.t:.0f}{'' if row.identifiable else ', not identifiable'}"
     return f"{row.case}  {row.family}  {truth} ({shown})  {row.verdict} {', '.join(row.said)}  {row.outcome}"

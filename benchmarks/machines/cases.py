@@ -79,7 +79,7 @@ def log_text(machine: Machine, record: Record) -> str:
 
 
 def truth_of(machine: Machine, train: Record) -> dict[str, Any]:
-    """What is true of a case; never an input to a diagnosis."""
+    """The true machine and effects of a case, for the score; never an input to a diagnosis."""
     lacks = machine.lacks()
     kinds = [d.kind for d in lacks]
     known = machine.group in ("single", "double")

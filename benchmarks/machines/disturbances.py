@@ -43,7 +43,7 @@ class Disturbance:
         return 0.0
 
     def measured(self, x: float) -> float:
-        """What the encoder of coordinate k sees."""
+        """The position that the encoder of coordinate k reads."""
         return x
 
 

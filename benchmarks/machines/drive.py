@@ -18,7 +18,7 @@ SPEED_FILTER_S = 1.5e-3
 
 @dataclass(frozen=True)
 class Recorder:
-    """What a log holds of a drive.
+    """How the log of a drive is recorded.
 
     Attributes:
         every: control periods in a row. encoder: step of each position. measured: whether the current is measured, or

@@ -28,7 +28,7 @@ AT_REST = 0.02
 
 @dataclass(frozen=True)
 class Seen:
-    """What a log shows of an effect.
+    """How much of an effect a log shows.
 
     Attributes:
         share: RMS of its force over that of the drive force, on the axis where that is largest.
@@ -56,7 +56,7 @@ def equation_error(
     motion: tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]],
     i: NDArray[np.float64],
 ) -> NDArray[np.float64]:
-    """E(θ), rows by axes."""
+    """The equation error E(θ), (rows, axes)."""
     x, v, a = (list(part.T) for part in motion)
     mass, rest, factors = family.mass(p, x, np), family.force(p, x, v, np), family.drive(p)
     parts = [m * c + lvl * np.sign(b) - r - f * d for m, c, lvl, b, r, f, d in
@@ -67,7 +67,7 @@ def equation_error(
 def seen(
     family: Family, p: Values, levels: tuple[float, ...], log: Record, held: bool, refitted: Sequence[str], timed: bool
 ) -> Seen:
-    """Of a log.
+    """How much a log shows of the effects that its machine lacks.
 
     Args:
         held: whether a row's current acts until the next row: then it acts half a row later on average.

@@ -50,7 +50,7 @@ class Row:
 
 
 def outcome_of(truth: Mapping[str, Any], diagnosis: Mapping[str, Any]) -> str:
-    """Of ``OUTCOMES``."""
+    """The outcome of a diagnosis, one of ``OUTCOMES``."""
     verdict, said = diagnosis["verdict"], named(diagnosis)
     if verdict not in ("effect", "ambiguous", "none", "unknown"):
         return OTHER
@@ -98,7 +98,7 @@ def row_of(case: str, truth: Mapping[str, Any], diagnosis: Mapping[str, Any], cp
 
 
 def rates(rows: Sequence[Row]) -> dict[str, Rate]:
-    """In words, as they stand on the page."""
+    """The rates of the page: description → rate."""
 
     def share(group: str, outcomes: Sequence[str], clear: bool | None = None) -> Rate:
         some = [r for r in rows if r.group == group and (clear is None or r.identifiable == clear)]

@@ -118,7 +118,7 @@ class Plant:
         return after, after_load, bristle
 
     def level(self, k: int, s: float, u: float, drive: float) -> float:
-        """Of contact k at slip position s, with slip speed u and a drive force on its coordinate."""
+        """The friction level of contact k at slip position s, slip speed u and drive force ``drive``."""
         added = sum(d.level(self.t, s, u, drive) for d in self.rough if d.k == k)
         return max(0.0, self.levels[k] + added)
 

@@ -88,7 +88,7 @@ def build(peer: Peer, folder: Path) -> Built:
 
 
 def outputs_of(built: Built, rows: Path) -> np.ndarray:
-    """What the peer computes in one pass over the rows, samples by outputs."""
+    """The outputs of a peer in one pass over the rows, (samples, outputs)."""
     done = subprocess.run([built.program, "check", rows], capture_output=True, check=True, timeout=300)
     return np.frombuffer(done.stdout).reshape(-1, built.peer.outputs)
 

@@ -27,7 +27,7 @@ class Times:
 
 @contextmanager
 def pinned() -> Iterator[None]:
-    """On one core for the duration, where the system can do it; programs that are started inherit it."""
+    """A context that pins the process, and programs it starts, to one core, where the system can."""
     if not hasattr(os, "sched_setaffinity"):
         yield
         return

@@ -14,7 +14,7 @@ SOURCES = Path(__file__).parent / "sources"
 
 
 def our_peer(model: Model, title: str = OURS, fault: str = "hold", limit: float = 60.0) -> Peer:
-    """What stiction generates."""
+    """The C that stiction generates, as a peer."""
     names = (f"{model.name}.c", f"{model.name}.h")
     files = {name: text for name, text in model.files(fault=fault).items() if name in names}
     sizes = len(model.program.inputs), len(model.output_names)

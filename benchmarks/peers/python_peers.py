@@ -130,6 +130,6 @@ def lambdified(model: Model) -> Run:
 
 
 def as_table(found: list[Any], names: tuple[str, ...]) -> np.ndarray:
-    """What a run gave, samples by outputs."""
+    """The outputs of a run as an array, (samples, outputs)."""
     plain = [[getattr(o, name) for name in names] if hasattr(o, "__slots__") else o for o in found]
     return np.array(plain, dtype=float).reshape(-1, len(names))

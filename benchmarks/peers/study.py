@@ -26,7 +26,7 @@ Study = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 
 def gain_sets(sets: int) -> np.ndarray:
-    """From half to one and a half of the spec's gains, sets by four."""
+    """Random gains between 0.5 and 1.5 times those of the spec, (sets, 4)."""
     scale = 0.5 + np.random.default_rng(1).random((sets, len(NOMINAL)))
     return scale * np.array(NOMINAL)
 

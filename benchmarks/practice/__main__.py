@@ -28,7 +28,7 @@ PARTS = ("diagnosis", "declared", "peer")
 
 @dataclass(frozen=True)
 class Asked:
-    """What to run.
+    """The cases to run, and where.
 
     Attributes:
         out: folder of the results. again: whether to run what is there already.

@@ -32,7 +32,7 @@ def with_truth(text: str, effects: Sequence[dict[str, Any]]) -> str:
 
 
 def verdict_on(case: Case, out: Path, again: bool) -> dict[str, Any]:
-    """What the diagnosis says of a log whose true effects are declared."""
+    """The row of a log that is diagnosed with its true effects declared."""
     spec = out / case.tier / "specs" / f"{case.name}.yaml"
     write_atomically(spec, with_truth((case.folder / "spec.yaml").read_text(), case.truth["effects"]))
     folder = out / case.tier / case.name

@@ -19,7 +19,7 @@ LAST_WORDS = 40
 
 
 class Unavailable(Exception):
-    """What cannot be had here, and why."""
+    """Raised for a tool or data that is not available here; the message says which and why."""
 
 
 @dataclass(frozen=True)
@@ -93,7 +93,7 @@ def failed_draws(draw: Draw, out: Path) -> list[str]:
 
 
 def run_tool(command: Sequence[str], fault: str, extra: dict[str, str] | None = None) -> str:
-    """What a program prints. Raises Unavailable where it cannot be started or fails."""
+    """The output of a program. Raises Unavailable where it cannot be started or fails."""
     try:
         done = subprocess.run(command, capture_output=True, text=True, env={**os.environ, **(extra or {})})
     except OSError as error:

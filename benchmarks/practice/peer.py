@@ -58,7 +58,7 @@ class Term:
 
 @dataclass(frozen=True)
 class Reading:
-    """The one term that a proposal is taken for.
+    """The term of a proposal that counts as its answer.
 
     Attributes:
         kinds: what it stands for; empty where nothing counts, or it stands for nothing of the catalogue.
@@ -73,7 +73,7 @@ class Reading:
 
 @dataclass(frozen=True)
 class Proposed:
-    """What PySINDy names on one log.
+    """The answers of PySINDy on one log.
 
     Attributes:
         alone: the term of its sums that alone takes most out of the residual. largest: the largest as it stands there.
@@ -135,7 +135,7 @@ def _greater(best: Reading, other: Reading) -> Reading:
 
 
 def kinds_of(term: Term, coordinate: int, weights: Mapping[Term, float]) -> tuple[str, ...]:
-    """The kinds of the catalogue that a term on a coordinate stands for, beside the others of its sum."""
+    """The kinds of the catalogue that a term on a coordinate stands for, given the other terms of its sum."""
     if term.pattern == CONSTANT:
         return KIND_OF_CONSTANT
     if term.over == "velocity" and term.pattern == "{}":
@@ -161,7 +161,7 @@ def terms_by_kind() -> dict[str, str]:
 
 
 def table(answers: Sequence[tuple[Case, Reading, bool | None]]) -> list[dict[str, Any]]:
-    """A row a kind: how often PySINDy's term stands for it, beside ours; ours None where it was not measured."""
+    """Rows by kind: how often PySINDy's term stands for it, and how often our diagnosis names it (None if not run)."""
     by_kind: dict[str, list[tuple[bool, bool | None]]] = {}
     for case, answer, ours in answers:
         by_kind.setdefault(_kind(case), []).append((is_right(case, answer), ours))
@@ -204,7 +204,7 @@ def _library(system: System) -> dict[str, Term]:
 
 
 def _column(train: Problem, term: Term) -> Array:
-    """(N,) a term of weight one, low-passed as the residual is."""
+    """A term of weight one, (N,), low-passed as the residual is."""
     if term.pattern == CONSTANT:
         return np.ones(len(train.motion.time))
     functions: dict[str, Callable[[Array], Array]] = (
@@ -215,7 +215,7 @@ def _column(train: Problem, term: Term) -> Array:
 
 
 def _projection(drive: Drive, train: Problem, coordinate: int, column: Array) -> Array:
-    """(N,) what a column alone takes out of a coordinate's residual, beyond the friction level."""
+    """The part of a coordinate's residual, (N,), that a column alone explains beyond the friction level."""
     rows = train.used[:, coordinate]
     level = _column(train, Term(LEVEL, "velocity", coordinate))
     column, residual = (_without(level, values, rows) for values in (column, drive.residual[:, coordinate]))
@@ -228,7 +228,7 @@ def _without(level: Array, values: Array, rows: NDArray[np.bool_]) -> Array:
 
 
 def _size(drive: Drive, coordinate: int, force: Array) -> float:
-    """Of a force on one coordinate over the drive force."""
+    """The RMS of a force on one coordinate over that of the drive force."""
     forces = np.zeros((len(force), drive.system.degrees_of_freedom))
     forces[:, coordinate] = force
     return drive.share(forces)

@@ -104,7 +104,7 @@ def diagnosed_logs(
 
 
 def result_in(out: Path) -> dict[str, Any]:
-    """diagnosis.json of a folder; of a run without result what stands for it."""
+    """The content of diagnosis.json in a folder; a placeholder with the verdict `refused` if a run had no result."""
     file = out / "diagnosis.json"
     if not file.exists():
         return {"verdict": "refused", "effects": [], "candidates": []}
@@ -113,7 +113,7 @@ def result_in(out: Path) -> dict[str, Any]:
 
 
 def times(runs: Sequence[Run]) -> Times | None:
-    """Of the runs that have a result; None where there is none."""
+    """Statistics of the times of the runs with a result; None if there are none."""
     done = [run for run in runs if run.samples]
     if not done:
         return None
@@ -123,7 +123,7 @@ def times(runs: Sequence[Run]) -> Times | None:
 
 
 def typical(runs: Sequence[Run]) -> list[Run]:
-    """Those of logs with about 25,000 samples."""
+    """The runs on logs with about 25,000 samples."""
     return [run for run in runs if TYPICAL[0] <= run.samples <= TYPICAL[1]]
 
 
@@ -133,7 +133,7 @@ def _spread(values: Sequence[float]) -> tuple[float, float, float]:
 
 @cache
 def code_version() -> str:
-    """Of everything that decides a diagnosis: the package and its templates."""
+    """A hash of the package and its templates, which together decide a diagnosis."""
     total = hashlib.sha256()
     for file in sorted([*(ROOT / "codegen").rglob("*.py"), *(ROOT / "templates" / "diagnosis").rglob("*.j2")]):
         total.update(file.relative_to(ROOT).as_posix().encode() + b"\0" + file.read_bytes())

@@ -111,7 +111,7 @@ def within(value: float, low: float | None, high: float | None, turns: bool = Fa
 
 
 def summary(tier: str, out: Path, cases: Sequence[Case], runs: Sequence[Run]) -> dict[str, Any]:
-    """What the page prints of one tier."""
+    """The figures of one tier that the page prints."""
     rows = score(out, cases)
     marks = [(name, rate(bool(row[key]) for row in rows if key in row)) for key, name in MARKS.items()]
     kinds: dict[str, list[bool]] = {}

@@ -72,7 +72,7 @@ def is_absorbed(case: Case, result: dict[str, Any]) -> bool:
 
 
 def tally(key: tuple[int, int, str, str], out: Path, cases: Sequence[Case], runs: Sequence[Run], failed: int) -> Tally:
-    """Of these cases, whose results lie in ``out``, a folder each.
+    """The score of these cases, whose results are in folders below ``out``.
 
     Args:
         key: seed, count, tier and version of the code.

@@ -24,7 +24,7 @@ SAID = "In the words of the diagnosis:"
 
 
 def page_of(set_name: str) -> Path:
-    """The page of a set."""
+    """The file of the page of a set."""
     return PAGES / f"data_{PAGE_NAMES.get(set_name, set_name)}.md"
 
 
@@ -36,7 +36,7 @@ def table(set_name: str, out: Path) -> str:
 
 
 def row(run: Diagnosed, out: Path) -> str:
-    """One diagnosis."""
+    """The table row of one diagnosis."""
     left, found = kept(out), result(out)
     if left is None or (found is None and not left.failure):
         return f"| {run.words} | not run | | | {run.expert} |\n"

@@ -14,7 +14,7 @@ from codegen.base.files import write_atomically
 
 @dataclass(frozen=True)
 class Kept:
-    """What came of a diagnosis.
+    """The summary of a diagnosis.
 
     Attributes:
         wall_s: of the process, from its start to its end. cpu_s: that it took of all cores.
@@ -29,7 +29,7 @@ class Kept:
 
 
 def diagnosed(set_name: str, run: Diagnosed, out: Path) -> Kept:
-    """Run it; the results stand in ``out``, with ``run.json`` beside them."""
+    """Run a diagnosis; its results and ``run.json`` are written to ``out``."""
     from benchmarks.real.steady import mean_errors  # SciPy and CasADi, which a page of kept results does not need
 
     train, test = ([DATA / set_name / file for file in files] for files in (run.train, run.test))
@@ -42,7 +42,7 @@ def diagnosed(set_name: str, run: Diagnosed, out: Path) -> Kept:
 
 
 def kept(out: Path) -> Kept | None:
-    """What an earlier run left; None where there is none."""
+    """The summary of an earlier run; None if there is none."""
     file = out / "run.json"
     return Kept(**json.loads(file.read_text())) if file.exists() else None
 

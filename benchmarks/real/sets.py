@@ -34,7 +34,7 @@ class Diagnosed:
 
 
 def spec_of(set_name: str, run: Diagnosed) -> Path:
-    """The spec's file."""
+    """The file of the spec of a diagnosis."""
     return (SPECS / set_name / run.spec).resolve()
 
 

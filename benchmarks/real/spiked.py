@@ -129,5 +129,5 @@ def _converted(one: RealSet, spec: Spec) -> dict[str, str]:
 
 
 def _yaml(value: object) -> str:
-    """JSON is YAML."""
+    """A value as YAML; JSON is a subset of it."""
     return json.dumps(value, indent=1) + "\n"

@@ -102,7 +102,7 @@ def _loop(axes: Any, law: FrictionLaw, example: Example) -> None:
 
 
 def _presliding(axes: Any, law: FrictionLaw, example: Example) -> None:
-    """From rest: the virgin curve and two hysteresis loops."""
+    """The virgin curve from rest, and two hysteresis loops."""
     omega = 2 * np.pi * example.frequency
     factor, unit = prefixed([max(example.presliding)], "m")
     for amplitude, colour in zip(reversed(example.presliding), (CURVE, SECOND), strict=False):

@@ -21,7 +21,7 @@ QUANTITIES = ("inertia", "moment", "damping", "level", "offset")
 
 @dataclass(frozen=True)
 class Quantity:
-    """One of MuJoCo's.
+    """A quantity of a MuJoCo model that is fitted.
 
     Attributes:
         name: inertia, moment, damping, level or offset.
@@ -51,7 +51,7 @@ class Axis:
     quantities: tuple[Quantity, ...]
 
     def task(self, system: System) -> dict[str, Any]:
-        """What mujoco_fit.py is told, without the log."""
+        """The task for mujoco_fit.py, without the log."""
         told: dict[str, Any] = {name: {"value": 0.0, "bounds": None} for name in QUANTITIES}
         declared = values_of(system)
         for q in self.quantities:
@@ -79,12 +79,12 @@ class Axis:
 
 
 def values_of(system: System) -> dict[str, float]:
-    """Every value by name."""
+    """Name of a parameter → its value."""
     return {symbol.name: float(value) for symbol, value in system.values.items()}
 
 
 def axis_of(system: System, name: str) -> Axis | None:
-    """The axis of a spec of this name; None where MuJoCo was not told how to build it."""
+    """The axis of a spec of this name; None if its translation for MuJoCo is not known."""
     v = values_of(system)
 
     def level(symbol: str) -> Quantity:

@@ -69,6 +69,6 @@ def pairs(kinds: int, only: Sequence[str] = ()) -> list[Pair]:
 
 
 def _is_told(spec_file: Path) -> bool:
-    """Whether MuJoCo can be told the one axis of a spec."""
+    """Whether a spec has one axis whose translation for MuJoCo is known."""
     spec = read_spec(spec_file)
     return len(spec.coordinates) == 1 and axis_of(build_system(spec), spec.name) is not None

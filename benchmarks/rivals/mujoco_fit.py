@@ -44,7 +44,7 @@ MODEL = """
 
 
 def spec_of(task: dict[str, Any]) -> mujoco.MjSpec:
-    """A mass on a slide; or a body on a hinge, whose centre a little beside it makes the moment of gravity."""
+    """The model: a mass on a slide; or a body on a hinge, with its centre ``ARM`` off it for the moment of gravity."""
     value = {name: one["value"] for name, one in task["quantities"].items()}
     sliding = task["joint"] == "slide"
     mass = value["inertia"] if sliding else mass_of(value["moment"])
@@ -72,7 +72,7 @@ def steps_of(task: dict[str, Any]) -> int:
 
 
 def mass_of(moment: float) -> float:
-    """Of a body whose centre is ``ARM`` off the hinge."""
+    """The mass of a body whose centre is ``ARM`` off the hinge, for a moment of gravity."""
     return max(moment / (GRAVITY * ARM), LEAST)
 
 
@@ -94,7 +94,7 @@ def inertia_of(spec: mujoco.MjSpec, inertia: float, sliding: bool) -> None:
 
 
 def parameters_of(task: dict[str, Any]) -> sysid.ParameterDict:
-    """Those that the task lets move, within its bounds; the moment first, since the inertia is set beside it."""
+    """The parameters that the task fits, with their bounds; the moment first, since the inertia depends on it."""
     sliding = task["joint"] == "slide"
     actions = {
         "moment": lambda s, p: moment_of(s, float(p.value[0])),

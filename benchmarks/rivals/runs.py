@@ -31,7 +31,7 @@ RUN_S = 1.0
 
 @dataclass(frozen=True)
 class Answer:
-    """What mujoco.sysid makes of a training log.
+    """The result of mujoco.sysid on a training log.
 
     Attributes:
         values: parameters of the spec. at_bound: those that end at a bound.
@@ -49,7 +49,7 @@ class Answer:
 
 @dataclass(frozen=True)
 class Errors:
-    """Of one model on the test log.
+    """The errors of one model on the test log.
 
     Attributes:
         force: residual force over drive force. position: RMSE of free runs, SI; None where the model has no free run.

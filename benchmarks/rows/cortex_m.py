@@ -113,7 +113,7 @@ def casadi_case(
 
 
 def kinds_of(workshop: Workshop, name: str) -> dict[str, str]:
-    """How many instructions of each kind our step has at -O2, as they stand in its object file."""
+    """The number of instructions of each kind in the object file of our step at -O2."""
     unit = workshop.object(load(name).files("single"), f"{name}.c", ARM_M4F, *FLAGS, "-O2")
     listing = run("arm-none-eabi-objdump", "-d", "--no-show-raw-insn", f"--disassemble={name}_step", unit).stdout
     words = [line.split()[1] for line in listing.splitlines() if re.match(r"\s+[0-9a-f]+:\t[a-z]", line)]
@@ -122,7 +122,7 @@ def kinds_of(workshop: Workshop, name: str) -> dict[str, str]:
 
 
 def unused_bytes(found: list[Case], name: str) -> str:
-    """Of our step at -O2, those that only a sample that is not used comes to."""
+    """Bytes of our step at -O2 that are executed for invalid samples only."""
     own = next(c.figures for c in found if (c.machine, c.code, c.level) == (name, OURS, "-O2"))
     return "–" if own is None else str(own.unused_bytes)
 

@@ -32,7 +32,7 @@ Case = tuple[str, str, int]
 
 
 def makers(folder: Path) -> dict[Case, Callable[[], Study]]:
-    """What makes each of the studies; scalar C in double first, then that in single."""
+    """Case → the function that makes its study; scalar C in double first, then in single."""
     model = load("two_mass")
     return {
         (SCALAR, "double", 1): lambda: in_c(model, folder / "scalar", "scalar", "double"),
@@ -94,7 +94,7 @@ def row() -> Row:
 
 
 def speed(times: dict[str, Times], case: Case) -> float | None:
-    """How many times as fast as scalar C of the same precision, by the medians."""
+    """Speed as a multiple of that of scalar C in the same precision, by the medians."""
     own, scalar = times.get(str(case)), times.get(str((SCALAR, case[1], 1)))
     return None if own is None or scalar is None else scalar.median / own.median
 

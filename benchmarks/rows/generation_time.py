@@ -28,22 +28,22 @@ def everything() -> int:
 
 
 def sources() -> int:
-    """C and Python alone."""
+    """Generate C and Python only."""
     return sum(len(text) for text in load(SPEC).files().values())
 
 
 def casadi() -> int:
-    """From the same observer to CasADi's C."""
+    """Generate CasADi's C from the same observer."""
     return len(casadi_source(step_of(load(SPEC), "ldl").function(cse=True)))
 
 
 def symforce() -> int:
-    """From the same observer to SymForce's C++."""
+    """Generate SymForce's C++ from the same observer."""
     return len(symforce_header(step_of(load(SPEC), "ldl")))
 
 
 def shared() -> int:
-    """What the two peers take from us: the spec read, and the observer with its M and h."""
+    """The work that both peers share with us: read the spec, and build the observer with its M and h."""
     return len(load(SPEC).program.outputs)
 
 

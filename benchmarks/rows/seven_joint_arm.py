@@ -69,7 +69,7 @@ def panda(folder: Path) -> tuple[Model, Path]:
 
 
 def goals(entries: Sequence[Entry] = ()) -> tuple[Goal, ...]:
-    """By instructions and by time; not available without entries."""
+    """The goals by instructions and by time; not available without entries."""
     text = "Panda: at most 0.15 × Pinocchio"
     times = {e.name: e.times.median for e in entries if e.times is not None}
     by_time = times[OURS] / times[PINOCCHIO] if {OURS, PINOCCHIO} <= times.keys() else None

@@ -83,7 +83,7 @@ def rates(rows: Sequence[Row]) -> dict[str, Rate]:
 
 
 def cell(one: Part, kind: str, percent: float) -> str:
-    """What became of a kind at a share in a set."""
+    """The outcome of a kind at a share in a set, for a cell of the table."""
     return next((r.outcome.outcome for r in one.rows if (r.kind, r.percent) == (kind, percent)), NOT_RUN)
 
 
@@ -122,7 +122,7 @@ def page(parts: Sequence[Part], shares: Sequence[float], absent: Sequence[str], 
 
 
 def codes_of(parts: Sequence[Part]) -> list[tuple[str, int]]:
-    """(version of the code, number of spikes that it diagnosed), that of most first."""
+    """Versions of the code with the number of spikes that each diagnosed, the most frequent first."""
     rows = [row.code for one in parts for row in one.rows]
     return sorted(((code, rows.count(code)) for code in dict.fromkeys(rows)), key=lambda pair: -pair[1])
 

@@ -90,20 +90,20 @@ class Spike:
 
     @property
     def expected(self) -> float:
-        """own + spike."""
+        """The expected parameter: that of the machine and that of the spike together."""
         if self.kind in MULTIPLIES:
             return self.size * (1.0 if self.own is None else self.own)
         return self.size + (self.own or 0.0)
 
     @property
     def strength(self) -> float:
-        """How far it moves its parameter from what it is without an effect."""
+        """The change of the parameter by the spike."""
         return abs(self.size - (1.0 if self.kind in MULTIPLIES else 0.0))
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of one spike.
+    """The outcome of one spike.
 
     Attributes:
         outcome: of ``OUTCOMES``. said: the names of the verdict.
@@ -139,7 +139,7 @@ def spike_of(truth: Mapping[str, Any], checked: Mapping[str, Any], refitted: str
 
 
 def outcome_of(spike: Spike, plain: Mapping[str, Any], spiked: Mapping[str, Any]) -> Outcome:
-    """From the diagnoses of the log as it is and of the log with the spike."""
+    """The outcome of a spike, from the diagnoses of the log without and with it."""
     verdict, said = spiked["verdict"], named(spiked)
     if verdict == "ambiguous":
         return Outcome(WITH if any(_is_spike(spike, kind) for kind in said) else WITHOUT, said)

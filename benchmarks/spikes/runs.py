@@ -76,7 +76,7 @@ class Bench:
         return case
 
     def diagnosis(self, kind: str, percent: float, again: bool) -> dict[str, Any]:
-        """Of the log with a spike."""
+        """The diagnosis of the log with a spike."""
         case, logs = self.made(kind, percent), self.logs
         files = _spiked(case, logs)
         train, test = files[: len(logs.train)], files[len(logs.train) :]
@@ -158,7 +158,7 @@ def _column(file: Path, name: str) -> np.ndarray:
 
 
 def _significance(one: RealSet, logs: Readable, case: Path, truth: dict[str, Any], out: Path) -> dict[str, Any]:
-    """What significance.py finds: own, residuals, standard errors, and the best other law with its nats."""
+    """The results of significance.py: own size, residuals, standard errors, and the best other law with its nats."""
     (effect,) = truth["effects"]
     asked = {
         "kind": effect["kind"],
@@ -180,7 +180,7 @@ def _significance(one: RealSet, logs: Readable, case: Path, truth: dict[str, Any
 
 
 def _spike_python(command: list[str], out: Path) -> str:
-    """What a script beside spike.py prints; by the generator's Python where ours has no PyYAML."""
+    """The output of a script that imports spike.py; run by the generator's Python if ours has no PyYAML."""
     own = importlib.util.find_spec("yaml") is not None
     python = sys.executable if own else str(environment(out.parent))
     variables = {**os.environ, "PYTHONPATH": str(SPIKE.parent), "PYTHONDONTWRITEBYTECODE": "1"}

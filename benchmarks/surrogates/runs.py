@@ -46,7 +46,7 @@ class Source:
 
 @dataclass(frozen=True)
 class Trial:
-    """What was said of one surrogate.
+    """The diagnosis of one surrogate.
 
     Attributes:
         p: the least of the candidates of the first round, each over all candidates of the round; 1 without any.
@@ -65,7 +65,7 @@ class Trial:
 
 @dataclass(frozen=True)
 class Trials:
-    """All of one log.
+    """The diagnoses of all surrogates of one log.
 
     Attributes:
         plain: verdict on the log as it is.
@@ -104,7 +104,7 @@ def trials_of(source: Source, file: Path, count: int, again: bool) -> Trials:
 
 
 def least_p(diagnosis: Diagnosis, size: float = 0.0) -> float:
-    """Of all candidates that were fitted, of at least this share of the drive force."""
+    """The least p of all fitted candidates with at least this share of the drive force."""
     return min((c.p for c in diagnosis.candidates if np.isfinite(c.p) and (not size or c.size >= size)), default=1.0)
 
 

@@ -112,7 +112,7 @@ def scrambled(residual: Array, length: int, fade: int, way: Way, random: np.rand
 
 
 def at_reversals(system: System, motion: Motion, near: int) -> NDArray[np.bool_]:
-    """(N, n) samples no further than ``near`` from a reversal of a contact that acts on the coordinate."""
+    """Flags (N, n) of samples no farther than ``near`` from a reversal of a contact that acts on the coordinate."""
     slip = slip_velocities(system, motion)
     turned = np.zeros(slip.shape, dtype=bool)
     turned[1:] = np.sign(slip[1:]) != np.sign(slip[:-1])
@@ -122,7 +122,7 @@ def at_reversals(system: System, motion: Motion, near: int) -> NDArray[np.bool_]
 
 
 def faded(used: NDArray[np.bool_], fade: int) -> Array:
-    """(N, n) 0 at samples that are not used, 1 further away than ``fade`` from these, and smooth in between."""
+    """Weights (N, n): 0 at samples that are not used, 1 farther than ``fade`` from these, and smooth in between."""
     within = minimum_filter1d(used.astype(float), 2 * (fade // 2) + 1, axis=0)
     return smoothed(within, fade)
 

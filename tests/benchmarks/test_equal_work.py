@@ -18,11 +18,11 @@ from benchmarks.measure.counting import count
 from benchmarks.model import Model, load
 from benchmarks.page import PAGE, ROOT, kept, page, section
 from benchmarks.peers import python_peers
-from benchmarks.peers.chain import chain_rows
 from benchmarks.peers.plain_c import hand_peer, our_peer
 from benchmarks.peers.study import gain_sets, in_c, in_numba
 from benchmarks.result import Entry, Row
 from benchmarks.rows import chain, python_twin, seven_joint_arm, two_link_arm, two_mass
+from benchmarks.rows.chain import chain_rows
 from benchmarks.text import render
 from codegen.base.resources import resource_folder
 from tests.compiled.toolchain import need

@@ -11,11 +11,10 @@ import pytest
 from benchmarks.machines.__main__ import Seed, page
 from benchmarks.machines.cases import meta_text, spec_text
 from benchmarks.machines.disturbances import effect
-from benchmarks.machines.draw import draw
+from benchmarks.machines.draw import draw, reference
 from benchmarks.machines.families import BALL_SCREW, BELT_GANTRY, FAMILIES, SLIDER_CRANK, TWO_MASS, Family
 from benchmarks.machines.outcome import ALARM, EXTRA, FOREIGN, MISSED, PART, RIGHT, WITH, WRONG, outcome_of, row_of
 from benchmarks.machines.plant import Plant
-from benchmarks.machines.reference import reference
 from codegen.effects import CATALOGUE
 from codegen.mechanics import build_system
 from codegen.spec import read_spec

@@ -12,8 +12,7 @@ import numpy as np
 import pytest
 
 from benchmarks.rates import Rate
-from benchmarks.surrogates.__main__ import PAGE, PICTURE, page
-from benchmarks.surrogates.picture import LEAST, picture, steps
+from benchmarks.surrogates.__main__ import LEAST, PAGE, PICTURE, page, picture, steps
 from benchmarks.surrogates.runs import Trial, Trials, least_p, table
 from benchmarks.surrogates.surrogate import WAYS, Way, at_reversals, faded, scrambled, surrogate
 from codegen.diagnosis.fit.acceptance import LEAST_NET

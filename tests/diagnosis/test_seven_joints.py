@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import stiction
-from benchmarks.diagnosis_time.arm import simulated_arm
+from benchmarks.diagnosis_time.__main__ import simulated_arm
 
 LONGEST_S = 180
 
