@@ -10,6 +10,8 @@ from benchmarks.measure.counting import Count
 from benchmarks.measure.timing import Times
 
 OURS = "stiction"
+SPENT = 5
+"""Functions that are named with their instructions."""
 
 
 @dataclass(frozen=True)
@@ -101,12 +103,12 @@ def ratio(entries: Sequence[Entry], *peers: str, ours: str = OURS) -> float | No
     return own / min(theirs) if own is not None and theirs else None
 
 
-def where_it_goes(entry: Entry, most: int = 5) -> str:
+def where_it_goes(entry: Entry) -> str:
     """The functions in which an entry's instructions are spent."""
     if entry.count is None:
         return f"{entry.name}: not counted"
-    parts = [f"`{_bare(name)}` {value:.0f}" for name, value in list(entry.count.parts.items())[:most]]
-    more = len(entry.count.parts) - most
+    parts = [f"`{_bare(name)}` {value:.0f}" for name, value in list(entry.count.parts.items())[:SPENT]]
+    more = len(entry.count.parts) - SPENT
     return f"{entry.name}, instructions a step by function: {', '.join(parts)}{f', {more} more' if more > 0 else ''}"
 
 

@@ -39,10 +39,10 @@ def pinned() -> Iterator[None]:
         os.sched_setaffinity(0, before)
 
 
-def interleaved(rounds: Mapping[str, Callable[[], float]], repeat: int = ROUNDS) -> dict[str, Times]:
-    """Call each of ``rounds`` in turn, ``repeat`` times; each gives a time, of a step or of its work."""
+def interleaved(rounds: Mapping[str, Callable[[], float]]) -> dict[str, Times]:
+    """Times of several functions, each of which returns a time; they are called in turn, ``ROUNDS`` times."""
     found: dict[str, list[float]] = {name: [] for name in rounds}
-    for _ in range(repeat):
+    for _ in range(ROUNDS):
         for name, once in rounds.items():
             found[name].append(once())
     return {name: Times(statistics.median(values), min(values)) for name, values in found.items()}

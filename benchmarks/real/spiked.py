@@ -88,10 +88,10 @@ class Readable:
     description: Path | None
 
 
-def real_sets(names: Sequence[str] = (), file: Path = ENTRIES) -> dict[str, RealSet]:
+def real_sets(names: Sequence[str] = ()) -> dict[str, RealSet]:
     """All sets, or those of these names. Raises KeyError for a name that is none."""
     entries: TypeAdapter[dict[str, RealSet]] = TypeAdapter(dict[str, RealSet])
-    found = entries.validate_python(YAML(typ="safe", pure=True).load(file.read_text()))
+    found = entries.validate_python(YAML(typ="safe", pure=True).load(ENTRIES.read_text()))
     return {name: found[name] for name in names} if names else found
 
 

@@ -58,6 +58,7 @@ def check_json(machine: Derived) -> dict[str, Any]:
     observer = None if spec.observer is None else machine.nominal.observer
     coordinates = zip(system.positions, system.velocities, system.position_units, strict=True)
     u = sympy.Symbol("u", real=True)
+    robot = spec.form if isinstance(spec.form, KinematicTree) else None
     shares = {p.name: p.tolerance for p in spec.parameters}
     for effect, symbols in zip(spec.effects, declared_symbols(system, spec), strict=True):
         shares |= {s.name: effect.tolerance for s in symbols.values()}
@@ -69,7 +70,7 @@ def check_json(machine: Derived) -> dict[str, Any]:
         **named(spec, "name source"),
         "coordinates": [{"name": x.name, "velocity": v.name, "unit": unit} for x, v, unit in coordinates],
         "inputs": [{"name": w.name, "unit": u} for w, u in zip(system.inputs, system.input_units, strict=True)],
-        "robot": _robot_json(spec.form) if isinstance(spec.form, KinematicTree) else None,
+        "robot": robot and {"file": robot.file, "tolerance": robot.tolerance and asdict(robot.tolerance)},
         "mass_matrix": [[_readable(e) for e in system.mass_matrix.row(i)] for i in range(system.mass_matrix.rows)],
         "force": [_readable(e) for e in system.force],
         "contacts": [
@@ -149,10 +150,6 @@ def _notes_on_sample_time(machine: Derived) -> Iterator[str]:
         f"with a sample_time of {float(machine.observer.sample_time):.6g} s the observer is unstable: its error grows "
         f"by the factor {analysis.spectral_radius:.4g} in a sample{limit}."
     )
-
-
-def _robot_json(form: KinematicTree) -> dict[str, Any]:
-    return {"file": form.file, "tolerance": None if form.tolerance is None else asdict(form.tolerance)}
 
 
 def _readable(entry: Any) -> str:

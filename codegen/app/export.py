@@ -16,7 +16,7 @@ from codegen.base.input_files import LARGEST_GENERATED, is_there, read_text
 from codegen.base.result import Result, named
 from codegen.base.user_text import file_text
 from codegen.base.version import VERSION
-from codegen.export.remarks import Remark
+from codegen.export.exporter import Remark
 from codegen.export.targets import TARGETS, Choices
 from codegen.spec.model import Spec
 from codegen.spec.motion import KinematicTree
@@ -95,7 +95,9 @@ def export(
         refuse_target(path / "manifest.json")
     else:
         refuse_target(path, sources, target.endings)
-        _refuse_foreign(path)
+        if is_there(path) and MARK not in read_text(path, "a file that stiction wrote", LARGEST_GENERATED)[:4096]:
+            found = "a file that stiction did not write"
+            raise BadInput(str(path), found, "another name; nothing was replaced", code="FILE004")
     model = None if into is None else Path(into)
     choices = Choices(_header(spec, to), on, Choices.counts if counts is None else counts, gear, model)
     files, remarks = target.write(machine, choices)
@@ -126,10 +128,3 @@ def _header(spec: Spec, to: str) -> list[str]:
     file = file_text(spec.path.name)
     robot = [] if spec.robot is None else [f"robot file {file_text(spec.robot[0])}, SHA-256 {spec.robot[1]}"]
     return [f"{MARK} {VERSION} from {file}, format {to}", f"spec SHA-256 {spec.sha256}", *robot]
-
-
-def _refuse_foreign(path: Path) -> None:
-    """Raise BadInput for a file that stiction did not write."""
-    if is_there(path) and MARK not in read_text(path, "a file that stiction wrote", LARGEST_GENERATED)[:4096]:
-        found = "a file that stiction did not write"
-        raise BadInput(str(path), found, "another name; nothing was replaced", code="FILE004")

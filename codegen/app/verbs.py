@@ -493,8 +493,8 @@ def audit(
     """Compare the printed formulas of the thesis with our own derivation of them."""
     with progress() as tell:
         from codegen.base.own_files import write_page
+        from codegen.thesis.audit.claim import audit_document, audit_json, audit_summary
         from codegen.thesis.audit.judge import run_audit
-        from codegen.thesis.audit.output import audit_document, audit_json, audit_summary
 
         findings = run_audit(lambda share: tell("audit", share))
     if out is not None:

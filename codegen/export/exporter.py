@@ -2,19 +2,56 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from math import pi
+from typing import Literal
 
 import numpy as np
 import sympy
+from numpy.typing import NDArray
 
 from codegen.base.arrays import Array
 from codegen.export.mechanism import SPEED, Direction, Line, LineFriction, Mechanism, OtherForce
-from codegen.export.remarks import Held, Remark
 from codegen.mechanics.casadi_form import at_points, function_of
 from codegen.mechanics.system import TIME, System
 from codegen.spec.functions import Magnitude
 from codegen.spec.model import Spec
+
+Held = Literal["exact", "nearest", "dropped"]
+CORNER = ", with a sharp corner in place of a rounded one"
+
+
+@dataclass(frozen=True)
+class Remark:
+    """How the exported model represents one property of the machine.
+
+    Attributes:
+        where: the property, such as ``contact guide``.
+        held: ``exact``, ``nearest`` (approximated by the nearest element of the target), or ``dropped``.
+        how: the element of the model that represents it.
+        worst, rms: largest and RMS force error over the envelope; None if there is none, or it is no force.
+        unit: of these.
+    """
+
+    where: str
+    held: Held
+    how: str
+    worst: float | None = None
+    rms: float | None = None
+    unit: str = ""
+
+    @classmethod
+    def with_errors(cls, where: str, held: Held, how: str, errors: NDArray[np.float64], unit: str) -> Remark:
+        """A remark with the largest and the RMS of the force errors at sampled points."""
+        rms = float(np.sqrt(np.mean(errors**2)))
+        return cls(where, held, how, float(np.abs(errors).max(initial=0.0)), rms, unit)
+
+    @property
+    def text(self) -> str:
+        """The remark as a line."""
+        errors = "" if self.worst is None else f"; force error at most {self.worst:.4g}, RMS {self.rms:.4g} {self.unit}"
+        return f"{self.where}: {self.held}: {self.how}{errors}"
+
 
 POINTS = 4096
 """Random points of the region over which a mean is formed."""

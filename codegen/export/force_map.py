@@ -19,8 +19,8 @@ from codegen.base.text import render
 from codegen.base.user_text import UserText
 from codegen.effects import CATALOGUE
 from codegen.effects.declare import system_of
+from codegen.export.exporter import Remark
 from codegen.export.mechanism import Mechanism, Wave, coordinate_of, mechanism_of, wave_of
-from codegen.export.remarks import Remark
 from codegen.spec.model import Spec
 
 WHOLE = 1e-6

@@ -6,10 +6,9 @@ from dataclasses import dataclass
 
 import sympy
 
-from codegen.export.exporter import Exporter
+from codegen.export.exporter import CORNER, Exporter, Held, Remark
 from codegen.export.friction_fit import fit_friction
 from codegen.export.mechanism import Direction, Drive, Line, Mechanism, unit_direction
-from codegen.export.remarks import CORNER, Held, Remark
 from codegen.spec.model import Spec
 
 
@@ -107,14 +106,10 @@ class _Reduction(Exporter):
                 *([f"a force that depends on the position, periodic in {x}"] if line.waves else []),
             ]
             how = f"{', '.join(parts)}: {self.target} has none"
-            if self._may_be_weight(index, line):
+            rotary = self.system.position_units[index] == "rad"
+            if self.mechanism.tree is None and rotary and any(abs(wave.rate) == 1 for wave in line.waves):
                 how += "; where it is a weight, give mass and centre of mass in the link's inertial, with gravity on"
             self._drop(f"force on {x}", how, force, direction)
-
-    def _may_be_weight(self, index: int, line: Line) -> bool:
-        """Whether a force on an angle has one period per turn, like the weight of a link whose masses are not known."""
-        rotary = self.system.position_units[index] == "rad"
-        return self.mechanism.tree is None and rotary and any(abs(wave.rate) == 1 for wave in line.waves)
 
     def others(self) -> None:
         """Add remarks on lines between coordinates, drives and sensors."""

@@ -17,10 +17,9 @@ import numpy as np
 
 from codegen.base.text import render
 from codegen.export.bodies import Link, links_of, number, numbers
-from codegen.export.exporter import Exporter
+from codegen.export.exporter import CORNER, Exporter, Held, Remark
 from codegen.export.friction_fit import FrictionFit, fit_friction
 from codegen.export.mechanism import HIGHEST, Direction, Drive, Line, LineFriction, Mechanism, coordinate_of
-from codegen.export.remarks import CORNER, Held, Remark
 from codegen.mechanics.kinematic_chain import mass_matrix, points_of
 from codegen.simulate.plant import MOST_SUBSTEPS, substeps_of
 from codegen.spec.model import Spec
@@ -280,7 +279,8 @@ class MjcfWriter(Exporter):
         parts = [f"damping {polynomial(terms.damping)}"] if any(terms.damping) else []
         held: Any = "exact" if fit.exact else "nearest"
         if friction.bristles is not None or terms.rise:
-            stiffness, micro = friction.bristles or (self._stiff_bristles(line), 0.0)
+            stiffest = float(f"{(STIFF / self.timestep) ** 2 / self._mobility(line):.3g}")  # that the time step allows
+            stiffness, micro = friction.bristles or (stiffest, 0.0)
             lugre = name
             speed = terms.stribeck if terms.rise else max(float(speeds[-1]), 1e-3)
             given = [stiffness, micro, terms.level, terms.level + terms.rise, speed]
@@ -303,10 +303,6 @@ class MjcfWriter(Exporter):
         how = ", ".join(parts) or "none"
         self.remarks.append(Remark(where, held, how, *fit.force_errors(unit)))
         return loss
-
-    def _stiff_bristles(self, direction: Direction) -> float:
-        """The largest σ0 that the time step allows, (STIFF/h)² times the inertia along the line."""
-        return float(f"{(STIFF / self.timestep) ** 2 / self._mobility(direction):.3g}")
 
     def _passive(self, target: dict[str, str], what: dict[str, str], name: str, gear: float = 1.0) -> None:
         passive = {"input": "none", "motorconst": "0", "resistance": "1"}

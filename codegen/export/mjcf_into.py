@@ -21,9 +21,9 @@ from codegen.base.errors import BadInput, nearest_name
 from codegen.base.input_files import read_bytes
 from codegen.base.text import render
 from codegen.export.bodies import number
+from codegen.export.exporter import Remark
 from codegen.export.mechanism import Mechanism
 from codegen.export.mjcf import MjcfWriter
-from codegen.export.remarks import Remark
 from codegen.export.xml_edit import edited
 from codegen.spec.mjcf import EXPECTED, compiled
 from codegen.spec.model import Spec

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
+from codegen.export.exporter import Remark
 from codegen.export.force_map import csv_map, force_map, odrive_map
 from codegen.export.generated_observer import GeneratedObserver, arduino_library, simulink_block
 from codegen.export.mechanism import Mechanism, mechanism_of
 from codegen.export.mjcf import build_mjcf
 from codegen.export.mjcf_into import mjcf_into
-from codegen.export.remarks import Remark
 from codegen.export.ros2_control import ros2_package
 from codegen.export.structured_text import structured_text
 from codegen.export.urdf import sdf_text, urdf_text

@@ -8,9 +8,9 @@ from pathlib import Path
 from codegen.base.input_files import read_bytes
 from codegen.base.text import render
 from codegen.export.bodies import links_of, number, numbers
+from codegen.export.exporter import Remark
 from codegen.export.joints import JointTerms, joint_terms
 from codegen.export.mechanism import Mechanism
-from codegen.export.remarks import Remark
 from codegen.export.xml_edit import edited
 from codegen.spec.model import Spec
 from codegen.spec.urdf import LARGEST

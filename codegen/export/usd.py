@@ -17,9 +17,9 @@ from codegen.base.arrays import Array
 from codegen.base.rotations import quaternion
 from codegen.base.text import render
 from codegen.export.bodies import Link, links_of, number, principal
+from codegen.export.exporter import Remark
 from codegen.export.joints import JointTerms, joint_terms
 from codegen.export.mechanism import Mechanism
-from codegen.export.remarks import Remark
 from codegen.spec.model import Spec
 
 

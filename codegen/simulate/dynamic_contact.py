@@ -11,7 +11,6 @@ import casadi
 import numpy as np
 import sympy
 
-from codegen.base.arrays import Array
 from codegen.friction import DynamicLaw
 from codegen.mechanics.casadi_form import symbol_values, to_casadi
 from codegen.mechanics.solve import solve_by_elimination
@@ -125,9 +124,12 @@ class DynamicContacts:
         slopes = casadi.jacobian(values, casadi.vertcat(slip, states))
         self._laws = casadi.Function("laws", [slip, states], [values])
         self._slopes = casadi.Function("slopes", [slip, states], [slopes], {"cse": True})
-        self._owner, self._lower, self._upper = owner, lower, upper
+        self._lower, self._upper = lower, upper
         self.rest = np.array(rest)
-        self.stiffness = self._stiffness()
+        at_rest = np.asarray(self._slopes(np.zeros(len(chosen)), self.rest))
+        self.stiffness = np.zeros(len(chosen))
+        for j, k in enumerate(owner):
+            self.stiffness[k] += at_rest[k, len(chosen) + j] * at_rest[len(chosen) + j, k]
 
     def step(self, slip: Any, free: Any, mobility: Any, states: Any, step: Any) -> tuple[Any, Any]:
         """Mean forces over a step and the states after it, by a two-stage, L-stable, second-order SDIRK method.
@@ -184,11 +186,3 @@ class DynamicContacts:
             slip = casadi.if_else(slip * there < 0, 0, there)
             states = casadi.fmax(self._lower, casadi.fmin(self._upper, states - move[:size]))
         return slip, states
-
-    def _stiffness(self) -> Array:
-        count = len(self.contacts)
-        slopes = np.asarray(self._slopes(np.zeros(count), self.rest))
-        result = np.zeros(count)
-        for j, k in enumerate(self._owner):
-            result[k] += slopes[k, count + j] * slopes[count + j, k]
-        return result

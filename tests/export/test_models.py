@@ -11,10 +11,10 @@ from lxml import etree
 
 from codegen.base.rotations import quaternion, roll_pitch_yaw
 from codegen.effects.declare import system_of
+from codegen.export.exporter import Remark
 from codegen.export.friction_fit import fit_friction
 from codegen.export.mechanism import SPEED, mechanism_of
 from codegen.export.mjcf import build_mjcf
-from codegen.export.remarks import Remark
 from codegen.mechanics.casadi_form import to_casadi
 from codegen.simulate.closed_loop import simulate
 from codegen.spec import read_spec

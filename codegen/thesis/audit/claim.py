@@ -1,4 +1,4 @@
-"""Claims, which are formulas that the thesis prints under an equation number, and findings on them.
+"""Claims, which are formulas that the thesis prints under an equation number; findings on them, as JSON and as a page.
 
 Claims are data (``claims/``, a YAML file for each chapter). Each names the quantity of our own derivation
 (``derivations/``) with which ``judge.py`` compares the printed formula.
@@ -6,7 +6,8 @@ Claims are data (``claims/``, a YAML file for each chapter). Each names the quan
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -15,8 +16,11 @@ from pydantic import BaseModel, ConfigDict
 
 from codegen.base.errors import Place
 from codegen.base.input_files import read_text
+from codegen.base.result import named
+from codegen.base.text import render
 from codegen.spec.validation import validate
 from codegen.spec.yaml_text import load_plain
+from codegen.thesis.audit.formula import as_text
 
 CLAIMS = Path(__file__).parent / "claims"
 Test = Literal["equal", "hurwitz", "negative_definite", "inequality", "implies", "definition"]
@@ -111,3 +115,50 @@ class Finding:
     def kind(self) -> str:
         """The test of the claim, as the JSON calls it."""
         return self.claim.test
+
+
+VERDICTS: tuple[Verdict, ...] = ("holds", "wrong", "insufficient", "unnecessary")
+
+
+def audit_json(findings: Sequence[Finding]) -> list[dict[str, Any]]:
+    """An object for each claim."""
+    return [
+        {
+            **named(f.claim.entry, "equation part given scan note"),
+            **named(f, "kind verdict derived counterexample"),
+            "chapter": f.claim.chapter,
+            "printed": _printed(f),
+        }
+        for f in findings
+    ]
+
+
+def audit_summary(findings: Sequence[Finding]) -> str:
+    """The table for a terminal."""
+    return render("text/audit.txt.j2", **_view(findings))
+
+
+def audit_document(findings: Sequence[Finding]) -> str:
+    """docs/audit.md."""
+    return render("text/audit.md.j2", **_view(findings))
+
+
+def _view(findings: Sequence[Finding]) -> dict[str, Any]:
+    counts = Counter(f.verdict for f in findings)
+    rows = [
+        {
+            **row,
+            "numbers": {k: v for k, v in (f.counterexample or {}).items() if v is not None},
+            "evidence": f.evidence,
+            "constant_U": f.claim.entry.constant_U,
+        }
+        for row, f in zip(audit_json(findings), findings, strict=True)
+    ]
+    definitions = sum(f.kind == "definition" for f in findings)
+    return {"rows": rows, "counts": {v: counts[v] for v in VERDICTS}, "definitions": definitions}
+
+
+def _printed(finding: Finding) -> str:
+    printed = finding.claim.entry.printed
+    conditions = finding.kind in ("hurwitz", "negative_definite", "inequality", "implies")
+    return "; ".join(printed) if conditions and isinstance(printed, list) else as_text(printed)

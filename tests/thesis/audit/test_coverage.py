@@ -7,7 +7,7 @@ import re
 
 import pytest
 
-from codegen.thesis.audit.output import audit_document, audit_json, audit_summary
+from codegen.thesis.audit.claim import audit_document, audit_json, audit_summary
 from tests.app.command import stiction
 from tests.thesis.audit.printed import ROOT, THESIS, claims, findings, of
 
