@@ -100,7 +100,7 @@ def export(
             raise BadInput(str(path), found, "another name; nothing was replaced", code="FILE004")
     model = None if into is None else Path(into)
     choices = Choices(_header(spec, to), on, Choices.counts if counts is None else counts, gear, model)
-    files, remarks = target.write(machine, choices)
+    files, remarks = target.write(spec, machine.system, machine.generated_observer, choices)
     if not target.endings:
         refuse_hand_written(path, files)
         refuse_edited(path, files)

@@ -105,7 +105,19 @@ def watch(
     settle = watched.settle * period
     stop = Stop()
     blocks, read_notes = _opened(machine, log, columns, follow, given, stop)
-    ended, fault = _run(watched, blocks, stop, tell)
+    ended, fault = "the rows ended", None
+    with on_interrupt(stop.request):
+        try:
+            for block in blocks:
+                for alarm in watched.take(block):
+                    if tell is not None:
+                        tell(alarm)
+        except KeyboardInterrupt:
+            ended = "interrupted"
+        except BadInput as error:
+            if not watched.tally.samples:
+                raise
+            ended, fault = "a row could not be read", error
     notes = [*read_notes()]
     why, useless = watched.uncompared(), None
     if why is not None:
@@ -139,28 +151,6 @@ def _opened(
     notes: list[str] = []
     rows = stop.until_requested(given if given is not None else pieces(str(log), follow))
     return live_blocks(spec, program, period, str(log), rows, columns, notes), lambda: notes
-
-
-def _run(
-    watched: Watch, blocks: Iterator[Block], stop: Stop, tell: Callable[[Alarm], None] | None
-) -> tuple[str, BadInput | None]:
-    """Run the observer over all blocks; how they ended, in words, and the error that ended them, if it was one.
-
-    Raises BadInput for an error before the first sample.
-    """
-    with on_interrupt(stop.request):
-        try:
-            for block in blocks:
-                for alarm in watched.take(block):
-                    if tell is not None:
-                        tell(alarm)
-        except KeyboardInterrupt:
-            return "interrupted", None
-        except BadInput as error:
-            if not watched.tally.samples:
-                raise
-            return "a row could not be read", error
-    return "the rows ended", None
 
 
 def _usable_bounds(machine: Derived) -> tuple[ErrorBound, ...]:

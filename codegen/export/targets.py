@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol
 
 from codegen.export.exporter import Remark
 from codegen.export.force_map import csv_map, force_map, odrive_map
@@ -20,19 +19,6 @@ from codegen.export.usd import usd_text
 from codegen.mechanics.system import System
 from codegen.spec.model import Spec
 from codegen.spec.motion import KinematicTree
-
-
-class Exportable(Protocol):
-    """Interface of a machine that targets use."""
-
-    @property
-    def spec(self) -> Spec: ...
-
-    @property
-    def system(self) -> System: ...
-
-    def generated_observer(self, precision: str, cancelling: bool = False) -> GeneratedObserver:
-        """The generated observer; ``cancelling``: with the cancelling input, also if the spec has none."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +42,9 @@ class Choices:
 
 Written = tuple[Mapping[str, str], tuple[Remark, ...]]
 """Files, name → text, where the name of a single file is ""; and remarks on how they represent the machine."""
-Write = Callable[[Exportable, Choices], Written]
+ObserverOf = Callable[[str, bool], GeneratedObserver]
+"""(precision, whether with the cancelling input, also if the spec has none) → the generated observer."""
+Write = Callable[[Spec, System, ObserverOf, Choices], Written]
 
 
 @dataclass(frozen=True)
@@ -64,7 +52,7 @@ class Target:
     """A target of the export.
 
     Attributes:
-        write: function (machine, choices) → files and remarks.
+        write: function (spec, system, observer_of, choices) → files and remarks.
         endings: of its file; () for a folder.
         is_map: whether it is a table over one turn, for which a gear can be given.
     """
@@ -77,8 +65,8 @@ class Target:
 def _of_mechanism(text_of: Callable[[Spec, Mechanism, Choices], tuple[str, tuple[Remark, ...]]]) -> Write:
     """A writer of a file with the machine's bodies, lines and elements."""
 
-    def write(machine: Exportable, choices: Choices) -> Written:
-        text, remarks = text_of(machine.spec, mechanism_of(machine.spec, machine.system), choices)
+    def write(spec: Spec, system: System, _: ObserverOf, choices: Choices) -> Written:
+        text, remarks = text_of(spec, mechanism_of(spec, system), choices)
         return {"": text}, remarks
 
     return write
@@ -92,8 +80,8 @@ def _headed(text_of: Callable[[Spec, Mechanism, list[str]], tuple[str, tuple[Rem
 def _of_code(files_of: Callable[[GeneratedObserver, list[str]], Mapping[str, str]], precision: str) -> Write:
     """A writer of the generated observer for another platform or language."""
 
-    def write(machine: Exportable, choices: Choices) -> Written:
-        observer = machine.generated_observer(precision)
+    def write(spec: Spec, system: System, observer_of: ObserverOf, choices: Choices) -> Written:
+        observer = observer_of(precision, False)
         return files_of(observer, choices.header), (_certified(observer),)
 
     return write
@@ -115,11 +103,10 @@ def _odrive(spec: Spec, mechanism: Mechanism, choices: Choices) -> tuple[str, tu
     return odrive_map(force_map(spec, mechanism, choices.on, choices.gear, turning=True), choices.header)
 
 
-def _ros2_control(machine: Exportable, choices: Choices) -> Written:
-    observer = machine.generated_observer("double", cancelling=True)
-    tree = machine.spec.form
-    labels = {body.joint: body.label for body in tree.bodies} if isinstance(tree, KinematicTree) else {}
-    return ros2_package(observer, machine.system, choices.header, labels), (_certified(observer),)
+def _ros2_control(spec: Spec, system: System, observer_of: ObserverOf, choices: Choices) -> Written:
+    observer = observer_of("double", True)
+    labels = {body.joint: body.label for body in spec.form.bodies} if isinstance(spec.form, KinematicTree) else {}
+    return ros2_package(observer, system, choices.header, labels), (_certified(observer),)
 
 
 def _certified(observer: GeneratedObserver) -> Remark:

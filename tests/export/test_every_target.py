@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -13,8 +12,7 @@ from codegen.base.errors import BadInput
 from codegen.certify.outcome import Refusal
 from codegen.export.generated_observer import GeneratedObserver
 from codegen.export.targets import TARGETS, Choices, Written
-from codegen.mechanics.system import System
-from codegen.spec import Spec, parse_spec
+from codegen.spec import parse_spec
 
 ONE = (Path(__file__).parents[2] / "specs" / "one_mass.yaml").read_text(encoding="utf-8")
 RIPPLE = "[{kind: cogging, on: x, parameters: {amplitude: 3, period: 0.8975979010256552, phase: 0}}]"  # 2 pi/7
@@ -28,25 +26,16 @@ MACHINES = {
 HEADER = "made by a test"
 
 
-@dataclass
-class Uncertified:
-    """A machine whose export does not wait for a certificate."""
-
-    spec: Spec
-
-    @cached_property
-    def system(self) -> System:
-        return Derived(self.spec).system
-
-    def generated_observer(self, precision: str, cancelling: bool = False) -> GeneratedObserver:
-        refused = Refusal("not asked for", None, 0.0, (), 0.0)
-        return replace(Derived(self.spec).generated_observer(precision, cancelling), certify=lambda: refused)
-
-
 def written(target: str, text: str) -> Written:
-    spec = parse_spec(text, Path("machine.yaml"))
+    """The files of a machine, whose export does not wait for a certificate."""
+    machine = Derived(parse_spec(text, Path("machine.yaml")))
+
+    def uncertified(precision: str, cancelling: bool) -> GeneratedObserver:
+        refused = Refusal("not asked for", None, 0.0, (), 0.0)
+        return replace(machine.generated_observer(precision, cancelling), certify=lambda: refused)
+
     gear = 1.0 if TARGETS[target].is_map else None
-    return TARGETS[target].write(Uncertified(spec), Choices([HEADER], gear=gear))
+    return TARGETS[target].write(machine.spec, machine.system, uncertified, Choices([HEADER], gear=gear))
 
 
 @pytest.mark.parametrize("target", TARGETS)

@@ -20,7 +20,7 @@ from codegen.base.result import named
 from codegen.base.text import render
 from codegen.spec.validation import validate
 from codegen.spec.yaml_text import load_plain
-from codegen.thesis.audit.formula import as_text
+from codegen.thesis.audit.derivation import as_text
 
 CLAIMS = Path(__file__).parent / "claims"
 Test = Literal["equal", "hurwitz", "negative_definite", "inequality", "implies", "definition"]

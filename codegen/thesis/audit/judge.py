@@ -15,9 +15,18 @@ from codegen.analysis.polynomials import characteristic_polynomial, routh_hurwit
 from codegen.base.errors import Place, refuse_unknown
 from codegen.spec.functions import Magnitude, Sgn
 from codegen.thesis.audit.claim import Claim, Finding, Verdict, read_claims
-from codegen.thesis.audit.derivation import Derivations, Derived, readable, tidy
+from codegen.thesis.audit.derivation import (
+    Derivations,
+    Derived,
+    Misfit,
+    as_matrix,
+    as_text,
+    evaluate,
+    inequalities,
+    readable,
+    tidy,
+)
 from codegen.thesis.audit.derivations import DERIVATIONS
-from codegen.thesis.audit.formula import Misfit, as_matrix, as_text, evaluate, inequalities
 
 DENOMINATORS = (1, 1, 2, 5, 10, 20, 100)
 """Denominators of random numbers: these are decimals with few digits, so that a point can be printed as it is."""

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from codegen.base.errors import BadInput, Place
-from codegen.thesis.audit.formula import evaluate, inequalities
+from codegen.thesis.audit.derivation import evaluate, inequalities
 from codegen.thesis.audit.judge import derivations_of
 from tests.thesis.audit.printed import claim, claims, findings, reprinted
 
