@@ -85,17 +85,17 @@ class Feedback:
 
     def start(self) -> None:
         """Set the integrals to zero."""
-        self._integral = np.zeros(self.inputs)
+        self._integral = self._no_command = np.zeros(self.inputs)
 
     def command(self, now: Sample) -> Array:
-        w = np.zeros(self.inputs) + self.feedforward(now.time)
+        w = self._no_command + self.feedforward(now.time)
         error = self.reference(now.time) - now.positions
         if self.position_gain is not None:
-            w = w + self.position_gain @ error
+            w = w + self.position_gain.dot(error)  # dot takes a third of the time of @
         if self.velocity_gain is not None:
-            w = w + self.velocity_gain @ (self.velocity_reference(now.time) - now.velocities)
+            w = w + self.velocity_gain.dot(self.velocity_reference(now.time) - now.velocities)
         if self.integral_gain is not None:
-            rate = self.integral_gain @ error
+            rate = self.integral_gain.dot(error)
             if self.limit is not None:
                 saturated = np.abs(now.previous_input) >= self.limit
                 rate = np.where(saturated & (rate * now.previous_input > 0), 0.0, rate)
