@@ -7,6 +7,9 @@ from __future__ import annotations
 
 import gc
 import os
+from collections.abc import Callable, Iterator
+from typing import Any
+from unittest.mock import patch
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before NumPy: two workers on two cores, and threads change bits
 os.environ.setdefault("SYMPY_CACHE_SIZE", "20000")  # before SymPy; 1000 by default: a seventh more time in derivations
@@ -41,3 +44,18 @@ def pytest_runtest_teardown(item: pytest.Item, nextitem: pytest.Item | None) -> 
     if nextitem is None or nextitem.path != item.path:
         gc.collect()
         gc.freeze()
+
+
+@pytest.fixture(scope="module")
+def unrendered() -> Iterator[None]:
+    """The pictures of a report are drawn, and not rendered by matplotlib, which takes 0.3 s of a page: for tests of
+    what becomes of the files of a diagnosis. What the pictures show is tested in tests/report.
+    """
+    from matplotlib.figure import Figure
+
+    def drawn(draw: Callable[[Any], None], size: tuple[float, float], *how: object) -> bytes:
+        draw(Figure(figsize=size))
+        return b"<svg xmlns='http://www.w3.org/2000/svg'/>"
+
+    with patch("codegen.report.pictures.figure_bytes", drawn):
+        yield

@@ -33,7 +33,7 @@ def log(path: Path, amplitude: float = 0.1) -> None:
 
 
 @pytest.fixture(scope="module")
-def diagnosed(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def diagnosed(tmp_path_factory: pytest.TempPathFactory, unrendered: None) -> Path:
     """A spec, two logs of one name, and the diagnosis of the first: for ``folder`` alone, which copies it."""
     made = tmp_path_factory.mktemp("diagnosed")
     with pytest.MonkeyPatch.context() as there:

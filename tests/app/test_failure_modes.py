@@ -21,6 +21,8 @@ from .command import contents, is_one_message, stiction
 
 Columns = dict[str, np.ndarray]
 
+pytestmark = pytest.mark.usefixtures("unrendered")
+
 
 @pytest.fixture(scope="module")
 def good(tmp_path_factory: pytest.TempPathFactory) -> Columns:
