@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
+from functools import cache
+from hashlib import sha256
+from importlib.metadata import version
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from unittest.mock import patch
+from zlib import compress, decompress
 
 import pytest
 
+from codegen.base.compiler import cached
 from codegen.diagnosis.diagnose import Models, diagnose_log
 from codegen.diagnosis.fit.search import Search
 from codegen.diagnosis.fit.trial import Part
@@ -16,6 +23,7 @@ from codegen.diagnosis.results import Diagnosis
 from codegen.diagnosis.selection import force_fits, forward_selection, parsimony
 from codegen.diagnosis.selection.candidate_fits import every_part
 from codegen.effects.declare import add_declared_effects
+from codegen.effects.register import is_own
 from codegen.logs import Log, read_log
 from codegen.mechanics import System, build_system
 from codegen.simulate import plant as stepper
@@ -96,6 +104,7 @@ def system_of(spec: Spec) -> System:
     return add_declared_effects(build_system(spec), spec)
 
 
+ROOT = Path(__file__).parents[2]
 COARSE_S = 4e-4
 """Longest substep of a machine of several coordinates, in place of 0.1 ms: a third of the time, and positions that
 differ by 2e-6 of the motion.
@@ -105,21 +114,39 @@ differ by 2e-6 of the motion.
 def log_of(plant: Spec, folder: Path, name: str, fine: bool = False) -> Log:
     """What the plant of a spec would have logged; the same text is simulated once.
 
+    It is kept between sessions, like compiled code, as long as nothing that simulates has changed.
+
     Args:
         fine: by steps as short as the product's, also with several coordinates.
     """
-    path = folder / name
-    if plant.sha256 not in _logged:
-        longest = LONGEST_SUBSTEP if fine or len(plant.positions) == 1 else COARSE_S
-        with patch.object(stepper, "LONGEST_SUBSTEP", longest):
+    longest = LONGEST_SUBSTEP if fine or len(plant.positions) == 1 else COARSE_S
+
+    def made() -> bytes:
+        with TemporaryDirectory() as scratch, patch.object(stepper, "LONGEST_SUBSTEP", longest):
+            path = Path(scratch) / "log.csv"
             write_log(path, plant, simulate(plant, system_of(plant)))
-        _logged[plant.sha256] = path.read_bytes()
-    path.write_bytes(_logged[plant.sha256])
+            return compress(path.read_bytes(), 1)
+
+    asked = (plant.sha256, str(longest))
+    if asked not in _logged:
+        own = any(is_own(effect.kind) for effect in plant.effects)  # by code that is not in the key
+        _logged[asked] = decompress(made() if own else cached(["a test's log", *_what_simulates(), *asked], made))
+    path = folder / name
+    path.write_bytes(_logged[asked])
     return read_log(path, plant)
 
 
-_logged: dict[str, bytes] = {}
-"""Text of a spec → its log."""
+@cache
+def _what_simulates() -> tuple[str, ...]:
+    """Hash of all modules and templates but those that no simulation imports, and versions of the libraries."""
+    after = ("app", "diagnosis", "export", "report", "thesis")
+    files = [p for folder in ("codegen", "templates") for p in sorted((ROOT / folder).rglob("*.*"))]
+    read = [p.read_bytes() for p in files if p.suffix != ".pyc" and p.relative_to(ROOT).parts[1] not in after]
+    return (sha256(b"".join(read)).hexdigest(), sys.version, *map(version, ("casadi", "numpy", "sympy")))
+
+
+_logged: dict[tuple[str, str], bytes] = {}
+"""Hash of a spec and longest substep → its log."""
 
 
 def diagnosed(
