@@ -235,6 +235,11 @@ def reduces_both(figures: ErrorFigures, other: ErrorFigures) -> bool:
     return all(ratio < 1 - SAME for ratio in _ratios(figures, other).values())
 
 
+def reduces_runs(figures: ErrorFigures, other: ErrorFigures) -> bool:
+    """Whether the squared free-run error is smaller than another model's by ``LEAST_SHARE``."""
+    return _ratios(figures, other)[RUN] <= FALLS
+
+
 def acts(figures: ErrorFigures, refit: ErrorFigures) -> bool:
     """Whether an effect acts on the held-out data: the errors differ from those of the same values without it."""
     return any(abs(ratio - 1) > UNSEEN for ratio in _ratios(figures, refit).values())

@@ -36,6 +36,7 @@ from codegen.diagnosis.verdict.admission import (
     options_of,
     outweighed,
     reduces_both,
+    reduces_runs,
     reference_of,
     refused_values,
     worsened,
@@ -179,16 +180,21 @@ def _harmful(search: Search, final: Fit, measured: Measured) -> tuple[int, Fact]
     effects leave is systematic, and may add to one of them in a free run.
 
     Far from the noise the fit with all effects may have worse values of the other parameters than the fit without one.
-    So an effect that reduces both errors where it is added to that fit, with no value changed, does no harm.
+    So an effect that reduces both errors where it is added to that fit, with no value changed, does no harm. Nor does a
+    load behind a spring with which free runs near the noise are better: as for a single effect (``reference_of``), the
+    force residual would need its motion, which is not measured.
     """
     if len(final.trial.parts) < 2:
         return None
     figures, found = measured(final.model), list[tuple[float, int, dict[str, float]]]()
+    loads, near = len(final.model.transmissions), not is_far(final)
     for k, (part, values) in enumerate(zip(final.trial.parts, final.values[1], strict=True)):
         model = search.without(final, k).model
         others = measured(model)
         worse = worsened(figures, others, REFIT_WORSE)
         if not worse or may_be_chance(worse, figures, others):
+            continue
+        if near and loads > len(model.transmissions) and reduces_runs(figures, others):
             continue
         problem = search.problem
         if outweighed(worse, figures, others, drive_shares(final.model, model, problem.motion, problem.used)):
