@@ -10,10 +10,10 @@ from __future__ import annotations
 import argparse
 import gc
 import json
+import multiprocessing
 import os
 import resource
 import select
-import subprocess
 import sys
 import tempfile
 import time
@@ -21,6 +21,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cache
+from multiprocessing.connection import Connection
 from pathlib import Path
 
 import typer.main
@@ -35,6 +36,9 @@ HANG = 900.0
 """Seconds of silence after which a worker is ended; every call has its own limit of processor time long before."""
 EACH = 1000
 """Cases after which a campaign that keeps what fails says how far it is."""
+WARM = multiprocessing.get_context("forkserver")
+"""Makes processes by fork from one that has imported what all workers need, and has run nothing else."""
+WARM.set_forkserver_preload([f"tests.fuzz.{name}_cases" for name in ("broken", "corpus", "library", "robot", "spec")])
 SHARES = {"spec": 0.5, "log": 0.25, "library": 0.1, "robot": 0.1, "proof": 0.05}
 
 
@@ -120,6 +124,15 @@ def work(family: str, seeds: Iterable[int]) -> None:
             print(json.dumps(told), file=channel, flush=True)
 
 
+def _worker(family: str, seeds: Iterable[int], told: Connection) -> None:
+    """``work`` in a process of its own, whose standard output is the channel."""
+    os.chdir(ROOT)
+    os.dup2(told.fileno(), 1)
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
+    told.close()
+    work(family, seeds)
+
+
 # ---- the process that watches ------------------------------------------------------------------------------------
 
 
@@ -157,26 +170,29 @@ def kept(told: Told, folder: Path) -> None:
 def _told(family: str, first: int, count: int | None, end: float | None) -> Iterator[Told]:
     seed, last = first, None if count is None else first + count
     while (last is None or seed < last) and (end is None or time.monotonic() < end):
-        command = [sys.executable, "-m", "tests.fuzz.campaign", "--worker", family, str(seed)]
-        command += [] if last is None else [str(last)]
-        with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, cwd=ROOT) as worker:
+        channel, told = WARM.Pipe(duplex=False)
+        worker = WARM.Process(target=_worker, args=(family, range(seed, sys.maxsize if last is None else last), told))
+        worker.start()
+        told.close()
+        with channel:
             running = None
             try:
-                for line in _lines(worker, end):
+                for line in _lines(channel.fileno(), end):
                     raw = json.loads(line)
                     running = raw["seed"] if "kind" not in raw else None
                     if running is None:
                         verdict = Verdict(raw["kind"], raw["words"], raw["spot"])
                         yield Told(family, raw["seed"], raw["stage"], verdict)
                         seed = raw["seed"] + 1
-                ended = worker.wait()
-                kind = ("crash", f"the process ended with {ended}")
+                worker.join()
+                kind = ("crash", f"the process ended with {worker.exitcode}")
             except TimeoutError:
                 kind = ("hang", f"nothing for {HANG:g} s")
             except _Over:
                 return
             finally:
                 worker.kill()
+                worker.join()
         if running is None and kind[0] == "crash" and (last is None or seed < last):
             raise RuntimeError(f"the worker of {family} ended before a case began: {kind[1]}")
         if running is not None:
@@ -188,13 +204,12 @@ class _Over(Exception):
     """The time is up."""
 
 
-def _lines(worker: subprocess.Popen[bytes], end: float | None) -> Iterator[bytes]:
-    assert worker.stdout is not None
+def _lines(channel: int, end: float | None) -> Iterator[bytes]:
     waiting, told = b"", time.monotonic()
     while True:
-        ready, _, _ = select.select([worker.stdout], [], [], 1.0)
+        ready, _, _ = select.select([channel], [], [], 1.0)
         if ready:
-            some = os.read(worker.stdout.fileno(), 1 << 16)
+            some = os.read(channel, 1 << 16)
             if not some:
                 return
             *lines, waiting = (waiting + some).split(b"\n")
@@ -226,18 +241,12 @@ def table(found: Iterable[Campaign]) -> str:
 
 def main() -> int:
     parser = argparse.ArgumentParser(prog="make fuzz", description="Run many damaged files through the tool.")
-    parser.add_argument("--worker", nargs="+", help=argparse.SUPPRESS)
     parser.add_argument("--seconds", type=float, default=3600, help="how long, all families together")
     parser.add_argument("--seed", type=int, default=0, help="the first seed of each family")
     parser.add_argument("--count", type=int, help="so many cases of each family, however long it takes")
     parser.add_argument("--family", choices=SHARES, action="append", help="this one alone; may be repeated")
     parser.add_argument("--keep", type=Path, default=Path("fuzz-failures"), help="folder for what fails")
     given = parser.parse_args()
-    if given.worker:
-        family, first, *last = given.worker
-        last_seed = int(last[0]) if last else sys.maxsize
-        work(family, range(int(first), last_seed))
-        return 0
     chosen = given.family or list(SHARES)
     whole = sum(SHARES[name] for name in chosen)
     found = []
