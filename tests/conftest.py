@@ -48,14 +48,21 @@ def pytest_runtest_teardown(item: pytest.Item, nextitem: pytest.Item | None) -> 
 
 @pytest.fixture(scope="module")
 def unrendered() -> Iterator[None]:
-    """The pictures of a report are drawn, and not rendered by matplotlib, which takes 0.3 s of a page: for tests of
-    what becomes of the files of a diagnosis. What the pictures show is tested in tests/report.
+    """The pictures of reports and gain maps are drawn and not rendered by matplotlib, which takes 0.3 s of a report and
+    0.2 s for a map: for tests of text and files. What pictures show is tested in tests/report and test_gains.py.
     """
     from matplotlib.figure import Figure
 
-    def drawn(draw: Callable[[Any], None], size: tuple[float, float], *how: object) -> bytes:
-        draw(Figure(figsize=size))
+    def drawn(
+        draw: Callable[[Any], None],
+        size: tuple[float, float],
+        kind: str,
+        dpi: int,
+        spaces: object = None,
+        *look: object,
+    ) -> bytes:
+        draw(Figure(figsize=size, layout=None if spaces is None else "constrained"))
         return b"<svg xmlns='http://www.w3.org/2000/svg'/>"
 
-    with patch("codegen.report.pictures.figure_bytes", drawn):
+    with patch("codegen.report.pictures.figure_bytes", drawn), patch("codegen.report.gain_map.figure_bytes", drawn):
         yield

@@ -13,6 +13,7 @@ import pytest
 
 import stiction as api
 from codegen.app import gains as suggesting
+from codegen.report.style import figure_bytes
 from codegen.spec import read_spec
 from tests.slow_cases import slow_except
 
@@ -20,6 +21,8 @@ from .command import SPECS, Result, contents, is_one_message, stiction
 
 TWO_LEVELS = {"between": 10.0, "ground": 20.0}
 FREE = "gains:\n    K_F: {free: [0.1, 1e4]}   # not known yet\n    K_v: {free: [1, 1e4]}"
+
+pytestmark = pytest.mark.usefixtures("unrendered")
 
 
 @pytest.fixture(scope="module")
@@ -99,8 +102,9 @@ def test_the_suggested_spec_keeps_comments_and_is_certified(free: Path, tmp_path
 
 
 def test_the_same_call_replaces_its_files_by_the_same_bytes_and_a_picture_with_content(
-    free: Path, tmp_path: Path
+    free: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setattr("codegen.report.gain_map.figure_bytes", figure_bytes)
     folder = tmp_path / "gains"
     assert stiction("gains", free, "-o", folder).code == 0
     first = contents(folder)
