@@ -1,4 +1,4 @@
-"""Measured rows → docs/performance.md; what was measured is kept beside it, so that one row can be measured anew."""
+"""docs/performance.md from measured rows; these are stored in results.json, so that one row can be measured anew."""
 
 from __future__ import annotations
 

@@ -12,7 +12,7 @@ CONFIDENCE = 0.95
 
 @dataclass(frozen=True)
 class Rate:
-    """Hits among trials."""
+    """A number of hits in a number of trials."""
 
     hits: int
     trials: int

@@ -84,7 +84,7 @@ class Row:
         title: what is measured.
         entries: ours first.
         goals: in order.
-        tables: beside that of the entries.
+        tables: further ones, after that of the entries.
         facts: what the template says more.
     """
 

@@ -1,4 +1,4 @@
-"""The part of docs/performance.md with the time of diagnoses; what was measured is kept beside the command."""
+"""The part of docs/performance.md with the time of diagnoses, from the measurements stored in times.json."""
 
 from __future__ import annotations
 

@@ -22,7 +22,7 @@ RECORDS = {"training": "DATA_EMPS.mat", "test": "DATA_EMPS_PULSES.mat"}
 FREE_SAMPLES = 20
 """By the package nonlinear-benchmarks (``state_initialization_window_length``): for the start state, and not scored."""
 EVERY = 5
-"""Fits take the mean command of so many samples, and every so many positions."""
+"""Samples over which the command is averaged for a fit, which takes one position of them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +71,7 @@ def start_state(measured: Array, sample_time: float) -> tuple[float, float]:
 
 
 def blocks(count: int, size: int) -> list[tuple[int, int]]:
-    """(start, stop) of so many equal parts of a record of this size."""
+    """(start, stop) of each of ``count`` equal parts of a record of this size."""
     edges = [k * size // count for k in range(count + 1)]
     return list(pairwise(edges))
 

@@ -1,4 +1,4 @@
-"""A case on disk: spec.yaml and meta.yaml as a user would write them, train.csv, test.csv, and truth.json beside."""
+"""Files of a case: spec.yaml and meta.yaml as a user would write them, train.csv, test.csv, and truth.json."""
 
 from __future__ import annotations
 

@@ -352,7 +352,7 @@ CLASHES = (
     {"presliding", "stribeck"},
     {"viscous", "quadratic_drag"},
 )
-"""Pairs that one log hardly tells apart; no case has both on an axis."""
+"""Pairs of effects that one log can hardly distinguish; no case has both on an axis."""
 
 
 def _clash(kind: str, taken: Sequence[str]) -> bool:

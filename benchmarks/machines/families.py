@@ -55,7 +55,7 @@ class Family:
     Attributes:
         drive: force per A on each coordinate. mass: diagonal of M. position, motion: forces of x alone, and of x and v.
         spec: lines of the spec that state M and the force, with ``{viscous}`` where damping of the axis may stand.
-        gravity: whether a declared force of position acts, so that gain and inertia are told apart.
+        gravity: whether a declared force of position acts, so that gain and inertia can be distinguished.
         separate: whether the inertia is constant and the axis alone, so that a load can be put behind a spring.
     """
 

@@ -1,4 +1,4 @@
-"""What a diagnosis makes of a case, beside its truth."""
+"""The outcome of a diagnosis of a case, compared with the truth."""
 
 from __future__ import annotations
 

@@ -15,7 +15,7 @@ from benchmarks.machines.disturbances import Coupled, Coupling, Disturbance, Ine
 from benchmarks.machines.families import Family, Values
 
 TINY = 1e-12
-"""Speed that stands for a direction at rest."""
+"""Speed by which a direction of slip is given to friction laws at rest."""
 
 
 def slowed(v: float, forward: float, backward: float) -> float:

@@ -1,1 +1,1 @@
-"""How a peer is built, held to ours, counted and timed; nothing here knows what is measured."""
+"""How a peer is built, checked against ours, counted and timed; nothing here depends on what is measured."""

@@ -1,4 +1,4 @@
-"""A peer: sources of a step with the loop around it, compiled beside the driver into one program."""
+"""A peer: sources of a step with the loop around it, compiled with the driver into one program."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Peer:
         files: name → text; every .c and .cpp is compiled.
         step: the symbol of the step, whose instructions are counted with all that it calls.
         width, outputs: how many numbers a row of inputs and of outputs has.
-        flags, libraries: of the compiler and the linker, beside the common ones.
+        flags, libraries: of the compiler and the linker, in addition to the common ones.
         limit: seconds that the compiler may take.
     """
 

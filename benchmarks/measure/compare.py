@@ -1,4 +1,4 @@
-"""Peers of one step → the entries of a row: built, held to ours, counted, timed."""
+"""The entries of a row from the peers of one step: built, checked against ours, counted, timed."""
 
 from __future__ import annotations
 

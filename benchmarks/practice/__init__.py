@@ -1,1 +1,1 @@
-"""The diagnosis on logs of an independent simulator; scoring code, so it reads the truth that lies beside them."""
+"""The diagnosis on logs of an independent simulator; scoring code, which reads the truth of each log."""

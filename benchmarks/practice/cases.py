@@ -1,4 +1,4 @@
-"""The practice logs beside the project, and what is true of each."""
+"""The practice logs in ../shared/practice, with the truth of each."""
 
 from __future__ import annotations
 

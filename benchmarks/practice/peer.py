@@ -42,7 +42,7 @@ KIND_OF_POSITION = {
 KIND_OF_VELOCITY = {"{}": ("viscous",), "abs({})": ("viscous_asymmetry",), "{}*abs({})": ("quadratic_drag",)}
 KIND_OF_CONSTANT = ("offset", "coulomb_asymmetry")
 LEVEL = "sgn({})"
-"""Of the coordinate's own velocity: a friction level, which the refit may move; it stands for no effect."""
+"""The term of a coordinate's own velocity that is a friction level, which the refit may move; it is no effect."""
 PAIR_SHARE = 0.5
 """A velocity with another one of at least this weight against it, on one coordinate, is a difference: coupling."""
 

@@ -32,7 +32,7 @@ class Run:
     Attributes:
         wall_s, cpu_s: from the start of the process to its end; all its threads and the compiler's.
         samples: of the training log, 0 where it failed. failure: last words of a run without result.
-        code: of what ran, so that results of several versions are told apart.
+        code: version that ran, so that results of several versions are distinguished.
         first_line_s, silence_s: until the first line that is printed, and the longest time without one; by the clock.
     """
 

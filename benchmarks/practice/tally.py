@@ -28,7 +28,7 @@ from benchmarks.practice.score import (
 from benchmarks.rates import Rate, rate
 
 AS_WELL = 1.05
-"""A refit whose free runs of the test log are off by no more than so many times what the true parameters' are leaves
+"""A refit whose free runs of the test log have at most this multiple of the error of the true parameters leaves
 nothing to find: both figures carry the noise of the positions, and restart from states that two filters made."""
 ORACLES = ("true_parameters", "true_structure_true_plant")
 """On the hard tier the first has the declared parameters, which are off; the second has those of the simulation."""

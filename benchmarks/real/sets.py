@@ -20,7 +20,7 @@ class Diagnosed:
         spec, about: files in SPECS/set: the spec, and the description of the logs; "" where the spec has it.
         train, test: files in DATA/set; without ``test`` the end of the training log is held out.
         expert: relative held-out error by the set's README: of the base model, and of the best that it names.
-        steady: whether each log runs at one constant speed, so that the errors of their means are told too.
+        steady: whether each log runs at one constant speed, so that the page also has the errors of their means.
     """
 
     name: str

@@ -35,7 +35,7 @@ COMMAND: Array = 9 * np.sin(1.7 * TIME) + 5 * np.sin(4.3 * TIME + 0.4) + 2 * np.
 SUBSTEPS = 20
 """Integration steps in one sample."""
 EVERY = 6
-"""One of so many samples is drawn."""
+"""Every how many samples one is drawn."""
 SLOWEST = 0.01
 """Share of the top speed below which the residual is not drawn, since friction at rest is indeterminate."""
 ENDS = 50

@@ -11,7 +11,7 @@ from codegen.mechanics.system import System
 FACTOR = 1.5
 """Each quantity may move by so much both ways from its declared value."""
 FRICTION_FACTOR = 3.0
-"""Friction and damping may move from 0 to so many times it."""
+"""Friction and damping may move from 0 to this multiple of their declared value."""
 OFFSET_BOUND = 1.0
 """An offset may reach this share of the friction level, both ways."""
 

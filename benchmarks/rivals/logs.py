@@ -42,9 +42,9 @@ class Pair:
 
 
 def pairs(kinds: int, only: Sequence[str] = ()) -> list[Pair]:
-    """The sample: logs of one axis that MuJoCo can be told, in order.
+    """The sample: logs of one axis with a known translation for MuJoCo, in order.
 
-    Without an effect all of the standard tier; with one the first log of each of so many kinds; real sets with a test
+    All logs of the standard tier without an effect, the first log of each of ``kinds`` kinds, and real sets with a test
     log.
 
     Args:

@@ -102,7 +102,7 @@ def cases(workshop: Workshop, name: str) -> list[Case]:
 def casadi_case(
     workshop: Workshop, case: Case, files: Mapping[str, str], face: Interface, rows: np.ndarray, reference: np.ndarray
 ) -> Case:
-    """CasADi's code run, held to our outputs and counted."""
+    """CasADi's code: its outputs compared with ours, and its instructions counted."""
     outputs = [k for k in range(reference.shape[1]) if k not in face.flags]
     image = build(workshop, files, face, rows, len(rows), (case.level,))
     off = difference(reference[:, outputs], emulate(image, face)[:, outputs])

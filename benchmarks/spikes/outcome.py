@@ -1,4 +1,4 @@
-"""What a diagnosis makes of a spike, beside what it made of the log as it is.
+"""The outcome of a diagnosis of a spiked log, compared with the diagnosis of the log without the spike.
 
 The machine may have the effect already, or one that hides it. So right is a verdict that names the spike in addition
 to, or in place of, what the plain log got, with the parameter own + spike.
@@ -24,7 +24,7 @@ SIGNIFICANT = 1.96
 CANDIDATES = 23
 """Effects at their places among which a diagnosis of one of these axes chooses."""
 CHOSEN = float(norm.isf(ALPHA / 2 / CANDIDATES))
-"""Standard errors from zero at which one of the candidates, not known beforehand, is told at α (Bonferroni)."""
+"""Standard errors from zero at which any one of the candidates is significant at level α (Bonferroni)."""
 PREFERRED = log(1 / TIE_LEVEL)
 """Nats of one law over another at which they do not tie: a likelihood ratio of 20."""
 DETECTED, TAKEN, EXTRA = "detected", "taken by the refit", "detected, and a wrong name"
@@ -69,12 +69,12 @@ class Spike:
 
     @property
     def is_told(self) -> bool:
-        """Whether least squares with the right structure tells a coefficient of the spike's size from zero."""
+        """Whether a coefficient of the spike's size is significant in least squares with the right structure."""
         return self.deviations is None or self.deviations >= SIGNIFICANT
 
     @property
     def is_told_among_all(self) -> bool:
-        """Whether least squares would tell the spike, and the effect that the spiked log has, of any candidate."""
+        """Whether spike and whole effect would also be significant among all candidates (``CHOSEN``)."""
         known = [d for d in (self.deviations, self.found_deviations) if d is not None]
         return all(d >= CHOSEN for d in known)
 

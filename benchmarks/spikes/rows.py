@@ -42,7 +42,7 @@ ADAPTER: TypeAdapter[list[Part]] = TypeAdapter(list[Part])
 def merged(new: Sequence[Part], kept: Sequence[Part]) -> list[Part]:
     """The kept parts with new rows in place of theirs, then parts that are new.
 
-    An outcome was judged beside the verdict of its own code on the log as it is; the new one's is shown.
+    An outcome was judged with the verdict of its own version on the log without a spike; the newest verdict is shown.
     """
     found = {one.name: one for one in kept}
     for one in new:

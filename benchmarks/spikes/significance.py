@@ -1,11 +1,11 @@
-"""A spike by least squares with the right structure, over all training records; run beside the shared spike.py.
+"""A spike by least squares with the right structure, over all training records; it imports the shared spike.py.
 
     drive = J v' + b v + F_c sgn v + offset (+ weight) + c · column of the effect
 
 with one set of coefficients for all records, on motion filtered as by ``spike.py --check``; for one record the figures
 of ``own`` and of the residuals are those that it prints, but for a load. The standard error of c is that of the
 delete-one-block jackknife, so residuals may be correlated within a block, and no block goes over two records. A spike
-of size s is told from zero where s/σ(c) is above 1.96.
+of size s is significant where s/σ(c) is above 1.96.
 
 A friction in proportion to the load is taken with the load that the free terms predict (two-stage least squares): with
 the measured one the drive force would be on both sides. On an axis that is driven along its motion all the time,
@@ -46,7 +46,7 @@ Law = tuple[np.ndarray, int]
 DELAYS_S = np.geomspace(5e-4, 0.1, 24)
 """Delays and lags that are tried, s."""
 SPANNED = 1e-6
-"""Share of a column's norm that the other columns leave of it, below which they span it: no log tells its size then."""
+"""Share of a column's norm, outside the span of the others, below which its coefficient cannot be identified."""
 
 
 class Record:

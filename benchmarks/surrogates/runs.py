@@ -113,7 +113,7 @@ def _trial(spec: Spec, system: System, log: Log, test: Log | None, models: Model
     cutoff = models.train.motion.cutoff_hz
     before = os.times()
     moved = {s.name: float(models.augmented.values[s]) for s in models.train.moved}
-    machine = with_values(system, moved)  # beside the effects the values are nearest to the true ones
+    machine = with_values(system, moved)  # as fitted together with the effects, nearest to the true ones
     made = surrogate(log, machine, way, random, cutoff, models.augmented)
     held_out = None if test is None else surrogate(test, machine, way, random, cutoff, models.augmented)
     said = diagnose_log(spec, system, made, held_out)[0]

@@ -158,7 +158,7 @@ def _equations(errors: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str
 
 
 def _printed(expression: Any, indent: int) -> str:
-    """An expression on as many lines as it needs, all but the first indented; of a very long one, where it is."""
+    """An expression wrapped to several lines, all but the first indented; for a very long one, where to find it."""
     operations = int(sympy.count_ops(expression))
     if operations > LONGEST_PRINTED:
         return f"({operations} operations: printed by --json)"

@@ -119,7 +119,7 @@ RESULT = "diagnosis.json"
 EXCITATION = "excitation.csv"
 DIAGNOSIS_FILES = (RESULT, "spec.yaml", "report.html", EXCITATION)
 IN_EACH = ("spec.yaml", "report.html")
-"""Files that each version wrote beside diagnosis.json, also those that kept no list."""
+"""Files that every version wrote with diagnosis.json, including versions that wrote no list of their files."""
 FORMAT = "stiction-diagnosis/"
 
 

@@ -241,7 +241,7 @@ def _refuse_not_ours(folder: Path) -> None:
 
 
 def _bounds_of(suggestion: Suggestion | None, bounds: Sequence[GainBound]) -> tuple[GainBound, ...]:
-    """The bounds at the suggested gains and, if these were divided, before; of gains that are kept, theirs alone."""
+    """The bounds at the suggested gains and before their division, if they were divided; at kept gains, only theirs."""
     if suggestion is None:
         return ()
     if suggestion.kept:

@@ -201,7 +201,7 @@ def robot_files(name: str, path: Path, log: Path | None) -> dict[str, str]:
 
 
 def _spec_text(name: str, robot: RobotModel, path: Path, file: Path, log: Path | None) -> str:
-    """The spec for a robot file beside it, which is parsed as a check; its errors are reported for ``path``."""
+    """The spec for a robot file in its folder, which is parsed as a check; its errors are reported for ``path``."""
     bodies = read_kinematic_tree(file, Place(str(file))).bodies
     target, joints = file.with_name(f"{name}.yaml"), {body.joint: body.label for body in bodies}
     guess = Guess({}, ()) if log is None else guess_columns(log_names(log), joints)

@@ -154,7 +154,7 @@ class _Reduction(Exporter):
             self.remark(where, "dropped", f"its limit of {drive.limit:.6g} {unit}")
 
     def _effort(self, index: int) -> float | None:
-        """The effort limit of a joint that is moved by one input only, and that a limited one."""
+        """The effort limit of a joint, if a single input moves it and that is limited; else None."""
         drives = [d for d in self.mechanism.drives if d.direction[index]]
         if len(drives) != 1 or drives[0].limit is None or sum(map(bool, drives[0].direction)) != 1:
             return None

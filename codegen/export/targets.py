@@ -73,7 +73,7 @@ def _of_mechanism(text_of: Callable[[Spec, Mechanism, Choices], tuple[str, tuple
 
 
 def _headed(text_of: Callable[[Spec, Mechanism, list[str]], tuple[str, tuple[Remark, ...]]]) -> Write:
-    """The same for a format without options."""
+    """A writer of such a file in a format without options."""
     return _of_mechanism(lambda spec, mechanism, choices: text_of(spec, mechanism, choices.header))
 
 

@@ -81,7 +81,7 @@ def read_estimates(path: Path) -> dict[str, Array]:
 
 
 def _read_only(columns: dict[str, Array]) -> dict[str, Array]:
-    """The columns, which a result keeps, so a change of one in place would be in all later readings of the result."""
+    """The columns, made read-only: the result keeps them, so a change in place would appear in every later reading."""
     for column in columns.values():
         column.setflags(write=False)
     return columns
