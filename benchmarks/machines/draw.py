@@ -10,16 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.machines.disturbances import (
-    STAGES,
-    Disturbance,
-    Heating,
-    Ripple,
-    Slip,
-    Spots,
-    Table,
-    effect,
-)
+from benchmarks.machines.disturbances import STAGES, Disturbance, Heating, Ripple, Slip, Spots, Table, effect
 from benchmarks.machines.drive import CONTROL_S, Record, Recorder, run
 from benchmarks.machines.families import FAMILIES, Axis, Family
 from benchmarks.machines.plant import Plant

@@ -211,10 +211,7 @@ TWO_MASS = Family(
 )
 GIMBAL = Family(
     "gimbal",
-    (
-        Axis("yaw", "wy", "rad", (2, 5), (0.5, 1.2), "iy"),
-        Axis("pitch", "wp", "rad", (1, 2), (0.5, 1.2), "ip"),
-    ),
+    (Axis("yaw", "wy", "rad", (2, 5), (0.5, 1.2), "iy"), Axis("pitch", "wp", "rad", (1, 2), (0.5, 1.2), "ip")),
     {
         "Jy": Quantity(0.05, 0.2, "kg*m^2"),
         "Jd": Quantity(0.02, 0.1, "kg*m^2"),

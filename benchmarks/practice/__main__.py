@@ -56,10 +56,7 @@ def diagnosis(asked: Asked) -> dict[str, Any]:
         runs += own
     return {
         "tiers": tiers,
-        "time": [
-            (f"{TYPICAL[0]:,} to {TYPICAL[1]:,} samples", times(typical(runs))),
-            ("all", times(runs)),
-        ],
+        "time": [(f"{TYPICAL[0]:,} to {TYPICAL[1]:,} samples", times(typical(runs))), ("all", times(runs))],
         "cores": len(os.sched_getaffinity(0)),
         "codes": {run.code for run in runs},
     }

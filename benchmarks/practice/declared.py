@@ -45,13 +45,7 @@ def row(case: Case, result: dict[str, Any]) -> dict[str, Any]:
     likely = result["candidates"][:2] if result["verdict"] in ("ambiguous", "unknown") else []
     named = [effect["kind"] for effect in result["effects"] or likely]
     kinds = [effect["kind"] for effect in case.truth["effects"]]
-    return {
-        "case": case.title,
-        "kinds": kinds,
-        "verdict": result["verdict"],
-        "named": named,
-        "failure": "",
-    }
+    return {"case": case.title, "kinds": kinds, "verdict": result["verdict"], "named": named, "failure": ""}
 
 
 def clopper_pearson(hits: int, trials: int) -> tuple[float, float]:

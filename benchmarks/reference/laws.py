@@ -148,10 +148,7 @@ def _plot(axes: Any, x: Any, y: Any, colour: str = CURVE, dashes: Any = "-", wid
 PANELS: dict[Panel, tuple[str, Callable[..., None]]] = {
     "steady": ("force against velocity", _steady),
     "slow": ("force of steady sliding", _slow),
-    "loop": (
-        "hysteresis under a sinusoidal velocity of {example.frequency:g} Hz (steady sliding dashed)",
-        _loop,
-    ),
+    "loop": ("hysteresis under a sinusoidal velocity of {example.frequency:g} Hz (steady sliding dashed)", _loop),
     "presliding": ("under small displacements", _presliding),
     "time": ("its force over time", _over_time),
     "step": ("the force through a step of the velocity to ten times as much and back", _velocity_step),

@@ -19,17 +19,7 @@ from benchmarks.practice.cases import ROOT
 from benchmarks.practice.fresh import Unavailable
 from benchmarks.rates import Bar, Rate, rate
 from benchmarks.real.spiked import real_sets
-from benchmarks.spikes.outcome import (
-    CANDIDATES,
-    CHOSEN,
-    NEAR,
-    OUTCOMES,
-    PREFERRED,
-    named,
-    outcome_of,
-    spike_of,
-    totals,
-)
+from benchmarks.spikes.outcome import CANDIDATES, CHOSEN, NEAR, OUTCOMES, PREFERRED, named, outcome_of, spike_of, totals
 from benchmarks.spikes.rows import ROWS, Part, Row, merged, parts_in, text_of
 from benchmarks.spikes.runs import SPIKE, Bench, kinds_for
 from codegen.base.files import write_atomically

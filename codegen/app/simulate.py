@@ -55,10 +55,7 @@ class Simulated(Result):
 
 @verb
 def simulate(
-    source: Source,
-    out: str | Path,
-    progress: Callable[[str, float], None] | None = None,
-    plant: str = PLANTS[0],
+    source: Source, out: str | Path, progress: Callable[[str, float], None] | None = None, plant: str = PLANTS[0]
 ) -> Simulated:
     """Write a log of the plant of a spec, with its declared effects, driven as its ``simulation:`` section says.
 

@@ -110,9 +110,7 @@ def init(
 
 
 @app.command(short_help="Print the JSON Schema of a spec, for an editor.")
-def schema(
-    out: Annotated[Path | None, written("FILE", "write it here, as .json")] = None,
-) -> None:
+def schema(out: Annotated[Path | None, written("FILE", "write it here, as .json")] = None) -> None:
     """Print the JSON Schema of a spec, by which an editor completes and checks its keys."""
     from codegen.base.files import refuse_target, write_atomically
     from codegen.spec.schema import json_schema
@@ -135,9 +133,7 @@ def check(spec: SpecPath, as_json: AsJson = False) -> None:
 
 @app.command()
 def derive(
-    spec: SpecPath,
-    latex: Annotated[bool, option("--latex", None, "print LaTeX")] = False,
-    as_json: AsJson = False,
+    spec: SpecPath, latex: Annotated[bool, option("--latex", None, "print LaTeX")] = False, as_json: AsJson = False
 ) -> None:
     """Derive Ψ, its characteristic polynomial and the gain conditions."""
     from codegen.app.derive import analysis_json, derive, derive_text
@@ -421,9 +417,7 @@ def watch(
 
 
 @app.command(short_help="Run all steps of the main job on a shipped example.")
-def demo(
-    out: Annotated[Path, written("DIR", "its folder")] = Path("demo"),
-) -> None:
+def demo(out: Annotated[Path, written("DIR", "its folder")] = Path("demo")) -> None:
     """Diagnose a belt-driven axis with an effect that its spec lacks; certify and generate, before and after."""
     with progress() as tell:
         from codegen.app.demo import run_demo
@@ -487,8 +481,7 @@ def errors(
 
 @app.command(short_help="Compare the thesis' printed formulas with our derivation.")
 def audit(
-    out: Annotated[Path | None, written("FILE", "write docs/audit.md here")] = None,
-    as_json: AsJson = False,
+    out: Annotated[Path | None, written("FILE", "write docs/audit.md here")] = None, as_json: AsJson = False
 ) -> None:
     """Compare the printed formulas of the thesis with our own derivation of them."""
     with progress() as tell:

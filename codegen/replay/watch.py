@@ -228,10 +228,7 @@ class Watch:
                 "may be wrong, or two columns exchanged",
             ),
             (tally.faults, f"{tally.faults} {of} were invalid"),
-            (
-                tally.slow,
-                f"in {tally.slow} {of} a contact was too slow for the bound: {', '.join(slow)}",
-            ),
+            (tally.slow, f"in {tally.slow} {of} a contact was too slow for the bound: {', '.join(slow)}"),
             (tally.early, f"{tally.early} {of} were less than {after}"),
         ]
         return f"nothing was compared: {max(reasons)[1]}"

@@ -23,10 +23,7 @@ from codegen.spec.numerics import numerical
 
 @numerical("the motion that `simulation` asks for")
 def simulate(
-    spec: Spec,
-    system: System,
-    progress: Callable[[float], None] | None = None,
-    make_plant: PlantMaker | None = None,
+    spec: Spec, system: System, progress: Callable[[float], None] | None = None, make_plant: PlantMaker | None = None
 ) -> LoopRun:
     """The run of ``spec.simulation`` on ``system``.
 

@@ -76,10 +76,7 @@ def draw(figure: Any, runs: Runs) -> None:
             d.line(axes, run.time, run.true_positions[:, 1], d.ESTIMATED, "lower mass")
             how = "not cancelled" if name == "none" else "cancelled"
             d.frame(axes, d.TIME if prefix else "", "position in m", f"({letter}) {how}, {words}")
-        for name, colour, label in (
-            ("none", d.THIRD_ONE, "#1: (a)"),
-            ("cancelled", d.TRUE, "#2: (b)"),
-        ):
+        for name, colour, label in (("none", d.THIRD_ONE, "#1: (a)"), ("cancelled", d.TRUE, "#2: (b)")):
             run = runs[f"{prefix}{name}"]
             d.line(row[2], run.time, (run.true_positions - ideal.true_positions)[:, 1], colour, label)
         d.frame(row[2], d.TIME if prefix else "", "distance in m", "(c) lower mass")

@@ -168,16 +168,10 @@ def generalised_coordinates(on_time: bool = False) -> Derivations:
         "T_q_dot": (x_dot.jacobian(q), "T_q_dot"),
         "energy_q": (energy.jacobian(q), "q_dot_T*T_q_T*M*T_q_dot"),
         "energy_q_dot": (energy.jacobian(q_dot), "q_dot_T*T_q_T*M*T_q"),
-        "momentum_rate": (
-            momentum_rate,
-            "T_q_T*M*T_q_dot*q_dot + T_q_T*M*T_q*q_ddot + T_q_dot_T*M*T_q*q_dot",
-        ),
+        "momentum_rate": (momentum_rate, "T_q_T*M*T_q_dot*q_dot + T_q_T*M*T_q*q_ddot + T_q_dot_T*M*T_q*q_dot"),
         "balance": (Phi_q, "T_q_T*Phi_x"),
         "virtual_work": (Phi_q, "T_q_T*Phi_x"),
-        "inertia_force": (
-            Phi_q - rest,
-            "-T_q_T*M*T_q_dot*q_dot + T_q_T*g_x - T_q_T*U_x*A*sgn(U_x_T*T_q*q_dot)",
-        ),
+        "inertia_force": (Phi_q - rest, "-T_q_T*M*T_q_dot*q_dot + T_q_T*g_x - T_q_T*U_x*A*sgn(U_x_T*T_q*q_dot)"),
         "M_q": (M_q, "T_q_T*M*T_q"),
         "U_q": (U_q, "T_q_T*U_x"),
         "g_q": (work_of(g_x) - rest, "T_q_T*g_x - T_q_T*M*T_q_dot*q_dot"),

@@ -28,12 +28,7 @@ COLUMNS = {
     n: "x v v_hat g g_hat F_hat F_dot z z_v e_v e_F",
     nu: "a a_dot a_hat f f_hat xi xi_hat xi_u xi_f s s_hat d d_hat h h_hat z_F z_a z_f z_m e_a e_f",
 }
-MATRICES = {
-    (n, n): "g_v K_v K_1 K_2 K_inv",
-    (nu, nu): "K_F K_a",
-    (nu, n): "K_f1 K_f2 K_m1 K_m2",
-    (n, nu): "U U_dot",
-}
+MATRICES = {(n, n): "g_v K_v K_1 K_2 K_inv", (nu, nu): "K_F K_a", (nu, n): "K_f1 K_f2 K_m1 K_m2", (n, nu): "U U_dot"}
 _columns = {name: column(name, size) for size, names in COLUMNS.items() for name in names.split()}
 _matrices = {name: full(name, *shape) for shape, names in MATRICES.items() for name in names.split()}
 m = SimpleNamespace(**_columns, **_matrices, M_inv=symmetric("W", n))
