@@ -20,6 +20,9 @@ from scipy.signal import butter, filtfilt
 from benchmarks.machines.drive import Record
 from benchmarks.machines.families import Family, Values
 
+Array = NDArray[np.float64]
+Motion = tuple[Array, Array, Array]
+"""Positions, velocities and accelerations, rows by axes each."""
 CUTOFF_HZ = 20.0
 LEAST_SHARE, LEAST_LEFT, LEAST_T = 0.05, 0.02, 5.0
 AT_REST = 0.02
@@ -44,24 +47,17 @@ class Seen:
         return self.share >= LEAST_SHARE and self.left >= LEAST_LEFT and self.t >= LEAST_T
 
 
-def low_passed(values: NDArray[np.float64], rate: float) -> NDArray[np.float64]:
+def low_passed(values: Array, rate: float) -> Array:
     numerator, denominator = butter(2, CUTOFF_HZ, fs=rate)
     return np.asarray(filtfilt(numerator, denominator, values, axis=0))
 
 
-def equation_error(
-    family: Family,
-    p: Values,
-    levels: NDArray[np.float64],
-    motion: tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]],
-    i: NDArray[np.float64],
-) -> NDArray[np.float64]:
+def equation_error(family: Family, p: Values, levels: Array, motion: Motion, i: Array) -> Array:
     """The equation error E(θ), (rows, axes)."""
     x, v, a = (list(part.T) for part in motion)
     mass, rest, factors = family.mass(p, x, np), family.force(p, x, v, np), family.drive(p)
-    parts = [m * c + lvl * np.sign(b) - r - f * d for m, c, lvl, b, r, f, d in
-             zip(mass, a, levels, v, rest, factors, i.T, strict=True)]  # fmt: skip
-    return np.stack(parts, axis=1)
+    terms = zip(mass, a, levels, v, rest, factors, i.T, strict=True)
+    return np.stack([m * c + lvl * np.sign(b) - r - f * d for m, c, lvl, b, r, f, d in terms], axis=1)
 
 
 def seen(
@@ -76,12 +72,12 @@ def seen(
     dt = float(log.t[1] - log.t[0])
     rate = 1 / dt
 
-    def motion(x: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    def motion(x: Array) -> Motion:
         smooth = low_passed(x, rate)
         v = np.gradient(smooth, dt, axis=0)
         return smooth, v, np.gradient(v, dt, axis=0)
 
-    def current(i: NDArray[np.float64]) -> NDArray[np.float64]:
+    def current(i: Array) -> Array:
         means = (i + np.vstack([i[:1], i[:-1]])) / 2 if held else i
         return low_passed(means, rate)
 
@@ -115,25 +111,18 @@ def seen(
     return Seen(share, _rms(left), _rms(left) / _rms(noisy) * float(np.sqrt(rows)))
 
 
-def _rms(values: NDArray[np.float64]) -> float:
+def _rms(values: Array) -> float:
     return float(np.sqrt(np.mean(values**2))) if values.size else 0.0
 
 
-def _only(k: int, values: NDArray[np.float64]) -> NDArray[np.float64]:
+def _only(k: int, values: Array) -> Array:
     """The values of axis k, and zeros for the others."""
     found = np.zeros_like(values)
     found[:, k] = values[:, k]
     return found
 
 
-def _slope(
-    family: Family,
-    p: Values,
-    levels: NDArray[np.float64],
-    motion: tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]],
-    i: NDArray[np.float64],
-    name: str,
-) -> NDArray[np.float64]:
+def _slope(family: Family, p: Values, levels: Array, motion: Motion, i: Array, name: str) -> Array:
     """∂E/∂θ of one parameter, by central differences."""
     step = 1e-4 * abs(p[name])
     up, down = (equation_error(family, {**p, name: p[name] + s * step}, levels, motion, i) for s in (1, -1))

@@ -9,12 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import sympy
 
 from codegen.base.arrays import Array
+from codegen.certify.bound.bounds import ErrorBound, SlipSpeed
 from codegen.mechanics.casadi_form import at_points, function_of
 from codegen.mechanics.system import System
 from codegen.program import Program
@@ -22,9 +23,6 @@ from codegen.replay.engine import Engine
 from codegen.replay.samples import Block
 from codegen.spec.functions import Magnitude, Sgn
 from codegen.spec.model import Spec
-
-if TYPE_CHECKING:
-    from codegen.certify.bound.bounds import ErrorBound, SlipSpeed
 
 QUIET = 100
 """Number of dwell times within the bound after which an alarm is cleared and another one can be raised."""

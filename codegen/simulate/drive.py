@@ -157,7 +157,12 @@ class HeldInput:
             self._shares[:, whole, index] = 1 - older
             if delay > whole:
                 self._shares[:, whole + 1, index] = older
-        self._static = _Static(system) if system.actuators else None
+        self._act = None
+        if system.actuators:
+            static = sympy.Matrix([chain.static(w) for chain, w in zip(chains, system.inputs, strict=True)])
+            self._given, self._acting = np.zeros(len(chains)), np.zeros(len(chains))
+            function = function_of(static, system.inputs, system.values)
+            self._buffer, self._act = in_place(function, [self._given], [self._acting])
         lags = [0.0 if chain.lag is None else float(chain.lag.subs(system.values)) for chain in chains]
         self._steps = np.array(lags) / (period * np.diff(edges)[:, None])
         with np.errstate(divide="ignore"):
@@ -169,8 +174,10 @@ class HeldInput:
 
     def take(self, command: Array) -> Array:
         """Hold a command (m,) from now on; effective inputs of this sample, (parts, m), valid until the next call."""
-        if self._static is not None:
-            command = self._static(command)
+        if self._act is not None:  # gain, dead zone and saturation, which commute with a delay
+            self._given[:] = command
+            self._act()
+            command = self._acting.copy()
         if len(self._past) == 1:
             driven = self._held
             driven[:] = command
@@ -194,19 +201,3 @@ class HeldInput:
                 own = after
             self._lagged[:order, i] = own
         return means
-
-
-class _Static:
-    """Gain, dead zone and saturation of all inputs, which commute with a delay; called in place, once a sample."""
-
-    def __init__(self, system: System) -> None:
-        chains = sympy.Matrix([system.actuator(k).static(s) for k, s in enumerate(system.inputs)])
-        function = function_of(chains, system.inputs, system.values)
-        self._given, self._acting = np.zeros(len(chains)), np.zeros(len(chains))
-        self._buffer, self._trigger = in_place(function, [self._given], [self._acting])
-
-    def __call__(self, command: Array) -> Array:
-        """Outputs (m,) of the static parts of the actuators for commands (m,)."""
-        self._given[:] = command
-        self._trigger()
-        return self._acting.copy()

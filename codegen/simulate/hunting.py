@@ -181,20 +181,13 @@ def hunting(spec: Spec, system: System, progress: Callable[[float], None] | None
             progress(min(len(trials) / total, 1.0))
         return trials[gain].cycle is not None
 
-    largest = _searched(hunts)
+    without, in_full = hunts(0.0), hunts(1.0)
+    largest = None if without else 1.0
+    if in_full and not without:
+        parts = 1 << HALVINGS
+        largest = bisect(range(1, parts), False, key=lambda k: hunts(k / parts)) / parts
     tried = tuple(trials[gain] for gain in sorted(trials))
     return Hunting(tried, largest, loop.away, loop.push, loop.simulation.cancel_delay, loop.simulation.duration)
-
-
-def _searched(hunts: Callable[[float], bool]) -> float | None:
-    """The largest gain up to 1 without a limit cycle, to 1/64; None if there is one without cancellation."""
-    if hunts(0.0):
-        hunts(1.0)
-        return None
-    if not hunts(1.0):
-        return 1.0
-    parts = 1 << HALVINGS
-    return bisect(range(1, parts), False, key=lambda k: hunts(k / parts)) / parts
 
 
 class RegulatorLoop:
