@@ -19,22 +19,10 @@ from typing import Any
 
 from pydantic import TypeAdapter
 
+from benchmarks.practice import score as scoring
 from benchmarks.practice.cases import ROOT, TIERS
 from benchmarks.practice.fresh import Draw, Unavailable, failed_draws, fresh_cases
 from benchmarks.practice.runs import code_version, diagnosed, result_in
-from benchmarks.practice.score import (
-    ABSORBED,
-    ALARM,
-    BOTH,
-    EXTRA,
-    FIRST,
-    FIRST_OF_ALL,
-    FOREIGN,
-    INTERVALS,
-    MISSED,
-    NONE,
-    OVERCLAIM,
-)
 from benchmarks.practice.tally import AS_WELL, Tally, tally
 from benchmarks.rates import Bar, Rate
 from codegen.base.files import write_atomically
@@ -44,29 +32,34 @@ PAGE = ROOT / "docs" / "practice.md"
 KEPT = Path(__file__).parent / "seeds.json"
 BEGIN, END = "<!-- fresh seeds: written by `make practice SEED=…` -->", "<!-- end of fresh seeds -->"
 ADAPTER: TypeAdapter[list[Tally]] = TypeAdapter(list[Tally])
-ANY_TIER = {ALARM: Bar(most=0.03), OVERCLAIM: Bar(most=0.0), FOREIGN: Bar(most=0.05), INTERVALS: Bar(0.9, 0.99)}
+ANY_TIER = {
+    scoring.ALARM: Bar(most=0.03),
+    scoring.OVERCLAIM: Bar(most=0.0),
+    scoring.FOREIGN: Bar(most=0.05),
+    scoring.INTERVALS: Bar(0.9, 0.99),
+}
 BARS = {
-    "standard": {FIRST: Bar(0.95), BOTH: Bar(0.85), **ANY_TIER},
-    "hard": {FIRST: Bar(0.88), BOTH: Bar(0.75), **ANY_TIER},
+    "standard": {scoring.FIRST: Bar(0.95), scoring.BOTH: Bar(0.85), **ANY_TIER},
+    "hard": {scoring.FIRST: Bar(0.88), scoring.BOTH: Bar(0.75), **ANY_TIER},
 }
 """Tier → rate → its bar."""
 NEWEST = 10
 """Seeds of a tier of which the page has the details; seeds.json has them of all."""
 SHORT = {
-    FIRST: "first place",
-    BOTH: "both of two",
-    ALARM: "false alarms",
-    OVERCLAIM: "overclaims",
-    FOREIGN: "foreign named",
-    INTERVALS: "in interval",
+    scoring.FIRST: "first place",
+    scoring.BOTH: "both of two",
+    scoring.ALARM: "false alarms",
+    scoring.OVERCLAIM: "overclaims",
+    scoring.FOREIGN: "foreign named",
+    scoring.INTERVALS: "in interval",
 }
 """Heads of the table of seeds; the rates that have a bar."""
 FURTHER = {
-    MISSED: "`none` for one",
-    EXTRA: "an extra effect",
-    ABSORBED: "absorbed, right",
-    FIRST_OF_ALL: "first place of all",
-    NONE: "`none` for none",
+    scoring.MISSED: "`none` for one",
+    scoring.EXTRA: "an extra effect",
+    scoring.ABSORBED: "absorbed, right",
+    scoring.FIRST_OF_ALL: "first place of all",
+    scoring.NONE: "`none` for none",
 }
 """Heads of the table of further counts."""
 

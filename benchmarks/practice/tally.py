@@ -7,24 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from benchmarks.practice import score as scoring
 from benchmarks.practice.cases import Case
 from benchmarks.practice.runs import Run, result_in, times
-from benchmarks.practice.score import (
-    ABSORBED,
-    ALARM,
-    BOTH,
-    EXTRA,
-    FIRST,
-    FIRST_OF_ALL,
-    FOREIGN,
-    INTERVALS,
-    MISSED,
-    NONE,
-    OVERCLAIM,
-    coverage,
-    right,
-    score,
-)
+from benchmarks.practice.score import coverage, right, score
 from benchmarks.rates import Rate, rate
 
 AS_WELL = 1.05
@@ -96,17 +82,17 @@ def tally(key: tuple[int, int, str, str], out: Path, cases: Sequence[Case], runs
         done=len(rows),
         failed=failed,
         rates={
-            FIRST: rate(r["top1"] for r in clear),
-            MISSED: rate(r["missed"] for r in clear),
-            EXTRA: rate(r["extra_effect"] for r in singles),
-            ABSORBED: rate(_absorbed_is_right(r) for r in hidden),
-            FIRST_OF_ALL: rate(r["top1"] for r in singles),
-            BOTH: marked("double", "both"),
-            ALARM: marked("none", "false_alarm"),
-            NONE: rate(right(r) for r in rows if r["group"] == "none"),
-            OVERCLAIM: marked("unident", "overclaim"),
-            FOREIGN: marked("foreign", "foreign_called_known"),
-            INTERVALS: Rate(inside, truths),
+            scoring.FIRST: rate(r["top1"] for r in clear),
+            scoring.MISSED: rate(r["missed"] for r in clear),
+            scoring.EXTRA: rate(r["extra_effect"] for r in singles),
+            scoring.ABSORBED: rate(_absorbed_is_right(r) for r in hidden),
+            scoring.FIRST_OF_ALL: rate(r["top1"] for r in singles),
+            scoring.BOTH: marked("double", "both"),
+            scoring.ALARM: marked("none", "false_alarm"),
+            scoring.NONE: rate(right(r) for r in rows if r["group"] == "none"),
+            scoring.OVERCLAIM: marked("unident", "overclaim"),
+            scoring.FOREIGN: marked("foreign", "foreign_called_known"),
+            scoring.INTERVALS: Rate(inside, truths),
         },
         verdicts=dict(sorted(verdicts.items())),
         cpu=None if taken is None else taken.cpu,

@@ -12,18 +12,8 @@ import numpy as np
 from codegen.simulate.loop_run import LoopRun
 from codegen.spec.model import Spec
 from codegen.thesis.gallery import drawing as d
-from codegen.thesis.gallery.measures import (
-    Reading,
-    after,
-    falling,
-    friction_error,
-    friction_level,
-    position_error,
-    ratio,
-    rms,
-    since_reversal,
-    sliding,
-)
+from codegen.thesis.gallery import measures as m
+from codegen.thesis.gallery.measures import Reading, ratio, rms
 from codegen.thesis.gallery.runs import Gains, Runs, ideal_run, pid_run, servo_run, tuned_pid
 from codegen.thesis.gallery.setting import Setting, with_observer
 
@@ -68,40 +58,40 @@ def uncancelled(specs: Sequence[Spec], setting: Setting, pid: Gains | None = Non
 
 def _errors(runs: Runs, names: str | Sequence[str]) -> list[float]:
     """RMS distance of runs from the ideal motion, m."""
-    return [rms(position_error(runs[name], runs["ideal"])) for name in names]
+    return [rms(m.position_error(runs[name], runs["ideal"])) for name in names]
 
 
 def _unrest(run: LoopRun) -> float:
     """RMS of the position about its mean in each interval of rest, m."""
-    still = since_reversal(run, HALF_PERIOD) > SETTLED
+    still = m.since_reversal(run, HALF_PERIOD) > SETTLED
     x = run.true_positions[still, 0].reshape(-1, int(np.sum(still & (run.time < HALF_PERIOD))))
     return rms((x - x.mean(axis=1, keepdims=True)).ravel())
 
 
 def _force_error(run: LoopRun) -> float:
     """RMS error of the friction estimate during sliding, N."""
-    return rms(friction_error(run)[sliding(run) & after(run, 1.0)])
+    return rms(m.friction_error(run)[m.sliding(run) & m.after(run, 1.0)])
 
 
 def hang_off_without(runs: Runs) -> Reading:
     run, ideal = runs["a"], runs["ideal"]
-    still = since_reversal(run, HALF_PERIOD) > 0.95 * HALF_PERIOD
-    left = float(np.max(np.abs(position_error(run, ideal)[still])))
+    still = m.since_reversal(run, HALF_PERIOD) > 0.95 * HALF_PERIOD
+    left = float(np.max(np.abs(m.position_error(run, ideal)[still])))
     return Reading(left, (("hang-off", left),), "m")
 
 
 def improves_with_k_F(runs: Runs) -> Reading:
-    return falling(_errors(runs, "abc"), ("k_F = 1", "10", "100"), "m")
+    return m.falling(_errors(runs, "abc"), ("k_F = 1", "10", "100"), "m")
 
 
 def mu_helps(runs: Runs) -> Reading:
-    return falling([_force_error(runs[name]) for name in "bd"], ("μ = 1", "2"), "N")
+    return m.falling([_force_error(runs[name]) for name in "bd"], ("μ = 1", "2"), "N")
 
 
 def gain_shortens_transient(runs: Runs) -> Reading:
-    moving = since_reversal(runs["b"], HALF_PERIOD) < TRANSIENT
-    errors = [rms(position_error(runs[name], runs["ideal"])[moving]) for name in "bc"]
-    return falling(errors, ("k_F = 10", "100"), "m")
+    moving = m.since_reversal(runs["b"], HALF_PERIOD) < TRANSIENT
+    errors = [rms(m.position_error(runs[name], runs["ideal"])[moving]) for name in "bc"]
+    return m.falling(errors, ("k_F = 10", "100"), "m")
 
 
 def gain_costs_rest(runs: Runs) -> Reading:
@@ -110,7 +100,7 @@ def gain_costs_rest(runs: Runs) -> Reading:
 
 
 def improves_with_k_2(runs: Runs) -> Reading:
-    return falling(_errors(runs, "ab"), ("k₂ = −10", "−100"), "m")
+    return m.falling(_errors(runs, "ab"), ("k₂ = −10", "−100"), "m")
 
 
 def both_satisfy(runs: Runs) -> Reading:
@@ -149,7 +139,7 @@ def law_is_met(runs: Runs) -> Reading:
     for letter, spec in zip(LETTERS, runs.specs, strict=False):
         p = {name: float(value) for name, value in spec.contacts[0].parameters.items()}
         run = runs[letter]
-        v, moving = run.true_velocities[:, 0], sliding(run)
+        v, moving = run.true_velocities[:, 0], m.sliding(run)
         speed = np.abs(v)
         level = p["a"] if "a" in p else p["a1"] + p["a2"] * np.exp(-p["a3"] * speed) + p["a4"] * speed
         distance = (run.friction[:, 0] - level * np.sign(v))[moving]
@@ -162,7 +152,7 @@ def noise_passed(runs: Runs) -> Reading:
 
     It follows from F̂ = … + gain v̂ and v̂ = z + k_v x.
     """
-    level = rms(runs["none_a"].friction[sliding(runs["none_a"]), 0])
+    level = rms(runs["none_a"].friction[m.sliding(runs["none_a"]), 0])
     choice = runs.specs[0].required_observer
     gain = abs(float(choice.gains["K_2" if choice.kind == "to" else "K_F"]) * float(choice.gains["K_v"]))
     passed = gain * PRINTED_NOISE
@@ -175,7 +165,7 @@ def draw_responses(figure: Any, runs: Runs) -> None:
     run, ideal = runs["a"], runs["ideal"]
     d.line(response, ideal.time, ideal.true_positions[:, 0], d.IDEAL, "without friction", dashes=(0, (5, 2)))
     d.line(response, run.time, run.true_positions[:, 0], d.TRUE, "with friction, not cancelled")
-    d.line(error, run.time, position_error(run, ideal), d.TRUE)
+    d.line(error, run.time, m.position_error(run, ideal), d.TRUE)
     _friction(friction, runs.specs[0], run)
     d.frame(response, d.TIME, "position in m", "(a)")
     d.frame(error, d.TIME, "distance in m", "(b)")
@@ -213,7 +203,7 @@ def draw_motions(response: Any, error: Any, runs: Runs, names: tuple[str, str, s
     ):
         run = runs[name]
         d.line(response, run.time, run.true_positions[:, 0], colour, label, width)
-        d.line(error, run.time, position_error(run, ideal), colour, width=width)
+        d.line(error, run.time, m.position_error(run, ideal), colour, width=width)
 
 
 def draw_friction(figure: Any, runs: Runs) -> None:
@@ -239,6 +229,6 @@ def _gains(spec: Spec) -> str:
 def _friction(axes: Any, spec: Spec, run: LoopRun) -> None:
     """Draw the law of the spec's first contact over the velocities of a run."""
     speed = np.linspace(0, float(np.max(np.abs(run.true_velocities))), 100)
-    level = friction_level(spec, 0, speed)
+    level = m.friction_level(spec, 0, speed)
     both = np.concatenate([-speed[::-1], speed]), np.concatenate([-level[::-1], level])
     d.line(axes, *both, d.TRUE, "true friction", width=1.6)
