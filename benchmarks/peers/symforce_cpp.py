@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import tempfile
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -20,19 +19,6 @@ from benchmarks.text import render
 
 FLAGS = ("-std=c++17", "-O2", "-DNDEBUG", "-ffp-contract=off", *MACHINE)
 PARTS = ("state", "row", "parameters")
-
-
-@dataclass(frozen=True)
-class Scalars:
-    """The step in SymForce's scalars.
-
-    Attributes:
-        inputs: symbols of state, row and parameters.
-    """
-
-    inputs: dict[str, list[Any]]
-    following: list[Any]
-    outputs: list[Any]
 
 
 @cache
@@ -68,8 +54,8 @@ def operations(sf: Any) -> dict[int, Callable[..., Any]]:
     }
 
 
-def rebuild(step: Step) -> Scalars:
-    """The step in SymForce's scalars, operation by operation."""
+def rebuild(step: Step) -> tuple[dict[str, list[Any]], list[Any], list[Any]]:
+    """The step in SymForce's scalars, operation by operation: symbols of ``PARTS``, next state, outputs."""
     sf = symbolic()
     calls = operations(sf)
     groups = [
@@ -93,7 +79,7 @@ def rebuild(step: Step) -> Scalars:
             register[target[0]] = calls[operation](*[register[r] for r in source])
     sizes = (step.next_state.shape[0], step.outputs.shape[0])
     following, outputs = ([sf.S(found.get(k, 0)) for k in range(n)] for found, n in zip(results, sizes, strict=True))
-    return Scalars(dict(zip(PARTS, groups, strict=True)), following, outputs)
+    return dict(zip(PARTS, groups, strict=True)), following, outputs
 
 
 def symforce_header(step: Step) -> str:
@@ -102,10 +88,10 @@ def symforce_header(step: Step) -> str:
     from symforce import codegen
     from symforce.values import Values
 
-    scalars = rebuild(step)
+    inputs, following, found = rebuild(step)
     generator = codegen.Codegen(
-        inputs=Values(**{part: sf.Matrix(symbols) for part, symbols in scalars.inputs.items()}),
-        outputs=Values(following=sf.Matrix(scalars.following), outputs=sf.Matrix(scalars.outputs)),
+        inputs=Values(**{part: sf.Matrix(symbols) for part, symbols in inputs.items()}),
+        outputs=Values(following=sf.Matrix(following), outputs=sf.Matrix(found)),
         config=codegen.CppConfig(use_eigen_types=True),
         name="symforce_step",
     )

@@ -5,7 +5,6 @@ A picture, as SVG, shows the force residual that an effect causes in an example 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -63,26 +62,16 @@ def _drawn(effect: Effect) -> str:
     return ", ".join(f"{name} = {with_unit(value, unit)}" for name, value, unit in values)
 
 
-@dataclass(frozen=True)
-class Residual:
-    """Force residual of a model without the effect, over the variable that shows the effect best.
-
-    Attributes:
-        axis: the variable, in SI.
-        force: the residual, N or N m; NaN near standstill and reversals.
-    """
-
-    axis: Array
-    force: Array
-
-
-def example_residual(effect: Effect, parameters: dict[str, float]) -> Residual:
+def example_residual(effect: Effect, parameters: dict[str, float]) -> tuple[Array, Array]:
     """The force residual w − k x − m a − F_c sgn(v) of an axis model over the simulated motion of one with the effect.
 
     Of two coordinates it is that of the first.
 
     Args:
         parameters: of the effect, in SI.
+
+    Returns:
+        (variable that shows the effect best, in SI; residual in N or N m, NaN near standstill and reversals).
     """
     angular = effect.needs == "a coordinate in rad"
     plain = _axis("rad" if angular else "m", 2 if effect.sits_on == "two coordinates" else 1)
@@ -114,7 +103,7 @@ def example_residual(effect: Effect, parameters: dict[str, float]) -> Residual:
     in_one_direction = (direction == np.roll(direction, 1, 0)) & (direction == np.roll(direction, -1, 0))
     drawn = (sliding & in_one_direction).all(axis=1)
     drawn[:ENDS] = drawn[-ENDS:] = False
-    return Residual(axis, np.where(drawn, force, np.nan))
+    return axis, np.where(drawn, force, np.nan)
 
 
 def _axis(unit: str, count: int) -> System:
@@ -147,7 +136,7 @@ def _axis(unit: str, count: int) -> System:
 
 def effect_picture(effect: Effect) -> str:
     """The SVG of an effect's picture."""
-    residual = example_residual(effect, EXAMPLES.effects[effect.kind])
+    axis, force = example_residual(effect, EXAMPLES.effects[effect.kind])
     angular = effect.needs == "a coordinate in rad"
     units = {
         "velocity": "velocity in rad/s" if angular else "velocity in m/s",
@@ -161,7 +150,7 @@ def effect_picture(effect: Effect) -> str:
     label = "difference of two velocities in m/s" if effect.sits_on == "two coordinates" else units[effect.seen_over]
 
     def draw(axes: Any) -> None:
-        x, y = rounded(residual.axis[::EVERY]), rounded(residual.force[::EVERY])
+        x, y = rounded(axis[::EVERY]), rounded(force[::EVERY])
         axes.plot(x, y, color=CURVE, linewidth=1.0)
         room = 0.05 * float(np.nanmax(np.abs(y)))
         axes.set_ylim(min(0.0, float(np.nanmin(y))) - room, max(0.0, float(np.nanmax(y))) + room)
