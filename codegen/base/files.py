@@ -45,12 +45,12 @@ def refuse_target(path: Path, sources: Mapping[str, Path] | None = None, endings
                 raise BadInput(str(path), what, "another file to write", code="FILE004")
         if endings:
             refuse_ending(path, endings)
-        standing = next(folder for folder in path.absolute().parents if folder.exists())
-        if not standing.is_dir():
-            named = path.parents[path.absolute().parents.index(standing)]
+        existing = next(folder for folder in path.absolute().parents if folder.exists())
+        if not existing.is_dir():
+            named = path.parents[path.absolute().parents.index(existing)]
             found, expected = "cannot be written (a file of that name exists)", "a folder, or a name that is free"
             raise BadInput(str(named), found, expected, code="FILE003")
-        handle, probe = mkstemp(".tmp", ".stiction-", standing)  # permissions do not show it of /proc or a full disk
+        handle, probe = mkstemp(".tmp", ".stiction-", existing)  # permissions do not show it of /proc or a full disk
         os.close(handle)
         Path(probe).unlink()
 

@@ -120,7 +120,7 @@ def is_there(path: Path) -> bool:
 
 
 def alike(path: Path) -> str | None:
-    """The file beside an absent one with an ending of its kind and the name most like it; None if none is alike."""
+    """The file in the folder of a missing one with the most similar name and an ending of its kind; or None."""
     endings = next((kind for kind in SAME_KIND if path.suffix in kind), (path.suffix,))
     try:
         files = [Path(x.name) for x in islice(path.parent.iterdir(), MOST_NAMES) if x.suffix in endings]

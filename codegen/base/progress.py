@@ -20,7 +20,7 @@ LOADING = "loading the libraries"
 class ProgressCallback(Protocol):
     """Callback for progress: called with the name of the current step and the share of the work done, 0 to 1.
 
-    A share of 0 stands for a step that begins and whose share of the work is not known.
+    A share of 0 means that a step begins and that its share of the work is not known.
     """
 
     def __call__(self, station: str, share: float) -> None: ...

@@ -43,7 +43,7 @@ def within_command() -> Iterator[None]:
 
 @contextmanager
 def in_words_of_caller(work: Callable[..., object]) -> Iterator[None]:
-    """A context in which a verb runs: what it refuses is said in its arguments, unless a command called it."""
+    """A context in which a verb runs: its errors name the verb's arguments, unless a command called it."""
     try:
         yield
     except BadInput as fault:

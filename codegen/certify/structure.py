@@ -1,6 +1,6 @@
 """Certificates by structure, for any M(x): a Lyapunov function under which the error of a tracker decouples into modes.
 
-One mode is certified, for an interval that contains the eigenvalues of all modes. That the mode stands for the whole
+One mode is certified, for an interval that contains the eigenvalues of all modes. That the mode represents the whole
 error is theorem 8 of docs/certificate_theory.md, which the checker does not check. The extremes of M(x) over the
 envelope are an assumption: they are estimated by optimisation, not proved.
 

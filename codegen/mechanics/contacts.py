@@ -18,7 +18,7 @@ Values = dict[sympy.Symbol, Any]
 Units = dict[sympy.Symbol, str]
 """Parameter symbol → unit."""
 
-HINT = "what adds to a law, such as viscous friction, stands under `effects:` (`stiction effects`)"
+HINT = "a force in addition to the law, such as viscous friction, is declared under `effects:` (`stiction effects`)"
 """Hint in the message on an unknown law or parameter, which often belongs to a declared effect."""
 
 
