@@ -329,9 +329,6 @@ class PreslidingLaw(DynamicLaw):
     def bristle_stiffness(self, p: Values) -> sympy.Expr:
         return p["sigma"]
 
-    def slope_bound(self, p: Values) -> sympy.Expr:
-        return sympy.Integer(0)
-
 
 class Presliding(Effect):
     """Presliding: Dahl's law λ = sigma z, z' = u − (sigma/a) z |u| in place of the set-valued Coulomb law."""

@@ -16,8 +16,7 @@ import sympy
 from codegen.base.errors import BadInput
 from codegen.friction import ZeroMemoryLaw
 from codegen.mechanics.build import build_system
-from codegen.mechanics.loads import with_loads
-from codegen.mechanics.system import TIME, ContactFriction, Matrix, System
+from codegen.mechanics.system import TIME, ContactFriction, Matrix, System, with_loads
 from codegen.spec.functions import Magnitude, Sgn
 from codegen.spec.model import Spec
 from codegen.spec.motion import KinematicTree

@@ -95,9 +95,15 @@ class FrictionLaw(ABC):
         stiffness = self.bristle_stiffness(p)
         return None if stiffness == 0 else (stiffness, sympy.Integer(0))
 
-    @abstractmethod
     def slope_bound(self, p: Values) -> sympy.Expr:
-        """A bound on |∂a/∂u| (Lemma 2.1, generalised), in force unit · s / slip unit; oo if there is none."""
+        """A bound on |∂a/∂u| (Lemma 2.1, generalised), in force unit · s / slip unit; oo if there is none.
+
+        By default 0, for a level that does not depend on the speed; other laws have a bound of their own.
+        """
+        speed = sympy.Symbol("s", positive=True)
+        if sympy.sympify(self.level(speed, p)).has(speed):
+            raise NotImplementedError(f"the law {self.name} has no slope_bound")
+        return sympy.Integer(0)
 
     def sliding_level(self, slip_speed: Array, p: Mapping[str, float]) -> Array:
         """The level in steady sliding at speeds (N,), with parameters as numbers."""

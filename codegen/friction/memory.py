@@ -45,9 +45,6 @@ class RisingStatic(MemoryLaw):
     def level(self, slip_speed: sympy.Expr, p: Values) -> sympy.Expr:
         return p["F_c"]
 
-    def slope_bound(self, p: Values) -> sympy.Expr:
-        return sympy.Integer(0)
-
 
 class Derjaguin(RisingStatic):
     """F = F_c sgn(u) for u ≠ 0; at rest |F| ≤ F_s(t) = F_c + (F_s∞ − F_c) t/(t + γ)."""
@@ -292,6 +289,3 @@ class Bristle(MemoryLaw):
     def level(self, slip_speed: sympy.Expr, p: Values) -> sympy.Expr:
         """The mean force over time; the deflection of one bristle has a standard deviation of δ_s/√18."""
         return sympy.Rational(2, 3) * p["N"] * p["sigma_0"] * p["delta_s"]
-
-    def slope_bound(self, p: Values) -> sympy.Expr:
-        return sympy.Integer(0)

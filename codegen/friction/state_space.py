@@ -30,9 +30,6 @@ class _Normalized(DynamicLaw):
     def level(self, slip_speed: sympy.Expr, p: Values) -> sympy.Expr:
         return p[self.scale]
 
-    def slope_bound(self, p: Values) -> sympy.Expr:
-        return sympy.Integer(0)
-
 
 class Dahl(_Normalized):
     """F = a f, f' = c u |1 − f sgn(u)|^i sgn(1 − f sgn(u)), (1.1), (1.2) and (6.6) with φ = sgn.

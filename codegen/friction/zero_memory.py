@@ -25,9 +25,6 @@ class Coulomb(ZeroMemoryLaw):
     def level(self, slip_speed: sympy.Expr, p: Values) -> sympy.Expr:
         return p["a"]
 
-    def slope_bound(self, p: Values) -> sympy.Expr:
-        return sympy.Integer(0)
-
 
 class StaticViscous(ZeroMemoryLaw):
     """F = (F_c + F_v |u|) sgn(u) for u ≠ 0, |F| ≤ F_s at u = 0.

@@ -15,9 +15,8 @@ import sympy
 
 from codegen.base.arrays import Array
 from codegen.mechanics.casadi_form import symbol_values, to_casadi
-from codegen.mechanics.loads import with_loads
 from codegen.mechanics.solve import factorised
-from codegen.mechanics.system import TIME, ContactFriction, System
+from codegen.mechanics.system import TIME, ContactFriction, System, with_loads
 from codegen.simulate.contact import SWEEPS, Levels, contact_forces, coupled, sweep
 from codegen.simulate.dynamic_contact import DynamicContacts, has_states
 from codegen.spec.functions import Sgn

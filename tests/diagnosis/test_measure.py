@@ -22,7 +22,7 @@ from codegen.diagnosis.verdict.admission import is_shown_worse, worsened
 from codegen.effects.declare import add_declared_effects
 from codegen.logs import Log
 from codegen.mechanics import System, build_system
-from codegen.mechanics.loads import with_loads
+from codegen.mechanics.system import with_loads
 from codegen.spec import parse_spec
 from tests.simulate.open_loop import simulate_open_loop
 

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import lsq_linear
 
-from codegen.mechanics.loads import with_loads
+from codegen.mechanics.system import with_loads
 from codegen.simulate.controller import Feedback
 from codegen.simulate.observed_loop import SampledLoop, run_loop
 from tests.machines import SPRING_MASS, arm, effect, one_mass, read_machine, two_mass

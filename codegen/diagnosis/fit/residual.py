@@ -22,9 +22,8 @@ from codegen.diagnosis.fit.trial import Runner, Trial, runner_of
 from codegen.diagnosis.results import MATERIAL
 from codegen.mechanics.casadi_form import function_of, over_rows, symbol_values, to_casadi
 from codegen.mechanics.computed import by_computed
-from codegen.mechanics.loads import with_loads
 from codegen.mechanics.numpy_form import numpy_function
-from codegen.mechanics.system import TIME, Matrix, System
+from codegen.mechanics.system import TIME, Matrix, System, with_loads
 from codegen.simulate.dynamic_contact import DIRECTION, STANDSTILL, LawTerms
 from codegen.simulate.sensors import SensorError
 from codegen.spec.functions import Sgn
