@@ -126,8 +126,9 @@ def _varying_factors(
     def replaced(entry: Any) -> Any:
         total = sympy.Integer(0)
         for term in sympy.Add.make_args(expand_products(entry)):
-            coefficient, varying = sympy.Integer(1), sympy.Integer(1)
-            for factor in sympy.Mul.make_args(term):
+            coefficient, rest = term.as_coeff_Mul()
+            varying = sympy.Integer(1)
+            for factor in sympy.Mul.make_args(rest):
                 if factor in known or factor.is_Rational:
                     coefficient *= factor
                 elif not factor.free_symbols:
