@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Set
 from dataclasses import replace
 from typing import ClassVar
 
@@ -66,6 +66,11 @@ class Viscous(Effect):
         declared = _viscous_coefficient(system, place) if HIGH_SPEED_SLOPE.name in values else None
         falls = declared is not None and values[HIGH_SPEED_SLOPE.name] < -declared
         return not falls and (THINNING_SPEED.name not in values or values["b"] > 0)
+
+    def without(self, free: Set[str]) -> Effect | None:
+        """As in ``Effect``; a curve whose b may be zero is the line of slope b_inf."""
+        is_line = HIGH_SPEED_SLOPE in self.parameters and COEFFICIENT.name in free
+        return self.forms[0] if is_line else super().without(free)
 
     def add(self, system: System, place: int, p: Symbols) -> System:
         slip = system.contacts[place].slip

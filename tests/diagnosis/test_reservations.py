@@ -271,6 +271,7 @@ def test_a_load_of_any_size_may_be_none(load: tuple[float, float], absent: bool)
         ("stribeck", {"delta": (0.54, 0.57), "v_s": (0.18, 0.21), "exponent": (1.5, 1.9)}, None),
         ("viscous", {"b": (2.0, 3.0), "v_s": (0.1, 0.2), "b_inf": (-0.1, 0.1)}, ["b", "v_s"]),
         ("viscous", {"b": (2.0, 3.0), "v_s": (0.1, 0.2)}, None),
+        ("viscous", {"b": (-0.3, 4.7), "v_s": (0.003, 15.8), "b_inf": (0.3, 1.7)}, ["b"]),
         (
             "position_dependent_friction",
             {"amplitude": (1, 2), "period": (1, 2), "phase": (0, 1), "amplitude_2": (0.0, 0.2), "phase_2": (-3, 3)},
@@ -290,6 +291,7 @@ def test_a_parameter_whose_interval_holds_zero_or_its_default_is_not_named(
 ) -> None:
     """A Stribeck curve of a robot's joint was named with a d_delta of -0.005 (-0.017 to 0.007); truth has none.
 
+    A gimbal's viscous friction was refused since v_s of its curve was not determined, though only the line is needed.
     Of a stepper's cogging orders 8 and 12 were named, with zero in the intervals of their sines and cosines.
     """
     part = part_of(CATALOGUE[kind].with_parameters(list(intervals)), 0, system_of(stage()))
