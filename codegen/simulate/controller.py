@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 import sympy
@@ -38,16 +38,6 @@ class Sample(NamedTuple):
     estimates: Array
     previous_input: Array
     period: float
-
-
-class Controller(Protocol):
-    """A discrete-time controller whose command is held until the next sample (zero-order hold)."""
-
-    def start(self) -> None:
-        """Reset the internal state, before a run."""
-
-    def command(self, now: Sample) -> Array:
-        """The command from t_k to t_{k+1}, (m,)."""
 
 
 def zero(t: float) -> Array:
@@ -88,6 +78,7 @@ class Feedback:
         self._integral = self._no_command = np.zeros(self.inputs)
 
     def command(self, now: Sample) -> Array:
+        """The command (m,), which is held from t_k to t_{k+1}."""
         w = self._no_command + self.feedforward(now.time)
         error = self.reference(now.time) - now.positions
         if self.position_gain is not None:

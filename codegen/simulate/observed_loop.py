@@ -16,7 +16,7 @@ from codegen.mechanics.casadi_form import compiled_in_place, in_place
 from codegen.mechanics.sampling import numbers_over
 from codegen.mechanics.system import System
 from codegen.replay.engine import Engine
-from codegen.simulate.controller import Controller, Sample
+from codegen.simulate.controller import Feedback, Sample
 from codegen.simulate.drive import HeldInput
 from codegen.simulate.loop_run import LoopRun
 from codegen.simulate.plant import Plant, substeps_of
@@ -143,7 +143,7 @@ class SampledLoop:
         limit: (m,) of the magnitudes of the inputs; None for none.
     """
 
-    controller: Controller
+    controller: Feedback
     observer: Engine | None = None
     cancellation: Cancellation | None = None
     sensors: Sensors = PERFECT

@@ -47,12 +47,16 @@ class Sensors:
         if self._whole is None:
             return value
         found: Array = np.floor(value / self._whole + 0.5) * self._whole
-        return np.where(self.encoder_step > 0, found, value)
+        return found if self._all_rounded else np.where(self.encoder_step > 0, found, value)
 
     @cached_property
     def _whole(self) -> Array | None:
         """The encoder's steps, 1 where there are none; None where no position has any. Asked for in every sample."""
         return np.where(self.encoder_step > 0, self.encoder_step, 1.0) if self.encoder_step.any() else None
+
+    @cached_property
+    def _all_rounded(self) -> bool:
+        return bool((self.encoder_step > 0).all())
 
 
 ITERATIONS = 12
