@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 from codegen.app.derived import Derived
 from codegen.base.errors import BadInput
@@ -27,19 +27,12 @@ if TYPE_CHECKING:
     Outcome = Certificate | Refusal | str
     """A certificate, its refusal, or why there is no code."""
 
-
-class AugmentedCode(NamedTuple):
-    """What a diagnosis writes of an observer; without an observer, nothing.
-
-    Attributes:
-        change: of the certificate by the augmented spec.
-        files: path in the folder → text.
-        stale: proofs of an earlier diagnosis that no longer hold.
-    """
-
-    change: CertificateChange | None = None
-    files: Mapping[str, str] = {}
-    stale: tuple[Path, ...] = ()
+RESULT = "diagnosis.json"
+EXCITATION = "excitation.csv"
+DIAGNOSIS_FILES = (RESULT, "spec.yaml", "report.html", EXCITATION)
+IN_EACH = ("spec.yaml", "report.html")
+"""Files that every version wrote with diagnosis.json, including versions that wrote no list of their files."""
+FORMAT = "stiction-diagnosis/"
 
 
 def refuse_code(machine: Derived, folder: Path, force: bool) -> None:
@@ -56,20 +49,25 @@ def refuse_code(machine: Derived, folder: Path, force: bool) -> None:
         refuse_edited(target, dict.fromkeys(listed_files(target)), "--force, which discards the edits")
 
 
-def augmented_code(machine: Derived, augmented: str, folder: Path, begun: Callable[[], None]) -> AugmentedCode:
-    """The code of an augmented spec, and what it changes of the certificate.
+def augmented_code(
+    machine: Derived, augmented: str, folder: Path, begun: Callable[[], None]
+) -> tuple[CertificateChange | None, Mapping[str, str], Sequence[Path]]:
+    """The code of an augmented spec, and what it changes of the certificate; nothing without an observer.
 
     Args:
         augmented: text of the spec.
         begun: called before a certificate is sought.
 
+    Returns:
+        (change of the certificate, path in the folder → text, proofs of an earlier diagnosis that no longer hold).
+
     Raises:
         BadInput: for a file in the folder that the code would replace and stiction did not write.
     """
     if free := free_gains_in_words(machine.spec):
-        return AugmentedCode(CertificateChange(*2 * (f"no code was generated: {free}",)))
+        return CertificateChange(*2 * (f"no code was generated: {free}",)), {}, ()
     if machine.spec.observer is None:
-        return AugmentedCode()
+        return None, {}, ()
     begun()
     from codegen.app.generate import refuse_hand_written, stale_proofs
 
@@ -81,7 +79,7 @@ def augmented_code(machine: Derived, augmented: str, folder: Path, begun: Callab
     refuse_hand_written(folder / place, generated)
     stale = stale_proofs(folder / place, generated) if generated else []
     files = {f"{place}/{name}": text for name, text in generated.items()}
-    return AugmentedCode(certificate_change(before, after), files, tuple(stale))
+    return certificate_change(before, after), files, stale
 
 
 def certificate_change(before: Outcome, after: Outcome) -> CertificateChange:
@@ -113,14 +111,6 @@ def _missing(outcome: Outcome) -> Mapping[str, str]:
     from codegen.checker.verify import PROOF, SETS
 
     return outcome.not_made if isinstance(outcome, Certificate) else dict.fromkeys((PROOF, SETS), "no certificate")
-
-
-RESULT = "diagnosis.json"
-EXCITATION = "excitation.csv"
-DIAGNOSIS_FILES = (RESULT, "spec.yaml", "report.html", EXCITATION)
-IN_EACH = ("spec.yaml", "report.html")
-"""Files that every version wrote with diagnosis.json, including versions that wrote no list of their files."""
-FORMAT = "stiction-diagnosis/"
 
 
 def log_sha256(log: Path) -> str:
@@ -195,22 +185,22 @@ class ResultFolder:
     ) -> tuple[Diagnosis, tuple[str, ...]]:
         """Write all results: the diagnosis with the change of the certificate, and the names of the files."""
         spec, folder = self.machine.spec, self.folder
-        code = augmented_code(
+        change, code, old_proofs = augmented_code(
             self.machine, models.spec_text, folder, lambda: progress and progress("certificates and code", 0.96)
         )
-        diagnosis = replace(diagnosis, certificate=code.change)
-        files: dict[str, str] = {**self.robot, "spec.yaml": models.spec_text, **code.files}
+        diagnosis = replace(diagnosis, certificate=change)
+        files: dict[str, str] = {**self.robot, "spec.yaml": models.spec_text, **code}
         if models.excitation is not None:
             files[EXCITATION] = models.excitation
         from codegen.report.page import render_report
 
         report = render_report(spec, diagnosis, models, {name: name for name in (*files, RESULT)})
-        listed = {name: text for name, text in files.items() if name not in code.files}  # code has its own manifest
+        listed = {name: text for name, text in files.items() if name not in code}  # code has its own manifest
         hashes = {name: text_sha256(text) for name, text in {**listed, "report.html": report}.items()}
         files[RESULT] = json_text({**diagnosis.as_json(), "log_sha256": sha256, FILES_SHA256: hashes})
         files["report.html"] = report
         excitation = [folder / EXCITATION] if EXCITATION in self._listed and EXCITATION not in files else []
-        stale = (*code.stale, *excitation)  # of an earlier diagnosis
+        stale = (*old_proofs, *excitation)  # of an earlier diagnosis
         write_all(folder, files, (RESULT, "manifest.json"))
         for old in stale:
             remove(old)
