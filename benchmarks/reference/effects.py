@@ -5,6 +5,8 @@ A picture, as SVG, shows the force residual that an effect causes in an example 
 
 from __future__ import annotations
 
+import json
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,15 +17,14 @@ from codegen.base.arrays import Array
 from codegen.base.text import render
 from codegen.effects import CATALOGUE, Effect
 from codegen.effects.declare import effect_symbols, places_of
-from codegen.friction.zero_memory import Coulomb
-from codegen.mechanics.system import ContactFriction, Matrix, System
+from codegen.mechanics import System, build_system
 from codegen.report.effects import effect_view
 from codegen.report.examples import EXAMPLES
 from codegen.report.style import CURVE
 from codegen.report.wording import with_unit
 from codegen.simulate.controller import Feedback, sampled
 from codegen.simulate.observed_loop import SampledLoop, run_loop
-from codegen.spec.model import symbol
+from codegen.spec import parse_spec
 
 MASS, LEVEL, STIFFNESS = 2.0, 3.0, 40.0
 """Mass in kg, friction level in N and spring stiffness in N/m of the example axis; for angles kg m², N m, N m/rad."""
@@ -109,29 +110,21 @@ def example_residual(effect: Effect, parameters: dict[str, float]) -> tuple[Arra
 def _axis(unit: str, count: int) -> System:
     """``count`` equal masses on springs, each with Coulomb friction and an input."""
     names = [f"{k + 1}" if count > 1 else "" for k in range(count)]
-    x, v, w = (tuple(symbol(f"{s}{name}") for name in names) for s in ("x", "v", "w"))
-    m, k = symbol("m"), symbol("k")
-    levels = [symbol(f"a{name}") for name in names]
-    force_unit = "N" if unit == "m" else "N*m"
-    contacts = tuple(
-        ContactFriction(f"rail{name}", force_unit, unit, symbol(f"slip{name}"), Coulomb(), {"a": a})
-        for name, a in zip(names, levels, strict=True)
-    )
-    values: dict[Any, Any] = {m: sympy.Rational(str(MASS)), k: sympy.Rational(str(STIFFNESS))}
-    return System(
-        name="axis",
-        positions=x,
-        velocities=v,
-        inputs=w,
-        position_units=(unit,) * count,
-        input_units=(force_unit,) * count,
-        mass_matrix=Matrix(m * sympy.eye(count)),
-        force=Matrix([u - k * q for u, q in zip(w, x, strict=True)]),
-        distribution=Matrix(sympy.eye(count)),
-        contacts=contacts,
-        values=values | {a: sympy.Rational(str(LEVEL)) for a in levels},
-        units={},
-    )
+    force, mass = ("N", "kg") if unit == "m" else ("N*m", "kg*m^2")
+    diagonal = np.eye(count, dtype=int)
+    spec = {
+        "name": "axis",
+        "coordinates": {f"x{name}": {"velocity": f"v{name}", "unit": unit} for name in names},
+        "inputs": {f"w{name}": {"unit": force} for name in names},
+        "parameters": {"m": {"value": MASS, "unit": mass}, "k": {"value": STIFFNESS, "unit": f"{force}/{unit}"}},
+        "mass_matrix": [["m" if entry else 0 for entry in row] for row in diagonal.tolist()],
+        "force": [f"w{name} - k*x{name}" for name in names],
+        "friction": {
+            "distribution": diagonal.tolist(),
+            "contacts": [{"name": f"rail{name}", "law": "coulomb", "a": LEVEL, "unit": force} for name in names],
+        },
+    }
+    return build_system(parse_spec(json.dumps(spec), Path("axis.yaml")))  # JSON is YAML
 
 
 def effect_picture(effect: Effect) -> str:

@@ -32,6 +32,15 @@ from codegen.spec.model import Spec
 from codegen.spec.motion import MovingBody
 from codegen.spec.urdf import LARGEST, read_kinematic_tree
 
+ENDINGS = (".urdf", ".xml")
+DEFAULT_GAIN = 100.0
+"""K_v in 1/s of a new spec."""
+MOST_TRAVEL = 1000.0
+"""m or rad; larger limits of a joint in a robot file mean that it has none."""
+MARGIN = 1.2
+"""Range of a joint's velocity in a new spec over its highest speed in the log."""
+GAIN_STEPS = 0.2
+"""Largest K_v of a new spec times its sample time."""
 OF_A_JOINT = {
     "position": words_for("position", "length", "angle"),
     "velocity": words_for("velocity"),
@@ -141,17 +150,6 @@ def _within(part: Sequence[str], words: Sequence[str]) -> bool:
 
 def _topic(name: str) -> str:
     return name.partition(".")[0]
-
-
-ENDINGS = (".urdf", ".xml")
-DEFAULT_GAIN = 100.0
-"""K_v in 1/s of a new spec."""
-MOST_TRAVEL = 1000.0
-"""m or rad; larger limits of a joint in a robot file mean that it has none."""
-MARGIN = 1.2
-"""Range of a joint's velocity in a new spec over its highest speed in the log."""
-GAIN_STEPS = 0.2
-"""Largest K_v of a new spec times its sample time."""
 
 
 @dataclass(frozen=True)
