@@ -49,9 +49,8 @@ class Reference:
         angle = self._rates * t + self._phases
         rise, slope = (0.5 - 0.5 * np.cos(np.pi * t), np.pi / 2 * np.sin(np.pi * t)) if t < 1 else (1.0, 0.0)
         swing = (self._sizes * np.sin(angle)).sum(axis=1)
-        return self._middle + rise * swing, rise * (self._sizes * self._rates * np.cos(angle)).sum(
-            axis=1
-        ) + slope * swing
+        rate = (self._sizes * self._rates * np.cos(angle)).sum(axis=1)
+        return self._middle + rise * swing, rise * rate + slope * swing
 
 
 def record(plant: Plant, sheet: tuple[Joint, ...], drives: Drives, seed: int) -> Array:

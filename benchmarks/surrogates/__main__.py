@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.panels import framed, svg_of
+from benchmarks.panels import svg_of
 from benchmarks.practice.cases import ROOT, TIERS
 from benchmarks.practice.runs import code_version
 from benchmarks.rates import Bar, rate
@@ -26,7 +26,7 @@ from codegen.base.errors import BadInput
 from codegen.base.files import write_all
 from codegen.base.text import render
 from codegen.diagnosis.fit.acceptance import ALPHA, LEAST_NET
-from codegen.report.style import CURVE, INK, QUIET, SECOND, THIRD
+from codegen.report.style import CURVE, INK, QUIET, SECOND, THIRD, labelled
 
 LEAST = 1e-4
 COLOURS = (CURVE, SECOND, THIRD)
@@ -57,13 +57,7 @@ def _panel(axes: Any, way: str, groups: Mapping[str, Sequence[float]], alpha: fl
     axes.set_ylim(min(lowest / 2, alpha / 2), 1.1)
     axes.set_title(way, color=INK)
     axes.legend(frameon=False, loc="upper left", fontsize=10)
-    _framed_log(axes)
-
-
-def _framed_log(axes: Any) -> None:
-    locate, axes.locator_params = axes.locator_params, lambda **_: None  # a logarithmic axis has its own ticks
-    framed(axes, "nominal rate", "share with p below it")
-    axes.locator_params = locate
+    labelled(axes, "nominal rate", "share with p below it")
 
 
 PAGE, PICTURE = "calibration.md", "calibration.svg"
