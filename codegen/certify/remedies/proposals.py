@@ -130,8 +130,7 @@ def _first(key: str, specs: Sequence[Spec], derive: Derive) -> Proposal | None:
                 continue  # saves the search for regions in ``derived.outcome``, which would be a refusal as well
             found = derived.outcome
             if isinstance(found, Certificate):
-                assert spec.observer is not None
-                h, gains = float(spec.observer.sample_time), spec.observer.gains
+                h, gains = float(spec.required_observer.sample_time), spec.required_observer.gains
                 line = render("text/proposed_line.j2", key=key, h=h, gains=gains).strip()
                 useless = render("text/bounds_of_little_use.j2", bounds=found.bounds).strip()
                 where = spec.place("observer.gains")
@@ -204,10 +203,9 @@ class _Ray:
 
 def _signs(spec: Spec) -> Iterator[tuple[Spec, int]]:
     """Pairs (spec with some combination of signs of its gains, number of gains with changed signs)."""
-    assert spec.observer is not None
     numbers = gain_numbers(spec)
     options: list[list[Numbers]] = []
-    for name in spec.observer.gains:
+    for name in spec.required_observer.gains:
         own = {at: float(value) for at, value in numbers.items() if at[0] == name}
         others: list[Numbers] = [{at: -v for at, v in own.items()}]
         others += [

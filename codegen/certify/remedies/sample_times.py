@@ -69,10 +69,9 @@ def largest_sample_times(spec: Spec, own: Analysis, outcome: Certificate | Refus
         outcome: result of ``certify``; for a refused DFO with a certified sliding region, the sample times are those of
             the region.
     """
-    assert spec.observer is not None
     found: dict[str, float] = {}
     euler: ErrorDynamics | None = None
-    system = own.dynamics.observer.system
+    choice, system = spec.required_observer, own.dynamics.observer.system
     if beyond_checker(own.dynamics.observer) or system.mass_matrix.has(ComputedEntry):
         return found  # no A that a certificate can state
     regions = outcome.regions if isinstance(outcome, Refusal) else None
@@ -84,14 +83,9 @@ def largest_sample_times(spec: Spec, own: Analysis, outcome: Certificate | Refus
         with suppress(NotEnclosable, TypeError, verify.Refused):
             breaks, covered = _chosen(spec, levels_of(own, content), isinstance(outcome, Certificate))
     for integration in INTEGRATIONS:
-        if spec.observer.velocity == "measured" and integration in ("semi_implicit", "exponential"):
-            continue
-        gain = spec.observer.gains.get("K_v")
-        if integration == "exponential" and isinstance(gain, list) and any(isinstance(row, list) for row in gain):
-            continue
-        chosen = replace(spec, observer=replace(spec.observer, integration=integration, domain=None))
-        with suppress(BadInput, NotEnclosable, TypeError):
-            same = integration == spec.observer.integration and spec.observer.domain is None
+        chosen = replace(spec, observer=replace(choice, integration=integration, domain=None))
+        with suppress(BadInput, NotEnclosable, TypeError):  # BadInput: the method does not apply to this observer
+            same = integration == choice.integration and choice.domain is None
             observer = build_observer(chosen, system)
             if sliding is not None:  # over the ranges of the spec's own step
                 analysis = replace(own, dynamics=replace(own.dynamics, observer=observer))
