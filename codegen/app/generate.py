@@ -18,7 +18,7 @@ from codegen.base.own_files import differs, refuse_edited_files, refuse_unlisted
 from codegen.base.result import Result, json_text, named
 from codegen.base.text import render
 from codegen.certify import REGION_PROOFS
-from codegen.certify.kernel_form import proof_json, with_solution
+from codegen.certify.kernel_form import with_solution
 from codegen.certify.outcome import PROOFS, Certificate, Refusal
 from codegen.checker import verify as checker
 from codegen.emit.fmu import VERSIONS, emit_fmu, is_ours
@@ -323,7 +323,7 @@ def _with_sliding(files: dict[str, str], folder: Path, proof: str | None) -> dic
     try:
         checker.check(proof, folder)
         theirs = json.loads(proof)
-        made = proof_json(json.loads(files[KERNEL_PROOF]) | {key: theirs[key] for key in OF_SLIDING})
+        made = json_text(json.loads(files[KERNEL_PROOF]) | {key: theirs[key] for key in OF_SLIDING})
     except (checker.Refused, OSError, ValueError, KeyError):
         return files
     return _with_manifest(files, {**files, KERNEL_PROOF: made})

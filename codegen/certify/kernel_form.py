@@ -16,6 +16,7 @@ from typing import Any
 
 import sympy
 
+from codegen.base.result import json_text
 from codegen.mechanics import System
 from codegen.mechanics.actuator import decayed
 from codegen.mechanics.system import TIME
@@ -92,7 +93,7 @@ def proof_text(observer: Observer, places: Mapping[str, str], content: Mapping[s
     others = json.dumps(fields | {"signs": {}})
     fields["signs"] = {s: u for s, u in fields["signs"].items() if s in others}
     fields = {key: value for key, value in fields.items() if value or key not in ("shared", "mean")}
-    return proof_json(
+    return json_text(
         {"name": content["subject"]["name"], "step": observer.integration, **fields, **witness(fields, places)}
     )
 
@@ -114,12 +115,7 @@ def _refuse_uncovered(observer: Observer, content: Mapping[str, Any]) -> None:
 def with_solution(proof: str, content: Mapping[str, Any]) -> str:
     """The proof with P, cover, rate and reversals replaced by those of another certificate of the same matrix."""
     made = json.loads(proof)
-    return proof_json(made | _of_solver(content, {x.split(".")[1]: x for x in (*made["positions"], *made["box"])}))
-
-
-def proof_json(proof: Mapping[str, Any]) -> str:
-    """The text of a proof file."""
-    return json.dumps(proof, indent=1) + "\n"
+    return json_text(made | _of_solver(content, {x.split(".")[1]: x for x in (*made["positions"], *made["box"])}))
 
 
 def error_fields(

@@ -12,9 +12,10 @@ from typing import Any
 
 import sympy
 
+from codegen.base.result import json_text
 from codegen.base.significant import rounded_to
 from codegen.certify.family import range_of
-from codegen.certify.kernel_form import NotCovered, Writer, error_fields, inverse, proof_json, witness
+from codegen.certify.kernel_form import NotCovered, Writer, error_fields, inverse, witness
 from codegen.observers.equations import Observer
 from codegen.spec.functions import Magnitude, Sgn
 from codegen.spec.model import symbol
@@ -93,7 +94,7 @@ def sliding_proofs(observer: Observer, places: Mapping[str, str], content: Mappi
     }
     made |= witness(made, places)
     for share in SLOWER:
-        yield proof_json(made | {"decay_rate": str(share * Fraction(content["decay_rate"]))})
+        yield json_text(made | {"decay_rate": str(share * Fraction(content["decay_rate"]))})
 
 
 def _speeds(observer: Observer, ends: Mapping[str, list[Any]]) -> dict[Any, tuple[Any, list[Any]]]:

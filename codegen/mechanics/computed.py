@@ -7,7 +7,6 @@ of its arguments. It can be substituted in and differentiated (the derivative, b
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from typing import Any, cast
@@ -15,6 +14,8 @@ from typing import Any, cast
 import casadi
 import sympy
 from sympy import ImmutableMatrix
+
+from codegen.base.files import sha256
 
 
 class Computation(sympy.Atom):
@@ -52,7 +53,7 @@ class Computation(sympy.Atom):
     @cached_property
     def digest(self) -> str:
         """Hash of the CasADi instructions, for comparison of two computations."""
-        return hashlib.sha256(f"{self.labels} {self.names} {self.function.serialize()}".encode()).hexdigest()
+        return sha256(f"{self.labels} {self.names} {self.function.serialize()}")
 
     @cached_property
     def slope(self) -> Computation:

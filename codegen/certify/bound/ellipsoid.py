@@ -23,6 +23,7 @@ import numpy as np
 import sympy
 
 from codegen.base.arrays import Array
+from codegen.base.result import json_text
 from codegen.base.significant import float_above
 from codegen.certify.bound.bounds import ErrorBound, Reversal
 from codegen.certify.bound.disturbances import disturbances, dot
@@ -95,7 +96,7 @@ def with_ellipsoid(
     reach = reach_of(response, certificate.content)
     write, counts = Writer(observer, places), after_reversal(observer, certificate)
     claim = _Claim(observer, write, proof, shown, response, reach, sizes, certificate.bounds, counts).content()
-    text = json.dumps(claim, indent=1) + "\n"
+    text = json_text(claim)
     try:
         found = theorem.kept(proof, shown, text.encode())[1]
     except checker.Refused:

@@ -39,8 +39,7 @@ def sliding(observer: Observer, contact: ContactFriction) -> Sliding | None:
     speed, slope = known
     begun = law.level(speed, values) if isinstance(law, DynamicLaw) else contact.level_at_rest or sympy.Integer(0)
     level = abs(begun.xreplace(observer.values))
-    exact = level if level.is_Rational else sympy.Rational(float(level) * (1 + 1e-12))
-    return Sliding(fraction(rational_above(slope)), fraction(exact), fraction(speed))
+    return Sliding(fraction(rational_above(slope)), fraction(rational_above(level)), fraction(speed))
 
 
 def largest_friction(spec: Spec, observer: Observer) -> list[Fraction | None]:
