@@ -56,8 +56,7 @@ class Poly(dict[tuple[str, ...], Any]):
         return set().union(*self)
 
     def constant(self) -> Fraction:
-        if any(self):  # of a monomial that has names
-            demand(False, f"{sorted(self.names())[:3]} in place of a number")
+        demand(not any(self), f"{sorted(self.names())[:3]} in place of a number" if any(self) else "")
         return Fraction(self.get((), 0))
 
 
@@ -160,9 +159,9 @@ def coefficients(A: Any, box: Box, tree: Any, known: Known) -> Any:
             matrix = [[0] * len(row) for row in A]
             for mask, table in tables.items():
                 for i, j, c in table[tuple(compress(key, mask))]:
-                    matrix[i][j] = c
+                    matrix[i][j] = c // (common or 1)  # short is fast
             found.add(tuple(map(tuple, matrix)))  # many are the same, as of two signs
-        yield from (tuple(tuple(c // (common or 1) for c in row) for row in each) for each in found)  # short is fast
+        yield from found
 
 
 def joined(A: Any) -> Poly:  # the sum of the entries, each times the name "#i j" of its place
