@@ -172,13 +172,10 @@ def _with_all_signs(
 ) -> Certificate:
     """The certificate with one V for both signs of every slip added, if one is found.
 
-    Written in level errors, a reversal of contact c changes A to J_c A J_c, where J_c is diagonal with −1 at the errors
-    of c and 1 elsewhere. If V = e'Pe decreases for all signs, so does V with P̄, the mean of J P J over all products J
-    of the J_c. P̄ commutes with each J_c, so it has no entry between errors of two contacts, or of a contact and a
-    velocity. It is enough to search for a P of this pattern: it certifies all signs at once.
-
-    The sample in which a slip changes its sign is not covered. There the level is updated with the old sign and
-    compared with the new one, which adds 2 K_F |û|, with the velocity error in û.
+    A reversal of contact c changes A to J_c A J_c, J_c diagonal with −1 at the errors of c. If V = e'Pe decreases for
+    all signs, so does V with the mean of J P J over all products J of the J_c. This mean has no entry between errors
+    of two contacts, or of a contact and a velocity: it is enough to search for a P of this pattern. The sample in
+    which a slip changes its sign is not covered.
     """
     observer, h = analysis.dynamics.observer, analysis.dynamics.period
     contacts = [e.contact for e in observer.errors]

@@ -1,37 +1,22 @@
 """Certificates by structure, for any M(x): a Lyapunov function under which the error of a tracker decouples into modes.
 
 One mode is certified, for an interval that contains the eigenvalues of all modes. That the mode represents the whole
-error is theorem 8 of docs/certificate_theory.md, which the checker does not check. The extremes of M(x) over the
-envelope are an assumption: they are estimated by optimisation, not proved.
+error is theorem 8 of docs/certificate_theory.md, which the checker does not check. What the theorem needs of M(x) over
+the envelope (``Extremes``) is an assumption: it is estimated by optimisation, not proved.
 
-**Measured velocity.** With G = −K_2 symmetric and positive definite, f = G^(−½) e and N = G^½ M⁻¹ G^½,
+**Measured velocity.** With G = −K_2 symmetric and positive definite, e[k+1] = (I − h G M⁻¹(x)) e[k], and V = e'G⁻¹e
+decreases by max_ν (1 − hν)², ν the eigenvalues of G M⁻¹. The scalar step 1 − hν is certified for ν in an interval.
 
-    e[k+1] = (I − h G M⁻¹(x)) e[k]    ⇔    f[k+1] = (I − h N(x)) f[k],    V = e'G⁻¹e = |f|².
-
-N is symmetric with the eigenvalues ν of G M⁻¹, so V[k+1] ≤ max_ν (1 − hν)² V[k], however x moves between samples. The
-scalar step 1 − hν is certified for ν in an interval.
-
-**Estimated velocity, K_v = k I.** In velocity errors e_v and force errors e_f the step is
+**Estimated velocity, K_v = k I.** In velocity errors e_v and force errors e_f the step is, with D = M⁻¹ ∂g/∂v,
 
     e_v[k+1] = e_v − h k e_v − h M⁻¹ e_f + h D e_v,    e_f[k+1] = e_f + h k G e_v,
 
-with G symmetric and D = M⁻¹ ∂g/∂v. With u = G^½ e_v, f = G^(−½) e_f, T = G^(−½) M G^(−½), N = T⁻¹ and β = hk/2, let
+G symmetric. With u = G^½ e_v, f = G^(−½) e_f, T = G^(−½) M G^(−½) and β = hk/2 let
 
     V = |f + βu|² + a (u + κf)' T (u + κf).
 
-Three properties of the machine are needed (``Extremes``):
-
-1. the eigenvalues ν of N, which are those of G M⁻¹, lie in an interval;
-2. M grows in a sample by a bounded factor, M(x + hv) ≤ (1 + μh) M(x);
-3. |(D + ζI) e|_M ≤ η |e|_M.
-
-In the eigenbasis of N the step decouples into modes. With σ = √ν let r, φ and d be one component of T^½(u + κf),
-f + βu and T^½G^½(D + ζI)e_v; by property 3, Σ|d|² ≤ η² Σ|T^½u|². The 3 by 3 matrix of ``mode_step`` maps
-
-    (r, φ, d)  to  ((1 + μh/2) r⁺, φ⁺, η T^½u),    r⁺, φ⁺ after a step with M held.
-
-If a|r|² + |φ|² + ρ|d|² decreases under it by a factor, for every σ in the interval and every d, then V decreases by the
-same factor, because the terms in ρ add up to at most zero.
+For a mode, σ = √ν, let r, φ and d be one component of T^½(u + κf), f + βu and T^½G^½(D + ζI)e_v. The 3 by 3 matrix of
+``mode_step`` maps (r, φ, d) to ((1 + μh/2) r⁺, φ⁺, η T^½u), r⁺ and φ⁺ after a step with M held.
 
 M⁻¹ and ∂g/∂v are taken from the sampled error matrix: its upper right block is −M⁻¹(x), its upper left block
 −k I + M⁻¹∂g/∂v. L is the Cholesky factor, M = L L', and |e|_M = √(e'Me).

@@ -5,9 +5,8 @@ row c', is invariant if
 
     Q ≥ ΦQΦ'/f + Σ_j t_j b_j b_j'    and    f + Σ_j d_j²/t_j ≤ 1,    0 < f < 1, t_j > 0.
 
-Let Φ'PΦ ≤ γ²P, so M = P⁻¹ − ΦP⁻¹Φ'/γ is positive definite, and b_j b_j' ≤ b_j'M⁻¹b_j M by Cauchy's inequality. With
-a_j = √(b_j'M⁻¹b_j/(1 − γ)) and S = Σ_j d_j a_j these hold for f = γ, t_j = d_j S/((1 − γ) a_j) and Q = P⁻¹ S², the
-ellipsoid of ``reach.py``, since Q − ΦQΦ'/f = S²M. Nothing here is trusted.
+With γ, M, a_j and S of reach.py these hold for f = γ, t_j = d_j S/((1 − γ) a_j) and Q = P⁻¹ S², since
+b_j b_j' ≤ b_j'M⁻¹b_j M by Cauchy's inequality and Q − ΦQΦ'/f = S²M. Nothing here is trusted.
 """
 
 from __future__ import annotations
