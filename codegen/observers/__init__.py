@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
 from dataclasses import replace
 
 from codegen.base.errors import BadInput, PlaceOf, refuse_unknown
@@ -106,17 +105,11 @@ def _refuse_shared_names(spec: Spec, observer: Observer) -> None:
     declared = {s.name for s in (*system.positions, *system.velocities, *system.inputs, *system.values)}
     for name in [*own, *sorted(declared)]:
         if own.count(name) + (name in declared) > 1 or re.fullmatch(r"W\d+(_\d+)?|pi_", name):
-            made = next((f" (formed {words})" for words in _formed(system, name)), "")
+            laws = [(c.name, p, s.name) for c in system.contacts for p, s in c.law_parameters.items()]
+            of_law = (f" (formed from contact `{c}` and parameter `{p}` of its law)" for c, p, s in laws if s == name)
+            made = next(of_law, "")
             found = f"the name `{name}`{made}, which the generated observer uses for a quantity of its own"
             raise BadInput(place_of(spec, name), found, "another name", code="SPEC009")
-
-
-def _formed(system: System, name: str) -> Iterator[str]:
-    """From what the name of a law's parameter is formed, in words; nothing for another name."""
-    for contact in system.contacts:
-        for parameter, symbol in contact.law_parameters.items():
-            if symbol.name == name:
-                yield f"from contact `{contact.name}` and parameter `{parameter}` of its law"
 
 
 __all__ = [

@@ -11,7 +11,7 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from decimal import ROUND_FLOOR
 from itertools import product
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 import sympy
@@ -25,7 +25,7 @@ from codegen.base.arrays import Array
 from codegen.base.errors import BadInput, Place
 from codegen.base.significant import rounded_to
 from codegen.base.text import render
-from codegen.certify.certify import Certificate, Proposal, Proposals, Refusal, certify
+from codegen.certify.certify import Certificate, Proposal, Proposals, certify
 from codegen.certify.enclosure import enclose_family
 from codegen.certify.family import NotEnclosable, build_family
 from codegen.certify.size_limit import beyond_checker
@@ -40,19 +40,8 @@ from codegen.spec.numerics import numerical
 Numbers = Mapping[tuple[str, tuple[int, ...]], float]
 """(name of a gain, indices of an entry) → value."""
 
-
-class Judged(Protocol):
-    """The results for a spec: its analysis, and the outcome of certification for the files generated from it."""
-
-    @property
-    def analysis(self) -> Analysis: ...
-
-    @property
-    def outcome(self) -> Certificate | Refusal: ...
-
-
-Derive = Callable[[Spec], Judged]
-"""Spec → its results."""
+Derive = Callable[[Spec], Any]
+"""Spec → its machine (app/derived.py), of which the attributes ``analysis`` and ``outcome`` are used."""
 
 LARGEST = 8
 """Largest number of error components for which remedies are searched for."""
