@@ -148,12 +148,13 @@ class Precision(NamedTuple):
 
     def holds(self, terms: Mapping[tuple[str, ...], Any]) -> bool:
         """Whether the value and its terms are within the limits for quantities between 1/usual and usual."""
-        usual, most, limit = self.usual, self.most, self.most.bit_length()
+        usual, most = self.usual, self.most
+        room, each = most.bit_length() - len(terms).bit_length(), usual.bit_length()
         for monomial, c in terms.items():
-            top, bottom = abs(c.numerator), c.denominator
-            bits = max(top, bottom).bit_length() + len(monomial) * usual.bit_length() + len(terms).bit_length()
-            if bits < limit and len(monomial) < 100:  # most are far within
+            bits = max(c.numerator.bit_length(), c.denominator.bit_length()) + len(monomial) * each
+            if bits < room and len(monomial) < 100:  # most are far within
                 continue
+            top, bottom = abs(c.numerator), c.denominator
             degree = sum(x.startswith(QUANTITIES) for x in monomial) if usual > 1 else 0
             power = usual**degree
             out = top * power * len(terms) > most * bottom or top * most < bottom * power

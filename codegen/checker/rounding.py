@@ -204,15 +204,18 @@ def derivative(p: Any, x: str) -> Any:
 
 def put(p: Any, values: dict[str, Any]) -> Any:
     """A polynomial in which variables are replaced by polynomials: name -> the one that is put in its place."""
-    if values.keys().isdisjoint(p.names()):
-        return p
     parts: dict[tuple[str, ...], Any] = {}  # names that are replaced -> what they are multiplied by
+    terms = kernel.Poly()
     for m, c in p.items():
-        replaced = tuple(x for x in m if x in values)
-        kept = tuple(x for x in m if x not in values) if replaced else m
-        parts.setdefault(replaced, kernel.Poly())[kept] = c
-    products = (part * prod((values[x] for x in names), start=kernel.term(1)) for names, part in parts.items())
-    return sum(products, kernel.Poly())
+        if values.keys().isdisjoint(m):
+            terms[m] = c
+        else:
+            replaced = tuple(x for x in m if x in values)
+            parts.setdefault(replaced, kernel.Poly())[tuple(x for x in m if x not in values)] = c
+    for names, part in parts.items():
+        for m, c in (part * prod((values[x] for x in names), start=kernel.term(1))).items():
+            terms[m] = terms[m] + c if m in terms else c
+    return terms if all(terms.values()) else kernel.Poly({m: c for m, c in terms.items() if c})
 
 
 def passed_on(known: Any) -> dict[str, Any]:

@@ -301,7 +301,8 @@ def other_than_zero(proof: dict[str, Any], shown: dict[str, Any]) -> tuple[dict[
 
     def exceptions(p: Any, holds: Callable[[str, int], Any], holds_in: Callable[[Any], Any]) -> list[str]:
         """Conditions of which each holds where a claim about p may not: tests by signs and numbers, and in the C."""
-        few = {x: of for x, of in signs.items() if x in p.names() and not of.names() <= signs.keys()}
+        names = p.names()
+        few = {x: of for x, of in signs.items() if x in names and not of.names() <= signs.keys()}
         true = {x: tuple(n for n in (-1, 0, 1) if holds(x, n)) for x in (few if len(p) <= LONGEST_FLAG else ())}
         lines = [f"{readable(few[x], signs)} {WHERE[numbers]}" for x, numbers in true.items() if numbers in WHERE]
         said = lines and not any("?" in line for line in lines)
