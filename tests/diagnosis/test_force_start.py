@@ -71,6 +71,21 @@ def test_a_force_with_a_curve_of_speed_is_finite_far_above_its_speed(tmp_path: P
     assert found == pytest.approx(float(force.subs(values)))
 
 
+def test_a_fit_that_diverged_gives_no_start(tmp_path: Path) -> None:
+    """An effect was tried beside a load with k = 1e130 N/m, and LAPACK's error ended the diagnosis as bad input."""
+    search = search_in(log_of(stage(), tmp_path, "train.csv"))
+    base, spring = search.refit(), part_of(CATALOGUE["spring"], 0, search.system)
+    load, offset = (part_of(CATALOGUE[kind], 0, search.system) for kind in ("compliance", "offset"))
+    spring_of_load = {"k": 900.0, "c": 10.0, "load_fraction": 0.5}
+    fit = search.with_parts(base, base.values[0], [load, offset], [spring_of_load, {"f0": 0.5}])
+    stiff = load.inward({"k": 1e130, "c": 1e-300, "load_fraction": 1e-130})
+    diverged = replace(fit, theta=np.concatenate([fit.theta[:-4], stiff, [0.5]]))
+    covered = CandidateFits(search, fit, (spring,)).covered(spring)
+    trial = fit.trial.with_part(spring)
+    assert ForceStart(search.problem, fit).best(trial, covered) is not None
+    assert ForceStart(search.problem, diverged).best(trial, covered) is None
+
+
 def test_what_was_refitted_in_its_place_follows(tmp_path: Path) -> None:
     """The refitted mass has taken part of a spring's force; it gives that back, or the spring starts too weak."""
     log = log_of(stage("[{kind: spring, on: x, parameters: {k: 30}}]", 5.5), tmp_path, "train.csv")

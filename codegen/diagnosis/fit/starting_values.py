@@ -166,9 +166,12 @@ class ForceStart:
     _along: dict[Part, ResidualAlong] = field(default_factory=dict)
 
     def best(self, trial: Trial, covered: Covered) -> tuple[float, Array] | None:
-        """(share of the squared force residual that remains, theta) with the last part and levels; or None."""
+        """(share of the squared force residual that remains, theta) with the last part and levels; or None.
+
+        A base that diverged, so that its residual is no number, gives no start.
+        """
         part = trial.parts[-1]
-        if trial.adds_states or self.base.trial.adds_states:
+        if trial.adds_states or self.base.trial.adds_states or not np.isfinite(self._residual).all():
             return None
         if part.effect.scaling:
             return self._weighted(trial, covered) if set(part.symbols) <= set(trial.free) else None
