@@ -26,11 +26,7 @@ NAME, INTEGER = "casadi_step", "long long"
 
 @dataclass(frozen=True)
 class Step:
-    """(state, inputs[, parameters]) → (next state, outputs), as SX.
-
-    Attributes:
-        baked: whether parameters are numbers in it.
-    """
+    """(state, inputs[, parameters]) → (next state, outputs), as SX; ``baked``: whether parameters are numbers in it."""
 
     state: Any
     inputs: Any

@@ -16,11 +16,7 @@ TIERS = ("standard", "hard")
 
 @dataclass(frozen=True)
 class Case:
-    """One log with its truth.
-
-    Attributes:
-        folder: with spec.yaml, train.csv, test.csv and truth.json.
-    """
+    """One log with its truth; ``folder``: with spec.yaml, train.csv, test.csv and truth.json."""
 
     tier: str
     folder: Path

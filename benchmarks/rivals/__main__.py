@@ -40,11 +40,7 @@ def ratios(rows: Sequence[Row], figure: Callable[[Errors], float | None]) -> dic
 
 
 def page(rows: Sequence[Row], absent: Sequence[str] = ()) -> str:
-    """The text of docs/peers.md.
-
-    Args:
-        absent: logs of the sample that were not run.
-    """
+    """The text of docs/peers.md; ``absent``: logs of the sample that were not run."""
     groups = [(group, [row for row in rows if row[0].group == group]) for group in (WRONG, RIGHT, REAL)]
     return render(
         "text/peers.md.j2",

@@ -61,11 +61,7 @@ class Case:
 
 
 def casadi_files(model: Model, header: str, row: np.ndarray, single_calls: bool) -> dict[str, str]:
-    """Our header, and CasADi's step behind it.
-
-    Args:
-        single_calls: with sinf and cosf in place of sin and cos.
-    """
+    """Our header, and CasADi's step behind it; ``single_calls``: with sinf and cosf in place of sin and cos."""
     function = step_of(model, "ldl").function(cse=True)
     text = render(
         "casadi_as_observer.c.j2",

@@ -78,11 +78,7 @@ def cell(one: Part, kind: str, percent: float) -> str:
 
 
 def page(parts: Sequence[Part], shares: Sequence[float], absent: Sequence[str], kinds: Sequence[str] = ()) -> str:
-    """The text of docs/spikes.md.
-
-    Args:
-        kinds: all that were asked for; by default those that were run.
-    """
+    """The text of docs/spikes.md; ``kinds``: all that were asked for; by default those that were run."""
     rows = [row for one in parts for row in one.rows]
     kinds = list(dict.fromkeys([*kinds, *(r.kind for r in rows)]))
     by_share = [(percent, [r for r in rows if r.percent == percent]) for percent in shares]

@@ -67,11 +67,7 @@ FEW = Bar(most=0.03)
 
 
 def page(found: Sequence[Trials], code: str, here: int = 0) -> dict[str, str]:
-    """File → text, below docs/.
-
-    Args:
-        here: logs that are here; by default those that were run.
-    """
+    """File → text, below docs/; ``here``: logs that are here; by default those that were run."""
     curves = {
         way: {
             group: [t.p_material for one in found for t in one.trials if t.way == way and _curve(one.group) == group]

@@ -33,11 +33,7 @@ Read = Callable[[], tuple[Spec, Log, Log | None]]
 
 @dataclass(frozen=True)
 class Source:
-    """A log with its model, read on demand.
-
-    Attributes:
-        group: a tier of the practice logs, or a real set.
-    """
+    """A log with its model, read on demand; ``group``: a tier of the practice logs, or a real set."""
 
     group: str
     name: str
@@ -65,11 +61,7 @@ class Trial:
 
 @dataclass(frozen=True)
 class Trials:
-    """The diagnoses of all surrogates of one log.
-
-    Attributes:
-        plain: verdict on the log as it is.
-    """
+    """The diagnoses of all surrogates of one log; ``plain``: verdict on the log as it is."""
 
     group: str
     name: str

@@ -90,11 +90,7 @@ def law_evidence(diagnosis: Diagnosis, models: Models) -> tuple[LawEvidence, ...
 
 
 def _evidence(problem: Problem, without: System, whole: System, effect: FoundEffect) -> LawEvidence:
-    """One comparison.
-
-    Args:
-        without, whole: the system without and with the effect.
-    """
+    """The evidence of one effect; ``without``, ``whole``: the system without and with it."""
     motion, i = problem.motion, acts_on(effect, problem.system)
     variable = VARIABLES[CATALOGUE[effect.kind].seen_over]
     residuals = residual_at_drive(without, motion)

@@ -18,11 +18,7 @@ UNCHANGED = 0.05
 
 
 def number(value: float, digits: int = DIGITS, form: str = "") -> str:
-    """A number with a typographic minus sign, or a word for NaN and infinity.
-
-    Args:
-        form: ``#`` keeps trailing zeros.
-    """
+    """A number with a typographic minus sign, or a word for NaN and infinity; ``form``: ``#`` keeps trailing zeros."""
     if math.isnan(value):
         return "not measured"
     if math.isinf(value):
