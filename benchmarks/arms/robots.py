@@ -65,12 +65,8 @@ def link(
     return Joint(name, kind, origin, (x, y, z), mass, centre, (xx, yy, zz), *drive, *motion, *sensors)
 
 
-def _robots() -> dict[str, tuple[Joint, ...]]:
-    read = YAML(typ="safe").load(Path(__file__).with_name("robots.yaml"))
-    return {name: tuple(link(joint, **row) for joint, row in rows.items()) for name, rows in read.items()}
-
-
-ROBOTS = _robots()
+_SHEETS = YAML(typ="safe").load(Path(__file__).with_name("robots.yaml"))
+ROBOTS = {name: tuple(link(joint, **row) for joint, row in rows.items()) for name, rows in _SHEETS.items()}
 """Name → its joints, from the base outwards."""
 
 

@@ -82,11 +82,6 @@ def as_good(found: Sequence[Candidate]) -> list[Candidate]:
     return [c for c in found if c.error**2 <= bound]
 
 
-def of_structure(found: Sequence[Candidate], kinds: Sequence[str]) -> list[Candidate]:
-    """The candidates with exactly these effects."""
-    return [c for c in found if set(c.kinds) == set(kinds)]
-
-
 Rule = Callable[[Sequence[Candidate]], list[Candidate]]
 
 
@@ -99,7 +94,9 @@ def rules(verdict: Sequence[str]) -> Mapping[str, Rule]:
     return {
         "least error over the blocks": lambda found: [least(found)],
         "mean of all within one standard error of it": as_good,
-        "what the diagnosis names, length by the blocks": lambda found: [least(of_structure(found, verdict))],
+        "what the diagnosis names, length by the blocks": lambda found: [
+            least([c for c in found if set(c.kinds) == set(verdict)])
+        ],
     }
 
 

@@ -327,7 +327,8 @@ def _lacks(
     for _ in range(1 if group == "single" else 2):
         k = int(rng.integers(len(family.axes)))
         taken = [kind for kind, at, _ in chosen if at == k]
-        kinds = [kind for kind in eligible(family, k, damped) if kind not in taken and not _clash(kind, taken)]
+        free = [kind for kind in eligible(family, k, damped) if kind not in taken]
+        kinds = [kind for kind in free if not any({kind, other} in CLASHES for other in taken)]
         kind = str(rng.choice(kinds))
         p = {name: rounded(v, 4) for name, v in strengths(rng, kind, scales[k], family.axes[k]).items()}
         chosen.append((kind, 0 if kind == "coupling" else k, p))
@@ -344,7 +345,3 @@ CLASHES = (
     {"viscous", "quadratic_drag"},
 )
 """Pairs of effects that one log can hardly distinguish; no case has both on an axis."""
-
-
-def _clash(kind: str, taken: Sequence[str]) -> bool:
-    return any({kind, other} == pair for pair in CLASHES for other in taken)

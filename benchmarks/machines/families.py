@@ -91,10 +91,6 @@ def _crank(p: Values, q: Any, m: ModuleType) -> tuple[Any, Any]:
     return first, -p["r"] * c - p["r"] ** 2 * (c * c - s * s) / rod - p["r"] ** 4 * (s * c) ** 2 / rod**3
 
 
-def _crank_mass(p: Values, x: Sequence[Any], m: ModuleType) -> list[Any]:
-    return [p["J"] + p["m"] * _crank(p, x[0], m)[0] ** 2]
-
-
 def _crank_motion(p: Values, x: Sequence[Any], v: Sequence[Any], m: ModuleType) -> list[Any]:
     first, second = _crank(p, x[0], m)
     return [-p["m"] * first * second * v[0] ** 2 - p.get("b", 0.0) * v[0]]
@@ -169,7 +165,7 @@ SLIDER_CRANK = Family(
         "b": Quantity(0.01, 0.06, "N*m*s/rad", 0.3),
     },
     lambda p: [p["kt"]],
-    _crank_mass,
+    lambda p, x, m: [p["J"] + p["m"] * _crank(p, x[0], m)[0] ** 2],
     _none,
     _crank_motion,
     "lagrangian:\n  kinetic: [J*w**2/2, 'm*((r*sin(q) + r**2*sin(q)*cos(q)/sqrt(l**2 - r**2*sin(q)**2))*w)**2/2']\n"

@@ -96,10 +96,6 @@ def work_sizes(function: Any) -> dict[str, int]:
     }
 
 
-def parameter_values(model: Model) -> list[float]:
-    return [f.value or 0.0 for f in model.program.parameters]
-
-
 def casadi_peer(model: Model, title: str, solver: str = "solve", baked: bool = False, **options: Any) -> Peer:
     """CasADi's C of a model's step with a loop around it.
 
@@ -107,7 +103,8 @@ def casadi_peer(model: Model, title: str, solver: str = "solve", baked: bool = F
         baked: with the parameters as numbers.
         options: of ``casadi.Function``.
     """
-    return compiled_step(step_of(model, solver, baked), title, first_state(model), parameter_values(model), **options)
+    values = [f.value or 0.0 for f in model.program.parameters]
+    return compiled_step(step_of(model, solver, baked), title, first_state(model), values, **options)
 
 
 def compiled_step(

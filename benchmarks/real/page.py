@@ -41,7 +41,8 @@ def row(run: Diagnosed, out: Path) -> str:
     if left is None or (found is None and not left.failure):
         return f"| {run.words} | not run | | | {run.expert} |\n"
     if found is None:
-        return f"| {run.words} | no verdict: {_cell(left.failure)} | | | {run.expert} |\n"
+        failure = left.failure.replace("|", "\\|").replace("\n", " ")
+        return f"| {run.words} | no verdict: {failure} | | | {run.expert} |\n"
     forces = _forces(found["error"])
     if left.means:
         forces += f"<br>means of the logs: {' / '.join(f'{1e3 * v:.3g}' for v in left.means)} mN·m"
@@ -80,7 +81,8 @@ def _values(effect: Mapping[str, Any]) -> str:
 
 
 def _forces(error: Mapping[str, Mapping[str, Any]]) -> str:
-    return " / ".join(_percent(error[m]["relative_force_error"]) for m in MODELS)
+    shares = [error[m]["relative_force_error"] for m in MODELS]
+    return " / ".join("–" if share is None else f"{100 * share:.3g} %" for share in shares)
 
 
 def _free_runs(found: Mapping[str, Any]) -> str:
@@ -91,11 +93,3 @@ def _free_runs(found: Mapping[str, Any]) -> str:
         lines.append(" / ".join("diverges" if v is None else f"{v:.3g}" for v in each) + f" {c['unit']}")
     restart = found["data"].get("restart_s", RESTART_S)
     return "<br>".join([*lines, *([f"every {restart:.3g} s"] if restart != RESTART_S else [])])
-
-
-def _percent(share: float | None) -> str:
-    return "–" if share is None else f"{100 * share:.3g} %"
-
-
-def _cell(words: str) -> str:
-    return words.replace("|", "\\|").replace("\n", " ")

@@ -23,7 +23,7 @@ from benchmarks.spikes.outcome import MULTIPLIES
 from codegen.base.files import write_atomically
 from codegen.effects import CATALOGUE
 from codegen.effects.declare import places_of
-from codegen.mechanics import System, build_system
+from codegen.mechanics import build_system
 from codegen.spec import read_spec
 
 SPIKE = PRACTICE / "spike.py"
@@ -106,7 +106,8 @@ def kinds_for(one: RealSet, out: Path) -> list[str]:
     system = build_system(read_spec(one.spec_file))
     left_out = (*UNSIZED, *(RESTARTED if len(one.train) > 1 else ()))
     shown = one.steady or spikable(out)
-    return [kind for kind in spikable(out) if kind in shown and kind not in left_out and _applies(kind, system)]
+    effects = [CATALOGUE[kind] for kind in spikable(out) if kind in shown and kind not in left_out]
+    return [e.kind for e in effects if any(e.applies(system, k) for k in range(len(places_of(e, system))))]
 
 
 @cache
@@ -115,11 +116,6 @@ def spikable(out: Path) -> list[str]:
     words = "import json, spike; print(json.dumps(sorted(spike.STRENGTH)))"
     found: list[str] = json.loads(_spike_python(["-c", words], out))
     return found
-
-
-def _applies(kind: str, system: System) -> bool:
-    effect = CATALOGUE[kind]
-    return any(effect.applies(system, k) for k in range(len(places_of(effect, system))))
 
 
 def _make(one: RealSet, logs: Readable, case: Path, kind: str, percent: float, out: Path) -> None:

@@ -74,7 +74,8 @@ ADAPTER: TypeAdapter[Trials] = TypeAdapter(Trials)
 
 def sources(groups: Sequence[str] = (), only: Sequence[str] = ()) -> list[Source]:
     """Every log that is here, or those of these groups and names."""
-    found = [*_practice(), *_real()]
+    real = [Source(name, name, one.read) for name, one in real_sets().items() if one.is_here and not one.steady]
+    found = [*_practice(), *real]
     return [s for s in found if (not groups or s.group in groups) and (not only or s.name in only)]
 
 
@@ -125,12 +126,6 @@ def _practice() -> Iterator[Source]:
                 return spec, read_log(folder / "train.csv", spec), read_log(folder / "test.csv", spec)
 
             yield Source(tier, case.title, read)
-
-
-def _real() -> Iterator[Source]:
-    for name, one in real_sets().items():
-        if one.is_here and not one.steady:
-            yield Source(name, name, one.read)
 
 
 def table(found: Sequence[Trials], alpha: float) -> list[dict[str, Any]]:
