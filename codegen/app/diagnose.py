@@ -112,9 +112,15 @@ def diagnose(
     logs, tests = _files(log), _files(test)
     if not logs:
         raise BadInput("diagnose(): `log`", "an empty list", "one log or more", code="CALL001")
-    _refuse_training_log(logs, tests)
+    training = {identity(log) for log in logs}
+    for file in tests:
+        if identity(file) in training:
+            expected = "another log, or none: the end of LOG is then held out"
+            raise BadInput(str(file), "the training log itself as --test", expected, code="LOG014")
     folder = Path(out) if out is not None else Path(f"{Path(logs[0]).stem}_diagnosis")
-    _refuse_input_files(folder, source, (*logs, *tests))
+    read_files = {"the spec itself": Path(source)} | {f"the log {file}": Path(file) for file in (*logs, *tests)}
+    for name in DIAGNOSIS_FILES:
+        refuse_target(folder / name, read_files)
     machine = derived_from(source)
     results = ResultFolder(machine, folder, force)
     results.refuse_foreign_files()
@@ -136,22 +142,6 @@ def diagnose(
     diagnosis, files = results.write(*found, sha256, progress)
     notes = {"train": train.notes} | ({} if held_out is None else {"test": held_out.notes})
     return Diagnosed(diagnosis, folder, files, notes, tuple(sha256))
-
-
-def _refuse_training_log(logs: Sequence[str | Path], tests: Sequence[str | Path]) -> None:
-    """Raise BadInput for a held-out log that is one of the training logs."""
-    training = {identity(log) for log in logs}
-    for file in tests:
-        if identity(file) in training:
-            expected = "another log, or none: the end of LOG is then held out"
-            raise BadInput(str(file), "the training log itself as --test", expected, code="LOG014")
-
-
-def _refuse_input_files(folder: Path, source: Source, logs: Sequence[str | Path]) -> None:
-    """Raise BadInput if a file of the diagnosis would replace the spec or a log that is read."""
-    read = {"the spec itself": Path(source)} | {f"the log {file}": Path(file) for file in logs}
-    for name in DIAGNOSIS_FILES:
-        refuse_target(folder / name, read)
 
 
 def findings_text(found: Findings) -> str:

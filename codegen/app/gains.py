@@ -193,9 +193,14 @@ def gains(source: Source, out: str | Path | None = None, over: Sequence[str] = (
     machine = derived_from(source)
     spec = machine.spec
     if out is not None:
+        folder = Path(out)
         for name in (NUMBERS, MAP, SPEC):
-            refuse_target(Path(out) / name, {"the spec itself": spec.path})
-        _refuse_not_ours(Path(out))
+            refuse_target(folder / name, {"the spec itself": spec.path})
+        refuse_foreign_json(folder / NUMBERS, FORMAT)
+        listed, written = listed_in(folder / NUMBERS, FORMAT), dict.fromkeys((MAP, SPEC))
+        refuse_unlisted(folder, written, listed, NUMBERS)
+        ways = "another folder by -o DIR, or the edited file moved away"
+        refuse_edited_files(folder, written, listed, NUMBERS, ways)
     bounds: tuple[GainBound, ...] = ()
 
     def divisor(axes: Sequence[GainAxis], suggestion: Suggestion) -> int:
@@ -229,15 +234,6 @@ def gains(source: Source, out: str | Path | None = None, over: Sequence[str] = (
     if stale:  # gains that an earlier run suggested for another spec
         remove(Path(out) / SPEC)
     return GainReport(report, tuple(Path(out) / name for name in files), bounds)
-
-
-def _refuse_not_ours(folder: Path) -> None:
-    """Raise BadInput if the folder has a file that would be replaced, but stiction did not write or the user edited."""
-    refuse_foreign_json(folder / NUMBERS, FORMAT)
-    listed, written = listed_in(folder / NUMBERS, FORMAT), dict.fromkeys((MAP, SPEC))
-    refuse_unlisted(folder, written, listed, NUMBERS)
-    ways = "another folder by -o DIR, or the edited file moved away"
-    refuse_edited_files(folder, written, listed, NUMBERS, ways)
 
 
 def _bounds_of(suggestion: Suggestion | None, bounds: Sequence[GainBound]) -> tuple[GainBound, ...]:
