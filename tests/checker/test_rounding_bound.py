@@ -13,7 +13,7 @@ from typing import Any
 
 import pytest
 
-from codegen.checker import errors, rounding, theorem, verify
+from codegen.checker import errors, kernel, rounding, theorem, verify
 from tests.checker.forged import GENERATED, certificate, replace_once
 from tests.checker.test_single_precision import checked, single
 from tests.compiled.toolchain import compiled
@@ -46,6 +46,22 @@ def named(x: str, text: str) -> bool:
 
 def at(p: Any, point: dict[str, Fraction]) -> Fraction:
     return sum((c * prod(point[x] for x in m) for m, c in p.items()), Fraction(0))
+
+
+def test_replaced_names_have_the_values_of_what_replaces_them() -> None:
+    """At random points, also where terms cancel: no coefficient is 0, as of every polynomial of the kernel."""
+    dice = random.Random(5)
+
+    def drawn(names: str) -> Any:
+        terms = (kernel.term(dice.randint(-2, 2), *sorted(dice.choices(names, k=dice.randint(0, 3)))) for _ in range(6))
+        return sum(terms, kernel.Poly())
+
+    for _ in range(200):
+        p, values = drawn("abxy"), {"x": drawn("ab"), "y": dice.choice([drawn("abx"), kernel.term(1), kernel.Poly()])}
+        point = {name: Fraction(dice.randint(-9, 9), 7) for name in "abxy"}
+        found = rounding.put(p, values)
+        assert at(found, point) == at(p, point | {x: at(q, point) for x, q in values.items()})
+        assert all(found.values()) and "y" not in found.names()
 
 
 @pytest.mark.parametrize("real", UNIT)
