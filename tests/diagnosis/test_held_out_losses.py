@@ -56,6 +56,26 @@ def test_what_one_block_alone_shows_stays_as_that_block_has_it() -> None:
     np.testing.assert_allclose(fit.held_out_losses[:EIGHTH], expected, rtol=1e-5)
 
 
+@pytest.mark.parametrize("rough", [False, True])
+def test_a_value_at_its_limit_stays_there(rough: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    """An axis with a lag and a wrong inertia, its mass at the limit of its tolerance beside the lag: without the limit
+    only noise was left on held-out segments, so no second effect was sought, though the fit left twice the noise.
+    """
+    fit = fit_with(np.random.default_rng(6).normal(size=(SEGMENTS, SAMPLES)))
+    fit = replace(fit, residual=fit.residual + 5.0 * fit.slopes[1], limited=np.array([False, True]))
+    step, here = one_step_without(fit, 0, 1), slice(0, EIGHTH)
+    expected = segment_losses(fit.residual[here] - step[0] * fit.slopes[0, here])
+    if rough:
+
+        def run(theta: np.ndarray, offsets: np.ndarray) -> np.ndarray:
+            return fit.residual - np.tensordot(theta, fit.slopes, axes=1)
+
+        parts = (SimpleNamespace(effect=SimpleNamespace(rough=True)),)
+        fit = replace(fit, runner=cast(Any, SimpleNamespace(trial=SimpleNamespace(parts=parts), run=run)))
+        monkeypatch.setattr(output_error, "mean_residuals", lambda runner, residual: residual)
+    np.testing.assert_allclose(fit.held_out_losses[here], expected, rtol=1e-5)
+
+
 @pytest.mark.parametrize("truth", [1.0, 0.0])
 def test_where_the_loss_is_not_smooth_a_block_is_simulated_after_the_step(
     truth: float, monkeypatch: pytest.MonkeyPatch

@@ -161,26 +161,28 @@ class Fit:
     def held_out_losses(self) -> Array:
         """(S,) cross-validated loss of each segment, under the fit to the other blocks by one Gauss–Newton step.
 
-        A weak prior (``UNKNOWN``) keeps a parameter that the other blocks do not determine. The prediction after the
-        step is linear in it, or simulated where the loss of an effect is not smooth.
+        A weak prior (``UNKNOWN``) keeps a parameter that the other blocks do not determine. One at its limit stays
+        there, as in the fit. The prediction after the step is linear in it, or simulated where the loss of an effect is
+        not smooth.
         """
-        residual, slopes, prior = self.residual, self.slopes, self.prior
+        free = np.flatnonzero(~self.limited)
+        residual, slopes, prior = self.residual, self.slopes[free], self.prior
         segments = np.arange(len(residual))
         if not len(slopes):
             return segment_losses(residual)
         weighted = slopes * segment_weights(residual)[:, None]
         normal = np.einsum("ask,bsk->sab", weighted, slopes, optimize=True)
         right = np.einsum("ask,sk->sa", weighted, residual)
-        losses = np.empty(len(residual))
-        held = prior.precision + np.diag((UNKNOWN * prior.size) ** -2.0)
+        losses, step = np.empty(len(residual)), np.zeros(len(self.theta))
+        held = (prior.precision + np.diag((UNKNOWN * prior.size) ** -2.0))[np.ix_(free, free)]
         for block in np.array_split(segments, BLOCKS):
             rest = np.setdiff1d(segments, block)
-            pull = right[rest].sum(axis=0) - prior.slope(self.theta)
-            step = solved(normal[rest].sum(axis=0) + held, pull)
+            pull = right[rest].sum(axis=0) - prior.slope(self.theta)[free]
+            step[free] = solved(normal[rest].sum(axis=0) + held, pull)
             if not self.of_forces and any(part.effect.rough for part in self.trial.parts):
                 losses[block] = self._simulated(step, block, rest)
             else:
-                losses[block] = segment_losses(residual[block] - np.tensordot(step, slopes[:, block], axes=1))
+                losses[block] = segment_losses(residual[block] - np.tensordot(step[free], slopes[:, block], axes=1))
         return losses
 
     def _simulated(self, step: Array, block: NDArray[np.int_], rest: NDArray[np.int_]) -> Array:
