@@ -98,12 +98,10 @@ class FrictionLaw(ABC):
     def slope_bound(self, p: Values) -> sympy.Expr:
         """A bound on |∂a/∂u| (Lemma 2.1, generalised), in force unit · s / slip unit; oo if there is none.
 
-        By default 0, for a level that does not depend on the speed; other laws have a bound of their own.
+        By default 0 for a level that does not depend on the speed; oo for others, which may give their own.
         """
-        speed = sympy.Symbol("s", positive=True)
-        if sympy.sympify(self.level(speed, p)).has(speed):
-            raise NotImplementedError(f"the law {self.name} has no slope_bound")
-        return sympy.Integer(0)
+        speed = sympy.Dummy(positive=True)
+        return sympy.oo if sympy.sympify(self.level(speed, p)).has(speed) else sympy.Integer(0)
 
     def sliding_level(self, slip_speed: Array, p: Mapping[str, float]) -> Array:
         """The level in steady sliding at speeds (N,), with parameters as numbers."""

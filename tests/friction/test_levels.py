@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import sympy
 
-from codegen.friction import LAWS
+from codegen.friction import LAWS, LawParameter, ZeroMemoryLaw
 from tests.friction.samples import bound, draw, level, slope
 from tests.slow_cases import slow_except
 
@@ -127,3 +127,16 @@ def test_bounds_are_exact_in_exact_parameters() -> None:
     """A certificate needs a bound over rationals, not over doubles."""
     p = {"F_c": sympy.Integer(1), "F_s": sympy.Integer(2), "v_s": sympy.Rational(1, 10), "F_v": sympy.Integer(0)}
     assert LAWS["lorentzian"].slope_bound(p) == 30 * sympy.sqrt(3) / 8
+
+
+@pytest.mark.parametrize(("rise", "expected"), [(0, 0), (2, sympy.oo)])
+def test_a_law_without_a_bound_of_its_own_has_none_if_its_level_depends_on_the_speed(rise: int, expected) -> None:
+    """A law of a user's own effect: the default raised an error, with a traceback."""
+
+    class Rising(ZeroMemoryLaw):
+        name, source, parameters = "rising", "a test", (LawParameter("s", "{F}", True, ""),)
+
+        def level(self, slip_speed, p):
+            return p["s"] + rise * slip_speed
+
+    assert Rising().slope_bound({"s": sympy.Symbol("s", positive=True)}) == expected
