@@ -24,7 +24,7 @@ if TYPE_CHECKING or __package__:
     from codegen.checker import frame
 
 demand = frame.demand  # raises ValueError if a condition fails or the time limit is reached
-LEAST, SHORT, MOST_TERMS = Fraction(1, 10**40), 30, 300_000  # SHORT: bits of a short number. So many terms: 100 MB
+LEAST, SHORT, MOST_TERMS = Fraction(1, 10**40), 30, 300_000  # SHORT: bits of a short number. MOST_TERMS take 100 MB
 
 
 # LEMMA 1. A polynomial is {monomial: coefficient, not 0}, a monomial its names, sorted, each as often as its power. Two
@@ -129,7 +129,7 @@ def cleared(sum_: Poly, known: Known, nonnegative: Any = None) -> Poly:
 # polynomial of degree n in x is a sum of c_k t^k (lemma 3). c_k over the binomial coefficient of n and k is its k-th
 # Bernstein coefficient; of a polynomial without x, each is the polynomial itself. So, one variable after the other and
 # with the same n for all entries, a matrix becomes a sum of matrices of numbers, each times a product that is not below
-# 0. It is positive semidefinite if all of these are. Given are they, times a number above 0, of each leaf (lemma 5).
+# 0. It is positive semidefinite if all of these are. ``coefficients`` yields them, times a number > 0, for each leaf.
 def coefficients(A: Any, box: Box, tree: Any, known: Known) -> Any:
     entries = cleared(joined(A), known, lambda q: semidefinite([[q]], box, tree, known))
     (whole,), _ = integers([entries.values()])

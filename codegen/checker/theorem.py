@@ -356,7 +356,7 @@ def formulas(proof: dict[str, Any], shown: dict[str, Any]) -> dict[str, str]:
     c, estimates = shown["c"], {e["estimate"] for e in proof["errors"]}
     times = Counter(x for x, _ in c.step + c.commit)
     shows = {text.strip(): y for y, text in c.commit if y in estimates and times[y] == 1}
-    local = {x: y for x, y in shows.items() if times[x] == 1 and x not in c.states}  # what is shown of these is older
+    local = {x: y for x, y in shows.items() if times[x] == 1 and x not in c.states}  # a state is shown before its step
     code, found = rounding.from_any_state(shown), dict[str, Any]()
     with suppress(ValueError):
         for name, text in c.step + c.commit:
