@@ -263,20 +263,21 @@ def test_each_of_several_effects_is_judged_on_held_out_data(
 
 
 @pytest.mark.parametrize(
-    ("run", "far", "harmful"),
+    ("kind", "run", "far", "harmful"),
     [
-        (4.8, False, ""),
-        (4.8, True, "backlash"),  # far from the noise the force residual is asked too
-        (5.3, False, "backlash"),  # free runs are no better with it
-        (np.nan, False, "backlash"),  # nor where they were not measured
+        ("backlash", 4.8, False, ""),
+        ("backlash", 4.8, True, "backlash"),  # far from the noise the force residual is asked too
+        ("backlash", 5.2, False, "backlash"),  # free runs are hardly better with it
+        ("backlash", np.nan, False, "backlash"),  # nor where they were not measured
+        ("drift", 4.8, False, "drift"),  # no load behind a spring
     ],
 )
 def test_the_force_residual_does_not_judge_a_load_behind_a_spring_near_the_noise(
-    run: float, far: bool, harmful: str, monkeypatch: pytest.MonkeyPatch
+    kind: str, run: float, far: bool, harmful: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A true backlash beside a spring was left out: its contact, which free runs hardly show, had a wrong stiffness."""
-    force, runs = {"": 0.139, "spring": 0.26, "backlash": 0.093}, {"": run, "spring": 195.0, "backlash": 5.26}
-    assert harmful_of(["spring", "backlash"], force, runs, monkeypatch, far=far) == harmful
+    force, runs = {"": 0.139, "spring": 0.26, kind: 0.093}, {"": run, "spring": 195.0, kind: 5.26}
+    assert harmful_of(["spring", kind], force, runs, monkeypatch, far=far) == harmful
 
 
 def harmful_of(

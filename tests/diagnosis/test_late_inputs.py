@@ -11,6 +11,7 @@ from unittest.mock import patch
 import numpy as np
 import pytest
 
+from codegen.base.errors import BadInput
 from codegen.diagnosis import case as case_module
 from codegen.diagnosis import diagnose, free_runs
 from codegen.diagnosis.case import Case, Findings, case_of
@@ -226,6 +227,15 @@ def test_a_lead_on_trial_that_cannot_be_fitted_leaves_the_first_search(tmp_path:
     with among("viscous"), on_trial, patch.object(free_runs, "within_reach", reached):
         diagnosis, _ = diagnose.diagnose_log(spec, system_of(spec), log, log)
     assert len(refitted) == 2 and diagnosis.verdict == "none"
+
+
+def test_a_certain_lead_that_cannot_be_fitted_ends_the_diagnosis() -> None:
+    """Without that lead effects would be named that it explains."""
+    late: Any = SimpleNamespace(problem=None, spec=None)
+    with patch.object(free_runs, "search_on", side_effect=BadInput("the log", "a singular matrix", "a fit")):
+        assert free_runs._refitted_late(late, late, on_trial=True) is None
+        with pytest.raises(BadInput):
+            free_runs._refitted_late(late, late, on_trial=False)
 
 
 def test_the_effects_are_sought_again_with_the_input_taken_earlier(tmp_path: Path) -> None:

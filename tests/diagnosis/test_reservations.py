@@ -271,6 +271,8 @@ def test_a_load_of_any_size_may_be_none(load: tuple[float, float], absent: bool)
         ("stribeck", {"delta": (0.54, 0.57), "v_s": (0.18, 0.21), "exponent": (1.5, 1.9)}, None),
         ("viscous", {"b": (2.0, 3.0), "v_s": (0.1, 0.2), "b_inf": (-0.1, 0.1)}, ["b", "v_s"]),
         ("viscous", {"b": (2.0, 3.0), "v_s": (0.1, 0.2)}, None),
+        ("viscous", {"b": (-0.3, 3.0), "v_s": (0.1, 0.2)}, None),
+        ("viscous", {"b": (-0.3, 3.0)}, None),
         ("viscous", {"b": (-0.3, 4.7), "v_s": (0.003, 15.8), "b_inf": (0.3, 1.7)}, ["b"]),
         (
             "position_dependent_friction",
