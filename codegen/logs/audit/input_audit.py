@@ -138,9 +138,9 @@ def _over_positions(forces: Forces, j: int) -> Iterator[Array]:
 
 
 def _with_undeclared(name: str, wanted: Array, given: Array, curves: Array, found: Finding) -> Finding:
-    """The finding on an input's sign as a warning if it is right beside a force over the position; else unchanged.
+    """The finding on an input's sign as a warning if it is right with a force over the position fitted too.
 
-    An input that holds a spring or a weight that the spec lacks runs against the inertia of slow motion.
+    Else unchanged. An input that holds a spring or weight that the spec lacks runs against the inertia of slow motion.
 
     Args:
         wanted, given: (K') force that the motion requires, and that of the input. curves: as of ``_over_positions``.
@@ -150,9 +150,9 @@ def _with_undeclared(name: str, wanted: Array, given: Array, curves: Array, foun
         return found
     words = (
         f"The force of {name} runs against the force that the motion takes (correlation "
-        f"{found.figures['correlation']:.2f}), but agrees with it beside a force over the position (factor "
-        f"{factor:.3g}): the sign of {name} is right. The spec lacks that force, as of a weight or a spring, or has it "
-        "with a wrong sign or size."
+        f"{found.figures['correlation']:.2f}), but agrees with it if a force over the position is fitted too (factor "
+        f"{factor:.3g}): the sign of {name} is right. The spec lacks such a force, as of a weight or a spring, or has "
+        "it with a wrong sign or size."
     )
     return Finding("warning", found.topic, words, {**found.figures, "factor_beside_positions": factor})
 
