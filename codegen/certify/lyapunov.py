@@ -318,7 +318,8 @@ def recovery_at_reversals(p: Array, matrix: Array, h: float, flips: Sequence[Seq
     """For each reversal the dwell time in samples, not rounded, after which V = e'Pe is back at its value before.
 
     It is log(g)/−log(1 − 2αh), where g is the growth, the least number with J'PJ ≤ gP, and α the rate of P. J is
-    diagonal, with −1 for the errors that change their sign at the reversal and 1 for the others.
+    diagonal, with −1 for the errors that change their sign at the reversal and 1 for the others. Raises
+    numpy.linalg.LinAlgError if P is not positive definite.
 
     Args:
         h: sample time, s; above 0.

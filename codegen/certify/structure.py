@@ -4,8 +4,8 @@ One mode is certified, for an interval that contains the eigenvalues of all mode
 error is theorem 8 of docs/certificate_theory.md, which the checker does not check. What the theorem needs of M(x) over
 the envelope (``Extremes``) is an assumption: it is estimated by optimisation, not proved.
 
-**Measured velocity.** With G = −K_2 symmetric and positive definite, e[k+1] = (I − h G M⁻¹(x)) e[k], and V = e'G⁻¹e
-decreases by max_ν (1 − hν)², ν the eigenvalues of G M⁻¹. The scalar step 1 − hν is certified for ν in an interval.
+**Measured velocity.** With G = −K_2 symmetric and positive definite, e[k+1] = (I − h G M⁻¹(x)) e[k]. V = e'G⁻¹e
+becomes at most max_ν (1 − hν)² V, ν the eigenvalues of G M⁻¹. The scalar step 1 − hν is certified for ν in an interval.
 
 **Estimated velocity, K_v = k I.** In velocity errors e_v and force errors e_f the step is, with D = M⁻¹ ∂g/∂v,
 

@@ -115,7 +115,7 @@ def at_points(function: Any, points: Array) -> Array:
 
 
 def in_place(function: Any, arguments: Sequence[Any], results: Sequence[Any]) -> tuple[Any, Callable[[], None]]:
-    """(buffer, call): call() evaluates a CasADi function on NumPy arrays, without copies; keep the buffer as long."""
+    """(buffer, call): call() evaluates a CasADi function on NumPy arrays, and needs ``buffer`` kept alive."""
     buffer, evaluate = function.buffer()
     for place, arrays in ((buffer.set_arg, arguments), (buffer.set_res, results)):
         for index, array in enumerate(arrays):
