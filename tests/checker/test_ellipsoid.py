@@ -513,10 +513,11 @@ def test_noise_is_said_to_be_uncovered_only_where_nothing_is_said_of_it(sets: bo
 
 @pytest.mark.parametrize("seed", range(5))
 def test_packed_integers_are_the_numbers_in_them(seed: int) -> None:
-    """To the ends of what its digits hold."""
-    dice, width = random.Random(seed), 40
-    ends = [-(2**39) + 1, -(2**20), -1, 0, 1, 2**20 - 1, 2**39 - 1]
-    numbers = [dice.choice([*ends, dice.randrange(-(2**39) + 1, 2**39)]) for _ in range(9)]
+    """To the ends of what its digits hold, which are of any number of bits."""
+    dice, width = random.Random(seed), 40 + seed
+    top = 2 ** (width - 1)
+    ends = [1 - top, -(2**20), -1, 0, 1, 2**20 - 1, top - 1]
+    numbers = [dice.choice([*ends, dice.randrange(1 - top, top)]) for _ in range(9)]
     packed = ellipsoid.PackedIntegers(width, len(numbers), 0, 20)
 
     def held(one: int) -> list[int]:
