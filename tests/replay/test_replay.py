@@ -183,6 +183,13 @@ def test_a_doubtful_unit_is_noted_once(tmp_path: Path, jitter: float) -> None:
     assert sum("holds counts by its name" in note for note in notes) == 1
 
 
+def test_a_note_on_the_bytes_of_a_log_is_given_once(tmp_path: Path) -> None:
+    """The file is opened for its header and again for its rows."""
+    log = write_csv(tmp_path / "log.csv", record(400))
+    log.write_text(log.read_text(), encoding="utf-16")
+    assert replay(SPEC, log).notes == ("the file is in UTF-16",)
+
+
 def test_what_is_left_out_of_rows_that_are_read_in_blocks_is_noted(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

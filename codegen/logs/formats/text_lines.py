@@ -107,7 +107,8 @@ def _in_utf8(given: Iterator[bytes], file: str, notes: list[str]) -> Iterator[by
     if not head.startswith((BOM_UTF16_LE, BOM_UTF16_BE)):
         yield from chain([head], given)
         return
-    notes.append("the file is in UTF-16")
+    if (note := "the file is in UTF-16") not in notes:
+        notes.append(note)
     decoder = getincrementaldecoder("utf-16")()
     try:
         for piece in chain([head], given):
