@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from difflib import SequenceMatcher
 from functools import lru_cache, partial
 from io import StringIO
+from math import isinf
 from typing import Any
 
 from ruamel.yaml import YAML
@@ -25,12 +26,14 @@ SPEC_FIRST = "; is this the log? A command takes the spec first, then the log"
 
 
 class _Constructor(RoundTripConstructor):
-    """ruamel.yaml's constructor, with dates as text, as in the core schema of YAML 1.2; refuses underflow to zero."""
+    """ruamel.yaml's constructor, with dates as text, as in YAML 1.2; refuses numbers that a double cannot hold."""
 
     def construct_yaml_float(self, node: Any) -> Any:
         value = super().construct_yaml_float(node)
         if value == 0 and re.search("[1-9]", node.value.lower().partition("e")[0]):
             raise ConstructorError(None, None, "underflow", node.start_mark)
+        if isinf(value) and "inf" not in node.value.lower():
+            raise ConstructorError(None, None, "overflow", node.start_mark)
         return value
 
 

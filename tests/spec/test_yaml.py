@@ -40,6 +40,7 @@ def told(text: str) -> BadInput:
         ("name: a\nobserver:\n  kind gcfo # a note\n\n  # and another\n  velocity: measured\n", 3, "SPEC001 `kind`"),
         ("name a\nforce: 3\n", 1, "SPEC001 `name`"),
         ("name: a\np:\n  m: {value: 1e-400, unit: kg}\n", 3, "SPEC001 rounds to zero 1e-300"),
+        ("name: a\np:\n  m: {value: -1e400, unit: kg}\n", 3, "SPEC001 infinity 1e300"),
         ("name: a\nparameters:\n  b  {value: 60, unit: N}\n", 3, "SPEC001 `b` {value: unit: N}`"),
         ("name: a\nsource: one: two\n", 2, 'SPEC001 `one: two` `source: "one: two"`'),
         ("c:\n  phi: velocity: om, unit: rad # so\n", 2, "SPEC001 `phi: {velocity: om, unit: rad}` braces"),
