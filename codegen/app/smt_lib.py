@@ -63,6 +63,11 @@ def _vertices(content: Mapping[str, Any]) -> list[dict[str, str]]:
     return vertices
 
 
+def refuse_smt_target(certificate: Path, target: Path) -> None:
+    """Raise BadInput for a name that is no .smt2 file to write, or is the certificate itself."""
+    refuse_target(target, {"the certificate itself": certificate}, (".smt2",))
+
+
 @verb
 def write_smt(certificate: str | Path, out: str | Path) -> Path:
     """Write the negated inequalities of a certificate as SMT-LIB 2, which another solver should find ``unsat``.
@@ -70,7 +75,7 @@ def write_smt(certificate: str | Path, out: str | Path) -> Path:
     Raises BadInput for a file that is no certificate, a dwell time that is too long, or a file that cannot be written.
     """
     target = Path(out)
-    refuse_target(target, {"the certificate itself": Path(certificate)}, (".smt2",))
+    refuse_smt_target(Path(certificate), target)
     text = read_text(Path(certificate), CERTIFICATE, verify.MAX_TEXT)
     try:
         verify.parsed(text)

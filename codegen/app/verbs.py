@@ -178,17 +178,16 @@ def verify(
     from codegen.app.verify import certificate_in, print_verification, verification_json
 
     certificate = certificate_in(certificate)
-    if as_json:
-        content, status = verification_json(certificate, spec)
-        print_json(content)
-    else:
-        status = print_verification(certificate, spec)
-    if status not in (2, REFUSED) and smt is not None:
-        from codegen.app.smt_lib import write_smt
+    if smt is not None:
+        from codegen.app.smt_lib import refuse_smt_target, write_smt
 
-        written = write_smt(certificate, smt)
-        if not as_json:
-            output.print(str(written))
+        refuse_smt_target(certificate, smt)
+    content, status = verification_json(certificate, spec) if as_json else ({}, print_verification(certificate, spec))
+    written = write_smt(certificate, smt) if status not in (2, REFUSED) and smt is not None else None
+    if as_json:
+        print_json(content)  # last: what could not be written is the one JSON text in its place
+    elif written is not None:
+        output.print(str(written))
     raise typer.Exit(status)
 
 

@@ -462,6 +462,9 @@ def test_verify_says_which_file_it_wrote(tmp_path):
     assert result.code == 0
     assert result.out.splitlines()[-1] == str(tmp_path / "one.smt2")
     assert (tmp_path / "one.smt2").exists()
+    for given in ((), ("--json",)):  # a name that cannot be written is told before what was found, not behind it
+        for name in ("one.txt", "."):
+            assert is_one_message(stiction("verify", shipped, "--smt", tmp_path / name, *given))
 
 
 def test_an_interrupt_while_libraries_are_loaded():
