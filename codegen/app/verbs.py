@@ -205,12 +205,14 @@ def generate(
         str | None, option("--precision", "WORD", "double or single; as in the spec by default")
     ] = None,
     fault: Annotated[str | None, option("--fault", "WORD", "hold or none, where a sample is not finite")] = None,
-    fmi: Annotated[str, option("--fmi", "VERSION", "of the FMU: 3.0 or 2.0")] = "3.0",
+    fmi: Annotated[str | None, option("--fmi", "VERSION", "of the FMU: 3.0 (by default) or 2.0")] = None,
     as_json: AsJson = False,
 ) -> None:
     """Write C, Python, certificate and README into generated/NAME/, or NAME.fmu."""
     _refuse_specs(specs, out)
     fmu = target == ["fmu"]
+    if fmi is not None and not fmu:
+        raise BadInput("--fmi", "a version without an FMU", "--target fmu with it", code="CALL002")
     results, codes = [], []
     for spec in specs:
         made: Generated | GeneratedFmu
@@ -220,7 +222,7 @@ def generate(
 
             overrides = Overrides(precision, fault, () if fmu else tuple(target or ()))
             if fmu:
-                made = generate_fmu(spec, out, fmi, check_only, uncertified, overrides, force)
+                made = generate_fmu(spec, out, fmi or "3.0", check_only, uncertified, overrides, force)
             else:
                 made = generate(spec, out, check_only, uncertified, overrides, force)
         results.append(made.content)

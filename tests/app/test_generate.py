@@ -193,9 +193,18 @@ def test_refused_gains_write_nothing(folder):
     (folder / "one_mass.yaml").write_text(UNSTABLE)
     result = stiction("generate", "one_mass.yaml")
     assert result.code == 3 and result.out.startswith("refused: ") and "nothing written" in result.out
+    assert result.out.endswith("stable\n") and not result.out.endswith("\n\n")
     for verb in ("certify", "gains"):
         assert f"`stiction {verb} one_mass.yaml`" in result.out
     assert stiction("certify", "one_mass.yaml", "-o", "c.json").code == 3
+    assert list(contents(folder)) == ["one_mass.yaml"]
+
+
+def test_a_version_of_the_fmu_without_an_fmu_is_refused(folder):
+    (folder / "one_mass.yaml").write_text(UNSTABLE)
+    for given in (("2.0",), ("4.0",), ("3.0", "--target", "c")):
+        result = stiction("generate", "one_mass.yaml", "--uncertified", "--fmi", *given)
+        assert is_one_message(result) and "--target fmu" in result.err and "[CALL002]" in result.err
     assert list(contents(folder)) == ["one_mass.yaml"]
 
 
