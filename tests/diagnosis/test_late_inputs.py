@@ -231,11 +231,13 @@ def test_a_lead_on_trial_that_cannot_be_fitted_leaves_the_first_search(tmp_path:
 
 def test_a_certain_lead_that_cannot_be_fitted_ends_the_diagnosis() -> None:
     """Without that lead effects would be named that it explains."""
-    late: Any = SimpleNamespace(problem=None, spec=None)
-    with patch.object(free_runs, "search_on", side_effect=BadInput("the log", "a singular matrix", "a fit")):
+    late: Any = SimpleNamespace(problem=None, spec=None, final=None)
+    first = {"_refit": lambda *_: (late, late), "_sought": lambda *_, **__: (late, late, None)}
+    failing = patch.object(free_runs, "search_on", side_effect=BadInput("the log", "a singular matrix", "a fit"))
+    with failing, patch.multiple(free_runs, **first, corrected_for_leads=lambda *_: late):
         assert free_runs._refitted_late(late, late, on_trial=True) is None
         with pytest.raises(BadInput):
-            free_runs._refitted_late(late, late, on_trial=False)
+            free_runs.select(late, late, lambda *_: None, lambda _: None)
 
 
 def test_the_effects_are_sought_again_with_the_input_taken_earlier(tmp_path: Path) -> None:
