@@ -229,6 +229,17 @@ def test_an_input_against_a_force_that_the_spec_lacks_is_not_flipped(tmp_path, t
     assert one.figures["factor"] < 0 and one.figures["factor_beside_positions"] == pytest.approx(1, abs=0.1)
 
 
+def test_a_position_in_another_unit_is_no_sign_of_the_input(tmp_path):
+    """The scale of x, 23 times outside its envelope, was told as a warning that the sign of w is right."""
+    columns = made()
+    columns["w"] = columns["w"] + WEIGHT + 0.8 * gas(columns["x"])  # against the motion, with a correlation of -0.3
+    text = STANDING.replace("force: [w]", f"force: [{FORCES['hoist']}]") + "envelope: {x: [-0.005, 0.005]}\n"
+    spec = parse_spec(text, Path("slider.yaml"))
+    found = preflight(read_log(write_csv(tmp_path / "a.csv", columns), spec), spec)
+    (one,) = [f for f in found if "correlation" in f.figures]
+    assert one.figures["factor"] < 0 and (one.topic, one.severity) == ("scale of x", "problem")
+
+
 @pytest.mark.parametrize(
     ("damping", "level", "times", "wrong"), [(60.0, 1, 1, False), (0.0, 12, 1, False), (0.0, 1, 6, True)]
 )

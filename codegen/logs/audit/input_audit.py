@@ -75,10 +75,11 @@ def audit_inputs(forces: Forces, spec: Spec, outside: Finding | None, log: Log) 
             continue
         own = left + factor * columns[j]  # the required force less that of the other inputs
         found = _finding_on(name, float(factor), own, columns[j], outside, parts, spec, log)
-        if found.severity == "problem" and factor > 0 and found.topic == f"sign and scale of {name}":
+        own_problem = found.severity == "problem" and found.topic == f"sign and scale of {name}"
+        if own_problem and factor > 0:
             losses = np.array([stacked(loss) for loss in _losses(forces, j)])
             found = _with_losses(name, own, columns[j], losses, found)
-        if found.severity == "problem" and factor < 0 and found.figures.get("against_gravity", 0.0) >= 0:
+        if own_problem and factor < 0 and found.figures.get("against_gravity", 0.0) >= 0:
             curves = np.array([stacked(curve) for curve in _over_positions(forces, j)])
             found = _with_undeclared(name, own, columns[j], curves, found)
         other_links = found.severity == "problem" and factor > 0 and _are_links_wrong(forces, spec, j, float(factor))
