@@ -156,7 +156,7 @@ def live_blocks(
             notes += [*table.head.notes, *table.notes]
             yield from table.blocks(unread, table.head.first)
     if table is None:
-        found = f"a log that ends after {len(unread)} lines"
+        found = f"a log that ends after line {len(unread)}"
         raise BadInput(file, found, f"a header line and at least {ROWS_ALIKE} rows of numbers", code="LOG009")
 
 
