@@ -180,7 +180,7 @@ def test_effects_are_tried_in_pairs_where_the_best_alone_is_far_off_in_some_segm
 
     def in_pairs(search: Any, some: Any) -> Any:
         asked.append(some)
-        return pair, True
+        return [forward_selection.SecondRound(best, (), pair, True)]
 
     for name, value in {
         "every_part": [],
@@ -196,7 +196,7 @@ def test_effects_are_tried_in_pairs_where_the_best_alone_is_far_off_in_some_segm
         monkeypatch.setattr(forward_selection, name, lambda *_, value=value: value)
     monkeypatch.setattr(forward_selection, "leader_first", lambda search, some: some)
     monkeypatch.setattr(forward_selection, "with_simplest_effects", lambda search, one, rivals: (one, rivals))
-    monkeypatch.setattr(forward_selection, "best_pair", in_pairs)
+    monkeypatch.setattr(forward_selection, "second_rounds", in_pairs)
     monkeypatch.setattr(forward_selection, "judged_together", lambda search, base, found, *_: (found, []))
     for where in (forward_selection, parsimony):
         monkeypatch.setattr(where, "at_noise", lambda fit: fit is pair)
@@ -268,7 +268,7 @@ def test_each_joint_of_an_arm_has_rounds_of_its_own(monkeypatch: pytest.MonkeyPa
         "nothing_left": lambda own: own.cost < 0.5,
         "explained_share": lambda search, before, after: 1.0,
         "explains_enough": lambda search, before, after: True,
-        "best_pair": lambda search, some: None,
+        "second_rounds": lambda search, some: [],
         "split_in_two": lambda search, found: None,
         "with_simplest_effects": lambda search, found, rivals: (found, rivals),
         "judged_together": lambda search, base, found, *_: (found, []),

@@ -313,7 +313,7 @@ def test_effects_on_a_joint_are_tried_in_pairs_for_what_is_left_there(
 
     for asking in (forward_selection, parsimony):
         monkeypatch.setattr(asking, "every_part", few)
-    monkeypatch.setattr(forward_selection, "best_pair", no_pair)
+    monkeypatch.setattr(forward_selection, "second_rounds", no_pair)
     outcome = forward_selection.find_effects(search, search.refit(), lambda turn, share: None)
     assert ("viscous", "q_2") in [(p.kind, p.on) for p in outcome.parts]
     assert near_noise(outcome.final.of_joint(1))

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 
 from codegen.diagnosis.selection import forward_selection
 from tests.diagnosis.fakes import InRound, fit, part_named, ranked
+from tests.diagnosis.stage import among, log_of, stage
+from tests.diagnosis.test_adoption import search_of
 
 
 @pytest.mark.parametrize(("share", "whole"), [(0.85, True), (0.7, False)])
@@ -27,7 +32,7 @@ def test_an_effect_like_the_best_that_leaves_nearly_as_little_gets_a_round_of_al
     monkeypatch.setattr(forward_selection, "every_part", lambda search, taken: everything)
     search: Any = SimpleNamespace(rigid=None, fitted_again=lambda fit: fit)
     best = [ranked("hardening_spring", 0.875), ranked("spring", share), ranked("offset", 0.3)]
-    assert forward_selection.best_pair(search, best) == (None, False)
+    assert forward_selection.second_rounds(search, best) == []
     assert ("hardening_spring", ["offset"]) in asked
     second = ["viscous_asymmetry", "cogging", "stribeck"] if whole else ["offset"]
     assert ("spring", second) in asked
@@ -47,7 +52,7 @@ def test_an_effect_of_another_signature_that_leaves_nearly_as_little_gets_a_roun
     monkeypatch.setattr(forward_selection, "every_part", lambda search, taken: [part_named("viscous")])
     search: Any = SimpleNamespace(rigid=None, fitted_again=lambda fit: fit)
     best = [ranked("dead_zone", 0.74), ranked("spring", 0.72), ranked("offset", 0.3)]
-    forward_selection.best_pair(search, best)
+    forward_selection.second_rounds(search, best)
     assert ("spring", ["viscous"]) in asked
 
 
@@ -64,7 +69,7 @@ def test_another_form_of_an_effect_gets_no_second_round_of_its_own(monkeypatch: 
     search: Any = SimpleNamespace(rigid=None, fitted_again=lambda fit: fit)
     forms = ("delta", "v_s"), ("delta", "v_s", "exponent")
     best = [ranked("stribeck", 0.99, names) for names in forms] + [ranked("offset", 0.3)]
-    forward_selection.best_pair(search, best)
+    forward_selection.second_rounds(search, best)
     assert asked == [forms[0]]
 
 
@@ -87,7 +92,7 @@ def test_an_effect_with_the_motion_of_a_better_one_gets_no_second_round_of_its_o
     best = [ranked(kind, share) for kind, share in (("coulomb_asymmetry", 0.9), ("offset", 0.9), ("spring", 0.89))]
     system = best[0].found.trial.system
     best[0].found.part.on, best[1].found.part.on = system.contacts[0].name, system.positions[0].name
-    forward_selection.best_pair(search, best)
+    forward_selection.second_rounds(search, best)
     assert asked == [("coulomb_asymmetry", ["spring"]), ("spring", ["viscous"])]
 
 
@@ -107,6 +112,63 @@ def test_no_pair_is_sought_beyond_one_that_leaves_only_noise(at_noise: bool, mon
     monkeypatch.setattr(forward_selection, "at_noise", lambda found: at_noise and found.cost == 8.0)
     search: Any = SimpleNamespace(rigid=None, fitted_again=lambda fit: fit)
     kinds = ("offset", "spring", "cogging", "stribeck")
-    pair, among_all = forward_selection.best_pair(search, [ranked(kind, 0.9) for kind in kinds])
+    last = forward_selection.second_rounds(search, [ranked(kind, 0.9) for kind in kinds])[-1]
     assert asked == list(kinds[: 2 if at_noise else 3])
-    assert pair is not None and [p.kind for p in pair.trial.parts] == [asked[-1], "viscous"] and among_all
+    assert [p.kind for p in last.pair.trial.parts] == [asked[-1], "viscous"] and last.among_all
+
+
+STROKES = "0.854 + 0.004*t + 0.0011*t*t + 0.197*sin(0.176*t + 1.708) + 0.023*sin(2.72*t + 2.885)"
+"""Ever farther from the zero of the position, where a spring acts like a constant force."""
+PUSH = "{kind: coulomb_asymmetry, on: rail, parameters: {d: 1.5}}, {kind: viscous, on: rail, parameters: {b: 20}}"
+
+
+def test_an_effect_that_explains_more_with_a_further_one_is_a_rival_of_the_best_alone(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A real motor with a constant force and viscous friction, neither declared: a spring was named with certainty.
+
+    Alone the spring explained more and the force residual preferred it; beside viscous friction neither criterion did.
+    Here too a spring explains more alone, and a force that nothing describes is left.
+    """
+    log = log_of(stage(f"[{PUSH}]", 4.5, STROKES, 28.0), tmp_path, "log.csv")
+    noise, steps = 0.0, np.random.default_rng(2)
+    unknown = np.array([noise := 0.987 * noise + 0.16 * steps.standard_normal() for _ in log.time])
+    search = search_of(stage(), replace(log, inputs=log.inputs + 0.8 * unknown[:, None]))
+    search, base = forward_selection.within_reach(search)
+    monkeypatch.setattr(forward_selection, "ties", lambda *_: [])  # as by the force residual of the motor
+    with among("spring", "coulomb_asymmetry", "viscous", "quadratic_drag"):
+        found = forward_selection.find_effects(search, base, lambda turn, share: None)
+    assert [p.kind for p in found.parts] == ["spring"]
+    assert [r.part.kind for r in found.rivals] == ["coulomb_asymmetry"]
+
+
+@pytest.mark.parametrize(
+    ("cost", "preferred", "explains"),
+    [
+        (80.0, [("pair", "alone")], True),
+        (95.0, [("pair", "alone")], False),
+        (80.0, [], False),
+        (80.0, [("pair", "alone"), ("other", "pair")], False),
+    ],
+)
+@pytest.mark.parametrize("by_runs", [False, True])
+def test_a_pair_explains_more_than_an_effect_and_no_less_than_that_with_the_same_further_effect(
+    cost: float, preferred: list[tuple[str, str]], explains: bool, by_runs: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """``other``: the effect with the second of the pair; either criterion may prefer it."""
+    none = SimpleNamespace(parts=())
+    alone, pair = (SimpleNamespace(name=name, cost=c, trial=none) for name, c in (("alone", 100.0), ("pair", cost)))
+    alone.values, pair.part, pair.parameters = (np.zeros(1), []), "viscous", {"b": 1.0}
+    other = SimpleNamespace(name="other")
+    asked = set(preferred)
+    monkeypatch.setattr(forward_selection, "ForceCriterion", lambda search, found: found)
+    monkeypatch.setattr(forward_selection, "most_left", lambda found: 1.0)
+    by_force = asked - {("other", "pair")} if by_runs else asked
+    monkeypatch.setattr(forward_selection, "force_prefers", lambda one, two, *_: (one.name, two.name) in by_force)
+    monkeypatch.setattr(
+        forward_selection, "runs_prefer", lambda search, one, two: by_runs and (one.name, two.name) in asked
+    )
+    search: Any = SimpleNamespace(with_parts=lambda *_: other)
+    led: Any = alone
+    both: Any = pair
+    assert forward_selection.explains_more(search, led, both) == explains

@@ -33,6 +33,7 @@ from codegen.diagnosis.selection.ranking import (
     force_prefers,
     leader_first,
     leaves_as_little,
+    most_left,
     refused_when_fitted_again,
     run_round,
     runs_prefer,
@@ -100,20 +101,31 @@ BEAM = 3
 """Candidates of the first round that get a second round of their own."""
 
 
-def best_pair(search: Search, ranked: Sequence[Ranked]) -> tuple[Fit | None, bool]:
-    """The best fit with two effects, at least one of them among the best of the first round (a beam search).
+@dataclass(frozen=True, eq=False)
+class SecondRound:
+    """A candidate of the first round with all that are accepted in addition to it, best first.
+
+    Attributes:
+        pair: the fit with the best of these.
+        among_all: whether they were chosen among all candidates.
+    """
+
+    first: Ranked
+    accepted: tuple[Ranked, ...]
+    pair: Fit
+    among_all: bool
+
+
+def second_rounds(search: Search, ranked: Sequence[Ranked]) -> list[SecondRound]:
+    """The best of the first round, each with candidates for a second effect (a beam search).
 
     It ends with a pair that leaves only noise, which no other pair explains better.
 
     Two missing effects bias each other's fit. Effects with nearly as small a residual as the best get a second round of
     all candidates; other pairs are of the best candidates with different signatures. Forms of one effect leave the same
     for a second effect, as effects with the same motion do (``twins``), so only the best one is tried in pairs.
-
-    Returns:
-        The fit, None if there is none, and whether its last effect was chosen among all with the first kept.
     """
-    best: Fit | None = None
-    among_all = False
+    found: list[SecondRound] = []
     for k, one in enumerate(ranked):
         if any(one.part.key in same_motion(r.found) for r in ranked[:k]):
             continue
@@ -124,14 +136,30 @@ def best_pair(search: Search, ranked: Sequence[Ranked]) -> tuple[Fit | None, boo
             others = [r.part for r in ranked[k + 1 :] if not same_signature(one.part, r.part)]
         own, same = joint_of(search, one.part), same_motion(one.found)
         others = [p for p in others if joint_of(search, p) == own and p.key not in same]
-        if others:
-            both = run_round(search, search.fitted_again(one.found), others, leading=True)
-            for found in [search.fitted_again(r.found) for r in both if not r.why_not][:1]:
-                if best is None or found.cost < best.cost:
-                    best, among_all = found, every
-        if best is not None and at_noise(best):
-            break
-    return best, among_all
+        both = run_round(search, search.fitted_again(one.found), others, leading=True) if others else []
+        accepted = tuple(r for r in both if not r.why_not)
+        if accepted:
+            found.append(SecondRound(one, accepted, search.fitted_again(accepted[0].found), every))
+            if at_noise(found[-1].pair):
+                break
+    return found
+
+
+def explains_more(search: Search, led: Fit, pair: Fit) -> bool:
+    """Whether a pair of effects explains more than another effect does, and no less than that with the second of them.
+
+    Each by free runs and by the force residual. A further missing effect can be what makes the wrong one of two the
+    best alone. Example: a spring explained more than a constant force on a motor that also lacks viscous friction, and
+    no more beside viscous friction. The other way round, of a pair whose second effect only corrects what the first one
+    lacks, the first adds nothing to the other effect.
+    """
+    here = ForceCriterion(search, pair)
+    if pair.cost >= led.cost - BETTER or not force_prefers(here, ForceCriterion(search, led)):
+        return False
+    moved, values = led.values
+    other = search.with_parts(led, moved, [*led.trial.parts, pair.part], [*values, pair.parameters])
+    there = ForceCriterion(search, other)
+    return not (runs_prefer(search, other, pair) or force_prefers(there, here, most_left(other)))
 
 
 def split_in_two(search: Search, current: Fit) -> Fit | None:
@@ -353,16 +381,23 @@ class _Rounds:
 
     def _try_pairs(self) -> None:
         """A pair of the first round's best takes the place of the effects found, if it is better."""
-        search = self.search
+        search, leaders, self.leaders = self.search, self.leaders, []
         with shares_to(partial(self.report, self.taken)):
-            pair, among_all = (None, False) if at_noise(self.confirmed) else best_pair(search, self.leaders)
-        self.leaders = []
-        if pair is None or not _is_better_pair(pair, self.confirmed):
-            return
-        if worth_it(search, self.led, pair, self.alone):
-            self.current = self.confirmed = with_simplest_effects(search, pair, [])[0]
-            self.rivals, self.paired, self.among_all, self.waiting = [], True, among_all, []
-            self.left[self.joint] = MOST_EFFECTS - len(pair.trial.parts)
+            pairs = [] if at_noise(self.confirmed) else second_rounds(search, leaders)
+        best = min(pairs, key=lambda one: one.pair.cost, default=None)
+        better = best is not None and _is_better_pair(best.pair, self.confirmed)
+        if best is not None and better and worth_it(search, self.led, best.pair, self.alone):
+            self.current = self.confirmed = with_simplest_effects(search, best.pair, [])[0]
+            self.rivals, self.paired, self.among_all, self.waiting = [], True, best.among_all, []
+            self.left[self.joint] = MOST_EFFECTS - len(best.pair.trial.parts)
+        elif self.confirmed is self.led:
+            known = leaders[0], *self.rivals
+            self.rivals = [*known[1:], *(p.first for p in pairs if p.first not in known and self._is_rival(p))]
+
+    def _is_rival(self, one: SecondRound) -> bool:
+        """Whether a candidate with an effect that is accepted in addition to it explains more than the best alone."""
+        pairs = (self.search.fitted_again(r.found) for r in one.accepted if r.part.key != self.led.part.key)
+        return any(explains_more(self.search, self.led, pair) for pair in pairs)
 
 
 def _unexplained(search: Search, fit: Fit, rounds: Mapping[int | None, int], begun: bool) -> list[int | None]:
