@@ -39,25 +39,31 @@ def parts(spec: Spec) -> tuple[System, Observer, NoiseModel, Settings]:
 
 def twin_of(spec: Spec, observer: Observer) -> ModuleType:
     source = emit_sources(build_program(observer), make_header("machine.yaml", "0" * 64, ""))["__init__.py"]
-    return load_twin(source, f"noisy_{spec.name}_{observer.kind}_{observer.velocity}")
+    return load_twin(source, f"noisy_{spec.name}_{observer.kind}_{observer.velocity}_{observer.integration}")
 
 
 @pytest.mark.parametrize(
-    ("kind", "velocity", "gains"),
+    ("kind", "velocity", "gains", "integration"),
     [
-        ("cfo", "estimated", "{K_F: 400, K_v: 300}"),
-        ("cfo", "measured", "{K_F: 700}"),
-        ("to", "estimated", "{K_1: 30, K_2: -400, K_v: 300}"),
-        ("to", "measured", "{K_2: -700}"),
+        ("cfo", "estimated", "{K_F: 400, K_v: 300}", "euler"),
+        ("cfo", "measured", "{K_F: 700}", "euler"),
+        ("to", "estimated", "{K_1: 30, K_2: -400, K_v: 300}", "euler"),
+        ("to", "measured", "{K_2: -700}", "euler"),
+        ("cfo", "estimated", "{K_F: 400, K_v: 3000}", "implicit"),  # an explicit step would be unstable
+        ("cfo", "measured", "{K_F: 700}", "implicit"),
+        ("to", "estimated", "{K_1: 30, K_2: -400, K_v: 300}", "implicit"),
     ],
 )
-def test_rms_is_that_of_the_generated_code_on_a_noisy_run(kind: str, velocity: str, gains: str) -> None:
+def test_rms_is_that_of_the_generated_code_on_a_noisy_run(
+    kind: str, velocity: str, gains: str, integration: str
+) -> None:
     """Constant velocity, the input balances friction: what the estimate does is noise alone."""
     rms = 3e-6
     spec = spec_of(
         gains,
         kind,
         velocity,
+        more=f"integration: {integration}",
         simulation=f"simulation: {{duration: 1, sample_time: 0.01, position_noise: {{x: {rms}}}}}",
     )
     _, observer, noise, settings = parts(spec)

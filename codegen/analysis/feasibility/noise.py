@@ -1,7 +1,7 @@
 """Noise of the friction estimate due to measurement noise: P = Φ P Φ' + B B' (discrete Lyapunov equation).
 
-Φ and B are derivatives of the observer's equations by CasADi: one explicit Euler step from noisy measurements of x and
-v, then the estimates at the next sample without noise.
+Φ and B are derivatives of the observer's equations by CasADi: one explicit step from noisy measurements of x and v,
+then the estimates at the next sample without noise; or an implicit step of the states, z[k] = z[k−1] + h f(z[k], x[k]).
 """
 
 from __future__ import annotations
@@ -69,8 +69,9 @@ def position_noise(spec: Spec) -> PositionNoise:
 class NoiseModel:
     """Linear model of the sampled error with position noise n: e[k+1] = Φ e[k] + B n[k], F̂[k] − F[k] = C e[k] + D n[k].
 
-    e is the deviation of the estimates from the truth without the direct effect D n[k]. A measured velocity is assumed
-    to be the difference of two noisy positions over h, so the noise of the previous sample is part of the state.
+    e is the deviation of the estimates from the truth without the direct effect D n[k]; with an implicit step, of the
+    sample before. A measured velocity is assumed to be the difference of two noisy positions over h, so the noise of
+    the previous sample is part of the state.
 
     Attributes:
         variables, points: symbols and values of the operating points, (points, variables).
@@ -106,6 +107,8 @@ class NoiseModel:
             block = flat[:, start : start + rows * columns].reshape(sets, count, columns, rows)
             parts.append(np.ascontiguousarray(block.swapaxes(2, 3)))
             start += rows * columns
+        if self.observer.integration == "implicit":
+            parts = _solved(*parts)
         step, by_position, by_velocity, output, direct_position, direct_velocity = parts
         if self.observer.velocity != "measured":
             return step, by_position, output, direct_position
@@ -183,7 +186,7 @@ def _points(observer: Observer, spec: Spec) -> tuple[tuple[sympy.Symbol, ...], A
     ranges = dict.fromkeys((*system.positions, *system.inputs), (0.0, 0.0)) | dict.fromkeys(
         system.velocities, (-1.0, 1.0)
     )
-    ranges = {s: spec.envelope.get(s.name, r) for s, r in ranges.items()} | dict(observer.truth_ranges)
+    ranges = {s: spec.envelope.get(s.name, r) for s, r in (ranges | dict(observer.truth_ranges)).items()}
     bounds = np.array([[float(low), float(high)] for low, high in ranges.values()])
     spread = np.random.default_rng(2).uniform(bounds[:, 0], bounds[:, 1], (POINTS, len(bounds)))
     return tuple(ranges), spread
@@ -193,7 +196,7 @@ def _linearised(observer: Observer, known: dict[sympy.Symbol, Any], h: Any, fric
     """The matrices of ``NoiseModel`` as SX: Φ, B for position and velocity noise, C, D for position and velocity noise.
 
     The signs of the slips are those at the point: near standstill friction may reverse a small inertia within a sample.
-    ``friction``: symbols of the friction estimate.
+    With an implicit step: the arguments of ``_solved``. ``friction``: symbols of the friction estimate.
     """
     system = observer.system
     x, v = (casadi.vertcat(*[known[s] for s in part]) for part in (system.positions, system.velocities))
@@ -239,15 +242,45 @@ def _linearised(observer: Observer, known: dict[sympy.Symbol, Any], h: Any, fric
                 found += [values[s] for s in equation.symbols]
         return values, casadi.vertcat(*found)
 
-    start, _ = evaluate(None, x, v, truth + e)
+    implicit = observer.integration == "implicit"
+    start, _ = evaluate(None, x, v, truth if implicit else truth + e)
     state = casadi.vertcat(*[start[s] for s in observer.states])
     signs = [casadi.sign(start[u]) for u in slips]
-    noisy, _ = evaluate(state, x + x_noise, v + v_noise, signs=signs)
-    next_state = state + h * to_casadi(observer.rates, noisy)
-    _, next_estimates = evaluate(next_state, x + h * v, v, signs=signs)
+    noisy, noisy_estimates = evaluate(state + e if implicit else state, x + x_noise, v + v_noise, signs=signs)
+    moved = h * to_casadi(observer.rates, noisy)
     output = casadi.vertcat(*[noisy[s] for s in friction])
-    slopes = [casadi.jacobian(result, by) for result in (next_estimates, output) for by in deviations]
-    return list(casadi.substitute(slopes, list(deviations), [casadi.SX.zeros(d.shape) for d in deviations]))
+    at_truth = list(deviations), [casadi.SX.zeros(d.shape) for d in deviations]
+    if implicit:
+        before = state - casadi.substitute([moved], *at_truth)[0]
+        _, estimates_before = evaluate(before + e, x - h * v, v, signs=signs)
+        slopes = [casadi.jacobian(result, by) for result in (moved, output) for by in deviations]
+        slopes += [casadi.jacobian(estimates, e) for estimates in (noisy_estimates, estimates_before)]
+    else:
+        _, next_estimates = evaluate(state + moved, x + h * v, v, signs=signs)
+        slopes = [casadi.jacobian(result, by) for result in (next_estimates, output) for by in deviations]
+    return list(casadi.substitute(slopes, *at_truth))
+
+
+def _solved(
+    rate: Array,
+    rate_x: Array,
+    rate_v: Array,
+    output: Array,
+    direct_x: Array,
+    direct_v: Array,
+    now: Array,
+    before: Array,
+) -> list[Array]:
+    """Φ, B, C and D of an implicit step, from derivatives by the states and by the noise of positions and velocities.
+
+    z[k] = z[k−1] + h f(z[k], n[k]). ``rate…``: of h f. ``output``, ``direct…``: of the friction estimate. ``now``,
+    ``before``: of the estimates at k and k − 1, by the states.
+    """
+    solve = np.linalg.inv(np.eye(rate.shape[-1]) - rate)
+    from_estimates = solve @ np.linalg.inv(before)
+    by_x, by_v = solve @ rate_x, solve @ rate_v
+    direct = [direct_x + output @ by_x, direct_v + output @ by_v]
+    return [now @ from_estimates, now @ by_x, now @ by_v, output @ from_estimates, *direct]
 
 
 def _truth(observer: Observer, known: dict[sympy.Symbol, Any]) -> Any:
