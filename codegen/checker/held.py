@@ -128,8 +128,8 @@ def require_held_estimates(modes: Modes) -> None:
 
 
 def largest(p: Any, sizes: dict[str, Any], usual: int) -> Fraction:
-    """The sum of the magnitudes of a polynomial's terms, names as large as in ``sizes`` or usual, signs 1."""
-    of = (abs(a) * prod(sizes.get(x, usual) for x in m if not x.startswith("sign.")) for m, a in p.items())
+    """The sum of the magnitudes of a polynomial's terms, names as large as in ``sizes`` or usual; signs and t are 1."""
+    of = (abs(a) * prod(sizes.get(x, usual) for x in m if x[:5] != "sign." and x[-2:] != " t") for m, a in p.items())
     return sum(of, Fraction(0))
 
 
@@ -183,7 +183,10 @@ def finite(proof: dict[str, Any], shown: dict[str, Any], begun: dict[str, Any]) 
     quotients = [rounding.Bounded({}, of, c.precision) for of in (known, shown["known"])]
     for of in quotients:  # reciprocal -> the largest that it is, by the least divisor that rounding.py lets pass
         of.ones()
-    of_ends, of_step = ({x: p.constant() for x, p in of.largest.items()} for of in quotients)
+    of_ends, of_step = (
+        {x: p.constant() for x, p in of.largest.items()} | dict.fromkeys(rounding.at_most_one(of.known), 1)
+        for of in quotients
+    )
     ordered = [*ends[:3], ends[4], ends[3]]
     sizes = {z: largest(p, of_step, usual) for z, p in shown["before"].items()}
     for z in others:

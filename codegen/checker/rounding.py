@@ -26,7 +26,7 @@ sum in which a term cancels, or with an exp: exp(-800) is 0 in doubles.
 
 import ast
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from fractions import Fraction
 from itertools import islice
 from math import prod
@@ -352,7 +352,8 @@ class Bounded(kernel.Text):
     def most(self, p: Any) -> Fraction:
         """The sum of the magnitudes of p's terms, with quantities as large as ``usual``, quotients as ``largest``."""
         terms = put(magnitudes(p), self.largest)
-        return sum((c * self.precision.usual ** degree(m) for m, c in terms.items()), Fraction(0))
+        usual = self.precision.usual
+        return sum((c * usual ** degree(x for x in m if x[-2:] != " t") for m, c in terms.items()), Fraction(0))
 
     def of_terms(self, p: Any) -> tuple[int, int]:
         """The spacing of a number, a quantity or a product of them; of a sum, that of its smallest term.
@@ -480,7 +481,7 @@ def magnitudes(p: Any) -> Any:
     return kernel.Poly({m: abs(c) for m, c in p.items()})
 
 
-def degree(monomial: tuple[str, ...]) -> int:
+def degree(monomial: Iterable[str]) -> int:
     """How many quantities a monomial is a product of."""
     return sum(x.startswith(frame.QUANTITIES) for x in monomial)
 

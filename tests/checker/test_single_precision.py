@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import random
 import re
 from functools import cache
 from pathlib import Path
@@ -11,6 +12,7 @@ import pytest
 import stiction
 from codegen.checker import frame, verify
 from tests.checker.forged import GENERATED, replace_once
+from tests.twin import load_twin
 
 SPECS = Path(__file__).parents[2] / "specs"
 STEP = "const float v_hat ="
@@ -201,3 +203,46 @@ def test_a_sum_that_quantities_of_usual_size_take_beyond_the_limit_is_refused(mo
     monkeypatch.setitem(frame.PRECISIONS, "float", large)
     with pytest.raises(verify.Refused, match="above its limit"):
         checked("one_mass", single("one_mass"))
+
+
+ARM = """
+name: arm
+coordinates: {q1: {velocity: w1, unit: rad}, q2: {velocity: w2, unit: rad}}
+inputs: {t1: {unit: N*m}, t2: {unit: N*m}}
+parameters:
+  a1: {value: 1.9, unit: kg*m^2}
+  a2: {value: 0.42, unit: kg*m^2}
+  a3: {value: 0.31, unit: kg*m^2}
+  g1: {value: 22, unit: N*m}
+  g2: {value: 6, unit: N*m}
+mass_matrix:
+  - [a1 + 2*a3*cos(q2), a2 + a3*cos(q2)]
+  - [a2 + a3*cos(q2), a2]
+force:
+  - t1 + a3*sin(q2)*(2*w1*w2 + w2**2) - g1*cos(q1) - g2*cos(q1 + q2)
+  - t2 - a3*sin(q2)*w1**2 - g2*cos(q1 + q2)
+friction:
+  distribution: [[1, 0], [0, 1]]
+  contacts:
+    - {name: j1, law: coulomb, a: 4, unit: N*m}
+    - {name: j2, law: coulomb, a: 1.5, unit: N*m}
+observer: {kind: gcfo, velocity: measured, gains: {K_F: 30}, sample_time: 2 ms}
+envelope: {q1: [-3.2, 3.2], q2: [-2.5, 2.5], w1: [-2, 2], w2: [-3, 3]}
+code: {precision: single}
+"""
+
+
+def test_a_sine_is_not_taken_to_be_as_large_as_its_angle(tmp_path: Path) -> None:
+    """The t of lemma 7 counted as an angle of up to 1e3, so the sum `check` as above the limit of floats, 1e18."""
+    (spec := tmp_path / "arm.yaml").write_text(ARM)
+    files = stiction.load(spec).files
+    report = verify.check(files["certificate.json"], sources={x: text.encode() for x, text in files.items()})
+    assert report.whole and not report.unproved
+    code, dice = load_twin(files["__init__.py"], "arm_in_floats"), random.Random(1)
+    parameters, largest = code.Parameters(), 0.0
+    for _ in range(2000):
+        state = code.State(z_j1=dice.uniform(-1e3, 1e3), z_j2=dice.uniform(-1e3, 1e3))
+        inputs = code.Inputs(*(dice.choice((-1e3, 1e3)) * dice.random() ** 0.1 for _ in code.Inputs.__slots__))
+        assert code.step(state, parameters, inputs).fault == 0
+        largest = max(largest, abs(state.z_j1), abs(state.z_j2))
+    assert 1e5 < largest < 1e18
