@@ -172,3 +172,15 @@ def test_a_pair_explains_more_than_an_effect_and_no_less_than_that_with_the_same
     led: Any = alone
     both: Any = pair
     assert forward_selection.explains_more(search, led, both) == explains
+
+
+@pytest.mark.parametrize("why_not", ["", "may be chance"])
+def test_a_rival_in_a_pair_is_accepted_alone(why_not: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A wave of any period explains more than a load behind a spring with a third effect, and might alone be chance."""
+    monkeypatch.setattr(forward_selection, "explains_more", lambda *_: True)
+    search: Any = SimpleNamespace(fitted_again=lambda found: found)
+    first, second, led = ranked("cogging", 0.3), ranked("viscous", 0.3), ranked("compliance", 0.3).found
+    first.why_not = why_not
+    rounds = forward_selection._Rounds(search, lambda *_: None, {}, led, led, led)
+    alone = forward_selection.SecondRound(first, (second,), second.found, True)
+    assert rounds._is_rival(alone) == (not why_not)

@@ -395,9 +395,9 @@ class _Rounds:
             self.rivals = [*known[1:], *(p.first for p in pairs if p.first not in known and self._is_rival(p))]
 
     def _is_rival(self, one: SecondRound) -> bool:
-        """Whether a candidate with an effect that is accepted in addition to it explains more than the best alone."""
+        """Whether a candidate that is accepted alone explains more than the best, with another one added."""
         pairs = (self.search.fitted_again(r.found) for r in one.accepted if r.part.key != self.led.part.key)
-        return any(explains_more(self.search, self.led, pair) for pair in pairs)
+        return not one.first.why_not and any(explains_more(self.search, self.led, pair) for pair in pairs)
 
 
 def _unexplained(search: Search, fit: Fit, rounds: Mapping[int | None, int], begun: bool) -> list[int | None]:
