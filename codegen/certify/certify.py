@@ -29,8 +29,9 @@ from codegen.certify.outcome import Certificate, Proposal, Proposals, Refusal
 from codegen.certify.refute import refute, slowest_point
 from codegen.certify.region_proofs import Regions, find_regions
 from codegen.certify.size_limit import beyond_checker
-from codegen.certify.structure import by_structure
+from codegen.certify.structure import by_structure, without_formula
 from codegen.checker import verify
+from codegen.mechanics.computed import ComputedEntry
 from codegen.spec.model import Spec
 from codegen.spec.numerics import numerical
 
@@ -97,7 +98,9 @@ def _certified(analysis: Analysis, stated: Frame, further: bool, all_angles: boo
         if not analysis.stable:
             return _unstable(analysis, None, by_parts())
         if (structured := by_structure(analysis, stated)) is None:
-            return _inexpressible(analysis, error)
+            refusal = _inexpressible(analysis, error)
+            computed = analysis.dynamics.observer.system.mass_matrix.has(ComputedEntry)
+            return replace(refusal, reason=f"{refusal.reason}; {without_formula(analysis)}") if computed else refusal
         content, report = structured
         rate = float(Fraction(content["decay_rate"]))
         return Certificate(content, rate, spectral_rate(analysis), report.facts, by_structure=True)

@@ -72,9 +72,7 @@ def build_family(dynamics: ErrorDynamics, ranges: Mapping[sympy.Symbol, tuple[An
     numbers = {**observer.values, sympy.Symbol("h", real=True): observer.sample_time}
     matrix = dynamics.in_force(dynamics.sampled).xreplace(numbers)
     if matrix.has(ComputedEntry) or (dynamics.inverse_mass and observer.system.mass_matrix.has(ComputedEntry)):
-        raise NotEnclosable(
-            "the mass matrix or the force comes from a robot file and has no formula, which a certificate needs"
-        )
+        raise NotEnclosable("the mass matrix or the force comes from a robot file and has no formula")
     matrix, slips = _in_slips(matrix, dynamics, ranges)
     matrix = matrix.applyfunc(expand_products)
     ranges = {**ranges, **slips}

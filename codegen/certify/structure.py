@@ -98,6 +98,14 @@ def by_structure(analysis: Analysis, stated: Frame) -> tuple[dict[str, Any], ver
     return None
 
 
+def without_formula(analysis: Analysis) -> str:
+    """What a refused observer of a robot file lacks for a certificate by structure, in words."""
+    if _structure(analysis) is None:
+        form = "a symmetric K_2, `integration: euler`, and velocity measured or the same K_v at all joints"
+        return f"without a formula only a `gto` with {form} can have a certificate, if its error decays fast enough"
+    return "a certificate by structure was tried, and no V found: other gains, as `stiction gains` suggests, may help"
+
+
 def _measured(analysis: Analysis) -> Found | None:
     """The certified mode of measured velocity, the scalar step 1 − hν; None if the observer has another form."""
     observer, modes = analysis.dynamics.observer, analysis.modes

@@ -12,7 +12,9 @@ import sympy
 
 from codegen.analysis.analysis import Analysis, analyse
 from codegen.certify.certify import spectral_rate
-from codegen.certify.structure import Extremes, MovingMass, certified_mode, extremes, moving_mass
+from codegen.certify.certify import certify
+from codegen.certify.outcome import Refusal
+from codegen.certify.structure import Extremes, MovingMass, certified_mode, extremes, moving_mass, without_formula
 from codegen.observers import observer_of
 from codegen.spec import parse_spec
 
@@ -122,7 +124,16 @@ def changed(*changes: tuple[str, str]) -> Analysis:
 
 def test_none_where_k_v_differs_between_joints() -> None:
     gains = "K_v: [300, 300, 300, 300, 300, 300, 300]"
-    assert moving_mass(changed((gains, "K_v: [300, 300, 300, 300, 300, 300, 299]"))) is None
+    analysis = changed((gains, "K_v: [300, 300, 300, 300, 300, 300, 299]"))
+    assert moving_mass(analysis) is None
+    assert "the same K_v at all joints" in without_formula(analysis)
+
+
+def test_a_refusal_says_that_other_gains_may_have_a_certificate() -> None:
+    """It said that a certificate needs a formula, of a form that is certified at smaller gains."""
+    spec = parse_spec(SPEC.read_text("utf-8").replace("K_v: [300, 300, 300, 300, 300, 300, 300]", "K_v: 30"), SPEC)
+    outcome = certify(spec, analyse(spec, observer_of(spec)), {}, "", further=False)
+    assert isinstance(outcome, Refusal) and "other gains" in outcome.reason
 
 
 def test_none_for_a_level_that_is_learnt_with_the_sign_of_an_estimate() -> None:
