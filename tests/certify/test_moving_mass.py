@@ -11,8 +11,7 @@ import pytest
 import sympy
 
 from codegen.analysis.analysis import Analysis, analyse
-from codegen.certify.certify import spectral_rate
-from codegen.certify.certify import certify
+from codegen.certify.certify import certify, spectral_rate
 from codegen.certify.outcome import Refusal
 from codegen.certify.structure import Extremes, MovingMass, certified_mode, extremes, moving_mass, without_formula
 from codegen.observers import observer_of

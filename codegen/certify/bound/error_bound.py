@@ -250,7 +250,7 @@ def with_bounds(spec: Spec, analysis: Analysis, certificate: Certificate) -> Cer
                 "a spec without that, or no `domain`" if domain is bounds else "a domain for which there is a bound"
             )
             found = f"no error bound holds in the domain ({domain})"
-            raise BadInput(spec.place("observer.domain"), found, expected, code="SPEC022")
+            raise BadInput(spec.place("observer.domain"), found, f"{expected}, or no `domain`", code="SPEC022")
         if domain is not None and domain.inside is None:
             found = f"slip_speed {float(observer.domain.slip_speed):.6g}, for which there is no bound"
             expected = f"at least {domain.least_slip_speed * 1.006:.3g}"
