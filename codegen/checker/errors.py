@@ -34,6 +34,7 @@ if TYPE_CHECKING or __package__:
     from codegen.checker import forms, frame, kernel, rounding
 
 demand, term, Text = frame.demand, kernel.term, kernel.Text
+NOT_MOVED = "the matrix does not move the errors"
 
 
 @frame.limited()
@@ -96,7 +97,7 @@ def prove(proof: dict[str, Any], files: dict[str, str]) -> dict[str, Any]:
     remainders = {z: kernel.cleared(after[z] - expected.value(of), known) for z, of in formulas.items()}
     # A term of more than one error is beyond the first order; where such are left, that is said.
     wrong = [z for z, p in remainders.items() for m in p if z not in moving or sum(x in hidden for x in m) < 2]
-    demand(not wrong, f"the matrix does not move the errors: {wrong[:3]}")
+    demand(not wrong, f"{NOT_MOVED}: {wrong[:3]}")
     # V falls, by lemmas 4 to 6 of the kernel.
     box = {x: [machine.value(end).constant() for end in (low, high)] for x, (low, high) in proof["box"].items()}
     h = names["parameters.sample_time"].constant()

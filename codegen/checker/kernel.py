@@ -265,7 +265,7 @@ class Text:  # evaluates expressions over names, and runs assignments; known: (f
     def value(self, text: str) -> Poly:
         if NUMBER.fullmatch(text := text.strip(" ")):
             return term(fraction(text))
-        demand(re.fullmatch(EXPRESSION, text), f"{text[:80]!r} is no expression")
+        demand(re.fullmatch(EXPRESSION, text), f"{text[:80]!r} is no expression of at most 20000 characters")
         return self.of(TREES[len(text) > 200](text, mode="eval").body, text)
 
     def of(self, node: ast.expr, text: str) -> Poly:

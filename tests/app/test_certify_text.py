@@ -196,3 +196,27 @@ def test_a_declared_stribeck_curve_is_named_as_the_reason_for_no_bound(tmp_path:
     text = AXIS.replace("LAW", "law: coulomb, a: 40").replace("EFFECTS", stribeck)
     words = " ".join(" ".join(lines_of("certify", text, tmp_path)).split())
     assert "the effects on guide are curved over the slip speed" in words and "`stiction laws` lists them" in words
+
+
+def test_a_distribution_that_depends_on_the_position_is_named_as_the_reason(tmp_path: Path) -> None:
+    """The message named a state of the code, three times."""
+    text = (SPECS / "one_mass.yaml").read_text()
+    moving = re.sub(r"distribution: *(\[\[1\]\]|\n *- \[1\])", "distribution: [[1 + kap*x]]", text)
+    moving = re.sub(r"(?m)^envelope:.*\n", "envelope:\n  x: [-1, 1]\n", moving)
+    moving = moving.replace("  m: {", "  kap: {value: 0.25, unit: 1/m}\n  m: {", 1)
+    assert moving.count("kap*x") == 1
+    said = " ".join(" ".join(lines_of("certify", moving, tmp_path)).split())
+    assert "U depends on the position" in said and "state.z" not in said, said
+
+
+def test_a_domain_that_no_domain_helps_says_what_does(tmp_path: Path) -> None:
+    text = (SPECS / "one_mass_domain.yaml").read_text()
+    drag = re.sub(
+        r"(?m)^(effects:.*\n)?observer:",
+        "effects: [{kind: quadratic_drag, on: x, parameters: {c: 0.1}}]\nobserver:",
+        text,
+        count=1,
+    )
+    (path := tmp_path / "drag.yaml").write_text(drag)
+    done = stiction("certify", path)
+    assert done.code == 2 and "expected a spec without that, or no `domain`" in done.err, done.err

@@ -246,9 +246,7 @@ def with_bounds(spec: Spec, analysis: Analysis, certificate: Certificate) -> Cer
     if observer.domain is not None:  # no code with an output ``in_domain`` is generated where this has no bound
         domain = bounds if isinstance(bounds, str) else bounds[0].domain
         if isinstance(domain, str):
-            expected = (
-                "a spec without that, or no `domain`" if domain is bounds else "a domain for which there is a bound"
-            )
+            expected = "a spec without that" if domain is bounds else "a domain for which there is a bound"
             found = f"no error bound holds in the domain ({domain})"
             raise BadInput(spec.place("observer.domain"), found, f"{expected}, or no `domain`", code="SPEC022")
         if domain is not None and domain.inside is None:
