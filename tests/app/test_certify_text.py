@@ -220,3 +220,44 @@ def test_a_domain_that_no_domain_helps_says_what_does(tmp_path: Path) -> None:
     (path := tmp_path / "drag.yaml").write_text(drag)
     done = stiction("certify", path)
     assert done.code == 2 and "expected a spec without that, or no `domain`" in done.err, done.err
+
+
+GANTRY = """
+name: gantry
+coordinates: {{p: {{velocity: vp, unit: m}}, q: {{velocity: vq, unit: m}}}}
+inputs: {{F1: {{unit: N}}, F2: {{unit: N}}}}
+parameters:
+  m: {{value: 15, unit: kg}}
+  k: {{value: 2000, unit: N/mm}}
+mass_matrix: {mass}
+force: {force}
+friction:
+  distribution: {distribution}
+  contacts:
+    - {{name: left, law: coulomb, a: 60, unit: N}}
+    - {{name: right, law: coulomb, a: 75, unit: N}}
+observer: {{kind: gcfo, velocity: estimated, integration: semi_implicit, gains: {{K_F: 500, K_v: [300, 300]}},
+  sample_time: 0.5 ms}}
+envelope: {{vp: [-1, 1], vq: {vq}, vp_dot: [-4, 4], vq_dot: {vq_dot}}}
+"""
+
+
+def test_two_coordinates_with_a_stiff_spring_are_better_as_mean_and_difference(tmp_path: Path) -> None:
+    each = GANTRY.format(
+        mass="[[m, 0], [0, m]]",
+        force="[F1 - k*(p - q), F2 + k*(p - q)]",
+        distribution="[[1, 0], [0, 1]]",
+        vq="[-1, 1]",
+        vq_dot="[-4, 4]",
+    )
+    mean = GANTRY.format(
+        mass="[[2*m, 0], [0, m/2]]",
+        force="[F1 + F2, (F1 - F2)/2 - k*q]",
+        distribution="[[1, 1], [0.5, -0.5]]",
+        vq="[-0.01, 0.01]",
+        vq_dot="[-1, 1]",
+    )
+    said = [" ".join(" ".join(lines_of("certify", text, tmp_path)).split()) for text in (each, mean)]
+    bounds = [float(re.search(r"\|e_a_left\| <= (\S+) N", text)[1]) for text in said]
+    assert bounds[1] < 60 < bounds[0] and bounds[1] < bounds[0] / 50
+    assert "their mean and their difference" in said[0] and "their mean" not in said[1]
