@@ -191,7 +191,6 @@ def test_effects_are_tried_in_pairs_where_the_best_alone_is_far_off_in_some_segm
         "worth_it": True,
         "explains_enough": True,
         "explained_share": 1.0,
-        "split_in_two": None,
     }.items():
         monkeypatch.setattr(forward_selection, name, lambda *_, value=value: value)
     monkeypatch.setattr(forward_selection, "leader_first", lambda search, some: some)
@@ -269,7 +268,6 @@ def test_each_joint_of_an_arm_has_rounds_of_its_own(monkeypatch: pytest.MonkeyPa
         "explained_share": lambda search, before, after: 1.0,
         "explains_enough": lambda search, before, after: True,
         "second_rounds": lambda search, some: [],
-        "split_in_two": lambda search, found: None,
         "with_simplest_effects": lambda search, found, rivals: (found, rivals),
         "judged_together": lambda search, base, found, *_: (found, []),
         "leader_first": lambda search, some: some,
@@ -325,7 +323,6 @@ def test_an_effect_that_passes_alone_is_tried_where_a_doubtful_one_gets_no_secon
     monkeypatch.setattr(forward_selection, "ties", lambda search, found: found[1:])
     monkeypatch.setattr(forward_selection, "nothing_left", lambda found: False)
     monkeypatch.setattr(forward_selection, "explained_share", lambda search, a, b: 1.0)
-    monkeypatch.setattr(forward_selection, "split_in_two", lambda search, current: None)
     monkeypatch.setattr(forward_selection, "with_simplest_effects", lambda search, current, rivals: (current, rivals))
     monkeypatch.setattr(forward_selection, "refused_when_fitted_again", lambda first, chosen: first)
     monkeypatch.setattr(forward_selection.acceptance, "near_noise", lambda found: True)

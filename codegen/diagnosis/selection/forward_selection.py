@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from itertools import combinations
 
 from codegen.base.progress import shares_to
 from codegen.diagnosis.evidence.force_gain import ForceCriterion
@@ -14,7 +13,7 @@ from codegen.diagnosis.fit.acceptance import noise_ratio
 from codegen.diagnosis.fit.output_error import Fit
 from codegen.diagnosis.fit.search import Search, joint_of
 from codegen.diagnosis.fit.trial import Part
-from codegen.diagnosis.selection.candidate_fits import every_part, fit_candidates
+from codegen.diagnosis.selection.candidate_fits import every_part
 from codegen.diagnosis.selection.parsimony import (
     BETTER,
     MOST_EFFECTS,
@@ -41,9 +40,7 @@ from codegen.diagnosis.selection.ranking import (
     same_signature,
     ties,
 )
-from codegen.diagnosis.selection.refusals import is_possible
 from codegen.diagnosis.selection.significance import hypotheses
-from codegen.effects.register import separating_experiment
 
 DIVERGING, SHORTEST = 100.0, 0.25
 """Ratio of the refit's error to the noise above which segments are halved, and least share of their length."""
@@ -162,35 +159,6 @@ def explains_more(search: Search, led: Fit, pair: Fit) -> bool:
     return not (runs_prefer(search, other, pair) or force_prefers(there, here, most_left(other)))
 
 
-def split_in_two(search: Search, current: Fit) -> Fit | None:
-    """The fit with two effects in place of one that is confused with both, if they explain more; else None.
-
-    Only pairs with no more parameters than the one are tried, so that the better fit decides. Example: within a part of
-    a turn, a spring and a constant force look like an unbalanced mass.
-    """
-    here = ForceCriterion(search, current)
-    for k, part in enumerate(current.trial.parts):
-        if len(part.names) < 2 or at_noise(current):
-            continue
-        rest = search.without(current, k)
-        alike = [p for p in every_part(search, rest.trial.parts) if is_confused(search, part, p)]
-        for one, two in combinations(alike, 2):
-            if one.key == two.key or len(one.names) + len(two.names) > len(part.names):
-                continue
-            for first in fit_candidates(search, rest, [one]):
-                for both in fit_candidates(search, first, [two]):
-                    better = both.cost < current.cost - BETTER and runs_prefer(search, both, current)
-                    if better and is_possible(search, both) and not force_prefers(here, ForceCriterion(search, both)):
-                        return search.fitted_again(both)
-    return None
-
-
-def is_confused(search: Search, one: Part, other: Part) -> bool:
-    """Whether the catalogue lists two effects on the same coordinate as having a similar signature."""
-    here, there = (p.effect.coordinate(search.system, p.place) for p in (one, other))
-    return here == there and bool(separating_experiment(one.kind, other.kind))
-
-
 def within_reach(search: Search) -> tuple[Search, Fit]:
     """The search with segments so short that free runs stay near the measured motion, and its refit."""
     near, base, share = search, search.refit(), 1.0
@@ -224,9 +192,6 @@ def find_effects(
             return rounds.outcome(base, rounds.confirmed)
     confirmed, rivals, paired, among_all = rounds.confirmed, rounds.rivals, rounds.paired, rounds.among_all
     with shares_to(partial(report_progress, rounds.taken)):
-        pair = split_in_two(search, confirmed)
-        if pair is not None:
-            confirmed, rivals, paired, among_all = pair, [], True, False
         rivals = rivals if confirmed.trial.parts else []
         current, rivals = judged_together(search, base, confirmed, rivals, paired, among_all)
     lost = current is base and not refit_only and not acceptance.near_noise(base)
