@@ -184,7 +184,6 @@ def test_a_replacement_whose_period_the_log_cannot_show_is_none(monkeypatch: pyt
     wave.cost, wave.model, wave.parameters = 0.0, None, {}
     monkeypatch.setattr(parsimony, "fit_candidates", lambda *_: [wave])
     monkeypatch.setattr(parsimony, "possible_replacements", lambda search, parts, k, paired: [wave.part])
-    monkeypatch.setattr(refusals, "hides_an_effect", lambda search, found: "")
     monkeypatch.setattr(refusals, "admissible", lambda search, found: True)
     monkeypatch.setattr(parsimony, "matters", lambda *_: True)
     refusing = "corrects_a_form", "contradicted_by_force", "only_attenuates_noise"

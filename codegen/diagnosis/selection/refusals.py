@@ -27,7 +27,6 @@ from codegen.diagnosis.fit.search import Search
 from codegen.diagnosis.fit.signals import Motion
 from codegen.diagnosis.fit.trial import Part, with_effects, with_values
 from codegen.diagnosis.results import FoundEffect, worded
-from codegen.diagnosis.selection.candidate_fits import simpler_forms
 from codegen.mechanics.system import Matrix, System
 
 LEAST_DRIVE = 0.1
@@ -102,7 +101,7 @@ def is_possible(search: Search, found: Fit) -> bool:
 
 
 def impossible(search: Search, found: Fit, plain: System) -> str:
-    """Objection to values out of the effect's bounds, or that the log cannot show with the others; else empty.
+    """Objection to values out of the effect's bounds, or that the log cannot show; else empty.
 
     ``plain``: the model without the effect, whose friction levels are compared.
     """
@@ -112,7 +111,6 @@ def impossible(search: Search, found: Fit, plain: System) -> str:
         _unvarying(search, found.part, found.parameters)
         or acts_as_its_limit(search, found)
         or takes_the_level(search.problem, plain, found.model)
-        or hides_an_effect(search, found)
     )
 
 
@@ -130,11 +128,6 @@ def _refitted(system: System, found: Fit) -> System:
     return with_values(system, dict(zip((s.name for s in found.trial.moved), moved, strict=True)))
 
 
-def unseen(search: Search, part: Part, values: Mapping[str, float]) -> str:
-    """Why the log cannot show an effect: that it repeats, that it varies, or that it is there at all; else empty."""
-    return uncovered(search, part, values) or _unvarying(search, part, values)
-
-
 def uncovered(search: Search, part: Part, values: Mapping[str, float]) -> str:
     """Objection if the log covers less than the effect's period; else empty."""
     if never_passed(search.system, search.motion, part, values):
@@ -148,15 +141,6 @@ def _unvarying(search: Search, part: Part, values: Mapping[str, float]) -> str:
         return "varies only outside the speeds of the log, within which it is a level or a line"
     here = part.effect.coordinate(search.system, part.place)
     return part.effect.unseen(values, float(search.record.noise[here]))
-
-
-def hides_an_effect(search: Search, found: Fit) -> str:
-    """Objection if, with the last effect in the model, an earlier one has values the log cannot show; else empty."""
-    for part, values in zip(found.trial.parts[:-1], found.values[1][:-1], strict=True):
-        why = "" if simpler_forms(part) else unseen(search, part, values)
-        if why:
-            return f"leaves {part.title} with values that the log cannot show: it {why}"
-    return ""
 
 
 def acts_as_its_limit(search: Search, found: Fit) -> str:
