@@ -10,8 +10,6 @@ import numpy as np
 
 LARGEST_EXPONENT = 300.0
 """Largest magnitude of an argument of exp."""
-SLOPE_STEP = 1e-6
-"""Step of a coordinate for the slope of the parameter."""
 NEAREST = 2.0**-52
 """Least distance of a value to its upper bound, relative to the distance of the bounds."""
 
@@ -37,20 +35,6 @@ class Coordinate(ABC):
     def outward(self, inner: float) -> float:
         """Coordinate → parameter."""
 
-    def moved(self, inner: float, step: float) -> float:
-        """The coordinate after a linear step, taken in the parameter itself where that stays within its bounds.
-
-        A model is usually closer to linear in the parameter: a step of 2.3 in its logarithm is meant as the factor
-        3.3 of a linear model, not as e^2.3 = 10.
-        """
-        value = self.outward(inner)
-        slope = (self.outward(inner + SLOPE_STEP) - self.outward(inner - SLOPE_STEP)) / (2 * SLOPE_STEP)
-        return self.inward(value + step * slope) if self.holds(value + step * slope) else inner + step
-
-    def holds(self, value: float) -> bool:
-        """Whether a value lies strictly within the bounds."""
-        return True
-
 
 @dataclass(frozen=True)
 class Free(Coordinate):
@@ -64,9 +48,6 @@ class Free(Coordinate):
 
     def outward(self, inner: float) -> float:
         return float(inner)
-
-    def moved(self, inner: float, step: float) -> float:
-        return inner + step
 
 
 @dataclass(frozen=True)
@@ -82,9 +63,6 @@ class Above(Coordinate):
 
     def outward(self, inner: float) -> float:
         return float(self.low + np.exp(min(inner, LARGEST_EXPONENT)))
-
-    def holds(self, value: float) -> bool:
-        return value > self.low
 
 
 @dataclass(frozen=True)
@@ -102,9 +80,6 @@ class Between(Coordinate):
 
     def outward(self, inner: float) -> float:
         return float(self.low + (self.high - self.low) / (1 + np.exp(min(-inner, LARGEST_EXPONENT))))
-
-    def holds(self, value: float) -> bool:
-        return self.low < value < self.high
 
 
 FREE = Free()

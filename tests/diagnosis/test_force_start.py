@@ -13,12 +13,12 @@ import pytest
 import sympy
 from scipy.optimize import lsq_linear
 
-from codegen.diagnosis.fit.output_error import Prior, shooting_fit
+from codegen.diagnosis.fit.output_error import Prior
 from codegen.diagnosis.fit.record import record_of
 from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.search import Search, search_on
 from codegen.diagnosis.fit.signals import smooth_motion
-from codegen.diagnosis.fit.starting_values import ForceStart, distributed, starting_points, stepped_in_parameters
+from codegen.diagnosis.fit.starting_values import ForceStart, distributed
 from codegen.diagnosis.fit.trial import part_of
 from codegen.diagnosis.selection.candidate_fits import CandidateFits
 from codegen.effects import CATALOGUE
@@ -154,28 +154,6 @@ def test_an_effect_without_starting_values_has_no_such_start(tmp_path: Path, who
     covered = CandidateFits(search, base, (part,)).covered(part)
     none = replace(covered, periods=lambda *_: [])
     assert ForceStart(search.problem, base, whole).best(base.runner.trial.with_part(part), none) is None
-
-
-def test_an_effect_found_before_starts_at_its_value_beside_the_missing_one(tmp_path: Path) -> None:
-    """A width of a quarter of the true one, as where a dead zone stands for itself and an offset: four times is meant.
-
-    A linear step of three in its logarithm would be twenty times.
-    """
-    true = "[{kind: dead_zone, on: w, parameters: {width: 2.4}}, {kind: offset, on: x, parameters: {f0: 1.5}}]"
-    search = search_in(log_of(stage(true), tmp_path, "train.csv"))
-    base, parts = search.refit(), [part_of(CATALOGUE[kind], 0, search.system) for kind in ("dead_zone", "offset")]
-    found = base.runner.trial.with_part(parts[0])
-    both = found.with_part(parts[1])
-    alone, runner = search.runners([found])[0], search.runners([both])[0]
-    theta = np.append(base.theta, parts[0].inward({"width": 0.6}))
-    narrow = shooting_fit(alone, theta, base.offsets, search.prior(found, theta), 0)
-    covered = CandidateFits(search, narrow, (parts[1],)).covered(parts[1])
-    (shape,) = CATALOGUE["offset"].starts(covered)
-    start = stepped_in_parameters(narrow, starting_points(runner, narrow, covered, [shape])[0][1])
-    assert start is not None
-    _, (dead_zone, offset) = both.split(start)
-    assert dead_zone["width"] == pytest.approx(2.4, rel=0.3)
-    assert offset["f0"] == pytest.approx(1.5, rel=0.3)
 
 
 def search_in(log: Log) -> Search:

@@ -44,8 +44,6 @@ TRIES, MORE_TRIES, SIMPLEX = 60, 180, 0.5
 initial size in logarithms. A simplex that has shrunk in a local minimum leaves it when it is begun anew."""
 APART_STARTS = 1.0
 """Least distance between the starts of simplex searches, in logarithms: twice their initial size."""
-CURVED = 0.2
-"""Least difference of a coordinate by a linear step in it and in the parameter from which on both are starts."""
 
 
 def starting_points(
@@ -70,17 +68,6 @@ def _weighted_by_runs(runner: Runner, base: Fit, covered: Covered, shape: Mappin
     step, cost = _linear_step(base, base.unprojected, np.concatenate([base.projected_slopes, np.stack(columns)]))
     values = effect.weighted(shape, step[len(base.theta) :].tolist())
     return cost, np.concatenate([base.theta + step[: len(base.theta)], part.inward(values)])
-
-
-def stepped_in_parameters(base: Fit, theta: Array) -> Array | None:
-    """A starting point whose linear step of the base's effects is taken in their parameters; None where it is small.
-
-    Example: a dead zone that was fitted in place of itself and an offset. Its width must grow by 2.3 times itself when
-    the offset is added; in the logarithm, the coordinate of the fit, a step of 2.3 is tenfold.
-    """
-    known = len(base.theta)
-    other = base.trial.stepped(base.theta, theta[:known] - base.theta)
-    return np.append(other, theta[known:]) if np.abs(other - theta[:known]).max(initial=0.0) > CURVED else None
 
 
 def best_starts(found: Sequence[tuple[float, Array]], most: int, apart: int = 0) -> list[tuple[float, Array]]:

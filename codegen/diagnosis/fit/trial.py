@@ -137,13 +137,6 @@ class Trial:
         """The inverse of ``split``."""
         return np.concatenate([moved, *(p.inward(v) for p, v in zip(self.parts, parameters, strict=True))])
 
-    def stepped(self, theta: Array, step: Array) -> Array:
-        """The vector after a linear step, large ones of effects' parameters as by ``Coordinate.moved``."""
-        coordinates = [c for part in self.parts for c in part.coordinates]
-        first = len(self.moved)
-        own = (c.moved(float(q), float(d)) for c, q, d in zip(coordinates, theta[first:], step[first:], strict=True))
-        return np.concatenate([theta[:first] + step[:first], list(own)])
-
     def model(self, moved: Array, found: Sequence[Mapping[str, float]]) -> System:
         values = dict(zip((s.name for s in self.moved), map(float, moved), strict=True))
         effects = [FoundEffect(p.kind, p.on, one, {}) for p, one in zip(self.parts, found, strict=True)]

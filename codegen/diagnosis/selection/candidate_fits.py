@@ -22,7 +22,6 @@ from codegen.diagnosis.fit.starting_values import (
     best_starts,
     simplex_search,
     starting_points,
-    stepped_in_parameters,
 )
 from codegen.diagnosis.fit.trial import Part, Runner, part_of, with_values
 from codegen.effects import CATALOGUE, Effect
@@ -347,17 +346,12 @@ class CandidateFits:
             _ = fit.raw_slopes
 
     def _near_the_best(self, k: int) -> list[Array]:
-        """The starting points by free runs of a part with a smooth loss: the best, and those nearly as good.
-
-        Each also with its large steps of the effects found before taken in their parameters.
-        """
+        """The starting points by free runs of a part with a smooth loss: the best, and those nearly as good."""
         starts, few = self.starts[k], self._few(k)
         if self.parts[k].effect.scaling and starts:
             enough = few.cost - AS_GOOD * max(few.cost - starts[0][0], 0.0)
             starts = [starts[0], *(s for s in starts[1:] if s[0] < enough)]
-        found = [theta for _, theta in starts]
-        others = (stepped_in_parameters(few, theta) for theta in found)
-        return [*found, *(other for other in others if other is not None)]
+        return [theta for _, theta in starts]
 
     def _searched(self, indices: Sequence[int]) -> dict[int, list[Array]]:
         """Index of a part with a non-smooth loss → the result of simplex searches from its best starting points."""
