@@ -14,7 +14,7 @@ from codegen.base.parallel import in_processes
 from codegen.base.progress import share_display
 from codegen.diagnosis.evidence.coverage import survey
 from codegen.diagnosis.fit.acceptance import FAR, near_noise, noise_loss, share_far
-from codegen.diagnosis.fit.output_error import Fit, polish, resolution, shooting_fit
+from codegen.diagnosis.fit.output_error import Fit, polish, shooting_fit
 from codegen.diagnosis.fit.search import ROUNDS, Search, joint_of
 from codegen.diagnosis.fit.starting_values import (
     MORE_TRIES,
@@ -384,24 +384,7 @@ class CandidateFits:
     def fitted(self, screened: Sequence[Screened]) -> list[Fit]:
         """Screened parts fitted on all segments."""
         self._compute_slopes(self.base)
-        return self._shared_out(lambda one: self._fitted_from_both(one.index, one.theta), screened, len(screened))
-
-    def _fitted_from_both(self, k: int, theta: Array) -> Fit:
-        """A part fitted from the base's values, and from the declared ones if the base ends at a limit of tolerances.
-
-        The missing effect itself may have moved these values, and with it in the model they return. One fit may not get
-        so far: with a weight that has a tolerance, the width of a dead zone remained too small by half.
-        """
-        search, whole = self.search, self.search.rigid is None
-        fitted = self._begun if whole else self._fitted  # of a whole machine only the better one is polished
-        found = fitted(k, theta)
-        known = np.flatnonzero(search.prior_precision > 0)
-        if self.base.limited[known].any():
-            other = found.theta.copy()
-            other[known] = search.declared[known]
-            again = fitted(k, other)
-            found = again if again.cost < found.cost - resolution(found.cost) else found
-        return self._while_moving(found) if whole else found
+        return self._shared_out(lambda one: self._fitted(one.index, one.theta), screened, len(screened))
 
     def _fitted(self, k: int, theta: Array) -> Fit:
         """A part fitted on all segments, with new slopes by the start states while they reduce the cost."""
@@ -443,17 +426,11 @@ class CandidateFits:
         return min(best, self._fitted(k, searched), key=lambda fit: fit.cost)
 
     def _polished(self, k: int, theta: Array, base: Fit, raw: Sequence[Array] | None = None) -> Fit:
-        """Part ``k`` fitted in addition to a base, with new slopes by the start states while they reduce the cost."""
-        return self._while_moving(self._begun(k, theta, base, raw))
+        """Part ``k`` fitted in addition to a base, with new slopes by the start states while they reduce the cost.
 
-    def _begun(self, k: int, theta: Array, base: Fit | None = None, raw: Sequence[Array] | None = None) -> Fit:
-        """Part ``k`` fitted in addition to a base, the usual one if none is given, with its slopes by start states."""
-        base = base or self.base
-        return self.search.fit_from(_as_of(base, self.runners[k]), theta, base, ROUNDS, raw)
-
-    def _while_moving(self, fit: Fit) -> Fit:
-        """The fit repeated with new slopes by the start states while they reduce the cost."""
-        before = np.inf
+        ``raw``: slopes of the base, if they are known.
+        """
+        fit, before = self.search.fit_from(_as_of(base, self.runners[k]), theta, base, ROUNDS, raw), np.inf
         for _ in range(POLISHES):
             if fit.cost > (1 - MOVING) * before:
                 break
