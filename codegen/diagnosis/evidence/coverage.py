@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from codegen.base.arrays import Array
 from codegen.diagnosis.fit.measure import drive_force
-from codegen.diagnosis.fit.residual import Problem, inverse_dynamics_residual, unfiltered_residual
-from codegen.diagnosis.fit.signals import Motion, is_resolved, low_pass
+from codegen.diagnosis.fit.residual import Problem, inverse_dynamics_residual
+from codegen.diagnosis.fit.signals import Motion, is_resolved
 from codegen.diagnosis.fit.starting_values import resonances
 from codegen.diagnosis.fit.trial import Part
 from codegen.effects.start import Covered
@@ -29,10 +29,6 @@ LEAST_TURNS, MOST_TURNS = 1.0, 2000.0
 """Least and largest number of periods in the span."""
 KEPT_PERIODS = 3
 """Largest number of periods of one residual."""
-PERIODS_TRIED = 64
-"""Number of periods, in geometric steps, among which the shortest one is found that is covered below the cutoff."""
-ALPHA = 0.01
-"""Nominal probability that white noise between the cutoffs alone gives a period."""
 RIDGE = 1e-9
 """Ridge on the scaled normal equations, which are singular where the direction of motion never changes."""
 KEPT_RESONANCES = 2
@@ -47,7 +43,6 @@ class Survey:
 
     Attributes:
         residual: (N, n) force residual of the refitted model, with the effects that were found.
-        above_cutoff: (N, n) the part of the residual between the coarse and the fine cutoff.
         drive: (N, n) low-passed drive force.
         used: (N, n) samples at which the force balance can be used; at standstill friction takes any value.
         mass, distribution: M and U at the mean position.
@@ -57,7 +52,6 @@ class Survey:
     system: System
     motion: Motion
     residual: Array
-    above_cutoff: Array
     drive: Array
     used: NDArray[np.bool_]
     mass: Array
@@ -101,7 +95,8 @@ class Survey:
             duration=float(m.time[-1] - m.time[0]),
             cutoff_hz=m.cutoff_hz,
             periods=self._once(
-                (sits_on, i, contact), lambda: self._periods(_Path(sits_on, x, v, used, m.usable, span), across)
+                (sits_on, i, contact),
+                lambda: _periods(_Path(sits_on, x, v, used, m.usable, span), self.residual @ across, m.cutoff_hz),
             ),
             carried=self.carried[i],
             coupling=coupling,
@@ -117,20 +112,6 @@ class Survey:
             return self._found[key]
 
         return found
-
-    def _periods(self, path: _Path, across: Array) -> tuple[float, ...]:
-        """Main periods of the residual below the coarse cutoff; then those that the motion passes above it only.
-
-        Free runs are compared with the measured position, so they show a force up to the fine cutoff. The residual
-        between the cutoffs is mostly noise, so a period there must be significant.
-
-        Args:
-            across: (n,) weights of the coordinates' residuals in that of the path.
-        """
-        coarse, fine = self.motion.cutoff_hz, self.motion.fine_hz
-        main = _periods(path, self.residual @ across, coarse)
-        independent = 2 * (fine - coarse) * self.motion.sample_time
-        return *main, *_periods(path, self.above_cutoff @ across, fine, coarse, independent)
 
     def _resonances(self, i: int) -> tuple[dict[str, float], ...]:
         """Stiffness, damping and load fraction of the main resonances of coordinate ``i``."""
@@ -151,14 +132,11 @@ def survey(system: System, motion: Motion, model: System | None = None) -> Surve
         return np.asarray(at_points(function_of(matrix, system.positions, system.values), middle[None])[0])
 
     complete = model or system
-    residual = inverse_dynamics_residual(complete, motion)
-    fine = low_pass(unfiltered_residual(complete, motion), motion.fine_hz, motion.sample_time)
     still = system.declared_force.subs(dict.fromkeys((*system.inputs, *system.velocities), 0))
     return Survey(
         system,
         motion,
-        residual,
-        fine - residual,
+        inverse_dynamics_residual(complete, motion),
         motion.low_pass(drive_force(system, motion)),
         Problem(system, motion, {}).used,
         numbers(system.mass_matrix),
@@ -196,42 +174,29 @@ class _Path:
         return np.asarray(q / max(float(np.abs(q).max(initial=0.0)), 1e-300))
 
 
-def _periods(
-    path: _Path, y: Array, cutoff_hz: float, above_hz: float = 0.0, independent: float | None = None
-) -> tuple[float, ...]:
+def _periods(path: _Path, y: Array, cutoff_hz: float) -> tuple[float, ...]:
     """Periods of the waves that explain most of a residual (N,), by a least-squares (Lomb–Scargle) periodogram.
 
-    A period is left out if the motion passes it only at frequencies |v|/p above the cutoff, or somewhere below
-    ``above_hz``. Where ``independent``, the share of independent samples, is given, the residual is mostly noise, and
-    waves are left out that are not significant at ``ALPHA`` among all in white noise (R. A. Fisher, Proc. R. Soc. A
-    125, 1929).
+    A period is left out if the motion passes it only at frequencies |v|/p above the cutoff.
     """
     if not path.modulation.any():
         return ()
-    turns, power, gain = _periodogram(path, y[path.used])
-    if independent is not None:
-        variance = np.maximum(np.var(y[path.used]) - gain / path.used.sum(), 1e-300)
-        nats = independent * gain / (2 * variance)
-        power[nats < np.log(len(turns) / PADDING / ALPHA)] = 0.0
-    least = LEAST_TURNS
-    if above_hz:
-        shares = np.geomspace(1 / turns[-1], 1.0, PERIODS_TRIED)
-        least = next((1 / q for q in shares if path.resolves(q * path.span, above_hz)), LEAST_TURNS)
-    power[turns < least] = 0.0
+    turns, power = _periodogram(path, y[path.used])
+    power[turns < LEAST_TURNS] = 0.0
     peaks = [
         k
         for k in np.argsort(-power)[:200]
         if power[k] > 0 and power[k] >= power[max(0, k - PADDING // 2) : k + PADDING // 2 + 1].max()
     ]
     periods = (float(path.span / turns[k]) for k in peaks)
-    seen = (p for p in periods if path.resolves(p, cutoff_hz) and not path.resolves(p, above_hz))
-    return tuple(islice(seen, KEPT_PERIODS))
+    return tuple(islice((p for p in periods if path.resolves(p, cutoff_hz)), KEPT_PERIODS))
 
 
-def _periodogram(path: _Path, y: Array) -> tuple[Array, Array, Array]:
-    """Least squares of y = a + b q + q (c cos 2πfx + d sin 2πfx) at frequencies f, with q the ``modulation``.
+def _periodogram(path: _Path, y: Array) -> tuple[Array, Array]:
+    """Frequencies f, in periods over the span, and the squares that a sine of each and two more terms explain.
 
-    The sums of the normal equations over samples are Fourier transforms of histograms over the position.
+    Least squares of y = a + b q + q (c cos 2πfx + d sin 2πfx), with q the ``modulation``. The sums of the normal
+    equations over samples are Fourier transforms of histograms over the position.
     """
     x, q = path.x, path.modulation
     place = np.clip(((x[path.used] - x.min()) / path.span * BINS).astype(int), 0, BINS - 1)
@@ -257,11 +222,5 @@ def _periodogram(path: _Path, y: Array) -> tuple[Array, Array, Array]:
     matrix += RIDGE * np.eye(4)
     right = np.column_stack([np.full(count, y.sum()), np.full(count, data[0].real), data.real, data.imag]) / size
 
-    def explained(terms: int) -> Array:
-        """The squares that the first terms of the model explain, at every frequency."""
-        sums = right[:, :terms]
-        weights = np.linalg.solve(matrix[:, :terms, :terms], sums[:, :, None])[:, :, 0]
-        return np.asarray(np.einsum("ki,ki->k", sums, weights))
-
-    power = explained(4)
-    return np.arange(count) / PADDING, power, power - explained(2)
+    weights = np.linalg.solve(matrix, right[:, :, None])[:, :, 0]
+    return np.arange(count) / PADDING, np.asarray(np.einsum("ki,ki->k", right, weights))
