@@ -38,8 +38,11 @@ GAPS, GAP_RATIO = 5, 1.25
 stiffness. The free-run error depends on the gap only within about a quarter of the true gap, but then for any coupling
 near the true one."""
 FOLLOWED_LOADS, FOLLOWED_RATIO = (0.25, 0.45, 0.65), 1.5
-"""Load fractions, and ratio of neighbouring gaps, of the grid of ``Effect.followed``, with well damped contacts. The
-force residual changes gradually with both, and gives the friction level too."""
+FOLLOWED_CONTACTS = ((0.4, 0.15), (0.63, 0.15), (1.0, 0.6), (2.5, 0.6))
+"""Load fractions, ratio of neighbouring gaps, and contacts of the grid of ``Effect.followed``: frequency, as a multiple
+of the log's cutoff frequency, and damping ratio. The force residual changes gradually with all of them, and gives the
+friction level too. A hard contact whose ringing is above the cutoff is well damped in it; a soft one rings in the log.
+"""
 HELD_FREQUENCIES, HELD_RATIOS = tuple(np.geomspace(0.05, 1.5, 14).tolist()), (0.05, 0.3)
 """Natural frequencies of the load with the motor held, as multiples of the log's cutoff frequency, and damping ratios:
 the grid of ``Effect.followed`` where a declared force of position, such as gravity, acts at the load and moves it."""
@@ -171,8 +174,8 @@ class Backlash(OnAxis):
 
     def followed(self, covered: Covered) -> list[dict[str, float]]:
         couplings = [
-            _coupling(covered, frequency, load, DAMPING_RATIOS[1])
-            for frequency in FREQUENCIES[2:4]
+            _coupling(covered, frequency, load, damping_ratio)
+            for frequency, damping_ratio in FOLLOWED_CONTACTS
             for load in FOLLOWED_LOADS
         ]
         gaps = _gaps(covered, 1e-3, FOLLOWED_RATIO)

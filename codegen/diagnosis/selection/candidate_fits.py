@@ -181,7 +181,7 @@ class CandidateFits:
         starts: index of a part → starting points by free runs.
         forced: index of a part → starting points from the force residual, used if the base is far above the noise, at
             least in some segments.
-        left: index of a part → share of the base's squared force residual that remains with such a start.
+        left: index of a part → share of the base's squared force residual that remains with one of its starts.
         along: index of a part → starting points with states that were simulated along the measured motion.
         couplings: coordinate → parameters of the spring between motor and load that was fitted there.
         few: joint → the base on few segments; None → that of a machine that is simulated as a whole.
@@ -245,7 +245,7 @@ class CandidateFits:
         found = self._shared_out(lambda k: self._by_force(start, k), order, threads=False)
         for k, (left, forced, along) in zip(order, found, strict=True):
             self.forced[k], self.along[k] = forced, along
-            if forced:
+            if forced or along:
                 self.left[k] = left
 
     def _by_force(self, start: ForceStart, k: int) -> tuple[float, list[Array], list[Array]]:
@@ -260,8 +260,9 @@ class CandidateFits:
             left, theta = stage
             forced.append(theta)
         grid = [np.append(self.base.theta, part.inward(values)) for values in part.effect.followed(covered)]
-        by_left = sorted(start.with_levels(trial, grid), key=lambda one: one[0])
-        return left, forced, [theta for left, theta in by_left[:FOLLOWED] if left < 1]
+        along = sorted(start.with_levels(trial, grid), key=lambda one: one[0])[:FOLLOWED]
+        left = min([left, *(share for share, _ in along)])
+        return left, forced, [theta for share, theta in along if share < 1]
 
     def best_by_force(self, indices: Sequence[int]) -> list[int]:
         """Indices of the parts that explain most of the force residual, the best form of each kind at a place.
