@@ -80,7 +80,7 @@ def remainders(system: System, motion: Motion, used: NDArray[np.bool_]) -> tuple
 
     def resonance(i: int) -> float:
         acceleration = variables_of(system, motion, residual, i)["acceleration"]
-        inertia = float(np.mean(_inertia(system, motion, i)))
+        inertia = float(np.mean(inertia_along(system, motion, i)))
         found = ringing(residual[:, i], rows[i], acceleration, inertia, motion)
         return min(found, beyond_noise(system, motion, residual[:, i], rows[i], i))
 
@@ -289,7 +289,7 @@ def variables_of(system: System, motion: Motion, residual: Array, i: int) -> dic
     touching = contacts_on(system, i)
     reached = np.any(drive_force(system, motion)[:, i] != 0)
     share = noise_share(system, motion, residual, i) if reached else 1.0  # without input as in ``predicted_load``
-    noise = share * residual[:, i] / _inertia(system, motion, i)
+    noise = share * residual[:, i] / inertia_along(system, motion, i)
     return {
         "speed": slip_velocities(system, motion)[:, touching[0]] if touching else v,
         "position": x,
@@ -301,7 +301,7 @@ def variables_of(system: System, motion: Motion, residual: Array, i: int) -> dic
     }
 
 
-def _inertia(system: System, motion: Motion, i: int) -> Array:
+def inertia_along(system: System, motion: Motion, i: int) -> Array:
     """(N,) M_ii along the motion."""
     column = Matrix([system.mass_matrix[i, i], *[0] * (system.degrees_of_freedom - 1)])
     return np.asarray(evaluate_forces(system, [column], motion)[0][:, 0])

@@ -16,12 +16,14 @@ import numpy as np
 
 from codegen.base.arrays import Array
 from codegen.base.text import render
-from codegen.diagnosis.evidence.residual_regression import KNOTS, LEAST_ROWS, since_reversal, splines
+from codegen.diagnosis.evidence.residual_regression import KNOTS, LEAST_ROWS, inertia_along, since_reversal, splines
 from codegen.diagnosis.fit.acceptance import LEAST_SIZE
 from codegen.diagnosis.fit.identity_cache import OF_MODELS, identity_cache
 from codegen.diagnosis.fit.linear import correlation, independent
 from codegen.diagnosis.fit.measure import drive_force
 from codegen.diagnosis.fit.residual import Problem, inverse_dynamics_residual
+from codegen.diagnosis.fit.signals import Motion
+from codegen.diagnosis.fit.starting_values import resonances, resonant
 from codegen.logs import Finding, Log
 from codegen.logs.uniform import earlier
 
@@ -145,25 +147,24 @@ def undecided(problem: Problem, log: Log, corrected: Mapping[int, float]) -> dic
     """Inputs whose lead the force balance cannot tell: index → the half row, or a longer one that is certain.
 
     Half a row where the estimate is not significant, or there is none for want of rows, and it agrees with that: held
-    or measured. A longer one that explains too little of the residual: a force that the model lacks hides it, or looks
-    like it. Each is judged by its own estimate here; free runs then judge all of them together, since a drive logs its
-    inputs alike.
+    or measured. A longer one that explains too little of the residual, as a force that the model lacks hides it, or
+    looks like it; or one above ``LARGEST_LEAD``, which a load behind a spring looks like. Each is judged by its own
+    estimate here; free runs then judge all of them together, since a drive logs its inputs alike.
 
     Args:
         corrected: the inputs that are corrected already.
     """
     system, about = problem.system, log.description
-    if system.actuators or about.input_hold:
+    if system.actuators or (about.input_hold and not about.measured_inputs):
         return {}
     open_ones = (k for k, w in enumerate(system.inputs) if k not in corrected and w.name not in about.late)
     found, half = dict[int, Lead](), USUAL[0]
     for k in open_ones:
-        lead = lead_of(problem, k)
-        if not lead.is_shown:
-            if lead.apart(half) <= SURE:
-                found[k] = replace(lead, rows=half)
-            elif lead.estimate <= LARGEST_IN_PLACE and replace(lead, expected=True).is_shown:
-                found[k] = replace(lead, rows=lead.estimate)
+        lead = replace(lead_of(problem, k), expected=about.measured_inputs)
+        if not lead.is_shown and not about.input_hold and lead.apart(half) <= SURE:
+            found[k] = replace(lead, rows=half)
+        elif not lead.matters and lead.estimate <= LARGEST_IN_PLACE and replace(lead, expected=True).is_shown:
+            found[k] = replace(lead, rows=lead.estimate)
     return found
 
 
@@ -259,7 +260,7 @@ def lead_of(problem: Problem, k: int) -> Lead:
         residual = inverse_dynamics_residual(system, replace(motion, inputs=held))
         change = inverse_dynamics_residual(system, replace(motion, inputs=moved)) - residual
         coordinates = range(residual.shape[1]) if at is None else [at]
-        leads = {i: _lead_at(problem, i, residual[:, i], change[:, i]) for i in coordinates}
+        leads = {i: _lead_at(problem, i, residual[:, i], change[:, i], before) for i in coordinates}
         at = max(leads, key=lambda i: (leads[i] != Lead(), leads[i].rows / leads[i].deviation))
         one = leads[at]
         explained = explained or one.explained
@@ -280,8 +281,12 @@ def _force_share(problem: Problem, change: Array) -> float:
     return float(np.sqrt(np.max(power[0][power[1] > 0] / power[1][power[1] > 0], initial=0.0)))
 
 
-def _lead_at(problem: Problem, i: int, residual: Array, change: Array) -> Lead:
-    """The lead by one coordinate: its force residual, (N,), regressed on ``change``, that of half a row, and others."""
+def _lead_at(problem: Problem, i: int, residual: Array, change: Array, before: float) -> Lead:
+    """The lead by one coordinate: its force residual, (N,), regressed on ``change``, that of half a row, and others.
+
+    A load behind a spring looks in part like a lead. So where one is significant, with the rows ``before`` by which the
+    input is shifted already, a resonance that explains the share ``EXPLAINED`` of what the lead leaves is a term too.
+    """
     motion = problem.motion
     used = problem.used[:, i] & (np.abs(motion.low_pass(np.sign(motion.velocities[:, i]))) > LEAST_MEAN_SIGN)
     if used.sum() < LEAST_ROWS or not np.any(change[used]):
@@ -299,17 +304,37 @@ def _lead_at(problem: Problem, i: int, residual: Array, change: Array) -> Lead:
     others = motion.low_pass(others)[used]
     others = others / np.maximum(np.linalg.norm(others, axis=0), 1e-300)
     pair = np.column_stack([-change, residual])[used]
+    lead, left = _regressed(pair, others, motion)
+    if abs(before + lead.rows) <= SURE * lead.deviation:
+        return lead
+    rest = np.zeros(len(used))
+    rest[used] = left
+    acceleration, inertia = motion.accelerations[:, i], float(np.mean(inertia_along(problem.system, motion, i)))
+    for one in resonances(rest, acceleration, used, inertia, motion, 1):
+        column = resonant(one.frequency, one.damping_ratio, acceleration, motion)[used]
+        beside, other = _regressed(pair, np.column_stack([others, column / np.linalg.norm(column)]), motion)
+        if other @ other < (1 - EXPLAINED) * (left @ left):
+            return beside
+    return lead
+
+
+def _regressed(pair: Array, others: Array, motion: Motion) -> tuple[Lead, Array]:
+    """The lead by a regression on other terms, and what is left.
+
+    Args:
+        pair: (M, 2) the change by a lead of half a row, with its sign reversed, and the residual.
+    """
     apart = pair - others @ np.linalg.lstsq(others, pair, rcond=1e-10)[0]
     by_lead, left = apart.T
     square = float(by_lead @ by_lead)
     if square <= LEAST_OWN_SHARE * float(pair[:, 0] @ pair[:, 0]):
-        return Lead()
+        return Lead(), left
     halves = float(by_lead @ left) / square
     rest = left - halves * by_lead
     rate = min(2 * motion.cutoff_hz * motion.sample_time, 1.0)
     count = max(1.0, independent(correlation(rest[:: max(1, round(1 / rate))])) * rate * len(rest))
     deviation = max(float(np.sqrt(float(rest @ rest) / count / square)), 1e-300)
-    return Lead(halves / 2, deviation / 2, 1 - float(rest @ rest) / max(float(left @ left), 1e-300))
+    return Lead(halves / 2, deviation / 2, 1 - float(rest @ rest) / max(float(left @ left), 1e-300)), rest
 
 
 def _undeclared_forces(x: Array, v: Array, drive: Array) -> tuple[Array, ...]:
