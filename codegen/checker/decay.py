@@ -125,7 +125,7 @@ def shown(top: dict[str, Any], axes: dict[str, list[Interval]], fall: Fraction) 
             at = "".join(f", {x} in [{enclosure.show(low)}, {enclosure.show(high)}]" for x, (low, high) in cell.items())
             raise enclosure.Refused(f"V is not shown to fall{at}: {str(why)[:200]}") from None
     if top["cover"]:
-        return f"every coefficient of {leaves(tree)} cells"
+        return f"every coefficient of {leaves(tree)} cell{'s' * (tree != '')}"
     corners = "1 corner matrix" if total == 1 else f"{total} corner matrices"
     return f"at {corners} of {cells} part{'s' * (cells > 1)} of the operating region"
 

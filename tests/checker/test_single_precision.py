@@ -238,6 +238,7 @@ def test_a_sine_is_not_taken_to_be_as_large_as_its_angle(tmp_path: Path) -> None
     files = stiction.load(spec).files
     report = verify.check(files["certificate.json"], sources={x: text.encode() for x, text in files.items()})
     assert report.whole and not report.unproved
+    assert "every coefficient of 1 cell: V" in " ".join(report.facts)
     code, dice = load_twin(files["__init__.py"], "arm_in_floats"), random.Random(1)
     parameters, largest = code.Parameters(), 0.0
     for _ in range(2000):
