@@ -286,7 +286,7 @@ class Text:  # evaluates expressions over names, and runs assignments; known: (f
             case _:
                 demand(here in self.names, f"{here[:80]} is nothing that is known here")
                 return self.names[here]
-        demand(self.precision.holds(done), "a number is too large or small, or a power")
+        demand(self.precision.holds(done), "a number is too large or small for its type, or a power too high")
         return done
 
     def run(self, assignments: list[tuple[str, str]], writable: list[str]) -> dict[str, Poly]:
