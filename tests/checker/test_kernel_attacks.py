@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -107,6 +108,20 @@ def test_a_true_level_is_no_sign_and_an_error_has_just_its_fields() -> None:
     noted = [proof["errors"][0] | {"note": "x"}, *proof["errors"][1:]]
     with pytest.raises(verify.Refused, match="fields"):
         proved(proof | {"errors": noted}, files)
+
+
+@pytest.mark.parametrize("name", ["true.v", "sign.rail", "outputs.v_hat", "state.z_v", "inputs.x"])
+def test_no_variable_has_the_name_of_the_t_of_an_angle(name: str) -> None:
+    """It would count as at most 1 in the size of the sum `check`."""
+    proof, files = shipped()
+    text, (kind, field) = json.dumps(proof), name.split(".")
+    assert name in text
+    with pytest.raises((ValueError, SyntaxError), match=r"not so named|not an error|invalid syntax"):
+        errors.prove(json.loads(text.replace(name, f"{name} t")), files)
+    if kind not in ("true", "sign"):
+        header = re.sub(rf"\bdouble {field};", f"double {field} t;", files["one_mass.h"])
+        with pytest.raises(ValueError, match="no fields of doubles"):
+            frame.read("one_mass", files | {"one_mass.h": header})
 
 
 def test_a_set_that_does_not_shrink_bounds_nothing() -> None:

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import ctypes
 import json
+import math
 import random
 import re
 from fractions import Fraction
 from math import prod
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
-from codegen.checker import errors, kernel, rounding, theorem, verify
+from codegen.checker import errors, frame, held, kernel, rounding, theorem, verify
 from tests.checker.forged import GENERATED, certificate, replace_once
 from tests.checker.test_single_precision import checked, single
 from tests.compiled.toolchain import compiled
@@ -46,6 +48,38 @@ def named(x: str, text: str) -> bool:
 
 def at(p: Any, point: dict[str, Fraction]) -> Fraction:
     return sum((c * prod(point[x] for x in m) for m, c in p.items()), Fraction(0))
+
+
+WAVES = (
+    "sin(inputs.t)",
+    "cos(inputs.t)",
+    "sin(inputs.p + 2.0*inputs.t)",
+    "cos(inputs.w*inputs.t)",
+    "sin(cos(inputs.p))",
+)
+
+
+def test_a_size_is_not_below_that_of_any_product_of_sines_and_not_that_of_their_angles() -> None:
+    """A t of an angle counts as at most 1, whatever the angle and the power: a sine is then at most 2, a cosine 3.
+
+    An input of the name t is none.
+    """
+    dice, precision = random.Random(67), frame.PRECISIONS["float"]
+    usual = precision.usual
+    for _ in range(100):
+        terms = [
+            (dice.randint(1, 9), dice.choices(WAVES, k=dice.randint(1, 5)), dice.choices("ptw", k=dice.randint(0, 2)))
+            for _ in range(dice.randint(1, 3))
+        ]
+        text = " - ".join("*".join([f"{c}.0", *waves, *(f"inputs.{x}" for x in plain)]) for c, waves, plain in terms)
+        code = rounding.Bounded({f"inputs.{x}": kernel.term(1, f"inputs.{x}") for x in "ptw"}, {}, precision)
+        p = code.value(text)
+        sizes = held.largest(p, dict.fromkeys(rounding.at_most_one(code.known), 1), usual), code.most(p)
+        for _ in range(50):
+            inputs = SimpleNamespace(**{x: dice.choice((-1, 1)) * usual * dice.random() ** 9 for x in "ptw"})
+            value = abs(eval(text, {"sin": math.sin, "cos": math.cos, "inputs": inputs}))
+            assert value <= min(sizes), text
+        assert max(sizes) <= sum(c * 3 ** len(waves) * usual ** len(plain) for c, waves, plain in terms), text
 
 
 def test_replaced_names_have_the_values_of_what_replaces_them() -> None:

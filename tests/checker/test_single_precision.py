@@ -215,12 +215,13 @@ parameters:
   a3: {value: 0.31, unit: kg*m^2}
   g1: {value: 22, unit: N*m}
   g2: {value: 6, unit: N*m}
+  g3: {value: 0.1, unit: N*m}
 mass_matrix:
   - [a1 + 2*a3*cos(q2), a2 + a3*cos(q2)]
   - [a2 + a3*cos(q2), a2]
 force:
   - t1 + a3*sin(q2)*(2*w1*w2 + w2**2) - g1*cos(q1) - g2*cos(q1 + q2)
-  - t2 - a3*sin(q2)*w1**2 - g2*cos(q1 + q2)
+  - t2 - a3*sin(q2)*w1**2 - g2*cos(q1 + q2) - g3*sin(q1)*cos(q1)*sin(q2)*cos(q2)*cos(q1 + q2)
 friction:
   distribution: [[1, 0], [0, 1]]
   contacts:
