@@ -184,3 +184,40 @@ def test_a_rival_in_a_pair_is_accepted_alone(why_not: str, monkeypatch: pytest.M
     rounds = forward_selection._Rounds(search, lambda *_: None, {}, led, led, led)
     alone = forward_selection.SecondRound(first, (second,), second.found, True)
     assert rounds._is_rival(alone) == (not why_not)
+
+
+@pytest.mark.parametrize(
+    ("cost", "worth", "further", "rivals"),
+    [
+        (1.0, False, False, ["spring", "offset"]),
+        (99.0, True, False, ["spring", "offset"]),  # no better than the effect alone
+        (99.0, True, True, ["spring"]),  # a second effect was accepted
+        (1.0, True, False, []),  # the pair is taken
+    ],
+)
+def test_rivals_by_pairs_are_added_where_no_second_effect_is_accepted(
+    cost: float, worth: bool, further: bool, rivals: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The spring tied already; a pair with the leader itself as the second effect says nothing."""
+    leader, *others = [ranked(kind, 0.3) for kind in ("hardening_spring", "spring", "offset", "viscous")]
+    for one in others:
+        one.found.cost = cost
+    led = leader.found
+    led.cost = 50.0
+    seconds = [leader if one is others[2] else ranked("cogging", 0.3) for one in others]
+    pairs = [
+        forward_selection.SecondRound(one, (second,), one.found, True)
+        for one, second in zip(others, seconds, strict=True)
+    ]
+    monkeypatch.setattr(forward_selection, "second_rounds", lambda search, some: pairs)
+    monkeypatch.setattr(forward_selection, "at_noise", lambda found: False)
+    monkeypatch.setattr(forward_selection, "worth_it", lambda *_: worth)
+    monkeypatch.setattr(forward_selection, "explains_more", lambda *_: True)
+    monkeypatch.setattr(forward_selection, "with_simplest_effects", lambda search, one, known: (one, known))
+    search: Any = SimpleNamespace(fitted_again=lambda found: found)
+    confirmed: Any = SimpleNamespace(trial=led.trial, cost=50.0) if further else led
+    rounds = forward_selection._Rounds(search, lambda *_: None, {None: 1}, confirmed, confirmed, led)
+    rounds.leaders, rounds.rivals = [leader, *others], [others[0]]
+    rounds._try_pairs()
+    assert [r.part.kind for r in rounds.rivals] == rivals
+    assert (rounds.confirmed is confirmed) == bool(rivals)

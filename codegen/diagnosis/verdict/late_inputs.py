@@ -17,7 +17,8 @@ Free runs of the refit then decide it. With an effect they are not asked: a mode
 where an arm carries a payload, gains by half a row as by any other freedom.
 
 A longer lead may be significant in the force balance and still explain little of it, because a missing force hides it
-or looks like it. Then effects are sought again with the lead corrected, and free runs of both selections decide.
+or looks like it, or be longer than what is corrected. Then effects are sought again with the lead corrected, and free
+runs of both selections decide.
 """
 
 from __future__ import annotations
