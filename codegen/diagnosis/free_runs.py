@@ -48,6 +48,7 @@ from codegen.diagnosis.verdict.harmonics import with_harmonics
 from codegen.diagnosis.verdict.held_out import HeldOut, within
 from codegen.diagnosis.verdict.late_inputs import corrected_for_leads, late_is_better, late_on_trial
 from codegen.diagnosis.verdict.nameless import as_unknown, nameless_rival
+from codegen.diagnosis.verdict.one_curve import arc_of_a_curve, missing_curve
 from codegen.diagnosis.verdict.statement import interval_in_words
 from codegen.diagnosis.verdict.uncovered import better_than_named, better_than_refused, not_determined
 from codegen.mechanics.system import System
@@ -242,7 +243,10 @@ class Judge:
         if varies is not None:
             return answer.refused(varies.words)
         no_wave = unrepeated(self.case.problem, answer.augmented, answer.effects, self.case.material)
-        return answer.refused(no_wave) if no_wave else None
+        if no_wave:
+            return answer.refused(no_wave)
+        arc = arc_of_a_curve(self.case.problem, answer.refit, answer.augmented, answer.effects)
+        return None if arc is None else answer.refused(arc[0].words).noted(arc[1])
 
     def _refused(self, answer: Answer, outcome: Outcome) -> Answer:
         """The answer after the checks that can only refuse effects and values."""
@@ -267,7 +271,10 @@ class Judge:
         lacks = answer.verdict == "effect"
         yield from answer.remarks
         if answer.verdict == "unknown":
-            yield from wrong_values.explaining_values(case.spec, answer.refit, problem)
+            curve = missing_curve(problem, answer.refit)
+            if curve is not None:
+                yield curve.fact
+            yield from wrong_values.explaining_values(case.spec, answer.refit, problem, curve.share if curve else 0.0)
         for name in levels_at_zero(problem.system, (answer.refit, answer.augmented), problem.levels):
             yield Fact.said("declared value", "level at zero", name=name)
         yield from wrong_values.wrong_links_in_words(chosen.search, answer)

@@ -98,7 +98,7 @@ def varying(problem: Problem, augmented: System, named: Sequence[FoundEffect], m
     values, and the curve is a polynomial of degree 2 in each.
     """
     found = list[Varying]()
-    motion, known = problem.motion, _symbols(problem.system, named)
+    motion, known = problem.motion, symbols_of(problem.system, named)
     residual, acting = residual_at_drive(augmented, motion), acting_force(augmented, motion)
     for i in sorted({acts_on(effect, problem.system) for effect in named}):
         rows = sliding(augmented, motion, problem.used, i)
@@ -166,7 +166,7 @@ def _added_by_fit(r: Array, rows: NDArray[np.bool_], columns: Sequence[Array], f
     return (richer - plain) / max(1 - plain, 1e-300)
 
 
-def _symbols(system: System, named: Sequence[FoundEffect]) -> list[list[sympy.Symbol]]:
+def symbols_of(system: System, named: Sequence[FoundEffect]) -> list[list[sympy.Symbol]]:
     """The symbols of each effect's parameters, in a system to which the effects are added in this order."""
     found = list[list[sympy.Symbol]]()
     for one in named:

@@ -294,10 +294,15 @@ class ExplainingValue:
     share: float
 
 
-def explaining_values(spec: Spec, refit: System, problem: Problem) -> list[Fact]:
-    """Facts on the value without tolerance that explains most of the residual of a refit, with advice."""
+def explaining_values(spec: Spec, refit: System, problem: Problem, by_curve: float = 0.0) -> list[Fact]:
+    """Facts on the value without tolerance that explains most of the residual of a refit, with advice.
+
+    Args:
+        by_curve: share of the squared residual that a curve over a position explains. None is named if that leaves less
+            than ``FAR_LESS`` of the square: a constant weight explains most of a gas spring's force.
+    """
     found = _explaining_value(spec, refit, problem)
-    if found is None:
+    if found is None or 1 - by_curve < FAR_LESS * (1 - found.share):
         return []
     s, name = found.symbol, found.symbol.name
     given = {"unit": in_unit(refit, s), "value": found.values[name], "declared": float(refit.values[s])}
