@@ -19,7 +19,9 @@ from codegen.diagnosis.evidence import timing
 from codegen.diagnosis.evidence.timing import ABOUT_HALF, Lead, undecided
 from codegen.diagnosis.fit.output_error import Fit
 from codegen.diagnosis.fit.record import Record, record_of
+from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.search import Search, search_on
+from codegen.diagnosis.fit.signals import smooth_motion
 from codegen.diagnosis.selection.candidate_fits import every_part
 from codegen.diagnosis.selection.forward_selection import Outcome, Progress, find_effects, within_reach
 from codegen.diagnosis.verdict import late_inputs
@@ -227,6 +229,19 @@ def test_the_lead_of_a_machine_with_a_load_behind_a_spring_is_that_of_its_input(
         case = case_of(stage(), system_of(stage()), log, None, 0.02)
     # The mean of four samples is centred half a row before the row.
     assert timing.lead_of(case.problem, 0).estimate == pytest.approx(0.5 + lag / (EVERY * 0.002), abs=0.15)
+
+
+def test_the_lead_by_every_second_row_of_a_long_log_is_that_by_all(tmp_path: Path) -> None:
+    """Its two regressions and the resonance took 2 s for 200,000 rows, up to four times for each input."""
+    log = shaken(log_of(stage(f"[{LOADED}]"), tmp_path, "train.csv"), 1, 0.3)
+    log = replace(log, inputs=np.vstack([log.inputs[:1]] * 2 + [log.inputs[:-2]]))
+    found = []
+    for most in (10**6, 2000):
+        with patch.object(timing, "MOST_ROWS", most):
+            found.append(timing.lead_of(Problem(system_of(stage()), smooth_motion(log), {}), 0))
+    every, second = found
+    assert second != every and second.estimate == pytest.approx(every.estimate, abs=every.deviation / 5)
+    assert second.deviation == pytest.approx(every.deviation, rel=0.1)
 
 
 def test_a_lead_on_trial_that_cannot_be_fitted_leaves_the_first_search(tmp_path: Path) -> None:

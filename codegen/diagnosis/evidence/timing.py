@@ -22,8 +22,7 @@ from codegen.diagnosis.fit.identity_cache import OF_MODELS, identity_cache
 from codegen.diagnosis.fit.linear import correlation, independent
 from codegen.diagnosis.fit.measure import drive_force
 from codegen.diagnosis.fit.residual import Problem, inverse_dynamics_residual
-from codegen.diagnosis.fit.signals import Motion
-from codegen.diagnosis.fit.starting_values import resonances, resonant
+from codegen.diagnosis.fit.starting_values import DENSE, resonances, resonant
 from codegen.logs import Finding, Log
 from codegen.logs.uniform import earlier
 
@@ -52,6 +51,8 @@ SETTLED = 0.1
 """The estimate has converged when the input, shifted by it, still leads by at most so many rows."""
 STEEP = np.geomspace(1e-3, 0.5, 10)
 """Speeds and distances in which friction changes at low speed and after a reversal, as shares of top speed and span."""
+MOST_ROWS = 20_000
+"""Rows of which a regression uses all; of more it uses at least so many, and ``DENSE`` in a period of the cutoff."""
 MOST_ESTIMATES = 4
 """Largest number of these estimates; the residual is not linear in a long lead."""
 
@@ -291,6 +292,9 @@ def _lead_at(problem: Problem, i: int, residual: Array, change: Array, before: f
     used = problem.used[:, i] & (np.abs(motion.low_pass(np.sign(motion.velocities[:, i]))) > LEAST_MEAN_SIGN)
     if used.sum() < LEAST_ROWS or not np.any(change[used]):
         return Lead()
+    every = max(1, min(int(used.sum()) // MOST_ROWS, motion.step(DENSE)))
+    used &= np.arange(len(used)) % every == 0
+    rate = min(2 * motion.cutoff_hz * motion.sample_time * every, 1.0)
     x, v = motion.positions - motion.positions.mean(axis=0), motion.velocities
     others = np.column_stack(
         [
@@ -304,7 +308,7 @@ def _lead_at(problem: Problem, i: int, residual: Array, change: Array, before: f
     others = motion.low_pass(others)[used]
     others = others / np.maximum(np.linalg.norm(others, axis=0), 1e-300)
     pair = np.column_stack([-change, residual])[used]
-    lead, left = _regressed(pair, others, motion)
+    lead, left = _regressed(pair, others, rate)
     if abs(before + lead.rows) <= SURE * lead.deviation:
         return lead
     rest = np.zeros(len(used))
@@ -312,17 +316,18 @@ def _lead_at(problem: Problem, i: int, residual: Array, change: Array, before: f
     acceleration, inertia = motion.accelerations[:, i], float(np.mean(inertia_along(problem.system, motion, i)))
     for one in resonances(rest, acceleration, used, inertia, motion, 1):
         column = resonant(one.frequency, one.damping_ratio, acceleration, motion)[used]
-        beside, other = _regressed(pair, np.column_stack([others, column / np.linalg.norm(column)]), motion)
+        beside, other = _regressed(pair, np.column_stack([others, column / np.linalg.norm(column)]), rate)
         if other @ other < (1 - EXPLAINED) * (left @ left):
             return beside
     return lead
 
 
-def _regressed(pair: Array, others: Array, motion: Motion) -> tuple[Lead, Array]:
+def _regressed(pair: Array, others: Array, rate: float) -> tuple[Lead, Array]:
     """The lead by a regression on other terms, and what is left.
 
     Args:
         pair: (M, 2) the change by a lead of half a row, with its sign reversed, and the residual.
+        rate: independent values per row of a signal with the coarse filter's band.
     """
     apart = pair - others @ np.linalg.lstsq(others, pair, rcond=1e-10)[0]
     by_lead, left = apart.T
@@ -331,7 +336,6 @@ def _regressed(pair: Array, others: Array, motion: Motion) -> tuple[Lead, Array]
         return Lead(), left
     halves = float(by_lead @ left) / square
     rest = left - halves * by_lead
-    rate = min(2 * motion.cutoff_hz * motion.sample_time, 1.0)
     count = max(1.0, independent(correlation(rest[:: max(1, round(1 / rate))])) * rate * len(rest))
     deviation = max(float(np.sqrt(float(rest @ rest) / count / square)), 1e-300)
     return Lead(halves / 2, deviation / 2, 1 - float(rest @ rest) / max(float(left @ left), 1e-300)), rest
