@@ -231,6 +231,13 @@ def test_the_lead_of_a_machine_with_a_load_behind_a_spring_is_that_of_its_input(
     assert timing.lead_of(case.problem, 0).estimate == pytest.approx(0.5 + lag / (EVERY * 0.002), abs=0.15)
 
 
+def test_no_resonance_is_sought_beside_a_lead_that_is_not_significant(tmp_path: Path) -> None:
+    log = shaken(log_of(stage(f"[{LOADED}]"), tmp_path, "train.csv"), 1, 0.3)
+    with patch.object(timing, "resonances", side_effect=AssertionError):
+        lead = timing.lead_of(Problem(system_of(stage()), smooth_motion(log), {}), 0)
+    assert lead.deviation < 1 and lead.apart(0.0) <= timing.SURE
+
+
 def test_the_lead_by_every_second_row_of_a_long_log_is_that_by_all(tmp_path: Path) -> None:
     """Its two regressions and the resonance took 2 s for 200,000 rows, up to four times for each input."""
     log = shaken(log_of(stage(f"[{LOADED}]"), tmp_path, "train.csv"), 1, 0.3)
