@@ -20,6 +20,9 @@ at the true positions or, if `forces` is "measured", at the measured ones. Let w
 As in the kernel's theorem, this holds for the machine that is printed, in exact arithmetic, while no sign changes.
 The bounds on the errors right after one sign has changed are in `reversals`, by the theorem of reversal.py.
 
+`above` names slips, linear in true velocities, and for each a speed: the sizes are stated for motions in which no such
+slip is ever slower (where a friction law may be steep). Above each speed the sign of the slip's estimate is proved.
+
 A set with "friction": "any" needs a proof without signs and conditions. Each truth named in the claim's `friction` then
 acts in each sample with any mean value up to the size stated there, in either direction, in place of a constant and its
 drift: contacts may slide, stick, reverse or chatter. In the rows of this set that truth is any number up to that size.
@@ -36,13 +39,14 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 if TYPE_CHECKING or __package__:
     from codegen.checker import files, forms, frame, kernel, reversal
 
-FORCES, FRICTION, REVERSALS = "forces", "friction", "reversals"
+FORCES, FRICTION, REVERSALS, ABOVE = "forces", "friction", "reversals", "above"
 KINDS = ("noise", "drift", FRICTION)
 AFTER, START = {"row": [""], "start": [""], "bounds": [[""]]}, {"before": [""], "after": [""]}
 SET = {"matrix": [[""]], "weights": [""], "samples": "", "rows": [[""]], "within?": [""], "after?": [AFTER]}
 TURN = {"sign": "", "samples": "", "turns": "", "change": "", "jump": ""} | START
 FORM: dict[str, Any] = {"name": "", "forces?": "", "shifts": [""], "push": [[""]], "sets": [SET | {"friction?": ""}]}
 FORM |= {"noise": {"": ""}, "drift": {"": ""}, "friction?": {"": ""}, "reversals?": [TURN]}  # as files.py says
+FORM |= {"above?": {"": ""}}
 GRID, LARGEST, EVERY, MOST_SAMPLES, MOST_ROWS = 1 << 48, 72, 128, 10_000, 1000
 # GRID: rows are kept in multiples of 1/GRID. LARGEST: bits of such a multiple. EVERY: samples until their digits are
 # made anew. The others limit what a claim may ask.
@@ -317,6 +321,16 @@ def bounded(proof: dict[str, Any], claim: dict[str, Any], shown: dict[str, Any])
         more = [sum(abs(number(c)) * d for c, d in row if d) for row in rows]
         result.append([bound + x for bound, x in zip(found, more, strict=True)])
     kernel.demand(result and all(result), "it states no bound")
+    for slip, speed in claim.get(ABOVE, {}).items():
+        p = kernel.Text(shown["names"], shown["known"]).value(slip)
+        linear = {(e["truth"],) for e in proof["errors"] if not e["sign"]} & {(v,) for v in proof["acceleration"]}
+        kernel.demand(p and {*p} <= linear, "`above` of what is no slip")
+        row = [Fraction(p.get((e["truth"],), 0)) for e in proof["errors"]]
+        ways = zip(claim["sets"], result, strict=True)
+        of_slip = [b for set_, each in ways if FRICTION not in set_
+                   for (*c, _), b in zip(set_["rows"], each, strict=False) if [*map(number, c)] == row]  # fmt: skip
+        kernel.demand(min(of_slip, default=number(speed) + 1) <= number(speed), "`above` is below the slip's error")
+    kernel.demand(not (claim.get(ABOVE) and claim.get(REVERSALS)), "`above` excludes reversals")
     for entry in claim.get(REVERSALS, []):
         left = left_by(entry, proof, claim, shown, known)
         within = zip(left, map(number, entry["after"]), strict=True)

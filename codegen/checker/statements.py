@@ -41,7 +41,8 @@ def reached(proof: dict[str, Any], shown: dict[str, Any], text: bytes) -> list[s
     plain = partial(without_kinds, twice=ambiguous(proof, shown))
     errors = [lag(e, plain) for e in proof["errors"]]
     at = " (accelerations at the measured positions)" * bool(claim.get(ellipsoid.FORCES))
-    lines = [f"{ASSUMED}{disturbed(claim, plain, at)}; and that no slip reverses, except where said:"]
+    fast = [f", |{plain(u)}| is always above {most(number(x))}" for u, x in claim.get(ellipsoid.ABOVE, {}).items()]
+    lines = [f"{ASSUMED}{disturbed(claim, plain, at)}; and that no slip reverses{''.join(fast)}, except where said:"]
 
     def each(of: list[str], shown: Callable[[Fraction], str] = least) -> str:
         return ", ".join(f"|{e}| <= {shown(number(x))}" for e, x in zip(errors, of, strict=True))

@@ -166,7 +166,7 @@ class Watch:
         inputs = [f.name for f in program.inputs]
         self._positions = [inputs.index(x) for x in spec.positions]
         self._speeds = bounds[0].slip_speeds
-        self._least = np.array([speed.threshold for speed in self._speeds])
+        self._least = np.array([speed.seen for speed in self._speeds])
         self._too_slow = np.zeros(len(self._speeds), dtype=int)  # samples, of each contact
         self._ranges = np.array([[float(e) for e in spec.envelope.get(v, (-np.inf, np.inf))] for v in spec.velocities])
         self._limited = [v for v in spec.velocities if v in spec.envelope]
@@ -303,7 +303,7 @@ def too_slow(spec: Spec, system: System, bounds: Sequence[ErrorBound]) -> tuple[
         if column.free_symbols:
             continue
         most = sum(abs(float(u)) * v for u, v in zip(column, fastest, strict=True) if u != 0)
-        if most <= speed.threshold:
+        if most <= speed.seen:
             return most, speed
     return None
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from decimal import ROUND_CEILING
+from fractions import Fraction
 
 from codegen.base.result import Shown
 from codegen.base.significant import rounded_to
@@ -63,6 +64,8 @@ class SlipSpeed:
         error: E.
         more: added to E: the ``slip_speed`` of a domain, below which the observer does not update its level, or 0.
         sliding: the speed from which on a law with a state slides; 0 for other laws.
+        above: the speed below which the slip must not have been: the bounds take the slope of the law above it alone,
+            and their times count from there; 0 if they take its slope over all speeds.
     """
 
     contact: str
@@ -70,11 +73,17 @@ class SlipSpeed:
     error: float
     more: float
     sliding: float
+    above: Fraction = Fraction(0)
 
     @property
     def threshold(self) -> float:
-        """The speed: E + ``more``, or ``sliding`` if that is larger."""
-        return max(self.error + self.more, self.sliding)
+        """The speed: E + ``more``, or ``sliding`` or ``above`` if one is larger."""
+        return max(self.error + self.more, self.sliding, float(self.above))
+
+    @property
+    def seen(self) -> float:
+        """The speed of the estimate from which on the slip is faster than ``above`` too."""
+        return max(self.threshold, float(self.above) + self.error if self.above else 0.0)
 
 
 @dataclass(frozen=True, repr=False)

@@ -10,7 +10,7 @@ from typing import Any
 import sympy
 
 from codegen.certify.bound.error_response import Response
-from codegen.certify.bound.friction_bounds import largest_in_envelope, sliding
+from codegen.certify.bound.friction_bounds import fastest_slip, largest_in_envelope, sliding
 from codegen.certify.certificate_text import fraction, rational_above
 from codegen.friction.law import DynamicLaw
 from codegen.mechanics.system import System
@@ -39,7 +39,9 @@ EXACT = ModelError()
 """No model error."""
 
 
-def disturbances(spec: Spec, observer: Observer, response: Response, off: ModelError = EXACT) -> Sizes | str:
+def disturbances(
+    spec: Spec, observer: Observer, response: Response, off: ModelError = EXACT, above: Sequence[Fraction] = ()
+) -> Sizes | str:
     """Bounds on each disturbance of one sample of length h; or, in words, the range that is missing for one.
 
     d_x (``displacement``), d_v (``velocity``) and ΔF (``friction``) are defined in ``error_response``:
@@ -57,6 +59,9 @@ def disturbances(spec: Spec, observer: Observer, response: Response, off: ModelE
       is (2p + p²) v' more, and its forces are those of v: p |∂v̂'/∂v| v.
 
     Inputs are assumed constant during a sample; a change within a sample is not included.
+
+    Args:
+        above: of each contact, the speed below which |u| never is, 0 for any speed; by default any.
     """
     system, h = observer.system, fraction(observer.sample_time)
     if reason := unbounded_effect(system):
@@ -81,7 +86,7 @@ def disturbances(spec: Spec, observer: Observer, response: Response, off: ModelE
     speeds, inputs = largest(v.name for v in system.velocities), largest(w.name for w in system.inputs)
     noise = largest(f"{x}_noise" for x in system.positions)
     by_clock, speeds_by_clock = [scale * scale * a for a in acceleration], [scale * s for s in speeds]
-    contact_rates = _contact_rates(observer, [scale * a for a in acceleration])
+    contact_rates = _contact_rates(spec, observer, [scale * a for a in acceleration], above)
     if isinstance(contact_rates, str):
         return contact_rates
     coordinate_rates = [dot(observer.distribution.row(i), contact_rates) for i in range(n)]
@@ -123,11 +128,14 @@ def _missing_range(
     return ""
 
 
-def _contact_rates(observer: Observer, acceleration: Sequence[Fraction]) -> list[Fraction] | str:
+def _contact_rates(
+    spec: Spec, observer: Observer, acceleration: Sequence[Fraction], above: Sequence[Fraction]
+) -> list[Fraction] | str:
     """Bounds |dF/du| |u'| on the rate of each contact's friction; or, in words, the law whose slope has no bound."""
     rates = []
     for c, contact in enumerate(observer.system.contacts):
-        slides = sliding(observer, contact)
+        least = above[c] if above else Fraction(0)
+        slides = sliding(observer, contact, (least, fraction(fastest_slip(spec, observer, c))) if least else None)
         if slides is None:
             return f"the law {contact.law.name} at {contact.name} can be arbitrarily steep over speed"
         rates.append(slides.slope * dot(observer.distribution.col(c), acceleration))

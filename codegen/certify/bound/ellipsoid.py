@@ -25,7 +25,7 @@ from codegen.base.arrays import Array
 from codegen.base.result import json_text
 from codegen.base.significant import float_above
 from codegen.certify.bound.bounds import ErrorBound, Reversal
-from codegen.certify.bound.disturbances import disturbances, dot
+from codegen.certify.bound.disturbances import EXACT, disturbances, dot
 from codegen.certify.bound.error_bound import after_reversal
 from codegen.certify.bound.error_response import Response
 from codegen.certify.bound.reach import Reach, reach_of
@@ -88,7 +88,8 @@ def with_ellipsoid(
     response = certificate.response
     if isinstance(certificate.bounds, str) or response is None or certificate.kernel is None:
         return certificate
-    sizes = disturbances(spec, observer, response)
+    above = [speed.above for speed in certificate.bounds[0].slip_speeds]
+    sizes = disturbances(spec, observer, response, EXACT, above)
     if isinstance(sizes, str) or not any(map(any, sizes.values())):
         return certificate
     proof = json.loads(certificate.kernel)
@@ -183,6 +184,11 @@ class _Claim:
             terms = ["*".join([f"({rational_text(b)})", *([sign] if sign else []), f"noise.{x}"]) for b, x in parts]
             return " + ".join(terms) or "0"
 
+        steep = {
+            " + ".join(v if a == 1 else f"({rational_text(a)})*{v}" for a, v in zip(row, truths, strict=True) if a): s
+            for row, s in zip(rows, bounds[0].slip_speeds, strict=True)
+            if s.above
+        }
         claim: dict[str, Any] = {
             "name": proof["name"],
             **({ellipsoid.FORCES: "measured"} if by_position else {}),
@@ -191,6 +197,7 @@ class _Claim:
             "shifts": [*map(shift, response.direct.tolist(), level_signs)],
             **({ellipsoid.FRICTION: {truth: str(most) for truth, most in friction.items()}} if friction else {}),
             "push": [[d.entry(i) for d in of] for i in range(m)],
+            **({ellipsoid.ABOVE: {slip: str(s.above) for slip, s in steep.items()}} if steep else {}),
             "sets": [],
         }
         # The set of the long run: rows of the slip velocities and of the friction errors.
@@ -308,7 +315,8 @@ class _Claim:
         errors = self.proof["errors"][len(self.observer.system.positions) :]
         most = [b.largest for b in self.bounds if b.largest is not None]
         turns = [bool(e["sign"]) for e in errors]
-        constant = not any(turns) or (all(turns) and not any(self.sizes["friction"]))
+        varies = any(self.sizes["friction"]) or any(speed.above for speed in self.bounds[0].slip_speeds)
+        constant = not any(turns) or (all(turns) and not varies)
         conditions = not self.shown["whole"] or (self.proof["signs"] and not any(turns))
         if conditions or not constant or len(most) < len(self.bounds):
             return {}

@@ -14,20 +14,24 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from typing import Any
 
 import numpy as np
+import sympy
 
 from codegen.analysis.analysis import Analysis
 from codegen.base.arrays import Array
 from codegen.base.errors import BadInput
 from codegen.certify.bound.bounds import DomainBound, ErrorBound, SlipSpeed
-from codegen.certify.bound.disturbances import ModelError, Sizes, disturbances, dot, of_friction, with_rounding
+from codegen.certify.bound.disturbances import EXACT, ModelError, Sizes, disturbances, dot, of_friction, with_rounding
 from codegen.certify.bound.domain_bound import domain_bound
 from codegen.certify.bound.error_response import Response, error_response
-from codegen.certify.bound.friction_bounds import Sliding, largest_friction, sliding
+from codegen.certify.bound.friction_bounds import Sliding, fastest_slip, largest_friction, sliding
 from codegen.certify.bound.reach import LONGEST, Reach, reach_of
+from codegen.certify.certificate_text import fraction, upwards
 from codegen.certify.outcome import Certificate
 from codegen.certify.sticking import slowest_while_sticking
+from codegen.mechanics.system import ContactFriction
 from codegen.observers.equations import Observer
 from codegen.spec.model import Spec
 from codegen.spec.numerics import numerical
@@ -46,6 +50,9 @@ OFF = {
 """Kind of model error → a model error of one percent."""
 HALVINGS = 24
 """Bisection steps for the tolerated model error of a domain."""
+MOST_HALVINGS, DEARER, MARGIN = 12, 1.1, 1e-3
+"""Of the search for a slip speed below which no bound is stated: most halvings, largest ratio to the bound above the
+first speed, and relative margin of E."""
 PEAK_SAMPLES = 20.0
 """Time constants of V after which a peak of Φ^k is bounded by V."""
 
@@ -126,13 +133,14 @@ def error_bounds(
     missing = [f"{v}_dot" for v in system.velocities if f"{v}_dot" not in spec.envelope]
     if missing:
         return f"the envelope has no range for {', '.join(missing)}"
-    sizes = disturbances(spec, observer, response)
+    reach = reach_of(response, certificate.content)
+    above = _steep_below(spec, observer, response, reach)
+    sizes = disturbances(spec, observer, response, EXACT, above)
     if isinstance(sizes, str):
         return sizes
     sizes = with_rounding(sizes, response, *rounding)
-    with_model_error = {cause: disturbances(spec, observer, response, off) for cause, off in OFF.items()}
+    with_model_error = {cause: disturbances(spec, observer, response, off, above) for cause, off in OFF.items()}
     other_sizes = {cause: size for cause, size in with_model_error.items() if not isinstance(size, str)}
-    reach = reach_of(response, certificate.content)
     later = long_run(response, reach, [sizes, *other_sizes.values()])
     driven, noise, size = later.driven(sizes)
     summed = later.summed @ size
@@ -152,7 +160,7 @@ def error_bounds(
         i: tuple(s + (2 * levels[j] if j in (i, *together) else 0.0) for j, s in enumerate(steady)) for i in levels
     }
     counts = after_reversal(observer, certificate)
-    speeds = _slip_speeds(observer, steady, slides)
+    speeds = _slip_speeds(observer, steady, slides, above)
     domain, tolerated = _in_domain(spec, observer, reach, later, sizes, [*other_sizes])
     times = [k * float(observer.sample_time) for k in counts[:-1] or counts]
 
@@ -211,23 +219,73 @@ def _in_domain(
     return inside(sizes), {cause: _tolerated(spec, observer, later.response, OFF[cause], inside) for cause in causes}
 
 
-def _slip_speeds(observer: Observer, steady: Sequence[float], slides: Sequence[Sliding]) -> tuple[SlipSpeed, ...]:
-    """For each contact the slip speed above which the sign of its estimate is right; |u − û| ≤ Σ_i |U_ic| |v_i − v̂_i|.
+def _steep_below(spec: Spec, observer: Observer, response: Response, reach: Reach) -> tuple[Fraction, ...]:
+    """Of each contact a speed below which its law is steeper than above; 0 where the bounds hold for slower slip too.
+
+    The sign of û is known only above E, the bound on |u − û|. So the slope of the law counts from a speed on that is no
+    smaller than E: the E with the slope over all speeds, or half the fastest slip in the envelope if that is less; and
+    then as slow as it can be for bounds at most ``DEARER`` times as large. One of them has to be as much smaller than
+    with the slope over all speeds.
+    """
+    contacts = observer.system.contacts
+    none, fastest = (Fraction(0),) * len(contacts), [fastest_slip(spec, observer, c) for c in range(len(contacts))]
+
+    def is_steep(contact: ContactFriction, most: Any) -> bool:
+        """Whether the law is less steep at the highest speed than at others."""
+        each = [sliding(observer, contact, of) for of in (None, (fraction(most), fraction(most)))]
+        slopes = [s.slope for s in each if s is not None]
+        return bool(slopes) and slopes[0] > slopes[-1]
+
+    steep = [0 < f < sympy.oo and is_steep(contact, f) for contact, f in zip(contacts, fastest, strict=True)]
+    sizes = disturbances(spec, observer, response)
+    if not any(steep) or isinstance(sizes, str) or observer.domain is not None:
+        return none
+    later, least, chosen = long_run(response, reach, [sizes]), list[float](), none
+    whole = later.bounds(sizes)
+    errors = _slip_errors(observer, whole)
+    first = [min(e, float(f) / 2) if s else 0.0 for e, f, s in zip(errors, fastest, steep, strict=True)]
+    for k in range(MOST_HALVINGS):
+        above = tuple(fraction(upwards(speed / 2**k, 3)) for speed in first)
+        size = disturbances(spec, observer, response, EXACT, above)
+        assert not isinstance(size, str)
+        found = later.bounds(size)
+        least, errors = least or found, _slip_errors(observer, found)
+        known = all(e <= (1 - MARGIN) * a for e, a in zip(errors, above, strict=True) if a)
+        smaller = any(DEARER * x < y for x, y in zip(found, whole, strict=True))
+        if not known or not smaller or any(x > DEARER * y for x, y in zip(found, least, strict=True)):
+            break
+        chosen = above
+    return chosen
+
+
+def _slip_errors(observer: Observer, steady: Sequence[float]) -> list[float]:
+    """For each contact Σ_i |U_ic| |v_i − v̂_i|, a bound on |u − û|; ``steady``: bound on each error in the long run."""
+    slips = observer.distribution
+    return [sum(abs(float(slips[r, c])) * steady[r] for r in range(slips.rows)) for c in range(slips.cols)]
+
+
+def _slip_speeds(
+    observer: Observer, steady: Sequence[float], slides: Sequence[Sliding], above: Sequence[Fraction]
+) -> tuple[SlipSpeed, ...]:
+    """For each contact the slip speed above which the sign of its estimate is right.
 
     Args:
         steady: bound on each error component in the long run.
+        above: as of ``_steep_below``.
     """
-    slips = observer.distribution
     more = 0.0 if observer.domain is None else float(observer.domain.slip_speed)
     return tuple(
         SlipSpeed(
             contact=contact.name,
             unit=f"{contact.slip_unit}/s",
-            error=sum(abs(float(slips[r, c])) * steady[r] for r in range(slips.rows)),
+            error=error,
             more=more,
             sliding=float(slide.speed),
+            above=least,
         )
-        for c, (contact, slide) in enumerate(zip(observer.system.contacts, slides, strict=True))
+        for contact, slide, error, least in zip(
+            observer.system.contacts, slides, _slip_errors(observer, steady), above, strict=True
+        )
     )
 
 

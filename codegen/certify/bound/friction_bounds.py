@@ -4,15 +4,21 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cache
 from typing import Any
 
 import sympy
 
-from codegen.certify.certificate_text import fraction, rational_above
+from codegen.certify.certificate_text import fraction, rational_above, to_prefix, upwards
+from codegen.checker import verify
 from codegen.friction.law import DynamicLaw, ZeroMemoryLaw
 from codegen.mechanics.system import ContactFriction
 from codegen.observers.equations import Observer
+from codegen.spec.functions import Sgn
 from codegen.spec.model import Spec
+
+CUTS = 100
+"""Number of times that a range of speeds is cut to enclose the slope of a law over it."""
 
 
 @dataclass(frozen=True)
@@ -20,7 +26,7 @@ class Sliding:
     """A contact's law while it slides in one direction, in the contact's units.
 
     Attributes:
-        slope: bound on |dF/du|; for a law with a state, once the state has reached its steady value.
+        slope: bound on |dF/du| over the speeds asked for; for a law with a state, once it has reached its steady value.
         level: declared |F| at ``speed``, where sliding begins; an irrational one is rounded up.
         speed: the least |u| at which a law with a state is in its sliding range; 0 for a law without states.
     """
@@ -30,8 +36,14 @@ class Sliding:
     speed: Fraction
 
 
-def sliding(observer: Observer, contact: ContactFriction) -> Sliding | None:
-    """The law of a contact while it slides in one direction; None if its slope has no bound."""
+def sliding(
+    observer: Observer, contact: ContactFriction, between: tuple[Fraction, Fraction] | None = None
+) -> Sliding | None:
+    """The law of a contact while it slides in one direction, by default at any speed; None if its slope has no bound.
+
+    Args:
+        between: the least and the largest |u|, for which ``slope`` is to hold.
+    """
     law, values = contact.law, {k: observer.values[s] for k, s in contact.law_parameters.items()}
     known = law.in_sliding(values) if isinstance(law, DynamicLaw) else (sympy.Integer(0), law.slope_bound(values))
     if known is None or not getattr(known[1], "is_finite", False):
@@ -39,7 +51,40 @@ def sliding(observer: Observer, contact: ContactFriction) -> Sliding | None:
     speed, slope = known
     begun = law.level(speed, values) if isinstance(law, DynamicLaw) else contact.level_at_rest or sympy.Integer(0)
     level = abs(begun.xreplace(observer.values))
-    return Sliding(fraction(rational_above(slope)), fraction(rational_above(level)), fraction(speed))
+    most = fraction(rational_above(slope))
+    if between is not None and isinstance(law, ZeroMemoryLaw):
+        most = min(most, _steepest(law, tuple(values.items()), *between) or most)
+    return Sliding(most, fraction(rational_above(level)), fraction(speed))
+
+
+@cache
+def _steepest(law: ZeroMemoryLaw, values: Any, low: Fraction, high: Fraction) -> Fraction | None:
+    """Upper bound on |da/du| from ``low`` to ``high`` above 0, by interval arithmetic; None where that is none."""
+    u = sympy.Symbol("u", positive=True)
+    slope = law.level(u, dict(values)).replace(Sgn, lambda _: sympy.Integer(1)).diff(u)
+    try:
+        value = verify.parse(to_prefix(slope), ["u"], law.name)[1]
+
+        def piece(a: Fraction, b: Fraction) -> tuple[Fraction, Fraction, Fraction]:
+            least, most = verify.widen(*value({"u": (a, b)}))
+            return max(-least, most), a, b
+
+        pieces = [piece(low, high)]
+        for _ in range(CUTS):
+            top = max(pieces)
+            pieces.remove(top)
+            _, a, b = top
+            pieces += [piece(a, (a + b) / 2), piece((a + b) / 2, b)]
+    except (TypeError, verify.Refused):  # no such expression, or beyond what is enclosed
+        return None
+    return fraction(upwards(float(max(pieces)[0]) * (1 + 1e-12), 12))
+
+
+def fastest_slip(spec: Spec, observer: Observer, c: int) -> Any:
+    """The largest |u| of contact ``c`` in the envelope, Σ |U_i| max |v_i|; oo if a speed that counts has no range."""
+    terms = zip(observer.distribution.col(c), observer.system.velocities, strict=True)
+    speeds = (abs(u) * largest_in_envelope(spec, v.name, sympy.oo) for u, v in terms if u != 0)
+    return sum(speeds, sympy.Integer(0))
 
 
 def largest_friction(spec: Spec, observer: Observer) -> list[Fraction | None]:
@@ -54,7 +99,7 @@ def largest_friction(spec: Spec, observer: Observer) -> list[Fraction | None]:
 
 
 def _largest_friction(spec: Spec, observer: Observer, c: int) -> Any:
-    """The bound on the friction of contact ``c``, exact; oo if there is none. The top slip speed is Σ |U_i| max |v_i|.
+    """The bound on the friction of contact ``c``, exact; oo if there is none.
 
     - Law without memory: the larger of the level at rest and ``largest_level`` for the largest slip speed.
     - The same with a range ``a_NAME`` in the envelope: the larger of the level at rest and the ends of the range.
@@ -65,9 +110,7 @@ def _largest_friction(spec: Spec, observer: Observer, c: int) -> Any:
     rest = None if contact.level_at_rest is None else contact.level_at_rest.xreplace(observer.values)
     ranged = f"a_{contact.name}" in spec.envelope
     largest_level = largest_in_envelope(spec, f"a_{contact.name}", sympy.oo)
-    terms = zip(column, observer.system.velocities, strict=True)
-    speeds = (abs(u) * largest_in_envelope(spec, v.name, sympy.oo) for u, v in terms if u != 0)
-    fastest = sum(speeds, sympy.Integer(0))
+    fastest = fastest_slip(spec, observer, c)
     if ranged and not isinstance(law, DynamicLaw):
         return sympy.Max(largest_level, rest or 0)
     if (contact.extra_level != 0 and not ranged) or column.free_symbols:
