@@ -12,6 +12,8 @@ import pytest
 
 from codegen.app.certify import Certified, certify
 from codegen.base.terminal import PlainConsole, output
+from codegen.checker import verify
+from codegen.checker.errors import NOT_MOVED
 
 from .command import SPECS, stiction
 
@@ -207,6 +209,26 @@ def test_a_distribution_that_depends_on_the_position_is_named_as_the_reason(tmp_
     assert moving.count("kap*x") == 1
     said = " ".join(" ".join(lines_of("certify", moving, tmp_path)).split())
     assert "U depends on the position" in said and "state.z" not in said, said
+
+
+def test_another_reason_is_not_taken_for_a_distribution_that_depends_on_the_position(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refused(*_: object) -> None:
+        raise verify.Refused(f"{NOT_MOVED}: ['state.z_v']")
+
+    monkeypatch.setattr(verify, "of_its_proof", refused)
+    (path := tmp_path / "one_mass.yaml").write_text((SPECS / "one_mass.yaml").read_text())
+    assert certify(path).outcome.not_by_kernel == f"{NOT_MOVED}: ['state.z_v']"
+
+
+def test_a_force_with_a_formula_is_not_refused_like_that_of_a_robot_file(tmp_path: Path) -> None:
+    text = (SPECS / "one_mass.yaml").read_text()
+    text = re.sub(r"(?m)^  - w$", "  - w - b*v*log(2 + v*v/(u*u))/u", text, count=1)
+    path = tmp_path / "one_mass.yaml"
+    path.write_text(text.replace("  m: {", "  b: {value: 0.1, unit: N}\n  u: {value: 1, unit: m/s}\n  m: {", 1))
+    done = stiction("certify", path)
+    assert "contains a logarithm" in done.err and "formula" not in done.err and "K_2" not in done.err
 
 
 def test_a_domain_that_no_domain_helps_says_what_does(tmp_path: Path) -> None:
