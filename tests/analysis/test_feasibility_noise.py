@@ -20,7 +20,7 @@ from codegen.emit.package import emit_sources, make_header
 from codegen.mechanics import System, build_system
 from codegen.observers import Observer, build_observer
 from codegen.program import build_program
-from codegen.spec import Spec, read_spec
+from codegen.spec import Spec, parse_spec, read_spec
 from tests.twin import load_twin
 
 from .gain_specs import MASS, spec_of
@@ -104,6 +104,44 @@ def test_rms_of_the_cfo_with_velocity_observer_by_hand() -> None:
     covariance = solve_discrete_lyapunov(step, later @ later.T)
     by_hand = rms * np.sqrt((covariance + now @ now.T)[1, 1])
     assert noise.rms(settings)[0, 0, 0] == pytest.approx(by_hand, rel=1e-9)
+
+
+TURNED = """
+name: turned
+coordinates: {x: {velocity: v, unit: m}}
+inputs: {w: {unit: N}}
+parameters: {m: {value: 2, unit: kg}, kap: {value: 5, unit: 1/m}}
+mass_matrix: [[m]]
+force: [w]
+friction: {distribution: [[1 + kap*x]], contacts: [{name: rail, law: coulomb, a: 50, unit: N}]}
+observer: {kind: gcfo, velocity: estimated, integration: implicit, gains: {K_F: 40, K_v: 300}, sample_time: 0.001}
+envelope: {x: [-0.1, 0.1], v: [-5, 5]}
+"""
+
+
+def test_an_implicit_step_goes_from_the_estimates_at_the_position_before() -> None:
+    """U depends on the position, and with it the states that show given estimates."""
+    spec = parse_spec(TURNED, Path("turned.yaml"))
+    _, observer, noise, settings = parts(spec)
+    code, column = twin_of(spec, observer), {s.name: k for k, s in enumerate(noise.variables)}
+    for point, phi in zip(noise.points[:6], noise.matrices(settings)[0][0], strict=False):
+        x, v = (float(point[column[name]]) for name in "xv")
+
+        def states(at: float, estimates: np.ndarray) -> np.ndarray:
+            v_hat, a_hat = estimates
+            return np.array([v_hat - 300 * at, a_hat + 40 * abs((1 + 5 * at) * v_hat)])
+
+        def later(estimates: np.ndarray, x: float = x, v: float = v) -> np.ndarray:
+            state = code.State(*states(x - H * v, estimates))
+            out = code.step(state, code.Parameters(), code.Inputs(x, 0.0))
+            return np.array([out.v_hat, out.a_hat_rail])
+
+        start = true = np.array([v, 50.0])
+        for _ in range(50):  # whence the estimates at x are true
+            start = start + true - later(start)
+        step = 1e-4 * abs(v)
+        slopes = np.column_stack([(later(start + e) - later(start - e)) / (2 * step) for e in step * np.eye(2)])
+        np.testing.assert_allclose(phi, slopes, rtol=1e-6, atol=1e-7)
 
 
 @pytest.mark.parametrize("name", ["two_mass", "two_link_arm"])
