@@ -202,11 +202,11 @@ class Judge:
             answer, outcome = accepted_across_joints(search, outcome, answer, examined, case.material)
         return answer, outcome
 
-    def _examined(self, last: Search, found: Outcome) -> tuple[Answer, Outcome]:
-        """The answer from an outcome, and the outcome that it belongs to; ``last``: the search of its last fit."""
+    def _examined(self, last: Search, found: Outcome, complete: bool = True) -> tuple[Answer, Outcome]:
+        """The answer from an outcome, and the outcome that it belongs to; arguments as of ``examine``."""
         verdict = verdict_of(found, self.case.faults)
         search = replace(self.selection.search, within=last.within)
-        return examine(search, last, found, verdict, self.held_out)
+        return examine(search, last, found, verdict, self.held_out, complete)
 
     def _compared(self, outcome: Outcome, report: Report) -> tuple[Sequence[Fit], Separation, str | None]:
         """The fits of tied effects, the experiment that tells them apart, and the text of the file with its motion."""
@@ -224,7 +224,7 @@ class Judge:
         common = common_effects(self.selection.last, outcome)
         if common is None:
             return None
-        answer, found = self._examined(*common)
+        answer, found = self._examined(*common, complete=False)
         if answer.verdict != "effect":
             return None
         # Near the noise, only an immaterial remainder may be left.

@@ -397,7 +397,7 @@ def test_the_next_of_tied_candidates_is_examined_where_held_out_data_refuse_the_
     first = outcome("hardening_spring", others)
     following = [outcome(kind, others[k + 1 :]) for k, kind in enumerate(others)]
 
-    def with_effects(search: Any, one: Any, plain: Any, measured: Any) -> Any:
+    def with_effects(search: Any, one: Any, plain: Any, *_: Any) -> Any:
         refused = one is first
         verdict = "unknown" if refused else plain.verdict
         against = (Fact("not accepted", "worse"),) * refused

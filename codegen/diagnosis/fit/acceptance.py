@@ -37,6 +37,8 @@ FURTHER = 0.4
 """Least share of the remaining loss that a further effect must remove; less can be a misfit of the first one's form."""
 ELSEWHERE = 0.2
 """The same for a further effect over another variable, which no misfit of the first one's form resembles."""
+FURTHER_LOAD = 0.85
+"""The same for a load behind a spring beside another effect, which the force residual cannot confirm."""
 SIGN_BLOCKS = 48
 """Blocks of consecutive segments in the sign test: a disturbance may last longer than one segment."""
 SIGN_STEPS = 2000

@@ -21,7 +21,7 @@ from codegen.diagnosis.fit.trial import Part, part_of, with_effects, with_values
 from codegen.diagnosis.results import ErrorFigures, Fact, FoundEffect, Remainder, Verdict, titles
 from codegen.diagnosis.selection.force_fits import ForceFits
 from codegen.diagnosis.selection.forward_selection import Outcome
-from codegen.diagnosis.selection.parsimony import is_accepted
+from codegen.diagnosis.selection.parsimony import explained_share, is_accepted
 from codegen.diagnosis.selection.significance import dispersion
 from codegen.diagnosis.verdict.admission import (
     REFIT_WORSE,
@@ -55,6 +55,7 @@ def examine(
     outcome: Outcome,
     verdict: Verdict,
     held_out: HeldOut,
+    complete: bool = True,
 ) -> tuple[Answer, Outcome]:
     """Adopt values, check the effects, and refuse a model that is worse on held-out data than the declared one.
 
@@ -63,6 +64,7 @@ def examine(
 
     Args:
         final_search: the search of the outcome's last fit.
+        complete: unset if a further effect is missing for certain, and the log does not tell which.
     """
     system, measured = search.system, held_out.measured
     declared = measured(system)
@@ -85,7 +87,7 @@ def examine(
         outcome, refused = without_refused(final_search, outcome, held_out)
         verdict = "ambiguous" if outcome.rivals else "effect"
         plain = replace(plain, verdict=verdict)
-    answer, examined = _with_effects(final_search, outcome, plain, measured)
+    answer, examined = _with_effects(final_search, outcome, plain, measured, complete)
     answer = answer.noted(*refused)
     if verdict == "ambiguous" and answer.verdict == "unknown":
         for other in without_leader(final_search, outcome):
@@ -150,22 +152,28 @@ def with_estimate(search: Search, outcome: Outcome, plain: Answer, measured: Mea
     return _judged(search, outcome, plain, measured, outcome.final, found)
 
 
-def _with_effects(final_search: Search, outcome: Outcome, plain: Answer, measured: Measured) -> tuple[Answer, Outcome]:
+def _with_effects(
+    final_search: Search, outcome: Outcome, plain: Answer, measured: Measured, complete: bool = True
+) -> tuple[Answer, Outcome]:
     """The answer with the effects of an outcome that pass all checks, and the outcome that it is of.
 
-    An effect that increases a held-out error is removed. Harmonics are then sought again: together with an effect
-    that does not exist their sum may be no better than a single sine.
+    An effect that increases a held-out error is removed, and so is an unconfirmed load behind a spring, if all effects
+    are ``complete``. Harmonics are then sought again: together with an effect that does not exist their sum may be no
+    better than a single sine.
     """
     outcome, fit, found, against = _examined(final_search, outcome, plain.refit, plain.verdict == "effect")
     if against:
         return replace(plain, verdict=without_effects(outcome), effects=found, against=against), outcome
-    harm = _harmful(final_search, outcome.final, measured) if plain.verdict == "effect" else None
+    harm = None
+    if plain.verdict == "effect":
+        harm = _harmful(final_search, outcome.final, measured)
+        harm = harm or (_unconfirmed_load(final_search, outcome.final) if complete else None)
     if harm is not None:
         final = final_search.without(outcome.final, harm[0])
         if not is_accepted(final_search, final_search.on_its_record(outcome.base), final):
             return plain.unknown(found, (harm[1],)), outcome
         fewer, last = with_harmonics(final_search, outcome.with_final(final_search, final, outcome.rivals))
-        answer, fewer = _with_effects(last, fewer, plain, measured)
+        answer, fewer = _with_effects(last, fewer, plain, measured, complete)
         return answer.noted(harm[1]), fewer
     return _judged(final_search, outcome, plain, measured, fit, found), outcome
 
@@ -207,6 +215,26 @@ def _harmful(search: Search, final: Fit, measured: Measured) -> tuple[int, Fact]
     _, k, worse = max(found, key=lambda one: one[0])
     part = final.trial.parts[k]
     return k, merged([Refusal("refitted values", f"without {part.title}", worse)])[0]
+
+
+def _unconfirmed_load(search: Search, final: Fit) -> tuple[int, Fact] | None:
+    """The index of a load behind a spring that explains too little of what the other effects leave; None if none.
+
+    Its motion is not measured, so the force residual confirms no such load, and three free parameters correct much of
+    an input that is logged late or of another effect of the wrong form. So free runs must ask more of it
+    (``acceptance.FURTHER_LOAD``) than of an effect that both criteria confirm. Where a further effect is missing for
+    certain, a true load explains less too, and is not asked.
+    """
+    for k, part in enumerate(final.trial.parts):
+        others = search.without(final, k)
+        fewer = len(others.model.transmissions) < len(final.model.transmissions)
+        if not fewer or not any(joint_of(search, p) == joint_of(search, part) for p in others.trial.parts):
+            continue
+        share = explained_share(search, others, final)
+        if share < acceptance.FURTHER_LOAD:
+            given = {"load": part.title, "share": share, "least": acceptance.FURTHER_LOAD}
+            return k, Fact.said("not accepted", "unconfirmed load", **given)
+    return None
 
 
 def _judged(
