@@ -6,6 +6,7 @@ from dataclasses import replace
 from math import nan
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 from unittest.mock import patch
 
 import numpy as np
@@ -18,7 +19,7 @@ from codegen.diagnosis.fit.measure import WHOLE, force_errors, measure
 from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.signals import smooth_motion
 from codegen.diagnosis.fit.trial import with_values
-from codegen.diagnosis.results import ErrorFigures, FoundEffect, Remainder
+from codegen.diagnosis.results import ErrorFigures, Fact, FoundEffect, Remainder
 from codegen.diagnosis.verdict import admission
 from codegen.diagnosis.verdict.admission import admitted, reference_of
 from codegen.diagnosis.verdict.answer import Answer, unknown_above_drive
@@ -212,3 +213,15 @@ def test_whatever_the_other_checks_admit_is_compared_before_it_is_written(
     (why, *_) = found.statement.of("not accepted")
     assert why.startswith("spring on x") and "on held-out data is" in why
     assert models.spec_text == stage().text
+
+
+def test_facts_on_an_effect_are_not_told_once_it_is_refused() -> None:
+    """Of effects that were not accepted it said "The residual force shows it" and what of their period is covered."""
+    told = [
+        Fact("values", "The log covers only a part."),
+        Fact("evidence", "The force shows it."),
+        Fact("note", "Late."),
+    ]
+    none: Any = None
+    named = Answer("effect", (), none, none, (none, none, none), remarks=tuple(told))
+    assert named.refused("a smooth curve explains more").remarks == (told[2],)

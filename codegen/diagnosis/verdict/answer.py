@@ -62,8 +62,10 @@ class Answer:
 
     def refused(self, words: str) -> Answer:
         """The verdict ``unknown`` and the model without the effects, which are candidates; ``words``: why."""
-        figures, against = (*self.figures[:2], self.figures[1]), (Fact("not accepted", words),)
-        return replace(self, verdict="unknown", augmented=self.refit, figures=figures, errors=(), against=against)
+        kept = tuple(fact for fact in self.remarks if fact.topic not in ("values", "evidence"))  # not on these effects
+        figures = (*self.figures[:2], self.figures[1])
+        plain = replace(self, augmented=self.refit, figures=figures, errors=(), remarks=kept)
+        return plain.unknown(self.effects, (Fact("not accepted", words),))
 
 
 def verdict_of(outcome: Outcome, faults: bool) -> Verdict:
