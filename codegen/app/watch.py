@@ -169,8 +169,8 @@ def _usable_bounds(machine: Derived) -> tuple[ErrorBound, ...]:
     if (slow := too_slow(spec, system, bounds)) is not None:
         most, least = slow
         found = (
-            f"{least.contact} slides at most at {most:.3g} {least.unit} in the envelope, and the bound holds above "
-            f"{least.threshold:.3g} {least.unit}"
+            f"{least.contact} slides at most at {most:.3g} {least.unit} in the envelope, and an estimate is compared "
+            f"above {least.seen:.3g} {least.unit}"
         )
         expected = "a wider envelope of velocities, or less noise and drift: nothing could be judged"
         raise BadInput(spec.place("envelope"), found, expected, code="SPEC037")

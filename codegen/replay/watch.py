@@ -215,7 +215,7 @@ class Watch:
         of = f"of {tally.samples} samples"
         after = f"{self.settle * tally.period:.4g} s after a reversal, a stop, or a sample that cannot be compared"
         slow = [
-            f"{speed.contact} no faster than {speed.threshold:.3g} {speed.unit} in {count}"
+            f"{speed.contact} no faster than {speed.seen:.3g} {speed.unit} in {count}"
             for speed, count in zip(self._speeds, self._too_slow, strict=True)
             if count
         ]

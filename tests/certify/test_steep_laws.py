@@ -23,6 +23,8 @@ from codegen.checker import ellipsoid, theorem, verify
 from codegen.friction import LAWS
 from codegen.friction.law import ZeroMemoryLaw
 from codegen.replay.engine import Engine
+from codegen.replay.samples import Block
+from codegen.replay.watch import Watch
 from codegen.spec import parse_spec
 from tests.friction.samples import draw, level
 
@@ -96,7 +98,7 @@ def test_the_bound_is_for_slip_above_its_threshold_and_a_tenth_of_that_for_all_s
     assert speed.error < float(speed.above) == speed.threshold <= other.threshold
     module = environment().get_template("text/_slip_speeds.j2").module
     said = module.steep(bound.slip_speeds)
-    assert said.startswith("of rod the slope of the law above the threshold alone is counted")
+    assert said.startswith("for rod only the slope of the law above its threshold is counted")
     assert not module.steep(anywhere.slip_speeds)
 
 
@@ -121,6 +123,32 @@ def test_no_run_above_the_threshold_exceeds_the_bound_and_one_below_does(text: s
     assert worst.max() <= 1 and worst[1] > 0.6, worst
     a = np.concatenate([np.zeros(SAMPLES - 20), np.full(20, -A)])
     assert np.abs(runs.errors(0.01, a, 0 * a))[-1, 1] > 2 * runs.bound.steady
+
+
+class Steady:
+    """In place of an engine: a constant estimate of the velocity."""
+
+    def __init__(self, names: list[str], v: float) -> None:
+        self.row = np.array([v if name == "v_hat" else 400.0 for name in names])
+
+    def take(self, block: Block) -> tuple[np.ndarray, np.ndarray]:
+        return np.tile(self.row, (len(block.time), 1)), np.zeros(len(block.time), dtype=np.intc)
+
+
+def test_watch_says_the_speed_of_the_estimate_above_which_it_compares() -> None:
+    """The slip is above the threshold where its estimate is above the threshold and the error of the slip together."""
+    found, (speed,) = derived(), stated().slip_speeds
+    names = [name for name, _, _ in found.program.outputs]
+
+    def watched(v: float) -> Watch:
+        done = Watch(found.spec, found.system, found.program, found.outcome.bounds, Steady(names, v), H, 10)
+        rows = np.zeros((2 * done.settle, len(found.program.inputs)))
+        done.take(Block(np.arange(len(rows)) * H, rows, True))
+        return done
+
+    least = speed.threshold + speed.error
+    assert watched(1.001 * least).tally.judged > 0 and watched(0.999 * least).tally.judged == 0
+    assert f"rod no faster than {least:.3g} m/s in" in (watched(0.999 * least).uncompared() or "")
 
 
 LAWS_OF_SPEED = [name for name, law in LAWS.items() if isinstance(law, ZeroMemoryLaw) and name != "canudas"]

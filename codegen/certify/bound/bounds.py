@@ -65,7 +65,7 @@ class SlipSpeed:
         more: added to E: the ``slip_speed`` of a domain, below which the observer does not update its level, or 0.
         sliding: the speed from which on a law with a state slides; 0 for other laws.
         above: the speed below which the slip must not have been: the bounds take the slope of the law above it alone,
-            and their times count from there; 0 if they take its slope over all speeds.
+            and their times count from the first sample above; 0 if they take its slope over all speeds.
     """
 
     contact: str
@@ -82,7 +82,7 @@ class SlipSpeed:
 
     @property
     def seen(self) -> float:
-        """The speed of the estimate from which on the slip is faster than ``above`` too."""
+        """The speed of the estimate above which ``watch`` compares it: the slip is then faster than ``above`` too."""
         return max(self.threshold, float(self.above) + self.error if self.above else 0.0)
 
 
