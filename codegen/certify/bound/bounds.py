@@ -64,8 +64,8 @@ class SlipSpeed:
         error: E.
         more: added to E: the ``slip_speed`` of a domain, below which the observer does not update its level, or 0.
         sliding: the speed from which on a law with a state slides; 0 for other laws.
-        above: the speed below which the slip must not have been: the bounds take the slope of the law above it alone,
-            and their times count from the first sample above; 0 if they take its slope over all speeds.
+        above: the bounds hold while the slip stays above this speed, and their times count from the first sample above
+            it: only the law's slope above it is counted; 0 if the slope over all speeds is.
     """
 
     contact: str

@@ -50,9 +50,9 @@ OFF = {
 """Kind of model error → a model error of one percent."""
 HALVINGS = 24
 """Bisection steps for the tolerated model error of a domain."""
-MOST_HALVINGS, DEARER, MARGIN = 12, 1.1, 1e-3
-"""Of the search for a slip speed below which no bound is stated: most halvings, largest ratio to the bound above the
-first speed, and relative margin of E."""
+MOST_HALVINGS, LARGER, MARGIN = 12, 1.1, 1e-3
+"""Of the search in ``_steep_below``: most halvings of the speed; the ratio from which on a bound counts as larger than
+another; the relative margin by which the speed exceeds E."""
 PEAK_SAMPLES = 20.0
 """Time constants of V after which a peak of Φ^k is bounded by V."""
 
@@ -220,12 +220,12 @@ def _in_domain(
 
 
 def _steep_below(spec: Spec, observer: Observer, response: Response, reach: Reach) -> tuple[Fraction, ...]:
-    """Of each contact a speed below which its law is steeper than above; 0 where the bounds hold for slower slip too.
+    """For each contact the slip speed above which the bounds are stated; 0 where they hold at any slip speed.
 
-    The sign of û is known only above E, the bound on |u − û|. So the slope of the law counts from a speed on that is no
-    smaller than E: the E with the slope over all speeds, or half the fastest slip in the envelope if that is less; and
-    then as slow as it can be for bounds at most ``DEARER`` times as large. One of them has to be as much smaller than
-    with the slope over all speeds.
+    Only the slope of the law above this speed is counted. The speed must be at least E, the bound on |u − û|, since the
+    sign of û is known only there. The search starts at the E that belongs to the slope over all speeds, or at half the
+    fastest slip in the envelope if that is less. It halves the speed while no bound becomes ``LARGER`` than at the
+    start. The result is used only if the slope over all speeds gives a bound that is ``LARGER``.
     """
     contacts = observer.system.contacts
     none, fastest = (Fraction(0),) * len(contacts), [fastest_slip(spec, observer, c) for c in range(len(contacts))]
@@ -251,8 +251,8 @@ def _steep_below(spec: Spec, observer: Observer, response: Response, reach: Reac
         found = later.bounds(size)
         least, errors = least or found, _slip_errors(observer, found)
         known = all(e <= (1 - MARGIN) * a for e, a in zip(errors, above, strict=True) if a)
-        smaller = any(DEARER * x < y for x, y in zip(found, whole, strict=True))
-        if not known or not smaller or any(x > DEARER * y for x, y in zip(found, least, strict=True)):
+        smaller = any(LARGER * x < y for x, y in zip(found, whole, strict=True))
+        if not known or not smaller or any(x > LARGER * y for x, y in zip(found, least, strict=True)):
             break
         chosen = above
     return chosen

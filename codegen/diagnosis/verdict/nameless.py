@@ -94,6 +94,6 @@ def as_unknown(answer: Answer, found: Rival) -> Answer:
     compared = "better than" if found.better else "as well as"
     named = found.part.title
     level = in_percent(TIE_LEVEL)
-    why = f"no effect of the catalogue, explains the log {compared} {named}, compared at the {level} level"
-    refused = answer.refused(f"{force}, {why}")
+    why = f"a force outside the catalogue explains the log {compared} {named}, compared at the {level} level"
+    refused = answer.refused(f"{why}: {force}")
     return refused.noted(Fact("next", law.discriminating_experiment))
