@@ -144,8 +144,7 @@ def inverse_mass_symbols(system: System) -> tuple[Matrix, dict[sympy.Symbol, tup
 def derive_error_dynamics(observer: Observer, differential: ErrorDynamics | None = None) -> ErrorDynamics:
     """Ψ from an observer's differential equations, and A from its step.
 
-    Args:
-        differential: error dynamics of the same differential equations with an explicit step, whose Ψ is reused.
+    ``differential``: error dynamics of the same differential equations with an explicit step, whose Ψ is reused.
     """
     if differential is None and (observer.euler is None or observer.integration == "implicit"):
         return _derive(observer, SHORT)
@@ -160,11 +159,7 @@ def derive_error_dynamics(observer: Observer, differential: ErrorDynamics | None
 
 
 def derive_step(observer: Observer, longest: int = SHORT) -> ErrorDynamics:
-    """Error dynamics with A alone, and zeros for Ψ.
-
-    Args:
-        longest: as ``SHORT``.
-    """
+    """Error dynamics with A alone, and zeros for Ψ; ``longest``: as ``SHORT``."""
     return _derive(observer, longest, psi=False)
 
 

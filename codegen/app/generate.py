@@ -251,8 +251,7 @@ def refuse_hand_written(target: Path, files: Mapping[str, str], name: str = "", 
 def stale_proofs(target: Path, files: Mapping[str, str], name: str = "") -> list[Path]:
     """Proofs in the folder that an earlier run wrote about other code, and that these files do not replace.
 
-    Args:
-        name: of the machine, to count also files that no manifest lists if they say that stiction made them; else "".
+    ``name``: of the machine, to count also files that no manifest lists if they say that stiction made them; else "".
     """
     listed = listed_files(target)
     absent = [target / file for file in OPTIONAL if file not in files]

@@ -22,8 +22,7 @@ HEAD = 1000
 def listed_in(result: Path, form: str) -> Mapping[str, object]:
     """The files beside a JSON result → their hashes, by its field ``FILES_SHA256``; {} if it is not stiction's.
 
-    Args:
-        form: beginning of its field ``format``.
+    ``form``: beginning of its field ``format``.
     """
     listed = (json_of(result, form) or {}).get(FILES_SHA256)
     return listed if isinstance(listed, dict) else {}

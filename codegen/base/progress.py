@@ -91,11 +91,8 @@ def steps_to(display: Callable[[str, float], None] | None) -> Iterator[None]:
 def progress(lines: bool = False) -> Iterator[ProgressCallback]:
     """Show progress while the context is open: a bar on a terminal; elsewhere lines on stderr, or nothing.
 
-    The first step shown is ``LOADING``. So a verb opens the context before it imports its modules.
-
-    Args:
-        lines: whether to print lines where stderr is no terminal: one for each new step, when it begins, and one every
-            ``LINE_S`` seconds.
+    The first step shown is ``LOADING``. So a verb opens the context before it imports its modules. ``lines``: whether
+    to print lines where stderr is no terminal: one for each new step, when it begins, and one every ``LINE_S`` seconds.
     """
     from codegen.base.terminal import errors
 

@@ -33,10 +33,8 @@ PREFIX = "cancel"
 def with_cancellation(spec: Spec, observer: Observer) -> Observer:
     """The observer with the cancelling input ū as its last output; unchanged if the spec has no ``cancellation``.
 
-    An estimate does not depend on the input of its own sample, so w = u + ū is no algebraic loop.
-
-    Raises:
-        BadInput: if the inputs cancel no friction, or K is unbounded somewhere in the envelope.
+    An estimate does not depend on the input of its own sample, so w = u + ū is no algebraic loop. Raises BadInput if
+    the inputs cancel no friction, or K is unbounded somewhere in the envelope.
     """
     choice = spec.cancellation
     if choice is None:

@@ -160,9 +160,7 @@ def reach(spec: Spec, system: System, weight: str) -> Reach:
 
     A force with direction d can be cancelled perfectly if rank [B d] = rank B (d is in the range of B), the condition
     U₂F̄ = 0 of section 5.3.1 for one force. It cannot be reduced at all if B'W d = 0: the best input is then zero.
-
-    Raises:
-        BadInput: if the system has no input matrix B(x).
+    Raises BadInput if the system has no input matrix B(x).
     """
     B, U, M = input_matrix_of(spec, system), system.distribution, system.mass_matrix
     variables = tuple(sorted((B.free_symbols | U.free_symbols | M.free_symbols) - set(system.values), key=str))

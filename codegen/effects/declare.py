@@ -54,8 +54,7 @@ def system_of(spec: Spec) -> System:
 def add_declared_effects(system: System, spec: Spec) -> System:
     """The system with every effect that the spec declares.
 
-    Raises:
-        BadInput: for an unknown kind or place, or a parameter that is missing, unknown or out of range.
+    Raises BadInput for an unknown kind or place, or a parameter that is missing, unknown or out of range.
     """
     _refuse_unknown_kinds(spec)
     faults = Faults()
@@ -252,8 +251,7 @@ def added(
 ) -> System:
     """The system with an effect at a place; ``symbols`` must not occur in the system's equations yet.
 
-    Raises:
-        BadInput: if a parameter appears in no equation, or the effect changes the coordinates, inputs or contacts.
+    Raises BadInput if a parameter appears in no equation, or the effect changes the coordinates, inputs or contacts.
     """
     after = effect.add(system, place, symbols)
     if _consists_of(after) != _consists_of(system):

@@ -233,11 +233,7 @@ class CoggingHarmonics(Effect):
         return self.of_orders(kept) if 0 < len(kept) < len(self.orders) else None
 
     def values(self, period: float, weights: Sequence[tuple[float, float]]) -> dict[str, float]:
-        """Parameter name → value.
-
-        Args:
-            weights: (of the sine, of the cosine) for each order.
-        """
+        """Parameter name → value; ``weights``: (of the sine, of the cosine) for each order."""
         waves = zip(self.orders, weights, strict=True)
         found = {f"{wave}_{k}": float(w) for k, pair in waves for wave, w in zip(("sin", "cos"), pair, strict=True)}
         return {PERIOD.name: period} | found

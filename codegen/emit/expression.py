@@ -41,10 +41,8 @@ class Language:
         """The literal of a number: the shortest decimal that rounds to it, with a point or an exponent.
 
         Of a number that is not one of single precision, all digits of the double are printed: it is rounded when the
-        code is read, as 0.45359237f, and the checker reads the same decimal as in the certificate.
-
-        Raises:
-            BadInput: for a number that is not finite, or that underflows to zero or overflows in single precision.
+        code is read, as 0.45359237f, and the checker reads the same decimal as in the certificate. Raises BadInput for
+        a number that is not finite, or that underflows to zero or overflows in single precision.
         """
         with np.errstate(over="ignore", under="ignore"):
             rounded = np.float32(value) if self.single else np.float64(value)

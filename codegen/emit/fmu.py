@@ -175,8 +175,7 @@ class Variable:
 def variables_of(program: Program) -> tuple[Variable, ...]:
     """Time, parameters, inputs and outputs, numbered from 0 in this order.
 
-    Raises:
-        BadInput: for a quantity with a reserved name (``time``, ``fault``).
+    Raises BadInput for a quantity with a reserved name (``time``, ``fault``).
     """
     found = [Variable(0, TIME, "s", "time of the simulation", "time", "time")]
 

@@ -73,8 +73,7 @@ Row = tuple[str, str, str, float]
 def entries(program: Program, struct: str) -> tuple[Entry, ...]:
     """The fields of a struct, in order; successive quantities of one array make one field.
 
-    Args:
-        struct: ``parameters``, ``states``, ``inputs`` or ``outputs``.
+    ``struct``: ``parameters``, ``states``, ``inputs`` or ``outputs``.
     """
     if struct == "outputs":
         rows = [(name, unit, meaning, 0.0) for name, unit, meaning in program.outputs]
@@ -199,8 +198,7 @@ class Writer:
 def template_words(program: Program, code: Code, header: Header, style: Style, real: str) -> dict[str, Any]:
     """The variables of the templates that are common to all languages.
 
-    Args:
-        real: the type of a number in the language, such as ``double``.
+    ``real``: the type of a number in the language, such as ``double``.
     """
     literal, largest = style.language.literal, LARGEST[program.precision]
     return {

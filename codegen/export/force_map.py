@@ -239,10 +239,7 @@ def odrive_map(table: ForceMap, header: list[str]) -> tuple[str, tuple[Remark, .
 
     The firmware adds entry ⌊3600·position in turns⌋ to the torque without interpolation, so an entry is the mean over
     its interval. ODrive documents neither a file for the map nor a protocol to write it: the table is compiled into the
-    firmware.
-
-    Args:
-        table: of an angle, with torques in N*m: ``force_map`` with ``turning``.
+    firmware. ``table``: of an angle, with torques in N*m: ``force_map`` with ``turning``.
     """
     edges = np.arange(ODRIVE_COUNTS + 1) * 2 * pi / ODRIVE_COUNTS
     waves = (w.amplitude / w.rate * np.cos(w.rate * edges + w.phase) for w in table.forces)

@@ -182,12 +182,8 @@ def coordinate_of(direction: Direction) -> int | None:
 def mechanism_of(spec: Spec, system: System) -> Mechanism:
     """The multibody description of a machine.
 
-    Args:
-        system: of the spec, with its declared effects.
-
-    Raises:
-        BadInput: if the direction of a contact depends on the position, or what was added to a robot file belongs to no
-            body of it.
+    ``system``: of the spec, with its declared effects. Raises BadInput if the direction of a contact depends on the
+    position, or what was added to a robot file belongs to no body of it.
     """
     tree = spec.form if isinstance(spec.form, KinematicTree) else None
     if tree is not None:

@@ -118,10 +118,8 @@ class MjcfWriter(Exporter):
     def add_to(self, springs: Mapping[str, float]) -> dict[str, dict[str, str]]:
         """Attributes of each coordinate's joint; passive ``actuators``, ``tendons`` and remarks are added on the way.
 
-        The inputs are actuators of the user's model.
-
-        Args:
-            springs: coordinate → constant force of the joint's spring there, stiffness · rest position.
+        The inputs are actuators of the user's model. ``springs``: coordinate → constant force of the joint's spring
+        there, stiffness · rest position.
         """
         coordinates = [link.name for link in links_of(self.mechanism)]
         joints: dict[str, dict[str, str]] = {name: {} for name in coordinates}

@@ -58,11 +58,8 @@ class _Joint:
 def mjcf_into(spec: Spec, mechanism: Mechanism, path: Path, header: list[str]) -> tuple[str, tuple[Remark, ...]]:
     """The text of the user's model with the machine's friction, and remarks.
 
-    Args:
-        path: the model; its joints are named like the coordinates.
-
-    Raises:
-        BadInput: for a file that is no model, a coordinate without a joint, or a joint in an included file.
+    ``path``: the model; its joints are named like the coordinates. Raises BadInput for a file that is no model, a
+    coordinate without a joint, or a joint in an included file.
     """
     mujoco, model = compiled(path)
     joints = _joints(mujoco, model)

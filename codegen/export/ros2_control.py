@@ -43,8 +43,7 @@ def ros2_package(
 ) -> dict[str, str]:
     """package.xml, CMakeLists.txt, the plugin's description, the class, NAME.h, NAME.c, a README and the manifest.
 
-    Args:
-        labels: coordinate → the joint's name in a robot file; used if it is a valid name in ROS.
+    ``labels``: coordinate → the joint's name in a robot file; used if it is a valid name in ROS.
     """
     labels = {name: label for name, label in labels.items() if _LABEL.fullmatch(label)}
     program, name = observer.program, observer.program.name

@@ -30,9 +30,8 @@ class RisingStatic(MemoryLaw):
     def response(self, time: Any, slip_velocity: Any, p: Mapping[str, float], applied_force: Any = None) -> Any:
         """The force over a history; the contact rests where u = 0 exactly.
 
-        Raises:
-            BadInput: if the contact rests and no applied force is given: friction at rest equals the applied force, up
-                to the static level.
+        Raises BadInput if the contact rests and no applied force is given: friction at rest equals the applied force,
+        up to the static level.
         """
         dwell = time_at_rest(time, slip_velocity)
         resting = np.asarray(slip_velocity) == 0
@@ -95,11 +94,7 @@ def time_at_rest(time: Any, slip_velocity: Any) -> Any:
 def required(applied_force: Any, law: str) -> Any:
     """The applied force as an array.
 
-    Args:
-        law: its name, for the message.
-
-    Raises:
-        BadInput: where no applied force is given.
+    ``law``: its name, for the message. Raises BadInput where no applied force is given.
     """
     if applied_force is None:
         expected = "the force that tries to move the contact while it rests"
@@ -218,8 +213,7 @@ class Karnopp(MemoryLaw):
     def response(self, time: Any, slip_velocity: Any, p: Mapping[str, float], applied_force: Any = None) -> Any:
         """The force over a history.
 
-        Raises:
-            BadInput: if the slip velocity enters the band and no applied force is given.
+        Raises BadInput if the slip velocity enters the band and no applied force is given.
         """
         u = np.asarray(slip_velocity, dtype=float)
         force = p["F_c"] * np.sign(u) + p["F_v"] * u
@@ -266,8 +260,7 @@ class Bristle(MemoryLaw):
     def response(self, time: Any, slip_velocity: Any, p: Mapping[str, float], applied_force: Any = None) -> Any:
         """The force over a history; at its start the bonds are spread evenly over ±δ_s, and the force is zero.
 
-        Raises:
-            BadInput: if N is not a whole number.
+        Raises BadInput if N is not a whole number.
         """
         if p["N"] != int(p["N"]):
             raise BadInput(f"the law {self.name}", f"N = {p['N']:g}", "a whole number of bristles", code="SPEC007")

@@ -240,8 +240,7 @@ EMPTY_DESCRIPTION = LogDescription()
 def read_description(path: str | Path) -> LogDescription:
     """Read a description file.
 
-    Raises:
-        BadInput: if it cannot be read, is not a YAML mapping, or holds an unknown key or an unusable value.
+    Raises BadInput if it cannot be read, is not a YAML mapping, or holds an unknown key or an unusable value.
     """
     path = Path(path)
     document, places = load_plain(read_text(path, "what meta.yaml says of a log (YAML)"), str(path), "columns: {x: qm}")

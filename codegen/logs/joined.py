@@ -28,13 +28,8 @@ def join_logs(read: Sequence[Callable[[float | None], Log]]) -> Log:
     there would be more than ``MOST_SAMPLES`` samples, or more than ``MOST_GROWTH`` times those of the records. Between
     two records is a pause of ``PAUSE_S``, in which the position goes from the end of one to the start of the next with
     continuous velocity, so that filters do not ring. No sample of a pause (``joints``) is used. ``records`` keeps each
-    record as it was sampled.
-
-    Args:
-        read: for each record, a function that reads it with a sample time in seconds, or with its own for None.
-
-    Raises:
-        BadInput: if the records differ in cutoff, tolerance or encoder step, or one cannot be read.
+    record as it was sampled. ``read``: for each record, a function that reads it with a sample time in seconds, or with
+    its own for None. Raises BadInput if the records differ in cutoff, tolerance or encoder step, or one cannot be read.
     """
     logs = [one(None) for one in read]
     if len(logs) == 1:

@@ -172,8 +172,7 @@ def steady_speeds(log: Log, velocities: Array, usable: Flags) -> list[Steady]:
 def steady_segments(log: Log, velocities: Array, usable: Flags) -> Flags:
     """(segments,) whether every coordinate runs at constant speed, of segments with usable samples; else True.
 
-    Args:
-        velocities, usable: as of ``steady_speeds``.
+    ``velocities``, ``usable``: as of ``steady_speeds``.
     """
     tops = np.abs(velocities[usable]).max(axis=0, initial=0.0)
     runs = (velocities[start:stop][usable[start:stop]] for start, stop in log.segments)

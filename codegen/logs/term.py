@@ -90,8 +90,7 @@ def columns_of(terms: Mapping[str, Term]) -> list[str]:
 def compute(raw: Columns, terms: Mapping[str, Term]) -> Columns:
     """The values of terms, one column for each, in their order.
 
-    Args:
-        raw: at least the columns that ``columns_of`` names.
+    ``raw``: at least the columns that ``columns_of`` names.
     """
     where = {name: k for k, name in enumerate(raw.names)}
     values = np.empty((len(raw.values), len(terms)))

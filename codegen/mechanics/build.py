@@ -44,12 +44,9 @@ MASSES = {"kg": "mass", "kg*m^2": "moment of inertia"}
 def build_system(spec: Spec, free: Sequence[LinkParameter] = ()) -> System:
     """The system that a spec declares, without its ``effects``.
 
-    Args:
-        free: base parameters of the robot file that become symbols of the system, for a fit; the others are numbers.
-
-    Raises:
-        BadInput: for an unknown law, for a law parameter that is missing, unknown or out of range, for a mass matrix
-            that is not symmetric, or not positive definite somewhere in the envelope, and as ``equation_of_motion``.
+    ``free``: base parameters of the robot file that become symbols of the system, for a fit; the others are numbers.
+    Raises BadInput for an unknown law, for a law parameter that is missing, unknown or out of range, for a mass matrix
+    that is not symmetric, or not positive definite somewhere in the envelope, and as ``equation_of_motion``.
     """
     values: dict[sympy.Symbol, Any] = {symbol(p.name): p.value for p in spec.parameters}
     units = {symbol(p.name): coherent_name(p.unit, spec.place(f"parameters.{p.name}.unit")) for p in spec.parameters}

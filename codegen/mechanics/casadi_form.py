@@ -94,8 +94,7 @@ def function_of(
 ) -> Any:
     """The dense CasADi function of a SymPy expression or matrix; its argument is the column of the symbols' values.
 
-    Args:
-        numbers: of the other symbols in it.
+    ``numbers``: of the other symbols in it.
     """
     at = casadi.SX.sym("at", max(1, len(symbols)))
     value = to_casadi(sympy.sympify(expression), symbol_values(numbers, (symbols, at)))

@@ -19,10 +19,8 @@ def compact(expression: Any) -> Any:
     """The shortest form of an expression: as given, expanded, or expanded with products of sines and cosines as sums.
 
     In the last form sin² + cos² is 1 and cos a cos(a + b) + sin a sin(a + b) is cos b, since harmonics are linearly
-    independent; ``simplify`` would find the same by trial, in minutes instead of milliseconds.
-
-    Args:
-        expression: a scalar or a matrix; one of more than ``LONGEST`` operations is returned as it is.
+    independent; ``simplify`` would find the same by trial, in minutes instead of milliseconds. ``expression``: a scalar
+    or a matrix; one of more than ``LONGEST`` operations is returned as it is.
     """
     if isinstance(expression, sympy.MatrixBase):
         return expression.applyfunc(compact)

@@ -25,9 +25,8 @@ HINT = "a force in addition to the law, such as viscous friction, is declared un
 def build_contacts(spec: Spec, distribution: Matrix) -> tuple[tuple[ContactFriction, ...], Values, Units]:
     """The contacts in order, and the exact values and units of their laws' parameter symbols.
 
-    Raises:
-        BadInput: for an unknown law, for a law parameter that is missing, unknown or out of range, or for a contact
-            whose column of U is zero.
+    Raises BadInput for an unknown law, for a law parameter that is missing, unknown or out of range, or for a contact
+    whose column of U is zero.
     """
     contacts: list[ContactFriction] = []
     values: Values = {}

@@ -26,10 +26,8 @@ TOLERANCE = 1e-9
 def equation_of_motion(spec: Spec, free: Sequence[LinkParameter] = ()) -> tuple[Matrix, Matrix, Matrix]:
     """M(x), n by n; g(x, v, w), n by 1; U(x), n by contacts: as written in the spec, or derived from its other form.
 
-    ``free``: base parameters of the robot file that stay symbols; the others are numbers.
-
-    Raises:
-        BadInput: where the form does not determine the matrices, or the spec's ``distribution`` contradicts it.
+    ``free``: base parameters of the robot file that stay symbols; the others are numbers. Raises BadInput where the
+    form does not determine the matrices, or the spec's ``distribution`` contradicts it.
     """
     force = Matrix(spec.force)
     match spec.form:

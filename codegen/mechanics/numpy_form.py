@@ -20,8 +20,7 @@ def numpy_function(
 ) -> Callable[..., list[Any]]:
     """A function of ``arguments`` that returns the list of ``expressions``.
 
-    Args:
-        values: numbers for the other symbols.
+    ``values``: numbers for the other symbols.
     """
     if not any(sympy.sympify(e).free_symbols for e in expressions):  # constants, as of most actuators: no compilation
         constant = [float(e) for e in expressions]

@@ -108,10 +108,8 @@ def _unnamed(block: str, letter: str, indices: tuple[int, ...], value: Any) -> A
 def solve_by_elimination(matrix: Any, right: Any, name: Name | None = None) -> Any:
     """The y of A y = r, n by 1 SX, by Gaussian elimination without pivoting: generated code has one fixed order.
 
-    All leading principal minors of A must be nonzero.
-
-    Args:
-        name: of intermediate values, as for ``factorised``; each pivot that is not 1 is then divided by once.
+    All leading principal minors of A must be nonzero. ``name``: of intermediate values, as for ``factorised``; each
+    pivot that is not 1 is then divided by once.
     """
     n, named = matrix.shape[0], name or _unnamed
     rows = [[matrix[i, j] for j in range(n)] for i in range(n)]

@@ -29,8 +29,7 @@ _OF_SUMS = (
 def observer_of(spec: Spec, system: System | None = None) -> Observer:
     """The observer of a spec; by default on the spec's system with its declared effects.
 
-    Raises:
-        BadInput: for a spec without an observer, with free gains, or with contacts whose slips are dependent.
+    Raises BadInput for a spec without an observer, with free gains, or with contacts whose slips are dependent.
     """
     refuse_free_gains(spec)
     observer = build_observer(spec, system_of(spec) if system is None else system)
@@ -42,8 +41,7 @@ def observer_of(spec: Spec, system: System | None = None) -> Observer:
 def build_observer(spec: Spec, system: System) -> Observer:
     """The observer of the spec's ``observer:`` section for this system.
 
-    Raises:
-        BadInput: for a spec without observer, an unknown kind, or a single-coordinate kind on several coordinates.
+    Raises BadInput for a spec without observer, an unknown kind, or a single-coordinate kind on several coordinates.
     """
     choice = spec.observer
     if choice is None:
@@ -71,8 +69,7 @@ def build_observer(spec: Spec, system: System) -> Observer:
 def refuse_unknown_words(choice: ObserverChoice | ObserverSection, place: PlaceOf) -> None:
     """Raise BadInput for an unknown kind of observer, or for gains that its kind does not have; needs no system.
 
-    Args:
-        choice: the observer of a spec, or its section as it stands there.
+    ``choice``: the observer of a spec, or its section as it stands there.
     """
     refuse_unknown(choice.kind, OBSERVERS, place("observer.kind"), "unknown observer", code="SPEC008")
     refuse_unknown_gains(choice, place, OBSERVERS[choice.kind].gains)

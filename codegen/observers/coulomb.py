@@ -38,10 +38,8 @@ def coulomb_friction_observer(spec: Spec, system: System) -> Observer:
     â = z_F − K_F h(|û|),  F̂ = U S â,  dz_F/dt = K_F D S d(U'v)/dt,  D = diag(h'(|û|)),
     d(U'v)/dt = U' M⁻¹[g − F̂] + U̇' v̂.
 
-    The thesis omits U̇' v̂ in (4.12); if U depends on x, e = 0 is no equilibrium without it.
-
-    Raises:
-        BadInput: for gains of wrong shape or sign, an h that is not increasing, or an invalid domain.
+    The thesis omits U̇' v̂ in (4.12); if U depends on x, e = 0 is no equilibrium without it. Raises BadInput for gains
+    of wrong shape or sign, an h that is not increasing, or an invalid domain.
     """
     choice = spec.required_observer
     shape = read_shape(spec, system)
@@ -116,9 +114,8 @@ def _gain_units(gain: GainMatrix, system: System, shape: Shape) -> dict[sympy.Sy
 def read_domain(spec: Spec, system: System, velocity: Velocity) -> Domain | None:
     """The domain of the spec's observer; the range of the true level is ``a_CONTACT`` in the envelope.
 
-    Raises:
-        BadInput: for a domain with several coordinates or contacts, with measured velocity, an h other than h(s) = s,
-            or exponential or implicit steps, or without a range for the level that contains the declared one.
+    Raises BadInput for a domain with several coordinates or contacts, with measured velocity, an h other than h(s) = s,
+    or exponential or implicit steps, or without a range for the level that contains the declared one.
     """
     choice = spec.required_observer
     if choice.domain is None:
@@ -185,9 +182,8 @@ class Shape:
 def read_shape(spec: Spec, system: System) -> Shape:
     """The spec's ``h``, or s^μ for its ``exponent`` μ.
 
-    Raises:
-        BadInput: for an exponent outside (0, 8], or an h that is not increasing up to the top slip speed of the
-            envelope (10 for a velocity without a range).
+    Raises BadInput for an exponent outside (0, 8], or an h that is not increasing up to the top slip speed of the
+    envelope (10 for a velocity without a range).
     """
     choice = spec.required_observer
     if choice.shape is None:

@@ -64,10 +64,8 @@ def dynamic_friction_observer(spec: Spec, system: System) -> Observer:
     dz_f/dt = −K_f1 v̂ − K_f2 M⁻¹[g − F̂] + ξ₁(û, f̂),
     dz_a/dt = −K_a {diag(û) ξ₁ + diag(f̂) d(U'v)/dt},  d(U'v)/dt = U' M⁻¹[g − F̂] + U̇' v̂.
 
-    The thesis omits U̇' v̂ in (7.10); if U depends on x, e = 0 is no equilibrium without it.
-
-    Raises:
-        BadInput: for gains of wrong shape, or a contact whose law does not have exactly one state.
+    The thesis omits U̇' v̂ in (7.10); if U depends on x, e = 0 is no equilibrium without it. Raises BadInput for gains
+    of wrong shape, or a contact whose law does not have exactly one state.
     """
     choice = spec.required_observer
     laws = [_assumed_law(spec, system, contact) for contact in system.contacts]

@@ -19,10 +19,8 @@ def tracking_observer(spec: Spec, system: System) -> Observer:
     estimates the contact forces instead, and U F̂ takes the place of F̂ in the bracket.
 
     Friction of declared effects, λ_d(û), is known: the bracket then also contains −U λ_d, and z + K_1 x + K_2 v̂ (the
-    output ``tracked``) estimates the remaining friction. ``F_hat`` of an MGTO is the sum of both.
-
-    Raises:
-        BadInput: for gains of wrong shape or sign.
+    output ``tracked``) estimates the remaining friction. ``F_hat`` of an MGTO is the sum of both. Raises BadInput for
+    gains of wrong shape or sign.
     """
     choice = spec.required_observer
     by_contact = KINDS[choice.kind].by_contact

@@ -32,11 +32,8 @@ EXAMPLE = "example_main"
 def build_program(observer: Observer, choice: CodeChoice | None = None) -> Program:
     """The program of an observer, integrated by the method of its ``integration``.
 
-    Args:
-        choice: precision and handling of invalid samples; double and ``hold`` by default.
-
-    Raises:
-        BadInput: if two quantities would have one name in the generated code, or a delay is longer than 1000 samples.
+    ``choice``: precision and handling of invalid samples; double and ``hold`` by default. Raises BadInput if two
+    quantities would have one name in the generated code, or a delay is longer than 1000 samples.
     """
     step = _Step(observer)
     step.take_signals()
@@ -218,8 +215,7 @@ def _used(blocks: list[Block], *more: list[Any]) -> set[str]:
 def _arrays(fields: list[list[str]], blocks: list[Block]) -> dict[str, Element]:
     """Array elements of the numbered fields, and of the numbered elements of each block.
 
-    Args:
-        fields: names of the parameters, of the states and of the inputs.
+    ``fields``: names of the parameters, of the states and of the inputs.
     """
     together: dict[str, list[str]] = {}
     for block in blocks:

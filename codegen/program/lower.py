@@ -28,8 +28,7 @@ from codegen.program.simplify import normalise
 def lower(program: Program) -> Code:
     """The Code of a program: of its forms with and without factored sums, that with fewer operations. Cached.
 
-    Raises:
-        BadInput: if a constant is not finite, or a name cannot be used in the generated code.
+    Raises BadInput if a constant is not finite, or a name cannot be used in the generated code.
     """
     # With arrays, sums are not factored: a factored sum differs from the others that could be in one loop with it.
     lowerings = [_Lowering(program, factoring) for factoring in ((False,) if program.arrays else (False, True))]

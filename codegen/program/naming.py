@@ -20,11 +20,7 @@ RESERVED = set(re.findall(r"\w+", _RESERVED))
 
 
 class Names:
-    """Provider of unique names; names that differ only by case count as equal.
-
-    Args:
-        taken: names in use.
-    """
+    """Provider of unique names; names that differ only by case count as equal. ``taken``: names in use."""
 
     def __init__(self, taken: set[str]) -> None:
         self._taken = {name.lower() for name in taken}

@@ -51,9 +51,7 @@ def effective_input(
 
     The command is held between samples, so a command delayed by a fraction of a sample has two values in that interval.
     A lag is integrated exactly, for the mean of the two. The command is assumed constant before the first sample.
-
-    Raises:
-        BadInput: if the delay is longer than ``LONGEST_DELAY`` samples.
+    Raises BadInput if the delay is longer than ``LONGEST_DELAY`` samples.
     """
     system = observer.system
     w, chain = system.inputs[index], system.actuator(index)

@@ -33,11 +33,7 @@ class Engine:
     def __init__(self, program: Program, files: Mapping[str, str]) -> None:
         """Compile the C, or load the library that an earlier run has compiled.
 
-        Args:
-            files: name → text, of the C at least.
-
-        Raises:
-            BadInput: where there is no compiler, or it refuses the code.
+        ``files``: name → text, of the C at least. Raises BadInput where there is no compiler, or it refuses the code.
         """
         self.holds = program.holds
         self.inputs = tuple(field.name for field in program.inputs)
@@ -90,11 +86,8 @@ class Engine:
 def engine_of(spec: Spec, observer: Observer, code: CodeChoice) -> Engine:
     """The engine of an observer of a spec, whose code is generated for it alone.
 
-    Args:
-        code: precision and handling of invalid samples.
-
-    Raises:
-        BadInput: where there is no compiler, or it refuses the code.
+    ``code``: precision and handling of invalid samples. Raises BadInput where there is no compiler, or it refuses the
+    code.
     """
     program = build_program(observer, code)
     return Engine(program, emit_sources(program, make_header(spec.path.name, spec.sha256, spec.source)))

@@ -35,10 +35,8 @@ def preflight_warnings(
     Signs, scales and exchanges are found by the balance of forces M a = g − F.
 
     Empty for a log that is larger than ``MOST_BYTES``, and where the forces cannot be computed. If ``diagnose`` refuses
-    the log and samples of it were invalid, the refusal is the warning: it names the column and what to do.
-
-    Args:
-        faults: number of samples at which the observer held its estimates.
+    the log and samples of it were invalid, the refusal is the warning: it names the column and what to do. ``faults``:
+    number of samples at which the observer held its estimates.
     """
     try:
         if path.is_file() and path.stat().st_size > MOST_BYTES:

@@ -51,8 +51,7 @@ def blocks_between(time: Array, rows: Array, fresh: Sequence[int]) -> Iterator[B
 def steps_of_time(time: Array, before: float, period: float) -> Array:
     """The step of time to each row (N,), s.
 
-    Args:
-        before: time of the row before, s; NaN for the first rows of a log. The first row then counts as one sample.
+    ``before``: time of the row before, s; NaN for the first rows of a log. The first row then counts as one sample.
     """
     steps = np.diff(time, prepend=before)
     if np.isnan(before) and np.isfinite(time[0]):
@@ -115,11 +114,8 @@ class Samples:
     def whole(self, why: Irregular | None) -> Iterator[Block]:
         """The log resampled to a uniform grid, as in a diagnosis; the observer is initialised after each gap.
 
-        Args:
-            why: why the rows could not be used as they are.
-
-        Raises:
-            BadInput: for a log that cannot be used, or whose sample time is not the observer's.
+        ``why``: why the rows could not be used as they are. Raises BadInput for a log that cannot be used, or whose
+        sample time is not the observer's.
         """
         if why is not None and self._path.is_file() and self._path.stat().st_size > LARGEST:
             expected = f"steps of {self.period:g} s within {JITTER:.0%} (a log of more than 1 GB is not resampled)"

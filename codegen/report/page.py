@@ -34,8 +34,7 @@ rejected in this round, but named in the verdict."""
 def render_report(spec: Spec, diagnosis: Diagnosis, models: Models, files: Mapping[str, str] | None = None) -> str:
     """The self-contained HTML report of a diagnosis; deterministic.
 
-    Args:
-        files: label → path relative to the report, of the other files written.
+    ``files``: label → path relative to the report, of the other files written.
     """
     shown = _models_shown(diagnosis)
     evidence, series = law_evidence(diagnosis, models), held_out_series(models, shown)

@@ -87,8 +87,7 @@ def residual_drawings(coordinate: CoordinateSeries) -> tuple[Drawing, ...]:
 def law_drawing(panel: LawPanel, variable: str, units: tuple[str, str], title: str) -> Drawing:
     """The residual of the model without an effect, a smooth curve through it, and the force of the effect's law.
 
-    Args:
-        units: of the variable, of the force.
+    ``units``: of the variable, of the force.
     """
     factor, unit = _scale([panel.samples.x], units[0]) if variable == "position" else (1.0, units[0])
 

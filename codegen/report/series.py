@@ -86,8 +86,7 @@ class CoordinateSeries:
 def held_out_series(models: Models, names: Sequence[str]) -> tuple[CoordinateSeries, ...]:
     """The data of the pictures, for each coordinate.
 
-    Args:
-        names: of the models that are compared; attributes of ``models``.
+    ``names``: of the models that are compared; attributes of ``models``.
     """
     systems: list[System] = [getattr(models, name) for name in names]
     motion, used = models.test.motion, models.test.used

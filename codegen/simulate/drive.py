@@ -23,8 +23,7 @@ class Chains:
     def __init__(self, system: System, symbols: tuple[sympy.Symbol, ...]) -> None:
         """Numeric functions of the actuators' parameters.
 
-        Args:
-            symbols: parameters whose values are an argument of ``act``, in order.
+        ``symbols``: parameters whose values are an argument of ``act``, in order.
         """
         chains = [system.actuator(i) for i in range(len(system.inputs))]
         self._chains = [_Chain(a, w, symbols, system) for a, w in zip(chains, system.inputs, strict=True)]
@@ -116,10 +115,8 @@ def _delayed(w: Array, steps: float) -> Array:
 def _lagged(w: Array, steps: float, order: int) -> Array:
     """Output of equal first-order lags in series for held values w, exact, averaged over each substep.
 
-    tau y_i' = y_(i−1) − y_i, so the mean of the last is w − steps Σ (y_i(h) − y_i(0)).
-
-    Args:
-        steps: time constant tau over the substep h.
+    tau y_i' = y_(i−1) − y_i, so the mean of the last is w − steps Σ (y_i(h) − y_i(0)). ``steps``: time constant tau
+    over the substep h.
     """
     from scipy.signal import lfilter  # its import takes a second, which is saved for machines without a lag
 
@@ -144,8 +141,7 @@ class HeldInput:
     def __init__(self, system: System, period: float, edges: Array) -> None:
         """Weights of the past commands in the mean over each part of a sample, from the delays.
 
-        Args:
-            edges: (parts + 1,) limits of the parts of a sample, from 0 to 1.
+        ``edges``: (parts + 1,) limits of the parts of a sample, from 0 to 1.
         """
         chains = [system.actuator(k) for k in range(len(system.inputs))]
         delays = [float(chain.delay.subs(system.values)) / period for chain in chains]

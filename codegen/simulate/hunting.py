@@ -162,14 +162,8 @@ def hunting(spec: Spec, system: System, progress: Callable[[float], None] | None
     of the declared reference, and from the reference with a velocity of the same energy against the controller's
     stiffness. Encoders have their steps and no noise. If full cancellation has a limit cycle, the gain is bisected six
     times; gains between those tried are not examined. A run that ends neither at rest nor in a limit cycle is repeated
-    four times as long.
-
-    Args:
-        progress: called with the share that is done, from 0 to 1.
-
-    Raises:
-        BadInput: for a spec without an observer or without a controller, or a machine that cannot be simulated or
-            cancelled.
+    four times as long. ``progress``: called with the share that is done, from 0 to 1. Raises BadInput for a spec
+    without an observer or without a controller, or a machine that cannot be simulated or cancelled.
     """
     loop = RegulatorLoop(spec, system)
     trials: dict[float, Trial] = {}

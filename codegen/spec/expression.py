@@ -43,11 +43,8 @@ def in_range(double: float) -> bool:
 def printed(value: Any, place: Place, found: str) -> sympy.Rational:
     """A rational number rounded once to a double, as the exact value of the decimal that generated code prints.
 
-    Args:
-        found: the text of the number in the spec, for the message.
-
-    Raises:
-        BadInput: for a nonzero number whose magnitude is not above 1e-300 and below 1e300.
+    ``found``: the text of the number in the spec, for the message. Raises BadInput for a nonzero number whose magnitude
+    is not above 1e-300 and below 1e300.
     """
     try:
         double = int(value.p) / int(value.q)  # Python rounds a quotient of integers correctly
@@ -94,11 +91,8 @@ class Expression:
     def symbolic(self, symbols: Mapping[str, sympy.Symbol], hint: str = "") -> sympy.Expr:
         """The SymPy form over the given symbols, with numbers as exact rationals.
 
-        Args:
-            hint: added to the message on an unknown name.
-
-        Raises:
-            BadInput: for a name that is not in ``symbols``, a division by zero, or a number out of range.
+        ``hint``: added to the message on an unknown name. Raises BadInput for a name that is not in ``symbols``, a
+        division by zero, or a number out of range.
         """
         value = evaluate_tree(self.tree, self, _numbers_of(symbols, hint))
         value = value.replace(sympy.Abs, Magnitude).replace(sympy.sign, Sgn)  # sqrt(x**2) gives SymPy's own
@@ -143,11 +137,8 @@ def exact_number(text: str, place: Place) -> sympy.Rational:
 def parse_expression(text: str | int | float, place: Place) -> Expression:
     """Read one expression.
 
-    Args:
-        text: the expression, or a bare number as YAML gives it.
-
-    Raises:
-        BadInput: if the text is not an expression of numbers, names, + - * / ** (or ^) and the listed functions.
+    ``text``: the expression, or a bare number as YAML gives it. Raises BadInput if the text is not an expression of
+    numbers, names, + - * / ** (or ^) and the listed functions.
     """
     words = " ".join(str(text).split())
     if not words:
@@ -238,8 +229,7 @@ class Algebra:
 def evaluate_tree(node: ast.expr, whole: Expression, algebra: Algebra) -> Any:
     """The value of a node of an expression's tree in an algebra; numbers are exact rationals.
 
-    Raises:
-        BadInput: for an unknown name, or raised by ``algebra``.
+    Raises BadInput for an unknown name, and what ``algebra`` raises.
     """
     match node:
         case ast.Constant():
@@ -273,8 +263,7 @@ def _numbers_of(symbols: Mapping[str, sympy.Symbol], hint: str) -> Algebra:
 def _called(name: str, argument: Any, whole: Expression, node: ast.expr) -> Any:
     """The SymPy value of a function.
 
-    Raises:
-        BadInput: for a constant with exp in the exponent of exp, since SymPy's time is exponential in their nesting.
+    Raises BadInput for a constant with exp in the exponent of exp, since SymPy's time is exponential in their nesting.
     """
     if name == "exp" and argument.is_number and argument.has(sympy.exp):
         found = f"`{whole.source(node)}`, a constant with exp in exp"

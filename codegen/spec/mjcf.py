@@ -69,9 +69,8 @@ class RobotModel:
 def read_mjcf(path: Path) -> RobotModel:
     """A MuJoCo model, converted.
 
-    Raises:
-        BadInput: if MuJoCo is not installed, for a file that is no model, a floating base, or a body with two joints or
-            a ball joint.
+    Raises BadInput if MuJoCo is not installed, for a file that is no model, a floating base, or a body with two joints
+    or a ball joint.
     """
     mujoco, model = compiled(path)
     conversion = _Conversion(path, mujoco, model)
@@ -83,8 +82,7 @@ def read_mjcf(path: Path) -> RobotModel:
 def compiled(path: Path) -> tuple[Any, Any]:
     """The package mujoco, and the compiled model of a file.
 
-    Raises:
-        BadInput: if MuJoCo is not installed, or for a file that is no model.
+    Raises BadInput if MuJoCo is not installed, or for a file that is no model.
     """
     read_bytes(path, EXPECTED, LARGEST)
     try:

@@ -45,8 +45,7 @@ def read_motion(
 ) -> Motion:
     """The equation of motion from ``mass_matrix`` or the section that replaces it, ``force`` and ``friction``.
 
-    Args:
-        tree: kinematic tree of the robot file of ``urdf:``.
+    ``tree``: kinematic tree of the robot file of ``urdf:``.
     """
     return _MotionReader(document, coordinates, inputs, place).motion(tree)
 

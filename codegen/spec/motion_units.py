@@ -133,8 +133,7 @@ class Units:
     def slip(self, along: Mapping[str, Expression]) -> Any:
         """The dimension of a contact's slip, Σ part · direction; None if bare numbers leave it open.
 
-        Args:
-            along: direction of a body's motion → its factor in the slip.
+        ``along``: direction of a body's motion → its factor in the slip.
         """
         found: Any = None
         for direction, part in along.items():

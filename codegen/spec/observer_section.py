@@ -21,8 +21,7 @@ def read_observer(
 ) -> ObserverChoice | None:
     """The observer section of a spec; None without one.
 
-    Args:
-        contacts: of the spec; the section's ``laws`` may give a law that the observer assumes for each.
+    ``contacts``: of the spec; the section's ``laws`` may give a law that the observer assumes for each.
     """
     if section is None:
         return None

@@ -46,10 +46,7 @@ def with_any_unit(text: str, place: Place) -> tuple[sympy.Rational, str]:
 def read_numbers(given: Mapping[str, Any], key: str, place: PlaceOf) -> tuple[Numbers, dict[str, str]]:
     """Name → number in SI, and name → unit with which it is written, if any.
 
-    For the parameters of a law, whose units are known only with the law.
-
-    Args:
-        key: of their section.
+    For the parameters of a law, whose units are known only with the law. ``key``: of their section.
     """
     values, units, faults = {}, {}, Faults()
     for name, value in given.items():
@@ -65,8 +62,7 @@ def read_numbers(given: Mapping[str, Any], key: str, place: PlaceOf) -> tuple[Nu
 def refuse_other_unit(given: str, unit: str, found: str, place: Place) -> None:
     """Raise BadInput if ``given`` is a unit of another dimension than ``unit``.
 
-    Args:
-        found: what is in the spec, for the message.
+    ``found``: what is in the spec, for the message.
     """
     if given and not same_dimension(given, unit, place):
         found = f"{found}, in {describe(dimension(parse_unit(given, place)))}"
@@ -96,8 +92,7 @@ LARGEST_FACTOR = 1e30
 def read_factor(value: object, place: Place) -> tuple[float, str]:
     """A nonzero factor of ``scale:`` in a spec or the description of a log, and its unit, "" for none.
 
-    Args:
-        value: a number, a number with a unit, which is converted to SI, or an expression of numbers: 1 ms, 2*pi/4096.
+    ``value``: a number, a number with a unit, which is converted to SI, or an expression of numbers: 1 ms, 2*pi/4096.
     """
     expected = "a number other than zero, one with its unit such as 1 ms, or an expression of numbers such as 2*pi/4096"
     factor, unit = 0.0, ""
@@ -119,9 +114,8 @@ def read_factor(value: object, place: Place) -> tuple[float, str]:
 def read_share(text: str, place: Place) -> float:
     """A relative tolerance.
 
-    Raises:
-        BadInput: for a text that is no number, a number below zero or above 1000 %, or one from 1 to 100 without a per
-            cent sign, which may be meant in percent.
+    Raises BadInput for a text that is no number, a number below zero or above 1000 %, or one from 1 to 100 without a
+    per cent sign, which may be meant in percent.
     """
     if split_quantity(text) is not None:
         expected = "a share such as 1% or 0.01, without a unit, since it holds for several values"
@@ -138,8 +132,7 @@ def read_share(text: str, place: Place) -> float:
 def read_deviation(text: str, unit: str, place: Place) -> float | None:
     """A tolerance with a unit, such as 0.2 deg, in SI; None for a text without a unit, which is a share.
 
-    Args:
-        unit: of the value that it is of.
+    ``unit``: of the value that it is of.
     """
     if split_quantity(text) is None:
         return None

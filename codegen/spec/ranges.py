@@ -25,9 +25,8 @@ _RANGE = re.compile(r"\b([A-Za-z]\w*?)(\d+)\.\.(\d+)((?:_[A-Za-z]\w*)?)\b")
 def expanded(node: Any, file: str) -> Any:
     """The document with every range expanded; a node without a range is returned as the same object.
 
-    Raises:
-        BadInput: for a descending or too long range, ranges of different lengths in one entry or item, and more values
-            than a file may have.
+    Raises BadInput for a descending or too long range, ranges of different lengths in one entry or item, and more
+    values than a file may have.
     """
     return _expanded(node, file, None, [0])
 

@@ -51,12 +51,9 @@ Result = TypeVar("Result")
 def read_spec(path: str | Path, of_observer: ObserverCheck | None = None) -> Spec:
     """The validated spec of a file.
 
-    Args:
-        of_observer: a further check of the observer's section, made and raised only together with other faults.
-
-    Raises:
-        BadInput: for an invalid path, a robot file, or faults in the spec, with file and line; ``others`` has further
-            faults.
+    ``of_observer``: a further check of the observer's section, made and raised only together with other faults. Raises
+    BadInput for an invalid path, a robot file, or faults in the spec, with file and line; ``others`` has further
+    faults.
     """
     if not isinstance(path, str | os.PathLike):
         raise BadInput("the path of a spec", f"{path!r}", "text, or a Path", code="CALL001")

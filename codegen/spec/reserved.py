@@ -56,8 +56,7 @@ def reserved(name: str) -> bool:
 def why_not_name(name: str, machine: str) -> str:
     """Why a quantity cannot have a name, such as ``a reserved word``; "" if it can.
 
-    Args:
-        machine: its name, with which the macros and functions of its C begin.
+    ``machine``: its name, with which the macros and functions of its C begin.
     """
     parts = ("PARAMETERS", "LANES", "COLD", *_MODES, *(f"LANE_{mode}" for mode in _MODES))
     macros = (*(f"{machine.upper()}_{part}" for part in parts), "SAMPLE_TIME", "STEP_TOLERANCE", "EXPORTED")

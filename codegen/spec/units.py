@@ -111,8 +111,7 @@ def _parse(text: str) -> Any:
 def parse_unit(text: str, place: Place) -> SiUnit | Any:
     """A unit from its text: an SiUnit, or pint's.
 
-    Raises:
-        BadInput: for a text that is no unit, an ambiguous unit, or one with an offset (degC).
+    Raises BadInput for a text that is no unit, an ambiguous unit, or one with an offset (degC).
     """
     try:
         return _unit(str(text))
@@ -148,8 +147,7 @@ def _unit(text: str) -> SiUnit | Any:
 def _nearest_unit(plain: str) -> str | None:
     """The unit with each unknown factor replaced by the symbol most like it: ``N/mm`` for ``N/mmm``; None if none is.
 
-    Args:
-        plain: in the normalised form of ``spelled``.
+    ``plain``: in the normalised form of ``spelled``.
     """
 
     def corrected(factor: re.Match[str]) -> str:
@@ -232,8 +230,7 @@ def si_factor(text: str, place: Place) -> sympy.Rational:
 def require_coherent(text: str, place: Place, remedy: str) -> None:
     """Raise BadInput, with the SI unit to use, for a unit that is not a product of SI base units (mm, deg, rpm).
 
-    Args:
-        remedy: where other units are allowed, for the message.
+    ``remedy``: where other units are allowed, for the message.
     """
     if si_factor(text, place) != 1:
         expected = f"{coherent_name(text, place)}, the SI unit; {remedy}"
@@ -267,11 +264,8 @@ def base_units(text: str, place: Place) -> Mapping[str, Any]:
 def dimension_of(expression: Expression, dimensions: Mapping[str, Dimension]) -> Dimension | None:
     """The dimension of an expression; None for a bare number, which may have any unit.
 
-    Args:
-        dimensions: of every name in it.
-
-    Raises:
-        BadInput: if terms of different dimensions are added, or a function's argument has a dimension.
+    ``dimensions``: of every name in it. Raises BadInput if terms of different dimensions are added, or a function's
+    argument has a dimension.
     """
     algebra = Algebra(dimensions, "a declared name", _of_function, partial(_combined, dimensions))
     found = evaluate_tree(expression.tree, expression, algebra)

@@ -52,8 +52,7 @@ def read_model(path: Path, model: type[Model], expected: str) -> Model:
 def validate(model: type[Model], data: Any, places: Mapping[str, Place], file: str) -> Model:
     """``data`` as an instance of ``model``, whose validators may raise ``ValueError(BadInput)``, without a place.
 
-    Raises:
-        BadInput: for a missing key, an unknown key or a wrong value; ``others`` has the further faults.
+    Raises BadInput for a missing key, an unknown key or a wrong value; ``others`` has the further faults.
     """
     try:
         return model.model_validate(data)

@@ -152,10 +152,8 @@ def changed_text(before: str, document: Any) -> str:
     """A changed document as YAML text, with every unchanged line as the author wrote it.
 
     The dumper changes spacing and the form of numbers: -0.5e-6 becomes -5.0e-7. Comments that it drops, such as those
-    inside brackets, are written above the lines that replace theirs.
-
-    Args:
-        before: the text from which the document was loaded.
+    inside brackets, are written above the lines that replace theirs. ``before``: the text from which the document was
+    loaded.
     """
     after = dump(document)
     old, new = ([line.rstrip("\r") for line in text.split("\n")] for text in (before, after))

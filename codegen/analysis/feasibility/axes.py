@@ -72,12 +72,8 @@ def gain_axes(spec: Spec, observer: Observer) -> tuple[GainAxis, ...]:
 
     One axis for each free gain of the spec; without free gains, one for each gain as a whole, by a factor of 100 up and
     down. The gain symbols that depend on an entry of the spec are found by building the observer with it doubled.
-
-    Args:
-        observer: of the spec, with its free gains at mid-range.
-
-    Raises:
-        BadInput: if the observer cannot be built at gains in these ranges, or no gain can be varied.
+    ``observer``: of the spec, with its free gains at mid-range. Raises BadInput if the observer cannot be built at
+    gains in these ranges, or no gain can be varied.
     """
     nominal = at_middle(spec)
     free = free_entries(spec)
@@ -123,8 +119,7 @@ def sample_time_axis(observer: Observer) -> GainAxis:
 def chosen_axes(names: Sequence[str], axes: Sequence[GainAxis], observer: Observer, spec: Spec) -> tuple[GainAxis, ...]:
     """The two axes of the map: those named, else the first two gains, or the only gain and the sample time.
 
-    Raises:
-        BadInput: for a name that is neither a varied gain nor h, or is given twice.
+    Raises BadInput for a name that is neither a varied gain nor h, or is given twice.
     """
     known = {a.name: a for a in (*axes, sample_time_axis(observer))}
     for name in names:

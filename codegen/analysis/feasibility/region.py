@@ -134,11 +134,7 @@ def intervals(dynamics: GainDynamics, which: str, base: Settings, axis: GainAxis
 
 
 def margin(dynamics: GainDynamics, name: str, scaled: Callable[[Array], Settings]) -> Margin:
-    """The margin of a gain set.
-
-    Args:
-        scaled: N factors → N sets; the set at factor 1 is stable.
-    """
+    """The margin of a gain set; ``scaled``: N factors → N sets; the set at factor 1 is stable."""
     up, at_up = _one_way(dynamics, scaled, SEARCHED)
     down, at_down = _one_way(dynamics, scaled, 1 / SEARCHED)
     return Margin(name, up, down, at_up, at_down)

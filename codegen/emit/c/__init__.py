@@ -41,8 +41,7 @@ def c_words(
 def emit_c(program: Program, code: Code, header: Header) -> dict[str, str]:
     """NAME.h, NAME.c, example_main.c, CMakeLists.txt and NAME.mk.
 
-    Raises:
-        BadInput: for a number that no C literal expresses.
+    Raises BadInput for a number that no C literal expresses.
     """
     words = c_words(program, code, header, "", "{name}", declares_locals=True)
     return {

@@ -21,11 +21,7 @@ def python_language(program: Program) -> Language:
 
 
 def emit_python(program: Program, code: Code, header: Header) -> dict[str, str]:
-    """The module ``__init__.py``.
-
-    Raises:
-        BadInput: for a number that no literal of the precision expresses.
-    """
+    """The module ``__init__.py``. Raises BadInput for a number that no literal of the precision expresses."""
     language = python_language(program)
     structs = {struct: f"{struct}.{{name}}" for struct in ("parameters", "state", "outputs")}
     structs["inputs"] = "float32(inputs.{name})" if language.single else "inputs.{name}"

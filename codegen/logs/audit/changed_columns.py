@@ -265,8 +265,7 @@ def _share(misfit: float) -> str:
 def _or_in_spec(named: Sequence[Change], force: bool, case: Case) -> str:
     """A sentence on the signs in the spec that give the same equation as the changed columns; "" for none.
 
-    Args:
-        force: whether the whole force with the other sign explains the log as well.
+    ``force``: whether the whole force with the other sign explains the log as well.
     """
     turned = [i.name for i in case.spec.inputs if any(change.turned == (i.name,) for change in named)]
     terms = [f"the term of {' and '.join(turned)}"] * bool(turned) + ["all terms"] * force

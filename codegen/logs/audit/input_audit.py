@@ -43,8 +43,7 @@ NEAR_UNIT = 1.5
 def audit_inputs(forces: Forces, spec: Spec, outside: Finding | None, log: Log) -> Iterator[Finding]:
     """Findings on the sign and scale of each input that changes, by least squares of the required force on all.
 
-    Args:
-        outside: the beginning of a finding on the coordinate furthest outside the envelope, with the ratio ``times``.
+    ``outside``: the beginning of a finding on the coordinate furthest outside the envelope, with the ratio ``times``.
     """
     if not len(forces.driven):
         return

@@ -76,8 +76,7 @@ UNITS = ("m", "cm", "mm", "um", "rad", "deg", "mrad")
 def wrong_scales(case: Case, steady: frozenset[int], outside: Finding | None) -> list[Finding]:
     """Findings on the scale of positions or, where that balances the forces far better, of the time.
 
-    Args:
-        outside: the coordinate furthest outside the envelope.
+    ``outside``: the coordinate furthest outside the envelope.
     """
     found = _wrong_positions(case, steady, outside)
     time = None if steady else _wrong_time(case)
@@ -91,8 +90,7 @@ def wrong_scales(case: Case, steady: frozenset[int], outside: Finding | None) ->
 def _wrong_positions(case: Case, steady: frozenset[int], outside: Finding | None) -> list[Finding]:
     """Findings on the scale of positions: in another unit, off by another factor, or off without a factor that fits.
 
-    Args:
-        outside: the coordinate furthest outside the envelope.
+    ``outside``: the coordinate furthest outside the envelope.
     """
     doubtful = _off_scale(case, steady)
     off = [f for f in doubtful if not 1 / INERTIA_OFF < f.figures.get("inertia", np.inf) < INERTIA_OFF]
@@ -147,11 +145,9 @@ def _other_unit(case: Case, tried_anyway: bool) -> Finding | None:
     """A finding on the coordinate that makes the forces balance if it is taken in another unit; None if none does.
 
     With coupled masses, a coordinate in a wrong unit disturbs the balance of all, and another one's may be worse. So
-    each coordinate is tried in each other usual unit. Where the mass matrix depends on the position, as with
-    J + m r(x)², the inertia is wrong by another factor than the accelerations: its factor then suggests no unit.
-
-    Args:
-        tried_anyway: also units that the factor on the inertia does not suggest.
+    each coordinate is tried in each other usual unit. Where the mass matrix depends on the position, as with J + m
+    r(x)², the inertia is wrong by another factor than the accelerations: its factor then suggests no unit.
+    ``tried_anyway``: also units that the factor on the inertia does not suggest.
     """
     tried = []
     for j, c in enumerate(case.spec.coordinates):

@@ -83,8 +83,7 @@ class CsvSource(LogFile):
     def load(self, wanted: Sequence[str]) -> Columns:
         """The wanted columns, by NumPy if all lines are regular, else row by row.
 
-        Args:
-            wanted: names, or numbers counted from 1 where a name appears twice.
+        ``wanted``: names, or numbers counted from 1 where a name appears twice.
         """
         for name in wanted:
             if self.names.count(name) > 1:

@@ -122,10 +122,8 @@ def _length(file: Any, column: Any) -> int:
 def _from_first(column: Any, origins: dict[str, int], name: str) -> Any:
     """A column with times as seconds after the file's first one; numbers unchanged.
 
-    Nanoseconds since 1970 have more digits than a double, so the first time is subtracted in integers.
-
-    Args:
-        origins: column → its first time in ticks; the entry of this column is added.
+    Nanoseconds since 1970 have more digits than a double, so the first time is subtracted in integers. ``origins``:
+    column → its first time in ticks; the entry of this column is added.
     """
     import pyarrow
     from pyarrow import compute, types

@@ -63,8 +63,7 @@ class Storage(File, ABC):
     def messages(self, topics: Collection[str]) -> Iterator[Message]:
         """The messages of some topics, in the order in which they were stored.
 
-        Args:
-            topics: may become fewer meanwhile; the messages of the others may then be skipped.
+        ``topics``: may become fewer meanwhile; the messages of the others may then be skipped.
         """
 
 

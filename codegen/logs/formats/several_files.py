@@ -15,11 +15,8 @@ from codegen.logs.formats.source import Columns, LogFile
 class SeveralFiles(LogFile):
     """A log whose other files add columns: row k of each belongs to row k of the log, or rows are matched by time.
 
-    A column of another file is called NAME.COLUMN.
-
-    Args:
-        times: name → (time column of the log, time column of that file), both of the same clock; only for the files
-            that are matched by time.
+    A column of another file is called NAME.COLUMN. ``times``: name → (time column of the log, time column of that
+    file), both of the same clock; only for the files that are matched by time.
     """
 
     def __init__(

@@ -60,8 +60,7 @@ class Allowance:
     def take(self, path: Path, size: int, expected: str) -> None:
         """Count the bytes of a file, in place of an earlier count of it.
 
-        Raises:
-            BadInput: if the file, or all logs together, are too large.
+        Raises BadInput if the file, or all logs together, are too large.
         """
         self._taken[path] = size
         total = sum(self._taken.values())
@@ -111,13 +110,9 @@ class File:
     def reading(self, expected: str = "") -> Iterator[None]:
         """Call a library on the file with limited memory and no output; every exception becomes a BadInput.
 
-        A library raises any exception for a damaged file; all of them mean the same here.
-
-        Args:
-            expected: what the file should hold, for a message; ``self.expected`` by default.
-
-        Raises:
-            BadInput: for every exception but BadInput itself.
+        A library raises any exception for a damaged file; all of them mean the same here. ``expected``: what the file
+        should hold, for a message; ``self.expected`` by default. Raises BadInput for every exception but BadInput
+        itself.
         """
         with bounded(), quiet():
             try:
@@ -171,8 +166,7 @@ class LogFile(File, ABC):
     def load(self, wanted: Sequence[str]) -> Columns:
         """All rows of the wanted columns, which are members of ``names``.
 
-        Raises:
-            BadInput: for the first value that is not a number, columns of different length, or too many numbers.
+        Raises BadInput for the first value that is not a number, columns of different length, or too many numbers.
         """
 
     def take(self, size: int) -> None:

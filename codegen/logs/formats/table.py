@@ -308,9 +308,7 @@ class _Head:
         """The texts if they can be names of the columns; else [].
 
         Row numbers may have no name, as in tables of R; a comment may have an additional name, as in LabVIEW's files.
-
-        Args:
-            count: number of fields, empty ones at the end included: a few of the last columns may have no name.
+        ``count``: number of fields, empty ones at the end included: a few of the last columns may have no name.
         """
         rows = self.rows
         if rows.numbered and len(texts) == rows.width - 1 and count < rows.width:

@@ -53,11 +53,7 @@ class GalleryResult:
 def run_gallery(only: Sequence[str], progress: Callable[[float], None]) -> tuple[GalleryResult, ...]:
     """Make figures and check their statements in every setting, in several processes (``in_processes``).
 
-    Args:
-        only: numbers such as "4.3"; all if none is given.
-
-    Raises:
-        BadInput: for an unknown number.
+    ``only``: numbers such as "4.3"; all if none is given. Raises BadInput for an unknown number.
     """
     made = {number: figure.made for number, figure in read_figures().items()}
     numbers = only or tuple(made)
@@ -80,8 +76,7 @@ def _make_group(numbers: Sequence[str]) -> list[GalleryResult]:
 def make_figure(number: str, pid: Gains | None = None) -> GalleryResult:
     """One figure with its picture and verdicts.
 
-    Args:
-        pid: gains tuned for the same machine, servo and sensors; None: they are tuned here.
+    ``pid``: gains tuned for the same machine, servo and sensors; None: they are tuned here.
     """
     entry = read_figures()[number]
     made, specs = entry.made, figure_specs(entry)
