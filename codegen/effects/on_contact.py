@@ -248,10 +248,7 @@ class LoadDependentFriction(_LoadDependent):
     signature = "a step at reversal whose height is proportional to the drive force"
     parameters = (EffectParameter("mu", "1", "share of the drive force", low=0.0, neutral=0.0),)
     more_forms = ((SHARE_OF_LOAD,),)
-    confused_with = (
-        Confusion("input_gain", SEVERAL_LOADS),
-        Confusion("drive_backdrive_friction", SEVERAL_LOADS),
-    )
+    confused_with = (Confusion("input_gain", SEVERAL_LOADS), Confusion("drive_backdrive_friction", SEVERAL_LOADS))
 
     def add(self, system: System, place: int, p: Symbols) -> System:
         if SHARE_OF_LOAD.name not in p:
@@ -289,10 +286,7 @@ class DriveBackdriveFriction(_LoadDependent):
         EffectParameter("mu_drive", "1", "share of the drive force while it drives", low=0.0, neutral=0.0),
         EffectParameter("mu_back", "1", "share of the drive force while it is driven back", low=0.0, neutral=0.0),
     )
-    confused_with = (
-        Confusion("load_dependent_friction", SEVERAL_LOADS),
-        Confusion("input_gain", SEVERAL_LOADS),
-    )
+    confused_with = (Confusion("load_dependent_friction", SEVERAL_LOADS), Confusion("input_gain", SEVERAL_LOADS))
 
     def add(self, system: System, place: int, p: Symbols) -> System:
         load = drive_force(system, place)

@@ -21,10 +21,7 @@ class Offset(Effect):
     seen_over = "time"
     parameters = (EffectParameter("f0", "{F}", "constant force", neutral=0.0),)
     confused_with = (
-        Confusion(
-            "coulomb_asymmetry",
-            "a log in another mounting; in one mounting both are a constant force",
-        ),
+        Confusion("coulomb_asymmetry", "a log in another mounting; in one mounting both are a constant force"),
         Confusion("gravity_imbalance", "another position of the axis"),
     )
 

@@ -57,11 +57,7 @@ class InputDelay(OnInput):
     signature = "a force proportional to the rate of the input"
     seen_over = "input rate"
     parameters = (EffectParameter("T", "s", "dead time", low=0.0, start=delays),)
-    confused_with = (
-        Confusion("actuator_lag", CHIRP),
-        Confusion("viscous", "a chirp"),
-        Confusion("compliance", CHIRP),
-    )
+    confused_with = (Confusion("actuator_lag", CHIRP), Confusion("viscous", "a chirp"), Confusion("compliance", CHIRP))
     stage = "delay"
 
     def delay(self, values: Mapping[str, float]) -> float:

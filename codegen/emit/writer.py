@@ -178,10 +178,7 @@ class Writer:
         counts = {array: rolled.lengths[array] for array, _ in rolled.constants.values()}
         return tuple(
             DerivedEntry(
-                name,
-                counts.get(name, 0),
-                tuple(known.get(k, 0.0) for k in range(counts.get(name, 1))),
-                formulas[name],
+                name, counts.get(name, 0), tuple(known.get(k, 0.0) for k in range(counts.get(name, 1))), formulas[name]
             )
             for name, known in values.items()
         )

@@ -149,10 +149,7 @@ def at_speed(slope: Any, fastest: Any) -> Any:
 class ZeroMemoryLaw(FrictionLaw):
     """A law λ = level(|u|) sgn(u), whose force depends on the present slip velocity only."""
 
-    form = (
-        "Zero-memory laws",
-        "The force depends on the present slip velocity alone, as in figure 1.1 of the thesis.",
-    )
+    form = ("Zero-memory laws", "The force depends on the present slip velocity alone, as in figure 1.1 of the thesis.")
     drives = "level"
 
     def largest_level(self, fastest: sympy.Expr, p: Values) -> sympy.Expr:

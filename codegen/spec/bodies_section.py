@@ -51,10 +51,7 @@ def _body(key: str, name: str, section: BodySection, position: Symbols, units: U
         raise BadInput(units.place(key), f"body {name} without a position", expected, code="SPEC003")
     translates = any(direction in TRANSLATIONS for direction in positions)
     weights = {}
-    for quantity, needed, why in (
-        ("mass", translates, "x, y or z"),
-        ("inertia", "angle" in positions, "an angle"),
-    ):
+    for quantity, needed, why in (("mass", translates, "x, y or z"), ("inertia", "angle" in positions, "an angle")):
         text = getattr(section, quantity)
         if (text is not None) != needed:
             there, absent = (why, quantity) if needed else (quantity, why)

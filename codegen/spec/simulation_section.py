@@ -18,10 +18,7 @@ MOST_SAMPLES = 1e7
 
 
 def read_simulation(
-    section: SimulationSection | None,
-    coordinates: Iterable[Coordinate],
-    inputs: Iterable[Input],
-    place: PlaceOf,
+    section: SimulationSection | None, coordinates: Iterable[Coordinate], inputs: Iterable[Input], place: PlaceOf
 ) -> Simulation | None:
     """The simulation section of a spec; None without one."""
     return None if section is None else _Reader(section, tuple(coordinates), tuple(inputs), place).simulation()

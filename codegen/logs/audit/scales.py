@@ -314,12 +314,7 @@ def _wrong_time(case: Case) -> Finding | None:
         f"{1 / by_mass.factor:.3g} times the declared masses, {in_percent(by_mass.misfit)}. Is the sample rate right? "
         f"({line} in meta.yaml beside the log)"
     )
-    figures = {
-        "factor": c,
-        "misfit": plain.misfit,
-        "misfit_scaled": time.misfit,
-        "misfit_by_mass": by_mass.misfit,
-    }
+    figures = {"factor": c, "misfit": plain.misfit, "misfit_scaled": time.misfit, "misfit_by_mass": by_mass.misfit}
     return Finding("warning", SCALE_OF_TIME, words, figures)
 
 

@@ -42,8 +42,7 @@ _BEGUN = re.compile(
 _HEAD_ENDS = (":", "]", ">", "(")
 """What a logger writes behind a time, a process and its number, before the message."""
 _ARROW = re.compile(
-    r"\[?((?:\d{4}-\d\d-\d\d[ T])?\d\d?:\d\d:\d\d[.,:]\d+)(?: -> |(?:\]:?|:| >)? +(?=[^\s,;][^;,\t]*[;,\t]))",
-    re.ASCII,
+    r"\[?((?:\d{4}-\d\d-\d\d[ T])?\d\d?:\d\d:\d\d[.,:]\d+)(?: -> |(?:\]:?|:| >)? +(?=[^\s,;][^;,\t]*[;,\t]))", re.ASCII
 )
 """Beginning of a line of a serial monitor or terminal: a time, with an arrow or before a row with separators."""
 _LOGGED = re.compile(
