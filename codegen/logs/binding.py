@@ -211,7 +211,10 @@ class _Search:
         if symbol == "t" and origin is None and rate:
             self.notes.append(f"no column t: time counted at the description's {rate:g} Hz")
             return
-        self._refuse_unread(text)
+        for whole, why in self.source.unread.items():
+            if text == whole or text.startswith((f"{whole}.", f"{whole}[")):
+                there = Place(self.place.file, None, shown(whole, 80))
+                raise BadInput(there, f"no column `{shown(text, 80)}`: {why}", "one that can be read", code="LOG003")
         likely = self._likely(symbol) if origin is None else []
         if len(likely) == 1:
             named = find_term(likely[0], self.names, place)
@@ -234,13 +237,6 @@ class _Search:
         if symbol == "t":
             return time_columns(self.names) or time_in_two(self.names)
         return [name for name in self.names if stated_unit(name)[0] == symbol]
-
-    def _refuse_unread(self, text: str) -> None:
-        """Raise BadInput, with the reason, for a column that the file has and that cannot be read."""
-        for whole, why in self.source.unread.items():
-            if text == whole or text.startswith((f"{whole}.", f"{whole}[")):
-                place = Place(self.place.file, None, shown(whole, 80))
-                raise BadInput(place, f"no column `{shown(text, 80)}`: {why}", "one that can be read", code="LOG003")
 
     def _absent(self, symbol: str, text: str, origin: Place | str) -> BadInput:
         """The error for a configured column that is not there."""
@@ -391,11 +387,8 @@ class _Search:
     def _factor(self, symbol: str) -> float:
         """The factor from a symbol's column to SI: of the unit by the description or else the file, times the scale."""
         about, term = self.description, self.terms.get(symbol)
-        scale, own, place = (
-            about.stated_scale(symbol, self.spec),
-            self.spec.units[symbol],
-            about.place(f"units.{symbol}"),
-        )
+        scale, own = about.stated_scale(symbol, self.spec), self.spec.units[symbol]
+        place = about.place(f"units.{symbol}")
         sized = about.scale[symbol].unit if symbol in about.scale else ""
         refuse_other_unit(sized, own, f"scale of {symbol}", about.place(f"scale.{symbol}"))
         if sized and symbol in about.units:
@@ -447,9 +440,8 @@ class _Search:
             if others := self._others_in(unit, symbol):
                 advice = f"It is a unit of {others}: are the columns exchanged? {advice}"
             if meant := meant_unit(by_file, own):
-                advice = (
-                    f"Say `units: {{{symbol}: {meant}}}` in meta.yaml beside the log if that is meant, or `scale:`."
-                )
+                line = f"`units: {{{symbol}: {meant}}}` in meta.yaml beside the log"
+                advice = f"Say {line} if that is meant, or `scale:`."
             if is_in_counts(f"x {by_file}"):
                 advice = f"Say their size in meta.yaml beside the log, such as {scale_of_counts(symbol, self.spec)}."
             listed = bool(self.source.units.get(name))

@@ -158,7 +158,8 @@ def _finite(
 
 def _refuse_many(raw: Columns, column: int, bad: Flags, fill: bool) -> None:
     """Raise BadInput if too many values of a column are not finite, in a row or in all."""
-    run, start = longest_run(bad)
+    start, stop = max(runs(bad), key=lambda run: run[1] - run[0], default=(0, 0))
+    run = stop - start
     at, count = int(np.argmax(bad)), int(bad.sum())
     found = f"{count} of {len(bad)} values are not finite (NaN, inf, empty or beyond {LARGEST_VALUE:g})"
     which = ", the first here"
@@ -174,12 +175,6 @@ def _refuse_many(raw: Columns, column: int, bad: Flags, fill: bool) -> None:
     if column and count > SHARE_NOT_FINITE * len(bad):
         expected += "; or `missing: join` where columns were logged at times of their own"
     raise BadInput(raw.place(at, column), found + which, expected, code="LOG006")
-
-
-def longest_run(flags: Flags) -> tuple[int, int]:
-    """Length and start of the longest run of true values in (N,) flags; (0, 0) if there is none."""
-    start, stop = max(runs(flags), key=lambda run: run[1] - run[0], default=(0, 0))
-    return stop - start, start
 
 
 def _rising(raw: Columns, values: Array, notes: list[str]) -> Flags:
@@ -211,9 +206,8 @@ def _rising(raw: Columns, values: Array, notes: list[str]) -> Flags:
         expected = f"a different time in each row (written with more digits; or {parts}), {equal}, {ONE_OF}"
         raise BadInput(raw.place(int(np.argmax(other)), 0), found, expected, code="LOG007")
     if same.any():
-        notes.append(
-            f"{_count(same.sum(), 'row')} that repeat another left out (first: {raw.place(int(np.argmax(same)))})"
-        )
+        where = raw.place(int(np.argmax(same)))
+        notes.append(f"{_count(same.sum(), 'row')} that repeat another left out (first: {where})")
     if other.any():
         where = raw.place(int(np.argmax(other)))
         words = "with other data at the same time left out, the first row of each time kept"
@@ -246,9 +240,8 @@ def _check_seconds(raw: Columns, time: Array, factor: float, description: LogDes
             place = Place(raw.file, raw.place(0).line, shown(raw.names[0]))
             found = f"a median step of {step:g} s where {description.file} says {rate:g} Hz: it seems to be in {unit}"
             scaled = hint if factor == 1.0 else f"{factor * float(hint):g}"
-            raise BadInput(
-                place, found, f"seconds; in meta.yaml beside the log `scale: {{t: {scaled}}}`", code="LOG012"
-            )
+            expected = f"seconds; in meta.yaml beside the log `scale: {{t: {scaled}}}`"
+            raise BadInput(place, found, expected, code="LOG012")
     if abs(ratio - 1) > 0.1:
         notes.append(f"the median step is {step:g} s, which is {1 / step:g} Hz; the description says {rate:g} Hz")
 

@@ -107,11 +107,12 @@ def format_of(path: Path) -> Opener:
                 head = stream.read(HEAD)
             except OSError as error:
                 raise BadInput(place, f"unreadable ({error.strerror})", expected, code="FILE001") from None
-        is_text = _is_text(head)
+        utf_16 = head.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
+        is_text = utf_16 or not re.search(rb"[\x00-\x08\x0e-\x1a\x1c-\x1f]", head)
         others = ((what, instead) for begin, what, instead in OTHERS if re.match(begin, head))
         if other := next(others, None):
             raise BadInput(place, *other, code="LOG002")
-        if reader is not None or is_text or not head:
+        if reader is not None or is_text:
             return open_csv
     found = f"the ending `{shown(path.suffix)}`" if path.suffix else "a name without an ending"
     raise BadInput(place, found, expected, nearest_name(path.suffix.lower(), FORMATS), code="LOG002")
@@ -130,10 +131,3 @@ def open_stream(path: Path, description: LogDescription | None = None) -> BlockF
     if isinstance(opener, type) and issubclass(opener, BlockFile):
         return opener(path, Allowance(), described)
     raise NotStreamed
-
-
-def _is_text(head: bytes) -> bool:
-    """Whether a file's first bytes are letters, in UTF-8, UTF-16 with its mark or Windows-1252."""
-    if head.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
-        return True
-    return bool(head) and not re.search(rb"[\x00-\x08\x0e-\x1a\x1c-\x1f]", head)

@@ -11,7 +11,7 @@ from scipy.interpolate import CubicHermiteSpline
 from codegen.base.arrays import Array, Flags
 from codegen.base.errors import BadInput
 from codegen.logs.excerpt import MOST_SAMPLES
-from codegen.logs.log import Finding, Log, RawData
+from codegen.logs.log import Log, RawData
 
 PAUSE_S = 2.0
 SAME_STEP = 1e-6
@@ -39,7 +39,11 @@ def join_logs(read: Sequence[Callable[[float | None], Log]]) -> Log:
     joined = [log if fits else _resampled(log, one(step)) for log, one, fits in zip(logs, read, same, strict=True)]
     whole = joined[0]
     for log in joined[1:]:
-        _refuse_other(whole, log)
+        for name in ("cutoff_hz", "tolerance", "encoder_step"):
+            mine, theirs = getattr(whole, name), getattr(log, name)
+            if mine != theirs:
+                expected = f"{mine} as in {whole.path.name}: logs of one experiment share their description"
+                raise BadInput(str(log.path), f"{name} {theirs}", expected, code="LOG011")
         whole = _appended(whole, log)
     notes = whole.notes
     if not all(same):
@@ -67,15 +71,6 @@ def _resampled(log: Log, other: Log) -> Log:
         counted[:] = False
         counted[np.clip(places, 0, other.size - 1)] = True
     return replace(other, raw_data=log.raw_data, notes=log.notes, counted=counted)
-
-
-def _refuse_other(one: Log, other: Log) -> None:
-    """BadInput if two records have different settings."""
-    for name in ("cutoff_hz", "tolerance", "encoder_step"):
-        mine, theirs = getattr(one, name), getattr(other, name)
-        if mine != theirs:
-            expected = f"{mine} as in {one.path.name}: logs of one experiment share their description"
-            raise BadInput(str(other.path), f"{name} {theirs}", expected, code="LOG011")
 
 
 def _appended(one: Log, other: Log) -> Log:
@@ -133,11 +128,12 @@ def _merged(one: RawData, other: RawData) -> RawData:
     repaired = {k: one.repaired.get(k, 0) + other.repaired.get(k, 0) for k in {**one.repaired, **other.repaired}}
     steps = tuple(max(a, b) for a, b in zip(one.smallest_step, other.smallest_step, strict=True))
     whole = one.rows + other.rows
+    known = {(f.topic, f.severity) for f in one.findings}
     return replace(
         one,
         repeated=(one.repeated * one.rows + other.repeated * other.rows) / whole,
         stale=(one.stale * one.rows + other.stale * other.rows) / whole,
-        findings=_named_once(one.findings, other.findings),
+        findings=(*one.findings, *(f for f in other.findings if (f.topic, f.severity) not in known)),
         doubted=one.doubted | other.doubted,
         unsized=one.unsized | other.unsized,
         rows=whole,
@@ -151,9 +147,3 @@ def _merged(one: RawData, other: RawData) -> RawData:
         inferred_units={**one.inferred_units, **other.inferred_units},
         applied_units={**one.applied_units, **other.applied_units},
     )
-
-
-def _named_once(some: tuple[Finding, ...], more: tuple[Finding, ...]) -> tuple[Finding, ...]:
-    """Findings of several records, only the first of each topic and severity."""
-    known = {(f.topic, f.severity) for f in some}
-    return (*some, *(f for f in more if (f.topic, f.severity) not in known))

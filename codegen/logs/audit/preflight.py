@@ -187,19 +187,16 @@ def _repairs(log: Log) -> Iterator[Finding]:
         yield Finding(_warning_if(share > MANY_REPAIRED), "repeated rows", words, figures)
 
 
-def _stale_rows(share: float, in_motion: float) -> list[Finding]:
+def _stale_rows(share: float, in_motion: float) -> Iterator[Finding]:
     """Findings on rows that repeat the one before, as if a bus is read faster than its values are updated."""
-    if max(share, in_motion) < REPEATS_REPORTED:
-        return []
-    figures = {"share": share, "in_motion": in_motion}
     words = (
         f"{share:.1%} of the rows repeat the motion of the row before ({in_motion:.1%} of those in fast motion). Such "
         "rows are stale, unless the machine stands still or its measuring step is coarse."
     )
-    if in_motion < REPEATS_WARNED:
-        return [Finding("info", "stale rows", words, figures)]
-    words += " They look like a delay of a row or two, which this log cannot show."
-    return [Finding("warning", "stale rows", words, figures)]
+    if many := in_motion >= REPEATS_WARNED:
+        words += " They look like a delay of a row or two, which this log cannot show."
+    if max(share, in_motion) >= REPEATS_REPORTED:
+        yield Finding(_warning_if(many), "stale rows", words, {"share": share, "in_motion": in_motion})
 
 
 def _on_motion(log: Log, spec: Spec, motion: Motion, kept: Kept) -> Iterator[Finding]:
@@ -226,8 +223,9 @@ def _encoder(log: Log, spec: Spec, motion: Motion, j: int) -> Finding:
     if declared and seen and abs(seen / declared - 1) > ENCODER_OFF:
         words = f"{c.name} moves in steps of {seen:.4g} {c.unit}, while the description says {declared:.4g}."
         return Finding("warning", topic, words, figures)
-    finer = 0.0 if seen or not declared or log.raw_data.resampled else _finer(log, j, declared)
-    if finer > MANY_FINER:
+    moves = _moves(log, j)[_moves(log, j) > 1e-6 * declared]
+    finer = float(np.mean(moves < declared / 2)) if len(moves) else 0.0
+    if finer > MANY_FINER and declared and not (seen or log.raw_data.resampled):
         figures |= {"finer": finer}
         words = (
             f"{c.name} moves by less than half of the described step, {declared:.4g} {c.unit}, in {finer:.0%} of the "
@@ -248,13 +246,6 @@ def _encoder(log: Log, spec: Spec, motion: Motion, j: int) -> Finding:
 def _moves(log: Log, j: int) -> Array:
     """By how much a position changes from sample to sample, without its sign."""
     return np.asarray(np.abs(np.concatenate([np.diff(log.positions[a:b, j]) for a, b in log.segments])))
-
-
-def _finer(log: Log, j: int, step: float) -> float:
-    """Share of moves by less than half a step among all moves of a position."""
-    moves = _moves(log, j)
-    moves = moves[moves > 1e-6 * step]
-    return float(np.mean(moves < step / 2)) if len(moves) else 0.0
 
 
 def _coordinate(log: Log, spec: Spec, motion: Motion, kept: Kept, j: int) -> Finding:

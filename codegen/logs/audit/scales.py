@@ -35,7 +35,7 @@ from codegen.logs.audit.changed_columns import Case
 from codegen.logs.audit.force_balance import Forces
 from codegen.logs.audit.input_audit import MATCHED, SCALE_OFF, other_units
 from codegen.logs.log import Finding
-from codegen.logs.motion import Motion, scaled
+from codegen.logs.motion import scaled
 from codegen.logs.uniform import earlier
 from codegen.spec.model import Spec, symbol
 
@@ -292,7 +292,10 @@ def _wrong_time(case: Case) -> Finding | None:
         return max((_balance(along, j, mass=mass) for j in range(len(each))), key=lambda one: one.misfit)
 
     def shortened(factor: float) -> Forces:
-        return case.balance.along(log, _in_shorter_time(case.motion, factor))
+        """The forces of the same path run through in 1/factor of the time."""
+        m = case.motion
+        rates = {"velocities": m.velocities * factor, "accelerations": m.accelerations * factor**2}
+        return case.balance.along(log, replace(m, threshold=m.threshold * factor, **rates))
 
     middle = float(np.median(factors))
     plain, time = worst(forces), _best(lambda factor: worst(shortened(factor)), float(np.sqrt(middle)))
@@ -304,7 +307,8 @@ def _wrong_time(case: Case) -> Finding | None:
     if any(other.misfit <= ALIKE * time.misfit for other in chain([by_mass], delayed)):
         return None
     c, rate = time.factor, 1 / log.sample_time
-    likely = _rounded(rate * c)
+    # Of fewest digits: 500 for 498.4.
+    likely = next(r for n in range(1, 5) if abs((r := float(f"{rate * c:.{n}g}")) / (rate * c) - 1) <= RATE_KNOWN)
     stamped = "t" in log.raw_data.columns
     line = log.scale_lines({"t": rate / likely}, spec) if stamped else f"`sample_rate_hz: {likely:g}`"
     off = f"{c:.3g} times too long" if c > 1 else f"{1 / c:.3g} times too short"
@@ -318,26 +322,11 @@ def _wrong_time(case: Case) -> Finding | None:
     return Finding("warning", SCALE_OF_TIME, words, figures)
 
 
-def _rounded(rate: float) -> float:
-    """The number of fewest digits within ``RATE_KNOWN`` of an estimated rate: 500 for 498.4."""
-    return next(r for digits in range(1, 5) if abs((r := float(f"{rate:.{digits}g}")) - rate) <= RATE_KNOWN * rate)
-
-
 def _acting_later(case: Case, delay: float) -> Forces:
     """The forces with inputs that act later by a delay in s."""
     rows = delay / case.log.sample_time
     inputs = np.column_stack([earlier(values, -rows) for values in case.log.inputs.T])
     return case.balance.along(replace(case.log, inputs=inputs), case.motion)
-
-
-def _in_shorter_time(motion: Motion, factor: float) -> Motion:
-    """The same path run through in 1/factor of the time."""
-    return replace(
-        motion,
-        velocities=motion.velocities * factor,
-        accelerations=motion.accelerations * factor**2,
-        threshold=motion.threshold * factor,
-    )
 
 
 def _balance(forces: Forces, j: int, given: float = 1.0, mass: float = 1.0) -> Explanation:

@@ -142,7 +142,8 @@ class JsonFile(LogFile):
             if name in self._twice:
                 words = "a path of keys and also a key: two columns of one name"
                 raise self.fault(words, "one column of this name", name, "LOG004")
-        columns = {name: self._values(name) for name in wanted}
+        paths = {name: self._paths[name] for name in wanted}
+        columns = {name: [_at(row, inside) for row in rows] for name, (rows, inside) in paths.items()}
         self.require_equal({name: len(values) for name, values in columns.items()})
         values = np.empty((len(next(iter(columns.values()))), len(wanted)))
         for j, (name, column) in enumerate(columns.items()):
@@ -154,11 +155,6 @@ class JsonFile(LogFile):
             self.own_notes.append(f"{left} record{'s' if left > 1 else ''} without any of the columns left out")
             values = values[used]
         return Columns(str(self.path), tuple(wanted), values)
-
-    def _values(self, name: str) -> list[Any]:
-        """A column's values as parsed."""
-        rows, inside = self._paths[name]
-        return [_at(row, inside) for row in rows] if inside else list(rows)
 
     def _number(self, row: int, name: str, value: Any, begun: datetime | None) -> float:
         """The number of a value, also of one in a text; of a date or time of day the seconds since ``begun``.

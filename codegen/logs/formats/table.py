@@ -243,7 +243,9 @@ def _find_rows(lines: Sequence[str]) -> _Rows | None:
         last: list[str] = []
         for i in places:
             texts = filled_fields(lines[i], delimiter)
-            row = sum(map(is_number, texts)) > 1 if texts_too else _is_row_of_values(texts)
+            row = sum(map(is_number, texts)) > 1
+            if not texts_too:
+                row = any(map(is_number, texts)) and all(is_value(t) or t.strip().lower() in WORDS for t in texts)
             if len(texts) < 2 or not row:
                 alike = []
                 continue
@@ -258,10 +260,6 @@ def _find_rows(lines: Sequence[str]) -> _Rows | None:
                 begun = [t for k in places[len(above) :][:2] for t in filled_fields(lines[k], delimiter)[:1]]
                 return _Rows(places[len(above)], delimiter, len(last), most, begun in (["1", "2"], ["0", "1"]))
     return None
-
-
-def _is_row_of_values(texts: Sequence[str]) -> bool:
-    return any(map(is_number, texts)) and all(is_value(text) or text.strip().lower() in WORDS for text in texts)
 
 
 def _has_same_columns(texts: Sequence[str], row: Sequence[str]) -> bool:
@@ -475,7 +473,7 @@ def _at_line(file: str, lines: Sequence[str], header: int) -> Layout:
         expected = f"the header on line {header}, as described"
         raise BadInput(Place(file, min(header, count)), found, expected, code="LOG013")
     rows = _find_rows(lines[header:])
-    line = _bare(lines[header - 1])
+    line = lines[header - 1].strip().lstrip(COMMENT_MARKS)
     delimiter = rows.delimiter if rows else delimiter_of(line)
     names = _named(filled_fields(line, delimiter))
     first = header + (rows.index if rows else 0)
@@ -520,11 +518,6 @@ def _without_header(file: str, lines: Sequence[str], rows: _Rows, named: Sequenc
     if named:
         words = f"its columns are {listing(names)} as described"
     return Layout(names, rows.index + 1, rows.index, rows.delimiter, (), (f"the file has no header line: {words}",))
-
-
-def _bare(line: str) -> str:
-    """A line without the marks of a comment."""
-    return line.strip().lstrip(COMMENT_MARKS)
 
 
 def _named(texts: Iterable[str]) -> tuple[str, ...]:

@@ -47,7 +47,12 @@ class TdmsFile(ChannelFile):
 
     def signal(self, name: str) -> Signal:
         channel, clock = self._channels[name]
-        time = self._times(channel) if STEP in channel.properties else _clock_times(clock)
+        if STEP in channel.properties:
+            time = self._times(channel)
+        elif (stamps := np.asarray(clock[:])).dtype.kind == "M":
+            time = np.asarray((stamps - stamps[0]) / np.timedelta64(1, "ns"), dtype=np.float64) * 1e-9
+        else:
+            time = stamps.astype(np.float64)
         return Signal(name.partition(".")[0], time, np.asarray(channel[:], dtype=np.float64))
 
     def _times(self, channel: Any) -> Array:
@@ -60,10 +65,3 @@ class TdmsFile(ChannelFile):
         if not step > 0:
             raise ValueError(f"{STEP} {step:g}")
         return np.asarray(start + step * np.arange(len(channel)), dtype=np.float64)
-
-
-def _clock_times(clock: Any) -> Array:
-    values = np.asarray(clock[:])
-    if values.dtype.kind == "M":
-        return np.asarray((values - values[0]) / np.timedelta64(1, "ns"), dtype=np.float64) * 1e-9
-    return values.astype(np.float64)

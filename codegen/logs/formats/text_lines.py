@@ -43,7 +43,7 @@ def text_of(file: str, data: bytes, before: int = 0) -> tuple[str, tuple[str, ..
             text = data.decode("utf-8-sig")
         except UnicodeDecodeError as error:
             line = before + data.count(b"\n", 0, error.start) + 1
-            if not is_windows_text(data):
+            if re.search(rb"[\x00-\x08\x0e-\x1f\x7f\x81\x8d\x8f\x90\x9d]", data):  # not printable in Windows-1252
                 found = f"byte {error.start} is not UTF-8"
                 raise BadInput(Place(file, line), found, wanted, code="LOG001") from None
             text = data.decode("cp1252")
@@ -64,11 +64,6 @@ def _refuse_long_line(file: str, data: bytes, before: int) -> None:
             expected = f"{EXPECTED}; at most {LONGEST_LINE} bytes a line"
             raise BadInput(Place(file, line), f"a line of more than {LONGEST_LINE} bytes", expected, code="LOG010")
         start = end + 1
-
-
-def is_windows_text(data: bytes) -> bool:
-    """Whether all bytes are printable in Windows-1252, which has letters such as ° and µ."""
-    return re.search(rb"[\x00-\x08\x0e-\x1f\x7f\x81\x8d\x8f\x90\x9d]", data) is None
 
 
 def lines_of(given: Iterator[bytes], file: str, notes: list[str]) -> Iterator[list[str]]:
