@@ -294,8 +294,8 @@ def _wrong_time(case: Case) -> Finding | None:
     def shortened(factor: float) -> Forces:
         """The forces of the same path run through in 1/factor of the time."""
         m = case.motion
-        rates = {"velocities": m.velocities * factor, "accelerations": m.accelerations * factor**2}
-        return case.balance.along(log, replace(m, threshold=m.threshold * factor, **rates))
+        v, a, threshold = m.velocities * factor, m.accelerations * factor**2, m.threshold * factor
+        return case.balance.along(log, replace(m, velocities=v, accelerations=a, threshold=threshold))
 
     middle = float(np.median(factors))
     plain, time = worst(forces), _best(lambda factor: worst(shortened(factor)), float(np.sqrt(middle)))
