@@ -9,8 +9,7 @@ from codegen.base.arrays import Array
 from codegen.base.errors import BadInput
 from codegen.certify.bound.friction_bounds import largest_friction
 from codegen.logs import read_log
-from codegen.logs.audit.envelope import Span
-from codegen.logs.audit.preflight import column_problems
+from codegen.logs.audit.preflight import Span, column_problems
 from codegen.logs.excerpt import excerpt
 from codegen.logs.log import Log
 from codegen.observers.equations import Observer

@@ -24,7 +24,6 @@ import sympy
 
 from codegen.base.errors import BadInput, Place, nearest_name
 from codegen.base.user_text import foreign_letter
-from codegen.spec.decimal_comma import DECIMAL_COMMA, comma_in_expression, comma_in_value, with_point
 from codegen.spec.functions import CONSTANTS, FUNCTIONS, OTHER_NAMES, Magnitude, Sgn
 
 RANGE = "a finite number above 1e-300 and below 1e300 in size"
@@ -65,6 +64,11 @@ MOST_PARENTHESES = 40
 """Parentheses inside each other."""
 LONGEST_NUMBER = 8192
 """Bits of a rational number."""
+DECIMAL_COMMA = "a decimal comma"
+_WITH_COMMA = r"\d+,\d+(?:[eE][-+]?\d+)?"
+_COMMA_VALUE = re.compile(rf"\s*[-+]?{_WITH_COMMA}(?:\s*(?:%|[^\W\d_].*|1/.*))?\s*")
+_COMMA_INSIDE = re.compile(rf"(?<![\w.,]){_WITH_COMMA}(?!,)")
+_CALL = re.compile(r"([A-Za-z]\w*)\([^()]*$")
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*\Z")
 _OPERATORS: dict[type[ast.operator], Callable[[Any, Any], Any]] = {
     ast.Add: operator.add,
@@ -152,7 +156,7 @@ def parse_expression(text: str | int | float, place: Place) -> Expression:
         raise BadInput(place, found, expected, TYPESET.get(foreign), code="SPEC010")
     if len(words) > LONGEST:
         raise BadInput(place, f"an expression of {len(words)} characters", f"at most {LONGEST}", code="SPEC011")
-    if comma := comma_in_expression(words, list(FUNCTIONS)):
+    if comma := _comma_in_expression(words):
         expected = f"a decimal point: {with_point(comma)}"
         raise BadInput(place, f"`{comma}` with {DECIMAL_COMMA} in `{words}`", expected, code="SPEC010")
     try:
@@ -289,3 +293,27 @@ def combine_numbers(op: ast.operator, a: Any, b: Any, whole: Expression, node: a
     if too_long or (value.is_Pow and value.exp.is_number and abs(value.exp) > 64):
         raise refused(", too large", "powers up to 64 and smaller numbers", "SPEC011")
     return value
+
+
+def comma_in_value(text: str) -> bool:
+    """Whether a value is a number with a decimal comma, possibly followed by a unit or a per cent sign."""
+    return _COMMA_VALUE.fullmatch(text) is not None
+
+
+def _comma_in_expression(text: str) -> str | None:
+    """The first number with a decimal comma in an expression; None if there is none.
+
+    The comma of ``max(1,5)`` separates arguments; all of ``FUNCTIONS`` have one.
+    """
+    for found in _COMMA_INSIDE.finditer(text):
+        call = _CALL.search(text[: found.start()])
+        if call is None or call[1] in FUNCTIONS:
+            return found[0]
+    return None
+
+
+def with_point(text: str) -> str:
+    """The number with a point, ``0.05``; for ``1,000``, where the comma may separate thousands, both forms."""
+    point = text.strip().replace(",", ".", 1)
+    grouped = re.match(r"[-+]?[1-9]\d{0,2},\d{3}(?!\d)", text.strip())
+    return f"`{point}`, or `{text.strip().replace(',', '', 1)}` without a separator" if grouped else f"`{point}`"

@@ -14,7 +14,7 @@ from pydantic_core import ErrorDetails
 from codegen.base.errors import BadInput, Place, nearest_name
 from codegen.base.input_files import read_text
 from codegen.base.user_text import foreign_letter
-from codegen.spec.decimal_comma import DECIMAL_COMMA, comma_in_value, with_point
+from codegen.spec.expression import DECIMAL_COMMA, comma_in_value, with_point
 from codegen.spec.quantity import split_quantity
 from codegen.spec.yaml_text import load_plain
 

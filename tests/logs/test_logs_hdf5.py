@@ -13,7 +13,7 @@ from slider_log import rows
 from codegen.base.errors import BadInput
 from codegen.logs import read_log
 from codegen.logs.formats import hdf5_file
-from codegen.logs.formats import library as extras
+from codegen.logs.formats import source as extras
 from codegen.logs.formats import source as log_source
 from tests.expected_errors import refused
 

@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+import contextlib
+import gc
 import importlib
+import io
+import logging
+import sys
+import traceback
+import warnings
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Any
@@ -17,12 +23,13 @@ from codegen.base import input_files
 from codegen.base.errors import BadInput, Place
 from codegen.base.user_text import shown
 from codegen.logs.description import EMPTY_DESCRIPTION, LogDescription
-from codegen.logs.formats.library import MOST_MEMORY, bounded, quiet, release
 
 LARGEST = 1_000_000_000
 """Most bytes of a log that is read whole, and of all logs of one call when unpacked."""
 LARGEST_STREAM = 100_000_000_000
 """Most bytes of a log that is read in blocks."""
+MOST_MEMORY = 2_000_000_000
+"""Most memory of a library for a file, in bytes."""
 
 
 @dataclass(frozen=True)
@@ -106,7 +113,7 @@ class File:
             found = f"a log that needs the package `{module.partition('.')[0]}`, which cannot be imported ({error})"
             raise self.fault(found, f"it installed: pip install 'stiction[{extra}]'", code="TOOL003") from None
 
-    @contextmanager
+    @contextlib.contextmanager
     def reading(self, expected: str = "") -> Iterator[None]:
         """Call a library on the file with limited memory and no output; every exception becomes a BadInput.
 
@@ -124,7 +131,7 @@ class File:
                 found = f"a damaged file ({type(error).__name__}: {words})"
                 if isinstance(error, MemoryError):
                     found = f"a file whose reading takes more than {MOST_MEMORY} bytes"
-                release(error)
+                _release(error)
                 raise self.fault(found, expected) from None
 
 
@@ -206,3 +213,57 @@ def listing(names: Sequence[str], most: int = 20) -> str:
     """Names for a message, the first twenty of them."""
     words = ", ".join(shown(n) or "(no name)" for n in names[:most])
     return f"{words}, … ({len(names)} in all)" if len(names) > most else words
+
+
+def _release(error: BaseException | None) -> None:
+    """Free the objects that a failed call of a library left, while its warnings about them are suppressed."""
+    while error is not None:
+        traceback.clear_frames(error.__traceback__)
+        error = error.__context__
+    gc.collect()
+
+
+@contextlib.contextmanager
+def bounded() -> Iterator[None]:
+    """Limit the address space, so that compressed data that become too large raise MemoryError."""
+    pages = _pages()
+    if pages is None:
+        yield
+        return
+    import resource  # Unix alone has it
+
+    used = pages * resource.getpagesize()
+    soft, hard = resource.getrlimit(resource.RLIMIT_AS)
+    known = [limit for limit in (soft, hard) if limit != resource.RLIM_INFINITY]
+    resource.setrlimit(resource.RLIMIT_AS, (min([used + MOST_MEMORY, *known]), hard))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_AS, (soft, hard))
+
+
+def _pages() -> int | None:
+    """The size of this process's address space in pages, as Linux states it."""
+    try:
+        return int(Path("/proc/self/statm").read_text().split()[0])
+    except (OSError, ValueError, IndexError):
+        return None
+
+
+@contextlib.contextmanager
+def quiet() -> Iterator[None]:
+    """Suppress what the library prints, logs or warns of."""
+    before, hook = logging.root.manager.disable, sys.unraisablehook
+    logging.disable(logging.CRITICAL)
+    sys.unraisablehook = lambda _: None
+    try:
+        with (
+            warnings.catch_warnings(),
+            contextlib.redirect_stdout(io.StringIO()),
+            contextlib.redirect_stderr(io.StringIO()),
+        ):
+            warnings.simplefilter("ignore")
+            yield
+    finally:
+        logging.disable(before)
+        sys.unraisablehook = hook
