@@ -7,6 +7,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from decimal import ROUND_CEILING
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -114,11 +115,8 @@ def certify(source: Source, out: str | Path | None = None) -> Certified:
     begin("largest sample times")
     times = largest_sample_times(spec, analysis, outcome)
     in_region = outcome.regions is not None  # ``times`` are then those of the sliding region
-
-    def over_envelope() -> Mapping[str, float]:
-        return largest_sample_times(spec, analysis) if in_region else times
-
     begin("gains and sample time that are certified")
+    over_envelope = partial(largest_sample_times, spec, analysis) if in_region else lambda: times
     outcome = replace(outcome, proposals=propose(spec, analysis, machine.with_spec, over_envelope))
     return Certified(outcome, "no certificate", times, solved=_solved(analysis, times))
 

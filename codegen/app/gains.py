@@ -168,7 +168,7 @@ class GainReport(Result):
             "as_fast": AS_FAST,
             "decibel": decibel,
             "limit_motion": limit_motion,
-            "complex_text": _complex_text,
+            "complex_text": lambda z: f"{z.real:.5g}" if z.imag == 0 else f"{z.real:.5g} ± {z.imag:.5g}i",
             "searched": SEARCHED,
         }
 
@@ -313,10 +313,6 @@ def _ordered(low: float, high: float, sign: float) -> tuple[float, float]:
 def decibel(factor: float) -> float:
     """20 log₁₀ of a factor, dB."""
     return 20 * math.log10(factor)
-
-
-def _complex_text(z: complex) -> str:
-    return f"{z.real:.5g}" if z.imag == 0 else f"{z.real:.5g} ± {z.imag:.5g}i"
 
 
 def _axis_json(report: Feasibility, axis: GainAxis) -> dict[str, Any]:

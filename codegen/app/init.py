@@ -68,7 +68,12 @@ def init(
         files = robot_files(name, Path(source), None if log is None else Path(log))
     else:
         files = _of_spec(name, _found(source))
-    _refuse_other_robot(Path(out), target.name, files)
+    for robot_file in (Path(out) / file for file in [*files] if file != target.name):
+        if is_there(robot_file):
+            if read_text(robot_file, "a robot description (URDF)", LARGEST) != files[robot_file.name]:
+                found = "a different robot file of that name exists"
+                raise BadInput(str(robot_file), found, "another folder", code="FILE004")
+            del files[robot_file.name]
     write_all(Path(out), files)
     return tuple(Path(out) / file for file in files)
 
@@ -104,13 +109,3 @@ def _of_spec(name: str, path: Path) -> dict[str, str]:
             raise BadInput(spec.place("urdf"), found, "another NAME", code="FILE004")
         files[robot.name] = read_text(robot, "a robot description (URDF)", LARGEST)
     return files
-
-
-def _refuse_other_robot(folder: Path, spec: str, files: dict[str, str]) -> None:
-    """Leave out a robot file that exists with the same text; raise BadInput where one of that name has another text."""
-    for file in [file for file in files if file != spec]:
-        if is_there(folder / file):
-            if read_text(folder / file, "a robot description (URDF)", LARGEST) != files[file]:
-                found = "a different robot file of that name exists"
-                raise BadInput(str(folder / file), found, "another folder", code="FILE004")
-            del files[file]

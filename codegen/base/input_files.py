@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import stat
+from contextlib import suppress
 from itertools import islice
 from pathlib import Path
 from typing import IO
@@ -51,7 +52,9 @@ def opened(path: Path, expected: str, largest: int, named_at: Place | None = Non
         nearest = None if named_at else alike(path)
         raise BadInput(place, f"{what}no such file", expected, nearest, code="FILE001") from None
     except OSError as error:
-        fault = _special(path) or f"unreadable ({error.strerror})"
+        with suppress(OSError, ValueError):  # a folder or a device, as far as that can be determined
+            fault = _kind(path.stat().st_mode)
+        fault = fault or f"unreadable ({error.strerror})"
         raise BadInput(place, f"{what}{fault}", expected, code="FILE001") from None
     try:
         found = os.fstat(handle)
@@ -138,14 +141,6 @@ def identity(path: str | Path) -> str:
         return os.path.realpath(path)
     except (OSError, ValueError):
         return str(path)
-
-
-def _special(path: Path) -> str | None:
-    """The kind of the file at a path, as ``_kind``; None also if it cannot be determined."""
-    try:
-        return _kind(path.stat().st_mode)
-    except (OSError, ValueError):
-        return None
 
 
 def _kind(mode: int) -> str | None:

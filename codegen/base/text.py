@@ -100,13 +100,9 @@ def environment(language: str = WORDS) -> Environment:
     made.filters["instant"] = instant
     made.filters["up"] = partial(rounded_to, rounding=ROUND_CEILING)
     made.filters["down"] = partial(rounded_to, rounding=ROUND_FLOOR)
-    made.globals["width_of_facts"] = _width_of_facts
+    # Most characters in a line of a fact, beside its label of 18 characters: 96, or fewer on a narrow screen.
+    made.globals["width_of_facts"] = lambda: max(20, min(96, output.width - 18)) if output.is_terminal else 96
     return made
-
-
-def _width_of_facts() -> int:
-    """Most characters in a line of a fact, beside its label of 18 characters: 96, or fewer on a narrow screen."""
-    return max(20, min(96, output.width - 18)) if output.is_terminal else 96
 
 
 def _printer(language: str) -> Callable[[Any], Any]:

@@ -252,17 +252,12 @@ class MjcfWriter(Exporter):
             attributes["damping"] = polynomial(damping)
         if loss > 0:
             attributes["frictionloss"] = number(loss)
-            creep = self._creep(line.direction, loss)
+            # Under a force equal to its level f it creeps with v: b v = R f of MuJoCo's constraint, where
+            # R = (1 − d)/d · A with A = c'M⁻¹c, b = 2/(d·timeconst) and timeconst = 2·timestep.
+            creep = float((1 - IMPEDANCE) * self._mobility(line.direction) * loss * self.timestep)
             speed = f"{creep:.2g} {self.system.position_units[line.direction.index(max(line.direction))]}/s"
             how = f"frictionloss {number(loss)}, a constraint: at rest it creeps, by up to {speed}"
             self.remark(f"Coulomb friction along {words}", "nearest", how)
-
-    def _creep(self, direction: Direction, loss: float) -> float:
-        """Creep speed v of a contact under a force equal to its level f: b v = R f of MuJoCo's constraint.
-
-        R = (1 − d)/d · A with A = c'M⁻¹c, b = 2/(d·timeconst), timeconst = 2·timestep.
-        """
-        return float((1 - IMPEDANCE) * self._mobility(direction) * loss * self.timestep)
 
     def _friction(
         self, friction: LineFriction, line: Direction, target: dict[str, str], damping: list[float], name: str

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from codegen.export.exporter import Remark
@@ -94,13 +95,10 @@ def _mjcf(spec: Spec, mechanism: Mechanism, choices: Choices) -> tuple[str, tupl
     return model.text, model.remarks
 
 
-def _csv_map(spec: Spec, mechanism: Mechanism, choices: Choices) -> tuple[str, tuple[Remark, ...]]:
-    table = force_map(spec, mechanism, choices.on, 1.0 if choices.gear is None else choices.gear)
-    return csv_map(table, choices.counts, choices.header)
-
-
-def _odrive(spec: Spec, mechanism: Mechanism, choices: Choices) -> tuple[str, tuple[Remark, ...]]:
-    return odrive_map(force_map(spec, mechanism, choices.on, choices.gear, turning=True), choices.header)
+def _map(spec: Spec, mechanism: Mechanism, choices: Choices, turning: bool) -> tuple[str, tuple[Remark, ...]]:
+    """A map over a turn: of ODrive's firmware if ``turning``, else as CSV."""
+    table = force_map(spec, mechanism, choices.on, choices.gear, turning)
+    return odrive_map(table, choices.header) if turning else csv_map(table, choices.counts, choices.header)
 
 
 def _ros2_control(spec: Spec, system: System, observer_of: ObserverOf, choices: Choices) -> Written:
@@ -119,8 +117,8 @@ TARGETS: dict[str, Target] = {
     "urdf": Target(_headed(urdf_text), (".urdf", ".xml")),
     "sdf": Target(_headed(sdf_text), (".sdf", ".xml")),
     "usd": Target(_headed(usd_text), (".usda",)),
-    "csv-map": Target(_of_mechanism(_csv_map), (".csv",), is_map=True),
-    "odrive": Target(_of_mechanism(_odrive), (".h",), is_map=True),
+    "csv-map": Target(_of_mechanism(partial(_map, turning=False)), (".csv",), is_map=True),
+    "odrive": Target(_of_mechanism(partial(_map, turning=True)), (".h",), is_map=True),
     "arduino": Target(_of_code(arduino_library, "single"), ()),
     "ros2_control": Target(_ros2_control, ()),
     "structured-text": Target(_of_code(structured_text, "double"), (".st", ".scl")),

@@ -24,7 +24,9 @@ def compact(expression: Any) -> Any:
     """
     if isinstance(expression, sympy.MatrixBase):
         return expression.applyfunc(compact)
-    if expression.is_Atom or not _expands(expression):
+    sums = (p for p in expression.atoms(sympy.Pow) if p.base.is_Add and p.exp.is_Integer)
+    short = sympy.count_ops(expression) <= LONGEST and all(abs(p.exp) <= HIGHEST_POWER for p in sums)
+    if expression.is_Atom or not short:
         return _own_functions(expression)
     expanded = sympy.expand(expression)
     forms = [expanded, expression]
@@ -36,9 +38,3 @@ def compact(expression: Any) -> Any:
 def _own_functions(expression: Any) -> Any:
     """Replace SymPy's Abs, which it makes of √(x²), by ``Magnitude``, the absolute value of specs."""
     return expression.replace(sympy.Abs, Magnitude).replace(sympy.sign, Sgn)
-
-
-def _expands(expression: Any) -> bool:
-    """Whether the expanded form is short enough to be computed."""
-    sums = (p for p in expression.atoms(sympy.Pow) if p.base.is_Add and p.exp.is_Integer)
-    return sympy.count_ops(expression) <= LONGEST and all(abs(p.exp) <= HIGHEST_POWER for p in sums)

@@ -64,26 +64,19 @@ def read_estimates(path: Path) -> dict[str, Array]:
             table = np.load(path)
             if table.dtype.names is None:
                 raise ValueError("an array without names of columns")
-            return _read_only({name: table[name] for name in table.dtype.names})
-        with path.open(encoding="utf-8") as file:
-            names = file.readline().strip().split(",")
-            if names[0] != "t":
-                raise ValueError(f"`{names[0]}` in place of the column `t`")
-            columns = np.loadtxt(file, delimiter=",", ndmin=2, comments=None).T
+            columns = {name: table[name] for name in table.dtype.names}
+        else:
+            with path.open(encoding="utf-8") as file:
+                names = file.readline().strip().split(",")
+                if names[0] != "t":
+                    raise ValueError(f"`{names[0]}` in place of the column `t`")
+                table = np.loadtxt(file, delimiter=",", ndmin=2, comments=None).T
+            kinds = [np.intc if name == "fault" else np.float64 for name in names]
+            columns = {name: c.astype(kind) for name, c, kind in zip(names, table, kinds, strict=True)}
     except (OSError, ValueError) as error:
         raise BadInput(str(path), f"unreadable ({error})", "the estimates that replay wrote", code="FILE001") from None
-    return _read_only(
-        {
-            name: column.astype(np.intc) if name == "fault" else column.copy()
-            for name, column in zip(names, columns, strict=True)
-        }
-    )
-
-
-def _read_only(columns: dict[str, Array]) -> dict[str, Array]:
-    """The columns, made read-only: the result keeps them, so a change in place would appear in every later reading."""
     for column in columns.values():
-        column.setflags(write=False)
+        column.setflags(write=False)  # the result keeps them: a change in place would appear in every later reading
     return columns
 
 
@@ -223,8 +216,10 @@ def replay_log(
     Raises:
         BadInput: for a log or an output that cannot be used; nothing is written then.
     """
-    began = perf_counter()
-    chosen = _chosen(program, only)
+    began, names = perf_counter(), [name for name, _, _ in program.outputs]
+    for name in only:
+        refuse_unknown(name, names, "--only", "no output", code="CALL001")
+    chosen = [k for k, name in enumerate(names) if name in only or not only]
     why: Irregular | None = None
     try:
         seen = _run(_Summary(spec, program, declared), program, engine, samples.streamed(), path, chosen)
@@ -305,11 +300,3 @@ def _run(
             write(block.time, estimates if every else estimates[:, chosen], faults)
             block = next(blocks, None)
     return seen
-
-
-def _chosen(program: Program, only: Sequence[str]) -> list[int]:
-    """Indices of the outputs to write; all without ``only``. Raises BadInput for a name that is no output."""
-    names = [name for name, _, _ in program.outputs]
-    for name in only:
-        refuse_unknown(name, names, "--only", "no output", code="CALL001")
-    return [k for k, name in enumerate(names) if name in only] if only else list(range(len(names)))

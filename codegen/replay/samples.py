@@ -150,8 +150,10 @@ class Samples:
             else:
                 assert described.sample_rate_hz is not None  # ``bind`` refuses a log with neither
                 time, rows = np.arange(count, count + len(values)) / described.sample_rate_hz, values
-            gaps = self._gaps(columns, time, before)
-            self._require_finite(columns, rows, described, timed)
+            gaps, wrong = self._gaps(columns, time, before), ~np.isfinite(rows)
+            if wrong.any() and (described.missing == "fill" or not self._holds):
+                row, column = np.argwhere(wrong)[0].tolist()
+                raise Irregular(columns.place(row, column + timed), "a value that is not finite")
             yield from blocks_between(time, rows, gaps if count else [0, *gaps])
             count, before = count + len(time), float(time[-1])
 
@@ -166,14 +168,6 @@ class Samples:
             words = f"a step of {steps[k]:.6g} s" if np.isfinite(time[k]) else "a time that is not finite"
             raise Irregular(columns.place(k, 0), words)
         return np.flatnonzero(gaps).tolist()
-
-    def _require_finite(self, columns: Columns, rows: Array, described: LogDescription, timed: bool) -> None:
-        if self._holds and described.missing != "fill":
-            return
-        wrong = ~np.isfinite(rows)
-        if wrong.any():
-            row, column = np.argwhere(wrong)[0].tolist()
-            raise Irregular(columns.place(row, column + timed), "a value that is not finite")
 
     def _require_inputs(self, known: Mapping[str, object], place: Place) -> None:
         for name in self._inputs:

@@ -11,7 +11,7 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import NullFormatter
 
 from codegen.analysis.feasibility.axes import SAMPLE_TIME, GainAxis
-from codegen.analysis.feasibility.gains import Feasibility, GainSet
+from codegen.analysis.feasibility.gains import Feasibility
 from codegen.analysis.feasibility.suggest import NOISE_SHARE
 from codegen.report.style import figure_bytes
 from codegen.report.wording import number, unit_text
@@ -86,15 +86,10 @@ def _draw(figure: Any, axes: Any, report: Feasibility) -> None:
         (report.suggested, "*", SUGGESTED, "suggested"),
     ):
         if judged is not None:
-            at = [_number(judged, axis, report) for axis in (region.x, region.y)]
-            size = 15 if marker == "o" else 24
-            style: dict[str, Any] = {
-                "marker": marker,
-                "color": colour,
-                "markersize": size,
-                "markeredgecolor": INK,
-                "linestyle": "",
-            }
+            period = float(report.observer.sample_time)
+            at = [judged.numbers[axis.name] if axis.weights else period for axis in (region.x, region.y)]
+            style: dict[str, Any] = {"marker": marker, "markersize": 15 if marker == "o" else 24, "color": colour}
+            style |= {"markeredgecolor": INK, "linestyle": ""}
             axes.plot(*at, **style, markeredgewidth=1.8, zorder=5, clip_on=False)
             handles.append(Line2D([], [], **style, label=words))
     _frame(axes, region.x, region.y)
@@ -122,7 +117,3 @@ def _label(axis: GainAxis) -> str:
     name = "sample time h" if axis.name == SAMPLE_TIME and not axis.weights else axis.label.replace("-", "−")
     unit = unit_text(axis.unit)
     return f"{name} in {unit}" if unit else name
-
-
-def _number(judged: GainSet, axis: GainAxis, report: Feasibility) -> float:
-    return judged.numbers[axis.name] if axis.weights else float(report.observer.sample_time)

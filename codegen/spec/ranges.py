@@ -45,7 +45,8 @@ def _expanded(node: Any, file: str, line: int | None, made: list[int]) -> Any:
                     result.ca.items[_shifted(key, 0)] = node.ca.items[key]
             else:
                 _put(result, key, _expanded(value, file, at, made), position)
-        return _same_style(node, result) if _changed(node, result) else node
+        changed = list(node) != list(result) or any(node[key] is not result[key] for key in result)
+        return _same_style(node, result) if changed else node
     if isinstance(node, CommentedSeq):
         items = CommentedSeq()
         for index, value in enumerate(node):
@@ -66,10 +67,6 @@ def _put(mapping: CommentedMap, key: Any, value: Any, position: Any) -> None:
     mapping[key] = value
     if position:
         mapping.lc.add_kv_line_col(key, position)
-
-
-def _changed(old: CommentedMap, new: CommentedMap) -> bool:
-    return list(old) != list(new) or any(old[key] is not new[key] for key in new)
 
 
 def _same_style(old: Any, new: Any, comments: bool = True) -> Any:

@@ -117,8 +117,7 @@ class _Reading:
 
     def _spec(self) -> Spec:
         d = self.document
-        self._noted(self._file_name, d.name)
-        self._noted(self._refuse_splices, d.source)
+        self._noted(self._check_file)
         coordinates = tuple(Coordinate(name, c.velocity, c.unit) for name, c in d.coordinates.items())
         if not coordinates:
             raise BadInput(self.place("coordinates"), "no coordinate", "at least one", code="SPEC003")
@@ -150,7 +149,9 @@ class _Reading:
         if len(friction) == len(contacts):
             observer = self._noted(read_observer, d.observer, friction, self.place)
             cancellation = self._noted(read_cancellation, d.cancellation, friction, self.place)
-        envelope = self._envelope(self._envelope_units(coordinates, inputs))
+        units = self._envelope_units(coordinates, inputs)
+        ranges = {name: self._noted(self._range, name, units) for name in d.envelope}
+        envelope = {name: bounds for name, bounds in ranges.items() if bounds is not None}
         simulation = self._noted(read_simulation, d.simulation, coordinates, inputs, self.place)
         log = self._noted(self._log, signal_units(coordinates, inputs))
         self.faults.raise_noted()
@@ -186,12 +187,18 @@ class _Reading:
             self.faults.noted.append(fault)
             return None
 
-    def _file_name(self, name: str) -> None:
-        self._name(name, "name")
-        if why := why_not_file(name):
-            raise BadInput(
-                self.place("name"), f"the name `{name}`, {why}", "another name", f"{name}_axis", code="SPEC009"
-            )
+    def _check_file(self) -> None:
+        """Note a name that no generated file can have, and a line of ``source`` that C would join to the next one."""
+        name, faults = self.document.name, self.faults
+        with faults.noting():
+            self._name(name, "name")
+            if why := why_not_file(name):
+                found = f"the name `{name}`, {why}"
+                raise BadInput(self.place("name"), found, "another name", f"{name}_axis", code="SPEC009")
+        if any(line.rstrip().endswith(("\\", "??/")) for line in self.document.source.splitlines()[:-1]):
+            found = "a line that ends in a backslash, or in ??/, which C reads as one"
+            expected = "text without a backslash or ??/ at the end of a line"
+            raise BadInput(self.place("source"), found, expected, code="SPEC006")
 
     def _name(self, name: str, key: str) -> None:
         if not is_identifier(name) or len(name) > 60:
@@ -203,14 +210,6 @@ class _Reading:
         if why := why_not_name(name, self.document.name):
             nearest = None if why_not_name(f"{name}_", self.document.name) else f"{name}_"
             raise BadInput(self.place(key), f"the name `{name}`, {why}", "another name", nearest, code="SPEC009")
-
-    def _refuse_splices(self, source: str) -> None:
-        """Raise BadInput for a line that C would join to the next one, which generated files cannot print."""
-        for line in source.splitlines()[:-1]:
-            if line.rstrip().endswith(("\\", "??/")):
-                found = "a line that ends in a backslash, or in ??/, which C reads as one"
-                expected = "text without a backslash or ??/ at the end of a line"
-                raise BadInput(self.place("source"), found, expected, code="SPEC006")
 
     def _check_names(
         self, coordinates: Iterable[Coordinate], inputs: Iterable[Input], parameters: Iterable[str]
@@ -292,10 +291,6 @@ class _Reading:
             units[f"f_{contact.name}_dot"] = f"({contact.unit})/s"
         return units
 
-    def _envelope(self, units: Mapping[str, str]) -> dict[str, tuple[Any, Any]]:
-        ranges = {name: self._noted(self._range, name, units) for name in self.document.envelope}
-        return {name: bounds for name, bounds in ranges.items() if bounds is not None}
-
     def _range(self, name: str, units: Mapping[str, str]) -> tuple[Any, Any]:
         key, (low, high) = f"envelope.{name}", self.document.envelope[name]
         plain = [n for n in units if not n.endswith(("_dot", "_noise")) and not n.startswith("f_")]
@@ -309,16 +304,13 @@ class _Reading:
             raise BadInput(self.place(key), f"[{low}, {high}]", expected, turned, code="SPEC007")
         return bounds
 
-    def _known(self, names: Iterable[str], known: set[str], key: str) -> None:
-        for name in names:
-            refuse_unknown(name, sorted(known), self.place(f"{key}.{name}"), "unknown name", code="SPEC008")
-
     def _log(self, units: Mapping[str, str]) -> LogColumns:
         section = self.document.log
         if section is None:
             return LogColumns()
-        self._known(section.columns, set(units), "log.columns")
-        self._known(section.scale, set(units), "log.scale")
+        for key, names in (("columns", section.columns), ("scale", section.scale)):
+            for name in names:
+                refuse_unknown(name, sorted(units), self.place(f"log.{key}.{name}"), "unknown name", code="SPEC008")
         scale = {}
         for name, text in section.scale.items():
             where = self.place(f"log.scale.{name}")

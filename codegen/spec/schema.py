@@ -49,11 +49,6 @@ def _value_beside_unit(value: object) -> object:
     return _number_like(value)
 
 
-def _unit_like(value: object) -> object:
-    """The unit 1, which YAML reads as a number, as text."""
-    return "1" if value == 1 and not isinstance(value, bool) else value
-
-
 def _range_like(value: object) -> object:
     if not isinstance(value, list) or len(value) != 2:
         raise ValueError("expected a range [low, high], such as [-5, 5] or [0 mm, 40 mm]")
@@ -76,10 +71,6 @@ def _as_list(value: object) -> object:
     return value if isinstance(value, list) else [value]
 
 
-def _as_direction(value: object) -> object:
-    return {value: "1"} if isinstance(value, str) else value
-
-
 _DIGITS = r"\s*[-+]?(\d+(_\d+)*\.?(\d+(_\d+)*)?|\.\d+(_\d+)*)([eE][-+]?\d+)?"
 _NUMBER = {"anyOf": [{"type": "number"}, {"type": "string", "pattern": rf"^{_DIGITS}\s*$"}]}
 _QUANTITY = {"anyOf": [{"type": "number"}, {"type": "string", "pattern": rf"^{_DIGITS}(\s*$|\s*([^\W\d_]|1/).*$)"}]}
@@ -89,7 +80,11 @@ _EXPRESSION = {"type": ["string", "number"]}
 Text = Annotated[str, BeforeValidator(_expression_like), WithJsonSchema(_EXPRESSION)]
 Number = Annotated[str, BeforeValidator(_number_like), WithJsonSchema(_NUMBER)]
 Quantity = Annotated[str, BeforeValidator(_quantity_like), WithJsonSchema(_QUANTITY)]
-Unit = Annotated[str, BeforeValidator(_unit_like), WithJsonSchema({"anyOf": [{"type": "string"}, {"const": 1}]})]
+Unit = Annotated[
+    str,
+    BeforeValidator(lambda value: "1" if value == 1 and not isinstance(value, bool) else value),  # as YAML reads it
+    WithJsonSchema({"anyOf": [{"type": "string"}, {"const": 1}]}),
+]
 Range = Annotated[list[Number], Field(min_length=2, max_length=2), BeforeValidator(_range_like)]
 QuantityRange = Annotated[list[Quantity], Field(min_length=2, max_length=2), BeforeValidator(_range_like)]
 Vector = Annotated[list[Number], Field(min_length=3, max_length=3), BeforeValidator(_vector_like)]
@@ -101,7 +96,7 @@ Terms = Annotated[
 ]
 Direction = Annotated[
     dict[str, Text],
-    BeforeValidator(_as_direction),
+    BeforeValidator(lambda value: {value: "1"} if isinstance(value, str) else value),
     WithJsonSchema({"anyOf": [{"type": "string"}, {"type": "object", "additionalProperties": _EXPRESSION}]}),
 ]
 

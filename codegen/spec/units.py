@@ -314,7 +314,10 @@ def _combined(
         return combine_numbers(op, a, b, whole, node)
     one, other = (side if isinstance(side, Dimension) else NONE for side in (a, b))
     if isinstance(op, ast.Pow):
-        return one if isinstance(b, Dimension) else one ** _fraction(b)
+        if isinstance(b, Dimension):
+            return one
+        # An irrational power, such as a root, is rounded to a double.
+        return one ** (Fraction(int(b.p), int(b.q)) if b.is_Rational else Fraction(float(b)))
     if isinstance(op, ast.Mult | ast.Div):
         return one * other if isinstance(op, ast.Mult) else one / other
     if a == 0 or b == 0:
@@ -327,11 +330,6 @@ def _combined(
         expected = f"terms of the same unit in a sum{stated}; give a number its unit as a parameter"
         raise BadInput(whole.place, found, expected, code="SPEC014")
     return one
-
-
-def _fraction(number: Any) -> Fraction:
-    """A SymPy number as a fraction; an irrational one, such as a root, is rounded to a double."""
-    return Fraction(int(number.p), int(number.q)) if number.is_Rational else Fraction(float(number))
 
 
 def _factors(node: ast.expr) -> list[str]:

@@ -82,7 +82,9 @@ def derivations_of(name: str) -> Derivations:
     ours = DERIVATIONS[name]()
     for derived in ours.derived.values():
         if derived.form:
-            prove_form(derived, ours)
+            form = as_matrix(evaluate(derived.form, ours.names, Place("the form of a derivation")))
+            if form.shape != derived.value.shape or difference_point(form, derived.value, ours, []) is not None:
+                raise ArithmeticError(f"the form `{as_text(derived.form)}` is not what was derived")
     return ours
 
 
@@ -200,13 +202,6 @@ def _numbers(printed: Any, value: Any, point: dict[Any, Any]) -> dict[str, Any] 
     return None
 
 
-def prove_form(derived: Derived, ours: Derivations) -> None:
-    """Raise ArithmeticError unless the shown form equals the derived value, which would be our own mistake."""
-    form = as_matrix(evaluate(derived.form, ours.names, Place("the form of a derivation")))
-    if form.shape != derived.value.shape or difference_point(form, derived.value, ours, []) is not None:
-        raise ArithmeticError(f"the form `{as_text(derived.form)}` is not what was derived")
-
-
 def judge_conditions(claim: Claim, ours: Derivations, derived: Derived) -> Finding:
     """The verdict on printed conditions for the stability of a matrix, or for its negative definiteness.
 
@@ -232,7 +227,9 @@ def judge_conditions(claim: Claim, ours: Derivations, derived: Derived) -> Findi
         if _largest(matrix_at, point) > CLEAR and any(value < 0 for value in exact(point)):
             return Finding(claim, "insufficient", right, numbers(point))
     for point in points(symbols, ours, given, seed=3, count=TRIALS):
-        stable = not _met(printed, point) and _largest(matrix_at, point) < -CLEAR
+        values = [(exactly(expression, point), strict) for expression, strict in printed]
+        met = all(value > 0 or (not strict and value == 0) for value, strict in values)
+        stable = not met and _largest(matrix_at, point) < -CLEAR
         if stable and all(value > 0 for value in exact(point)):
             return Finding(claim, "unnecessary", right, numbers(point))
     return Finding(claim, "holds", right)
@@ -255,12 +252,6 @@ def judge_inequality(claim: Claim, ours: Derivations) -> Finding:
             if value < 0 or (strict and value == 0):
                 return Finding(claim, VIOLATED[claim.test], NOT_SO, {**_plain(point), "eigenvalue": None})
     return Finding(claim, "holds", "; ".join(claim.entry.printed))
-
-
-def _met(conditions: list[Condition], point: Mapping[Any, Any]) -> bool:
-    """Whether all conditions hold at a point, exactly."""
-    values = [(exactly(expression, point), strict) for expression, strict in conditions]
-    return all(value > 0 or (not strict and value == 0) for value, strict in values)
 
 
 def _largest(matrix_at: Any, point: Mapping[Any, Any]) -> float:

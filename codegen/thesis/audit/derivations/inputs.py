@@ -33,7 +33,10 @@ def cancellation() -> Derivations:
     partial = _cleared((K * tall)[:2, :].LUsolve((K * U_tall * F)[:2, :]))
     derived["partial"] = (partial, "B_1_inv*U_1_any*F_bar")
     names |= {"B_1_inv": B_1.inv(), "U_1": (K * within)[:2, :], "U_1_any": (K * U_tall)[:2, :]}
-    names |= _one_input()
+    # (5.12) for one input on two coordinates: the squares of the remaining and of the whole friction force.
+    one, k, given = (sympy.Matrix(real(*pair)) for pair in (("B_1", "B_2"), ("k_1", "k_2"), ("f_1", "f_2")))
+    left = one * k.dot(given) / k.dot(one) - given
+    names |= {"left": left.dot(left), "friction": given.dot(given)}
     derived["reduced"] = sympy.Matrix.vstack((K * tall)[:2, :], sympy.zeros(1, 2))
     names["K_B"] = K * tall
 
@@ -55,13 +58,6 @@ def cancellation() -> Derivations:
     rank_one = sympy.Matrix(b) * sympy.Matrix([c])
     names |= named((*b, *c)) | {"det_D": sympy.expand(rank_one.det())}
     return Derivations(names, derived)
-
-
-def _one_input() -> dict[str, Any]:
-    """(5.12) for one input on two coordinates: the squares of the remaining and of the whole friction force."""
-    B, k, force = (sympy.Matrix(real(*names)) for names in (("B_1", "B_2"), ("k_1", "k_2"), ("f_1", "f_2")))
-    left = B * k.dot(force) / k.dot(B) - force
-    return {"left": left.dot(left), "friction": force.dot(force)}
 
 
 def _appendix_b(A: Any, B: Any, chosen: tuple[int, ...]) -> Any:
