@@ -203,7 +203,6 @@ class _Rounds:
     """The rounds of a forward selection, and what they have found so far.
 
     An effect that is not accepted alone may be with a second one at the same joint, so it stays for one more round.
-    Then the other candidates of its round are tried in its place.
 
     Attributes:
         left: joint → rounds that it may still have; one joint, None, for a machine that is simulated as a whole.
@@ -213,8 +212,6 @@ class _Rounds:
         first, later: the candidates of the first round, and the other rounds.
         joint: of the last round. hypotheses: number that it tested.
         taken: number of rounds that had a possible candidate.
-        waiting: candidates of a round that pass every test where its leader does not, and predict held-out segments as
-            well. tied: the others of that round that may tie with them, the leader among them.
         leaders: the best of the first round, until pairs of them are tried. led: the fit with the first of them.
         alone: number of hypotheses of that round.
         paired: whether the effects were found as a pair. among_all: as of ``reconsidered``.
@@ -232,8 +229,6 @@ class _Rounds:
     joint: int | None = None
     hypotheses: int = 0
     taken: int = 0
-    waiting: list[Ranked] = field(default_factory=list)
-    tied: list[Ranked] = field(default_factory=list)
     leaders: list[Ranked] = field(default_factory=list)
     alone: int = 0
     paired: bool = False
@@ -252,7 +247,7 @@ class _Rounds:
         return Outcome(base, final, first, tuple(rivals), explained, segments, unexplained, later)
 
     def are_over(self) -> bool:
-        return not (self.leaders or self.waiting or self._joints())
+        return not (self.leaders or self._joints())
 
     def next(self) -> None:
         """One step: pairs of the first round's best candidates, once the best had a second round; else a new round."""
@@ -262,11 +257,8 @@ class _Rounds:
             return
         ranked = self._ranked(joints) if joints else []
         possible = [r for r in ranked if r.grade]
-        contradicted = [r for r in ranked if r.contradicted]
         if possible:
-            self._take(possible, contradicted)
-        elif self.waiting:
-            self._fall_back(contradicted)
+            self._take(possible, [r for r in ranked if r.contradicted])
         else:
             self._end()
 
@@ -294,55 +286,35 @@ class _Rounds:
         self.first = self.first or ranked
         return ranked
 
-    def _fall_back(self, contradicted: list[Ranked]) -> None:
-        """Try the waiting candidates in place of a leader that is not accepted; one that fails too ends the rounds."""
-        waiting, self.waiting = self.waiting, []
-        self.current = self.confirmed
-        self.joint = joint_of(self.search, waiting[0].part)
-        self.rivals = self.rivals if self.confirmed.trial.parts else []  # else those of the leader in doubt
-        self._take(waiting, [*contradicted, *self.tied], falls_back=True)
+    def _take(self, possible: Sequence[Ranked], contradicted: Sequence[Ranked]) -> None:
+        """The first of these candidates, accepted or in doubt; ``contradicted``: others that may tie with it.
 
-    def _take(self, possible: Sequence[Ranked], alike: Sequence[Ranked], falls_back: bool = False) -> None:
-        """The first of these candidates, accepted or in doubt; ``alike``: others that may tie with it."""
-        search, is_first = self.search, not self.taken
-        last_chance = falls_back or bool(self._doubtful())
+        One that is not accepted alone stays for one more round, and not for a second one: with three effects in doubt
+        there are so many sets that one passes by chance.
+        """
+        search, is_first, doubtful = self.search, not self.taken, bool(self._doubtful())
         possible = leader_first(search, possible)
-        tied = ties(search, [*possible, *alike])
+        tied = ties(search, [*possible, *contradicted])
         current = search.fitted_again(possible[0].found)
         self.current, self.rivals = with_simplest_effects(search, current, tied if is_first else self.rivals)
         self.taken += 1
-        count = len(self.current.trial.parts)
-        self.left[self.joint] = MOST_EFFECTS - count if falls_back else self.left[self.joint] - 1
+        self.left[self.joint] -= 1
         if not credible(search, self.confirmed, self.current, self.hypotheses):
             if is_first:
                 self.first = refused_when_fitted_again(self.first, possible[0])
-            self._keep_in_doubt(possible, last_chance)
+            if doubtful or not self.left[self.joint]:
+                self._end()
             return
         has_one = any(joint_of(search, p) == self.joint for p in self.confirmed.trial.parts)
         if has_one and not explains_enough(search, self.confirmed, self.current):
             self._end()
             return
-        self.waiting = []
         self.rivals = tied or self.rivals
         self.confirmed, self.among_all = self.current, True
         # What other joints lack is theirs.
         alone = self.current if self.joint is None else self.current.of_joint(self.joint)
         if is_first and not acceptance.near_noise(alone) and not acceptance.is_negligible(alone):
             self.leaders, self.led, self.alone = list(possible[:PAIRED]), self.current, self.hypotheses
-
-    def _keep_in_doubt(self, possible: Sequence[Ranked], last_chance: bool) -> None:
-        """Keep an effect that is not accepted alone for one more round, and note the candidates to try in its place.
-
-        There is no second such round: with three effects in doubt there are so many sets that one passes by chance.
-        """
-        if last_chance:
-            self.left[self.joint] = 0
-        else:
-            least = possible[0].evidence.share - acceptance.LEAST_SHARE
-            self.waiting = [r for r in possible[1:] if not r.why_not and r.evidence.share > least]
-            self.tied = [r for r in possible if all(r is not one for one in self.waiting)]
-        if not self.left[self.joint]:
-            self.current = self.confirmed
 
     def _try_pairs(self) -> None:
         """A pair of the first round's best takes the place of the effects found, if it is better."""
@@ -353,7 +325,7 @@ class _Rounds:
         better = best is not None and _is_better_pair(best.pair, self.confirmed)
         if best is not None and better and worth_it(search, self.led, best.pair, self.alone):
             self.current = self.confirmed = with_simplest_effects(search, best.pair, [])[0]
-            self.rivals, self.paired, self.among_all, self.waiting = [], True, best.among_all, []
+            self.rivals, self.paired, self.among_all = [], True, best.among_all
             self.left[self.joint] = MOST_EFFECTS - len(best.pair.trial.parts)
         elif self.confirmed is self.led:
             known = leaders[0], *self.rivals
