@@ -296,7 +296,7 @@ def is_no_better_form(found: Fit, best: Fit, part: Part) -> bool:
 
 def leader_first(search: Search, ranked: Sequence[Ranked]) -> list[Ranked]:
     """The candidates that passed: first the one that is named, then the others in the order of their fits."""
-    for led in (usual_form_first, better_predicting_first, ordered_by_force, nearest_twin_first):
+    for led in (usual_form_first, ordered_by_force, nearest_twin_first):
         ranked = led(search, ranked)
     return list(ranked)
 
@@ -310,20 +310,6 @@ def usual_form_first(search: Search, ranked: Sequence[Ranked]) -> list[Ranked]:
     others = [r for r in tied if is_no_better_form(best.found, r.found, r.part)]
     best = min(others, key=lambda r: r.found.cost, default=best)
     return led_by(best, ranked)
-
-
-def better_predicting_first(search: Search, ranked: Sequence[Ranked]) -> list[Ranked]:
-    """The candidates, first one with fewer parameters than the best if free runs of held-out segments prefer it."""
-    best = ranked[0]
-    better = [
-        r
-        for r in ranked[1:]
-        if not r.why_not
-        and len(r.part.names) < len(best.part.names)
-        and runs_prefer(search, r.found, best.found)
-        and not runs_prefer(search, best.found, r.found)
-    ]
-    return led_by(min(better, key=lambda r: r.found.cost, default=best), ranked)
 
 
 def ordered_by_force(search: Search, ranked: Sequence[Ranked]) -> list[Ranked]:
