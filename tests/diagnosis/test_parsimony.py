@@ -89,17 +89,6 @@ def test_what_a_further_effect_must_explain_in_free_runs(
             assert not explains_enough(*asked), "its force is simulated, and no second criterion"
 
 
-def test_two_effects_that_are_accepted_in_turn_stand(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A friction, and a cogging in addition to it, were each accepted, but not as one of 250,000 pairs."""
-    base, one, both = fit(), fit("cogging"), fit("cogging", "load_dependent_friction")
-    accepted = [(base, one), (one, both)]
-    monkeypatch.setattr(parsimony, "is_accepted", lambda search, before, after: (before, after) in accepted)
-    search: Any = SimpleNamespace(without=lambda current, k: one if k else fit("load_dependent_friction"))
-    assert still_accepted(search, base, both, []) == (both, [])
-    accepted.pop()
-    assert still_accepted(search, base, both, []) == (base, [])
-
-
 @pytest.mark.parametrize("accepted", [True, False])
 def test_what_is_left_of_several_effects_stands_only_if_it_is_accepted(
     accepted: bool, monkeypatch: pytest.MonkeyPatch

@@ -143,22 +143,10 @@ def still_accepted(search: Search, base: Fit, current: Fit, rivals: Sequence[Ran
     Each effect may be needed in addition to the others although all together predict no better than the refit. A rival
     that was tried in addition to an effect is no rival of a single effect.
     """
-    if not (is_accepted(search, base, current) or _accepted_in_turn(search, base, current)):
+    if not is_accepted(search, base, current):
         return base, []
     alone = len(current.trial.parts) == 1
     return current, [r for r in rivals if not alone or len(r.found.trial.parts) == 1]
-
-
-def _accepted_in_turn(search: Search, base: Fit, current: Fit) -> bool:
-    """Whether all effects but one are accepted over the refit, and that one in addition to them.
-
-    A test of all together counts every set of as many effects as a hypothesis, which these two tests need not.
-    """
-    for k in range(len(current.trial.parts) if len(current.trial.parts) > 1 else 0):
-        others = search.without(current, k)
-        if is_accepted(search, base, others) and is_accepted(search, others, current):
-            return True
-    return False
 
 
 def pruned(search: Search, fit: Fit, candidates: int, spared: int = 0) -> Fit:
