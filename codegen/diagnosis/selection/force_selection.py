@@ -196,7 +196,7 @@ def judged_in_addition(
     found, report = list[Fit](), share_display()
     for _, theta, trial, _ in chosen:
         report(len(found) / len(chosen))
-        found.append(fit_in_addition(fits, plain, trial, theta))
+        found.append(fits.fit(trial, theta))
     return [judged(fits, plain, f, candidates, everywhere, of_level) for f in found if is_possible(fits.search, f)]
 
 
@@ -221,16 +221,6 @@ def drive_kept(fits: ForceFits, plain: Fit, trial: Trial, theta: Array) -> float
     """Share of a fit's drive force that remains with these values of a trial; the least over coordinates."""
     problem = fits.search.problem
     return float(np.min(drive_shares(model_of(trial, theta), plain.model, problem.motion, problem.used)))
-
-
-def fit_in_addition(fits: ForceFits, plain: Fit, trial: Trial, theta: Array) -> Fit:
-    """The fit of a trial with one part more; if it has diverged, again from adjusted friction levels."""
-    fit = fits.fit(trial, theta)
-    if fit.cost <= plain.cost:
-        return fit
-    near = ForceStart(fits.search.problem, plain).best(trial, fits.candidates.covered(trial.parts[-1]))
-    again = fit if near is None else fits.fit(trial, near[1])
-    return again if again.cost < fit.cost else fit
 
 
 def judged(
