@@ -138,59 +138,8 @@ def test_the_constant_of_a_regression_does_not_stand_for_an_offset(plain: Log, f
     assert one.vibration.alone == pytest.approx(1.5**2 / 2 / (1.5**2 / 2 + force**2), abs=0.05)
 
 
-def pushed(log: Log) -> Log:
-    """The log of a machine that is pushed for half a second every 4 s, and whose controller balances each push."""
-    inputs, rows = log.inputs.copy(), round(0.5 / log.sample_time)
-    for start in range(round(3 / log.sample_time), log.size - rows, round(4 / log.sample_time)):
-        way = np.sign(np.sum(inputs[start : start + rows, 0]))
-        inputs[start : start + rows, 0] += way * 12 * np.sin(np.pi * np.arange(rows) / rows)
-    return replace(log, inputs=inputs)
-
-
-def with_best_limit(log: Log) -> tuple[Problem, FoundEffect]:
-    """The limit of the input that leaves least of the force residual."""
-    system = system_of(stage(reference=MOTION))
-    problem = Problem(system, smooth_motion(log), {})
-    most = float(np.abs(log.inputs).max())
-    limits = [FoundEffect("saturation", "w", {"limit": most * k / 40}, {}, (), {}) for k in range(8, 40)]
-
-    def left(limit: FoundEffect) -> float:
-        residual = inverse_dynamics_residual(with_effects(system, (limit,)), problem.motion)
-        return float(np.sum(residual[problem.used] ** 2))
-
-    return problem, min(limits, key=left)
-
-
-def test_a_limit_of_the_input_does_not_stand_for_pushes_that_the_controller_balances(plain: Log) -> None:
-    problem, limit = with_best_limit(pushed(plain))
-    limited = with_effects(problem.system, (limit,))
-    one = force_evidence(problem, problem.system, limited, ["saturation"], [0])[0]
-    intervals = int(one.events.what.removeprefix("something else in ").split()[0])
-    assert one.removed > 0.7 and intervals >= 4 and one.events.alone > one.events.by_law
-    assert one.events.both - one.events.alone < 0.1
-    far = SimpleNamespace(by_segment=np.array([1e6]), residual=np.zeros((1, 40)))
-    words = against_regression(far, problem, problem.system, limited, (limit,))  # type: ignore[arg-type]
-    assert "a force from outside" in words
-
-
-@pytest.mark.parametrize("also_pushed", [False, True])
-def test_a_limit_of_the_input_is_not_refused(also_pushed: bool, tmp_path: Path) -> None:
-    """A limit that acts often, with and without a push that it has nothing to do with."""
-    text = "[{kind: saturation, on: w, parameters: {limit: 8}}]"
-    log = log_of(stage(text, reference=MOTION, duration=20.0), tmp_path, "limited.csv")
-    if also_pushed:
-        inputs, rows = log.inputs.copy(), round(0.5 / log.sample_time)
-        inputs[4 * rows : 5 * rows, 0] -= 2 * np.sin(np.pi * np.arange(rows) / rows)
-        log = replace(log, inputs=inputs)
-    problem, limit = with_best_limit(log)
-    far = SimpleNamespace(by_segment=np.array([1e6]), residual=np.zeros((1, 40)))
-    limited = with_effects(problem.system, (limit,))
-    assert limit.parameters["limit"] < 0.3 * np.abs(log.inputs).max()
-    assert against_regression(far, problem, problem.system, limited, (limit,)) == ""  # type: ignore[arg-type]
-
-
 def shares(one: ForceEvidence) -> list[float]:
-    return [share for what in (one.vibration, one.drift, one.events) for share in (what.alone, what.by_law, what.both)]
+    return [share for what in (one.vibration, one.drift) for share in (what.alone, what.by_law, what.both)]
 
 
 @pytest.mark.parametrize("times", [2.0**-20, 2.0**20])

@@ -10,20 +10,16 @@ from numpy.typing import NDArray
 
 from codegen.base.arrays import Array
 from codegen.diagnosis.evidence.residual_regression import (
-    Columns,
-    changed_on,
     explained_over,
     peak_hz,
     remainder_columns,
     sliding,
-    varying_terms,
 )
 from codegen.diagnosis.fit.acceptance import is_far
 from codegen.diagnosis.fit.drive import residual_at_drive
 from codegen.diagnosis.fit.linear import regressed, rms
 from codegen.diagnosis.fit.output_error import Fit
 from codegen.diagnosis.fit.residual import Problem, without_levels
-from codegen.diagnosis.fit.signals import Motion
 from codegen.diagnosis.results import Change, FoundEffect, worded
 from codegen.diagnosis.verdict.wrong_values import FAR_LESS
 from codegen.effects import CATALOGUE
@@ -83,30 +79,18 @@ class ForceEvidence:
         vibration: the highest line of the residual's spectrum, on held-out parts, without a constant in proportion to
             that of the effects' force; zero if the motion has that line too.
         drift: a smooth curve over time, on held-out parts; zero if the motion is as slow.
-        events: what differs in the intervals of time in which the force balance differs, by least squares on all parts:
-            a single event cannot be predicted from others.
     """
 
     removed: float
     own: float
     vibration: OtherCause
     drift: OtherCause
-    events: OtherCause
 
 
 def force_evidence(
-    problem: Problem,
-    refit: System,
-    augmented: System,
-    kinds: Sequence[str],
-    acting: Collection[int],
-    with_events: bool = True,
+    problem: Problem, refit: System, augmented: System, kinds: Sequence[str], acting: Collection[int]
 ) -> list[ForceEvidence]:
-    """The evidence for effects of these kinds, on each coordinate on which they act.
-
-    Args:
-        with_events: whether events are sought, which takes longer than the rest; otherwise there are none.
-    """
+    """The evidence for effects of these kinds, on each coordinate on which they act."""
     motion = problem.motion
     before, after = (residual_at_drive(s, motion) for s in (refit, augmented))
     own = {VARIABLES[CATALOGUE[kind].seen_over] for kind in kinds}
@@ -132,20 +116,8 @@ def force_evidence(
         hz = peak_hz(before[:, i], used, motion)
         vibration = OtherCause(f"a vibration of constant frequency, {hz:.3g} Hz,", line, by_law, with_line)
         drift = OtherCause("a slow change in time", time, by_law, with_time)
-        inside = _in_intervals(refit, motion, r, used, over, i) if with_events else []
-        events, law, both = (fitted_share(r, used, columns) for columns in (inside, [force], [*inside, force]))
-        what = f"something else in {len(inside)} intervals of time, as a force from outside,"
-        found.append(ForceEvidence(removed, together, vibration, drift, OtherCause(what, events, law, both)))
+        found.append(ForceEvidence(removed, together, vibration, drift))
     return found
-
-
-def _in_intervals(
-    refit: System, motion: Motion, r: Array, used: NDArray[np.bool_], over: Columns, i: int
-) -> list[Array]:
-    """(N, 3) columns for each interval in which a term of the force balance has another coefficient: the term there."""
-    terms, changes = varying_terms(refit, motion, i), changed_on(refit, motion, r, used, over, i).changes
-    intervals = along_intervals(changes, motion.time)
-    return [terms[c.term][:, None] * inside for c, inside in zip(changes, intervals, strict=True)]
 
 
 def along_intervals(changes: Sequence[Change], time: Array) -> list[Array]:
@@ -178,7 +150,7 @@ def against_regression(
 ) -> str:
     """The objection of a nonparametric regression to effects, in words; empty if there is none.
 
-    There are four objections. Backlash is exempt.
+    There are three objections. Backlash is exempt.
 
     - A smooth curve over the effects' own variables explains much more than they do (not tested near the noise of the
       free runs).
@@ -187,22 +159,15 @@ def against_regression(
       must leave less than ``FAR_LESS`` of the square that the effects leave.
     - A slow change in time leaves less than ``FAR_LESS`` of the square that the effects leave, and they explain little
       in addition. What a true effect leaves is noise, which no such curve explains.
-    - Events in a few intervals of time, as of a push, explain more, the effects explain little in addition, and the
-      events most of what these leave. A controller reacts to a push, and an effect on its input, such as a limit, then
-      removes part of that. Not tested near the noise, which no imitation reaches.
     """
     if any(t.gap != 0 for t in augmented.transmissions):
         return ""
     near = not is_far(final)
     acting = [acts_on(effect, problem.system) for effect in named]
-    for one in force_evidence(problem, refit, augmented, [effect.kind for effect in named], acting, not near):
+    for one in force_evidence(problem, refit, augmented, [effect.kind for effect in named], acting):
         if not near and one.removed < MOST * one.own:
             return "a smooth curve over its own variable explains twice as much of the residual force as the law does"
         for other, most in ((one.vibration, FAR_LESS if near else 1.0), (one.drift, FAR_LESS)):
             if 1 - other.alone < most * (1 - other.by_law) and other.makes_needless:
                 return other.words
-        events = one.events
-        explains = events.alone > events.by_law and 1 - events.both < MOST * (1 - events.by_law)
-        if not near and explains and events.makes_needless:
-            return events.words
     return ""
