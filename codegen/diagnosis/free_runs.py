@@ -41,7 +41,7 @@ from codegen.diagnosis.verdict.answer import (
     unknown_for_a_candidate,
     verdict_of,
 )
-from codegen.diagnosis.verdict.examination import examine, refused_at_limit, settled
+from codegen.diagnosis.verdict.examination import examine, settled
 from codegen.diagnosis.verdict.final_check import FinalCheck
 from codegen.diagnosis.verdict.force_led import accepted_across_joints, accepted_by_force
 from codegen.diagnosis.verdict.harmonics import with_harmonics
@@ -252,7 +252,6 @@ class Judge:
         """The answer after the checks that can only refuse effects and values."""
         case, search = self.case, replace(self.selection.search, within=self.selection.last.within)
         answer = wrong_values.refused_for_a_value(case.spec, answer, case.problem, self.measured)
-        answer = refused_at_limit(answer, self._left_by, case.material)
         answer = settled(search, outcome, answer, self.measured)
         return self._checked(answer, outcome.final)
 

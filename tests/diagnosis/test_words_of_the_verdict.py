@@ -29,8 +29,7 @@ from codegen.diagnosis.results import (
     Verdict,
 )
 from codegen.diagnosis.verdict.admission import FORCE, RUN, Admitted, Refusal, merged, refused_values
-from codegen.diagnosis.verdict.answer import Answer, by_remainder
-from codegen.diagnosis.verdict.examination import refused_at_limit
+from codegen.diagnosis.verdict.answer import by_remainder
 from codegen.diagnosis.verdict.statement import best_refused, changes_in_words
 from codegen.logs import read_logs
 from codegen.mechanics import System
@@ -489,28 +488,6 @@ def test_what_is_left_decides_between_none_and_unknown(
     quiet = Remainder(1.0, 0.001, 0.0)
     one = Remainder(1.0, share, structured, {}, (PUSH,) if changed else (), changed)
     assert by_remainder(before, (quiet, one), 0.02) == after
-
-
-@pytest.mark.parametrize("verdict", ["effect", "ambiguous"])
-@pytest.mark.parametrize("limits", [("rounding",), ()])
-@pytest.mark.parametrize("changed", [0.5, 0.0])
-def test_a_law_at_its_limit_is_not_named_beside_a_change_in_time(
-    verdict: Verdict, limits: tuple[str, ...], changed: float
-) -> None:
-    """A motor constant that fell with the heat was named saturation, rounding = 1 (at its limit, no estimate)."""
-    drag = FoundEffect("quadratic_drag", "x", {"c": 1.0}, {"c": "kg/m"}, (), {})
-    law = FoundEffect("saturation", "w", {"limit": 28.0, "rounding": 1.0}, {}, (), {}, limits)
-    declared, refit = replace(FIGURES, force_rms=3.0), replace(FIGURES, force_rms=2.0)
-    augmented: Any = SimpleNamespace()
-    answer = Answer(verdict, (drag, law), NONE, augmented, (declared, refit, FIGURES))
-    left = (Remainder(1.0, 0.001, 0.0), Remainder(1.0, 0.1, changed, {}, (PUSH,) if changed else (), changed))
-    after = refused_at_limit(answer, lambda _: left, 0.02)
-    if not (limits and changed and verdict == "effect"):
-        assert after is answer
-        return
-    assert after.verdict == "unknown" and after.effects == answer.effects
-    assert after.augmented is after.refit is NONE and after.figures == (declared, refit, refit)
-    assert "rounding of saturation on w" in after.against[0].words and "drag" not in after.against[0].words
 
 
 def test_a_force_that_nothing_shows_is_no_number() -> None:

@@ -18,7 +18,7 @@ from codegen.diagnosis.fit.output_error import Fit, at_limit
 from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.search import Search, joint_of
 from codegen.diagnosis.fit.trial import Part, part_of, with_effects, with_values
-from codegen.diagnosis.results import ErrorFigures, Fact, FoundEffect, Remainder, Verdict, titles
+from codegen.diagnosis.results import ErrorFigures, Fact, FoundEffect, Verdict, titles
 from codegen.diagnosis.selection.force_fits import ForceFits
 from codegen.diagnosis.selection.forward_selection import Outcome
 from codegen.diagnosis.selection.parsimony import explained_share, is_accepted
@@ -123,18 +123,6 @@ def settled(search: Search, outcome: Outcome, answer: Answer, measured: Measured
         return answer
     figures = (answer.figures[0], chosen.figures, chosen.figures)
     return replace(answer, refit=chosen.option[1], augmented=chosen.option[1], figures=figures, errors=values.errors)
-
-
-def refused_at_limit(answer: Answer, left_by: Callable[[Answer], Sequence[Remainder]], material: float) -> Answer:
-    """The answer without its effects if a value is at its limit and a material change in time is left; else the same.
-
-    A value at its limit is no estimate: the log does not determine the shape of the law. No effect of the motion
-    explains the change in time, so there is a cause of another kind, of which this law may be a part.
-    """
-    ends = [f"{name} of {e.title}" for e in answer.effects for name in e.at_limit]
-    if answer.verdict != "effect" or not ends or not any(r.is_changing(material) for r in left_by(answer)):
-        return answer
-    return answer.refused(Fact.said("not accepted", "ends at limits", ends=ends).words)
 
 
 def with_estimate(search: Search, outcome: Outcome, plain: Answer, measured: Measured, by_force: Fit) -> Answer:
