@@ -54,12 +54,8 @@ class CancelReport(Result):
     @property
     def summary(self) -> Mapping[str, object]:
         refused = {} if self.refusal is None else {"refused": self.refusal}
-        return {
-            "machine": self.spec.name,
-            "rank": self.reach.rank,
-            "contacts": len(self.reach.system.contacts),
-            **refused,
-        }
+        counts = {"rank": self.reach.rank, "contacts": len(self.reach.system.contacts)}
+        return {"machine": self.spec.name, **counts, **refused}
 
     @property
     def view(self) -> dict[str, Any]:

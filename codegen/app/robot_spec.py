@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from decimal import ROUND_DOWN, ROUND_UP
 from pathlib import Path
@@ -99,9 +99,12 @@ def guess_columns(names: Sequence[str], joints: Mapping[str, str]) -> Guess:
         for symbol, name in columns.items()
         if symbol != TIME and is_in_counts(name)
     ]
+    without = [f"w_{joint}" for joint in joints if f"w_{joint}" not in columns]
     if commanded:
-        without = [f"w_{joint}" for joint in joints if f"w_{joint}" not in columns]
-        remarks += _of_commands(commanded, without)
+        remarks.append(f"{_quoted(commanded, 60)}: commanded, not measured; not taken")
+    if commanded and without:
+        law = f"{without[0]}: 25*({identifier(commanded[0])} - POSITION)"
+        remarks.append(f"a commanded position is no torque: the servo's own law makes one of it, such as `{law}`")
     return Guess(columns, tuple(remarks))
 
 
@@ -123,14 +126,6 @@ def _recognised(
     return by_use, commanded
 
 
-def _of_commands(commanded: Sequence[str], without: Sequence[str]) -> Iterator[str]:
-    """Remarks on columns of commands; ``without``: the inputs without a column."""
-    yield f"{_quoted(commanded, 60)}: commanded, not measured; not taken"
-    if without:
-        law = f"{without[0]}: 25*({identifier(commanded[0])} - POSITION)"
-        yield f"a commanded position is no torque: the servo's own law makes one of it, such as `{law}`"
-
-
 def _quoted(names: Sequence[str], longest: int) -> str:
     """The first names, as messages quote them."""
     return listing([f"`{shown(name, longest)}`" for name in names], 4)
@@ -138,14 +133,9 @@ def _quoted(names: Sequence[str], longest: int) -> str:
 
 def _joint(words: Sequence[str], joints: Mapping[str, str]) -> str | None:
     """The joint whose name occurs in the words; of several, that with the longest name."""
-    there = [joint for joint, label in joints.items() if _within(words_of(label), words)]
+    text = f" {' '.join(words)} "
+    there = [joint for joint, label in joints.items() if words_of(label) and f" {' '.join(words_of(label))} " in text]
     return max(there, key=lambda joint: len(words_of(joints[joint])), default=None)
-
-
-def _within(part: Sequence[str], words: Sequence[str]) -> bool:
-    """Whether the words of ``part`` occur one after the other."""
-    spots = range(len(words) - len(part) + 1)
-    return bool(part) and any(list(words[k : k + len(part)]) == list(part) for k in spots)
 
 
 def _topic(name: str) -> str:

@@ -226,7 +226,7 @@ def generate(
             else:
                 made = generate(spec, out, check_only, uncertified, overrides, force)
         results.append(made.content)
-        codes.append(_exit_code(made, check_only, uncertified))
+        codes.append(STALE if check_only and made.stale else REFUSED if made.refused and not uncertified else 0)
         if not as_json:
             output.print(made.text(), end="")
     if as_json:
@@ -242,13 +242,6 @@ def _refuse_specs(specs: Sequence[Path], out: Path | None) -> None:
     again = next((spec for k, spec in enumerate(specs) if identity(spec) in map(identity, specs[:k])), None)
     if again is not None:
         raise BadInput(str(again), "the same spec again", "each spec once", code="CALL002")
-
-
-def _exit_code(made: Generated | GeneratedFmu, check_only: bool, uncertified: bool) -> int:
-    """The exit status of ``generate`` for one spec; that of several is the largest."""
-    if check_only and made.stale:
-        return STALE
-    return REFUSED if made.refused and not uncertified else 0
 
 
 @app.command(short_help="Show which gains are stable, and suggest some.")
@@ -353,19 +346,8 @@ def diagnose(
             tell.above(lambda: output.print(findings_text(found), end=""))
             sys.stdout.flush()  # for a pipe
 
-        result = diagnose(
-            spec,
-            log,
-            test,
-            out,
-            description=description,
-            columns=_columns(column or []),
-            progress=tell,
-            propose=propose,
-            material=material,
-            tell=print_findings,
-            force=force,
-        )
+        columns = _columns(column or [])
+        result = diagnose(spec, log, test, out, description, columns, tell, propose, material, print_findings, force)
     _show(result, as_json, preflight_shown=True)
     raise typer.Exit(REFUSED if result.diagnosis.verdict == "unfit" else 0)
 

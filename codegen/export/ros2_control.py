@@ -53,7 +53,10 @@ def ros2_package(
         "certified": observer.certified,
         "rate": f"{1 / observer.period:.6g}",
         "measured": _measured(observer, system, labels),
-        "commands": _commands(observer, system, labels),
+        "commands": [
+            Port(program.reference(w.name), labels.get(joint, joint), "effort", unit)
+            for w, joint, unit in zip(system.inputs, _driven(system), system.input_units, strict=True)
+        ],
         "cancelling": [program.reference(output) for output in cancelling_outputs(system)],
         "gain": program.reference(GAIN),
         "default_gain": repr(next(p.value for p in program.parameters if p.name == GAIN)),
@@ -78,22 +81,11 @@ def ros2_package(
 
 def _measured(observer: GeneratedObserver, system: System, labels: Mapping[str, str]) -> list[Port]:
     program = observer.program
-    kinds = {
-        x.name: ("position", x.name, unit) for x, unit in zip(system.positions, system.position_units, strict=True)
-    }
-    kinds |= {
-        v.name: ("velocity", x.name, f"{unit}/s")
-        for x, v, unit in zip(system.positions, system.velocities, system.position_units, strict=True)
-    }
+    kinds: dict[str, tuple[str, str, str]] = {}
+    for x, v, unit in zip(system.positions, system.velocities, system.position_units, strict=True):
+        kinds |= {x.name: ("position", x.name, unit), v.name: ("velocity", x.name, f"{unit}/s")}
     found = [(f.name, *kinds[f.name]) for f in program.inputs if f.name in kinds]
     return [Port(program.reference(name), labels.get(q, q), kind, unit) for name, kind, q, unit in found]
-
-
-def _commands(observer: GeneratedObserver, system: System, labels: Mapping[str, str]) -> list[Port]:
-    return [
-        Port(observer.program.reference(w.name), labels.get(joint, joint), "effort", unit)
-        for w, joint, unit in zip(system.inputs, _driven(system), system.input_units, strict=True)
-    ]
 
 
 def _driven(system: System) -> Sequence[str]:

@@ -154,11 +154,8 @@ def _constraints(spec: Spec, form: Constraints) -> tuple[Matrix, Matrix, Matrix]
     on_bodies = Matrix([form.force.get(axis, sympy.S.Zero) for axis in axes]).subs(where)
     force = T.T * (on_bodies - masses * (rate.jacobian(q) * v))
     distribution = T.T * _body_distribution(form.bodies, spec.contacts)
-    return (
-        compact(Matrix(T.T * masses * T)),
-        Matrix(spec.force + compact(Matrix(force))),
-        compact(Matrix(distribution)),
-    )
+    mass, total = compact(Matrix(T.T * masses * T)), Matrix(spec.force + compact(Matrix(force)))
+    return mass, total, compact(Matrix(distribution))
 
 
 def _require_independent_coordinates(spec: Spec, T: Matrix) -> None:

@@ -195,7 +195,9 @@ def read_shape(spec: Spec, system: System) -> Shape:
     place = spec.place("observer.h")
     if not choice.shape.has(SPEED):
         raise BadInput(place, f"h = {choice.shape}", "an expression that rises with the slip speed s", code="SPEC022")
-    top = _top_speed(spec, system)
+    ends = [spec.envelope.get(v.name, (-10, 10)) for v in system.velocities]
+    # An upper estimate of the slip speed in the envelope.
+    top = max(1e-3, *[max(abs(float(lo)), abs(float(hi))) for lo, hi in ends]) * max(1, len(ends))
     speeds = np.concatenate([geometric(1e-6, 1, SAMPLES), np.linspace(0, 1, SAMPLES)[1:]]) * top
     slopes = [float(to_casadi(shape.expression.diff(SPEED), {SPEED: s})) for s in speeds]
     for s, slope in zip(speeds, slopes, strict=True):
@@ -219,12 +221,6 @@ def refuse_infinite_slope(spec: Spec) -> None:
         found = f"h(s) = {shape.expression}, whose slope is infinite at rest"
         expected = "a finite slope (exponent 1 or more), or velocities that are never 0"
         raise BadInput(spec.place(f"observer.{key}"), found, expected, code="SPEC033")
-
-
-def _top_speed(spec: Spec, system: System) -> float:
-    """An upper estimate of the slip speed in the envelope; at least 1e-3."""
-    ends = [spec.envelope.get(v.name, (-10, 10)) for v in system.velocities]
-    return max(1e-3, *[max(abs(float(lo)), abs(float(hi))) for lo, hi in ends]) * max(1, len(ends))
 
 
 _GENERAL = ObserverKind(coulomb_friction_observer, ("K_F", "K_v"), ("exponent", "h", "domain"))

@@ -246,7 +246,9 @@ class _Rolling:
             parts = self._parts(run)
             if result and not run.loop and not result[-1].loop:
                 parts = [*result.pop().parts, *parts]
-            result.append(Stretch(_merged(parts), run.first, run.stop, run.backward))
+            groups = groupby(parts, key=lambda part: (part.title, part.source))  # neighbours with the same comment
+            merged = (Part(*comment, tuple(line for p in some for line in p.lines)) for comment, some in groups)
+            result.append(Stretch(tuple(merged), run.first, run.stop, run.backward))
         return tuple(result)
 
     def _decide_stored(self, values: Sequence[Value], runs: Sequence[Run]) -> None:
@@ -296,9 +298,3 @@ class _Rolling:
 
 def _magnitude(node: Node) -> Node:
     return Node("call", (node,), name="abs")
-
-
-def _merged(parts: Sequence[Part]) -> tuple[Part, ...]:
-    """The parts, neighbours with the same comment merged."""
-    groups = groupby(parts, key=lambda part: (part.title, part.source))
-    return tuple(Part(*comment, tuple(line for part in some for line in part.lines)) for comment, some in groups)

@@ -127,12 +127,8 @@ def chosen_axes(names: Sequence[str], axes: Sequence[GainAxis], observer: Observ
         refuse_unknown(name, known, Place(str(spec.path), key="--over"), "unknown gain", expected, code="CALL001")
     picked = list(dict.fromkeys(names))
     if names and len(picked) != 2:
-        raise BadInput(
-            Place(str(spec.path), key="--over"),
-            f"`{' '.join(names)}`",
-            f"two different of {', '.join(known)}",
-            code="CALL002",
-        )
+        found, expected = f"`{' '.join(names)}`", f"two different of {', '.join(known)}"
+        raise BadInput(Place(str(spec.path), key="--over"), found, expected, code="CALL002")
     pair = picked or list(known)[:2]
     return known[pair[0]], known[pair[1]]
 

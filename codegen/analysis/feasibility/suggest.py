@@ -11,7 +11,6 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import reduce
 from operator import getitem
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -250,9 +249,12 @@ def suggested_text(spec: Spec, axes: Sequence[GainAxis], suggestion: Suggestion)
     for axis in axes:
         for (gain, path), weight in axis.entries.items():
             *above, last = gain, *path
-            reduce(getitem, above, gains)[last] = _as_written(weight * suggestion.numbers[axis.name])
+            number = float(f"{weight * suggestion.numbers[axis.name]:.{WRITTEN_DIGITS}g}")  # not 499.9999999999999
+            whole = number.is_integer() and abs(number) < 10**WRITTEN_DIGITS
+            reduce(getitem, above, gains)[last] = int(number) if whole else number
     for name in dict.fromkeys(gain for axis in axes for gain, _ in axis.entries):
-        was = ", ".join(_words(value) for (gain, _), value in before.items() if gain == name)
+        values = (value for (gain, _), value in before.items() if gain == name)
+        was = ", ".join(f"free {float(v.low):g} to {float(v.high):g}" if isinstance(v, FreeGain) else v for v in values)
         _comment(section, gains, name, f"{name} suggested by stiction gains, was {was}")
     return changed_text(spec.text, document)
 
@@ -268,13 +270,3 @@ def _comment(section: CommentedMap, gains: CommentedMap, name: str, note: str) -
     tokens = [slot for slot in slots if slot is not None and not isinstance(slot, list)]
     old = "; ".join(token.value.strip().lstrip("# ") for token in tokens if token.value.strip())
     parent.yaml_add_eol_comment(f"{old}; {note}" if old else note, key, column=0)
-
-
-def _words(value: Any) -> str:
-    return f"free {float(value.low):g} to {float(value.high):g}" if isinstance(value, FreeGain) else str(value)
-
-
-def _as_written(value: float) -> float | int:
-    """The number as written in a spec: 500, not 500.0 or 499.9999999999999."""
-    short = float(f"{value:.{WRITTEN_DIGITS}g}")
-    return int(short) if short.is_integer() and abs(short) < 10**WRITTEN_DIGITS else short

@@ -170,10 +170,10 @@ def _exchanged(case: Case, sources: Mapping[str, str]) -> Change:
 
 def _integrated(case: Case, coordinates: Sequence[str]) -> Change:
     """Coordinates whose columns are velocities. The integration constant is not known; the mean is set to zero."""
-    one, names = len(coordinates) == 1, " and ".join(coordinates)
-    held = (
-        f"column of {names} seems to hold its velocity" if one else f"columns of {names} seem to hold their velocities"
-    )
+    names = " and ".join(coordinates)
+    held = f"columns of {names} seem to hold their velocities"
+    if len(coordinates) == 1:
+        held = f"column of {names} seems to hold its velocity"
 
     def misfit() -> float:
         values, log = case.values, case.log

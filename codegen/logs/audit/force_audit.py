@@ -122,7 +122,8 @@ def _computed_from_position(forces: Forces, spec: Spec, left_out: frozenset[int]
         left = _without_function_of(x, np.column_stack([given[:, i], required, inertia, friction, v]))
         share, other = (float(np.sqrt(np.mean(y**2))) / size for y in left.T[:2])
         least = max(TIMES_COMPUTED * share, MATERIAL, MATERIAL * float(np.std(required)) / size)
-        if share > COMPUTED or other < least or _oscillates_freely(left[:, 2], left[:, 3:]):
+        free = unexplained(left[:, 2], left[:, 3:])  # of the inertia force, by friction and damping
+        if share > COMPUTED or other < least or free @ free <= (1 - SWINGING) * (left[:, 2] @ left[:, 2]):
             continue
         words = (
             f"The input's force on {c.name} is a function of {c.name} alone, to {in_percent(share)}, as from a "
@@ -138,12 +139,6 @@ def _without_function_of(x: Array, columns: Array) -> Array:
     hats = np.column_stack([np.interp(x, knots, row) for row in np.eye(len(knots))])
     gram = hats.T @ hats + 1e-9 * len(x) / len(knots) * np.eye(len(knots))
     return np.asarray(columns - hats @ np.linalg.solve(gram, hats.T @ columns))
-
-
-def _oscillates_freely(inertia: Array, against: Array) -> bool:
-    """Whether friction and damping, the columns of ``against``, explain most of the inertia force, (K,)."""
-    left = unexplained(inertia, against)
-    return bool(left @ left <= (1 - SWINGING) * (inertia @ inertia))
 
 
 def _without_sign(forces: Forces, log: Log, spec: Spec) -> Iterator[Finding]:

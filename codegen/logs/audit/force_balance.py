@@ -106,7 +106,8 @@ class Balance:
         """The forces along the motion of a log."""
         forces, driven, finite, slipping = self._sampled(log, motion)
         columns = np.hstack([*forces, *driven, motion.positions, motion.velocities])
-        parts = self._smooth(log, motion, columns, finite)[motion.usable & finite & slipping]
+        smooth, _ = low_pass(log, np.where(finite[:, None], columns, 0.0), motion.cutoff_hz)
+        parts = smooth.reshape(len(smooth), -1, self._n)[motion.usable & finite & slipping]
         inertia, rest, friction, static = (parts[:, k] for k in range(4))
         moved = parts[:, 4 + self._m :].reshape(-1, 2 * self._n)
         return Forces(inertia, rest, friction, static, np.moveaxis(parts[:, 4 : 4 + self._m], 1, 0), moved)
@@ -127,11 +128,6 @@ class Balance:
         finite: Flags = np.all(np.isfinite(np.hstack([*forces, *moved[:2], *driven])), axis=1)
         slipping: Flags = np.all(found[:, :contacts] > 0, axis=1)
         return forces, driven, finite, slipping
-
-    def _smooth(self, log: Log, motion: Motion, columns: Array, finite: Flags) -> Array:
-        """The columns low-passed, (N, columns / n, n)."""
-        smooth, _ = low_pass(log, np.where(finite[:, None], columns, 0.0), motion.cutoff_hz)
-        return smooth.reshape(len(smooth), -1, self._n)
 
 
 def _unbalanced(residual: Array, *forces: Array) -> float:
