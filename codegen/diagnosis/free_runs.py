@@ -32,7 +32,7 @@ from codegen.diagnosis.fit.trial import Part
 from codegen.diagnosis.results import ErrorFigures, Fact, ParameterError, Remainder, Separation, titles
 from codegen.diagnosis.selection.forward_selection import Outcome, common_effects, find_effects, within_reach
 from codegen.diagnosis.verdict import wrong_values
-from codegen.diagnosis.verdict.against_remainder import unrepeated, varying
+from codegen.diagnosis.verdict.against_regression import unrepeated, varying
 from codegen.diagnosis.verdict.answer import (
     Answer,
     by_remainder,
@@ -42,13 +42,12 @@ from codegen.diagnosis.verdict.answer import (
     verdict_of,
 )
 from codegen.diagnosis.verdict.examination import examine, settled
-from codegen.diagnosis.verdict.final_check import FinalCheck
 from codegen.diagnosis.verdict.force_led import accepted_across_joints, accepted_by_force
 from codegen.diagnosis.verdict.harmonics import with_harmonics
-from codegen.diagnosis.verdict.held_out import HeldOut, within
+from codegen.diagnosis.verdict.held_out import FinalCheck, HeldOut, within
 from codegen.diagnosis.verdict.late_inputs import corrected_for_leads, late_is_better, late_on_trial
 from codegen.diagnosis.verdict.nameless import as_unknown, nameless_rival
-from codegen.diagnosis.verdict.one_curve import arc_of_a_curve, missing_curve
+from codegen.diagnosis.verdict.over_positions import arc_of_a_curve, missing_curve
 from codegen.diagnosis.verdict.statement import interval_in_words
 from codegen.diagnosis.verdict.uncovered import better_than_named, better_than_refused, not_determined
 from codegen.mechanics.system import System

@@ -23,8 +23,7 @@ from codegen.diagnosis.results import ErrorFigures, Fact, FoundEffect, Remainder
 from codegen.diagnosis.verdict import admission
 from codegen.diagnosis.verdict.admission import admitted, reference_of
 from codegen.diagnosis.verdict.answer import Answer, unknown_above_drive
-from codegen.diagnosis.verdict.final_check import FinalCheck
-from codegen.diagnosis.verdict.held_out import HeldOut
+from codegen.diagnosis.verdict.held_out import FinalCheck, HeldOut
 from codegen.mechanics.system import System
 from codegen.spec import parse_spec
 from tests.diagnosis.stage import CROSS, STAGE, TEST, among, log_of, stage, system_of

@@ -14,7 +14,7 @@ from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.signals import smooth_motion
 from codegen.diagnosis.fit.trial import with_effects
 from codegen.diagnosis.results import Fact, FoundEffect
-from codegen.diagnosis.verdict.one_curve import arc_of_a_curve, missing_curve
+from codegen.diagnosis.verdict.over_positions import arc_of_a_curve, missing_curve
 from codegen.diagnosis.verdict.wrong_values import explaining_values
 from codegen.logs import read_log
 from codegen.spec import Spec, parse_spec

@@ -12,7 +12,7 @@ from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.signals import smooth_motion
 from codegen.diagnosis.fit.trial import with_effects
 from codegen.diagnosis.results import MATERIAL, FoundEffect
-from codegen.diagnosis.verdict.against_remainder import unrepeated
+from codegen.diagnosis.verdict.against_regression import unrepeated
 from codegen.logs import Log
 from tests.diagnosis.stage import log_of, stage, system_of
 from tests.diagnosis.test_varying_parameters import MOTION

@@ -13,7 +13,7 @@ from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.signals import smooth_motion
 from codegen.diagnosis.fit.trial import with_effects
 from codegen.diagnosis.results import MATERIAL, FoundEffect
-from codegen.diagnosis.verdict.against_remainder import Varying, varying
+from codegen.diagnosis.verdict.against_regression import Varying, varying
 from codegen.logs import Log
 from codegen.spec import Spec, parse_spec
 from tests.diagnosis.stage import TEST, TRAIN, among, log_of, stage, system_of
