@@ -172,7 +172,8 @@ def refutes(top: dict[str, Any], A: list[list[Interval]], fall: Fraction) -> Non
     )
     sums = [sum(crossed[i][j] + crossed[j][i] + own[i][j] for j in size) for i in size]
     gap = [[way * (factor * P[i][j] - square[i][j]) - (i == j) * max(sums) for j in size] for i in size]
-    enclosure.demand(kernel.positive(kernel.integers(gap)[0], True), "that no V with P > 0 falls so fast is not shown")
+    whole = tuple(map(tuple, kernel.integers(gap)[0]))
+    enclosure.demand(kernel.positive(whole, True), "that no V with P > 0 falls so fast is not shown")
 
 
 def magnitudes(X: Any) -> list[list[Any]]:

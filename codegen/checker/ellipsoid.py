@@ -315,7 +315,8 @@ def bounded(proof: dict[str, Any], claim: dict[str, Any], shown: dict[str, Any])
         Q = [[number(x) for x in row] for row in set_["matrix"]]
         require_invariant(Q, [*map(number, set_["weights"])], [*most.values()], step, push, proof, shown)
         columns = disturbance_columns(push, [*most.values()]) if any_friction else known.columns
-        found = require_bounds(set_, Q, step, columns, shift, most, proof)
+        order = [*range(len(Q))] if any_friction or square(Q, known.mirror) != Q else known.mirror
+        found = require_bounds(set_, Q, step, columns, shift, most, proof, order)
         own = [sizes.get(f"{FRICTION}.{e['truth']}", Fraction(0)) * any_friction for e in proof["errors"]]
         rows = (zip(row[:-1], own, strict=True) for row, *_ in claimed_rows(set_))
         more = [sum(abs(number(c)) * d for c, d in row if d) for row in rows]
@@ -346,6 +347,9 @@ class Dynamics(NamedTuple):
         sizes: disturbance -> the most that it is, in the order of the columns of push.
         columns: those of noise and drift, times their sizes.
         pushed: the most that noise and drift add to each error in a sample.
+        noise: the largest part of noise in each error.
+        mirror: p of lemma I.
+        left: what ``reversal.left`` has found so far.
     """
 
     step: list[list[Fraction]]
@@ -354,6 +358,9 @@ class Dynamics(NamedTuple):
     sizes: dict[str, Fraction]
     columns: list[list[Fraction]]
     pushed: list[Fraction]
+    noise: list[Fraction]
+    mirror: list[int]
+    left: dict[Any, list[Fraction]]
 
 
 def dynamics(proof: dict[str, Any], claim: dict[str, Any], shown: dict[str, Any]) -> Dynamics:
@@ -365,7 +372,37 @@ def dynamics(proof: dict[str, Any], claim: dict[str, Any], shown: dict[str, Any]
     step = [[x.constant() for x in row] for row in matrix]
     columns = disturbance_columns(push, most)
     pushed = [sum((abs(c[i]) for c in columns if c[i]), Fraction(0)) for i in range(len(step))]
-    return Dynamics(step, push, shift, sizes, columns, pushed)
+    noise = [largest(p, sizes, proof) for p in shift]
+    return Dynamics(step, push, shift, sizes, columns, pushed, noise, mirror(proof, step, columns, noise), {})
+
+
+def mirror(proof: dict[str, Any], step: Any, columns: Any, noise: list[Fraction]) -> list[int]:
+    """The errors of velocities and those of levels, each in reverse order, if lemma I holds of it; or all in order.
+
+    LEMMA I. Let p be an order of the errors, its own inverse, in which the matrix and the noise in each error are what
+    they were, and each column of noise and drift, or minus it, is a column again. Then errors that move as proved do so
+    in the order of p. So what is shown of a row, a start and a set is shown of all of these in the order of p.
+    """
+    kinds = [e["truth"] in proof["acceleration"] for e in proof["errors"]]
+    groups = [[i for i, kind in enumerate(kinds) if kind is way] for way in (True, False)]
+    of = {i: j for group in groups for i, j in zip(group, reversed(group), strict=True)}
+    p, (whole, _) = [of[i] for i in range(len(kinds))], kernel.integers(columns)
+
+    def unsigned(columns: Any) -> list[Any]:
+        return sorted(max(c, [-x for x in c]) for c in columns)
+
+    same = square(step, p) == step and ordered(noise, p) == noise
+    same = same and unsigned(ordered(c, p) for c in whole) == unsigned(whole)
+    return p if same else [*range(len(p))]
+
+
+def ordered(row: Any, p: list[int]) -> list[Any]:
+    return [row[j] for j in p]
+
+
+def square(A: Any, p: list[int]) -> list[list[Any]]:
+    """A matrix in the order of p."""
+    return [ordered(A[i], p) for i in p]
 
 
 def left_by(
@@ -385,8 +422,7 @@ def left_by(
     turn = reversal.Reversal(
         entry["sign"], own[0], samples, turns, number(entry["change"]), number(entry["jump"]), sizes[friction], column
     )
-    noise = [largest(p, sizes, proof) for p in shift]
-    return reversal.left(turn, [*map(number, entry["before"])], noise, proof, shown, known)
+    return reversal.left(turn, [*map(number, entry["before"])], proof, shown, known)
 
 
 def require_invariant(
@@ -410,7 +446,7 @@ def require_invariant(
     (Q, by), (step, unit) = kernel.integers(Q), kernel.integers(step)
     symmetric = [*map(list, zip(*Q, strict=True))] == Q
     kernel.demand(symmetric, "a set's matrix is not symmetric")
-    kernel.demand(kernel.positive(Q, definite=True), "a set's matrix is not positive definite")
+    kernel.demand(kernel.positive(tuple(map(tuple, Q)), True), "a set's matrix is not positive definite")
     moved = forms.product(forms.product(step, Q, 0), zip(*step, strict=True), 0)
     kept, over = unit * unit * f.numerator, by * unit * unit * f.numerator
     weighted = [[kernel.term(x * over) * b if b else b for x, b in zip(t, row, strict=True)] for row in push]
@@ -454,7 +490,14 @@ class Line(NamedTuple):
 
 
 def require_bounds(
-    set_: dict[str, Any], Q: Any, step: Any, columns: Any, shift: list[Any], most: dict[str, Fraction], proof: Any
+    set_: dict[str, Any],
+    Q: Any,
+    step: Any,
+    columns: Any,
+    shift: list[Any],
+    most: dict[str, Fraction],
+    proof: Any,
+    p: list[int],
 ) -> list[Fraction]:
     """The bounds of the rows of one invariant set, including the noise of the same sample; ValueError if not proved.
 
@@ -468,11 +511,10 @@ def require_bounds(
     r, *within = map(number, set_.get("within", ["1"]))
     (limits,), over = kernel.integers([[len(Q) * s * s for s in within] or [Fraction(0)] * len(Q)])
     squares, by = kernel.integers(Q)
-    inside = [[r.numerator * over * x - (r.denominator * by * limit if i == j else 0) for j, x in enumerate(row)]
-              for i, (row, limit) in enumerate(zip(squares, limits, strict=True))]  # fmt: skip
-    kernel.demand(
-        r >= 1 and kernel.positive(inside), "the box of `within` is not inside the set: not positive semidefinite"
-    )
+    inside = (tuple(r.numerator * over * x - (r.denominator * by * limit if i == j else 0) for j, x in enumerate(row))
+              for i, (row, limit) in enumerate(zip(squares, limits, strict=True)))  # fmt: skip
+    within_set = r >= 1 and kernel.positive(tuple(inside))
+    kernel.demand(within_set, "the box of `within` is not inside the set: not positive semidefinite")
     lines: list[Line] = []
     last: dict[tuple[str, ...], int] = {}  # row c -> the last sample at which it is asked for
     asked: set[int] = set()
@@ -482,12 +524,18 @@ def require_bounds(
             kernel.demand(good, f"{str(text)[:20]!r} is not a number of samples")
             kernel.demand(int(text) <= MOST_SAMPLES, "too many samples")
         *c, bound = row
+        kernel.demand({len(c), len(start or c)} == {len(Q)}, "no row of every error")
         kernel.demand(any(map(number, c)), "a bound of 0 times every error")
         samples = range(int(count), int(end) if end else int(count) + 1)
         kernel.demand(samples, "the samples of `after` do not rise")
         lines.append(Line(tuple(c), number(bound), samples, None if start is None else tuple(start), bool(end)))
-        last[lines[-1].c] = max(last.get(lines[-1].c, 0), samples[-1])
-        asked.update(samples)
+    apart: dict[Line, None] = {}  # by lemma I of two that are the same in the order of p the first is enough
+    for line in lines:
+        image = line._replace(c=tuple(ordered(line.c, p)), start=line.start and tuple(ordered(line.start, p)))
+        apart |= {} if image in apart else {line: None}
+    for line in apart:
+        last[line.c] = max(last.get(line.c, 0), line.samples[-1])
+        asked.update(line.samples)
         kernel.demand(len(last) * len(asked) * len(Q) <= MOST_ENTRIES, "too many rows at too many samples")
     kernel.demand(len(last) <= MOST_ROWS, "too many rows")
     noise = [largest(p, most, proof) for p in shift]
@@ -496,13 +544,13 @@ def require_bounds(
     sparse = [[(j, abs(a)) for j, a in enumerate(row) if a] for row in whole_step]
     more = [-(-sum(abs(c[i]) for c in entering) * GRID // unit) for i in range(len(Q))]
     starts: dict[Any, list[tuple[int, list[int]]]] = {}
-    for begun in {line.start for line in lines if line.start is not None}:
+    for begun in {line.start for line in apart if line.start is not None}:
         whole = [number(s) + x for s, x in zip(begun, noise, strict=True)]  # with the noise of that sample
         within_box = min(map(number, begun)) >= 0 and all(s <= x for s, x in zip(whole, within, strict=True))
         kernel.demand(within_box, "`start` is not inside the box of `within`")
         starts[begun] = grown(whole, sparse, denominator, more)
     for samples_ in sorted({*last.values()}):  # rows that are asked for equally long are carried together
-        alike = [line for line in lines if last[line.c] == samples_]
+        alike = [line for line in apart if last[line.c] == samples_]
         require_carried(alike, samples_, Q, r, step, entering, unit, starts)
     bounds = []
     for line in lines:

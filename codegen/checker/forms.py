@@ -21,7 +21,7 @@ def require(matrix: Rows, fault: str, definite: bool = False) -> None:
     """Raises Refused if a symmetric matrix is not positive semidefinite (or definite), or its numbers are too long."""
     longest = max((max(map(int.bit_length, row)) for row in matrix), default=0)
     enclosure.demand(longest * len(matrix) <= MOST_BITS, "the numbers are too long for so many errors")
-    enclosure.demand(kernel.positive(matrix, definite), fault)
+    enclosure.demand(kernel.positive(tuple(map(tuple, matrix)), definite), fault)
 
 
 @lru_cache(4)
@@ -32,7 +32,7 @@ def inverse(P: tuple[tuple[int, ...], ...]) -> tuple[list[list[int]], int]:
     become P_ik/p, and p becomes -1/p. It keeps the symmetry, and all sweeps together give minus the inverse. Times p
     and over the last p, entries that are whole stay whole (Bareiss), as in the kernel's lemma 2.
     """
-    require([*map(list, P)], "P is not positive definite", definite=True)
+    require(P, "P is not positive definite", definite=True)
     rest, last = [[*row[i:]] for i, row in enumerate(P)], 1  # the upper half of the matrix is all
     for k in range(len(P)):
         r = [*(row[k - i] for i, row in enumerate(rest[:k])), *rest[k]]
@@ -86,5 +86,5 @@ def turns(P: tuple[tuple[int, ...], ...], flips: tuple[int, ...], growth: Fracti
 
 def product(A: Any, B: Any, zero: Any) -> Any:
     """AB, for numbers or polynomials; entries that are 0 are left out of the sums."""
-    columns = list(zip(*B, strict=True))
-    return [[sum((a * b for a, b in zip(row, c, strict=True) if a and b), zero) for c in columns] for row in A]
+    columns, rows = [*zip(*B, strict=True)], [[(j, a) for j, a in enumerate(row) if a] for row in A]
+    return [[sum([a * c[j] for j, a in row if c[j]], zero) for c in columns] for row in rows]

@@ -151,10 +151,10 @@ class Precision(NamedTuple):
         usual, most = self.usual, self.most
         room, each = most.bit_length() - len(terms).bit_length(), usual.bit_length()
         for monomial, c in terms.items():
-            bits = max(c.numerator.bit_length(), c.denominator.bit_length()) + len(monomial) * each
-            if bits < room and len(monomial) < 100:  # most are far within
-                continue
-            top, bottom = abs(c.numerator), c.denominator
+            top, bottom = c.as_integer_ratio()
+            if max(top.bit_length(), bottom.bit_length()) + len(monomial) * each < room and len(monomial) < 100:
+                continue  # most are far within
+            top = abs(top)
             degree = sum(x.startswith(QUANTITIES) for x in monomial) if usual > 1 else 0
             power = usual**degree
             out = top * power * len(terms) > most * bottom or top * most < bottom * power

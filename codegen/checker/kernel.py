@@ -83,13 +83,14 @@ def integers(rows: Any) -> tuple[list[list[int]], int]:
 # just if all p > 0. Times p and over the last p, entries that are whole stay whole (Bareiss).
 # Short numbers are tried first: b_ij is a_ij / 2^(s_i + s_j), rounded down. What is cut off is a symmetric matrix with
 # entries in [0, 1): its eigenvalues are above -n. So A is definite if (b_ij), less n on the diagonal, is semidefinite.
-def positive(A: Any, definite: bool = False) -> bool:
+@lru_cache(8)  # a certificate and its proof ask the same
+def positive(A: tuple[tuple[int, ...], ...], definite: bool = False) -> bool:
     s, n = [max(row[i].bit_length() - SHORT, 0) // 2 for i, row in enumerate(A)], len(A)
     if max(s, default=0) > SHORT // 3:
-        short = [[(a >> s[i] + s[j]) - n * (i == j) for j, a in enumerate(row)] for i, row in enumerate(A)]
-        if positive(short):
+        short = (tuple((a >> s[i] + s[j]) - n * (i == j) for j, a in enumerate(row)) for i, row in enumerate(A))
+        if positive(tuple(short)):
             return True
-    rest, last = [row[k:] for k, row in enumerate(A)], 1  # the upper half of the matrix is all
+    rest, last = [[*row[k:]] for k, row in enumerate(A)], 1  # the upper half of the matrix is all
     while rest:
         (p, *r), *rest = rest
         if p < 0 or (p == 0 and (definite or any(r))):
@@ -220,9 +221,9 @@ def contracts(F: Any, P: Any, f: Fraction, box: Box, tree: Any, known: Known) ->
     for *n, (d,) in coefficients([*F, [term(1)]], box, tree, known):
         columns, scale = [*zip(*n, strict=True)], a * d * d
         pushed = [[sum(map(mul, row, x)) for row in weights] for x in columns]  # P times each
-        gap = [[scale * weights[i][j] - b * sum(map(mul, x, pushed[j])) if j >= i else 0 for j in range(len(P))]
-               for i, x in enumerate(columns)]  # fmt: skip  # the upper half is all that is read
-        demand(d > 0 and positive(gap), "V may not fall")
+        gap = (tuple(scale * weights[i][j] - b * sum(map(mul, x, pushed[j])) if j >= i else 0 for j in range(len(P)))
+               for i, x in enumerate(columns))  # fmt: skip  # the upper half is all that is read
+        demand(d > 0 and positive(tuple(gap)), "V may not fall")
 
 
 # LEMMA 7. Let k and m be the signs of the cosine and sine of an angle, b the angle in [0, pi/2] whose cosine and sine
@@ -271,6 +272,10 @@ class Text:  # evaluates expressions over names, and runs assignments; known: (f
     def of(self, node: ast.expr, text: str) -> Poly:
         here = text[node.col_offset : node.end_col_offset]
         match node:
+            case ast.BinOp(left, operator, right):
+                a, b = self.of(left, text), self.of(right, text)
+                b = function("1/", b, self.known) if isinstance(operator, ast.Div) else b
+                done = a + b if isinstance(operator, ast.Add) else a - b if isinstance(operator, ast.Sub) else a * b
             case ast.Constant():
                 demand(re.fullmatch(f"{frame.DOUBLE}|{frame.WHOLE}", here), f"{here} is out of place")
                 return term(Fraction(here))
@@ -279,10 +284,6 @@ class Text:  # evaluates expressions over names, and runs assignments; known: (f
             case ast.Call(ast.Name(name), [argument], []):
                 demand(name in ("cos", "exp", "fabs", "sgn", "sin"), f"C calls {name}")
                 done = function(name, self.of(argument, text), self.known)
-            case ast.BinOp(left, operator, right):
-                a, b = self.of(left, text), self.of(right, text)
-                b = function("1/", b, self.known) if isinstance(operator, ast.Div) else b
-                done = a + b if isinstance(operator, ast.Add) else a - b if isinstance(operator, ast.Sub) else a * b
             case _:
                 demand(here in self.names, f"{here[:80]} is nothing that is known here")
                 return self.names[here]

@@ -95,18 +95,30 @@ def count(text: Any, most: int) -> int:
     return int(text)
 
 
-def left(
-    of: Reversal, before: list[Fraction], noise: list[Fraction], proof: Any, shown: Any, known: Any
-) -> list[Fraction]:
+def left(of: Reversal, before: list[Fraction], proof: Any, shown: Any, known: Any) -> list[Fraction]:
     """Bounds on each |truth - estimate| at the last sample, by lemmas G and H; ValueError if these do not apply.
 
     Args:
-        before: bounds at the first sample. noise: the largest part of noise in each error.
+        before: bounds at the first sample.
         known: how the errors move (ellipsoid.Dynamics).
     """
     kernel.demand(of.change > 0 <= min(before), "a slip that does not change, or an error below 0")
-    begun = [b + n for b, n in zip(before, noise, strict=True)]
-    m = moves(of, estimated_slip(of, proof, shown), begun, known.step, known.columns, known.pushed)
+    begun = [b + n for b, n in zip(before, known.noise, strict=True)]
+    slip, friction = estimated_slip(of, proof, shown), [-Fraction(p.get((of.sign,), 0)) for p in of.column]
+    same = all(p == kernel.term(-q, of.sign) for p, q in zip(of.column, friction, strict=True))
+    kernel.demand(same, "friction does not act by its sign")
+    size = range(len(begun))
+    numbers = [[x.as_integer_ratio() for x in row] for row in ([slip.get(i, ZERO) for i in size], friction, begun)]
+    for p in (known.mirror, size):  # by lemma I of ellipsoid.py the same reversal in the order of p leaves the same
+        problem = *of[2:7], p[of.level], *(tuple([row[i] for i in p]) for row in numbers)
+        if found := known.left.get(problem):
+            return [found[i] for i in p]
+    found = known.left[problem] = left_over(of, moves(of, slip, friction, begun, known), begun, known.noise)
+    return found
+
+
+def left_over(of: Reversal, m: Moves, begun: list[Fraction], noise: list[Fraction]) -> list[Fraction]:
+    """The bounds by lemmas G and H, for errors that are at most ``begun``, noise included, at the first sample."""
     unseen = of_slip(m.slip, noise)
     weights, edges = weighed(of, m, unseen, noise[of.level]), [times_grid(x / m.units[0]) for x in (unseen, of.change)]
     box = [GRID * (abs(a) + abs(b)) for a, b in DIRECTIONS]
@@ -160,18 +172,16 @@ def estimated_slip(of: Reversal, proof: dict[str, Any], shown: dict[str, Any]) -
 
 
 def moves(
-    of: Reversal, slip: dict[int, Fraction], begun: list[Fraction], step: Any, columns: Any, pushed: list[Fraction]
+    of: Reversal, slip: dict[int, Fraction], friction: list[Fraction], begun: list[Fraction], known: Any
 ) -> Moves:
-    first, places = min(slip), (min(slip), of.level)
+    first, places, step, pushed = min(slip), (min(slip), of.level), known.step, known.pushed
 
     def seen(column: list[Fraction]) -> list[Fraction]:
         return [sum((a * column[i] for i, a in slip.items() if column[i]), ZERO), column[of.level]]
 
-    friction = [-Fraction(p.get((of.sign,), 0)) for p in of.column]
-    same = all(p == kernel.term(-q, of.sign) for p, q in zip(of.column, friction, strict=True))
     force = [2 * of.force * x for x in friction]
     drive, units = seen(force), (of_slip(slip, begun), begun[of.level])
-    kernel.demand(same and drive[0] > 0, "friction does not act by its sign, or not against the slip")
+    kernel.demand(drive[0] > 0, "friction does not act against the slip")
     kernel.demand(min(units) > 0, "no error before")
     rows = [*map(list, step)]
     rows[first] = [sum((a * step[i][j] for i, a in slip.items() if step[i][j]), ZERO) for j in range(len(step))]
@@ -184,15 +194,16 @@ def moves(
         used = [j for j, x in enumerate(rows[i]) if x]
         (row,), by = kernel.integers([[abs(rows[i][j]) for j in used]])
         others[i] = times_grid(pushed[i] + abs(force[i])), [*zip(used, row, strict=True)], by
-    return Moves(slip, [rows[i] for i in places], drive, [*filter(any, map(seen, columns))], places, others, units)
+    of_both = [*filter(any, map(seen, known.columns))]
+    return Moves(slip, [rows[i] for i in places], drive, of_both, places, others, units)
 
 
-def weighed(of: Reversal, m: Moves, unseen: Fraction, noise: Fraction) -> list[list[Any]]:
+def weighed(of: Reversal, m: Moves, unseen: Fraction, noise: Fraction) -> tuple[list[list[Any]], list[Any], int]:
     """For each direction of the polygon, the linear functions whose maximum is its next bound (lemma H).
 
     Returns:
         For each direction two lists, without and with a change of s. A function is (weights of (y, z, d), constant
-        times GRID, weights of the other errors, common denominator of all of these).
+        times GRID, place of the weights of the other errors). Then these weights, and the common denominator of all.
     """
     (first, level), (of_y, of_z) = m.places, m.units
     seen = [j for j in m.others if m.rows[0][j] or m.rows[1][j]]
@@ -206,10 +217,12 @@ def weighed(of: Reversal, m: Moves, unseen: Fraction, noise: Fraction) -> list[l
     numbers = [of.jump * of_y / of_z, 2 * noise / of_z, of.jump * (of.change + 2 * unseen) / of_z]
     (of_next, of_level, jumping, (now, doubled, lift)), by = kernel.integers([y, z, added, numbers])
 
+    places: dict[tuple[int, ...], int] = {}  # many are the same, as of opposite directions
+
     def sum_of(row: list[int], number: int) -> Any:
-        whole, rest, pushes = row[:3], row[3 : 3 + len(seen)], row[3 + len(seen) :]
+        whole, rest, pushes = row[:3], tuple(map(abs, row[3 : 3 + len(seen)])), row[3 + len(seen) :]
         number += sum(map(abs, pushes))
-        return whole, number * GRID + sum(map(abs, whole)), [*zip(seen, map(abs, rest), strict=True)], by
+        return whole, number * GRID + sum(map(abs, whole)), places.setdefault(rest, len(places))
 
     found = []
     for a, b in DIRECTIONS:
@@ -218,7 +231,7 @@ def weighed(of: Reversal, m: Moves, unseen: Fraction, noise: Fraction) -> list[l
         largest[0] -= b * now
         more = abs(b) * doubled
         found.append([[sum_of(stays, 0)], [sum_of(turns, more), sum_of(largest, more + b * lift)]])
-    return found
+    return found, [[*zip(seen, rest, strict=True)] for rest in places], by
 
 
 def moved(shape: Shape, m: Moves, weights: Any, edges: list[int], ways: int) -> list[Shape]:
@@ -228,9 +241,10 @@ def moved(shape: Shape, m: Moves, weights: Any, edges: list[int], ways: int) -> 
         edges: n and `change` of lemma H, in units of y, times GRID.
     """
     kernel.demand(True, "")  # that there is time left
-    corners, radii, (start, width) = polygon(shape[0]), shape[1], edges
+    corners, radii, (start, width), (directions, rests, by) = polygon(shape[0]), shape[1], edges, weights
     still = {(x // w, y // w) for x, y, w in corners}  # d is 0; where its weight is not above 0, these are all
-    points = {(x, y, 0) for x, y in still} | {(x // w, y // w, GRID) for x, y, w in cut(corners, 1, 0, start)}
+    points = {(x // w, y // w, 0) for x, y, w in corners if x > start * w}  # else d may be GRID, which is more
+    points |= {(x // w, y // w, GRID) for x, y, w in cut(corners, 1, 0, start)}
     between = cut(cut(corners, 1, 0, start + width), -1, 0, -start)
     points |= {(x // w, y // w, GRID * ((start + width) * w - x) // (width * w)) for x, y, w in between}
 
@@ -238,13 +252,15 @@ def moved(shape: Shape, m: Moves, weights: Any, edges: list[int], ways: int) -> 
     def corner(a: int, b: int, c: int) -> int:
         return max([a * x + b * y + c * d for x, y, d in points] if c > 0 else [a * x + b * y for x, y in still])
 
+    more = [dot(row, radii) for row in rests]
+
     def largest(sums: Any) -> int:
-        most: list[int] = [-(-(corner(*of) + number + dot(others, radii)) // by) for of, number, others, by in sums]
-        return max(most)
+        most: int = -max([corner(*of) + number + more[place] for of, number, place in sums]) // by
+        return -most
 
     every = reached(shape, m)
     later = {i: pushed - (-dot(row, every) // by) for i, (pushed, row, by) in m.others.items()}
-    return [([largest(each[k]) for each in weights], later) for k in range(ways)]
+    return [([largest(each[k]) for each in directions], later) for k in range(ways)]
 
 
 def dot(row: list[tuple[int, int]], most: dict[int, int]) -> int:
@@ -287,11 +303,12 @@ def cut(corners: list[Point], a: int, b: int, most: int) -> list[Point]:
     over, kept = [a * x + b * y - most * w for x, y, w in corners], []
     if max(over) <= 0:
         return corners
-    for k, corner in enumerate(corners):
-        here, there = over[k], over[k - 1]
+    before, there = corners[-1], over[-1]
+    for corner, here in zip(corners, over, strict=True):
         if (here > 0) != (there > 0):  # on the line from there to here: of weights w that are above 0
-            x, y, w = (there * p - here * q for p, q in zip(corner, corners[k - 1], strict=True))
-            kept.append((x, y, w) if w > 0 else (-x, -y, -w))
+            (x, y, w), (p, q, v), way = corner, before, 1 if there > 0 else -1
+            kept.append((way * (there * x - here * p), way * (there * y - here * q), way * (there * w - here * v)))
         if here <= 0:
             kept.append(corner)
+        before, there = corner, here
     return kept

@@ -171,14 +171,17 @@ def outlasts(proof: dict[str, Any], shown: dict[str, Any], code: "Bounded", off:
     With S = R'|P|R and any d > 0, e'D'P D e is at most the sum over i and j of S_ij e_i^2 d_j/d_i. Where V is only
     said to grow by at most fall > 1, the same is demanded with r = (fall - 1)/2.
     """
-    R, errors, unit = [], proof["errors"], kernel.term(code.precision.rounding / 8)
+    R, unit = [], kernel.term(code.precision.rounding / 8)
     stored = {z: magnitudes(shown["before"][z]) for z in off}
     size = {x: max(map(abs, ends)) for x, ends in shown["box"].items()}
-    for shows in (magnitudes(code.names[e["estimate"]]) for e in errors):
+    for shows in (magnitudes(code.names[e["estimate"]]) for e in proof["errors"]):
         used = {z: p for z, p in off.items() if z in shows.names()}
         change = sum((put(derivative(shows, z), stored) * p * unit for z, p in used.items()), kernel.Poly())
-        terms = {m: c * prod(size.get(x, 1) for x in m) for m, c in change.items()}  # at most
-        R.append([sum((c for m, c in terms.items() if f"error of {e['truth']}" in m), Fraction(0)) for e in errors])
+        row = {f"error of {e['truth']}": Fraction(0) for e in proof["errors"]}
+        for m, c in change.items():
+            for x in row.keys() & {*m}:
+                row[x] += c * prod(size.get(y, 1) for y in m)  # at most
+        R.append([*row.values()])
     P = shown["numbers"]["P"]
     (rows_R, by_R), (rows_P, by_P) = kernel.integers(R), kernel.integers(P)
     sizes = [[*map(abs, row)] for row in rows_P]
@@ -188,8 +191,8 @@ def outlasts(proof: dict[str, Any], shown: dict[str, Any], code: "Bounded", off:
     kept = ((1 - shown["fall"]) / 2) ** 2
     (less,), over = kernel.integers([[sum(map(mul, row, d)) / d[i] / by for i, row in enumerate(S)]])
     whole, unit = kept.numerator * over, kept.denominator * by_P  # r^2 P - diag(less), times over and unit
-    rest = [[whole * p - unit * less[i] * (i == j) for j, p in enumerate(row)] for i, row in enumerate(rows_P)]
-    frame.demand(kernel.positive(rest), "V may grow by rounding")
+    rest = (tuple(whole * p - unit * less[i] * (i == j) for j, p in enumerate(row)) for i, row in enumerate(rows_P))
+    frame.demand(kernel.positive(tuple(rest)), "V may grow by rounding")
 
 
 def derivative(p: Any, x: str) -> Any:
@@ -238,8 +241,11 @@ def at_most_one(known: Any) -> set[str]:
 
 def unsigned(p: Any, small: set[str]) -> Any:
     """A polynomial of magnitudes with 1 for each sign, each t of lemma 7, and each of the variables ``small``."""
-    one = kernel.term(1)
-    return put(p, {x: one for x in p.names() if x in small or x[:5] == "sign." or x[-2:] == " t"})
+    terms = kernel.Poly()
+    for m, c in p.items():
+        rest = tuple(x for x in m if not (x in small or x[:5] == "sign." or x[-2:] == " t"))
+        terms[rest] = terms.get(rest, 0) + c
+    return terms
 
 
 def texts(part: Any) -> Iterator[str]:

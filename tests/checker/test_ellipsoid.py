@@ -648,7 +648,7 @@ def test_a_row_that_is_repeated_fills_no_memory() -> None:
     one, noise = [[Fraction(1)]], kernel.Poly()
     tracemalloc.start()
     try:
-        assert len(ellipsoid.require_bounds(set_, one, [[Fraction(1, 2)]], [], [noise], {}, {"signs": {}})) == 50
+        assert len(ellipsoid.require_bounds(set_, one, [[Fraction(1, 2)]], [], [noise], {}, {"signs": {}}, [0])) == 50
         assert tracemalloc.get_traced_memory()[1] < 1e6
     finally:
         tracemalloc.stop()
@@ -692,3 +692,58 @@ def test_bounds_after_a_reversal_are_near_the_worst_that_can_follow_it(path: Pat
             assert worst <= value(bound) + direct <= 1.2 * (worst + direct)
             checked += 1
     assert checked >= 4
+
+
+CHAIN = [*range(15, -1, -1), *range(31, 15, -1)]  # its errors of velocities and of levels, from its other end
+
+
+def test_a_machine_that_is_the_same_from_its_other_end_is_checked_once_and_gets_the_same_bounds(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    proof, claim = content("chain", "proof.json"), content("chain", "ellipsoid.json")
+    shown = errors.prove(proof, texts("chain"))
+    assert ellipsoid.dynamics(proof, claim, shown).mirror == CHAIN
+    found, carried = ellipsoid.bounded(proof, claim, shown), []
+    propagated = ellipsoid.propagated
+    monkeypatch.setattr(ellipsoid, "propagated", lambda rows, *a: carried.append(len(rows)) or propagated(rows, *a))
+    assert ellipsoid.bounded(proof, claim, shown) == found
+    assert carried == [16]
+    monkeypatch.setattr(ellipsoid, "mirror", lambda proof, *_: [*range(len(proof["errors"]))])
+    assert ellipsoid.bounded(proof, claim, shown) == found
+    assert carried == [16, 32]
+
+
+OF_ONE_END: dict[str, Change] = {
+    "a bound": put("sets", 0, "rows", 15, [*["0"] * 15, "1", *["0"] * 16, "8/1000"]),
+    "a bound after a start": put("sets", 0, "after", 15, "bounds", 0, 1, "22/100"),
+    "a start": put("sets", 0, "after", 15, "start", 0, "12/1000"),
+    "an error before a reversal": put("reversals", 15, "before", 31, "1/2"),
+    "an error after a reversal": put("reversals", 15, "after", 31, "1/10"),
+    "the change of a slip": put("reversals", 15, "change", "1/100"),
+    "noise": put("noise", "inputs.x[15]", "1/100000"),
+    "drift": put("drift", "true.v16", "1/10000"),
+    "friction": put("friction", "true.a_ground16", "40"),
+}
+
+
+@pytest.mark.parametrize("why", OF_ONE_END)
+def test_what_is_claimed_of_one_end_alone_is_not_taken_from_the_other(why: str) -> None:
+    claim = content("chain", "ellipsoid.json")
+    OF_ONE_END[why](claim, None)
+    with pytest.raises(ValueError, match=r"smaller than the proved|leaves more|inside|too small|semidefinite"):
+        bounds("chain", claim)
+
+
+@pytest.mark.parametrize("part", ["step", "columns", "noise", "nothing"])
+def test_errors_are_taken_in_reverse_order_only_where_that_changes_nothing(part: str) -> None:
+    proof = {"acceleration": {"v": "", "w": ""}, "errors": [{"truth": x} for x in ("v", "a", "w")]}
+    step = [[Fraction(x) for x in row] for row in ([2, 5, 3], [7, 1, 7], [3, 5, 2])]
+    columns = [[Fraction(x) for x in row] for row in ([1, 0, 2], [-2, 0, -1], [1, 4, 1])]
+    noise = [Fraction(1), Fraction(2), Fraction(1)]
+    if part == "step":
+        step[0][1] += 1
+    elif part == "columns":
+        columns[1][2] += 1
+    elif part == "noise":
+        noise[0] += 1
+    assert ellipsoid.mirror(proof, step, columns, noise) == ([2, 1, 0] if part == "nothing" else [0, 1, 2])
