@@ -8,6 +8,7 @@ cannot be read, is too large or no JSON. In place of the certificate its folder 
 """
 
 import argparse
+import errno
 import hashlib
 import json
 import os
@@ -16,6 +17,7 @@ import runpy
 import signal
 import sys
 from collections import namedtuple
+from contextlib import suppress
 from fractions import Fraction
 from itertools import pairwise
 from pathlib import Path
@@ -220,8 +222,7 @@ def check(
     try:
         named = (top := parsed(text))["subject"]["files"]
         if sources is None:
-            here = [name for name in {*named, PROOF, SETS} if folder and (folder / name).exists()]
-            sources = {name: files.read(folder / name, MAX_TEXT) for name in here}
+            sources = read(folder, {*named, PROOF, SETS})
             alone(folder, top["subject"]["name"])
         more, facts = unchanged(top, sources, spec), in_time(top)
         proved, unproved, whole = by_kernel(top, {k: v for k, v in sources.items() if k in {*named, PROOF, SETS}})
@@ -235,6 +236,19 @@ def check(
         left = ("a bound on the friction error: " + "; ".join(absent(folder, SETS)), *left)
     words = (top["claim"], (*facts, *more), unbound, left, top["assumptions"])
     return Report(top["subject"]["name"], *words, tuple(proved), unproved, whole)
+
+
+def read(folder: Path | None, names: set[str]) -> dict[str, bytes]:
+    """Those of these files that are in a folder. OSError for one that cannot be read, or a claim that is no JSON."""
+    here = [path for name in names if folder and (path := folder / name).exists()]
+    found = {path.name: files.read(path, MAX_TEXT) for path in here}
+    for path in (path for path in here if path.name in (PROOF, SETS)):
+        try:
+            with suppress(RecursionError):  # this, which Python's reader does not take, is refused later
+                json.loads(found[path.name].decode())
+        except ValueError as why:
+            raise OSError(errno.EINVAL, f"no JSON: {why}", str(path)) from None
+    return found
 
 
 def alone(folder: Path | None, name: str) -> None:
@@ -281,9 +295,7 @@ def of_proof(proof: dict[str, Any], folder: Path | None, sources: dict[str, byte
     """What the kernel proves of the C beside its proof alone."""
     demand(isinstance(name := proof["name"], str) and bool(re.fullmatch(FORMS["NAME"], name)), "the proof has no name")
     if sources is None:
-        names = (f"{name}.c", f"{name}.h", SETS)
-        here = [path for file in names if folder and (path := folder / file).exists()]
-        sources = {path.name: files.read(path, MAX_TEXT) for path in here}
+        sources = read(folder, {f"{name}.c", f"{name}.h", SETS})
         alone(folder, name)
     shown = theorem.proved(proof, sources)
     lines = statements.proved_statements(proof, shown, sources)

@@ -38,6 +38,8 @@ import pytest
 from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
+from codegen.app import verify as of_library
+from codegen.base.errors import BadInput
 from codegen.checker import enclosure, frame, kernel, verify
 from codegen.checker.verify import Refused, check
 from tests.slow_cases import drawn, examples
@@ -1017,6 +1019,21 @@ def test_a_bound_of_an_earlier_version_is_no_certificate(tmp_path: Path) -> None
     (tmp_path / "bound.json").write_text('{"format": "stiction-bound/1"}')
     status, out, err = run(tmp_path / "bound.json")
     assert (status, err) == (3, "") and 'found an object of the format "stiction-bound/1"; expected is a' in out
+
+
+@pytest.mark.parametrize("asked", ["certificate.json", "proof.json"])
+@pytest.mark.parametrize("name", ["proof.json", "ellipsoid.json"])
+@pytest.mark.parametrize("left", [b"", b'{"name": "one_mass", "st', b'"\xff"'])
+def test_a_claim_in_the_folder_that_is_no_json_cannot_be_read(
+    asked: str, name: str, left: bytes, tmp_path: Path
+) -> None:
+    folder = shutil.copytree(SOURCE.parents[2] / "generated/one_mass", tmp_path / "one_mass")
+    (folder / name).write_bytes(left)
+    status, out, err = run(folder / asked)
+    found = "not a certificate" if name == asked else "no JSON"
+    assert (status, out) == (2, "") and err.startswith(f"error: {folder / name}: {found}: ")
+    with pytest.raises(BadInput, match=name):
+        of_library.verify(folder / asked)
 
 
 @pytest.mark.parametrize("kernel", [True, False])
