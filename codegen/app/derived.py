@@ -18,7 +18,7 @@ from codegen.base.errors import Faults, refuse_unknown
 from codegen.base.files import sha256
 from codegen.base.progress import begin
 from codegen.base.result import Shown
-from codegen.effects.declare import system_of
+from codegen.effects.declare import refuse_unknown_forces, system_of
 from codegen.mechanics.system import System
 from codegen.observers import Observer, observer_of, refuse_unknown_words
 from codegen.spec import Spec, read_spec
@@ -294,7 +294,7 @@ def derived_from(given: Source) -> Derived:
     if isinstance(given, Derived):
         return given
     begin("reading the spec")
-    return Derived(read_spec(given, refuse_unknown_words))
+    return Derived(read_spec(given, refuse_unknown_words, refuse_unknown_forces))
 
 
 @numerical("the generated step")

@@ -13,6 +13,8 @@ from codegen.effects import CATALOGUE, Effect
 from codegen.effects.places import pairs
 from codegen.friction import DynamicLaw
 from codegen.mechanics.build import build_system, check_mass_matrix
+from codegen.mechanics.contacts import build_contacts
+from codegen.mechanics.motion import equation_of_motion
 from codegen.mechanics.system import ContactFriction, System
 from codegen.spec.model import DeclaredEffect, Spec, symbol
 from codegen.spec.quantity import refuse_other_unit
@@ -49,6 +51,16 @@ def system_of(spec: Spec) -> System:
         system = build_system(spec)
     faults.raise_noted()
     return add_declared_effects(system, spec)
+
+
+def refuse_unknown_forces(spec: Spec) -> None:
+    """Raise BadInput for laws of contacts, as ``build_contacts``, and for unknown kinds of effects."""
+    faults = Faults()
+    with faults.noting():
+        build_contacts(spec, equation_of_motion(spec)[2])
+    with faults.noting():
+        _refuse_unknown_kinds(spec)
+    faults.raise_noted()
 
 
 def add_declared_effects(system: System, spec: Spec) -> System:

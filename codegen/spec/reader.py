@@ -44,16 +44,18 @@ TOLERANCE = "tolerance"
 OTHER_UNITS = "logs in other units are converted by `units:` in their meta.yaml"
 ObserverCheck = Callable[[ObserverSection, PlaceOf], None]
 """Function (section, key → its file and line) that raises BadInput for what stands in an observer's section."""
+ForceCheck = Callable[[Spec], None]
+"""Function that raises BadInput for the laws and effects of a spec, which may lack what could not be read."""
 Given = ParamSpec("Given")
 Result = TypeVar("Result")
 
 
-def read_spec(path: str | Path, of_observer: ObserverCheck | None = None) -> Spec:
+def read_spec(path: str | Path, of_observer: ObserverCheck | None = None, of_forces: ForceCheck | None = None) -> Spec:
     """The validated spec of a file.
 
-    ``of_observer``: a further check of the observer's section, made and raised only together with other faults. Raises
-    BadInput for an invalid path, a robot file, or faults in the spec, with file and line; ``others`` has further
-    faults.
+    ``of_observer`` and ``of_forces`` are further checks, of the observer's section and of laws and effects, made and
+    raised only together with other faults. Raises BadInput for an invalid path, a robot file, or faults in the spec,
+    with file and line; ``others`` has further faults.
     """
     if not isinstance(path, str | os.PathLike):
         raise BadInput("the path of a spec", f"{path!r}", "text, or a Path", code="CALL001")
@@ -69,7 +71,7 @@ def read_spec(path: str | Path, of_observer: ObserverCheck | None = None) -> Spe
             raise
         raise BadInput(error.place, error.found, error.expected + SPEC_FIRST, code=error.code) from None
     _refuse_robot_file(text, path)
-    return parse_spec(text, path, of_observer)
+    return parse_spec(text, path, of_observer, of_forces)
 
 
 def _refuse_robot_file(text: str, path: Path) -> None:
@@ -81,9 +83,11 @@ def _refuse_robot_file(text: str, path: Path) -> None:
         raise BadInput(str(path), found, f"a spec file (YAML){made}", code="SPEC001")
 
 
-def parse_spec(text: str, path: Path, of_observer: ObserverCheck | None = None) -> Spec:
-    """The validated spec of a text; ``path`` is for messages, ``of_observer`` as of ``read_spec``."""
-    return _Reading(text, path).spec(of_observer)
+def parse_spec(
+    text: str, path: Path, of_observer: ObserverCheck | None = None, of_forces: ForceCheck | None = None
+) -> Spec:
+    """The validated spec of a text; ``path`` is for messages, the checks are as of ``read_spec``."""
+    return _Reading(text, path).spec(of_observer, of_forces)
 
 
 class _Reading:
@@ -105,10 +109,12 @@ class _Reading:
     def place(self, key: str) -> Place:
         return nearest_place(key, self.places, str(self.path))
 
-    def spec(self, of_observer: ObserverCheck | None) -> Spec:
+    def spec(self, of_observer: ObserverCheck | None, of_forces: ForceCheck | None) -> Spec:
         """The spec; raises all faults that were found, those of keys first."""
         spec = self._noted(self._spec)
         # Without other faults the system is built, and its faults are raised together with those of the observer.
+        if self.faults.noted and spec is not None and of_forces is not None:
+            self._noted(of_forces, spec)
         if self.faults.noted and of_observer is not None and self.document.observer is not None:
             self._noted(of_observer, self.document.observer, self.place)
         self.faults.raise_noted()
@@ -116,6 +122,7 @@ class _Reading:
         return spec
 
     def _spec(self) -> Spec:
+        """The spec, without what could not be read of sections that nothing else depends on."""
         d = self.document
         self._noted(self._check_file)
         coordinates = tuple(Coordinate(name, c.velocity, c.unit) for name, c in d.coordinates.items())
@@ -153,9 +160,10 @@ class _Reading:
         ranges = {name: self._noted(self._range, name, units) for name in d.envelope}
         envelope = {name: bounds for name, bounds in ranges.items() if bounds is not None}
         simulation = self._noted(read_simulation, d.simulation, coordinates, inputs, self.place)
-        log = self._noted(self._log, signal_units(coordinates, inputs))
-        self.faults.raise_noted()
-        assert motion is not None and log is not None
+        log = self._noted(self._log, signal_units(coordinates, inputs)) or LogColumns()
+        if motion is None or len(friction) < len(contacts) or not all(effects):
+            self.faults.raise_noted()
+        assert motion is not None
         return Spec(
             name=d.name,
             source=d.source,

@@ -73,6 +73,21 @@ def test_faults_of_a_contact_and_of_what_depends_on_it(tmp_path: Path) -> None:
     assert lines_told(tmp_path, text) == 2 * changed_lines(text)
 
 
+@pytest.mark.parametrize(
+    "other",
+    [
+        ("x_noise: [-5e-6, 5e-6]", "x_noise: [5e-6, -5e-6]"),
+        ("x_noise:", "x_nois:"),
+        ("encoder_step: {x: 1e-5}", "encoder_step: {x: -1}"),
+        ("  sample_time: 0.001\n", "  sample_time: -1\n"),
+    ],
+)
+def test_faults_of_laws_and_effects_beside_one_in_another_section(other: tuple[str, str], tmp_path: Path) -> None:
+    for law in ("law: coulomb, aa: 50,", "law: coulom, a: 50,", "law: coulomb, a: -50,"):
+        text = spoilt(("law: coulomb, a: 50,", law), ("effects: []", "effects: [{kind: viscos, on: [x]}]"), other)
+        assert sorted({*lines_told(tmp_path, text)}) == changed_lines(text)
+
+
 def test_a_fault_that_two_parts_see_is_told_once(tmp_path: Path) -> None:
     text = spoilt(("law: coulomb, a: 50, unit: N}", "law: coulomb, a: 50, unit: Nn}"))
     assert lines_told(tmp_path, text) == changed_lines(text)

@@ -96,9 +96,9 @@ def test_each_step_of_a_diagnosis_is_named_before_it_is_done(monkeypatch, tmp_pa
     reading, building = derived.read_spec, derived.system_of
     seen = {}
 
-    def read(path, of_observer):
+    def read(path, *checks):
         seen["read"] = steps()
-        return reading(path, of_observer)
+        return reading(path, *checks)
 
     def build(spec):
         seen["build"] = steps()
