@@ -137,7 +137,7 @@ FORGERIES: dict[str, tuple[Callable[[dict[str, Any]], object], str]] = {
     "a range along what is no sign": (lambda p: p["along"].update({"true.v": "true.v"}), "not so named"),
     "a range along a sign of nothing": (lambda p: p["along"].update({"true.v": "sign.own"}), "not so named"),
     "a range of another truth": (lambda p: p["along"].update({"true.x": "sign.rail"}), "not so named"),
-    "a machine whose level drifts": (lambda p: p["acceleration"].update({"true.a_rail": "0"}), "argument 2"),
+    "a machine whose level drifts": (lambda p: p["acceleration"].update({"true.a_rail": "0"}), "sizes do not fit"),
 }
 
 

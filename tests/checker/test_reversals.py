@@ -39,7 +39,7 @@ FORGERIES: dict[str, tuple[Callable[[Any, Any], Any], str]] = {
     "a slip that changes backwards": (lambda c, _: turn(c).update(change="-1"), "does not change"),
     "more friction": (lambda c, _: c["friction"].update({"true.a_rail": "60"}), MORE),
     "friction below 0": (lambda c, _: c["friction"].update({"true.a_rail": "-50"}), "below 0"),
-    "no friction": (lambda c, _: c["friction"].update({"true.a_rail": "0"}), "not against the slip"),
+    "no friction": (lambda c, _: c["friction"].update({"true.a_rail": "0"}), "not act against the slip"),
     "friction of no size": (lambda c, _: c.pop("friction"), "."),
     "friction that pushes": (
         lambda c, _: c["push"][0].__setitem__(2, "1/1000*sign.rail"), "do not act on the errors as claimed"),
