@@ -238,7 +238,7 @@ def test_at_the_noise_nats_of_free_runs_count_against_those_of_the_force(
     monkeypatch.setattr(ranking.acceptance, "near_noise", lambda fit: True)
     lag, delay = ranked("actuator_lag", 0.1), ranked("input_delay", 0.1)
     lag.found.held_out_losses, delay.found.held_out_losses = np.array([480.0]), np.array([480.0 + against])
-    gain = ForceGain(left=0.967, nats=4.9, ratios=(), by_shift=1e-3)
+    gain = ForceGain(left=0.967, nats=4.9, ratios=(), by_signs=1e-3)
     lag.force_criterion = delay.force_criterion = SimpleNamespace(  # type: ignore[assignment]
         fit=SimpleNamespace(trial=SimpleNamespace(parts=())), over=lambda other: gain
     )

@@ -134,7 +134,6 @@ class ForceGain:
         nats_added: gain in log-likelihood if either residual may contain slow noise (``slow_noise_likelihood``).
         ratios: logarithms of the other model's squares over this one's, in the blocks with most to explain.
         values: number of independent residuals in those blocks.
-        by_shift: p of a permutation test by circular shifts (``by_shifts``).
     """
 
     left: float
@@ -143,26 +142,24 @@ class ForceGain:
     nats_added: float = 0.0
     ratios: tuple[float, ...] = ()
     values: float = 0.0
-    by_shift: float = 1.0
     by_signs: float = 1.0
 
     @property
     def p(self) -> float:
+        """``p_of_rivals`` of models with as many fitted parameters."""
+        return self.p_of_rivals()
+
+    def p_of_rivals(self, fitted: int = 0, against: float = 0.0) -> float:
         """One-sided p-value of the gain if the model is no better: by blocks, or by likelihood if larger.
 
         The likelihood ratio is valid if the other model is true, the tests on blocks also if both are incomplete.
-        """
-        return max(min(1.0, 2 * min(self.by_signs, self.where_large())), exp(-max(self.nats, 0.0)))
-
-    def p_of_rivals(self, fitted: int = 0, against: float = 0.0) -> float:
-        """As ``p``, for two models of which at most one is true; also by the shift test.
 
         Args:
             fitted: number of parameters that only this model has, fitted to the same residuals.
             against: nats of other evidence for the other model.
         """
-        by_blocks = min(self.by_signs, self.where_large(fitted), self.by_shift)
-        return max(min(1.0, 3 * by_blocks), exp(-max(self.nats - fitted - against, 0.0)))
+        by_blocks = min(1.0, 2 * min(self.by_signs, self.where_large(fitted)))
+        return max(by_blocks, exp(-max(self.nats - fitted - against, 0.0)))
 
     def p_added(self, parameters: int) -> float:
         """P-value of the gain if the other model is true and this one has so many more parameters.
@@ -201,12 +198,10 @@ def force_gain(problem: Problem, before: Array, after: Array, joint: int | None 
     rate = 2 * motion.cutoff_hz * motion.sample_time
     left, nats, added, blocks, scores = 1.0, 0.0, 0.0, np.zeros(SIGN_BLOCKS), np.zeros((2, SIGN_BLOCKS))
     squares, values = np.zeros((2, SIGN_BLOCKS)), np.zeros(SIGN_BLOCKS)
-    pairs: list[tuple[Array, Array]] = []
     for i in range(rows.shape[1]):
         if rows[:, i].sum() < LEAST_ROWS:
             continue
         b, a = (np.where(rows[:, i], r[:, i], 0.0) for r in (before, after))
-        pairs.append((b[moving], a[moving]))
         whole = max(float(b @ b), float(a @ a), 1e-300)
         ratio = max(float(a @ a), 1e-12 * whole) / max(float(b @ b), 1e-12 * whole)
         share = independent(correlation(a[:: max(1, round(1 / rate))]))
@@ -225,8 +220,7 @@ def force_gain(problem: Problem, before: Array, after: Array, joint: int | None 
     large = are_large(one, other) if some.any() else np.zeros(0, dtype=bool)
     ratios = tuple(np.log(one[large] / other[large]).tolist())
     many = float(values[some][large].sum())
-    signs = p_of_sign_flips(blocks)
-    return ForceGain(left, nats, t_of_scores(*scores), added, ratios, many, by_shifts(pairs), signs)
+    return ForceGain(left, nats, t_of_scores(*scores), added, ratios, many, p_of_sign_flips(blocks))
 
 
 ORDER = 12
@@ -350,48 +344,6 @@ class ForceCriterion:
         there = self.fit.theta[first:count] - prior.centre[first:count]
         bound = prior.bound[first:count]
         return -bound - there, bound - there
-
-
-ROUNDING = 1e-9
-"""Relative error of a sum by the Fourier transform."""
-PARTS, LEAST_MOMENTS = 48, 3.0
-"""Number of parts of the log, and least effective number of parts in which two models differ."""
-
-
-def by_shifts(pairs: Sequence[tuple[Array, Array]]) -> float:
-    """Permutation test: one-sided p value of a gain if the truth is half-way between two models, by circular shifts.
-
-    Two models may differ in too few blocks for a test on blocks: a dead zone and a constant force are one motion except
-    while the input is below the dead zone's width.
-
-        g_k = Σ_t d(t) m(t + k),   d = b − a,   m = (a + b)/2;   g_0 is half the gain Σ b² − Σ a²
-
-    with b and a the residuals of the other model and of this one. If m does not depend on d, every g_k is as probable
-    as g_0, whatever the correlation in time, and p is the share of shifts with g_k ≥ g_0. If both models are wrong, m
-    depends on d. So p is 1 unless Σ d² a² ≤ Σ d² · mean a²: this model has no more residual when the two differ. It is
-    also 1 if they differ in too few parts: (Σ q)²/Σ q² < ``LEAST_MOMENTS``, with q the sums of d² over ``PARTS`` parts.
-
-    Args:
-        pairs: (b, a), each (N,), of every coordinate, at the samples that some coordinate uses; zero where one does
-            not.
-    """
-    count = max((len(this) for _, this in pairs), default=1)
-    gains, there, everywhere, powers = np.zeros(count), 0.0, 0.0, np.zeros(PARTS)
-    for other, this in pairs:
-        whole = max(float(other @ other), float(this @ this), 1e-300)
-        powers += [float(part @ part) / whole for part in np.array_split(other - this, PARTS)]
-        used = (other != 0) | (this != 0)
-        if not used.any():
-            continue
-        b, a = other[used], this[used]
-        spectrum = np.fft.rfft((a + b) / 2) * np.conj(np.fft.rfft(b - a))
-        gains += (np.fft.irfft(spectrum, len(a)) / whole)[np.arange(count) * len(a) // count]
-        there += float((b - a) ** 2 @ a**2) / max(float(a @ a) / len(a), 1e-300) / whole
-        everywhere += float((b - a) @ (b - a)) / whole
-    moments = float(powers.sum() ** 2 / (powers @ powers)) if everywhere > 0 else 0.0
-    if gains[0] <= 0 or there > everywhere or moments < LEAST_MOMENTS:
-        return 1.0
-    return float((gains >= (1 - ROUNDING) * gains[0]).mean())
 
 
 LONGEST = 1 / 12
