@@ -27,7 +27,7 @@ from codegen.logs.motion import measured_motion
 from codegen.logs.readers import log_description, log_names, read_log
 from codegen.logs.term import identifier
 from codegen.spec import parse_spec
-from codegen.spec.mjcf import STANDARD_GRAVITY, MjcfJoint, RobotModel, read_mjcf
+from codegen.spec.mjcf import STANDARD_GRAVITY, RobotModel, read_mjcf
 from codegen.spec.model import Spec
 from codegen.spec.motion import MovingBody
 from codegen.spec.urdf import LARGEST, read_kinematic_tree
@@ -272,7 +272,16 @@ def _content(
         "period": None if seen.period is None else _time(seen.period),
         "unread": seen.remark,
         "gain": f"{gain:.3g}",
-        "effects": [effect for joint in robot.joints for effect in _effects(joint)],
+        "effects": [
+            (kind, joint.joint, f"{name}: {value:.12g}")
+            for joint in robot.joints  # what a URDF cannot describe
+            for kind, name, value in (
+                ("inertia_error", "delta", joint.armature),
+                ("spring", "k", joint.stiffness),
+                ("offset", "f0", joint.stiffness * joint.rest),
+            )
+            if value
+        ],
         "remarks": robot.remarks,
         "log": log is not None,
         "columns": {symbol: json.dumps(column) for symbol, column in guess.columns.items()},
@@ -308,13 +317,3 @@ def _rounded_up(value: float) -> float:
 
 def _time(seconds: float) -> str:
     return f"{1000 * seconds:.6g} ms" if seconds < 1 else f"{seconds:.6g} s"
-
-
-def _effects(joint: MjcfJoint) -> list[tuple[str, str, str]]:
-    """(kind, joint, parameters) of the effects on a joint that a URDF cannot describe."""
-    values = (
-        ("inertia_error", "delta", joint.armature),
-        ("spring", "k", joint.stiffness),
-        ("offset", "f0", joint.stiffness * joint.rest),
-    )
-    return [(kind, joint.joint, f"{name}: {value:.12g}") for kind, name, value in values if value]

@@ -63,8 +63,9 @@ class Viscous(Effect):
         """
         if not super().admissible(system, place, values):
             return False
-        declared = _viscous_coefficient(system, place) if HIGH_SPEED_SLOPE.name in values else None
-        falls = declared is not None and values[HIGH_SPEED_SLOPE.name] < -declared
+        slope = damping(system, place).subs(system.values)
+        known = slope.is_number and type(system.contacts[place].law) is Coulomb  # other laws may have one of their own
+        falls = HIGH_SPEED_SLOPE.name in values and known and values[HIGH_SPEED_SLOPE.name] < slope
         return not falls and (THINNING_SPEED.name not in values or values["b"] > 0)
 
     def without(self, free: Set[str]) -> Effect | None:
@@ -194,12 +195,6 @@ class Stribeck(Effect):
         changed = system.with_level(place, p["delta"] * curve)
         # (delta + d_delta sgn u) sgn u = delta sgn u + d_delta: a level delta and a force d_delta.
         return changed.with_contact_force(place, p["d_delta"] * curve) if RISE_DIFFERENCE.name in p else changed
-
-
-def _viscous_coefficient(system: System, place: int) -> float | None:
-    """The declared viscous coefficient along a contact, F s/q; None if it varies or the law may have one of its own."""
-    slope = damping(system, place).subs(system.values)
-    return -float(slope) if slope.is_number and type(system.contacts[place].law) is Coulomb else None
 
 
 def _level_at_rest(system: System, place: int) -> float | None:

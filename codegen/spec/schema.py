@@ -49,16 +49,15 @@ def _value_beside_unit(value: object) -> object:
     return _number_like(value)
 
 
-def _range_like(value: object) -> object:
-    if not isinstance(value, list) or len(value) != 2:
-        raise ValueError("expected a range [low, high], such as [-5, 5] or [0 mm, 40 mm]")
-    return value
+def _list_of(count: int, expected: str) -> BeforeValidator:
+    """A validator that refuses all but a list of so many values."""
 
+    def checked(value: object) -> object:
+        if not isinstance(value, list) or len(value) != count:
+            raise ValueError(f"expected {expected}")
+        return value
 
-def _vector_like(value: object) -> object:
-    if not isinstance(value, list) or len(value) != 3:
-        raise ValueError("expected three numbers in m/s^2, such as [0, 0, -9.81]")
-    return value
+    return BeforeValidator(checked)
 
 
 def _path_like(value: str) -> str:
@@ -85,9 +84,11 @@ Unit = Annotated[
     BeforeValidator(lambda value: "1" if value == 1 and not isinstance(value, bool) else value),  # as YAML reads it
     WithJsonSchema({"anyOf": [{"type": "string"}, {"const": 1}]}),
 ]
-Range = Annotated[list[Number], Field(min_length=2, max_length=2), BeforeValidator(_range_like)]
-QuantityRange = Annotated[list[Quantity], Field(min_length=2, max_length=2), BeforeValidator(_range_like)]
-Vector = Annotated[list[Number], Field(min_length=3, max_length=3), BeforeValidator(_vector_like)]
+_PAIR = _list_of(2, "a range [low, high], such as [-5, 5] or [0 mm, 40 mm]")
+Range = Annotated[list[Number], Field(min_length=2, max_length=2), _PAIR]
+QuantityRange = Annotated[list[Quantity], Field(min_length=2, max_length=2), _PAIR]
+_TRIPLE = _list_of(3, "three numbers in m/s^2, such as [0, 0, -9.81]")
+Vector = Annotated[list[Number], Field(min_length=3, max_length=3), _TRIPLE]
 Names = Annotated[list[str], BeforeValidator(_as_list), WithJsonSchema(_TEXT_OR_LIST)]
 Terms = Annotated[
     list[Text],

@@ -59,7 +59,11 @@ class Db3Storage(Storage):
         self._ids: dict[int, str] = {}
         found = []
         with self.reading(), closing(self._connection()) as bag:
-            self._require_tables(bag)
+            for table, wanted in TABLES.items():  # views and computed columns do not count, since they are programs
+                kinds = {kind for (kind,) in bag.execute("SELECT type FROM sqlite_master WHERE name = ?", [table])}
+                columns = {row[1] for row in bag.execute(f"PRAGMA table_xinfo({table})") if row[6] == 0}
+                if kinds != {"table"} or not wanted <= columns:
+                    raise self.fault(f"no table `{table}` with {', '.join(sorted(wanted))}")
             given = _definitions(bag)
             for key, name, kind, coding in bag.execute("SELECT id, name, type, serialization_format FROM topics"):
                 self._ids[int(key)] = str(name)
@@ -84,14 +88,6 @@ class Db3Storage(Storage):
         bag.execute("PRAGMA trusted_schema = OFF")
         bag.execute("PRAGMA cell_size_check = ON")
         return bag
-
-    def _require_tables(self, bag: sqlite3.Connection) -> None:
-        """Raise BadInput without these tables; views and computed columns do not count, since they are programs."""
-        for table, wanted in TABLES.items():
-            kinds = {kind for (kind,) in bag.execute("SELECT type FROM sqlite_master WHERE name = ?", [table])}
-            columns = {row[1] for row in bag.execute(f"PRAGMA table_xinfo({table})") if row[6] == 0}
-            if kinds != {"table"} or not wanted <= columns:
-                raise self.fault(f"no table `{table}` with {', '.join(sorted(wanted))}")
 
 
 def _definitions(bag: sqlite3.Connection) -> dict[str, tuple[str, str]]:

@@ -110,8 +110,9 @@ class Hdf5File(BlockFile):
         """
         h5py = self._h5py
         if isinstance(found, h5py.Dataset):
-            if _refers(found):
-                later.append((path, found))
+            elsewhere = found.external or found.is_virtual
+            if "ref" in (found.dtype.metadata or {}) and not elsewhere and 0 < found.size <= MOST_WIDE:
+                later.append((path, found))  # a few references to objects of its own file
             else:
                 yield path, found
         elif isinstance(found, h5py.Group):
@@ -124,12 +125,6 @@ class Hdf5File(BlockFile):
                     continue
                 if isinstance(found.get(name, getlink=True), h5py.HardLink):
                     yield from self._of(found[name], f"{path}/{name}" if path else name, seen, later)
-
-
-def _refers(dataset: Any) -> bool:
-    """Whether a dataset holds a few references to objects of its own file."""
-    elsewhere = dataset.external or dataset.is_virtual
-    return "ref" in (dataset.dtype.metadata or {}) and not elsewhere and 0 < dataset.size <= MOST_WIDE
 
 
 def _columns(name: str, dataset: Any) -> dict[str, _Column] | str:

@@ -17,7 +17,6 @@ from codegen.base.own_files import page_says_ours, refuse_unlisted
 from codegen.base.text import render
 from codegen.report.wording import number, unit_text, with_unit
 from codegen.thesis.gallery.build import FOLDER, GalleryResult, Verdict
-from codegen.thesis.gallery.measures import Reading
 from codegen.thesis.gallery.statement import Figure, Statement, read_figures
 
 KEPT = "readings.json"
@@ -63,20 +62,15 @@ def _setting_names(figure: Figure) -> list[str]:
 
 def _kept_row(verdict: Verdict) -> Kept:
     entry, drawn = verdict.statement, verdict.readings[0]
+    unit = f" {unit_text(drawn.unit)}" if unit_text(drawn.unit) else ""
     return {
         "measure": entry.measure,
         "condition": entry.holds,
         "value": with_unit(drawn.value, entry.unit, DIGITS),
-        "parts": _parts(drawn),
+        "parts": [f"{name}: {number(v if abs(v) >= ROUNDING else 0.0, DIGITS)}{unit}" for name, v in drawn.parts],
         "holds": verdict.holds,
         "others": [[s.name, with_unit(r.value, entry.unit, DIGITS)] for s, r in verdict.others],
     }
-
-
-def _parts(reading: Reading) -> list[str]:
-    unit = unit_text(reading.unit)
-    parts = [(name, 0.0 if abs(value) < ROUNDING else value) for name, value in reading.parts]
-    return [f"{name}: {number(value, DIGITS)}{' ' + unit if unit else ''}" for name, value in parts]
 
 
 PAGE = "README.md"
