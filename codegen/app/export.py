@@ -46,12 +46,9 @@ class Exported(Result):
 
     @property
     def content(self) -> dict[str, Any]:
-        return {
-            "format": "stiction-export/1",
-            **named(self, "target files"),
-            "path": str(self.path),
-            "remarks": [asdict(r) for r in self.remarks],
-        }
+        remarks = [asdict(r) for r in self.remarks]
+        own = named(self, "target files")
+        return {"format": "stiction-export/1", **own, "path": str(self.path), "remarks": remarks}
 
 
 @verb

@@ -197,15 +197,8 @@ def generate_fmu(
         raise BadInput(str(target.parent), "the name of an FMU", expected, code="FILE005")
     if not check_only:
         refuse_target(target)
-    made = GeneratedFmu(
-        target,
-        version,
-        members,
-        outcome=outcome,
-        spec=machine.spec.path,
-        check_only=check_only,
-        uncertified=uncertified,
-    )
+    asked = {"check_only": check_only, "uncertified": uncertified}
+    made = GeneratedFmu(target, version, members, outcome=outcome, spec=machine.spec.path, **asked)
     if check_only:
         return replace(made, stale=_bytes_of(target) != fmu.data)
     if isinstance(outcome, Certificate) or uncertified:

@@ -16,6 +16,7 @@ from codegen.base.result import Result, named
 from codegen.base.text import render
 from codegen.certify.bound.bounds import ErrorBound
 from codegen.certify.outcome import Certificate, Refusal
+from codegen.logs.description import Naming
 from codegen.replay.engine import Engine
 from codegen.replay.live import Stop, called, is_recorded, live_blocks, pieces
 from codegen.replay.samples import Block, Samples
@@ -130,12 +131,7 @@ def watch(
 
 
 def _opened(
-    machine: Derived,
-    log: str | Path,
-    columns: Mapping[str, str] | None,
-    follow: bool,
-    given: Iterator[bytes] | None,
-    stop: Stop,
+    machine: Derived, log: str | Path, columns: Naming, follow: bool, given: Iterator[bytes] | None, stop: Stop
 ) -> tuple[Iterator[Block], Callable[[], Sequence[str]]]:
     """The samples of a log in blocks until Ctrl-C, and, once they were read, the notes on how; arguments as ``watch``.
 

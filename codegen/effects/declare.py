@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator
 from dataclasses import astuple
 from typing import Any
 
@@ -10,6 +10,7 @@ import sympy
 
 from codegen.base.errors import BadInput, Faults, Place, nearest_name, refuse_unknown
 from codegen.effects import CATALOGUE, Effect
+from codegen.effects.effect import Symbols
 from codegen.effects.places import pairs
 from codegen.friction import DynamicLaw
 from codegen.mechanics.build import build_system, check_mass_matrix
@@ -200,12 +201,7 @@ def _written(effect: Effect, declared: DeclaredEffect, system: System) -> str:
 
 
 def _refuse_tolerance(
-    effect: Effect,
-    declared: DeclaredEffect,
-    system: System,
-    place: int,
-    symbols: Mapping[str, sympy.Symbol],
-    where: Place,
+    effect: Effect, declared: DeclaredEffect, system: System, place: int, symbols: Symbols, where: Place
 ) -> None:
     """Raise BadInput where an effect cannot have a tolerance, which lets a refit change its parameters.
 
@@ -258,9 +254,7 @@ def _checked(effect: Effect, declared: DeclaredEffect, spec: Spec, key: str) -> 
     return {name: declared.parameters[name] for name in names}
 
 
-def added(
-    effect: Effect, system: System, place: int, symbols: Mapping[str, sympy.Symbol], where: Place | str
-) -> System:
+def added(effect: Effect, system: System, place: int, symbols: Symbols, where: Place | str) -> System:
     """The system with an effect at a place; ``symbols`` must not occur in the system's equations yet.
 
     Raises BadInput if a parameter appears in no equation, or the effect changes the coordinates, inputs or contacts.

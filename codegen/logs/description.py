@@ -24,6 +24,8 @@ LINEAR = ("linear", "first-order", "first order", "foh")
 """Beginnings of ``input_hold`` for inputs that were measured, such as a current."""
 ROUNDED = 0.05
 """Largest share by which a stated sample rate and sample time contradict each other by rounding: 4 ms for 240 Hz."""
+Naming = Mapping[str, str] | None
+"""Symbol → column, as a caller or the option ``--column`` names it; None for none."""
 Read = Callable[[Any, Place], Any]
 """A value of the file and its place → the value in SI; raises BadInput."""
 

@@ -77,14 +77,10 @@ def refuse_unknown_words(choice: ObserverChoice | ObserverSection, place: PlaceO
 
 def _refuse_idle_options(spec: Spec, choice: ObserverChoice) -> None:
     """Raise BadInput for options that the chosen kind of observer would ignore."""
-    given = {
-        "laws": bool(choice.laws),
-        "h": choice.shape is not None,
-        "domain": choice.domain is not None,
-        "exponent": choice.exponent != 1,
-    }
-    for key, is_given in given.items():
-        if is_given and key not in OBSERVERS[choice.kind].options:
+    shaped, other = choice.shape is not None, choice.exponent != 1
+    given = {"laws": choice.laws, "h": shaped, "domain": choice.domain, "exponent": other}
+    for key, value in given.items():
+        if value and key not in OBSERVERS[choice.kind].options:
             found = f"`{key}` with `kind: {choice.kind}`, which does not use it"
             readers = " or ".join(f"`kind: {name}`" for name, kind in OBSERVERS.items() if key in kind.options)
             raise BadInput(spec.place(f"observer.{key}"), found, readers, code="SPEC020")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from time import sleep
@@ -16,7 +16,7 @@ from codegen.base.errors import BadInput
 from codegen.base.input_files import opened
 from codegen.logs.binding import bind, since_epoch
 from codegen.logs.counters import corrected
-from codegen.logs.description import EMPTY_DESCRIPTION, LogDescription
+from codegen.logs.description import EMPTY_DESCRIPTION, LogDescription, Naming
 from codegen.logs.file_formats import FORMATS
 from codegen.logs.formats.bag_file import is_bag
 from codegen.logs.formats.cells import is_row
@@ -115,13 +115,7 @@ def called(log: str) -> str:
 
 
 def live_blocks(
-    spec: Spec,
-    program: Program,
-    period: float,
-    log: str,
-    given: Iterator[bytes],
-    columns: Mapping[str, str] | None,
-    notes: list[str],
+    spec: Spec, program: Program, period: float, log: str, given: Iterator[bytes], columns: Naming, notes: list[str]
 ) -> Iterator[Block]:
     """The samples of a log, in blocks, as they arrive.
 
@@ -164,13 +158,7 @@ class _Table:
     """A table with a known header, read line by line: conversion of further lines to samples, and detection of gaps."""
 
     def __init__(
-        self,
-        spec: Spec,
-        program: Program,
-        period: float,
-        head: CsvSource,
-        described: LogDescription,
-        columns: Mapping[str, str] | None,
+        self, spec: Spec, program: Program, period: float, head: CsvSource, described: LogDescription, columns: Naming
     ) -> None:
         self.head = head
         self._described, self._period = described, period

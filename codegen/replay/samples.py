@@ -14,6 +14,7 @@ from codegen.base.errors import BadInput, Place
 from codegen.logs import LogDescription, read_log
 from codegen.logs.binding import Binding, bind
 from codegen.logs.counters import corrected, require_columns
+from codegen.logs.description import Naming
 from codegen.logs.file_formats import open_stream
 from codegen.logs.formats.source import LARGEST, BlockFile, Columns, NotStreamed
 from codegen.logs.log import Log
@@ -76,13 +77,7 @@ class Samples:
     """
 
     def __init__(
-        self,
-        spec: Spec,
-        program: Program,
-        period: float,
-        path: Path,
-        description: str | Path | None,
-        columns: Mapping[str, str] | None,
+        self, spec: Spec, program: Program, period: float, path: Path, description: str | Path | None, columns: Naming
     ) -> None:
         self.period, self.notes = period, list[str]()
         self._spec, self._path, self._holds = spec, path, program.holds

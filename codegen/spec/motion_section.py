@@ -6,12 +6,12 @@ energies (``lagrangian:``) or a robot file (``urdf:``). g is in ``force:``, U in
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import sympy
 
-from codegen.base.errors import BadInput, Faults, Place, PlaceOf, refuse_unknown
+from codegen.base.errors import BadInput, Faults, PlaceOf, refuse_unknown
 from codegen.spec.bodies_section import read_bodies, read_body_forces, read_equations, read_sliding
 from codegen.spec.expression import Expression, parse_expression
 from codegen.spec.model import NO_INPUTS, Coordinate, Input, symbol
@@ -54,11 +54,7 @@ class _MotionReader:
     """Reader of one document; ``position``, ``velocity``, ``constant`` and ``input`` map names to symbols."""
 
     def __init__(
-        self,
-        document: SpecDocument,
-        coordinates: Sequence[Coordinate],
-        inputs: Sequence[Input],
-        place: Callable[..., Place],
+        self, document: SpecDocument, coordinates: Sequence[Coordinate], inputs: Sequence[Input], place: PlaceOf
     ) -> None:
         self.document, self.place, self.coordinates, self.inputs = document, place, coordinates, inputs
         self.position: Symbols = {c.name: symbol(c.name) for c in coordinates}

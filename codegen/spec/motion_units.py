@@ -5,12 +5,12 @@ A generalised force has the unit of an energy over that of its coordinate.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import sympy
 
-from codegen.base.errors import BadInput, Faults, Place
+from codegen.base.errors import BadInput, Faults, Place, PlaceOf
 from codegen.spec.expression import Expression, parse_expression
 from codegen.spec.model import Coordinate, Input
 from codegen.spec.motion import Body, position_name, rate_name
@@ -30,11 +30,7 @@ class Units:
     """
 
     def __init__(
-        self,
-        document: SpecDocument,
-        coordinates: Sequence[Coordinate],
-        inputs: Sequence[Input],
-        place: Callable[..., Place],
+        self, document: SpecDocument, coordinates: Sequence[Coordinate], inputs: Sequence[Input], place: PlaceOf
     ) -> None:
         self.place = place
         self.second, self.metre, self.kilogram, self.energy, self.number = (

@@ -4,17 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 from codegen.base.errors import BadInput, PlaceOf
 
 
 def refuse_other_shape(
-    rows: Sequence[Sequence[object]],
-    shape: tuple[int, int],
-    key: str,
-    place: PlaceOf,
-    what: str = "",
-    meaning: str = "",
+    rows: Sequence[Sequence[Any]], shape: tuple[int, int], key: str, place: PlaceOf, what: str = "", meaning: str = ""
 ) -> None:
     """Raise BadInput if a matrix does not have ``shape``, at the first row that is too short or too long.
 

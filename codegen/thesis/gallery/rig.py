@@ -147,14 +147,10 @@ def grows_with_friction(runs: Runs) -> Reading:
 def eliminated(runs: Runs) -> Reading:
     name = name_of(runs.specs[1])
     without, left = hang_offs(runs, f"{name}_off"), hang_offs(runs, name)
-    parts = (
-        ("before, not cancelled", without[0]),
-        ("cancelled", left[0]),
-        ("after, not cancelled", without[1]),
-        ("cancelled", left[1]),
-    )
+    labels = ("before, not cancelled", "cancelled", "after, not cancelled", "cancelled")
+    values = [value * DEGREES for pair in zip(without, left, strict=True) for value in pair]
     worst = max(ratio(a, b) for a, b in zip(left, without, strict=True))
-    return Reading(worst, tuple((label, value * DEGREES) for label, value in parts), "°")
+    return Reading(worst, tuple(zip(labels, values, strict=True)), "°")
 
 
 def no_worse_than_pid(runs: Runs) -> Reading:

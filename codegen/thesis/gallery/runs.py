@@ -183,11 +183,8 @@ def tuned_pid(
     around = SPREAD * np.eye(3)
     best = min((np.log([s, d, INTEGRAL_SHARE]) for s in STIFFNESSES for d in DAMPINGS), key=distance)
     for _ in range(TUNING_ROUNDS):
-        options = {
-            "initial_simplex": np.vstack([best, best + 1.5 * around]),
-            "xatol": SPREAD / 4,
-            "fatol": distance(best) / 100,
-        }
+        simplex = np.vstack([best, best + 1.5 * around])
+        options = {"initial_simplex": simplex, "xatol": SPREAD / 4, "fatol": distance(best) / 100}
         found = minimize(distance, best, method="Nelder-Mead", options=options).x
         best = min((*(found + around), *(found - around)), key=distance)
         if distance(found) < distance(best):
