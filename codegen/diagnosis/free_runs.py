@@ -45,11 +45,16 @@ from codegen.diagnosis.verdict.examination import examine, settled
 from codegen.diagnosis.verdict.force_led import accepted_across_joints, accepted_by_force
 from codegen.diagnosis.verdict.harmonics import with_harmonics
 from codegen.diagnosis.verdict.held_out import FinalCheck, HeldOut, within
+from codegen.diagnosis.verdict.in_place import (
+    as_unknown,
+    better_than_named,
+    better_than_refused,
+    nameless_rival,
+    not_determined,
+)
 from codegen.diagnosis.verdict.late_inputs import corrected_for_leads, late_is_better, late_on_trial
-from codegen.diagnosis.verdict.nameless import as_unknown, nameless_rival
 from codegen.diagnosis.verdict.over_positions import arc_of_a_curve, missing_curve
 from codegen.diagnosis.verdict.statement import interval_in_words
-from codegen.diagnosis.verdict.uncovered import better_than_named, better_than_refused, not_determined
 from codegen.mechanics.system import System
 from codegen.spec.model import Spec
 from codegen.spec.numerics import is_numerical, numerical

@@ -17,8 +17,8 @@ from codegen.diagnosis.fit.signals import smooth_motion
 from codegen.diagnosis.results import Diagnosis
 from codegen.diagnosis.selection.candidate_fits import every_part, fit_candidates
 from codegen.diagnosis.selection.forward_selection import within_reach
-from codegen.diagnosis.verdict import nameless
-from codegen.diagnosis.verdict.nameless import Rival, nameless_rival
+from codegen.diagnosis.verdict import in_place
+from codegen.diagnosis.verdict.in_place import Rival, nameless_rival
 from codegen.effects import CATALOGUE
 from codegen.effects.nameless import NAMELESS, effect_called
 from codegen.logs import Log, read_log
@@ -79,12 +79,12 @@ def test_no_spec_can_declare_a_force_without_a_name() -> None:
 def test_a_rare_law_keeps_an_effect_from_its_name_only_where_it_fits_better(monkeypatch: pytest.MonkeyPatch) -> None:
     """Cogging put into a pendulum's log of 13 segments fitted as well as a force in proportion to |drive|."""
     for name, value in {"tied_by_free_runs": True, "preferred_by_force": False}.items():
-        monkeypatch.setattr(nameless, name, lambda *_, value=value: value)
+        monkeypatch.setattr(in_place, name, lambda *_, value=value: value)
 
     def counts(kind: str, is_better: bool) -> bool:
-        monkeypatch.setattr(nameless, "runs_prefer", lambda *_: is_better)
+        monkeypatch.setattr(in_place, "runs_prefer", lambda *_: is_better)
         law: Any = InRound(found=SimpleNamespace(part=Placed(kind=kind)))
-        return nameless._counts(law, law, law)
+        return in_place._counts(law, law, law)
 
     assert not counts("load_wave", False) and counts("load_wave", True)
     assert counts("drive_force_wave", False) and counts("drive_force_over_position", False)

@@ -10,7 +10,7 @@ import pytest
 from codegen.diagnosis import free_runs
 from codegen.diagnosis.diagnose import diagnose_log
 from codegen.diagnosis.results import Diagnosis
-from codegen.diagnosis.verdict import uncovered
+from codegen.diagnosis.verdict import in_place
 from codegen.spec import Spec, parse_spec
 from tests.diagnosis.stage import STAGE, among, diagnosed, log_of, system_of
 from tests.slow_cases import slow_except
@@ -95,7 +95,7 @@ def test_a_wave_that_the_log_covers_is_named(kinds: tuple[str, ...], tmp_path: P
 @few
 def test_a_wave_whose_period_is_unsure_refuses_no_other_effect(kinds: tuple[str, ...], tmp_path: Path) -> None:
     """Waves that imitate a spring within their period had intervals of 8 to 780 % of it: no stroke can be stated."""
-    with patch.object(uncovered, "SURE", 1e-9):
+    with patch.object(in_place, "SURE", 1e-9):
         diagnosis, _ = diagnosed(wave(0.57), tmp_path, kinds=kinds)
     assert diagnosis.verdict == "effect" and {e.kind for e in diagnosis.effects} == {"spring", "hardening_spring"}
 
@@ -108,7 +108,7 @@ def test_a_weight_over_part_of_a_turn_is_named(tmp_path: Path) -> None:
 @pytest.mark.parametrize("is_sure", [True, False])
 def test_another_torque_over_part_of_a_turn_is_no_weight(is_sure: bool, tmp_path: Path) -> None:
     """A weight was named, whose period of a turn needs no stroke, although another period explains far more."""
-    with patch.object(uncovered, "SURE", uncovered.SURE if is_sure else 1e-9):
+    with patch.object(in_place, "SURE", in_place.SURE if is_sure else 1e-9):
         diagnosis = with_torque("2*sin(1.9*x + 0.3)", tmp_path)
     assert diagnosis.verdict == "unknown" and diagnosis.effects == ()
     reason, less = diagnosis.statement.of("not accepted")

@@ -39,13 +39,14 @@ from codegen.diagnosis.selection.ranking import (
     ties,
 )
 from codegen.diagnosis.selection.refusals import (
+    chance_in_words,
     corrects_a_form,
+    hypotheses,
     is_possible,
     matters,
     only_attenuates_noise,
     relative_size,
 )
-from codegen.diagnosis.selection.significance import chance_in_words, hypotheses
 from codegen.effects import CATALOGUE
 from codegen.effects.register import kinds_of
 

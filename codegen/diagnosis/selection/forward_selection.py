@@ -40,7 +40,7 @@ from codegen.diagnosis.selection.ranking import (
     same_signature,
     ties,
 )
-from codegen.diagnosis.selection.significance import hypotheses
+from codegen.diagnosis.selection.refusals import hypotheses
 
 DIVERGING, SHORTEST = 100.0, 0.25
 """Ratio of the refit's error to the noise above which segments are halved, and least share of their length."""

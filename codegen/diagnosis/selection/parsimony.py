@@ -35,11 +35,11 @@ from codegen.diagnosis.selection.refusals import (
     contradicted_by_force,
     corrects_a_form,
     force_share,
+    hypotheses,
     is_possible,
     matters,
     only_attenuates_noise,
 )
-from codegen.diagnosis.selection.significance import hypotheses
 from codegen.effects import CATALOGUE
 from codegen.effects.register import kinds_of, twins_of
 

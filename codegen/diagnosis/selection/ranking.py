@@ -23,23 +23,21 @@ from codegen.diagnosis.fit.search import Search, where_they_differ
 from codegen.diagnosis.fit.trial import Part
 from codegen.diagnosis.selection.candidate_fits import FORM_GAIN, fit_candidates, is_simpler_form, is_usual_form
 from codegen.diagnosis.selection.refusals import (
+    chance,
+    chance_in_words,
+    combined_p,
     contradicted_by_force,
+    dispersion,
+    hypotheses,
     is_too_small,
     only_attenuates_noise,
     only_reduces_drive,
     relative_size,
     too_small_in_words,
-    uncovered,
-    why_refused,
-)
-from codegen.diagnosis.selection.significance import (
-    chance,
-    chance_in_words,
-    combined_p,
-    dispersion,
-    hypotheses,
     tried,
+    uncovered,
     whiteness,
+    why_refused,
 )
 from codegen.effects import CATALOGUE
 from codegen.effects.register import is_identical, twins_of

@@ -1,23 +1,25 @@
-"""The tests that refuse a candidate, apart from that of significance, each with its reason in words.
+"""The tests of a candidate: those that refuse it, each with its reason in words, and that of significance.
 
 A candidate is refused for too small a gain or force, for values that are impossible or that the log cannot show, if
-another effect or refitted values explain it, and if the force residual contradicts the free runs.
+another effect or refitted values explain it, and if the force residual contradicts the free runs. Its gain must be
+significant: the p-values by free runs and by the force residual are corrected for all hypotheses tried.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from math import comb, prod
 
 import numpy as np
 
 from codegen.base.arrays import Array
 from codegen.base.significant import in_percent
-from codegen.diagnosis.evidence.force_gain import ForceCriterion
-from codegen.diagnosis.evidence.reservations import is_level_or_line, never_passed, takes_the_level
+from codegen.diagnosis.evidence.force_gain import ForceCriterion, added_parameters, beyond
+from codegen.diagnosis.evidence.reservations import is_level_or_line, never_passed, resolvable_periods, takes_the_level
 from codegen.diagnosis.evidence.residual_regression import inertia_noise
 from codegen.diagnosis.fit import acceptance
-from codegen.diagnosis.fit.acceptance import Evidence, is_far, size_of
+from codegen.diagnosis.fit.acceptance import Evidence, independent_share, is_far, near_noise, noise_ratio, size_of
 from codegen.diagnosis.fit.drive import drive_in_motion, drive_left, drive_shares, residual_at_drive
 from codegen.diagnosis.fit.measure import driving_force_name
 from codegen.diagnosis.fit.output_error import Fit
@@ -386,3 +388,71 @@ def inputs_that_move(problem: Problem, model: System, motion: Motion) -> Array:
     excess = np.einsum("kmn,kn->km", inverses, force)
     excess[:-1] = (excess[:-1] + excess[1:]) / 2  # the mean over the time for which a row is held
     return np.asarray(motion.low_pass(motion.commands) - excess)
+
+
+FORCE_SHARE, FORCE_SHARE_OF_FEW = 0.1, 0.5
+"""Share of α for the test on the force residual (weighted Bonferroni), and that for logs of fewer than
+``acceptance.SIGN_BLOCKS`` segments, since a sign test on B segments gives at least Φ(−√B)."""
+
+
+def hypotheses(parts: Sequence[Part]) -> int:
+    """Number of candidates for Bonferroni's correction; nested forms of one effect count once."""
+    return len({p.key for p in parts})
+
+
+def tried(search: Search, before: Fit, after: Fit, candidates: int) -> float:
+    """Number of hypotheses among which the additional effects of a model were chosen.
+
+    It counts every set of as many of the candidates, and for an effect with an unknown period each resolvable period.
+    """
+    parts, values = after.trial.parts, after.values[1]
+    added = [(parts[k], values[k]) for k in beyond(after.trial, before.trial)]
+    sets = comb(max(candidates, len(added)), len(added))
+    return sets * prod(resolvable_periods(search.system, search.motion, p, values) for p, values in added)
+
+
+def chance(search: Search, fit: Fit, e: Evidence, candidates: float) -> float:
+    """Nominal probability of such a gain without an effect, for any of so many candidates (Bonferroni)."""
+    return min(
+        1.0, candidates * e.p(whiteness(search, fit), acceptance.leaves_only_noise(fit, noise_assumed(search, fit)))
+    )
+
+
+def chance_in_words(p: float, many: float) -> str:
+    """A p-value over so many hypotheses: why a gain on every held-out part may still be chance."""
+    return worded("chance", p=p, many=many, alpha=acceptance.ALPHA)
+
+
+def combined_p(p: float, before: ForceCriterion, after: ForceCriterion, candidates: float) -> float:
+    """P-value by free runs, or also by the force residual if that by free runs is too large (weighted Bonferroni)."""
+    few = len(after.search.record.start) < acceptance.SIGN_BLOCKS
+    share = FORCE_SHARE_OF_FEW if few else FORCE_SHARE
+    free = min(1.0, p / (1 - share))
+    if free <= acceptance.ALPHA:
+        return free
+    gain = after.added_to(before)
+    if gain.left > 1 - acceptance.LEAST_SHARE:
+        return free
+    return min(free, candidates * gain.p_added(added_parameters(before.fit.trial, after.fit.trial)) / share)
+
+
+def whiteness(search: Search, fit: Fit) -> float:
+    """Share of the residuals that count as independent; 0 far from the noise, where the likelihood is not valid.
+
+    A wrong model form gives one error per segment, whatever the number of samples. So only the noise's share of the
+    squared residual counts: at three times the noise a ninth of the residuals, so that the likelihood gain must be nine
+    times as large. This is more cautious than a quasi-likelihood, whose dispersion is in ``segment_losses``.
+    """
+    near = near_noise(fit, noise_assumed(search, fit))
+    return independent_share(fit) / dispersion(search, fit) if near else 0.0
+
+
+def dispersion(search: Search, fit: Fit) -> float:
+    """Squared ratio of residual to noise in the median segment, at least 1."""
+    return max(1.0, (noise_assumed(search, fit) * noise_ratio(fit)) ** 2)
+
+
+def noise_assumed(search: Search, fit: Fit) -> float:
+    """Ratio of the noise that a fit assumes to the measurement noise; the largest of its joints."""
+    joints = list(fit.runner.record.joints or [0])
+    return float(np.max(fit.runner.record.noise[joints] / search.record.noise[joints]))

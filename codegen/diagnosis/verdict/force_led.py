@@ -25,7 +25,7 @@ from codegen.diagnosis.selection.force_fits import ForceFits
 from codegen.diagnosis.selection.force_selection import ForceSelection, judged_in_addition, selected_by_force
 from codegen.diagnosis.selection.forward_selection import Outcome
 from codegen.diagnosis.selection.ranking import Ranked, credible, led_by, twins
-from codegen.diagnosis.selection.significance import hypotheses
+from codegen.diagnosis.selection.refusals import hypotheses
 from codegen.diagnosis.verdict.admission import Measured
 from codegen.diagnosis.verdict.answer import Answer
 from codegen.diagnosis.verdict.examination import with_estimate

@@ -25,8 +25,7 @@ from codegen.diagnosis.selection.candidate_fits import NEAR, SHORTEST
 from codegen.diagnosis.selection.forward_selection import Outcome
 from codegen.diagnosis.selection.parsimony import BETTER, at_noise, force_speaks_for, pruned, worth_it
 from codegen.diagnosis.selection.ranking import Ranked, credible, runs_prefer
-from codegen.diagnosis.selection.refusals import relative_size
-from codegen.diagnosis.selection.significance import chance
+from codegen.diagnosis.selection.refusals import chance, relative_size
 from codegen.diagnosis.verdict.answer import force_agrees
 from codegen.effects.periodic import PERIOD, CoggingHarmonics
 from codegen.effects.register import candidates, kinds_of

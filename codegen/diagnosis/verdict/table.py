@@ -12,7 +12,7 @@ from codegen.diagnosis.fit.search import Search
 from codegen.diagnosis.results import Candidate, FoundEffect, Round, Verdict
 from codegen.diagnosis.selection.forward_selection import Outcome
 from codegen.diagnosis.selection.ranking import Ranked, twins
-from codegen.diagnosis.selection.significance import chance
+from codegen.diagnosis.selection.refusals import chance
 from codegen.effects import CATALOGUE
 from codegen.effects.declare import places_of
 from codegen.effects.register import is_own
