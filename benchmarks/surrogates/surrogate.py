@@ -25,10 +25,10 @@ from scipy.ndimage import convolve1d, maximum_filter1d, minimum_filter1d
 
 from codegen.base.errors import BadInput
 from codegen.diagnosis.evidence.residual_regression import noise_share
-from codegen.diagnosis.experiments.separation import logged, loop_gains, measured
 from codegen.diagnosis.fit.record import position_noise
 from codegen.diagnosis.fit.residual import Problem, evaluate_forces, inverse_dynamics_residual, slip_velocities
 from codegen.diagnosis.fit.signals import SHORTEST_TEST_S, Motion, smooth_motion
+from codegen.diagnosis.verdict.separation import logged, loop_gains, measured
 from codegen.logs import Log
 from codegen.mechanics.system import Matrix, System
 from codegen.simulate.controller import Feedback, sampled

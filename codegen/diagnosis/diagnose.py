@@ -31,7 +31,7 @@ from codegen.diagnosis.results import MATERIAL, Diagnosis, ErrorFigures, FoundEf
 from codegen.diagnosis.selection.candidate_fits import start_compiling
 from codegen.diagnosis.selection.forward_selection import Outcome
 from codegen.diagnosis.selection.refusals import admissible
-from codegen.diagnosis.steady.means import (
+from codegen.diagnosis.steady import (
     Means,
     SteadySearch,
     answer_of,

@@ -19,7 +19,6 @@ from codegen.base.errors import BadInput
 from codegen.base.progress import shares_to
 from codegen.diagnosis.case import Case, Findings
 from codegen.diagnosis.evidence.residual_regression import acting_force, half_of_squares, remainders
-from codegen.diagnosis.experiments.separation import separate, tied_fits
 from codegen.diagnosis.fit.acceptance import is_far, near_noise
 from codegen.diagnosis.fit.drive import residual_at_drive
 from codegen.diagnosis.fit.linear import rms
@@ -54,6 +53,7 @@ from codegen.diagnosis.verdict.in_place import (
 )
 from codegen.diagnosis.verdict.late_inputs import corrected_for_leads, late_is_better, late_on_trial
 from codegen.diagnosis.verdict.over_positions import arc_of_a_curve, missing_curve
+from codegen.diagnosis.verdict.separation import separate, tied_fits
 from codegen.diagnosis.verdict.statement import interval_in_words
 from codegen.mechanics.system import System
 from codegen.spec.model import Spec

@@ -12,14 +12,13 @@ import numpy as np
 import pytest
 
 from codegen.diagnosis.diagnose import diagnose_log
-from codegen.diagnosis.experiments import separation
 from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.signals import TRIM_S, smooth_motion
 from codegen.diagnosis.fit.trial import Trial, part_of, with_values
 from codegen.diagnosis.results import Diagnosis, ErrorFigures, Fact, FoundEffect
 from codegen.diagnosis.selection import forward_selection
 from codegen.diagnosis.selection.forward_selection import Outcome
-from codegen.diagnosis.verdict import examination
+from codegen.diagnosis.verdict import examination, separation
 from codegen.diagnosis.verdict import held_out as rules
 from codegen.diagnosis.verdict.answer import Answer
 from codegen.effects import CATALOGUE

@@ -13,8 +13,6 @@ import pytest
 
 import stiction
 from codegen.diagnosis.diagnose import diagnose_log
-from codegen.diagnosis.experiments import separation
-from codegen.diagnosis.experiments.separation import Reach, library, reach_of, separate, tied_fits
 from codegen.diagnosis.fit.acceptance import Evidence
 from codegen.diagnosis.fit.record import record_of
 from codegen.diagnosis.fit.residual import Problem
@@ -24,6 +22,8 @@ from codegen.diagnosis.fit.trial import part_of
 from codegen.diagnosis.selection.candidate_fits import fit_candidates
 from codegen.diagnosis.selection.forward_selection import Outcome
 from codegen.diagnosis.selection.ranking import Ranked
+from codegen.diagnosis.verdict import separation
+from codegen.diagnosis.verdict.separation import Reach, library, reach_of, separate, tied_fits
 from codegen.effects import CATALOGUE
 from codegen.spec import Spec, parse_spec
 from tests.diagnosis.stage import STAGE, log_of, stage, system_of

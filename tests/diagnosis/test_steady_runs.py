@@ -17,7 +17,7 @@ from codegen.diagnosis.diagnose import diagnose_log
 from codegen.diagnosis.fit.measure import measure
 from codegen.diagnosis.fit.trial import Trial, part_of
 from codegen.diagnosis.results import ErrorFigures
-from codegen.diagnosis.steady.means import is_seen, is_static, means_of
+from codegen.diagnosis.steady import is_seen, is_static, means_of
 from codegen.effects import CATALOGUE
 from codegen.logs import read_logs
 from tests.diagnosis.stage import system_of

@@ -1,1 +1,1 @@
-"""The verdict from the outcome of forward selection: held-out checks, adopted values, words, augmented spec."""
+"""The verdict from the outcome of forward selection: held-out checks, adopted values, experiments, augmented spec."""

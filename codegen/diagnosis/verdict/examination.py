@@ -10,7 +10,6 @@ from codegen.base.significant import in_percent
 from codegen.diagnosis.evidence.adoption import adopt_values, settled_values
 from codegen.diagnosis.evidence.estimate import Estimate, estimate, named_effects, widened_by
 from codegen.diagnosis.evidence.reservations import determined_form, may_be_absent, objections, remarks, takes_the_level
-from codegen.diagnosis.experiments.separation import without_leader
 from codegen.diagnosis.fit import acceptance
 from codegen.diagnosis.fit.acceptance import is_far
 from codegen.diagnosis.fit.drive import drive_shares
@@ -46,6 +45,7 @@ from codegen.diagnosis.verdict.answer import Answer, force_agrees, settled_by_fr
 from codegen.diagnosis.verdict.harmonics import with_harmonics
 from codegen.diagnosis.verdict.held_out import HeldOut, without_refused
 from codegen.diagnosis.verdict.over_positions import over_positions
+from codegen.diagnosis.verdict.separation import without_leader
 from codegen.mechanics.system import System
 
 

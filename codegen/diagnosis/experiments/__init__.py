@@ -1,1 +1,0 @@
-"""Discriminating experiments for effects that one log does not distinguish."""
