@@ -451,9 +451,10 @@ def require_invariant(
     kept, over = unit * unit * f.numerator, by * unit * unit * f.numerator
     weighted = [[kernel.term(x * over) * b if b else b for x, b in zip(t, row, strict=True)] for row in push]
     added = forms.product(weighted, zip(*push, strict=True), kernel.Poly())
-    gap = [[kernel.term(kept * q - f.denominator * x) - y for q, x, y in zip(*rows, strict=True)]
-           for rows in zip(Q, moved, added, strict=True)]  # fmt: skip  # times `over`
-    kernel.semidefinite(gap, shown["box"], proof["cover"], shown["known"])
+    whole = [[kernel.term(kept * q - f.denominator * x) for q, x in zip(*rows, strict=True)]
+             for rows in zip(Q, moved, strict=True)]  # fmt: skip
+    gap = [[p - y if y else p for p, y in zip(*rows, strict=True)] for rows in zip(whole, added, strict=True)]
+    kernel.semidefinite(gap, shown["box"], proof["cover"], shown["known"])  # it is times `over`
 
 
 def grown(start: list[Fraction], sparse: Any, by: int, more: list[int]) -> list[tuple[int, list[int]]]:

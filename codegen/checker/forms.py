@@ -39,8 +39,10 @@ def inverse(P: tuple[tuple[int, ...], ...]) -> tuple[list[list[int]], int]:
         p = r[k]
         kernel.demand(True, "")  # refuses where the time limit has passed
         for i, a in enumerate(r):
-            if i != k:
+            if i != k and a:
                 rest[i] = [(p * x - a * b) // last for x, b in zip(rest[i], r[i:], strict=True)]
+            elif i != k:
+                rest[i] = [p * x // last for x in rest[i]]
         for i in range(k):
             rest[i][k - i] = r[i]
         rest[k], last = [-last, *r[k + 1 :]], p
