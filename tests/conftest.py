@@ -61,7 +61,9 @@ def unrendered() -> Iterator[None]:
         spaces: object = None,
         *look: object,
     ) -> bytes:
-        draw(Figure(figsize=size, layout=None if spaces is None else "constrained"))
+        figure = Figure(figsize=size, layout=None if spaces is None else "constrained")
+        with patch.object(figure, "draw_without_rendering"):  # the layout before the labels of lines
+            draw(figure)
         return b"<svg xmlns='http://www.w3.org/2000/svg'/>"
 
     with patch("codegen.report.pictures.figure_bytes", drawn), patch("codegen.report.gain_map.figure_bytes", drawn):

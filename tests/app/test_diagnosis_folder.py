@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from codegen.app.diagnosis_folder import log_sha256
+from tests.slow_cases import slow_except
 
 from .command import SPECS, Result, is_one_message, stiction
 
@@ -90,7 +91,7 @@ def test_the_same_log_replaces_its_diagnosis_from_anywhere(folder: Path) -> None
     assert Path("run_diagnosis/notes.txt").read_text() == "mine\n"
 
 
-@pytest.mark.parametrize("ways", [(), ("-o", "run_diagnosis")])
+@pytest.mark.parametrize("ways", slow_except([(), ("-o", "run_diagnosis")], [()]))
 def test_an_edited_spec_is_not_replaced_unasked(folder: Path, ways: tuple[str, ...]) -> None:
     """The user's notes and values in it were gone, with exit code 3 of the unfit log alone, or 0."""
     written = Path("run_diagnosis/spec.yaml")

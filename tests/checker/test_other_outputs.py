@@ -17,6 +17,7 @@ import pytest
 
 from codegen.checker import kernel, theorem, verify
 from tests.checker.forged import changed, check, sources
+from tests.slow_cases import slow_except
 
 FORCE = "outputs->F_hat_rail = F_hat_rail;"
 FORGED = {
@@ -140,7 +141,11 @@ def where(files: dict[str, bytes], content: Any) -> list[str]:
     return lines[0].split(" and ") if lines else []
 
 
-@pytest.mark.parametrize("flag", FLAGS)
+QUICK = ["in_domain", "1.0", "learning", "1.0 - fabs(learning_2)", "state->x_predicted * (0.5 + in_domain_3)"]
+"""Here and below, further formulas that are read by the same lines are left to `make check-all`: 0.3 s for each C."""
+
+
+@pytest.mark.parametrize("flag", slow_except([*FLAGS], QUICK))
 def test_where_a_flag_is_not_zero_is_said(flag: str) -> None:
     """A C that always sets in_domain to 1 was accepted in the same words as the genuine one."""
     content, files = changed("one_mass_domain", ("outputs->in_domain = in_domain;", f"outputs->in_domain = {flag};"))
@@ -158,7 +163,7 @@ BY_ROUNDING = [
 ]
 
 
-@pytest.mark.parametrize("flag", BY_ROUNDING)
+@pytest.mark.parametrize("flag", slow_except(BY_ROUNDING, BY_ROUNDING[::2]))
 def test_of_a_flag_that_rounding_sets_nothing_is_said(flag: str) -> None:
     """In exact arithmetic it is in_domain; the compiled C sets it to 5.6e-17 or 1e-4 where that is 0."""
     content, files = changed("one_mass_domain", ("outputs->in_domain = in_domain;", f"outputs->in_domain = {flag};"))
@@ -239,7 +244,7 @@ COUNTED = {  # what samples_held becomes in the C -> what verify says of it
 }
 
 
-@pytest.mark.parametrize("formula", COUNTED)
+@pytest.mark.parametrize("formula", slow_except([*COUNTED], [*COUNTED][::2]))
 def test_how_samples_are_counted_down_is_said(formula: str) -> None:
     """And nothing of a count that other states change, or that rounding does: 1e12 samples_held is rounded to 1e-4."""
     forged = changed("one_mass_domain", (DOWN, f"const double samples_held_next = {formula};"))
@@ -278,7 +283,10 @@ def test_that_the_level_is_held_after_every_gap_is_said(function: str) -> None:
     assert found == ["direction_rail is 0", *(["samples_held is 88"] * (not function)), "samples_slid is 0"]
 
 
-@pytest.mark.parametrize("more", ["0.1 + 0.2 - 0.3", "1e9 + 0.1 - 1e9 - 0.1", "1e6 * state->K - 1e6 * state->K"])
+SMALL = ["0.1 + 0.2 - 0.3", "1e9 + 0.1 - 1e9 - 0.1", "1e6 * state->K - 1e6 * state->K"]
+
+
+@pytest.mark.parametrize("more", slow_except(SMALL, SMALL[1:2]))
 def test_a_number_that_rounding_makes_is_not_said_to_be_that_of_a_restart(more: str) -> None:
     """1e9 + 0.1 - 1e9 - 0.1 is 2e-8 in doubles: verify said that samples_held is 88, which it is not in that C."""
     sum_ = f"parameters->restart_samples + {more.replace('state->K', 'parameters->restart_samples')}"
@@ -308,7 +316,7 @@ OTHERWISE = {  # a text of the C, what is forged there -> the lines of IN_RESTAR
 }
 
 
-@pytest.mark.parametrize("change", OTHERWISE)
+@pytest.mark.parametrize("change", slow_except([*OTHERWISE], [*OTHERWISE][::2]))
 def test_that_a_restart_holds_the_level_is_said(change: tuple[str, str]) -> None:
     """A C that moved the level while samples_held is above 0 was accepted in the same words as the genuine one."""
     missing, forged = OTHERWISE[change], changed("one_mass_domain", change)
@@ -340,7 +348,7 @@ UNCHECKED = {  # lines behind those of the step or of its end -> the formulas th
 }
 
 
-@pytest.mark.parametrize("case", UNCHECKED)
+@pytest.mark.parametrize("case", slow_except([*UNCHECKED], [*UNCHECKED][:3]))
 def test_a_formula_of_lines_that_the_kernel_refuses_is_not_printed_either(case: str) -> None:
     """The kernel refuses such a C before its formulas are read; what they print does not rely on that."""
     part, line, printed = UNCHECKED[case]

@@ -16,7 +16,7 @@ from .test_shipped_warnings import SOFTWARE_DOUBLE
 from .toolchain import GCC, Workshop, need, symbols
 
 EPISODE = 64
-QUICK = ("two_mass", "two_link_arm", "thesis/two_mass_gdfo", "seven_joint_arm")
+QUICK = ("two_mass", "two_link_arm", "thesis/two_mass_gdfo")
 EVERY = [spec if spec in QUICK else pytest.param(spec, marks=pytest.mark.slow) for spec in SHIPPED]
 
 
