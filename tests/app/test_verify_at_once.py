@@ -9,8 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from .command import are_messages, contents, process, stiction
 from tests.slow_cases import slow_except
+
+from .command import are_messages, contents, process, stiction
 
 GENERATED = Path(__file__).parents[2] / "generated"
 

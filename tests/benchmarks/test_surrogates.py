@@ -22,6 +22,7 @@ from codegen.diagnosis.fit.search import search_on
 from codegen.diagnosis.fit.signals import smooth_motion
 from codegen.diagnosis.results import Candidate
 from tests.diagnosis.stage import RESTS, log_of, stage, system_of
+from tests.slow_cases import slow_except
 
 MADE = 8
 GAIN = "[{kind: input_gain, on: w, parameters: {gain: 1.3}}]"
@@ -53,7 +54,7 @@ def test_no_sample_that_is_not_used_takes_part() -> None:
     assert np.abs(np.diff(weight)).max() < 2 / 10
 
 
-@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize("way", slow_except(WAYS, WAYS[1:]))
 def test_a_surrogate_has_the_motion_the_residuals_size_and_no_spring(way: Way, tmp_path: Path) -> None:
     """The log is of a spring of 30 N/m that no model has, so the residual is its force."""
     log, system = log_of(stage(SPRING), tmp_path, "log.csv"), system_of(stage())
@@ -144,7 +145,7 @@ def test_the_picture_is_the_empirical_distribution_and_the_same_each_time() -> N
     assert ElementTree.fromstring(one).tag.endswith("svg")
 
 
-@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize("way", slow_except(WAYS, WAYS[:1]))
 @pytest.mark.parametrize("missing", ["[]", GAIN])
 def test_the_noise_of_the_positions_stays_noise(missing: str, way: Way, tmp_path: Path) -> None:
     """Free runs of the model that a surrogate is made with end at the noise, also if the log has an effect.

@@ -12,6 +12,7 @@ import pytest
 
 import stiction
 from codegen.checker import verify
+from tests.slow_cases import slow_except
 
 SPEC = """
 name: lift
@@ -58,7 +59,7 @@ def test_pi_in_the_equations_is_a_number_like_any_other(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("form", [*FORMS])
-@pytest.mark.parametrize("counterweight", ["11.2", "11.99", "12"])
+@pytest.mark.parametrize("counterweight", slow_except(["11.2", "11.99", "12"], ["11.2", "12"]))  # and in between
 def test_the_c_of_a_balanced_axis_is_proved(tmp_path: Path, form: str, counterweight: str) -> None:
     """12 kg less 11.2 kg is 0.8000000000000007 kg in doubles: the rounding of the weights, not another value.
 

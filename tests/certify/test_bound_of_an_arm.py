@@ -21,6 +21,7 @@ from codegen.app.derived import Derived
 from codegen.certify.outcome import Certificate
 from codegen.spec import parse_spec
 from tests.checker.test_kernel import spec_path
+from tests.slow_cases import slow_except
 
 NOISE, ACCELERATION, SPEED, FRICTION = 5e-6, 0.5, 0.3, np.array([0.001, 0.005])
 ELBOW = (0.0, 0.8, 1.6, 2.4, math.pi)
@@ -86,14 +87,20 @@ def arm_at(h: float) -> Arm:
     return Arm(h)
 
 
-@pytest.mark.parametrize(("h", "shares"), [(0.001, (0.470, 0.0251)), (0.0002, (0.0943, 0.0052))])
+FROZEN = [(0.001, (0.470, 0.0251)), (0.0002, (0.0943, 0.0052))]
+
+
+@pytest.mark.parametrize(("h", "shares"), slow_except(FROZEN, FROZEN[:1], several=True))
 def test_the_share_of_friction_at_frozen_angles(h: float, shares: tuple[float, float]) -> None:
     arm = arm_at(h)
     found = arm.sums((0.0, math.pi), round(20 / h))
     assert len(found) == 4 and np.max(found, axis=0) / FRICTION == pytest.approx(shares, rel=0.02)
 
 
-@pytest.mark.parametrize(("h", "shares"), [(0.001, (1.61, 0.445)), (0.0001, (0.190, 0.051))])
+BY_V = [(0.001, (1.61, 0.445)), (0.0001, (0.190, 0.051))]
+
+
+@pytest.mark.parametrize(("h", "shares"), slow_except(BY_V, BY_V[:1], several=True))
 def test_the_share_by_the_certificate_s_own_v(h: float, shares: tuple[float, float]) -> None:
     """|e|_P <= sum of |b|_P over 1 - the fall: above the friction of the shoulder, and nearly that of the elbow."""
     arm = arm_at(h)

@@ -230,7 +230,7 @@ def test_no_bound_where_a_declared_effect_would_break_it(kind: str, observer: st
     assert isinstance(bounds, str) and said in bounds
 
 
-@pytest.mark.parametrize("sign", [-1, 1])
+@pytest.mark.parametrize("sign", slow_except([-1, 1], [-1]))
 def test_friction_that_slides_after_its_own_state(sign: int) -> None:
     """A reset integrator's f follows the slip with a lag of 1 ms, exactly: x, v, f are linear where it slides."""
     law = "law: reset_integrator, a: 30, c: 100, D1: 10, D2: 0.01"

@@ -74,7 +74,7 @@ def test_the_sign_of_a_slip_one_sample_later_is_that_of_now() -> None:
     assert [line for line in outcome.content["assumptions"] if "operating point stays within q in" in line]
 
 
-@pytest.mark.parametrize("h", slow_except([0.001, 0.0002], [0.0002]))
+@pytest.mark.parametrize("h", slow_except([0.001, 0.0002], [0.001]))
 def test_the_turn_of_a_contact_within_a_sample_is_as_small_as_it_is(h: float) -> None:
     """(cos(q + hw) - cos q)/h was enclosed as if both cosines were independent: 2.98 1/s at 1 ms, refused at 0.2 ms."""
     outcome = machine(CRANK.replace("sample_time: 0.001", f"sample_time: {h}")).outcome

@@ -47,7 +47,7 @@ def test_friction_that_follows_the_load(tmp_path):
     assert not same_bits(by_drive, compare(Built(folders[1], text.replace("{mu: 0.06}", "{mu_load: 0.37}")), 3000))
 
 
-@pytest.mark.parametrize("machine", ["two_mass", "emps"])
+@pytest.mark.parametrize("machine", slow_except(["two_mass", "emps"], ["two_mass"]))
 def test_a_hundred_thousand_steps(tmp_path, machine):
     compare(Built(tmp_path, spec_text(machine)), 100_000)
 

@@ -6,6 +6,8 @@ import subprocess
 
 import pytest
 
+from tests.slow_cases import slow_except
+
 from .shipped import interface, sources
 from .toolchain import need
 
@@ -17,7 +19,7 @@ def run(*words: str, cwd: str) -> None:
     assert done.returncode == 0, done.stdout + done.stderr
 
 
-@pytest.fixture(params=SPECS)
+@pytest.fixture(params=slow_except(SPECS, SPECS[:1]))
 def folder(request, tmp_path):
     for name, text in sources(request.param).items():
         (tmp_path / name).write_text(text, encoding="utf-8")

@@ -23,6 +23,7 @@ def test_a_heavy_load_behind_a_play_is_found_along_the_measured_motion(tmp_path:
     check(tmp_path, {"gap": 0.012, "k": 20000.0, "c": 60.0, "load_fraction": 0.7}, level=9)
 
 
+@pytest.mark.slow  # 4 s, since all candidates compete
 def test_a_play_with_a_soft_contact_is_fitted_among_all_candidates(tmp_path: Path) -> None:
     """Its contact rings at 9 Hz and its start gains nothing in free runs, so six others were fitted in its place.
 

@@ -32,11 +32,17 @@ def driven(effects: str = "[]") -> Spec:
     return parse_spec(text.replace("parameters:\n", "parameters:\n  kt: {value: 1, unit: 1}\n", 1), Path("stage.yaml"))
 
 
-def searched(folder: Path) -> Search:
-    log, system = log_of(stage(RIPPLE), folder, "train.csv"), system_of(driven())
+@pytest.fixture(scope="module")
+def search(tmp_path_factory: pytest.TempPathFactory) -> Search:
+    log, system = log_of(stage(RIPPLE), tmp_path_factory.mktemp("ripple"), "train.csv"), system_of(driven())
     motion = smooth_motion(log)
     problem = Problem(system, motion, {s: {"kt": 0.1, "m": 0.2, "b": 0.6}[s.name] for s in named(system)})
     return search_on(problem, lambda share: record_of(motion, log, share))
+
+
+@pytest.fixture(scope="module")
+def fits(search: Search) -> ForceFits:
+    return ForceFits(search, search.refit())
 
 
 def named(system: System) -> list:
@@ -56,13 +62,12 @@ def named(system: System) -> list:
     ],
 )
 def test_slopes_of_a_fit_to_the_force_are_those_of_its_models(
-    tmp_path: Path, kind: str, place: int, known: set[str]
+    search: Search, fits: ForceFits, kind: str, place: int, known: set[str]
 ) -> None:
     """By central differences of the residual of whole models. Those by values in which forces are linear are taken
     from the declared model, since each difference evaluates the whole log.
     """
-    search = searched(tmp_path)
-    fits, system, motion = ForceFits(search, search.refit()), search.system, search.motion
+    system, motion = search.system, search.motion
     part = part_of(CATALOGUE[kind], place, system)
     trial = search.declared_trial.with_part(part)
     sizes = {"limit": 9.0, "k": 4e3, "c": 5.0, "sigma": 5e4, "period": 0.03, "gain": 1.1}
@@ -83,9 +88,9 @@ def test_slopes_of_a_fit_to_the_force_are_those_of_its_models(
         assert error < (1e-5 if k in fits._known(trial) else 1e-2), trial.symbols[k]  # one-sided, of kinks too
 
 
-def test_slopes_are_those_of_the_residual_over_the_drive(tmp_path: Path) -> None:
+def test_slopes_are_those_of_the_residual_over_the_drive(search: Search) -> None:
     """By central differences of r/gain; along kt, m, b and the level together it does not change at all."""
-    problem = searched(tmp_path).problem
+    problem = search.problem
     system, symbols = problem.system, [*named(problem.system), *problem.levels]
     (rows,) = relative_force_rows(system, problem, symbols, {s: float(system.values[s]) for s in symbols})
 
@@ -102,8 +107,7 @@ def test_slopes_are_those_of_the_residual_over_the_drive(tmp_path: Path) -> None
     assert np.abs(together).max() < 1e-9 * np.abs(rows.residual).max()
 
 
-def test_a_residual_that_nothing_explains_makes_no_drive_weaker(tmp_path: Path) -> None:
-    search = searched(tmp_path)
+def test_a_residual_that_nothing_explains_makes_no_drive_weaker(search: Search) -> None:
     base = search.refit()
     refit = adopt_values(search, base, search.system).mapping()
     assert refit["kt"] == pytest.approx(1.0, abs=0.02)
@@ -125,9 +129,9 @@ def test_a_drive_that_is_weaker_by_thirty_percent_is_estimated_as_that(tmp_path:
     assert values["kt"] == pytest.approx(0.7, abs=0.01)
 
 
-def test_rows_are_linearised_about_a_change_of_the_values(tmp_path: Path) -> None:
+def test_rows_are_linearised_about_a_change_of_the_values(search: Search) -> None:
     """Their residual is that of the changed system over its drive gain; their slopes are its central differences."""
-    problem = searched(tmp_path).problem
+    problem = search.problem
     system, symbols = problem.system, [*named(problem.system), *problem.levels]
     (rows,) = relative_force_rows(system, problem, symbols, {s: float(system.values[s]) for s in symbols})
     change = np.array([-0.2, 0.3, 1.0, 0.4])
@@ -186,10 +190,9 @@ def test_the_scale_of_all_forces_is_that_of_the_tolerances(tmp_path: Path, seed:
 
 @pytest.mark.parametrize(("kind", "values"), [("input_gain", (0.8, 0.9)), ("load_dependent_friction", (0.1, 0.2))])
 def test_the_drive_that_is_left_is_computed_once_for_values_that_do_not_act_on_it(
-    kind: str, values: tuple[float, float], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    kind: str, values: tuple[float, float], search: Search, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Beside a gain a mass and a level do not. For other values that act it is what a new one finds."""
-    search = searched(tmp_path)
     part = part_of(CATALOGUE[kind], 0, search.system)
     trial, asked, along = search.declared_trial.with_part(part), [], DriveLeft._along
     monkeypatch.setattr(DriveLeft, "_along", lambda self, theta: asked.append(theta) or along(self, theta))

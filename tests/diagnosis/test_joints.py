@@ -88,18 +88,20 @@ def arm(folder: Path, more: str = "") -> Spec:
     return parse_spec(ARM % more, folder / "arm.yaml")
 
 
-Searches = Callable[[str], tuple[Search, Fit, ForceFits]]
+Searches = Callable[..., tuple[Search, Fit, ForceFits]]
 
 
 @pytest.fixture(scope="module")
 def searches(tmp_path_factory: pytest.TempPathFactory) -> Searches:
-    """By the effects that the spec lacks: the search on their log, its refit, and fits by the force residual."""
+    """By the effects that the spec lacks, and what it has more: the search on their log, its refit, and fits by the
+    force residual.
+    """
 
     @cache
-    def of(missing: str) -> tuple[Search, Fit, ForceFits]:
+    def of(missing: str, more: str = "") -> tuple[Search, Fit, ForceFits]:
         folder = tmp_path_factory.mktemp("joints")
         log = logged(folder, missing)
-        search = search_of(arm(folder), log)
+        search = search_of(arm(folder, more), log)
         base = search.refit()
         return search, base, ForceFits(search, base)
 
@@ -380,10 +382,8 @@ def test_forces_of_the_bodies_are_evaluated_once_for_all_fits(tmp_path: Path, mo
 @pytest.mark.parametrize(
     "kind", ["inertia_error", "viscous", "load_dependent_friction", "input_delay", "dead_zone", "compliance"]
 )
-def test_the_force_at_other_values_of_the_links_is_that_of_their_model(tmp_path: Path, kind: str) -> None:
-    log = logged(tmp_path, DRAG)
-    search = search_of(arm(tmp_path, ", tolerance: {mass: 20 %, inertia: 30 %}"), log)
-    fits = ForceFits(search, search.refit())
+def test_the_force_at_other_values_of_the_links_is_that_of_their_model(searches: Searches, kind: str) -> None:
+    search, _, fits = searches(DRAG, ", tolerance: {mass: 20 %, inertia: 30 %}")
     assert len(fits.by_links) > 3
     part = part_of(CATALOGUE[kind], 0, search.system)
     trial, rng = search.declared_trial.with_part(part), np.random.default_rng(1)

@@ -91,7 +91,7 @@ def test_an_effect_in_a_log_without_noise_passes(tmp_path: Path) -> None:
     assert not is_attenuated_noise(search.problem, base, found)
 
 
-@pytest.mark.parametrize("limit", [4.5, 6])
+@pytest.mark.parametrize("limit", slow_except([4.5, 6], [4.5]))
 def test_a_limit_that_most_commands_exceed_attenuates_no_noise(limit: float, tmp_path: Path) -> None:
     """It was refused: inputs that move the machine without it stay below it, so it explains nothing with them."""
     log = log_of(stage(f"[{{kind: saturation, on: w, parameters: {{limit: {limit}}}}}]"), tmp_path, "log.csv")
@@ -109,7 +109,7 @@ def test_an_effect_with_which_free_runs_are_worse_attenuates_no_noise(tmp_path: 
         assert not is_attenuated_noise(search.problem, base, replace(found, theta=theta))
 
 
-@pytest.mark.parametrize("every", [1, 2])
+@pytest.mark.parametrize("every", slow_except([1, 2], [2]))
 def test_free_runs_of_several_rows_a_step_have_the_same_inputs_without_noise(every: int, tmp_path: Path) -> None:
     """Those of all rows were simulated at the longer steps, half of them and at other times."""
     log = log_of(stage(LAG), tmp_path, "log.csv")

@@ -21,6 +21,7 @@ from codegen.mechanics import build_system
 from codegen.spec import Spec, parse_spec
 from tests.diagnosis.stage import STAGE, log_of
 from tests.diagnosis.test_adoption import search_of
+from tests.slow_cases import slow_except
 
 LEVEL = 6.4
 TRUTH = {"gap": 2.5e-5, "k": 430000.0, "c": 2200.0, "load_fraction": 0.67}
@@ -104,7 +105,7 @@ def test_the_observer_begins_anew_after_a_gap(search: Search) -> None:
     assert not np.array_equal(resumed, later(record))
 
 
-@pytest.mark.parametrize("gap", [0.0, 0.002])
+@pytest.mark.parametrize("gap", slow_except([0.0, 0.002], [0.002]))
 def test_start_states_are_those_of_the_observer(gap: float) -> None:
     """x' = v + 2 g e, v' = a + g² e with the load's own equations, and the free run after it, by an ODE solver."""
     m, b, k, c, share, step = 2.0, 6.0, 900.0, 12.0, 0.6, 1e-3

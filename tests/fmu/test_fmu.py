@@ -24,6 +24,7 @@ from codegen.spec.schema import CodeChoice
 from fmu import unit as driven
 from tests.app.command import SPECS, is_one_message, stiction
 from tests.expected_errors import refused
+from tests.slow_cases import slow_except
 from tests.twin import fill, inputs_of, load_twin, values_of
 
 ROWS = 400
@@ -84,7 +85,11 @@ CASES = [
 ]
 
 
-@pytest.fixture(scope="module", params=CASES, ids="-".join)
+QUICK = [*CASES[:2], CASES[3], CASES[4]]
+"""Each version, precision and an arm; a chain costs most and has no more than that."""
+
+
+@pytest.fixture(scope="module", params=slow_except(CASES, QUICK), ids="-".join)
 def made(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Made:
     name, version, precision = request.param
     spec = read_spec(SPECS / f"{name}.yaml")

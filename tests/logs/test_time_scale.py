@@ -11,6 +11,7 @@ from slider_log import LEVEL, MASS, TEXT, write_csv
 from codegen.logs import Finding, preflight, read_log
 from codegen.logs.audit.scales import SCALE_OF_TIME
 from codegen.spec.reader import parse_spec
+from tests.slow_cases import slow_except
 
 DAMPING = 12.0
 RATE = 500.0
@@ -80,7 +81,10 @@ def test_another_mass_is_not_taken_for_another_time(tmp_path: Path) -> None:
     assert not found(tmp_path, c=2.0, text=TEXT)
 
 
-@pytest.mark.parametrize(("delay", "c"), [(0.03, 1.0), (0.1, 1.0), (0.0, 1.3), (0.0, 2.0)])
+LATE = [(0.03, 1.0), (0.1, 1.0), (0.0, 1.3), (0.0, 2.0)]
+
+
+@pytest.mark.parametrize(("delay", "c"), slow_except(LATE, LATE[1:3], several=True))
 def test_inputs_that_act_late_are_not_taken_for_another_time(delay: float, c: float, tmp_path: Path) -> None:
     """A spring of 60 N/m moved slowly: a delay adds damping and mass as a time 1.3 and 1.9 times too long would. The
     delay was named as an effect, with the warning of a wrong sample rate beside it. A wrong rate is still found.
