@@ -57,7 +57,7 @@ SUMS = {  # N or N m: sums of absolute responses, as a checker of another deriva
 BOUNDED = [name for name in PROVED if (GENERATED / name / "ellipsoid.json").is_file()]  # an arm has no bound yet
 
 
-@pytest.mark.parametrize("name", [*BOUNDED, pytest.param("chain", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("name", slow_except([*BOUNDED, "chain"], BOUNDED[::2]))
 def test_what_is_shipped_is_proved_and_near_the_worst(name: str) -> None:
     claim = content(name, "ellipsoid.json")
     for ball, found in zip(claim["sets"], bounds(name, claim), strict=True):

@@ -379,7 +379,7 @@ MADE = {
 
 
 @pytest.mark.parametrize("kind", MADE)
-@pytest.mark.parametrize("file", ["one_mass.c", "one_mass.h", "other.c"])
+@pytest.mark.parametrize("file", slow_except(["one_mass.c", "one_mass.h", "other.c"], ["one_mass.h", "other.c"]))
 def test_only_the_files_of_the_proof_are_read_and_only_regular_ones(kind: str, file: str, tmp_path: Path) -> None:
     folder = folder_with(tmp_path, file, MADE[kind])
     done = run_alone(folder)

@@ -30,7 +30,11 @@ def compare(built: Built, samples: int, *flags: str) -> np.ndarray:
 
 
 @pytest.mark.parametrize(
-    "case", slow_except(CASES, [c for c in CASES if c[3] or c[0] == "two_mass"]), ids=lambda c: "-".join(map(str, c))
+    "case",  # each machine with its equations; the other velocity at one mass and two, no effects at two
+    slow_except(
+        CASES, [c for c in CASES if c[0] == "two_mass" or (c[3] and (c[2] == "estimated" or c[0] == "one_mass"))]
+    ),
+    ids=lambda c: "-".join(map(str, c)),
 )
 def test_every_observer_and_effect(tmp_path, case):
     compare(Built(tmp_path, spec_text(*case)), 1500)
