@@ -45,7 +45,10 @@ def test_both_ways_say_the_same(name: str, file: str) -> None:
     ]
 
 
-@pytest.mark.parametrize("words", [("no.json",), ("empty",), ("",), ("text.json",), ("-x",), ("a.json", "b.json"), ()])
+UNREADABLE = [("no.json",), ("empty",), ("",), ("text.json",), ("-x",), ("a.json", "b.json"), ()]
+
+
+@pytest.mark.parametrize("words", slow_except(UNREADABLE, UNREADABLE[::2]))  # two processes for each
 def test_what_cannot_be_read_is_said_by_the_verb(words: tuple[str, ...], tmp_path: Path) -> None:
     (tmp_path / "empty").mkdir()
     (tmp_path / "text.json").write_text("no JSON")

@@ -130,7 +130,7 @@ def test_a_ladder_without_a_peak_lacks_nothing(tmp_path: Path) -> None:
     assert found["verdict"] == "none" and not found["effects"]
 
 
-@pytest.mark.parametrize("rise", [RISE, 0.0])
+@pytest.mark.parametrize("rise", slow_except([RISE, 0.0], [RISE]))
 def test_free_runs_of_steady_records_refuse_nothing(
     rise: float, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

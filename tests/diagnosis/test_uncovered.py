@@ -105,7 +105,7 @@ def test_a_weight_over_part_of_a_turn_is_named(tmp_path: Path) -> None:
     assert diagnosis.verdict == "effect" and [e.kind for e in diagnosis.effects] == ["gravity_imbalance"]
 
 
-@pytest.mark.parametrize("is_sure", [True, False])
+@pytest.mark.parametrize("is_sure", slow_except([True, False], [True]))
 def test_another_torque_over_part_of_a_turn_is_no_weight(is_sure: bool, tmp_path: Path) -> None:
     """A weight was named, whose period of a turn needs no stroke, although another period explains far more."""
     with patch.object(in_place, "SURE", in_place.SURE if is_sure else 1e-9):

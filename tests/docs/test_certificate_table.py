@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from codegen.checker import ellipsoid, errors, verify
+from tests.slow_cases import slow_except
 
 ROOT = Path(__file__).parents[2]
 SPECS = sorted([*(ROOT / "specs").glob("*.yaml"), *(ROOT / "specs" / "thesis").glob("*.yaml")])
@@ -29,7 +30,11 @@ DECAY, BOUNDS = table("Decay"), table("Error bound")
 NO_BOUND = dict.fromkeys(("error bound", "through stick", "worst"), "–")
 
 
-@pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.slow) if n == "chain" else n for n in NAMES])
+LONG = ("chain", "one_mass_domain", "two_mass_gdfo")
+"""Their proofs take a second and more to verify."""
+
+
+@pytest.mark.parametrize("name", slow_except(NAMES, [name for name in NAMES if name not in LONG]))
 def test_the_row_is_what_the_proofs_say(name: str) -> None:
     folder, row = ROOT / "generated" / name, DECAY[name]
     others = ("manifest.json", "ellipsoid.json")  # the second is checked with the proof beside it
