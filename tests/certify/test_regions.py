@@ -17,7 +17,7 @@ import sympy
 
 from codegen.analysis.analysis import Analysis, analyse
 from codegen.analysis.operating_points import evaluate
-from codegen.certify import along_friction
+from codegen.certify import along_friction, enclosure
 from codegen.certify.along_friction import AlongFriction
 from codegen.certify.certify import Refusal, certify
 from codegen.certify.content import frame
@@ -26,6 +26,7 @@ from codegen.certify.family import Family, NotEnclosable
 from codegen.certify.lyapunov import common_lyapunov_at
 from codegen.certify.region_proofs import REGION_PROOFS, Regions, find_regions
 from codegen.certify.regions import RegionSearch
+from codegen.certify.remedies import sample_times
 from codegen.certify.remedies.sample_times import largest_sample_times
 from codegen.checker.verify import check
 from codegen.mechanics import build_system
@@ -304,6 +305,17 @@ def test_largest_sample_times_of_a_varying_mass_matrix() -> None:
         return float(np.abs(1 + h * values).max())
 
     assert radius(found["euler"]) < 1 < radius(1.25 * found["euler"])
+
+
+def test_no_sample_time_is_tried_for_a_matrix_that_certify_refuses_at_all(monkeypatch: pytest.MonkeyPatch) -> None:
+    """An arm of three links with 18 expressions took a minute for it, and nothing could be said."""
+    monkeypatch.setattr(enclosure, "MOST_PARAMETERS", 0)
+    monkeypatch.setattr(sample_times, "_Proofs", lambda *_, **__: pytest.fail("a sample time was tried"))
+    spec = read_spec(ROOT / "specs/two_link_arm.yaml")
+    analysis = analyse(spec, build_observer(spec, build_system(spec)), conditions=False)
+    outcome = certify(spec, analysis, {}, "none")
+    assert isinstance(outcome, Refusal) and "at most 0 can be covered" in outcome.reason
+    assert largest_sample_times(spec, analysis, outcome) == {}
 
 
 LENS = """
