@@ -342,11 +342,11 @@ def _with_sliding_proof(
 
 def _narrow_angles(analysis: Analysis) -> list[str]:
     """The angles in the error matrix's sines and cosines whose range in the envelope is less than a full turn."""
-    from codegen.certify.cover import angles_of
+    from codegen.certify.cover import over_variables
     from codegen.certify.family import build_family
 
     family = build_family(analysis.dynamics, analysis.points.ranges)
-    ranges = {a: family.variables[a] for a in angles_of(family) if a in family.variables}
+    ranges = {a: family.variables[a] for a in over_variables(family)[1] if a in family.variables}
     return [a.name for a, (low, high) in ranges.items() if high - low < 2 * pi * (1 - 1e-6)]
 
 

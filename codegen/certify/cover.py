@@ -41,11 +41,12 @@ Cell = dict[str, tuple[Fraction, Fraction]]
 """Variable that is cut, "q t" for an angle q → (low, high), which is [0, 1] for all of an angle."""
 
 
-def angles_of(family: Family) -> list[sympy.Symbol]:
-    """The symbols in sines and cosines of A, by name."""
+def over_variables(family: Family) -> tuple[Any, list[sympy.Symbol], list[sympy.Symbol]]:
+    """A over the variables; the angles in its sines and cosines; the other variables with a range where A is curved."""
     matrix = family.matrix.xreplace(dict(family.parameters))
-    found = {a for e in matrix for f in e.atoms(sympy.sin, sympy.cos) for a in f.free_symbols}
-    return sorted(found, key=str)
+    angles = sorted({a for e in matrix for f in e.atoms(sympy.sin, sympy.cos) for a in f.free_symbols}, key=str)
+    ranged = [v for v, (low, high) in family.variables.items() if low < high and v not in angles]
+    return matrix, angles, [v for v in ranged if any(e.diff(v).has(v) for e in matrix)]
 
 
 def sampled_matrices(family: Family) -> Array | None:
@@ -53,8 +54,7 @@ def sampled_matrices(family: Family) -> Array | None:
 
     There is none with functions other than sines and cosines in A, or with too many errors or variables.
     """
-    matrix = family.matrix.xreplace(dict(family.parameters))
-    angles, curved = angles_of(family), _curved(family)
+    matrix, angles, curved = over_variables(family)
     others = [v for v in family.variables if v not in (*angles, *curved)]
     alike = all(f.func in (sympy.sin, sympy.cos) for e in matrix for f in e.atoms(sympy.Function))
     rational = all(p.exp.is_Integer for e in matrix for p in e.atoms(sympy.Pow))
@@ -74,13 +74,6 @@ def sampled_matrices(family: Family) -> Array | None:
     return np.array(sorted(sampled)).reshape(-1, *matrix.shape)
 
 
-def _curved(family: Family) -> list[sympy.Symbol]:
-    """The variables with a range, other than angles, in which A is not affine."""
-    matrix, angles = family.matrix.xreplace(dict(family.parameters)), angles_of(family)
-    ranged = [v for v, (low, high) in family.variables.items() if low < high and v not in angles]
-    return [v for v in ranged if any(e.diff(v).has(v) for e in matrix)]
-
-
 def by_cover(family: Family, h: Any) -> Found | None:
     """A proposal with a cover; None if there can be none (``sampled_matrices``), or if no P is found."""
     matrices = sampled_matrices(family)
@@ -94,14 +87,10 @@ def with_cover(found: Found, h: Any) -> Found | None:
         decreases = _leaf(found.family, h, found.p)
     except ValueError:  # powers beyond the checker's limits
         return None
-    matrix, ranges = found.family.matrix.xreplace(dict(found.family.parameters)), exact_ranges(found.family)
+    (matrix, angles, curved), ranges = over_variables(found.family), exact_ranges(found.family)
     # The checker has no t of an angle that occurs in sums alone, as in sin(q + h w).
-    whole: Cell = {
-        f"{a.name} t": (Fraction(0), Fraction(1))
-        for a in angles_of(found.family)
-        if matrix.has(sympy.sin(a), sympy.cos(a))
-    }
-    whole |= {v.name: ranges[v] for v in _curved(found.family)}
+    whole: Cell = {f"{a.name} t": (Fraction(0), Fraction(1)) for a in angles if matrix.has(sympy.sin(a), sympy.cos(a))}
+    whole |= {v.name: ranges[v] for v in curved}
 
     @cache
     def tree(share: float) -> Any:
