@@ -1,7 +1,5 @@
 """Stability analysis of an observer: characteristic polynomial, gain conditions, eigenvalues over the envelope."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property

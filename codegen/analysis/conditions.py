@@ -1,7 +1,5 @@
 """Routh–Hurwitz and Jury conditions on the gains, from the characteristic polynomial of each diagonal block of Ψ."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache

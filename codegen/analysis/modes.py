@@ -3,8 +3,6 @@
 For certain structures of gains and masses; the stability conditions are then on the gains alone.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Any

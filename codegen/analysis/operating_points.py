@@ -1,7 +1,5 @@
 """Numerical evaluation of Ψ and the sampled matrix A at sampled operating points of the envelope."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any

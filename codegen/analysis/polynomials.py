@@ -4,8 +4,6 @@ The Jury conditions are Routh–Hurwitz conditions after the bilinear map z = (1
 plane onto the open unit disc; with δ = (z − 1)/h that is δ = s/(1 − sh/2).
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """``stiction cancel``: the friction that the inputs can cancel, and the input that cancels it."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace

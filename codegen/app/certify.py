@@ -1,7 +1,5 @@
 """``stiction certify``: the certificate of the sampled observer, or the refusal."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Mapping

@@ -1,7 +1,5 @@
 """``stiction check``: validates a spec and prints the system that it describes."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import asdict
 from math import pi

@@ -3,8 +3,6 @@
 Typer and Rich take a fifth of a second. They are imported for all but ``verify FILE``, which needs neither.
 """
 
-from __future__ import annotations
-
 import contextlib
 import io
 import os

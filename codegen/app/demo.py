@@ -1,7 +1,5 @@
 """``stiction demo``: all steps of the main job on a shipped example."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 

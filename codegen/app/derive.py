@@ -1,7 +1,5 @@
 """``stiction derive``: the error dynamics of a spec's observer and the gain conditions."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from textwrap import fill

@@ -1,7 +1,5 @@
 """``stiction diagnose``: the effects that a model lacks, identified from a measured log."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial

@@ -1,7 +1,5 @@
 """``stiction export``: the machine of a spec in the format of a simulator, a firmware or a controller."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path

@@ -3,8 +3,6 @@
 With fast gains, the motion within a sample makes the bound larger than the friction itself; slower ones are suggested.
 """
 
-from __future__ import annotations
-
 import cmath
 import math
 from collections.abc import Mapping, Sequence

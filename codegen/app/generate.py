@@ -1,7 +1,5 @@
 """``stiction generate``: the files of generated/NAME/ or an FMU, and whether those on disk are current."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """``stiction init``: a spec to start from, new, copied from another, or made for a robot file."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """``stiction replay``: a spec's generated observer over a measured log."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path

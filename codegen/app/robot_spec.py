@@ -1,7 +1,5 @@
 """A spec for a robot file, a URDF or a MuJoCo model converted to one, and the columns of a log of the robot."""
 
-from __future__ import annotations
-
 import json
 from collections import Counter
 from collections.abc import Mapping, Sequence

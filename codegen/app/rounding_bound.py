@@ -6,8 +6,6 @@ of v̂ = z + Γx is equivalent to an error 1/Γ times as large in x, because x o
 position to the precision of the code is a second error of x. The bound is for the step inside the domain.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction

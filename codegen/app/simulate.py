@@ -1,7 +1,5 @@
 """``stiction simulate``: a log of the plant of a spec."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
 from functools import partial

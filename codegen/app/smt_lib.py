@@ -4,8 +4,6 @@ The file states the negation of the inequalities that the checker proves by LDLá
 ``unsat``, they hold.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping
 from fractions import Fraction

@@ -1,7 +1,5 @@
 """``stiction watch``: the generated observer on a running machine, compared with the certified bound."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from math import isfinite

@@ -5,8 +5,6 @@ also is faster: with several threads a diagnosis, whose matrices are small, took
 machine.
 """
 
-from __future__ import annotations
-
 import os
 import sys
 from collections.abc import Callable, Mapping, Sequence, Set

@@ -3,8 +3,6 @@
 The library computes the same bits as the Python twin.
 """
 
-from __future__ import annotations
-
 import ctypes
 import hashlib
 import os

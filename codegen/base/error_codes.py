@@ -5,8 +5,6 @@ effects, LOG in a log or its description, FILE in a file or folder, CALL in the 
 program.
 """
 
-from __future__ import annotations
-
 import tomllib
 from pathlib import Path
 

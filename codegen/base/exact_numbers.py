@@ -4,8 +4,6 @@ Mathematical libraries differ in the last bit of a sine, a power or a product of
 above all into generated code, are therefore computed in rationals or integers and rounded to a double once, at the end.
 """
 
-from __future__ import annotations
-
 import math
 from fractions import Fraction
 from functools import lru_cache

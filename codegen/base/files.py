@@ -1,7 +1,5 @@
 """Atomic writing of files (complete or not at all), and refusal of targets that must not be overwritten."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import os

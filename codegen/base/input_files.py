@@ -1,7 +1,5 @@
 """Reading of the files that a user names: only regular files up to a stated size are opened."""
 
-from __future__ import annotations
-
 import os
 import stat
 from contextlib import suppress

@@ -4,8 +4,6 @@ CasADi, interrupted within C++, raises NotImplementedError or RuntimeError in pl
 command reports an unexpected exception as an internal error, it asks ``interrupted`` whether Ctrl-C was pressed.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
 from signal import SIGINT, default_int_handler, getsignal, signal

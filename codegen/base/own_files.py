@@ -1,7 +1,5 @@
 """Which files of a folder stiction wrote, by its list there, and the refusal to replace other or edited ones."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 

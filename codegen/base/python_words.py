@@ -5,8 +5,6 @@ A message is written for the command, ``--plant: …``. Where no command is runn
 ```stiction gains axis.yaml```, is left as it is.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager

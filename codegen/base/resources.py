@@ -1,7 +1,5 @@
 """Folders of templates and shipped specs: next to the package in a source tree, inside it in a wheel."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 _PACKAGE = Path(__file__).resolve().parents[1]

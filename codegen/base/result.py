@@ -1,7 +1,5 @@
 """Base classes of results: a one-line ``repr`` for the console, an HTML table for a notebook."""
 
-from __future__ import annotations
-
 import json
 import math
 import textwrap

@@ -1,7 +1,5 @@
 """Rotation matrices as quaternions and as angles about fixed axes, in the conventions of URDF, MJCF and USD."""
 
-from __future__ import annotations
-
 from math import atan2, pi, sqrt
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Rounding for print: estimates to the digits that their 95 % interval supports, times, and bounds rounded outwards."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from decimal import Context, Decimal
 from fractions import Fraction

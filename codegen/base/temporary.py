@@ -1,7 +1,5 @@
 """The temporary directory, and private folders in it."""
 
-from __future__ import annotations
-
 import os
 import stat
 import tempfile

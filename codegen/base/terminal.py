@@ -1,7 +1,5 @@
 """Consoles to which commands print results (stdout) and errors (stderr)."""
 
-from __future__ import annotations
-
 import logging
 import sys
 import warnings

@@ -5,8 +5,6 @@ is an error. A template's file name gives its language (``observer.c.j2``: C). T
 text from a user through the language's function in ``codegen.base.user_text``: no template can forget to sanitise it.
 """
 
-from __future__ import annotations
-
 import marshal
 import sys
 from collections.abc import Callable

@@ -10,8 +10,6 @@ Templates get such text as ``UserText``, which cannot become a string by acciden
 language (``codegen.base.text``) prints it by that language's function, and any other conversion raises.
 """
 
-from __future__ import annotations
-
 import re
 import unicodedata
 from collections.abc import Callable

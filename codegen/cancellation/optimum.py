@@ -1,7 +1,5 @@
 """Weighted least squares for the cancelling input at one operating point: min r'W r, r = B ū − U F̄."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Effects of a compliant drive: a spring between motor and load, without or with backlash."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from itertools import product
 from math import pi, sqrt

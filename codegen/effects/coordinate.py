@@ -1,7 +1,5 @@
 """Transformations of a bounded parameter to an unbounded coordinate in which a fit changes it."""
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from math import inf

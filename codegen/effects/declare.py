@@ -1,7 +1,5 @@
 """Declared effects: each entry of a spec's ``effects:`` is checked against the catalogue and added to the System."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterator
 from dataclasses import astuple
 from typing import Any

@@ -13,8 +13,6 @@ A load that only friction drives, such as that of a belt that slips, is nearly o
 It is fitted in place of ``compliance`` and ``backlash``.
 """
 
-from __future__ import annotations
-
 from abc import abstractmethod
 from collections.abc import Mapping
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Effects on contacts: friction that depends on slip velocity, load, presliding distance or time."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Set
 from dataclasses import replace
 from typing import ClassVar

@@ -1,7 +1,5 @@
 """Effects on coordinates: forces of position and velocity, and inertia."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import ClassVar
 

@@ -1,7 +1,5 @@
 """Effects of an actuator: gain, dead time, lag, dead zone and saturation of an input."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import ClassVar
 

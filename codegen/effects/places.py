@@ -4,8 +4,6 @@ Effects are equivalent ("twins") where they give the same equation of motion and
 This depends on how many contacts and inputs act on a coordinate.
 """
 
-from __future__ import annotations
-
 from itertools import combinations
 
 import sympy

@@ -1,7 +1,5 @@
 """Registration of a user's own effects, from one Python file that the user names; no other file is executed."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from dataclasses import replace

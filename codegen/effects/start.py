@@ -1,7 +1,5 @@
 """Starting values of shape parameters from the ranges that a log covers."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Printing of expression nodes as source text; the only place where code is assembled from strings."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass

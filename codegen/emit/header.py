@@ -1,7 +1,5 @@
 """Provenance of generated files: the header comment of each, and the manifest with their hashes."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field

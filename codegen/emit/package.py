@@ -1,7 +1,5 @@
 """Program and certificate → the files of generated/NAME/."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Collection, Mapping, Sequence
 from typing import Any

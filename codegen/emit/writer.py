@@ -1,7 +1,5 @@
 """Printing of assignments, sums and derived constants of a Code; the templates of every language call it."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any

@@ -1,7 +1,5 @@
 """Rigid bodies and joints of a machine, for multibody simulators, and numbers as their files have them."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -6,8 +6,6 @@ effects only: the forces of ``force:`` and weights belong to the machine's model
 (revolutions of the motor per revolution of the joint) the position is N·q and the torque τ/N.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from math import isfinite, pi
 

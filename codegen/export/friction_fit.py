@@ -5,8 +5,6 @@ is exported exactly. Any other is fitted by non-negative least squares over the 
 exported friction is dissipative.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Export of the generated observer: the common base of its targets, the Arduino library and the Simulink block."""
 
-from __future__ import annotations
-
 import json
 import re
 from collections.abc import Callable, Mapping

@@ -1,7 +1,5 @@
 """Reduction of a machine to joints with viscous damping and Coulomb friction, for URDF, SDF and USD."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import sympy

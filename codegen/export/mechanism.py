@@ -5,8 +5,6 @@ or the displacement of a motor that drives several joints. An element with the f
 coordinate i. Elements are springs, dampers, friction, periodic forces and actuators.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any

@@ -6,8 +6,6 @@ Everything else is unchanged byte for byte: bodies, shapes, actuators, sensors, 
 LuGre friction, friction between joints) are added at the end of the file.
 """
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Mapping, Sequence

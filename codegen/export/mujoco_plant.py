@@ -1,7 +1,5 @@
 """MuJoCo as a plant of a simulated loop, with the exported model."""
 
-from __future__ import annotations
-
 from importlib.util import find_spec
 from typing import Any
 

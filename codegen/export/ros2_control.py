@@ -5,8 +5,6 @@ its defaults. The estimate is that of the same instant, from a step on a copy of
 depend on w of that sample.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

@@ -5,8 +5,6 @@ stop (division by zero, root or logarithm of a number that is not positive), a f
 then invalid, as in C.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 from codegen.base.errors import BadInput

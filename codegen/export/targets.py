@@ -1,7 +1,5 @@
 """Registry of the targets of ``stiction export``. Adding one: a function, and a line in TARGETS."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial

@@ -1,7 +1,5 @@
 """Export as URDF, where the spec's robot file keeps all but its friction, or a new file; and as SDF 1.9 for Gazebo."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 

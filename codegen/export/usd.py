@@ -5,8 +5,6 @@ are written: ``NewtonJointAPI`` of newton-usd-schemas 0.4 or later, and ``PhysxJ
 both, the damping of a hinge is per degree (N m s/deg), and numbers are in single precision.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from math import pi
 from typing import Any

@@ -1,7 +1,5 @@
 """Editing of attributes in a user's XML file; everything else is unchanged byte for byte."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path

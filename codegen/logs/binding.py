@@ -1,7 +1,5 @@
 """Assignment of a log's columns to the spec's variables, and the factor from each column to SI."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace

@@ -1,7 +1,5 @@
 """Cleaning of raw columns: finite values at increasing times. Changes are noted; what cannot be repaired is refused."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 

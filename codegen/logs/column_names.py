@@ -4,8 +4,6 @@ A column is proposed by its name, its unit, usual names of a quantity, numbers i
 A proposal is only shown in a message; no column is read because of it.
 """
 
-from __future__ import annotations
-
 import json
 import re
 from collections.abc import Mapping, Sequence

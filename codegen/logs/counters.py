@@ -4,8 +4,6 @@ A fault that the log's description declares is corrected. Others are detected an
 description that would correct them. Also here: the resolution (quantisation step) of a measured position.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 import numpy as np

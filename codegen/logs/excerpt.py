@@ -1,7 +1,5 @@
 """The excerpt of a log that is too long to be diagnosed whole, with the finding that names it."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Formats of log files: the registry, and the format of a file by its extension or its first bytes."""
 
-from __future__ import annotations
-
 import codecs
 import re
 from collections.abc import Callable, Mapping

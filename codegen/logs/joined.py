@@ -1,7 +1,5 @@
 """Concatenation of several records of one machine to one log, with unused pauses between them."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 

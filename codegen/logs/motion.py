@@ -1,7 +1,5 @@
 """Velocity and acceleration from measured positions by a zero-phase low-pass; standstill and constant speeds."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from functools import lru_cache
 

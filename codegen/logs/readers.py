@@ -1,7 +1,5 @@
 """Reading of log files: the steps from the columns of a file to SI values on a uniform time grid."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path

@@ -3,8 +3,6 @@
 An expression is parsed by the parser of specs, and never evaluated as Python.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

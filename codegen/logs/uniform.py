@@ -1,7 +1,5 @@
 """Resampling of rows to a uniform time grid, with the gaps that are too long to interpolate."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -10,8 +10,6 @@ frame, with its z axis along the joint, they are for the body of a revolute join
 inertias xx (I_xx − I_yy), xy, xz, yz, zz; for that of a prismatic joint all ten. M(x) and h(x, v) are linear in them.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction

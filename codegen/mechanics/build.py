@@ -3,8 +3,6 @@
 M(x) must be symmetric and positive definite at sampled points of the envelope.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import Any

@@ -1,7 +1,5 @@
 """Conversion of SymPy expressions to CasADi SX, node by node, with integer powers as products."""
 
-from __future__ import annotations
-
 import ctypes
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence

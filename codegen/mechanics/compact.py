@@ -1,7 +1,5 @@
 """Simplification of derived equations of motion: products of sines and cosines become sums of harmonics."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import sympy

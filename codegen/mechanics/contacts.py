@@ -1,7 +1,5 @@
 """Friction contacts of a spec as ``ContactFriction``: law by name, checked parameter values, parameter symbols."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import sympy

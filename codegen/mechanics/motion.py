@@ -1,7 +1,5 @@
 """M(x), g(x, v, w) and U(x) of a spec: as written, or from bodies, constraints, energies or a robot file."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import casadi

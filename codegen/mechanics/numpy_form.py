@@ -1,7 +1,5 @@
 """Conversion of SymPy expressions to a NumPy function, for fits of parameters."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache
 from typing import Any

@@ -1,7 +1,5 @@
 """Sampled points of the envelope, for numerical checks of conditions that must hold (almost) everywhere in it."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from typing import Any

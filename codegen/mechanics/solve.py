@@ -4,8 +4,6 @@ Operations on structural zeros are left out, so that the generated code has no l
 take the expressions as they are; a program names the intermediate values.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any

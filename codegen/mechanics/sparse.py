@@ -1,7 +1,5 @@
 """Sparse construction of SymPy matrices: the work grows with the nonzero entries, not with rows times columns."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 

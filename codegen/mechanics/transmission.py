@@ -1,7 +1,5 @@
 """Compliant transmission of one coordinate: a spring, with or without backlash, between motor and load."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import sympy

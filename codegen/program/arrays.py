@@ -4,8 +4,6 @@ Sixteen or more quantities that a spec numbers without a gap become an array, an
 a loop.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass

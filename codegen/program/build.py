@@ -1,7 +1,5 @@
 """Observer → Program: a block for each equation, M a = r solved by its sparsity, and the integration of the states."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import replace

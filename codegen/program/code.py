@@ -1,7 +1,5 @@
 """Lowered form of a program: assignments in order, derived constants apart; and the same with arrays and loops."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import ClassVar, NamedTuple

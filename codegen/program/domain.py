@@ -16,8 +16,6 @@ Every output language has abs and sgn, and step code without branches runs in SI
 (low + high + |x − low| − |x − high|)/2.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

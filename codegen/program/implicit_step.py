@@ -7,8 +7,6 @@ the initial guess, so that the equations stay the same in both steps. The step i
 when x[k] is known.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 

@@ -7,8 +7,6 @@ only for (n + 1) h Γ < 2. After more, the next valid sample sets the states so 
 at the measured x, or, for an explicit step, at the coming x + h v̂.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 

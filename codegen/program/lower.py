@@ -3,8 +3,6 @@
 Derived constants are evaluated by the operations of the generated code, in its order.
 """
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence

@@ -4,8 +4,6 @@ For a diagonal M this is one division an entry; for a constant M a step uses sto
 are named (``D1``, ``L21``, …), so that the generated code reads like a factorisation by hand.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

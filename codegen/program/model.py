@@ -3,8 +3,6 @@
 Every language is printed from this list in this order, so that all of them compute the same bits.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any

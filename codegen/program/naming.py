@@ -1,7 +1,5 @@
 """Variable names for quantities that a spec does not name: derived constants and intermediate results."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping
 

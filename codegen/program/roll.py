@@ -3,8 +3,6 @@
 Example: slip_1 = v1 to slip_16 = v16 become ``for i in 0..15: slip[i] = v[i]``.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Iterable, Sequence
 from itertools import groupby

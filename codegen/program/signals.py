@@ -4,8 +4,6 @@ The true position is the reading without the sensor's error, the effective input
 are blocks that replace the symbols; past samples and lags are states.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import casadi

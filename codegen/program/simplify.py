@@ -5,8 +5,6 @@ the node that uses it. Every rule saves operations of a step or moves them into 
 order of operations in every language.
 """
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 

@@ -1,7 +1,5 @@
 """Execution of a generated observer on rows of samples, as compiled C."""
 
-from __future__ import annotations
-
 import ctypes
 from collections.abc import Mapping
 

@@ -1,7 +1,5 @@
 """Reading of a CSV log as its rows arrive: from a pipe, or from a file that grows."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Iterator
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Warnings on a replayed log: faults that the preflight finds, signals outside the envelope, excessive friction."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 

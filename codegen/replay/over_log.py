@@ -1,7 +1,5 @@
 """Replay of an observer over a log, block by block: the file of its estimates, and a summary of them."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field

@@ -1,7 +1,5 @@
 """A log as inputs of the observer at its sample time: read in blocks if the time stamps are regular, else whole."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise

@@ -5,8 +5,6 @@ slides in one direction, faster than its own threshold (``slip_speeds``). If the
 dwell time, the friction has changed, or a force acts that the model does not have: an alarm is raised.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any

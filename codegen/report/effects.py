@@ -1,7 +1,5 @@
 """What ``stiction effects`` shows, from the docstrings and attributes of the effect classes."""
 
-from __future__ import annotations
-
 import inspect
 from collections.abc import Mapping
 from typing import Any

@@ -4,8 +4,6 @@ An effect is convincing if its law follows the smooth curve and explains about a
 another shape or explains much more, the name may be wrong although the error decreases.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Example parameters and motions for the pictures of laws and effects, from ``examples.yaml``."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Literal
 

@@ -1,7 +1,5 @@
 """The map of a feasibility report as a PNG: stable region, decay rate, noise bound, chosen and suggested gains."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import matplotlib

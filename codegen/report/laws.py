@@ -1,7 +1,5 @@
 """What ``stiction laws`` shows, from the docstrings and attributes of the law classes."""
 
-from __future__ import annotations
-
 import inspect
 from typing import Any
 

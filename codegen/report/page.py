@@ -1,7 +1,5 @@
 """The diagnosis report: the variables of its template, from a diagnosis and its models."""
 
-from __future__ import annotations
-
 import difflib
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Literal

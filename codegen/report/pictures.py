@@ -1,7 +1,5 @@
 """Pictures of the report as SVG: axes and text as vectors, samples as a bitmap; one panel per picture."""
 
-from __future__ import annotations
-
 import base64
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

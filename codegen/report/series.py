@@ -1,7 +1,5 @@
 """Data of the pictures: residuals, spectra and free-run errors of the models on the held-out data, thinned."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 

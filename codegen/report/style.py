@@ -1,7 +1,5 @@
 """Colours, fonts and drawing functions of all pictures: reports, gallery and pages of docs/."""
 
-from __future__ import annotations
-
 import io
 import re
 from collections.abc import Callable, Mapping

@@ -1,7 +1,5 @@
 """Sections ``topology`` and ``constraints``: bodies, forces on them, constraint equations, contacts between them."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 import sympy

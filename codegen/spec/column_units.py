@@ -1,7 +1,5 @@
 """Units in the names of a log's columns: ``x [mm]``, ``x (mm)``, ``x/mm``, ``x in mm``, ``x, mm`` or ``x_mm``."""
 
-from __future__ import annotations
-
 import re
 
 from codegen.base.errors import BadInput, Place

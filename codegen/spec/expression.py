@@ -8,8 +8,6 @@ twin print this decimal, and the checker reads it in the C, so equations, certif
 decimal of up to 15 digits is not changed: 0.1 is 1/10.
 """
 
-from __future__ import annotations
-
 import ast
 import math
 import operator

@@ -1,7 +1,5 @@
 """Free gains, ``K_F: {free: [1, 1000]}`` in a spec: reading, refusal where a number is needed, replacement."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace

@@ -5,8 +5,6 @@ Dirac deltas and complex cases, while friction is analysed between reversals, wh
 constant.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import sympy

@@ -9,8 +9,6 @@ the joint's point, and the joint's frame is rotated (for a slide: translated) ba
 Indices follow MuJoCo: b for a body, j for a joint, k for an actuator or another object.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass

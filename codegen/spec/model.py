@@ -1,7 +1,5 @@
 """Typed specification: the content of a spec file, with names resolved, expressions parsed and values in SI."""
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field

@@ -3,8 +3,6 @@
 Topology, constraints, Lagrangian, and the kinematic tree of a robot file, in exact numbers.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction

@@ -4,8 +4,6 @@ A spec has exactly one of these forms: M as expressions (``mass_matrix:``), bodi
 energies (``lagrangian:``) or a robot file (``urdf:``). g is in ``force:``, U in ``friction.distribution``.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

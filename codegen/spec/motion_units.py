@@ -3,8 +3,6 @@
 A generalised force has the unit of an energy over that of its coordinate.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 

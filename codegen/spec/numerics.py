@@ -1,7 +1,5 @@
 """Conversion of failures of numerical libraries on a user's numbers into BadInput."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping
 from functools import wraps

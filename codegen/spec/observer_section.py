@@ -1,7 +1,5 @@
 """Reading of the sections ``observer`` and ``cancellation``."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

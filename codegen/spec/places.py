@@ -1,7 +1,5 @@
 """Places in a spec of the quantities of the generated code, for messages."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import contextmanager
 

@@ -1,7 +1,5 @@
 """Reading of numbers with a unit, such as ``1 ms``, and of shares: 1%, 20 % or 0.2; BadInput for other text."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping
 from typing import Any

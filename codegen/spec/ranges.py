@@ -5,8 +5,6 @@ an item of a list if any text in it has one. All ranges in one entry or item are
 ``k*(x1..15 - x2..16)`` as an item of a list gives the forces of fifteen springs.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from typing import Any

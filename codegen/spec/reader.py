@@ -4,8 +4,6 @@ The functions that read a section, and those for numbers and units, raise BadInp
 cannot use.
 """
 
-from __future__ import annotations
-
 import os
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence

@@ -1,7 +1,5 @@
 """Names that a specification cannot use, since they have a meaning in C, Python, generated code or formulas."""
 
-from __future__ import annotations
-
 import keyword
 import re
 

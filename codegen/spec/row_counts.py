@@ -1,7 +1,5 @@
 """Check of the shape of matrices in a spec."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any

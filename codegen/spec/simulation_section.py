@@ -1,7 +1,5 @@
 """Reading of the section ``simulation``: signals over t, and numbers by name."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 

@@ -4,8 +4,6 @@ pint misreads some spellings: ``Nm`` as number metric (yarn count), ``Pas`` as s
 pound. All other modules use the normalised form, ``N*m``.
 """
 
-from __future__ import annotations
-
 import re
 
 _SIGNS = str.maketrans(

@@ -4,8 +4,6 @@ Only masses and joints are read, not shapes, force limits and transmissions. ``l
 since few specs have one.
 """
 
-from __future__ import annotations
-
 import contextlib
 import hashlib
 from collections.abc import Sequence

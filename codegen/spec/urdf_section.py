@@ -1,7 +1,5 @@
 """Reading of the section ``urdf``: the content of the robot file is added to the document before its validation."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 from fractions import Fraction

@@ -1,7 +1,5 @@
 """Validation of a YAML mapping by a pydantic model, with every fault at its line."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping, Sequence
 from copy import deepcopy

@@ -4,8 +4,6 @@ A parser reports where it could not go on, in terms of its own, and mostly that 
 caused it. ``yaml_slips.yaml`` and the functions below find such slips from the parser's message and the lines there.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Sequence
 from functools import cache

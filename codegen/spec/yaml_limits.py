@@ -5,8 +5,6 @@ as keys. Merge keys, and anchors and aliases, which can expand to exponentially 
 names repeat entries (``ranges``).
 """
 
-from __future__ import annotations
-
 import re
 from dataclasses import dataclass
 from typing import Any

@@ -1,7 +1,5 @@
 """YAML 1.2 by ruamel.yaml: loading with the places of keys, and writing that keeps the author's comments."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping
 from difflib import SequenceMatcher

@@ -1,7 +1,5 @@
 """Axes of the gain space: the numbers that a feasibility report varies, and the gains that depend on each."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any

@@ -1,7 +1,5 @@
 """Cause of instability of a gain set: the worst eigenvalue, its operating point, and the conditions that fail there."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 

@@ -3,8 +3,6 @@
 ``analysis`` evaluates operating points at fixed gains; here gains vary too.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial

@@ -4,8 +4,6 @@
 then the estimates at the next sample without noise; or an implicit step of the states, z[k] = z[k−1] + h f(z[k], x[k]).
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any

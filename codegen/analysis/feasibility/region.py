@@ -1,7 +1,5 @@
 """Stability region over two gains, stable intervals of one, gain and sample-time margins; boundaries by bisection."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any

@@ -5,8 +5,6 @@ points, subject to a bound on the noise of the friction estimate and a gain marg
 axes' ranges, (sets, axes): the axes have different units, and some are logarithmic.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import reduce

@@ -1,7 +1,5 @@
 """Printer of C99 in double or single precision: the observer, a complete example, and files that build them."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from codegen.base.text import render

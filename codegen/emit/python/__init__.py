@@ -1,7 +1,5 @@
 """Printer of the Python twin: the operations of the C in the same order, on Python floats or NumPy's float32."""
 
-from __future__ import annotations
-
 from codegen.base.text import render
 from codegen.emit.expression import Language
 from codegen.emit.header import Header

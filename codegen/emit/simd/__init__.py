@@ -1,7 +1,5 @@
 """Printer of SIMD C: many observers stepped at once, each field an array over lanes, in loops that vectorise."""
 
-from __future__ import annotations
-
 from codegen.base.text import render
 from codegen.emit.c import c_words
 from codegen.emit.header import Header

@@ -13,8 +13,6 @@ its position needs no values of the spec: an exchange with which this holds, and
 whatever the forces are.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain, combinations, islice, permutations

@@ -6,8 +6,6 @@ On the left is the force that the motion requires, with the declared friction; o
 (``input_audit``). For coordinates on which no input acts, the correlation of g − U λ with M a is judged instead.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

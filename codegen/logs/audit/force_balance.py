@@ -4,8 +4,6 @@ M(x) a − g(x, v, 0) + U λ = g(x, v, w) − g(x, v, 0), both sides with the sa
 the declared effects on mass, force and friction. Those of an actuator, a sensor or a transmission are left out.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any

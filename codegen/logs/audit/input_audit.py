@@ -5,8 +5,6 @@ scale are right, also if friction is larger than inertia. If a coordinate exceed
 or more, the finding is about that coordinate and not the input.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from math import log

@@ -1,7 +1,5 @@
 """Preflight: findings on whether a log can be diagnosed with a spec."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 

@@ -21,8 +21,6 @@ If the time is c times too long, speeds appear divided by c and accelerations by
 Inertia alone does not distinguish c from a mass that is too small; damping, friction and springs do.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from itertools import chain

@@ -1,7 +1,5 @@
 """ROS 2 bags: messages in SQLite (.db3), and folders whose metadata.yaml names the files of one recording."""
 
-from __future__ import annotations
-
 import sqlite3
 from collections import Counter
 from collections.abc import Callable, Collection, Iterator, Mapping

@@ -1,7 +1,5 @@
 """Cells of a line of text: how a line is split into them, and which are numbers, missing values, dates or times."""
 
-from __future__ import annotations
-
 import csv
 import re
 from collections.abc import Iterator, Sequence

@@ -3,8 +3,6 @@
 Also a long table: a row for each value, with its time and the name of its signal.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator, Sequence
 from functools import partial

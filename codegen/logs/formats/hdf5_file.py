@@ -1,7 +1,5 @@
 """HDF5 logs, and MATLAB's format 7.3, which is HDF5: a column for each dataset, field or column of a dataset."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any

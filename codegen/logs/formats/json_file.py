@@ -5,8 +5,6 @@ named by a list of texts in the same object, as pandas writes ``{"columns": ["t"
 numbers from 1. Its other forms, ``{"t": {"0": 0, …}, …}`` and ``{"0": {"t": 0, …}, …}``, are read too.
 """
 
-from __future__ import annotations
-
 import json
 import re
 from collections.abc import Iterator, Mapping, Sequence

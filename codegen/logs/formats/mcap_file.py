@@ -1,7 +1,5 @@
 """MCAP files: messages of some topics, read chunk by chunk, so that a file may be larger than memory."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterator
 from os import SEEK_END
 from pathlib import Path

@@ -1,7 +1,5 @@
 """MDF 4, the measurement format of ASAM: channels in groups, each group with its own time."""
 
-from __future__ import annotations
-
 from collections import Counter
 from typing import Any
 

@@ -1,7 +1,5 @@
 """NumPy logs: an .npy file, a structured array or a table of numbers, or an .npz archive of arrays."""
 
-from __future__ import annotations
-
 import io
 import math
 import re

@@ -3,8 +3,6 @@
 A column of numbers is a column of the log. Each entry of a column of lists is one, called ``observation.state[2]``.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Logs of ROS 2 messages: a column for each numeric field of a topic, at the stamps of the messages' headers."""
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from array import array
 from collections import Counter

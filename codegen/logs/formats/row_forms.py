@@ -4,8 +4,6 @@ A name before each number, lists in a field, an arrow behind a time, a table in 
 line for each signal.
 """
 
-from __future__ import annotations
-
 import csv
 import re
 from collections.abc import Callable, Sequence

@@ -1,7 +1,5 @@
 """Signals with different sample times, joined to rows at common times by interpolation."""
 
-from __future__ import annotations
-
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """Logs in several files, for example one for each signal, joined by row number or by time."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 import numpy as np

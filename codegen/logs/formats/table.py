@@ -5,8 +5,6 @@ above a line of units; a description may state the line, and a scope's export ha
 ignored. Units are then found in one way for all of these: see ``_Head.units``.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, replace

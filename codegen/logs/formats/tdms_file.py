@@ -1,7 +1,5 @@
 """TDMS, the log format of LabVIEW: channels ``GROUP.CHANNEL``, with times from their ``wf_increment``."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Decoding of text files to lines: UTF-8, UTF-16 with a byte order mark, or Windows-1252; whole or in pieces."""
 
-from __future__ import annotations
-
 import re
 from codecs import BOM_UTF16_BE, BOM_UTF16_LE, getincrementaldecoder
 from collections.abc import Iterator

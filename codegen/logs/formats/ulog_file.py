@@ -1,7 +1,5 @@
 """ULog, the log format of PX4: columns ``TOPIC.field`` or ``TOPIC[instance].field``; read whole."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from codegen.logs.formats.series import ChannelFile, Signal

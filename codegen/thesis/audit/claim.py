@@ -4,8 +4,6 @@ Claims are data (``claims/``, a YAML file for each chapter). Each names the quan
 (``derivations/``) with which ``judge.py`` compares the printed formula.
 """
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

@@ -5,8 +5,6 @@ addition to the syntax of specs, products of matrices and symbols as exponents a
 vector are taken element by element, as in sgn(U'v).
 """
 
-from __future__ import annotations
-
 import ast
 import re
 from collections.abc import Iterable, Mapping, Sequence

@@ -1,7 +1,5 @@
 """Verdicts on printed formulas and conditions, by comparison with our derivations at random rational points."""
 
-from __future__ import annotations
-
 import random
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cache

@@ -1,7 +1,5 @@
 """Figure 4.7: the two-link arm, and the stability of its observer along the motion."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

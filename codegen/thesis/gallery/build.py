@@ -1,7 +1,5 @@
 """Production of figures: pictures and verdicts, in several processes."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 

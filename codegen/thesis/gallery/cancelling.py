@@ -1,7 +1,5 @@
 """Figure 5.1: the friction on the ground cancelled by the input on the lower of two masses."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial

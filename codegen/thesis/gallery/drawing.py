@@ -1,7 +1,5 @@
 """Style of the gallery's panels: true values dark, estimates blue, comparisons orange or green."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

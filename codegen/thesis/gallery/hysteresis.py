@@ -1,7 +1,5 @@
 """Figure 6.1: three observers on a servo whose friction has hysteresis, by the reset integrator law."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial

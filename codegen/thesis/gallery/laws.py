@@ -1,7 +1,5 @@
 """Figures 1.1 and 1.2: the classical friction laws, and one with hysteresis."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

@@ -4,8 +4,6 @@ A function of a figure's module that returns a ``Reading`` is the measure of a s
 ``number:`` says what it is.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise

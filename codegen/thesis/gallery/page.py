@@ -4,8 +4,6 @@ Numbers are stored as the page prints them. The texts of the page are read from 
 they can be corrected without a run. A figure whose statements, conditions or settings have changed counts as not run.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path

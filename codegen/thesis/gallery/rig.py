@@ -1,7 +1,5 @@
 """Figures 8.3 to 8.6: simulation of the experimental rig with four observers, without and with cancellation."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial

@@ -1,7 +1,5 @@
 """Runs of a figure's machine, with observers in open loop, or with one whose estimate is cancelled in closed loop."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 

@@ -1,7 +1,5 @@
 """Figures of chapters 2 and 3: the position servo with friction, and cancellation of its estimate."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial

@@ -3,8 +3,6 @@
 The statements about a figure are checked in several settings, so that a verdict does not depend on one choice.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any

@@ -3,8 +3,6 @@
 The files hold no verdicts: whether a statement holds is computed.
 """
 
-from __future__ import annotations
-
 import math
 from functools import cache
 from pathlib import Path

@@ -4,8 +4,6 @@ Run ``a`` is the observer of the model, a GCFO or GDFO; ``b`` the GTO with the g
 tenth of them.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any

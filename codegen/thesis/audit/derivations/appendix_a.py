@@ -2,8 +2,6 @@
 by Lagrange (A.1.5), for three positions that are polynomials of two coordinates.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import sympy

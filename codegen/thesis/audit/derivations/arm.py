@@ -1,7 +1,5 @@
 """The two-link arm of section 4.8 by Lagrange; θ₁ is measured from the horizontal, θ₂ relative to the first link."""
 
-from __future__ import annotations
-
 import sympy
 
 from codegen.spec.functions import Magnitude, Sgn

@@ -1,7 +1,5 @@
 """Chapter 5 and Appendix B: the input that cancels the friction, by solving B ū = U F̄ for several sizes of B."""
 
-from __future__ import annotations
-
 from itertools import combinations
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Friction laws, derived from the properties that their authors state."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import sympy

@@ -5,8 +5,6 @@ The symbols are of two coordinates and three contacts. U may depend on x, so tha
 formula holds if it is an identity in all of them. State equations are derived as in ``one``, with matrices.
 """
 
-from __future__ import annotations
-
 from types import SimpleNamespace
 from typing import Any
 

@@ -8,8 +8,6 @@ F = a(v) sgn(v). DFO: F = a f, ḟ = ξ(v, f); its model is ξ₁, and ``xi_1_ha
 order is ξ₁ − ξ₁v e_v − ξ₁f e_f. ``v_dot`` is v̇, so that w = v̇ + F.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 

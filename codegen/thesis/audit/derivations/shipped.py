@@ -1,7 +1,5 @@
 """The same quantities by the project itself: shipped spec → System → Observer → derive_error_dynamics."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

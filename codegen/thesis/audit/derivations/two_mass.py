@@ -4,8 +4,6 @@ Spring η₁ connects the lower mass with the wall, η₂ the upper mass, η₃ 
 contact 2 below.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import sympy
