@@ -1,7 +1,5 @@
 """Base classes of friction laws: parameters, level in steady sliding, bound on its slope, states."""
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass

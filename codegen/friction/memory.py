@@ -1,7 +1,5 @@
 """Laws whose force depends on the history of slip: rising static friction, lags, stick–slip and bristles."""
 
-from __future__ import annotations
-
 from abc import abstractmethod
 from collections.abc import Mapping
 from typing import Any

@@ -1,7 +1,5 @@
 """Laws in state-space form: λ = force(u, z), dz/dt = rates(u, z)."""
 
-from __future__ import annotations
-
 from typing import ClassVar
 
 import sympy

@@ -1,7 +1,5 @@
 """Laws of zero memory, λ = level(|u|) sgn(u): Coulomb, viscous and Stribeck friction."""
 
-from __future__ import annotations
-
 from abc import abstractmethod
 
 import sympy

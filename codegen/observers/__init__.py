@@ -1,7 +1,5 @@
 """Registry of the observers, which are lists of equations. To add one: a file with its KINDS, added to OBSERVERS."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """DFO and GDFO, the dynamic friction observers: they estimate the state f and the level a of λ = a φ(u, f)."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import Any
 

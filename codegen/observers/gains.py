@@ -1,7 +1,5 @@
 """Reading of gain matrices from a spec: a scalar, a list (diagonal) or rows, checked for shape and sign."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any

@@ -1,7 +1,5 @@
 """Equations shared by all observers: slip, known friction, acceleration."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import sympy

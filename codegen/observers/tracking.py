@@ -1,7 +1,5 @@
 """TO, GTO and MGTO, disturbance observers: friction is estimated as an unknown constant input force."""
 
-from __future__ import annotations
-
 import sympy
 
 from codegen.mechanics.system import Matrix, System

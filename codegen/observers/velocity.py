@@ -11,8 +11,6 @@ so Γ and Φ determine how the decay term −K_v v̂ is integrated:
 ``program/implicit_step.py`` solves the step.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any

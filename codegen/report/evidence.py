@@ -11,13 +11,7 @@ import numpy as np
 
 from codegen.base.arrays import Array, Flags
 from codegen.diagnosis.diagnose import Models
-from codegen.diagnosis.evidence.residual_regression import (
-    explained_over,
-    remainder_columns,
-    sliding,
-    smooth_curve,
-    variables_of,
-)
+from codegen.diagnosis.evidence import residual_regression
 from codegen.diagnosis.fit.drive import residual_at_drive
 from codegen.diagnosis.fit.residual import Problem, without_levels
 from codegen.diagnosis.fit.trial import with_effects, with_values
@@ -92,24 +86,24 @@ def _evidence(problem: Problem, without: System, whole: System, effect: FoundEff
     motion, i = problem.motion, acts_on(effect, problem.system)
     variable = VARIABLES[CATALOGUE[effect.kind].seen_over]
     residuals = residual_at_drive(without, motion)
-    used = sliding(without, motion, problem.used, i)
+    used = residual_regression.sliding(without, motion, problem.used, i)
     before = without_levels(without, motion, used, residuals[:, i], i)
     after = without_levels(without, motion, used, residual_at_drive(whole, motion)[:, i], i)
-    x = variables_of(without, motion, residuals, i)
-    columns = remainder_columns(without, motion, residuals, used, i)(variable)
+    x = residual_regression.variables_of(without, motion, residuals, i)
+    columns = residual_regression.remainder_columns(without, motion, residuals, used, i)(variable)
     sum_of_squares = max(float(np.sum(before[used] ** 2)), NO_RESIDUAL)
     directions = [("", used)]
     if variable in BOTH_WAYS:
         directions = [("forward", used & (x["speed"] > 0)), ("backward", used & (x["speed"] < 0))]
-    fitted = smooth_curve(before, used, columns)
+    fitted = residual_regression.smooth_curve(before, used, columns)
     return LawEvidence(
         kind=effect.kind,
         on=effect.on,
         coordinate=i,
         variable=variable,
-        smooth=explained_over(before, used, [columns]),
+        smooth=residual_regression.explained_over(before, used, [columns]),
         law=1 - float(np.sum(after[used] ** 2)) / sum_of_squares,
-        left=explained_over(after, used, [columns]),
+        left=residual_regression.explained_over(after, used, [columns]),
         # The force of the law is the difference of the two residuals.
         panels=tuple(_panel(way, rows, x[variable], (before, fitted, before - after)) for way, rows in directions),
     )

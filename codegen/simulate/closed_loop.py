@@ -1,7 +1,5 @@
 """Closed-loop simulation by a spec's ``simulation`` section, with the spec's observer in the loop if it is chosen."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 

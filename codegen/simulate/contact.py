@@ -1,7 +1,5 @@
 """Time stepping of set-valued friction (nonsmooth contact dynamics): the forces of all contacts over one step."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

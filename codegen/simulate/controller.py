@@ -1,7 +1,5 @@
 """Sampled controller of a simulated machine: feedforward and PID feedback, from a spec's ``simulation`` section."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple

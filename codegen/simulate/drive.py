@@ -1,7 +1,5 @@
 """Actuator models: effective inputs from commands, averaged over each step of a plant; by log or by sample."""
 
-from __future__ import annotations
-
 from math import ceil, floor
 
 import numpy as np

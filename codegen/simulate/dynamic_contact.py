@@ -1,7 +1,5 @@
 """Time stepping of friction laws with states: slip and states together by an L-stable Runge–Kutta method, in CasADi."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from math import sqrt

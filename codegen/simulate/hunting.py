@@ -1,7 +1,5 @@
 """Friction-induced limit cycles (hunting): detection, and the largest gain of the cancelling input without one."""
 
-from __future__ import annotations
-
 from bisect import bisect
 from collections.abc import Callable
 from dataclasses import dataclass, replace

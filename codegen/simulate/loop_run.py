@@ -1,7 +1,5 @@
 """Result of a closed-loop simulation: its log file, and excursions from the spec's envelope."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from io import StringIO
 from pathlib import Path

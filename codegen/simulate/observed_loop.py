@@ -1,7 +1,5 @@
 """Simulation of a closed loop: plant, sensors, sampled controller and observer, cancelling input, limits and delay."""
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, replace

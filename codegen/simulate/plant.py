@@ -3,8 +3,6 @@
 The contacts of a step have set-valued laws (``contact.py``), laws with states (``dynamic_contact.py``), smooth parts.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from math import ceil
 from typing import Any

@@ -1,7 +1,5 @@
 """Sensor models of a simulated machine: noise, encoder steps, low-passed velocity, and declared sensor errors."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from functools import cached_property
 

@@ -1,7 +1,5 @@
 """Checks of a spec before a plant is built: laws that cannot be simulated, controllers, and sample times."""
 
-from __future__ import annotations
-
 from codegen.base.errors import BadInput
 from codegen.mechanics.system import ContactFriction, System
 from codegen.observers import Observer

@@ -9,15 +9,7 @@ import re
 from dataclasses import dataclass
 from typing import Any
 
-from ruamel.yaml.events import (
-    AliasEvent,
-    DocumentStartEvent,
-    MappingEndEvent,
-    MappingStartEvent,
-    ScalarEvent,
-    SequenceEndEvent,
-    SequenceStartEvent,
-)
+from ruamel.yaml import events
 
 from codegen.base.errors import BadInput, Place
 
@@ -72,21 +64,21 @@ class Limits:
             tag = event.tag.replace("tag:yaml.org,2002:", "!!")
             raise self._fault(f"the tag `{tag}`", "a value without a tag")
         if getattr(event, "anchor", None) is not None:
-            sign = "*" if isinstance(event, AliasEvent) else "&"
+            sign = "*" if isinstance(event, events.AliasEvent) else "&"
             if sign == "*" and "*" in event.anchor:  # as Markdown writes emphasis
                 found = f"`*{event.anchor}`, a text that begins with `*` as an alias of YAML does"
                 raise self._fault(found, f'quotes around the text: `"*{event.anchor}…"`')
             expected = f'the value itself; or quotes around a text that begins so: `"{sign}{event.anchor}…"`'
             raise self._fault(f"`{sign}{event.anchor}`, an anchor or alias of YAML", expected)
         match event:
-            case DocumentStartEvent() if event.version not in (None, VERSION):
+            case events.DocumentStartEvent() if event.version not in (None, VERSION):
                 raise self._fault(f"YAML {'.'.join(map(str, event.version))}", "YAML 1.2", code="SPEC001")
-            case MappingStartEvent() | SequenceStartEvent():
-                self._open(isinstance(event, MappingStartEvent))
-            case ScalarEvent():
+            case events.MappingStartEvent() | events.SequenceStartEvent():
+                self._open(isinstance(event, events.MappingStartEvent))
+            case events.ScalarEvent():
                 self._check_scalar(event.value)
                 self._node_ended()
-            case MappingEndEvent() | SequenceEndEvent():
+            case events.MappingEndEvent() | events.SequenceEndEvent():
                 self._stack.pop()
                 self._node_ended()
 
