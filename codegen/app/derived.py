@@ -58,10 +58,7 @@ class Overrides:
         return {key: value for key, value in given.items() if value is not None}
 
     def applied(self, spec: Spec) -> Spec:
-        """The spec with the command's choices.
-
-        Raises BadInput for an unknown precision, fault policy or target.
-        """
+        """The spec with the command's choices. Raises BadInput for an unknown precision, fault policy or target."""
         from codegen.emit import PRINTERS
         from codegen.program.model import FAULTS, PRECISIONS
 
