@@ -15,7 +15,6 @@ from functools import cached_property
 
 import numpy as np
 
-from codegen.base.errors import BadInput
 from codegen.base.progress import shares_to
 from codegen.diagnosis.case import Case, Findings
 from codegen.diagnosis.evidence.residual_regression import acting_force, half_of_squares, remainders
@@ -51,7 +50,7 @@ from codegen.diagnosis.verdict.in_place import (
     nameless_rival,
     not_determined,
 )
-from codegen.diagnosis.verdict.late_inputs import corrected_for_leads, late_is_better, late_on_trial
+from codegen.diagnosis.verdict.late_inputs import adds_states, corrected_for_leads
 from codegen.diagnosis.verdict.over_positions import arc_of_a_curve, missing_curve
 from codegen.diagnosis.verdict.separation import separate, tied_fits
 from codegen.diagnosis.verdict.statement import interval_in_words
@@ -59,6 +58,8 @@ from codegen.mechanics.system import System
 from codegen.spec.model import Spec
 from codegen.spec.numerics import is_numerical, numerical
 
+MOST_CORRECTIONS = 2
+"""How often the lead of inputs is corrected and the effects are sought again."""
 Report = Callable[[str, float], None]
 """Called with (station, share done)."""
 
@@ -111,17 +112,14 @@ def select(case: Case, search: Search, report: Report, tell: Callable[[Findings]
 
     report("refit", 0.05)
     search, base = _refit(case.spec, search, case)
-    search, outcome, replaced = _sought(search, base, effects, case, may_be_late=True)
-    corrected = corrected_for_leads(case, search, outcome.final)
-    late = corrected or late_on_trial(case)
-    again = late and _refitted_late(late, search, on_trial=corrected is None)
-    if late and again:
-        first, late_base = again
-        sought = _sought(first, late_base, effects, late)
-        if corrected or late_is_better(sought[1].final, outcome.final):
-            known = case.findings_in_words["train"]
-            tell({"train": tuple(words for words in late.findings_in_words["train"] if words not in known)})
-            case, base, (search, outcome, replaced) = late, late_base, sought
+    for turn in range(MOST_CORRECTIONS + 1):
+        search, outcome, replaced = _sought(search, base, effects, case, may_be_late=turn < MOST_CORRECTIONS)
+        late = corrected_for_leads(case, search, outcome.final) if turn < MOST_CORRECTIONS else None
+        if late is None:
+            break
+        known = case.findings_in_words["train"]
+        tell({"train": tuple(words for words in late.findings_in_words["train"] if words not in known)})
+        case, (search, base) = late, _refitted_late(late, search)
     with_sums, last = with_harmonics(search, outcome) if not case.faults else (outcome, search)
     return Selection(case, search, base, outcome, with_sums, last, replaced)
 
@@ -289,18 +287,10 @@ class Judge:
         yield from _once_on_held_out(answer, case)
 
 
-def _refitted_late(late: Case, before: Search, on_trial: bool) -> tuple[Search, Fit] | None:
-    """Search and refit with inputs taken earlier; None if they are on trial and it cannot be computed with them.
-
-    ``before``: the search with the inputs as they were, whose compiled models are taken.
-    """
-    try:
-        search = search_on(late.problem, lambda share: record_of(late.problem.motion, late.log, share, late.events))
-        return _refit(late.spec, replace(search, compiled=before.compiled), late)
-    except BadInput:
-        if on_trial:
-            return None
-        raise
+def _refitted_late(late: Case, before: Search) -> tuple[Search, Fit]:
+    """Search and refit with inputs taken earlier; ``before``: the search whose compiled models are taken."""
+    search = search_on(late.problem, lambda share: record_of(late.problem.motion, late.log, share, late.events))
+    return _refit(late.spec, replace(search, compiled=before.compiled), late)
 
 
 @numerical("the fit of the model to the log")
@@ -330,12 +320,14 @@ def _sought(
     def are_late_inputs(search: Search, found: Fit) -> bool:
         return may_be_late and corrected_for_leads(case, search, found) is not None
 
-    by_joint = search.rigid is not None
+    def ends_early(found: Fit) -> bool:
+        return search.rigid is not None or not adds_states(found)
+
     outcome = find_effects(
-        search, base, progress, case.faults, lambda found: by_joint and are_late_inputs(search, found)
+        search, base, progress, case.faults, lambda found: ends_early(found) and are_late_inputs(search, found)
     )
     is_late = are_late_inputs(search, outcome.final)
-    if case.faults or case.steady or (is_late and by_joint):
+    if case.faults or case.steady or (is_late and ends_early(outcome.final)):
         return search, outcome, ()
     free = wrong_values.released(search, base, outcome)
     if free is not None:

@@ -11,12 +11,11 @@ from unittest.mock import patch
 import numpy as np
 import pytest
 
-from codegen.base.errors import BadInput
 from codegen.diagnosis import case as case_module
 from codegen.diagnosis import diagnose, free_runs
 from codegen.diagnosis.case import Case, Findings, case_of
 from codegen.diagnosis.evidence import timing
-from codegen.diagnosis.evidence.timing import ABOUT_HALF, Lead, undecided
+from codegen.diagnosis.evidence.timing import open_inputs
 from codegen.diagnosis.fit.output_error import Fit
 from codegen.diagnosis.fit.record import Record, record_of
 from codegen.diagnosis.fit.residual import Problem
@@ -25,7 +24,7 @@ from codegen.diagnosis.fit.signals import smooth_motion
 from codegen.diagnosis.selection.candidate_fits import every_part
 from codegen.diagnosis.selection.forward_selection import Outcome, Progress, find_effects, within_reach
 from codegen.diagnosis.verdict import late_inputs
-from codegen.diagnosis.verdict.late_inputs import corrected_for_leads, late_is_better, late_on_trial
+from codegen.diagnosis.verdict.late_inputs import corrected_for_leads, late_is_better
 from codegen.logs import Log
 from codegen.logs.description import LogDescription
 from tests.diagnosis.stage import among, log_of, stage, system_of
@@ -76,17 +75,40 @@ def test_where_held_commands_are_stated_nothing_is_corrected(tmp_path: Path) -> 
     assert corrected_for_leads(*fitted(log, {"friction_drift": DRIFTING, "compliance": DAMPED})) is None
 
 
-def test_effects_without_states_do_not_give_way(tmp_path: Path) -> None:
-    assert corrected_for_leads(*fitted(logged(DRIFT, tmp_path, LAG), {"friction_drift": DRIFTING})) is None
+def test_beside_an_effect_that_hid_it_free_runs_tell_how_late_an_input_is(tmp_path: Path) -> None:
+    """A cogging with its current 2 to 3 rows late was `unknown`: the lead was asked beside loads behind springs only.
+
+    The force balance gave 1.5 rows with 0.5 of deviation before the cogging was found, and 2.1 ± 0.1 beside it.
+    """
+    log = logged(DRIFT, tmp_path, LAG)
+    case, search, final = fitted(log, {"friction_drift": DRIFTING})
+    corrected = corrected_for_leads(case, search, final)
+    assert corrected is not None and not case.leads
+    # The mean of four samples is centred half a row before the row.
+    assert corrected.leads[0] == pytest.approx(0.5 + LAG / (EVERY * 0.002), abs=0.15)
+    (told,) = (f for f in corrected.findings["train"] if f.topic == "timing of w")
+    assert "So it is taken" in told.words and told.severity == "warning"
+
+
+@pytest.mark.parametrize("effects", ["", DRIFT, "{kind: offset, on: x, parameters: {f0: 0.8}}"])
+def test_where_no_input_is_late_free_runs_tell_none(tmp_path: Path, effects: str) -> None:
+    """Also where the model lacks an effect, which a lead resembles in part."""
+    log = replace(log_of(stage(f"[{effects}]"), tmp_path, "train.csv"), description=LogDescription())
+    assert corrected_for_leads(*fitted(log, {})) is None
 
 
 @pytest.mark.parametrize(("damping", "lag"), [(40.0, 0.0), (4.0, LAG)])
 def test_a_load_behind_a_spring_does_not_give_way(tmp_path: Path, damping: float, lag: float) -> None:
-    """Without the damped one the input seems to lead by 1.3 rows, and free runs are worse with that."""
+    """Without the damped one the input seems to lead by 1.3 rows, and free runs are worse with that.
+
+    Free runs with the load then tell how late the input is, and the load is sought again with that.
+    """
     load = {"k": 900.0, "c": damping, "load_fraction": 0.5}
     text = ", ".join(f"{name}: {value}" for name, value in load.items())
     log = logged(f"{DRIFT}, {{kind: compliance, on: x, parameters: {{{text}}}}}", tmp_path, lag)
-    assert corrected_for_leads(*fitted(log, {"friction_drift": DRIFTING, "compliance": load})) is None
+    corrected = corrected_for_leads(*fitted(log, {"friction_drift": DRIFTING, "compliance": load}))
+    assert corrected is not None and corrected.leads[0] == pytest.approx(0.5 + lag / (EVERY * 0.002), abs=0.15)
+    assert not any("not needed" in f.words for f in corrected.findings["train"])
 
 
 @pytest.mark.parametrize(("explained", "corrected"), [(0.06, True), (0.033, False)])
@@ -120,13 +142,12 @@ def test_where_the_force_balance_of_a_short_log_tells_no_lead_free_runs_do(
 ) -> None:
     """Of 6 s of a motor's measured torque at 100 Hz the balance gave 0.26 ± 0.15 rows, and nothing was corrected.
 
-    Refitted with held torques, inertia and damping then left 12 % of the drive force, in place of 6.4 %. With an effect
-    they are not asked: weaker motors, named where an arm carries a payload, gained by the half row and were accepted.
+    Refitted with held torques, inertia and damping then left 12 % of the drive force, in place of 6.4 %.
     """
     case, search, final = fitted(short(tmp_path, means), found)
-    assert not case.leads and set(undecided(case.problem, case.log, {})) == {0}
+    assert not case.leads
     corrected = corrected_for_leads(case, search, final)
-    if means or found:
+    if means:
         assert corrected is None
         return
     assert corrected is not None and corrected.leads == {0: 0.5}
@@ -139,80 +160,42 @@ def test_where_held_commands_are_stated_free_runs_are_not_asked(tmp_path: Path) 
     assert corrected_for_leads(*fitted(log, {})) is None
 
 
-@pytest.mark.parametrize(("lag", "rows", "corrected"), [(0.024, 0.0, True), (0.0, 1.5, False)])
-def test_where_a_nameless_force_hides_how_late_an_input_is_free_runs_tell(
-    tmp_path: Path, lag: float, rows: float, corrected: bool
-) -> None:
+@pytest.mark.parametrize("lag", [0.024, 0.0])
+def test_where_a_nameless_force_hides_how_late_an_input_is_free_runs_tell(tmp_path: Path, lag: float) -> None:
     """A gimbal's torque was 2.1 ± 0.24 rows late by the force, which explained 27 %; nothing was corrected or said.
 
-    Its free runs were 2.6 times as far from held-out data. The second input is not late, and only said to be.
+    Its free runs were 2.6 times as far from held-out data.
     """
     log = replace(shaken(logged("", tmp_path, lag), 1, 0.3), description=LogDescription())
     case, search, base = fitted(log, {})
     assert not case.leads
-    leads = {0: Lead(rows, 0.1, 0.3, 0.1, rows)} if rows else undecided(case.problem, case.log, case.leads)
-    with patch.object(late_inputs, "undecided", lambda *_: leads):
-        trial = late_on_trial(case)
-    assert trial is not None and trial.leads[0] > ABOUT_HALF
-    _, late = within_reach(
-        search_on(trial.problem, lambda share: record_of(trial.problem.motion, trial.log, share, trial.events))
-    )
-    assert late_is_better(late, base) is corrected
-    if corrected:
-        assert corrected_for_leads(case, search, base) is None
-        # Its mean of four samples is centred half a row before the row, and read as half a row later.
-        assert 1.5 < trial.leads[0] < 0.5 + lag / (EVERY * 0.002)
-        (told,) = (f for f in trial.findings["train"] if f.topic == "timing of w")
-        assert "So it is taken" in told.words and told.severity == "warning"
+    corrected = corrected_for_leads(case, search, base)
+    if not lag:
+        assert corrected is None or corrected.leads == {0: 0.5}
+        return
+    # Its mean of four samples is centred half a row before the row, and read as half a row later.
+    assert corrected is not None and corrected.leads[0] == pytest.approx(lag / (EVERY * 0.002) + 0.5, abs=0.3)
 
 
 @pytest.mark.parametrize(
-    ("estimate", "deviation", "explained", "holds"),
-    [
-        (2.0, 0.1, 0.3, [""]),  # that a stated measurement is late is expected, and such a lead is corrected
-        (2.0, 0.4, 0.3, []),  # 5 standard deviations
-        (9.0, 0.1, 0.3, ["", "linear"]),
-        (9.0, 0.1, 0.6, ["", "linear"]),  # the force balance decides up to 2.5 rows only
-        (11.0, 0.1, 0.6, []),
-        (2.0, 0.1, 0.6, []),  # the force balance decides
-    ],
+    ("hold", "late", "inputs"), [("", {}, [0]), ("linear", {}, [0]), ("zero-order", {}, []), ("", {"w": 0.0}, [])]
 )
-def test_a_lead_on_trial_is_certain_in_place_of_effects_and_open(
-    tmp_path: Path, estimate: float, deviation: float, explained: float, holds: list[str]
+def test_inputs_whose_time_is_stated_are_not_taken_earlier(
+    tmp_path: Path, hold: str, late: dict[str, float], inputs: list[int]
 ) -> None:
-    case = case_of(stage(), system_of(stage()), logged("", tmp_path, 0.0), None, 0.02)
-    lead = Lead(estimate, deviation, explained, 0.1, estimate)
-    with patch.object(timing, "lead_of", lambda *_: lead):
-        for hold in ("", "zero-order", "linear"):
-            log = replace(case.log, description=LogDescription(input_hold=hold))
-            trial = late_on_trial(replace(case, log=log, leads={}))
-            assert (trial is not None) is (hold in holds)
-            assert trial is None or trial.leads == {0: estimate}
+    log = replace(logged("", tmp_path, LAG), description=LogDescription(input_hold=hold, late=late))
+    assert open_inputs(system_of(stage()), log) == inputs
 
 
-@pytest.mark.parametrize(
-    ("noise", "gained", "length", "better"),
-    [(0.7, 11.0, 8, True), (0.72, 11.0, 8, False), (0.7, 9.0, 8, False), (0.7, 11.0, 9, False)],
-)
+@pytest.mark.parametrize(("noise", "gained", "better"), [(0.7, 11.0, True), (0.72, 11.0, False), (0.7, 9.0, False)])
 def test_free_runs_decide_for_a_lead_by_half_of_the_squared_error_and_ten_nats(
-    noise: float, gained: float, length: int, better: bool
+    noise: float, gained: float, better: bool
 ) -> None:
-    """By both, since few segments may have most of one; of other segments than the first search's by neither."""
-    first, late = SimpleNamespace(residual=np.ones((3, 8))), SimpleNamespace(residual=np.zeros((3, length)))
+    """By both, since few segments may have most of one."""
+    first, late = SimpleNamespace(residual=np.ones((3, 8))), SimpleNamespace(residual=np.zeros((3, 8)))
     about = {"noise_ratio": lambda fit: noise if fit is late else 1.0, "independent_share": lambda fit: 0.5}
     with patch.multiple(late_inputs, **about, segment_cost=lambda residual: 2 * gained * float(residual[0, 0])):
         assert late_is_better(late, first) is better  # type: ignore[arg-type]
-
-
-@pytest.mark.parametrize("lag", [0.024, 0.0])
-def test_a_lead_on_trial_is_told_and_taken_only_if_free_runs_decide_for_it(tmp_path: Path, lag: float) -> None:
-    spec, told = stage(), list[Findings]()
-    log = replace(shaken(logged("", tmp_path, lag), 1, 0.3), description=LogDescription())
-    leads = {0: Lead(2.0, 0.1, 0.3, 0.1, 2.0)}
-    with among("viscous"), patch.object(late_inputs, "undecided", lambda *_: leads):
-        diagnosis, _ = diagnose.diagnose_log(spec, system_of(spec), log, log, tell=told.append)
-    words = [w for found in (told[-1], diagnosis.findings) for w in found["train"] if "w acts" in w]
-    assert len(words) == (2 if lag else 0)
 
 
 LOADED = "{kind: compliance, on: x, parameters: {k: 2000, c: 20, load_fraction: 0.5}}"
@@ -251,34 +234,6 @@ def test_the_lead_by_every_second_row_of_a_long_log_is_that_by_all(tmp_path: Pat
     assert second.deviation == pytest.approx(every.deviation, rel=0.1)
 
 
-def test_a_lead_on_trial_that_cannot_be_fitted_leaves_the_first_search(tmp_path: Path) -> None:
-    """The numerical failure of its refit ended the whole diagnosis."""
-    spec, refitted = stage(), list[Search]()
-
-    def reached(search: Search) -> tuple[Search, Fit]:
-        refitted.append(search)
-        if len(refitted) == 2:
-            raise np.linalg.LinAlgError("Singular matrix")
-        return within_reach(search)
-
-    log = replace(logged("", tmp_path, 0.0), description=LogDescription())
-    on_trial = patch.object(late_inputs, "undecided", lambda *_: {0: Lead(2.0, 0.1, 0.3, 0.1, 2.0)})
-    with among("viscous"), on_trial, patch.object(free_runs, "within_reach", reached):
-        diagnosis, _ = diagnose.diagnose_log(spec, system_of(spec), log, log)
-    assert len(refitted) == 2 and diagnosis.verdict == "none"
-
-
-def test_a_certain_lead_that_cannot_be_fitted_ends_the_diagnosis() -> None:
-    """Without that lead effects would be named that it explains."""
-    late: Any = SimpleNamespace(problem=None, spec=None, final=None)
-    first = {"_refit": lambda *_: (late, late), "_sought": lambda *_, **__: (late, late, None)}
-    failing = patch.object(free_runs, "search_on", side_effect=BadInput("the log", "a singular matrix", "a fit"))
-    with failing, patch.multiple(free_runs, **first, corrected_for_leads=lambda *_: late):
-        assert free_runs._refitted_late(late, late, on_trial=True) is None
-        with pytest.raises(BadInput):
-            free_runs.select(late, late, lambda *_: None, lambda _: None)
-
-
 def test_the_effects_are_sought_again_with_the_input_taken_earlier(tmp_path: Path) -> None:
     """The first search is given the compliance that logs of a filtered current led to; the second one is as it is."""
     spec, told, outcomes = stage(), list[Findings](), list[Outcome]()
@@ -305,9 +260,17 @@ def test_the_effects_are_sought_again_with_the_input_taken_earlier(tmp_path: Pat
     ("rigid", "may_be_late", "accepted", "freed", "final", "asked"),
     [
         (True, True, ["first", "late", "third"], ["late"], "late", ["first", "late", "late"]),
-        (False, True, ["first", "late", "third"], ["late"], "late", ["third"]),  # the lead of parameters without limits
-        (False, True, ["first", "late"], ["one", "late", "three"], "late", ["late", "one", "late", "late"]),
-        (False, True, ["late"], ["one", "two"], "two", ["late", "one", "two", "two"]),
+        (False, True, ["load", "late", "third"], ["late"], "late", ["late", "late"]),
+        (False, True, ["load", "two loads"], ["late load"], "late load", ["two loads"]),  # without limits only
+        (
+            False,
+            True,
+            ["late load"],
+            ["1", "late load", "3"],
+            "late load",
+            ["late load", "1", "late load", "late load"],
+        ),
+        (False, True, ["late load"], ["one", "two"], "two", ["late load", "one", "two", "two"]),
         (False, False, ["late"], ["one", "late", "three"], "three", []),
     ],
 )
@@ -322,9 +285,9 @@ def test_nothing_is_searched_twice_where_an_input_is_late(
 ) -> None:
     """Presliding on the second of six joints was a late input, and four more joints were searched before it was asked.
 
-    The effects of a machine that is simulated as a whole are judged together: there it is asked of all of them. If the
-    answer is yes, a search without limits of parameters ends with the first fit that gives way too; if none does, it
-    counts as without a late input.
+    A load behind a spring of a machine that is simulated as a whole is judged with all effects. If the answer is
+    yes, a search without limits of parameters ends with the first fit that gives way too; if none does, it counts as
+    without a late input.
     """
     found = list[Any]()
     search: Any = SimpleNamespace(rigid=() if rigid else None)
@@ -336,17 +299,18 @@ def test_nothing_is_searched_twice_where_an_input_is_late(
 
     def corrected(case: Any, search: Any, final: Any) -> Any:
         found.append(final)
-        return case if final == "late" else None
+        return case if "late" in final else None
 
     monkeypatch.setattr(free_runs, "find_effects", find)
     monkeypatch.setattr(free_runs, "corrected_for_leads", corrected)
+    monkeypatch.setattr(free_runs, "adds_states", lambda final: "load" in final)
     monkeypatch.setattr(free_runs.wrong_values, "released", lambda *_: (free, None))
     monkeypatch.setattr(free_runs.wrong_values, "is_better", lambda *_: True)
     case: Any = SimpleNamespace(faults=False, steady=False)
     base: Any = None
     own, outcome, _ = free_runs._sought(search, base, lambda turn, share: None, case, may_be_late)
     assert outcome.final == final and found == asked
-    assert (own is search) == (rigid or asked[:1] == ["late"] == asked[-1:])
+    assert (own is search) == (rigid or all("late" in one for one in (asked or [""])[:: max(1, len(asked) - 1)]))
 
 
 @pytest.mark.parametrize(("rows", "left"), [(0.5, 0.0), (1.0, 0.0), (2.0, None)])

@@ -25,6 +25,7 @@ from codegen.diagnosis.fit.residual import Problem, inverse_dynamics_residual
 from codegen.diagnosis.fit.starting_values import DENSE, resonances, resonant
 from codegen.logs import Finding, Log
 from codegen.logs.uniform import earlier
+from codegen.mechanics.system import System
 
 LEAST_LEAD, ABOUT_HALF, LARGEST_LEAD = 0.25, 0.75, 2.5
 """In rows: the least lead that is corrected, the greatest that counts as half a row, the greatest that is corrected."""
@@ -144,29 +145,12 @@ def input_leads(problem: Problem, log: Log) -> tuple[dict[int, float], tuple[Fin
     return leads, tuple(found)
 
 
-def undecided(problem: Problem, log: Log, corrected: Mapping[int, float]) -> dict[int, Lead]:
-    """Inputs whose lead the force balance cannot tell: index → the half row, or a longer one that is certain.
-
-    Half a row where the estimate is not significant, or there is none for want of rows, and it agrees with that: held
-    or measured. A longer one that explains too little of the residual, as a force that the model lacks hides it, or
-    looks like it; or one above ``LARGEST_LEAD``, which a load behind a spring looks like. Each is judged by its own
-    estimate here; free runs then judge all of them together, since a drive logs its inputs alike.
-
-    Args:
-        corrected: the inputs that are corrected already.
-    """
-    system, about = problem.system, log.description
+def open_inputs(system: System, log: Log) -> list[int]:
+    """The inputs that may lead: none where held commands are stated, and not those whose time is stated."""
+    about = log.description
     if system.actuators or (about.input_hold and not about.measured_inputs):
-        return {}
-    open_ones = (k for k, w in enumerate(system.inputs) if k not in corrected and w.name not in about.late)
-    found, half = dict[int, Lead](), USUAL[0]
-    for k in open_ones:
-        lead = replace(lead_of(problem, k), expected=about.measured_inputs)
-        if not lead.is_shown and not about.input_hold and lead.apart(half) <= SURE:
-            found[k] = replace(lead, rows=half)
-        elif not lead.matters and lead.estimate <= LARGEST_IN_PLACE and replace(lead, expected=True).is_shown:
-            found[k] = replace(lead, rows=lead.estimate)
-    return found
+        return []
+    return [k for k, w in enumerate(system.inputs) if w.name not in about.late]
 
 
 def further_leads(problem: Problem, log: Log, before: Mapping[int, float]) -> dict[int, Lead]:
@@ -180,16 +164,12 @@ def further_leads(problem: Problem, log: Log, before: Mapping[int, float]) -> di
         problem: the model with its effects, and the motion with the inputs as corrected so far.
         before: by how many rows they are corrected.
     """
-    system, about = problem.system, log.description
-    if system.actuators or (about.input_hold and not about.measured_inputs):
-        return {}
     found = dict[int, Lead]()
-    for k, w in enumerate(system.inputs):
-        if w.name not in about.late:
-            lead = lead_of(problem, k)
-            whole = before.get(k, 0.0) + lead.estimate
-            if lead.is_significant and whole <= LARGEST_IN_PLACE:
-                found[k] = replace(lead, rows=whole)
+    for k in open_inputs(problem.system, log):
+        lead = lead_of(problem, k)
+        whole = before.get(k, 0.0) + lead.estimate
+        if lead.is_significant and whole <= LARGEST_IN_PLACE:
+            found[k] = replace(lead, rows=whole)
     return found
 
 

@@ -1,30 +1,30 @@
-"""Late inputs as an alternative explanation to effects that add states, such as a load behind a spring or presliding.
+"""Late inputs: by how much an input acts earlier than it was logged, judged with the effects that were found.
 
-An input that is logged late, as a current behind a filter of the drive, leads the motion. Before effects are sought, a
-force that the model lacks may hide this lead, and a heavily damped compliance then corrects it. So the lead is
-estimated again with the other effects found in the model. If free runs with the inputs taken earlier explain the log as
-well as the effects that add states do, the lead is corrected, and the effects are sought again.
+An input that is logged late, as a current behind a filter of the drive, leads the motion. Before effects are sought,
+the force balance estimates this lead (``evidence.timing``). A force that the model lacks may hide it there, or look
+like it. So free runs estimate it again, with what was found: beside each accepted effect and at the end of a selection,
+also if nothing was found. If they end much nearer to the log with another lead, it is corrected, and the effects are
+sought again. Free runs tell a lead where the force balance does not, as in slow motion, where the noise of the current
+exceeds its changes, and beside a load behind a spring.
 
-Where free runs then still leave far more than the noise, another force is missing, of which a lead explains a part, as
-a compliance does. There it must also explain a share of the residual force, as an effect must.
+A lead may also be hidden by effects that add states, as a heavily damped compliance corrects it. If free runs with the
+inputs taken earlier explain the log as well as these effects do, the lead is corrected in their place. Where free runs
+then still leave far more than the noise, another force is missing, of which a lead explains a part, as a compliance
+does. There it must also explain a share of the residual force, as an effect must.
 
 The estimate of a lead before effects are sought may also be too large. Free runs then find a delay or lag of the same
 input that is about as long or shorter. It is no effect of the machine: the lead is reduced by it, and the effects are
 sought again.
-
-Where no effect is found, the force balance may not tell whether an input is held or was measured, half a row apart.
-Free runs of the refit then decide it. With an effect they are not asked: a model with a wrong one, as weaker motors
-where an arm carries a payload, gains by half a row as by any other freedom.
-
-A longer lead may be significant in the force balance and still explain little of it, because a missing force hides it
-or looks like it, or be longer than what is corrected. Then effects are sought again with the lead corrected, and free
-runs of both selections decide.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import cache
+
+import numpy as np
+from scipy.optimize import minimize_scalar
 
 from codegen.diagnosis.case import Case
 from codegen.diagnosis.evidence.timing import (
@@ -32,11 +32,12 @@ from codegen.diagnosis.evidence.timing import (
     EXPLAINED,
     LARGEST_IN_PLACE,
     LEAST_LEAD,
+    SETTLED,
     Lead,
     further_leads,
     lead_finding,
+    open_inputs,
     overcorrection_finding,
-    undecided,
 )
 from codegen.diagnosis.fit.acceptance import LEAST_SHARE, independent_share, is_far, noise_ratio
 from codegen.diagnosis.fit.identity_cache import identity_cache
@@ -48,22 +49,30 @@ from codegen.diagnosis.selection.parsimony import BETTER
 from codegen.logs import Finding
 from codegen.logs.uniform import earlier
 
+TRIED = 0.0, 0.5, 1.0, 2.0, 3.0, 4.0, 6.0, 8.0, LARGEST_IN_PLACE
+"""Rows: the leads that free runs try one after the other, as long as they end nearer to the log."""
+
 
 @identity_cache(1)
 def corrected_for_leads(case: Case, search: Search, final: Fit) -> Case | None:
-    """The case with inputs taken earlier in place of the effects of a fit that add states; None if those stay.
+    """The case with other leads of its inputs than those with which a fit was found; None if it has the right ones.
 
-    Or with inputs taken less early, in place of a delay or lag that cancels the correction (``_overcorrected``).
-
-    Effects that add states stay if no input has a significant lead without them, if free runs gain more than ``BETTER``
-    nats by each of them over the lead, tempered by the share of independent residuals, or if these end far from the
-    noise and a lead explains less than ``LEAST_SHARE`` of the squared residual force. They are left out together, since
-    a lead may have been named as two of them.
+    They take the place of a delay or lag that cancels a lead (``_overcorrected``) or of effects that add states
+    (``_in_place_of_states``), or free runs of the same effects are much nearer to the log with them.
     """
     if over := _overcorrected(case, final):
         return case.with_leads({k: rows for k, (rows, _) in over.items()}, [finding for _, finding in over.values()])
-    if not final.trial.parts:
-        return _taken_as_measured(case, search, final)
+    return _in_place_of_states(case, search, final) or _by_free_runs(case, search, final)
+
+
+def _in_place_of_states(case: Case, search: Search, final: Fit) -> Case | None:
+    """The case with inputs taken earlier in place of the effects of a fit that add states; None if those stay.
+
+    They stay if no input has a significant lead without them, if free runs gain more than ``BETTER`` nats by each of
+    them over the lead, tempered by the share of independent residuals, or if these end far from the noise and a lead
+    explains less than ``LEAST_SHARE`` of the squared residual force. They are left out together, since a lead may have
+    been named as two of them.
+    """
     with_states = [k for k in range(len(final.trial.parts)) if _adds_states(final, k)]
     if not with_states:
         return None
@@ -84,37 +93,54 @@ def corrected_for_leads(case: Case, search: Search, final: Fit) -> Case | None:
     return _taken_earlier(case, leads, replaced)
 
 
-def _taken_as_measured(case: Case, search: Search, base: Fit) -> Case | None:
-    """The case with inputs taken as measured, where free runs of the refit gain more than ``BETTER`` nats by that.
+def adds_states(fit: Fit) -> bool:
+    """Whether some effect of a fit adds states to the free run."""
+    return any(_adds_states(fit, k) for k in range(len(fit.trial.parts)))
 
-    The nats are tempered by the share of independent residuals. None where the force balance decides.
+
+def _by_free_runs(case: Case, search: Search, final: Fit) -> Case | None:
+    """The case with all inputs taken earlier by the lead with which free runs of a fit end nearest to the log.
+
+    One device writes all inputs, so they have one lead, which is sought from the present one. It is taken if free runs
+    are much nearer to the log with it (``late_is_better``). Half a row, by which a measurement leads, is taken for
+    ``BETTER`` nats alone where no effect is found.
     """
-    leads = _open_leads(case, half=True)
-    if not leads or _gained(base, _with_earlier_inputs(case, search, leads).refit()) <= BETTER:
+    inputs = [] if case.faults or case.steady else open_inputs(case.problem.system, case.log)
+    if not inputs:
         return None
-    return _taken_earlier(case, leads)
 
+    @cache
+    def fitted(rows: float) -> Fit:
+        return _with_earlier_inputs(case, search, dict.fromkeys(inputs, Lead(rows))).fitted_again(final)
 
-def late_on_trial(case: Case) -> Case | None:
-    """The case with inputs taken earlier by leads above half a row that the force balance leaves open, if any."""
-    leads = _open_leads(case, half=False)
-    return _taken_earlier(case, leads) if leads else None
+    def cost(rows: float) -> float:
+        return segment_cost(fitted(rows).residual)
+
+    now = float(np.mean([case.leads.get(k, 0.0) for k in inputs]))
+    best = int(np.argmin([abs(rows - now) for rows in TRIED]))
+    while (near := min(range(max(best - 1, 0), min(best + 2, len(TRIED))), key=lambda k: cost(TRIED[k]))) != best:
+        best = near
+    rows = TRIED[best]
+    if segment_cost(final.residual) - cost(rows) <= BETTER:
+        return None
+    if rows > ABOUT_HALF:
+        around = TRIED[best - 1], TRIED[min(best + 1, len(TRIED) - 1)]
+        rows = float(minimize_scalar(cost, bounds=around, method="bounded", options={"xatol": SETTLED / 2}).x)
+    late = fitted(rows)
+    measured = rows <= ABOUT_HALF and not final.trial.parts and _gained(final, late) > BETTER
+    if rows < LEAST_LEAD or not (measured or late_is_better(late, final)):
+        return None
+    explained = 1 - (noise_ratio(late) / noise_ratio(final)) ** 2
+    return _taken_earlier(case, dict.fromkeys(inputs, Lead(rows, explained=explained)))
 
 
 def late_is_better(late: Fit, final: Fit) -> bool:
-    """Whether free runs decide for the leads on trial, with the effects that were found with them.
+    """Whether free runs gain more than ``BETTER`` nats by a lead, tempered, and lose half of the squared error.
 
-    They gain more than ``BETTER`` nats by them, tempered, and lose the share ``EXPLAINED`` of the squared error, which
-    the leads do not explain of the force: else they may be a part of a force that the model lacks.
+    By the nats alone a model that lacks a force would gain by a lead too, as by any other freedom.
     """
-    alike = late.residual.shape == final.residual.shape
     halved = noise_ratio(late) ** 2 <= (1 - EXPLAINED) * noise_ratio(final) ** 2
-    return alike and halved and _gained(final, late) > BETTER
-
-
-def _open_leads(case: Case, half: bool) -> dict[int, Lead]:
-    leads = {} if case.faults or case.steady else undecided(case.problem, case.log, case.leads)
-    return {k: lead for k, lead in leads.items() if (lead.rows <= ABOUT_HALF) == half}
+    return halved and _gained(final, late) > BETTER
 
 
 def _gained(before: Fit, after: Fit) -> float:
