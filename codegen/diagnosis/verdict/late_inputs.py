@@ -39,7 +39,14 @@ from codegen.diagnosis.evidence.timing import (
     open_inputs,
     overcorrection_finding,
 )
-from codegen.diagnosis.fit.acceptance import LEAST_SHARE, independent_share, is_far, noise_ratio
+from codegen.diagnosis.fit.acceptance import (
+    ALPHA,
+    LEAST_SHARE,
+    evidence_of,
+    independent_share,
+    is_far,
+    random_signs,
+)
 from codegen.diagnosis.fit.identity_cache import identity_cache
 from codegen.diagnosis.fit.output_error import Fit, segment_cost
 from codegen.diagnosis.fit.search import Search
@@ -130,17 +137,16 @@ def _by_free_runs(case: Case, search: Search, final: Fit) -> Case | None:
     measured = rows <= ABOUT_HALF and not final.trial.parts and _gained(final, late) > BETTER
     if rows < LEAST_LEAD or not (measured or late_is_better(late, final)):
         return None
-    explained = 1 - (noise_ratio(late) / noise_ratio(final)) ** 2
-    return _taken_earlier(case, dict.fromkeys(inputs, Lead(rows, explained=explained)))
+    return _taken_earlier(case, dict.fromkeys(inputs, Lead(rows, explained=evidence_of(final, late).share)))
 
 
 def late_is_better(late: Fit, final: Fit) -> bool:
-    """Whether free runs gain more than ``BETTER`` nats by a lead, tempered, and lose half of the squared error.
+    """Whether free runs show a lead as they show an effect, and it removes ``EXPLAINED`` of their squared error.
 
-    By the nats alone a model that lacks a force would gain by a lead too, as by any other freedom.
+    By nats alone a model that lacks a force would gain by a lead too, as by any other freedom.
     """
-    halved = noise_ratio(late) ** 2 <= (1 - EXPLAINED) * noise_ratio(final) ** 2
-    return halved and _gained(final, late) > BETTER
+    shown = evidence_of(final, late)
+    return shown.share >= EXPLAINED and random_signs(shown.t) <= ALPHA and _gained(final, late) > BETTER
 
 
 def _gained(before: Fit, after: Fit) -> float:
