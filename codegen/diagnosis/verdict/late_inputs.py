@@ -110,7 +110,7 @@ def _by_free_runs(case: Case, search: Search, final: Fit) -> Case | None:
 
     One device writes all inputs, so they have one lead, which is sought from the present one. It is taken if free runs
     are much nearer to the log with it (``late_is_better``). Half a row, by which a measurement leads, is taken for
-    ``BETTER`` nats alone where no effect is found.
+    ``BETTER`` nats alone where no effect is found and the log does not say whether the inputs were measured.
     """
     inputs = [] if case.faults or case.steady else open_inputs(case.problem.system, case.log)
     if not inputs:
@@ -134,7 +134,8 @@ def _by_free_runs(case: Case, search: Search, final: Fit) -> Case | None:
         around = TRIED[best - 1], TRIED[min(best + 1, len(TRIED) - 1)]
         rows = float(minimize_scalar(cost, bounds=around, method="bounded", options={"xatol": SETTLED / 2}).x)
     late = fitted(rows)
-    measured = rows <= ABOUT_HALF and not final.trial.parts and _gained(final, late) > BETTER
+    unstated = not (case.log.description.input_hold or final.trial.parts)
+    measured = unstated and rows <= ABOUT_HALF and _gained(final, late) > BETTER
     if rows < LEAST_LEAD or not (measured or late_is_better(late, final)):
         return None
     return _taken_earlier(case, dict.fromkeys(inputs, Lead(rows, explained=evidence_of(final, late).share)))
