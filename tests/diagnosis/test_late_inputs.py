@@ -70,6 +70,16 @@ def test_a_damped_compliance_that_corrects_a_late_input_gives_way_to_its_lead(tm
     assert corrected.window == case.window and corrected.problem.used.shape == case.problem.used.shape
 
 
+def test_a_compliance_gives_way_to_a_lead_that_the_force_balance_does_not_show(tmp_path: Path) -> None:
+    """In slow motion it showed none of a motor's current, 5 rows late, and presliding was named in its place."""
+    case, search, final = fitted(logged(DRIFT, tmp_path, LAG), {"friction_drift": DRIFTING, "compliance": DAMPED})
+    with patch.object(late_inputs, "further_leads", lambda *_: {}):
+        corrected = corrected_for_leads(case, search, final)
+    assert corrected is not None and corrected.leads[0] == pytest.approx(0.5 + LAG / (EVERY * 0.002), abs=0.15)
+    (found,) = (f for f in corrected.findings["train"] if f.topic == "timing of w")
+    assert "With it compliance on x is not needed" in found.words
+
+
 def test_where_held_commands_are_stated_nothing_is_corrected(tmp_path: Path) -> None:
     log = replace(logged(DRIFT, tmp_path, LAG), description=LogDescription(input_hold="zero-order"))
     assert corrected_for_leads(*fitted(log, {"friction_drift": DRIFTING, "compliance": DAMPED})) is None
@@ -124,7 +134,9 @@ def test_a_lead_that_explains_nearly_no_force_is_not_corrected_far_from_the_nois
     (lead,) = late_inputs.further_leads(
         replace(case.problem, system=search.without(final, 1).model), case.log, {}
     ).values()
-    with patch.object(late_inputs, "further_leads", lambda *_: {0: replace(lead, explained=explained)}):
+    leads = {0: replace(lead, explained=explained)}
+    by_force = patch.multiple(late_inputs, further_leads=lambda *_: leads, _nearest=lambda *_: {})
+    with by_force, patch.object(late_inputs, "_by_free_runs", lambda *_: None):
         assert (corrected_for_leads(case, search, final) is not None) is corrected
 
 

@@ -21,7 +21,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from functools import cache
+from functools import cache, reduce
 
 import numpy as np
 from scipy.optimize import minimize_scalar
@@ -75,10 +75,10 @@ def corrected_for_leads(case: Case, search: Search, final: Fit) -> Case | None:
 def _in_place_of_states(case: Case, search: Search, final: Fit) -> Case | None:
     """The case with inputs taken earlier in place of the effects of a fit that add states; None if those stay.
 
-    They stay if no input has a significant lead without them, if free runs gain more than ``BETTER`` nats by each of
-    them over the lead, tempered by the share of independent residuals, or if these end far from the noise and a lead
-    explains less than ``LEAST_SHARE`` of the squared residual force. They are left out together, since a lead may have
-    been named as two of them.
+    They stay if neither the force balance nor free runs show a lead without them, if free runs gain more than
+    ``BETTER`` nats by each of them over the lead, tempered by the share of independent residuals, or if these end far
+    from the noise and the lead explains less than ``LEAST_SHARE`` of the squared residual. They are left out together,
+    since a lead may have been named as two of them.
     """
     with_states = [k for k in range(len(final.trial.parts)) if _adds_states(final, k)]
     if not with_states:
@@ -86,18 +86,19 @@ def _in_place_of_states(case: Case, search: Search, final: Fit) -> Case | None:
     trial, theta = final.trial, final.theta
     for k in reversed(with_states):
         trial, theta = trial.without(theta, k)
-    leads = further_leads(replace(case.problem, system=model_of(trial, theta)), case.log, case.leads)
-    if not leads:
-        return None
-    late, rest = _with_earlier_inputs(case, search, leads), final
-    for k in reversed(with_states):
-        rest = late.without(rest, k)
-    if -_gained(final, rest) > BETTER * len(with_states):
-        return None
-    if is_far(rest) and min(lead.explained for lead in leads.values()) < LEAST_SHARE:
-        return None
-    replaced = [part.title for part in (final.trial.parts[k] for k in with_states)]
-    return _taken_earlier(case, leads, replaced)
+    by_force = further_leads(replace(case.problem, system=model_of(trial, theta)), case.log, case.leads)
+
+    def without_states(search: Search) -> Fit:
+        return reduce(search.without, reversed(with_states), final)
+
+    for leads in (by_force, _nearest(case, search, without_states(search))):
+        if not leads:
+            continue
+        rest = without_states(_with_earlier_inputs(case, search, leads))
+        is_part = is_far(rest) and min(lead.explained for lead in leads.values()) < LEAST_SHARE
+        if -_gained(final, rest) <= BETTER * len(with_states) and not is_part:
+            return _taken_earlier(case, leads, [final.trial.parts[k].title for k in with_states])
+    return None
 
 
 def adds_states(fit: Fit) -> bool:
@@ -106,19 +107,30 @@ def adds_states(fit: Fit) -> bool:
 
 
 def _by_free_runs(case: Case, search: Search, final: Fit) -> Case | None:
-    """The case with all inputs taken earlier by the lead with which free runs of a fit end nearest to the log.
+    """The case with all inputs taken earlier, where free runs of a fit show a lead (``late_is_better``); else None.
 
-    One device writes all inputs, so they have one lead, which is sought from the present one. It is taken if free runs
-    are much nearer to the log with it (``late_is_better``). Half a row, by which a measurement leads, is taken for
-    ``BETTER`` nats alone where no effect is found and the log does not say whether the inputs were measured.
+    Half a row, by which a measurement leads, is taken for ``BETTER`` nats alone where no effect is found and the log
+    does not say whether the inputs were measured.
+    """
+    leads = _nearest(case, search, final)
+    unstated = not (case.log.description.input_hold or final.trial.parts)
+    taken = any(lead.explained or (unstated and lead.rows <= ABOUT_HALF) for lead in leads.values())
+    return _taken_earlier(case, leads) if taken else None
+
+
+def _nearest(case: Case, search: Search, fit: Fit) -> dict[int, Lead]:
+    """The lead of all inputs with which free runs of a fit end nearest to the log: input → lead.
+
+    Empty unless they gain more than ``BETTER`` nats by it, tempered. One device writes all inputs, so they have one
+    lead, which is sought from the present one. ``explained`` is 0 where it is not shown (``late_is_better``).
     """
     inputs = [] if case.faults or case.steady else open_inputs(case.problem.system, case.log)
     if not inputs:
-        return None
+        return {}
 
     @cache
     def fitted(rows: float) -> Fit:
-        return _with_earlier_inputs(case, search, dict.fromkeys(inputs, Lead(rows))).fitted_again(final)
+        return _with_earlier_inputs(case, search, dict.fromkeys(inputs, Lead(rows))).fitted_again(fit)
 
     def cost(rows: float) -> float:
         return segment_cost(fitted(rows).residual)
@@ -128,17 +140,16 @@ def _by_free_runs(case: Case, search: Search, final: Fit) -> Case | None:
     while (near := min(range(max(best - 1, 0), min(best + 2, len(TRIED))), key=lambda k: cost(TRIED[k]))) != best:
         best = near
     rows = TRIED[best]
-    if segment_cost(final.residual) - cost(rows) <= BETTER:
-        return None
+    if _gained(fit, fitted(rows)) <= BETTER:
+        return {}
     if rows > ABOUT_HALF:
         around = TRIED[best - 1], TRIED[min(best + 1, len(TRIED) - 1)]
         rows = float(minimize_scalar(cost, bounds=around, method="bounded", options={"xatol": SETTLED / 2}).x)
+    if rows < LEAST_LEAD:
+        return {}
     late = fitted(rows)
-    unstated = not (case.log.description.input_hold or final.trial.parts)
-    measured = unstated and rows <= ABOUT_HALF and _gained(final, late) > BETTER
-    if rows < LEAST_LEAD or not (measured or late_is_better(late, final)):
-        return None
-    return _taken_earlier(case, dict.fromkeys(inputs, Lead(rows, explained=evidence_of(final, late).share)))
+    explained = evidence_of(fit, late).share if late_is_better(late, fit) else 0.0
+    return dict.fromkeys(inputs, Lead(rows, explained=explained))
 
 
 def late_is_better(late: Fit, final: Fit) -> bool:
