@@ -6,8 +6,6 @@ The method of centres (Boyd and El Ghaoui 1993) repeats two steps: find the cent
 towards the rate that this centre certifies.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Conversion of SymPy expressions and numbers to the text of a certificate (docs/certificate_format.md)."""
 
-from __future__ import annotations
-
 import math
 from decimal import ROUND_CEILING, Context, Decimal
 from fractions import Fraction

@@ -4,8 +4,6 @@ P is found in floating point, rounded to rationals, and issued only if the indep
 its reason and, if one is known, a counterexample.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator, Mapping
 from contextlib import suppress

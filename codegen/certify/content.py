@@ -1,7 +1,5 @@
 """Content of a certificate as a JSON object, which a refutation shares (docs/certificate_format.md)."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Callable, Mapping, Sequence

@@ -6,8 +6,6 @@ thousands of cells. So P is found at sampled points, and the checker verifies it
 envelope, and each variable in which A is not affine.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from fractions import Fraction

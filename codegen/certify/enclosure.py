@@ -4,8 +4,6 @@ Over a cell each parameter lies in an interval, and A is multi-affine in the par
 of its values at the vertices of the box of these intervals.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction

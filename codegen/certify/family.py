@@ -5,8 +5,6 @@ occurs in several entries is the same parameter in all of them, so that it has o
 parameter; a term may be a product of several.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from itertools import combinations, permutations, product

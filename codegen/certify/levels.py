@@ -5,8 +5,6 @@ not hold for any other. So the level becomes a variable with a range about the d
 the whole range.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any

@@ -9,8 +9,6 @@ V[k+1] ≤ V[k]/(1 + αh)² at any sample time. The linear matrix inequalities i
 proposal; the checker verifies it in exact numbers.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import Any

@@ -1,7 +1,5 @@
 """Results of certification: a certificate with further proofs, or a refusal with remedies."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction

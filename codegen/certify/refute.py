@@ -5,8 +5,6 @@ satisfies cQ − Φ'QΦ > 0, then Q > 0 if and only if Φ/√c is stable (Stein'
 some x ≠ 0 proves that Φ'PΦ ≤ cP holds for no P > 0. As α → 0 it proves that the error does not decay.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress

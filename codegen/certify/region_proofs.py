@@ -6,8 +6,6 @@
   growth of V at a reversal and the dwell time after it.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from contextlib import suppress

@@ -4,8 +4,6 @@ A region is a box in the sign-symmetric coordinates of ``along_friction``, which
 state. Its size is found by bisection in floating point; ``region_proofs`` submits it to the checker.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from fractions import Fraction

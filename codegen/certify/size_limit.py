@@ -1,7 +1,5 @@
 """Largest size of an observer that the checker accepts."""
 
-from __future__ import annotations
-
 from codegen.base.text import render
 from codegen.observers.equations import Observer
 

@@ -3,8 +3,6 @@
 Nothing here is trusted.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from decimal import ROUND_FLOOR
 from fractions import Fraction

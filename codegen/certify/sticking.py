@@ -12,8 +12,6 @@ converge while S sticks, even if a certificate holds between reversals. Computed
 no claim of a certificate depends on it.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from itertools import combinations
 

@@ -7,8 +7,6 @@ steady speed each, by the means of the records. The answer has the effects that 
 not refuse.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any

@@ -7,8 +7,6 @@ force residual, compared with effects that explain it as well, and by further ch
 ones examine the residual that is left.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property

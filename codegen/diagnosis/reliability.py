@@ -4,8 +4,6 @@ A class is a verdict together with whether the final model reaches the noise (``
 in reliability.json beside this file, which `python -m benchmarks.reliability` writes.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache

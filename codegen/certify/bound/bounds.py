@@ -1,7 +1,5 @@
 """Results of the error bounds: of each friction error, and of an observer with a domain also through reversals."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from decimal import ROUND_CEILING

@@ -1,7 +1,5 @@
 """Bounds δ on the disturbances of the error dynamics (``error_response``), from the envelope and a model error."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction

@@ -26,8 +26,6 @@ Hence, at all samples after one at which it holds,
    Since E₀ < E, an error of E₀ + (E − E₀)/φ^R is within E after R samples, before the level is updated.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from fractions import Fraction
 

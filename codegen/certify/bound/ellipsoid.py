@@ -9,8 +9,6 @@ With γ, M, a_j and S of reach.py these hold for f = γ, t_j = d_j S/((1 − γ)
 b_j b_j' ≤ b_j'M⁻¹b_j M by Cauchy's inequality and Q − ΦQΦ'/f = S²M. Nothing here is trusted.
 """
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Mapping, Sequence

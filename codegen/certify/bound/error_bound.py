@@ -8,8 +8,6 @@ the L1 norms of the impulse responses over N samples, and the invariant ellipsoi
 ones (a_j: ``reach.py``). ellipsoid.py writes the same bound in rationals, and the checker proves it of the C.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """Bounds on a contact's friction and its slope, from its law and the envelope, as exact numbers."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache

@@ -14,8 +14,6 @@ The sum alone is attained by some disturbances, and N is the first number for wh
 it. From a start with V ≤ V₀ the last term is √(V₀ rP⁻¹r') in place of S √(rP⁻¹r').
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction

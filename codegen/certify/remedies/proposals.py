@@ -4,8 +4,6 @@ The search for gains uses the eigenvalues of the error matrices at the operating
 with it, the files are generated and the checker accepts their certificate.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """Largest sample time that can be certified at a spec's gains, for every integration method of its observer."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress

@@ -8,8 +8,6 @@ external force), the sign of the slip (another friction level), the row of M a (
 least ``LEAST_Z`` standard deviations. These are of sums over blocks, so that the noise need not be white in a block.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Coverage of a log: ranges of the variables at the place of a candidate, and main periods of the force residual."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property

@@ -4,8 +4,6 @@ No covariance of one criterion shows the bias of a wrong form, which its estimat
 same misfit otherwise; ``widened_by`` widens the intervals by the difference of both estimates.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import exp, hypot, log, pi, sqrt

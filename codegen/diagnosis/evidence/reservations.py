@@ -1,7 +1,5 @@
 """Objections to an effect that forward selection accepts, and remarks that must accompany it."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

@@ -5,8 +5,6 @@ together, and on the ringing of a load behind a spring. The penalty on second di
 shares are 1 − Σ(r − r̂)²/Σr² on held-out parts of the log.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import cache

@@ -6,8 +6,6 @@ that the drive filters before it is logged by the lag of the filter. No effect o
 compliance, presliding and damping fit the force residual of a lead, so it is corrected before effects are sought.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any

@@ -4,8 +4,6 @@ A segment's loss is its negative log-likelihood, K/2 log(1 + RSS/K), with RSS th
 units of the noise. A model "removes" a share s of the squared residual r² of another one if its own is (1 − s) r².
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import erfc, exp, log1p, sqrt
 

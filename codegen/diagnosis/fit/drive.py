@@ -1,7 +1,5 @@
 """Drive force of a model along a motion, what actuators and friction leave of it, and the residual over that share."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import casadi

@@ -1,7 +1,5 @@
 """Cache of a function's last results, by the identity of its arguments."""
 
-from __future__ import annotations
-
 from collections import OrderedDict
 from collections.abc import Callable, Hashable
 from functools import wraps

@@ -8,8 +8,6 @@ respect to the joint's own position and speed there. M_ii does not depend on x_i
 follow the measured motion, so a force that the model lacks moves its own joint only.
 """
 
-from __future__ import annotations
-
 from collections import OrderedDict
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, field, replace

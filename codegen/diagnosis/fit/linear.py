@@ -1,7 +1,5 @@
 """Linear least squares in scaled unknowns, whose units may differ by many powers of ten, and measures of a residual."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from codegen.base.arrays import Array

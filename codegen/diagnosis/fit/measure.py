@@ -1,7 +1,5 @@
 """Errors of a model on held-out data: RMS force residual, and RMS position error of a free-run simulation."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property

@@ -1,7 +1,5 @@
 """Force residual of a model on a log, g − M a − U λ, by inverse dynamics with zero-phase filters."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache

@@ -5,8 +5,6 @@ friction levels by linear least squares for each shape. A stage of an actuator c
 input w, r + (∂g/∂w)(w' − w); its one parameter is found by a bounded search.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache

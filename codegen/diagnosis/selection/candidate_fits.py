@@ -1,7 +1,5 @@
 """Fits of all candidate effects in a round of forward selection: first on few segments, then the best on all."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property

@@ -1,7 +1,5 @@
 """Fits of models to the force residual by nonlinear least squares, and free runs with the effects of such a fit."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property

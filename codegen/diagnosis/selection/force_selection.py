@@ -3,8 +3,6 @@
 For confirmation, free runs use these values of the effects, and refitted levels, toleranced values and start states.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial

@@ -1,7 +1,5 @@
 """What free runs accept: whether a fit with more effects is worth it, and what replaces several of them."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from codegen.diagnosis.evidence.force_gain import ForceCriterion, added_parameters, nested_evidence_of

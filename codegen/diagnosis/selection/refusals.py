@@ -5,8 +5,6 @@ another effect or refitted values explain it, and if the force residual contradi
 significant: the p-values by free runs and by the force residual are corrected for all hypotheses tried.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from math import comb, prod

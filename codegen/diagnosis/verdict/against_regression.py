@@ -20,8 +20,6 @@ such as friction in patches of a floor. Only a second period shows that the forc
 it, and a smooth curve over the position explains much of what the wave leaves, nothing shows that it is a wave.
 """
 
-from __future__ import annotations
-
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from functools import partial

@@ -1,7 +1,5 @@
 """The augmented spec: found effects and refitted values in the author's own text, whose comments are kept."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 

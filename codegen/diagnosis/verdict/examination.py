@@ -1,7 +1,5 @@
 """Examination of the outcome of forward selection: adopted values, and checks of the effects."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial

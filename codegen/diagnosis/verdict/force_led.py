@@ -7,8 +7,6 @@ that free runs accept stay; on an arm those on its other joints are added, and a
 all joints (``accepted_across_joints``).
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 

@@ -4,8 +4,6 @@ Cogging is a sum of sines by slots, poles and eccentricity; free runs with a sin
 The force residual is linear in the weights, so that orders are added one by one and judged on held-out blocks.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 

@@ -20,8 +20,6 @@ right, and the residual may be noise, which does not fall with the drive force: 
 a material excess counts even with such free runs, and also with a load behind a spring.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 

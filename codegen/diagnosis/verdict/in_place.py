@@ -19,8 +19,6 @@ place of ``compliance`` and ``backlash``. These stay named where the two fit ali
 that slips prevents it (``if_better``): for a load that a damper drags along, the load that slips always fits as well.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 

@@ -17,8 +17,6 @@ input that is about as long or shorter. It is no effect of the machine: the lead
 sought again.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cache, reduce

@@ -16,8 +16,6 @@ forces against each other follow any curve, and two true ones seldom balance. No
 less.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations_with_replacement

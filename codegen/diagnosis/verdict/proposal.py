@@ -1,7 +1,5 @@
 """Proposal of a sparse sum of terms for an unknown residual, by PySINDy; it is never written into a spec."""
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Callable
 from importlib.util import find_spec

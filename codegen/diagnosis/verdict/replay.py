@@ -1,7 +1,5 @@
 """Replay of the generated tracking observer over a log, as a second, independent friction estimate."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

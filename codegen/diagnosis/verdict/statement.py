@@ -1,7 +1,5 @@
 """The verdict in words: a headline and labelled facts, each from its template in templates/text/statement/."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from math import floor, isfinite, log10, sqrt

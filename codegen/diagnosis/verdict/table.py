@@ -1,7 +1,5 @@
 """The tables of candidates of a diagnosis, from the outcome of forward selection."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterator, Sequence
 
 from codegen.diagnosis.evidence.estimate import effect_of

@@ -7,8 +7,6 @@ as much with fewer changes of the declared model, effects are sought in addition
 is not fitted; if another value of it alone would explain a residual that no effect explains, it is reported.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
