@@ -380,8 +380,8 @@ def mirror(proof: dict[str, Any], step: Any, columns: Any, noise: list[Fraction]
     """The errors of velocities and those of levels, each in reverse order, if lemma I holds of it; or all in order.
 
     LEMMA I. Let p be an order of the errors, its own inverse, in which the matrix and the noise in each error are what
-    they were, and each column of noise and drift, or minus it, is a column again. Then errors that move as proved do so
-    in the order of p. So what is shown of a row, a start and a set is shown of all of these in the order of p.
+    they were, and so are the columns of noise and drift, but for their signs and order. Then errors that move as proved
+    do so in the order of p. So what is shown of a row, a start and a set is shown of all of these in the order of p.
     """
     kinds = [e["truth"] in proof["acceleration"] for e in proof["errors"]]
     groups = [[i for i, kind in enumerate(kinds) if kind is way] for way in (True, False)]

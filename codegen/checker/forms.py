@@ -90,4 +90,4 @@ def product(A: Any, B: Any, zero: Any) -> Any:
     """AB, for numbers or polynomials; entries that are 0 are left out of the sums."""
     columns, rows = [*zip(*B, strict=True)], [[(j, a) for j, a in enumerate(row) if a] for row in A]
     kernel.demand(all(len(row) == len(c) for c in columns[:1] for row in A), "matrices whose sizes do not fit")
-    return [[sum([a * c[j] for j, a in row if c[j]], zero) for c in columns] for row in rows]
+    return [[sum((a * c[j] for j, a in row if c[j]), zero) for c in columns] for row in rows]  # not all at once

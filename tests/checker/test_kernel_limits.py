@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import gc
 import json
 import math
 import random
 import time
+import tracemalloc
 from collections.abc import Callable
 from contextlib import nullcontext
 from fractions import Fraction
@@ -14,7 +16,7 @@ from typing import Any
 
 import pytest
 
-from codegen.checker import errors, frame, kernel, verify
+from codegen.checker import errors, forms, frame, kernel, verify
 from tests.checker.forged import replace_once
 
 GENERATED = Path(__file__).parents[2] / "generated"
@@ -213,6 +215,39 @@ def test_a_high_power_of_a_range_with_long_ends_is_decided_in_time(
         with frame.limited(), pytest.raises(ValueError, match=refused) if refused else nullcontext():
             kernel.contracts(x, one, factor, {"x": sorted(ends)}, "", {})
     assert time.thread_time() - begun < 4
+
+
+def test_an_entry_of_a_product_keeps_its_sum_in_memory_and_not_every_part() -> None:
+    """Products of polynomials that a proof may name have 300 000 terms each, and are the same powers."""
+    row = [kernel.Poly({("x",) * k: i + 1 for k in range(100)}) for i in range(30)]
+    one = kernel.Poly({("y",) * k: 1 for k in range(30)})
+    tracemalloc.start()
+    try:
+        ((found,),) = forms.product([row], [[one]] * len(row), kernel.Poly())
+        most = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert len(found) == 3000 and most < 5_000_000
+
+
+@pytest.mark.parametrize("collects", [True, False])
+def test_cycles_of_objects_are_sought_as_before_once_a_check_ends(collects: bool) -> None:
+    """However it ends."""
+    was = gc.isenabled()
+    (gc.enable if collects else gc.disable)()
+    try:
+        for seconds in (1.0, 0.0):
+            why = "no" if seconds else "more work than the limit"
+            with pytest.raises(ValueError, match=why), frame.limited(), frame.limited(seconds):
+                frame.demand(not seconds, "no")
+                sum(range(100_000))
+                frame.demand(True, "")
+        assert gc.isenabled() == collects
+        with frame.limited(), frame.limited():
+            assert not gc.isenabled()
+        assert gc.isenabled() == collects
+    finally:
+        (gc.enable if was else gc.disable)()
 
 
 def test_a_certificate_of_long_numbers_is_refused_in_time() -> None:
