@@ -244,8 +244,8 @@ def read(folder: Path | None, names: set[str]) -> dict[str, bytes]:
     found = {path.name: files.read(path, MAX_TEXT) for path in here}
     for path in (path for path in here if path.name in (PROOF, SETS)):
         try:
-            with suppress(RecursionError):  # this, which Python's reader does not take, is refused later
-                json.loads(found[path.name].decode())
+            with suppress(RecursionError, Refused):  # this, which is JSON that no claim is, is refused later
+                files.parsed(found[path.name])
         except ValueError as why:
             raise OSError(errno.EINVAL, f"no JSON: {why}", str(path)) from None
     return found

@@ -1036,6 +1036,16 @@ def test_a_claim_in_the_folder_that_is_no_json_cannot_be_read(
         of_library.verify(folder / asked)
 
 
+@pytest.mark.parametrize("name", ["proof.json", "ellipsoid.json"])
+@pytest.mark.parametrize("left", ["1" * 5000, '{"name": ' + "7" * 5000 + "}", '{"name": 1, "name": 2}', "[" * 100_000])
+def test_a_claim_in_the_folder_that_is_json_of_another_form_is_no_claim(name: str, left: str, tmp_path: Path) -> None:
+    """A number of 5000 digits, which Python's int does not take, was said to be no JSON."""
+    folder = shutil.copytree(SOURCE.parents[2] / "generated/one_mass", tmp_path / "one_mass")
+    (folder / name).write_text(left)
+    status, out, err = run(folder / "certificate.json")
+    assert (status, err) == (5, "") if name == "proof.json" else (status, err) == (3, "") and name in out
+
+
 @pytest.mark.parametrize("kernel", [True, False])
 def test_what_is_never_compared_is_always_said(kernel: bool, tmp_path: Path) -> None:
     """Whatever is there: nobody is to think that a hash of the C, or of the spec, says what stands in it."""
