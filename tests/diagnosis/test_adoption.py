@@ -707,6 +707,7 @@ def test_a_value_keeps_its_sign_where_its_tolerance_does_not_reach_to_zero(
         # half the torque constant, refused; with the declared one 0.6 of 1 is a gain
         ((0.48, 1.1, 0.6), "", "declared"),
         ((0.48, 1.1, 0.6), "a curve over all positions explains more", ""),
+        ((0.48, 1.1, 0.6), "it takes the level", ""),
         ((1.1, 0.55, 1.2), "", ""),  # 0.55 with half the torque constant is 1.1 of the drive force
     ],
 )
@@ -723,8 +724,9 @@ def test_each_option_is_compared_in_proportion_to_its_own_drive(
         one = replace(plain, force_rms_rows=(min(gains[model], 1.0),))
         return Reference(one, one, -0.025)
 
-    part = SimpleNamespace(effect=SimpleNamespace(coordinate=lambda system, place: 0), place=0)
-    fit = SimpleNamespace(trial=SimpleNamespace(parts=(part,)), runner=None)
+    of_level = against == "it takes the level"
+    effect = SimpleNamespace(coordinate=lambda system, place: 0, sits_on="input" if of_level else "contact")
+    fit = SimpleNamespace(trial=SimpleNamespace(parts=(SimpleNamespace(effect=effect, place=0),)), runner=None)
     problem = SimpleNamespace(system=SimpleNamespace(positions=(sympy.Symbol("x"),)), motion=None)
     answer = Answer("effect", (), *[SimpleNamespace(values={})] * 2, (plain,) * 3)  # type: ignore[arg-type]
     stand_ins = {
@@ -733,9 +735,9 @@ def test_each_option_is_compared_in_proportion_to_its_own_drive(
         "options_of": lambda *_: [(name, name) for name in gains],
         "settled_by_free_runs": lambda *_: False,
         "force_agrees": lambda *_: True,
-        "takes_the_level": lambda *_: "",
+        "takes_the_level": lambda *_, with_friction: "" if with_friction else "takes the level",
         "against_regression": lambda *_: "",
-        "over_positions": lambda *_: against,
+        "over_positions": lambda *_: "" if of_level else against,
         "with_values": lambda *_: None,
         "is_far": lambda fit: True,
         "remarks": lambda *_: (),

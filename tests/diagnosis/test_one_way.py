@@ -57,6 +57,15 @@ def test_a_level_is_not_taken_to_zero_where_nothing_reverses(tmp_path: Path, tur
     assert takes_the_level(problem, none, none) == ""  # the refit has it too, so the effects do not take it
 
 
+def test_friction_is_not_lost_to_an_actuator(tmp_path: Path) -> None:
+    """A cable on a turntable was named a dead zone of 2.7 A, with no friction left of the declared 8.6 N m."""
+    problem = one_way(tmp_path, turns=True)
+    declared, none = problem.system, with_level(problem.system, 0.0)
+    assert RAIL in takes_the_level(problem, declared, none, with_friction=False)
+    assert takes_the_level(problem, declared, declared, with_friction=False) == ""
+    assert takes_the_level(problem, none, none, with_friction=False) == ""
+
+
 def test_a_start_that_leaves_no_drive_is_left_out(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Its residual was divided by that share: a division by zero that was told as a fault of the spec."""
     search = searched(log_of(stage(duration=5.0), tmp_path, "train.csv"))

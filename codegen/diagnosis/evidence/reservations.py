@@ -133,18 +133,27 @@ def is_level_or_line(system: System, motion: Motion, part: Part, parameters: Map
     return any(not low * top <= parameters[name] <= high * top for name, (low, high) in shares.items())
 
 
-def takes_the_level(problem: Problem, refit: System, augmented: System) -> str:
-    """The objection to effects with which a friction level becomes zero, if its contact never reverses in the log.
+def takes_the_level(problem: Problem, refit: System, augmented: System, with_friction: bool = True) -> str:
+    """The objection to effects with which a friction level becomes zero; empty if there is none.
 
-    In one direction a level is a constant force, which cannot be distinguished from a gain of the drive.
+    In one direction a level is a constant force, which cannot be distinguished from a gain of the drive. Where the
+    contact reverses, another effect of friction may replace the level, but a machine does not lose its friction to a
+    force or an actuator: these then imitate it, as a dead zone does.
+
+    Args:
+        with_friction: whether some of the effects acts on a contact.
     """
     gone = set(levels_at_zero(problem.system, [augmented], problem.levels))
     gone -= set(levels_at_zero(problem.system, [refit], problem.levels))
     slip = slip_velocities(problem.system, problem.motion)[problem.motion.usable]
     for k, contact in enumerate(problem.system.contacts):
         lost = sorted(gone & {s.name for s in contact.law_parameters.values()})
-        if lost and (np.all(slip[:, k] > 0) or np.all(slip[:, k] < 0)):
+        if not lost:
+            continue
+        if np.all(slip[:, k] > 0) or np.all(slip[:, k] < 0):
             return f"makes the friction level {lost[0]} zero, which a log that moves one way cannot show"
+        if not with_friction:
+            return f"makes the friction level {lost[0]} zero, as if it took the place of the friction"
     return ""
 
 

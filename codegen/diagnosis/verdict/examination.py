@@ -243,7 +243,8 @@ def _judged(
         against = (
             f"it does not reduce the squared residual force of the training log by {in_percent(acceptance.LEAST_SHARE)}"
         )
-    level = takes_the_level(*models)
+    with_friction = any(p.effect.sits_on == "contact" for p in fit.trial.parts)
+    level = takes_the_level(*models, with_friction=with_friction)
     against = against or against_regression(outcome.final, *models, found) or (f"it {level}" if level else "")
     against = against or over_positions(problem, plain.refit, found)
     if against:
