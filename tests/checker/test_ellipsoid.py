@@ -10,6 +10,7 @@ import sys
 import time
 import tracemalloc
 from collections.abc import Callable
+from contextlib import nullcontext
 from fractions import Fraction
 from math import ceil
 from operator import mul
@@ -720,6 +721,8 @@ OF_ONE_END: dict[str, Change] = {
     "an error before a reversal": put("reversals", 15, "before", 31, "1/2"),
     "an error after a reversal": put("reversals", 15, "after", 31, "1/10"),
     "the change of a slip": put("reversals", 15, "change", "1/100"),
+    "the samples of a reversal": put("reversals", 15, "samples", "20"),
+    "the turns of a reversal": put("reversals", 15, "turns", "2"),
     "noise": put("noise", "inputs.x[15]", "1/100000"),
     "drift": put("drift", "true.v16", "1/10000"),
     "friction": put("friction", "true.a_ground16", "40"),
@@ -731,6 +734,19 @@ def test_what_is_claimed_of_one_end_alone_is_not_taken_from_the_other(why: str) 
     claim = content("chain", "ellipsoid.json")
     OF_ONE_END[why](claim, None)
     with pytest.raises(ValueError, match=r"smaller than the proved|leaves more|inside|too small|semidefinite"):
+        bounds("chain", claim)
+
+
+@pytest.mark.parametrize("why", ["noise", "drift", ""])
+def test_disturbances_of_one_end_are_not_taken_from_the_other_where_the_set_has_room_for_them(why: str) -> None:
+    claim = content("chain", "ellipsoid.json")
+    claim["sets"] = [set_] = [{**claim["sets"][0], "samples": "1700"}]
+    del set_["after"]  # a set of four times the size, in which each disturbance may be doubled
+    set_["matrix"] = [[str(16 * Fraction(x)) for x in row] for row in set_["matrix"]]
+    set_["weights"][1:] = [str(16 * Fraction(x)) for x in set_["weights"][1:]]
+    if why:
+        OF_ONE_END[why](claim, None)
+    with pytest.raises(ValueError, match="a bound of the claim is smaller") if why else nullcontext():
         bounds("chain", claim)
 
 
