@@ -617,6 +617,15 @@ def test_many_rows_of_many_errors_are_refused_in_time() -> None:
     assert time.thread_time() - begun < 7
 
 
+def test_a_set_whose_matrix_is_not_symmetric_is_refused() -> None:
+    """Its upper and lower half are two sets, and an elimination reads one of them."""
+    half, one, none = Fraction(1, 2), Fraction(1), Fraction()
+    for entry in (Fraction(9), Fraction(1, 10**9)):
+        for Q in ([[one, entry], [none, one]], [[one, none], [entry, one]]):
+            with pytest.raises(ValueError, match="not symmetric"):
+                ellipsoid.require_invariant(Q, [half], [], [[half, none], [none, half]], [[], []], {}, {})
+
+
 def test_a_start_that_no_sample_has_is_refused() -> None:
     """An error of at most -0.0001 m/s: what noise adds made it a size above 0."""
     claim = content("one_mass", "ellipsoid.json")
