@@ -10,6 +10,7 @@ from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -28,7 +29,7 @@ from codegen.certify.region_proofs import REGION_PROOFS, Regions, find_regions
 from codegen.certify.regions import RegionSearch
 from codegen.certify.remedies import sample_times
 from codegen.certify.remedies.sample_times import largest_sample_times
-from codegen.checker.verify import check
+from codegen.checker.verify import Refused, check
 from codegen.mechanics import build_system
 from codegen.observers import build_observer
 from codegen.spec import Spec, parse_spec, read_spec
@@ -316,6 +317,15 @@ def test_no_sample_time_is_tried_for_a_matrix_that_certify_refuses_at_all(monkey
     outcome = certify(spec, analysis, {}, "none")
     assert isinstance(outcome, Refusal) and "at most 0 can be covered" in outcome.reason
     assert largest_sample_times(spec, analysis, outcome) == {}
+
+
+def test_an_expression_that_cannot_be_enclosed_is_a_sample_time_of_none(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The checker's refusal of an expression is no error of the command: no sample time is certified with it."""
+    monkeypatch.setattr(sample_times, "Enclosure", Mock(side_effect=Refused("a power")))
+    monkeypatch.setattr(sample_times._Proofs, "largest", lambda *_: 0.0)
+    spec = read_spec(ROOT / "specs/two_link_arm.yaml")
+    analysis = analyse(spec, build_observer(spec, build_system(spec)), conditions=False)
+    assert set(largest_sample_times(spec, analysis).values()) == {0.0}
 
 
 LENS = """
