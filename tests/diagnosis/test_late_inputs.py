@@ -16,6 +16,7 @@ from codegen.diagnosis import diagnose, free_runs
 from codegen.diagnosis.case import Case, Findings, case_of
 from codegen.diagnosis.evidence import timing
 from codegen.diagnosis.evidence.timing import open_inputs
+from codegen.diagnosis.fit.acceptance import evidence_of, most_explained
 from codegen.diagnosis.fit.output_error import Fit
 from codegen.diagnosis.fit.record import Record, record_of
 from codegen.diagnosis.fit.residual import Problem
@@ -213,6 +214,49 @@ def test_a_lead_must_be_shown_as_an_effect_is(share: float, t: float, gained: fl
     about |= {"independent_share": lambda fit: 0.5, "segment_cost": lambda residual: 2 * gained * float(residual[0, 0])}
     with patch.multiple(late_inputs, **about):
         assert late_is_better(late, first) is better  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("hold", "parts", "rows", "explained", "taken"),
+    [
+        ("", (), 0.5, 0.0, True),
+        ("", (), 1.0, 0.0, False),
+        ("linear", (), 0.5, 0.0, False),
+        ("", ("viscous",), 0.5, 0.0, False),
+        ("linear", ("viscous",), 3.0, 0.5, True),
+    ],
+)
+def test_half_a_row_needs_no_more_than_nats_only_where_it_is_open_and_nothing_is_found(
+    hold: str, parts: tuple[str, ...], rows: float, explained: float, taken: bool
+) -> None:
+    case: Any = SimpleNamespace(log=SimpleNamespace(description=LogDescription(input_hold=hold)))
+    final: Any = SimpleNamespace(trial=SimpleNamespace(parts=parts))
+    about: dict[str, Any] = {"_nearest": lambda *_: {0: timing.Lead(rows, explained=explained)}}
+    about |= {"most_explained": lambda _: 0.9, "_taken_earlier": lambda *_: case}
+    with patch.multiple(late_inputs, **about):
+        found = late_inputs._by_free_runs(case, None, final)  # type: ignore[arg-type]
+    assert (found is case) is taken
+
+
+@pytest.mark.parametrize(("faults", "steady"), [(True, False), (False, True)])
+def test_no_lead_is_sought_on_a_faulty_log_or_at_constant_speed(faults: bool, steady: bool) -> None:
+    none: Any = None
+    case: Any = SimpleNamespace(faults=faults, steady=steady)
+    assert late_inputs._nearest(case, none, none) == {}
+
+
+def test_beside_effects_that_leave_the_noise_no_lead_is_sought(tmp_path: Path) -> None:
+    """It cost 18 % of the time of a log that was not late."""
+    log = replace(log_of(stage(f"[{DRIFT}]"), tmp_path, "train.csv"), description=LogDescription())
+    case, search, final = fitted(log, {"friction_drift": DRIFTING})
+    with patch.object(late_inputs, "_nearest", side_effect=AssertionError):
+        assert corrected_for_leads(case, search, final) is None
+    # No fit removes a larger share than this bound.
+    base = search.without(final, 0)
+    assert evidence_of(final, final).share == 0 and evidence_of(base, final).share <= most_explained(base)
+    with patch.object(late_inputs, "_with_earlier_inputs", wraps=late_inputs._with_earlier_inputs) as tried:
+        assert late_inputs._nearest(case, search, final) == {}
+    assert [call.args[2][0].rows for call in tried.call_args_list] == [0.5]
 
 
 LOADED = "{kind: compliance, on: x, parameters: {k: 2000, c: 20, load_fraction: 0.5}}"

@@ -183,6 +183,12 @@ def evidence_of(before: Fit, after: Fit, floored: bool = True) -> Evidence:
     return evidence(losses, after.held_out_losses, before.residual.shape[1], floor)
 
 
+def most_explained(fit: Fit) -> float:
+    """Largest ``Evidence.share`` that ``evidence_of`` can give to a fit after this one: it then leaves noise alone."""
+    losses, floor = fit.held_out_losses, noise_loss(fit) / len(fit.residual)
+    return evidence(losses, np.full(len(losses), floor), fit.residual.shape[1], floor).share
+
+
 def evidence(base: Array, other: Array, kept: int, floor: float = 0.0) -> Evidence:
     """Evidence for a model over another one, from their held-out losses ``other`` and ``base`` of the segments, (S,).
 

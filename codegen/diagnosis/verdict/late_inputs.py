@@ -43,6 +43,7 @@ from codegen.diagnosis.fit.acceptance import (
     evidence_of,
     independent_share,
     is_far,
+    most_explained,
     random_signs,
 )
 from codegen.diagnosis.fit.identity_cache import identity_cache
@@ -110,8 +111,10 @@ def _by_free_runs(case: Case, search: Search, final: Fit) -> Case | None:
     Half a row, by which a measurement leads, is taken for ``BETTER`` nats alone where no effect is found and the log
     does not say whether the inputs were measured.
     """
-    leads = _nearest(case, search, final)
     unstated = not (case.log.description.input_hold or final.trial.parts)
+    if not unstated and most_explained(final) < EXPLAINED:  # no lead can be shown, so none is sought
+        return None
+    leads = _nearest(case, search, final)
     taken = any(lead.explained or (unstated and lead.rows <= ABOUT_HALF) for lead in leads.values())
     return _taken_earlier(case, leads) if taken else None
 
@@ -133,9 +136,16 @@ def _nearest(case: Case, search: Search, fit: Fit) -> dict[int, Lead]:
     def cost(rows: float) -> float:
         return segment_cost(fitted(rows).residual)
 
-    now = float(np.mean([case.leads.get(k, 0.0) for k in inputs]))
-    best = int(np.argmin([abs(rows - now) for rows in TRIED]))
-    while (near := min(range(max(best - 1, 0), min(best + 2, len(TRIED))), key=lambda k: cost(TRIED[k]))) != best:
+    def neighbours(k: int) -> range:
+        return range(max(k - 1, 0), min(k + 2, len(TRIED)))
+
+    present = [case.leads.get(k, 0.0) for k in inputs]
+    best = int(np.argmin([abs(rows - np.mean(present)) for rows in TRIED]))
+    if {*present} == {TRIED[best]}:  # the fit has this lead, and need not be repeated where both neighbours are worse
+        here = segment_cost(fit.residual)
+        if all(cost(TRIED[k]) >= here for k in neighbours(best) if k != best):
+            return {}
+    while (near := min(neighbours(best), key=lambda k: cost(TRIED[k]))) != best:
         best = near
     rows = TRIED[best]
     if _gained(fit, fitted(rows)) <= BETTER:
