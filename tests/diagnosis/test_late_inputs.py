@@ -259,6 +259,32 @@ def test_beside_effects_that_leave_the_noise_no_lead_is_sought(tmp_path: Path) -
     assert [call.args[2][0].rows for call in tried.call_args_list] == [0.5]
 
 
+def test_a_lead_below_the_least_one_is_none(tmp_path: Path) -> None:
+    """Free runs that are nearest without a lead reduce none: a delay or lag that is found beside it does."""
+    log = replace(log_of(stage(), tmp_path, "train.csv"), description=LogDescription())
+    with patch.object(case_module, "input_leads", lambda problem, log: ({0: 1.0}, ())):
+        case, search, final = fitted(log, {})
+    assert case.leads == {0: 1.0} and late_inputs._nearest(case, search, final) == {}
+    with patch.object(late_inputs, "LEAST_LEAD", 0.0):
+        assert late_inputs._nearest(case, search, final)[0].rows < 0.25
+
+
+@pytest.mark.parametrize(("loads", "gives_way"), [(1, False), (2, True)])
+def test_each_effect_with_states_must_gain_ten_nats_over_the_lead(loads: int, gives_way: bool) -> None:
+    """Free runs with the effects gain 15 nats over those with the lead."""
+    trial: Any = SimpleNamespace(parts=[SimpleNamespace(title="load")] * loads)
+    trial.without = lambda theta, k: (trial, theta)
+    final: Any = SimpleNamespace(trial=trial, theta=None)
+    search: Any = SimpleNamespace(without=lambda fit, k: fit)
+    case: Any = SimpleNamespace(problem=None, log=None, leads={})
+    about: dict[str, Any] = {"further_leads": lambda *_: {0: timing.Lead(1.0)}, "_nearest": lambda *_: {}}
+    about |= {"_adds_states": lambda *_: True, "_with_earlier_inputs": lambda *_: search, "model_of": lambda *_: None}
+    about |= {"replace": lambda *_, **__: None, "is_far": lambda _: False, "_gained": lambda *_: -15.0}
+    about |= {"_taken_earlier": lambda *_: case}
+    with patch.multiple(late_inputs, **about):
+        assert (late_inputs._in_place_of_states(case, search, final) is case) is gives_way
+
+
 LOADED = "{kind: compliance, on: x, parameters: {k: 2000, c: 20, load_fraction: 0.5}}"
 
 
