@@ -285,6 +285,28 @@ def test_each_effect_with_states_must_gain_ten_nats_over_the_lead(loads: int, gi
         assert (late_inputs._in_place_of_states(case, search, final) is case) is gives_way
 
 
+@pytest.mark.parametrize(("present", "first", "found"), [(3.0, [2.0, 4.0], {}), (2.9, [2.0, 3.0, 4.0], {0: 3.0})])
+def test_a_lead_is_sought_from_the_present_one(present: float, first: list[float], found: dict[int, float]) -> None:
+    """The input leads by 3 rows, and the present fit counts as tried where it has one of the leads that are tried."""
+    tried = list[float]()
+
+    def at(case: Any, search: Any, leads: dict[int, timing.Lead]) -> Any:
+        tried.append(leads[0].rows)
+        return SimpleNamespace(fitted_again=lambda fit: SimpleNamespace(residual=leads[0].rows))
+
+    case: Any = SimpleNamespace(faults=False, steady=False, leads={0: present}, log=None)
+    case.problem = SimpleNamespace(system=None)
+    fit: Any = SimpleNamespace(residual=present)
+    about: dict[str, Any] = {"open_inputs": lambda *_: [0], "_with_earlier_inputs": at}
+    about |= {"segment_cost": lambda rows: 1e4 * (rows - 3.0) ** 2, "independent_share": lambda _: 1.0}
+    about |= {"late_is_better": lambda *_: False}
+    none: Any = None
+    with patch.multiple(late_inputs, **about):
+        nearest = late_inputs._nearest(case, none, fit)
+    assert tried[: len(first)] == first
+    assert {k: lead.rows for k, lead in nearest.items()} == pytest.approx(found, abs=0.05)
+
+
 LOADED = "{kind: compliance, on: x, parameters: {k: 2000, c: 20, load_fraction: 0.5}}"
 
 
