@@ -247,7 +247,8 @@ def read(folder: Path | None, names: set[str]) -> dict[str, bytes]:
             with suppress(RecursionError, Refused):  # this, which is JSON that no claim is, is refused later
                 files.parsed(found[path.name])
         except ValueError as why:
-            raise OSError(errno.EINVAL, f"no JSON: {why}", str(path)) from None
+            expected = "expected the file as it was generated, or none"
+            raise OSError(errno.EINVAL, f"no JSON: {why}; {expected}", str(path)) from None
     return found
 
 

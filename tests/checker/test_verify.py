@@ -1032,6 +1032,7 @@ def test_a_claim_in_the_folder_that_is_no_json_cannot_be_read(
     status, out, err = run(folder / asked)
     found = "not a certificate" if name == asked else "no JSON"
     assert (status, out) == (2, "") and err.startswith(f"error: {folder / name}: {found}: ")
+    assert name == asked or "; expected " in err
     with pytest.raises(BadInput, match=name):
         of_library.verify(folder / asked)
 
