@@ -349,7 +349,7 @@ class Dynamics(NamedTuple):
         pushed: the most that noise and drift add to each error in a sample.
         noise: the largest part of noise in each error.
         mirror: p of lemma I.
-        left: what ``reversal.left`` has found so far.
+        left: cache of ``reversal.left``.
     """
 
     step: list[list[Fraction]]
@@ -377,11 +377,12 @@ def dynamics(proof: dict[str, Any], claim: dict[str, Any], shown: dict[str, Any]
 
 
 def mirror(proof: dict[str, Any], step: Any, columns: Any, noise: list[Fraction]) -> list[int]:
-    """The errors of velocities and those of levels, each in reverse order, if lemma I holds of it; or all in order.
+    """The permutation p that reverses the velocity errors and, apart, the level errors; the identity if lemma I fails.
 
-    LEMMA I. Let p be an order of the errors, its own inverse, in which the matrix and the noise in each error are what
-    they were, and so are the columns of noise and drift, but for their signs and order. Then errors that move as proved
-    do so in the order of p. So what is shown of a row, a start and a set is shown of all of these in the order of p.
+    LEMMA I. Let p be a permutation of the errors with p = p^-1, and let it leave unchanged the matrix, the noise in
+    each error, and the columns of noise and drift up to their signs and order. Then p maps every possible sequence of
+    errors to a possible one. So a bound of a row c from a start e, within a set that p leaves unchanged, is also one of
+    the row p c from the start p e.
     """
     kinds = [e["truth"] in proof["acceleration"] for e in proof["errors"]]
     groups = [[i for i, kind in enumerate(kinds) if kind is way] for way in (True, False)]
@@ -530,7 +531,7 @@ def require_bounds(
         samples = range(int(count), int(end) if end else int(count) + 1)
         kernel.demand(samples, "the samples of `after` do not rise")
         lines.append(Line(tuple(c), number(bound), samples, None if start is None else tuple(start), bool(end)))
-    apart: dict[Line, None] = {}  # by lemma I of two that are the same in the order of p the first is enough
+    apart: dict[Line, None] = {}  # by lemma I, one of two that p maps to each other is enough
     for line in lines:
         image = line._replace(c=tuple(ordered(line.c, p)), start=line.start and tuple(ordered(line.start, p)))
         apart |= {} if image in apart else {line: None}

@@ -239,12 +239,12 @@ def check(
 
 
 def read(folder: Path | None, names: set[str]) -> dict[str, bytes]:
-    """Those of these files that are in a folder. OSError for one that cannot be read, or a claim that is no JSON."""
+    """File name → content, of these files that exist in a folder. OSError if one is unreadable, or a claim no JSON."""
     here = [path for name in names if folder and (path := folder / name).exists()]
     found = {path.name: files.read(path, MAX_TEXT) for path in here}
     for path in (path for path in here if path.name in (PROOF, SETS)):
         try:
-            with suppress(RecursionError, Refused):  # this, which is JSON that no claim is, is refused later
+            with suppress(RecursionError, Refused):  # JSON of a form that no claim has is refused later
                 files.parsed(found[path.name])
         except ValueError as why:
             expected = "expected the file as it was generated, or none"

@@ -137,8 +137,8 @@ def takes_the_level(problem: Problem, refit: System, augmented: System, with_fri
     """The objection to effects with which a friction level becomes zero; empty if there is none.
 
     In one direction a level is a constant force, which cannot be distinguished from a gain of the drive. Where the
-    contact reverses, another effect of friction may replace the level, but a machine does not lose its friction to a
-    force or an actuator: these then imitate it, as a dead zone does.
+    contact reverses, another effect of friction may replace the level. An effect that is no friction may not: the
+    machine has friction, and an effect that replaces all of it explains the friction, as a dead zone can.
 
     Args:
         with_friction: whether some of the effects acts on a contact.
@@ -153,7 +153,7 @@ def takes_the_level(problem: Problem, refit: System, augmented: System, with_fri
         if np.all(slip[:, k] > 0) or np.all(slip[:, k] < 0):
             return f"makes the friction level {lost[0]} zero, which a log that moves one way cannot show"
         if not with_friction:
-            return f"makes the friction level {lost[0]} zero, as if it took the place of the friction"
+            return f"makes the friction level {lost[0]} zero, so it explains the friction and not what is missing"
     return ""
 
 
