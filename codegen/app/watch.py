@@ -100,7 +100,7 @@ def watch(
     period = float(machine.observer.sample_time)
     patience = DWELL if dwell is None else max(round(_seconds(dwell) / period), 1)
     engine = Engine(machine.program, machine.sources)
-    watched = Watch(machine.spec, machine.system, machine.program, bounds, engine, period, patience)
+    watched = Watch(machine.spec, machine.observer, machine.program, bounds, engine, period, patience)
     settle = watched.settle * period
     stop = Stop()
     blocks, read_notes = _opened(machine, log, columns, follow, given, stop)
@@ -157,7 +157,7 @@ def _usable_bounds(machine: Derived) -> tuple[ErrorBound, ...]:
             found, reason = "no certificate", outcome.reason
         expected = f"an observer that `stiction certify` bounds in newtons; it says of this one: {reason}"
         raise BadInput(spec.place("observer"), found, expected, code="SPEC037")
-    if not is_watchable(system, bounds):
+    if not is_watchable(system):
         found = "a law with states"
         raise BadInput(spec.place("friction"), found, "a friction law of zero memory", code="SPEC020")
     if (slow := too_slow(spec, system, bounds)) is not None:

@@ -16,6 +16,7 @@ from codegen.base.arrays import Array
 from codegen.certify.bound.bounds import ErrorBound, SlipSpeed
 from codegen.mechanics.casadi_form import at_points, function_of
 from codegen.mechanics.system import System
+from codegen.observers.equations import ErrorVariable, Observer
 from codegen.program import Program
 from codegen.replay.engine import Engine
 from codegen.replay.samples import Block
@@ -24,8 +25,6 @@ from codegen.spec.model import Spec
 
 QUIET = 100
 """Number of dwell times within the bound after which an alarm is cleared and another one can be raised."""
-LEVEL, FORCE = "e_a_", "e_F_"
-"""Prefixes of a bound's name: the error of a contact's friction level, and of the friction force on a coordinate."""
 
 
 @dataclass(frozen=True)
@@ -140,7 +139,7 @@ class Watch:
     def __init__(
         self,
         spec: Spec,
-        system: System,
+        observer: Observer,
         program: Program,
         bounds: Sequence[ErrorBound],
         engine: Engine,
@@ -157,7 +156,9 @@ class Watch:
         self._engine, self._dwell = engine, max(dwell, 1)
         self.settle = max((round(time / period) for b in bounds for time, _ in b.after[-1:]), default=0)
         self.settle += max((b.reversal.samples for b in bounds if b.reversal), default=0)
-        self.limits = tuple(_limit(b, system) for b in bounds)
+        by_name = {error.symbol.name: error for error in observer.errors}
+        errors, system = [by_name[b.name] for b in bounds], observer.system
+        self.limits = tuple(_limit(b, e, system) for b, e in zip(bounds, errors, strict=True))
         names = [name for name, _, _ in program.outputs]
         self._outputs = [names.index(limit.output) for limit in self.limits]
         self._velocities = [names.index(f"{v}_hat") for v in spec.velocities]
@@ -168,7 +169,7 @@ class Watch:
         self._too_slow = np.zeros(len(self._speeds), dtype=int)  # samples, of each contact
         self._ranges = np.array([[float(e) for e in spec.envelope.get(v, (-np.inf, np.inf))] for v in spec.velocities])
         self._limited = [v for v in spec.velocities if v in spec.envelope]
-        self._declared = _declared(system, [b.name for b in bounds])
+        self._declared = _declared(system, errors)
         self._since, self._signs = 0, np.zeros(len(system.contacts))
         self._out = [_Comparison() for _ in self.limits]
         self.alarms: list[Alarm] = []
@@ -264,27 +265,23 @@ class Watch:
             out.alarm, out.worst = None, 0.0
 
 
-def _limit(stated: ErrorBound, system: System) -> Limit:
+def _limit(stated: ErrorBound, error: ErrorVariable, system: System) -> Limit:
     """The output whose error is bounded, with the last and smallest bound after a reversal."""
-    name = stated.name[len(LEVEL) :]
     bound = stated.after[-1][1]
-    if stated.name.startswith(FORCE):
+    if error.contact is None:
+        name = system.positions[error.coordinate or 0].name
         return Limit(f"F_hat_on_{name}", f"friction on {name}", bound, stated.unit)
-    column = system.distribution[:, system.contact_index(name)]
+    name, column = system.contacts[error.contact].name, system.distribution[:, error.contact]
     moved = [x.name for x, entry in zip(system.positions, column, strict=True) if entry != 0]
     return Limit(f"a_hat_{name}", f"friction at {name} ({', '.join(moved)})", bound, stated.unit)
 
 
-def _declared(system: System, errors: list[str]) -> Any:
+def _declared(system: System, errors: Sequence[ErrorVariable]) -> Any:
     """CasADi function of the column (x, v) → the column of the declared friction of each error, and slip velocities."""
     slip = system.slip_velocity
     levels = [c.law.level(Magnitude(u), c.law_parameters) for c, u in zip(system.contacts, slip, strict=True)]
     friction = system.distribution * sympy.Matrix([Sgn(u) * a for u, a in zip(slip, levels, strict=True)])
-    wanted = []
-    for error in errors:
-        name = error[len(LEVEL) :]
-        on_coordinate = error.startswith(FORCE)
-        wanted.append(friction[system.position_index(name)] if on_coordinate else levels[system.contact_index(name)])
+    wanted = [friction[e.coordinate or 0] if e.contact is None else levels[e.contact] for e in errors]
     return function_of(sympy.Matrix([*wanted, *slip]), (*system.positions, *system.velocities), system.values)
 
 
@@ -306,8 +303,6 @@ def too_slow(spec: Spec, system: System, bounds: Sequence[ErrorBound]) -> tuple[
     return None
 
 
-def is_watchable(system: System, bounds: Sequence[ErrorBound]) -> bool:
-    """Whether every contact has a law of zero memory and every bound is on a friction level or force."""
-    if any(c.law.states for c in system.contacts):
-        return False
-    return all(b.name.startswith((LEVEL, FORCE)) for b in bounds)
+def is_watchable(system: System) -> bool:
+    """Whether every contact has a law of zero memory, so that the declared friction is a function of the velocity."""
+    return not any(c.law.states for c in system.contacts)

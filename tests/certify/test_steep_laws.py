@@ -141,7 +141,7 @@ def test_watch_says_the_speed_of_the_estimate_above_which_it_compares() -> None:
     names = [name for name, _, _ in found.program.outputs]
 
     def watched(v: float) -> Watch:
-        done = Watch(found.spec, found.system, found.program, found.outcome.bounds, Steady(names, v), H, 10)
+        done = Watch(found.spec, found.observer, found.program, found.outcome.bounds, Steady(names, v), H, 10)
         rows = np.zeros((2 * done.settle, len(found.program.inputs)))
         done.take(Block(np.arange(len(rows)) * H, rows, True))
         return done

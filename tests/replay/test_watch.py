@@ -427,7 +427,7 @@ def test_each_contact_has_its_own_threshold_in_its_own_unit(tmp_path: Path) -> N
 
     def seen(v: float, r: float) -> Watch:
         engine = Steady([name for name, _, _ in made.program.outputs], v, r)
-        done = Watch(made.spec, made.system, made.program, bounds, engine, PERIOD, 10)
+        done = Watch(made.spec, made.observer, made.program, bounds, engine, PERIOD, 10)
         rows = np.zeros((2 * done.settle, len(made.program.inputs)))
         done.take(Block(np.arange(len(rows)) * PERIOD, rows, True))
         return done
@@ -472,7 +472,7 @@ def watched_levels(above: np.ndarray, first: float = 0.0) -> Watch:
     """A watch, with a dwell of 10 samples, over estimates that are ``above`` the declared 9 N, from t = ``first``."""
     made = derived_from(belt())
     engine = Prescribed([name for name, _, _ in made.program.outputs], 9.0 + above, first)
-    done = Watch(made.spec, made.system, made.program, made.outcome.bounds, engine, PERIOD, 10)
+    done = Watch(made.spec, made.observer, made.program, made.outcome.bounds, engine, PERIOD, 10)
     done.take(Block(first + np.arange(len(above)) * PERIOD, np.zeros((len(above), len(made.program.inputs))), True))
     return done
 
