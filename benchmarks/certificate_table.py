@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.reversal_trade import picture
+from benchmarks.text import render
 from codegen.app.certify import certify
 from codegen.base.files import write_atomically
-from codegen.base.text import render
 from codegen.checker import verify as checker
 from codegen.spec import read_spec
 
@@ -42,7 +42,7 @@ def main() -> None:
     parser.add_argument("-o", "--output", type=Path, default=Path("docs/certificates.md"))
     given = parser.parse_args()
     write_atomically(given.output.with_name(PICTURE), picture(GENERATED))
-    write_atomically(given.output, render("text/certificates.md.j2", rows=[row(path) for path in given.specs]))
+    write_atomically(given.output, render("certificates.md.j2", rows=[row(path) for path in given.specs]))
 
 
 if __name__ == "__main__":

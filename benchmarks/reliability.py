@@ -26,8 +26,8 @@ from benchmarks.practice.tally import is_absorbed
 from benchmarks.rates import Rate
 from benchmarks.real.spiked import real_sets
 from benchmarks.spikes.outcome import DETECTED, EXTRA, WITH, WITHOUT, WRONG, named, outcome_of, spike_of
+from benchmarks.text import render
 from codegen.base.files import write_atomically
-from codegen.base.text import render
 from codegen.diagnosis.fit.acceptance import NEAR_NOISE
 from codegen.diagnosis.reliability import FILE, Reliability, class_of
 
@@ -146,7 +146,7 @@ def page(fit: Sequence[Source], check: Sequence[Source]) -> str:
     checked = counts(one for source in check for one in source.judged)
     rows = [(name, Reliability(*found), Rate(*checked.get(name, (0, 0)))) for name, found in pooled.items()]
     by_source = [(source.words, counts(source.judged), source.codes) for source in fit]
-    return render("text/reliability.md.j2", rows=rows, by_source=by_source, checked=check)
+    return render("reliability.md.j2", rows=rows, by_source=by_source, checked=check)
 
 
 def seed_and_code(text: str) -> tuple[int, str]:

@@ -6,25 +6,21 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from jinja2 import Environment, FileSystemLoader
 
 from codegen.base.errors import BadInput
+from codegen.base.text import environment, language_of
 
 
 @cache
-def _environment() -> Environment:
-    return Environment(
-        loader=FileSystemLoader(Path(__file__).parent / "templates"),
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
-    )
+def _environment(language: str) -> Environment:
+    """The environment of the project for a language, with the filters and checks that it has, on other templates."""
+    return environment(language).overlay(loader=FileSystemLoader(Path(__file__).parent / "templates"))
 
 
 def render(template: str, **values: Any) -> str:
-    """The text of a template."""
-    return _environment().get_template(template).render(**values)
+    """The text of a template of ``benchmarks/templates``."""
+    return _environment(language_of(template)).get_template(template).render(**values)
 
 
 def replaced(page: str, part: str, markers: tuple[str, str], name: str) -> str:

@@ -18,9 +18,8 @@ from benchmarks.emps.choice import BLOCKS, Candidate, candidates, mean_predictio
 from benchmarks.emps.floor import FORCE_N, drift_mm, floor, left_out_mm, whole, whole_length
 from benchmarks.emps.models import BY_DIRECTION, STRUCTURES, Model, score
 from benchmarks.emps.records import DATA, FREE_SAMPLES, RECORDS, ROOT, Measured, read
-from benchmarks.text import replaced
+from benchmarks.text import render, replaced
 from codegen.base.files import write_atomically
-from codegen.base.text import render
 from codegen.diagnosis.diagnose import diagnose_log
 from codegen.logs import read_log
 from codegen.mechanics import System, build_system
@@ -68,7 +67,7 @@ def page(system: System, data: dict[str, Measured], found: list[Candidate], verd
     own = list(chosen.values())[-1][0]
     structures = [BY_DIRECTION, (*BY_DIRECTION, "presliding")]
     return render(
-        "text/emps.md.j2",
+        "emps.md.j2",
         rows=rows,
         published=PUBLISHED,
         verdict=verdict,

@@ -19,8 +19,8 @@ from benchmarks.practice.peer import proposed, table, totals
 from benchmarks.practice.runs import TYPICAL, Run, diagnosed, result_in, times, typical
 from benchmarks.practice.score import right, score, summary
 from benchmarks.practice.seeds import PAGE, kept, section, with_section
+from benchmarks.text import render
 from codegen.base.files import write_atomically
-from codegen.base.text import render
 from codegen.diagnosis.fit.acceptance import ALPHA, LEAST_SHARE, LEAST_SIZE
 
 PARTS = ("diagnosis", "declared", "peer")
@@ -139,7 +139,7 @@ def main() -> None:
         if part in (args.part or PARTS):
             found[part] = run(asked)
     codes = set[str]().union(*(part["codes"] for part in found.values() if part))
-    page = render("text/practice.md.j2", versions=len(codes), **found)
+    page = render("practice.md.j2", versions=len(codes), **found)
     page = with_section(page, section(scores)) if (scores := kept()) else page
     print(page)
     if not (args.tier or args.part or args.only):

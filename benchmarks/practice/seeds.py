@@ -25,8 +25,8 @@ from benchmarks.practice.fresh import Draw, Unavailable, failed_draws, fresh_cas
 from benchmarks.practice.runs import code_version, diagnosed, result_in
 from benchmarks.practice.tally import AS_WELL, Tally, tally
 from benchmarks.rates import Bar, Rate
+from benchmarks.text import render
 from codegen.base.files import write_atomically
-from codegen.base.text import render
 
 PAGE = ROOT / "docs" / "practice.md"
 KEPT = Path(__file__).parent / "seeds.json"
@@ -92,7 +92,7 @@ def section(scores: Sequence[Tally]) -> str:
         seen = {name for score in own for name, rate in score.rates.items() if rate.trials}
         heads, further = ([(n, w) for n, w in some.items() if n in seen] for some in (SHORT, FURTHER))
         tiers.append({"tier": tier, "scores": own, "latest": latest, "rows": rows, "heads": heads, "further": further})
-    text = render("text/practice_seeds.md.j2", tiers=tiers, as_well=round(100 * (AS_WELL - 1)), newest=NEWEST)
+    text = render("practice_seeds.md.j2", tiers=tiers, as_well=round(100 * (AS_WELL - 1)), newest=NEWEST)
     return f"{BEGIN}\n{text}{END}\n"
 
 

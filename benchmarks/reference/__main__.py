@@ -6,9 +6,9 @@ from pathlib import Path
 
 from benchmarks.reference.effects import effect_pictures, effects_page
 from benchmarks.reference.laws import law_pictures, laws_page
+from benchmarks.text import render
 from codegen.base.error_codes import CODES
 from codegen.base.files import write_all
-from codegen.base.text import render
 
 DOCS = Path(__file__).parents[2] / "docs"
 
@@ -18,7 +18,7 @@ def main() -> None:
     pages = {
         "laws.md": laws_page(),
         "effects.md": effects_page(),
-        "errors.md": render("text/errors.md.j2", codes=CODES),
+        "errors.md": render("errors.md.j2", codes=CODES),
     }
     write_all(DOCS, pages | law_pictures() | effect_pictures())
 

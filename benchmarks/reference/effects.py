@@ -13,8 +13,8 @@ import numpy as np
 import sympy
 
 from benchmarks.panels import framed, rounded, svg_of
+from benchmarks.text import render
 from codegen.base.arrays import Array
-from codegen.base.text import render
 from codegen.effects import CATALOGUE, Effect
 from codegen.effects.declare import effect_symbols, places_of
 from codegen.mechanics import System, build_system
@@ -46,7 +46,7 @@ def effects_page() -> str:
     """The text of docs/effects.md."""
     axis = {"mass": MASS, "level": LEVEL, "stiffness": STIFFNESS}
     views = [{**effect_view(effect), "drawn": _drawn(effect)} for effect in CATALOGUE.values()]
-    return render("text/effects.md.j2", effects=views, axis=axis)
+    return render("effects.md.j2", effects=views, axis=axis)
 
 
 def effect_pictures() -> dict[str, str]:

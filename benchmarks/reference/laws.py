@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.panels import framed, rounded, svg_of
-from codegen.base.text import render
+from benchmarks.text import render
 from codegen.friction import LAWS, FrictionLaw
 from codegen.report.examples import EXAMPLES, Example, Panel
 from codegen.report.laws import law_groups
@@ -34,7 +34,7 @@ def laws_page() -> str:
     groups = law_groups()
     for view in (view for group in groups for view in group["laws"]):
         view |= _picture_words(LAWS[view["name"]])
-    return render("text/laws.md.j2", groups=groups)
+    return render("laws.md.j2", groups=groups)
 
 
 def law_pictures() -> dict[str, str]:

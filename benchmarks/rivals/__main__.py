@@ -19,8 +19,8 @@ from benchmarks.practice.fresh import Unavailable
 from benchmarks.rivals.axis import FACTOR, FRICTION_FACTOR
 from benchmarks.rivals.logs import REAL, RIGHT, WRONG, Pair, pairs
 from benchmarks.rivals.runs import RUN_S, Compared, Errors, compared, is_kept
+from benchmarks.text import render
 from codegen.base.files import write_atomically
-from codegen.base.text import render
 from codegen.effects import CATALOGUE
 
 PAGE = ROOT / "docs" / "peers.md"
@@ -43,7 +43,7 @@ def page(rows: Sequence[Row], absent: Sequence[str] = ()) -> str:
     """The text of docs/peers.md; ``absent``: logs of the sample that were not run."""
     groups = [(group, [row for row in rows if row[0].group == group]) for group in (WRONG, RIGHT, REAL)]
     return render(
-        "text/peers.md.j2",
+        "peers.md.j2",
         groups=[(group, some) for group, some in groups if some],
         force=[(group, ratios(some, lambda e: e.force)) for group, some in groups if some],
         position=[(group, ratios(some, lambda e: e.position)) for group, some in groups if some],

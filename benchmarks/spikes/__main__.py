@@ -22,8 +22,8 @@ from benchmarks.real.spiked import real_sets
 from benchmarks.spikes.outcome import CANDIDATES, CHOSEN, NEAR, OUTCOMES, PREFERRED, named, outcome_of, spike_of, totals
 from benchmarks.spikes.rows import ROWS, Part, Row, merged, parts_in, text_of
 from benchmarks.spikes.runs import SPIKE, Bench, kinds_for
+from benchmarks.text import render
 from codegen.base.files import write_atomically
-from codegen.base.text import render
 from codegen.diagnosis.fit.acceptance import LEAST_SHARE
 
 PAGE = ROOT / "docs" / "spikes.md"
@@ -83,7 +83,7 @@ def page(parts: Sequence[Part], shares: Sequence[float], absent: Sequence[str], 
     kinds = list(dict.fromkeys([*kinds, *(r.kind for r in rows)]))
     by_share = [(percent, [r for r in rows if r.percent == percent]) for percent in shares]
     return render(
-        "text/spikes.md.j2",
+        "spikes.md.j2",
         parts=parts,
         shares=shares,
         totals=[

@@ -22,9 +22,9 @@ from benchmarks.practice.runs import code_version
 from benchmarks.rates import Bar, rate
 from benchmarks.surrogates.runs import Trials, sources, table, trials_of
 from benchmarks.surrogates.surrogate import BLOCK_S, WAYS
+from benchmarks.text import render
 from codegen.base.errors import BadInput
 from codegen.base.files import write_all
-from codegen.base.text import render
 from codegen.diagnosis.fit.acceptance import ALPHA, LEAST_NET
 from codegen.report.style import CURVE, INK, QUIET, SECOND, THIRD, labelled
 
@@ -83,7 +83,7 @@ def page(found: Sequence[Trials], code: str, here: int = 0) -> dict[str, str]:
     ]
     alarms = [(one.name, t) for one in found for t in one.trials if t.verdict == "effect"]
     text = render(
-        "text/calibration.md.j2",
+        "calibration.md.j2",
         totals=[(words, rate_, bar or "–", bar and bar.met_by(rate_)) for words, rate_, bar in totals],
         rows=table(found, ALPHA),
         alarms=[(name, t.way, t.named, t.p) for name, t in alarms],

@@ -6,8 +6,8 @@ import ast
 import re
 from collections import Counter
 
+from benchmarks.text import render
 from codegen.base.error_codes import CODES
-from codegen.base.text import render
 from tests.app.command import stiction
 
 from .commands import ROOT
@@ -45,5 +45,5 @@ def test_codes_are_numbered_without_gaps_and_said_in_sentences() -> None:
 
 def test_the_page_is_current() -> None:
     """Written again by ``make reference``."""
-    assert render("text/errors.md.j2", codes=CODES) == (ROOT / "docs" / "errors.md").read_text("utf-8")
+    assert render("errors.md.j2", codes=CODES) == (ROOT / "docs" / "errors.md").read_text("utf-8")
     assert all(code in stiction("errors").out for code in CODES)
