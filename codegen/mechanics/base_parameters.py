@@ -23,12 +23,13 @@ from codegen.base.errors import refuse_unknown
 from codegen.base.exact_numbers import Exact, exact_array, square_root
 from codegen.mechanics.kinematic_chain import Points, bias_force, mass_matrix
 from codegen.spec.model import Spec
-from codegen.spec.motion import KinematicTree, LinkTolerance, MovingBody, Vector, of_point, rows, vector
+from codegen.spec.motion import KinematicTree, LinkTolerance, MovingBody, Vector, moments_of, placed, rows, vector
 
-Inertia = tuple[Fraction, Exact, Exact]
-"""Mass, first moment and rotational inertia about the origin."""
 ROUNDING = Fraction(1, 10**14)
 """Sums below this fraction of their terms are set to zero, since the angles in robot files are rounded."""
+UP = exact_array([0, 0, 1])
+ON_AXIS = np.outer([0, 0, 1, 1], [0, 0, 1, 1]) > 0
+"""Entries of a body's moments that mass on its z axis has: mass, m c_z, and the second moment along z."""
 REVOLUTE = ("mx", "my", "xx", "xy", "xz", "yz", "zz")
 """Names of the base parameters of a body with a revolute joint."""
 PRISMATIC = ("m", "mx", "my", "mz", "xx", "xy", "xz", "yy", "yz", "zz")
@@ -58,10 +59,12 @@ def regrouped(tree: KinematicTree) -> KinematicTree:
         body = bodies[i]
         if body.kind != "revolute":
             continue
-        moved = _mass_on_axis(body)
-        bodies[i] = _added(body, moved, -1)
+        moments = exact_array(body.moments)
+        on_axis = np.where(ON_AXIS, moments, exact_array(0))
+        bodies[i] = _with_moments(body, moments - on_axis, on_axis)
         if body.parent >= 0:
-            bodies[body.parent] = _added(bodies[body.parent], _in_parent(moved, body), 1)
+            parent, moved = bodies[body.parent], placed(on_axis, exact_array(body.rotation), exact_array(body.offset))
+            bodies[body.parent] = _with_moments(parent, exact_array(parent.moments) + moved, moved)
     return replace(tree, bodies=tuple(bodies))
 
 
@@ -71,9 +74,8 @@ def _about_z(body: MovingBody) -> MovingBody:
     return replace(
         body,
         rotation=rows(exact_array(body.rotation) @ turn),
-        axis=vector(exact_array([0, 0, 1])),
-        first_moment=vector(turn.T @ exact_array(body.first_moment)),
-        inertia=rows(turn.T @ exact_array(body.inertia) @ turn),
+        axis=vector(UP),
+        moments=rows(placed(exact_array(body.moments), turn.T, 0 * UP)),
     )
 
 
@@ -83,19 +85,14 @@ def _move_origin(bodies: list[MovingBody], i: int) -> None:
     This makes components of the offset zero.
     """
     body = bodies[i]
-    up = exact_array([0, 0, 1])
-    axis = exact_array(body.rotation) @ up
-    offset = exact_array(body.offset)
+    axis, offset = exact_array(body.rotation) @ UP, exact_array(body.offset)
     along = -(axis @ offset)
-    d = along * up
-    near = offset + along * axis
-    near = _without_rounding(near, abs(along))
-    first, inertia = exact_array(body.first_moment), exact_array(body.inertia)
-    moved = inertia + _skew(first) @ _skew(d) + _skew(d) @ _skew(first) - body.mass * _skew(d) @ _skew(d)
-    bodies[i] = replace(body, offset=vector(near), first_moment=vector(first - body.mass * d), inertia=rows(moved))
+    near = _without_rounding(offset + along * axis, abs(along))
+    moved = placed(exact_array(body.moments), exact_array(np.eye(3, dtype=int)), -along * UP)
+    bodies[i] = replace(body, offset=vector(near), moments=rows(moved))
     for k, child in enumerate(bodies):
         if child.parent == i:
-            bodies[k] = replace(child, offset=vector(exact_array(child.offset) - d))
+            bodies[k] = replace(child, offset=vector(exact_array(child.offset) - along * UP))
 
 
 def _turn_to(axis: Vector) -> Exact:
@@ -107,46 +104,17 @@ def _turn_to(axis: Vector) -> Exact:
     return np.column_stack([first, np.cross(third, first), third])
 
 
-def _mass_on_axis(body: MovingBody) -> Inertia:
-    """Inertia of a mass distribution on the z axis with the body's mass, first moment m c_z, and second moment along z.
-
-    This is the part that ``regrouped`` moves to the parent body.
-    """
-    inertia = exact_array(body.inertia)
-    second = (inertia[0, 0] + inertia[1, 1] - inertia[2, 2]) / 2
-    return body.mass, exact_array([0, 0, body.first_moment[2]]), second * exact_array(np.diag([1, 1, 0]))
-
-
-def _in_parent(given: Inertia, body: MovingBody) -> Inertia:
-    """An inertia given in the body's frame, transformed to the parent's frame and about the parent's origin."""
-    mass, moment, inertia = given
-    rotation, r = exact_array(body.rotation), exact_array(body.offset)
-    turned = rotation @ moment
-    shifted = turned + mass * r
-    moved = rotation @ inertia @ rotation.T - _skew(r) @ _skew(turned) - _skew(shifted) @ _skew(r)
-    return mass, shifted, moved
-
-
-def _added(body: MovingBody, more: Inertia, sign: int) -> MovingBody:
-    """The body with an inertia added (sign 1) or taken away (−1)."""
-    mass, moment, inertia = more
-    old, first = exact_array(body.inertia), exact_array(body.first_moment)
-    return replace(
-        body,
-        mass=body.mass + sign * mass,
-        first_moment=vector(_without_rounding(first + sign * moment, max(abs(first).max(), abs(moment).max()))),
-        inertia=rows(_without_rounding(old + sign * inertia, max(abs(old).max(), abs(inertia).max()))),
-    )
+def _with_moments(body: MovingBody, moments: Exact, change: Exact) -> MovingBody:
+    """The body with changed moments, zero where the ``change`` leaves no more than rounding errors."""
+    before, result = exact_array(body.moments), moments.copy()
+    for part in (np.s_[:3, :3], np.s_[:3, 3], np.s_[3, :3]):
+        result[part] = _without_rounding(result[part], max(abs(before[part]).max(), abs(change[part]).max()))
+    return replace(body, moments=rows(result))
 
 
 def _without_rounding(values: Exact, size: Fraction) -> Exact:
     """The values with zero in place of those so small against ``size`` that they can only be rounding errors."""
     return np.where(abs(values) > ROUNDING * size, values, exact_array(0))
-
-
-def _skew(r: Exact) -> Exact:
-    """The matrix [r] of a cross product, [r] a = r × a."""
-    return exact_array([[0, -r[2], r[1]], [r[2], 0, -r[0]], [-r[1], r[0], 0]])
 
 
 @dataclass(frozen=True)
@@ -216,14 +184,12 @@ def _moments(tree: KinematicTree) -> dict[str, Fraction]:
     """Name → value of each base parameter of a regrouped tree."""
     found: dict[str, Fraction] = {}
     for body in tree.bodies:
-        first, inertia = body.first_moment, body.inertia
+        (xx, xy, xz, mx), (_, yy, yz, my), (_, _, zz, mz), (_, _, _, m) = body.moments
         entries = {
-            "m": body.mass, "mx": first[0], "my": first[1], "mz": first[2],
-            "xx": inertia[0][0], "yy": inertia[1][1], "zz": inertia[2][2],
-            "xy": inertia[0][1], "xz": inertia[0][2], "yz": inertia[1][2],
+            "m": m, "mx": mx, "my": my, "mz": mz,
+            "xx": yy - xx if body.kind == "revolute" else yy + zz, "yy": xx + zz, "zz": xx + yy,
+            "xy": -xy, "xz": -xz, "yz": -yz,
         }  # fmt: skip
-        if body.kind == "revolute":
-            entries["xx"] -= inertia[1][1]
         found |= {f"{body.joint}_{key}": entries[key] for key in _keys(body)}
     return found
 
@@ -280,8 +246,7 @@ def _perturbed(body: MovingBody, tolerance: LinkTolerance) -> list[MovingBody]:
     centre, about, found = body.centre, body.about_centre, list[MovingBody]()
 
     def add(mass: Fraction, c: Any, inertia: Any) -> None:
-        whole = inertia + of_point(mass, c)
-        found.append(replace(body, mass=mass, first_moment=vector(mass * c), inertia=rows(whole)))
+        found.append(replace(body, moments=rows(moments_of(mass, c, inertia))))
 
     if tolerance.mass:
         add(body.mass * (1 + _exact(tolerance.mass)), centre, about)

@@ -16,13 +16,12 @@ from fractions import Fraction
 from typing import Any
 
 import casadi
-import numpy as np
 
 from codegen.base.exact_numbers import exact_array
 from codegen.spec.motion import KinematicTree, MovingBody
 
 ROUNDING = Fraction(1, 10**14)
-"""Share of the inertia up to which a second moment is set to zero, as a rounding error."""
+"""Share of the largest second moment up to which a second moment is set to zero, as a rounding error."""
 
 
 @dataclass(frozen=True)
@@ -197,12 +196,12 @@ def _is_z(axis: Any) -> bool:
 
 def points_of(body: MovingBody) -> Points:
     """Mass moments of a body as doubles; up to here its numbers are exact."""
-    inertia = exact_array(body.inertia)
-    second = exact_array(np.eye(3, dtype=int)) * (inertia.trace() / 2) - inertia
+    moments = exact_array(body.moments)
+    first, second = moments[3, :3], moments[:3, :3]
     for k in range(3):
-        if abs(second[k, k]) <= ROUNDING * abs(inertia).max():
+        if abs(second[k, k]) <= ROUNDING * abs(second).max():
             second[k, k] = Fraction(0)
-    return Points(casadi.SX(float(body.mass)), _column(body.first_moment), _matrix(second))
+    return Points(casadi.SX(float(body.mass)), _column(first), _matrix(second))
 
 
 def _column(values: Any) -> Any:

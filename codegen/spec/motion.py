@@ -15,7 +15,7 @@ import sympy
 from codegen.base.exact_numbers import Exact, exact_array
 
 Vector = tuple[Fraction, Fraction, Fraction]
-Rows = tuple[Vector, Vector, Vector]
+Rows = tuple[tuple[Fraction, ...], ...]
 
 
 @dataclass(frozen=True)
@@ -30,9 +30,8 @@ class MovingBody:
         rotation: R of the joint's frame at x = 0: parent coordinates are R times joint coordinates.
         offset: the joint frame's origin in the parent's frame, m.
         axis: of the joint, a unit vector in its own frame.
-        mass: kg.
-        first_moment: mass times centre of mass, in the body's frame, kg m.
-        inertia: about the body frame's origin, kg m².
+        moments: J = ∫ρ (r, 1)(r, 1)', 4 by 4, over the points r of the body in its frame: its second moments ∫ρ r r' in
+            kg m², first moments in kg m, and mass in kg.
         limits: of the position, m or rad, or None.
         damping, friction: of ``<dynamics>``, N m s and N m (N s/m and N for a prismatic joint).
     """
@@ -44,27 +43,39 @@ class MovingBody:
     rotation: Rows
     offset: Vector
     axis: Vector
-    mass: Fraction
-    first_moment: Vector
-    inertia: Rows
+    moments: Rows
     damping: float = 0.0
     friction: float = 0.0
     limits: tuple[float, float] | None = None
 
     @property
+    def mass(self) -> Fraction:
+        """Mass, kg."""
+        return self.moments[3][3]
+
+    @property
     def centre(self) -> Exact:
         """Centre of mass, in the body's frame, m."""
-        return np.asarray(exact_array(self.first_moment) / self.mass)
+        return np.asarray(exact_array(self.moments[3][:3]) / self.mass)
 
     @property
     def about_centre(self) -> Exact:
         """Inertia about the centre of mass; exact, since it is a small difference if the frame is far away."""
-        return np.asarray(exact_array(self.inertia) - of_point(self.mass, self.centre))
+        second = exact_array(self.moments)[:3, :3] - self.mass * np.outer(self.centre, self.centre)
+        return np.asarray(second.trace() * exact_array(np.eye(3, dtype=int)) - second)
 
 
-def of_point(mass: Fraction, c: Exact) -> Exact:
-    """Inertia of a point mass at c about the origin."""
-    return np.asarray(mass * (c @ c * exact_array(np.eye(3, dtype=int)) - np.outer(c, c)))
+def moments_of(mass: Fraction, centre: Exact, about_centre: Exact) -> Exact:
+    """J of ``MovingBody`` from the mass, the centre of mass and the inertia about it."""
+    second = about_centre.trace() / 2 * exact_array(np.eye(3, dtype=int)) - about_centre
+    first = mass * centre
+    return np.block([[second + np.outer(first, centre), first[:, None]], [first, mass]])
+
+
+def placed(moments: Exact, rotation: Exact, offset: Exact) -> Exact:
+    """T J T', moments in a frame in which that of J has this rotation and offset."""
+    transform = np.block([[rotation, offset[:, None]], [exact_array([0, 0, 0, 1])]])
+    return np.asarray(transform @ moments @ transform.T)
 
 
 def vector(values: Any) -> Vector:
@@ -74,8 +85,8 @@ def vector(values: Any) -> Vector:
 
 
 def rows(values: Any) -> Rows:
-    """A 3 by 3 matrix as a tuple of rows."""
-    return vector(values[0]), vector(values[1]), vector(values[2])
+    """A matrix as a tuple of rows."""
+    return tuple(map(tuple, values))
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ import numpy as np
 from codegen.base.errors import BadInput, Place
 from codegen.base.exact_numbers import Exact, exact_array, sine_cosine, square_root
 from codegen.base.input_files import read_bytes
-from codegen.spec.motion import KinematicTree, MovingBody, of_point, rows, vector
+from codegen.spec.motion import KinematicTree, MovingBody, moments_of, placed, rows, vector
 
 LARGEST = 20_000_000
 """Largest size of a robot description, bytes."""
@@ -43,7 +43,7 @@ MOST, LEAST = 1e30, 1e-30
 products of a few such numbers are within the range of a double.
 """
 UNIT, NOWHERE = exact_array(np.eye(3, dtype=int)), exact_array([0, 0, 0])
-NO_INERTIA = exact_array(np.zeros((3, 3), dtype=int))
+MASSLESS = exact_array(np.zeros((4, 4), dtype=int))
 
 
 @dataclass
@@ -54,9 +54,7 @@ class _Body:
     parent: int
     rotation: Exact
     offset: Exact
-    mass: Fraction
-    first_moment: Exact
-    inertia: Exact
+    moments: Exact
 
 
 def read_kinematic_tree(path: Path, named_at: Place, gravity: Sequence[Fraction] = STANDARD_GRAVITY) -> KinematicTree:
@@ -153,7 +151,7 @@ class _Reading:
                 if self._kind(joint) == "fixed":
                     following.append((child, body, here, there))
                 else:
-                    self.bodies.append(_Body(joint, body, here, there, Fraction(0), NOWHERE, NO_INERTIA))
+                    self.bodies.append(_Body(joint, body, here, there, MASSLESS))
                     following.append((child, len(self.bodies) - 1, UNIT, NOWHERE))
             waiting += reversed(following)
         lost = next((element for name, element in self.links.items() if name not in reached), None)
@@ -218,7 +216,7 @@ class _Reading:
         return rotation, xyz
 
     def _add_inertia(self, body: _Body, link: Any, rotation: Exact, offset: Exact) -> None:
-        """Add a link that is fixed to a body, its inertia about the body's origin by the parallel-axis theorem."""
+        """Add the moments of a link that is fixed to a body, whose frame has this rotation and offset in the body's."""
         inertial = link.find("inertial")
         if inertial is None:
             return  # a frame without mass
@@ -239,10 +237,8 @@ class _Reading:
         about_centre = exact_array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
         _refuse_impossible(about_centre, self.place(inertial, "inertia"))
         turn, centre = self._placement(inertial)
-        turn, c = rotation @ turn, offset + rotation @ centre
-        body.mass += mass
-        body.first_moment = body.first_moment + mass * c
-        body.inertia = body.inertia + turn @ about_centre @ turn.T + of_point(mass, c)
+        own = moments_of(mass, NOWHERE, about_centre)
+        body.moments = body.moments + placed(own, rotation @ turn, offset + rotation @ centre)
 
     def _moving_bodies(self) -> tuple[MovingBody, ...]:
         labels: dict[str, str] = {}
@@ -255,7 +251,7 @@ class _Reading:
                 raise BadInput(self.place(joint), found, "names that differ in letters and digits", code="SPEC009")
             labels[name] = label
             link = self.links[self._end(joint, "child")]
-            if not body.mass > 0:
+            if not body.moments[3, 3] > 0:
                 found = f'link "{link.get("name")}" and the links fixed to it have no mass'
                 raise BadInput(self.place(link), found, "<inertial> with mass and inertia", code="SPEC032")
             axis = self._numbers(joint, "axis", "xyz", 3, "1 0 0")
@@ -270,9 +266,7 @@ class _Reading:
                 rotation=rows(body.rotation),
                 offset=vector(body.offset),
                 axis=vector(axis / length),
-                mass=body.mass,
-                first_moment=vector(body.first_moment),
-                inertia=rows(body.inertia),
+                moments=rows(body.moments),
                 damping=self._dynamics(joint, "damping"),
                 friction=self._dynamics(joint, "friction"),
                 limits=_limits(joint),

@@ -157,7 +157,9 @@ def test_a_point_mass_or_a_rod_on_a_body_is_read(inertia: str, tmp_path: Path) -
     more = SECOND.format("mount", "rod", "tool") + f'<link name="tool"><inertial>{tool}</inertial></link></robot>'
     (body,) = read(tmp_path, ARM.replace("</robot>", more)).bodies
     rod = 0.2 + 2 * 0.5**2  # about the joint
-    assert np.allclose(np.array(body.inertia, dtype=float), np.diag([rod + float(ixx), rod + float(iyy), 0.01]))
+    to_joint = np.cross(np.eye(3), body.centre.astype(float))
+    inertia = body.about_centre.astype(float) + float(body.mass) * to_joint @ to_joint.T
+    assert np.allclose(inertia, np.diag([rod + float(ixx), rod + float(iyy), 0.01]))
 
 
 @pytest.mark.parametrize("rpy", ["0 0 0", "0.3 0.7 1.1", "-2 0.1 0.4", "1 1 1"])
