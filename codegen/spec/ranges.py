@@ -7,129 +7,108 @@ an item of a list if any text in it has one. All ranges in one entry or item are
 
 import re
 from collections.abc import Iterator
+from copy import copy
 from typing import Any
 
-from ruamel.yaml.comments import CommentedMap, CommentedSeq
+from ruamel.yaml.nodes import MappingNode, SequenceNode
 
 from codegen.base.errors import BadInput, Place
 from codegen.spec.yaml_limits import MOST_NODES
 
-MARK = ".."
 LONGEST = 10_000
 """Most names of one range."""
 _RANGE = re.compile(r"\b([A-Za-z]\w*?)(\d+)\.\.(\d+)((?:_[A-Za-z]\w*)?)\b")
 
 
 def expanded(node: Any, file: str) -> Any:
-    """The document with every range expanded; a node without a range is returned as the same object.
+    """The parser's node tree of a document, in which every range is expanded.
 
     Raises BadInput for a descending or too long range, ranges of different lengths in one entry or item, and more
     values than a file may have.
     """
-    return _expanded(node, file, None, [0])
+    return _expanded(node, file, [0])
 
 
-def _expanded(node: Any, file: str, line: int | None, made: list[int]) -> Any:
-    """``expanded`` for one node, on a line of the file; ``made[0]`` counts the values made so far."""
-    if isinstance(node, CommentedMap):
-        result = CommentedMap()
-        for key, value in list(node.items()):
-            position = (node.lc.data or {}).get(key)
-            at = position[0] + 1 if position else line
-            if isinstance(key, str) and _RANGE.search(key):
-                for k in range(_count([key, *_texts(value)], value, file, at, made)):
-                    _put(result, _shifted(key, k), _shifted(value, k), position)
-                if key in node.ca.items:
-                    result.ca.items[_shifted(key, 0)] = node.ca.items[key]
+def _expanded(node: Any, file: str, made: list[int]) -> Any:
+    """``expanded`` for one node; ``made[0]`` counts the values made so far. Of equal keys the last one holds."""
+    if isinstance(node, MappingNode):
+        entries: dict[str, tuple[Any, Any]] = {}
+        for key, value in node.value:
+            pairs = [(key, value)]
+            if _RANGE.search(key.value):
+                copies = range(_count([key.value, *_texts(value)], key, value, file, made))
+                pairs = [(_shifted(key, k), _shifted(value, k)) for k in copies]
             else:
-                _put(result, key, _expanded(value, file, at, made), position)
-        changed = list(node) != list(result) or any(node[key] is not result[key] for key in result)
-        return _same_style(node, result) if changed else node
-    if isinstance(node, CommentedSeq):
-        items = CommentedSeq()
-        for index, value in enumerate(node):
-            position = (node.lc.data or {}).get(index)
-            at = position[0] + 1 if position else line
-            repeated = any(_RANGE.search(text) for text in _texts(value))
-            copies = range(_count(list(_texts(value)), value, file, at, made)) if repeated else ()
-            for copy in [_shifted(value, k) for k in copies] if repeated else [value]:
-                items.append(copy)
-                if position:
-                    items.lc.add_idx_line_col(len(items) - 1, position)
-        same = len(items) == len(node) and all(old is new for old, new in zip(node, items, strict=True))
-        return node if same else _same_style(node, items)
+                _expanded(value, file, made)
+            entries |= {own.value: (own, of) for own, of in pairs}
+        node.value = list(entries.values())
+    elif isinstance(node, SequenceNode):
+        items: list[Any] = []
+        for item in node.value:
+            texts = list(_texts(item))
+            if any(map(_RANGE.search, texts)):
+                items += [_shifted(item, k) for k in range(_count(texts, item, item, file, made))]
+            else:
+                items.append(item)
+        node.value = items
     return node
 
 
-def _put(mapping: CommentedMap, key: Any, value: Any, position: Any) -> None:
-    mapping[key] = value
-    if position:
-        mapping.lc.add_kv_line_col(key, position)
-
-
-def _same_style(old: Any, new: Any, comments: bool = True) -> Any:
-    """The new node in the style (flow or block) of the old one; with ``comments``, also its comments."""
-    if old.fa.flow_style():
-        new.fa.set_flow_style()
-    else:
-        new.fa.set_block_style()
-    if not comments:
-        return new
-    new.ca.comment = old.ca.comment
-    if isinstance(old, CommentedMap):
-        new.ca.items.update({key: comment for key, comment in old.ca.items.items() if key in new})
-    return new
+def _inner(node: Any) -> list[Any]:
+    """The keys and values in a mapping, or the items of a list."""
+    if isinstance(node, MappingNode):
+        return [inner for entry in node.value for inner in entry]
+    return node.value if isinstance(node, SequenceNode) else []
 
 
 def _texts(node: Any) -> Iterator[str]:
-    """All strings in a node, keys included."""
-    if isinstance(node, CommentedMap):
-        for key, value in node.items():
-            yield from _texts(key)
-            yield from _texts(value)
-    elif isinstance(node, CommentedSeq):
-        for value in node:
-            yield from _texts(value)
-    elif isinstance(node, str):
-        yield node
+    """The texts of all scalars in a node, keys included."""
+    if isinstance(node, MappingNode | SequenceNode):
+        for inner in _inner(node):
+            yield from _texts(inner)
+    else:
+        yield node.value
 
 
 def _size(node: Any) -> int:
     """The number of values in a node, itself included."""
-    if isinstance(node, CommentedMap):
-        return 1 + sum(map(_size, node.values()))
-    return 1 + sum(map(_size, node)) if isinstance(node, CommentedSeq) else 1
+    values = [value for _, value in node.value] if isinstance(node, MappingNode) else _inner(node)
+    return 1 + sum(map(_size, values))
 
 
-def _count(texts: list[str], value: Any, file: str, line: int | None, made: list[int]) -> int:
-    """The number of copies given by the ranges in the texts; the values of these copies are added to ``made[0]``."""
+def _count(texts: list[str], at: Any, value: Any, file: str, made: list[int]) -> int:
+    """The number of copies given by the ranges in the texts; the values of these copies are added to ``made[0]``.
+
+    ``at``: the node whose line the messages name.
+    """
+    place = Place(file, at.start_mark.line + 1)
     found = [m for text in texts for m in _RANGE.finditer(text)]
     first = found[0]
     for m in found:
         count, expected = int(m[3]) - int(m[2]) + 1, int(first[3]) - int(first[2]) + 1
         if not 1 <= count <= LONGEST:
             wanted = f"a rising range of at most {LONGEST} names"
-            raise BadInput(Place(file, line), f"the range `{m[0]}`", wanted, code="SPEC016")
+            raise BadInput(place, f"the range `{m[0]}`", wanted, code="SPEC016")
         if count != expected:
             what = f"`{first[0]}` of {expected} names with `{m[0]}` of {count}"
-            raise BadInput(Place(file, line), what, "ranges of one length, since they run together", code="SPEC016")
+            raise BadInput(place, what, "ranges of one length, since they run together", code="SPEC016")
     copies = int(first[3]) - int(first[2]) + 1
     made[0] += copies * _size(value)
     if made[0] > MOST_NODES:
         words = "too many values once its ranges are expanded"
-        raise BadInput(Place(file, line), words, f"at most {MOST_NODES} in a file", code="SPEC002")
+        raise BadInput(place, words, f"at most {MOST_NODES} in a file", code="SPEC002")
     return copies
 
 
 def _shifted(node: Any, k: int) -> Any:
     """Copy k = 0, 1, ... of a node, with k added to the first number of each range; copy 0 keeps the comments."""
-    if isinstance(node, CommentedMap):
-        mapping = CommentedMap()
-        for key, value in node.items():
-            _put(mapping, _shifted(key, k), _shifted(value, k), (node.lc.data or {}).get(key))
-        return _same_style(node, mapping, k == 0)
-    if isinstance(node, CommentedSeq):
-        return _same_style(node, CommentedSeq([_shifted(value, k) for value in node]), k == 0)
-    if isinstance(node, str):
-        return _RANGE.sub(lambda m: f"{m[1]}{int(m[2]) + k}{m[4]}", node)
-    return node
+    made = copy(node)
+    if k:
+        made.comment = None
+    if isinstance(node, MappingNode):
+        made.value = [(_shifted(key, k), _shifted(value, k)) for key, value in node.value]
+    elif isinstance(node, SequenceNode):
+        made.value = [_shifted(value, k) for value in node.value]
+    else:
+        made.value = _RANGE.sub(lambda m: f"{m[1]}{int(m[2]) + k}{m[4]}", node.value)
+    return made

@@ -12,11 +12,12 @@ from ruamel.yaml import YAML
 from ruamel.yaml.comments import CommentedMap, CommentedSeq
 from ruamel.yaml.constructor import ConstructorError, RoundTripConstructor
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
+from ruamel.yaml.nodes import MappingNode
 from ruamel.yaml.parser import RoundTripParser
 from ruamel.yaml.reader import ReaderError
 
 from codegen.base.errors import BadInput, Place
-from codegen.spec.ranges import MARK, expanded
+from codegen.spec.ranges import expanded
 from codegen.spec.yaml_faults import refused
 from codegen.spec.yaml_limits import Limits
 
@@ -24,7 +25,17 @@ SPEC_FIRST = "; is this the log? A command takes the spec first, then the log"
 
 
 class _Constructor(RoundTripConstructor):
-    """ruamel.yaml's constructor, with dates as text, as in YAML 1.2; refuses numbers that a double cannot hold."""
+    """ruamel.yaml's constructor, with ranges of names expanded, and dates as text, as in YAML 1.2.
+
+    Refuses numbers that a double cannot hold. ``file``: the file's name, for messages.
+    """
+
+    def __init__(self, file: str = "", **options: Any) -> None:
+        super().__init__(**options)
+        self._file = file
+
+    def construct_document(self, node: Any) -> Any:
+        return super().construct_document(expanded(node, self._file) if isinstance(node, MappingNode) else node)
 
     def construct_yaml_float(self, node: Any) -> Any:
         value = super().construct_yaml_float(node)
@@ -86,6 +97,7 @@ def load_mapping(text: str, file: str, example: str = "name: one_mass") -> tuple
     """
     yaml, limits = round_trip_yaml(), Limits(file)
     yaml.Parser = partial(_Parser, limits=limits)
+    yaml.Constructor = partial(_Constructor, file=file)
     try:
         document = yaml.load(text)
     except MarkedYAMLError as error:
@@ -104,8 +116,6 @@ def load_mapping(text: str, file: str, example: str = "name: one_mass") -> tuple
             expected += SPEC_FIRST
         raise BadInput(Place(file, 1), found, expected, code="SPEC006")
     places: dict[str, Place] = {}
-    if MARK in text:
-        document = expanded(document, file)
     _collect(document, "", file, places)
     return document, places
 

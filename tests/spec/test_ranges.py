@@ -20,6 +20,8 @@ def test_a_range_is_its_names_in_order():
     expected = k * (x("x9") - 2 * x("x10") + x("x11")) + c * (v("v9") - 2 * v("v10") + v("v11"))
     assert (spec.force[9] - expected).expand() == 0
     assert [name for name in spec.envelope if name.endswith("_dot")] == [f"v{k}_dot" for k in range(1, 17)]
+    contact = CHAIN[: CHAIN.index("ground1..16")].count("\n") + 1
+    assert spec.places["friction.contacts[3].bodies[1]"].line == contact
     assert spec.place("coordinates.x7").line == CHAIN.splitlines().index("  x1..16: {velocity: v1..16, unit: m}") + 1
 
 
