@@ -3,7 +3,7 @@
 import json
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from decimal import ROUND_CEILING
 from functools import partial
 from pathlib import Path
@@ -35,6 +35,7 @@ class Certified(Result):
         sample_times: integration → the largest sample time that was certified, s.
         rounding: precision → the increase of the bounds by rounding, or the reason why it is not known.
         solved: whether the code of an implicit step solves its equations, so that its sample time holds for the code.
+        envelope: variable → (low, high) of the operating region, in SI units.
     """
 
     outcome: Certificate | Refusal
@@ -42,6 +43,7 @@ class Certified(Result):
     sample_times: Mapping[str, float]
     rounding: Mapping[str, Rounding] | str = "no error bound"
     solved: bool = True
+    envelope: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
     @property
     def certificate(self) -> Certificate | None:
@@ -73,15 +75,21 @@ class Certified(Result):
 
     @property
     def view(self) -> dict[str, Any]:
-        more = named(self, "bounds sample_times solved")
+        more = named(self, "bounds sample_times solved envelope")
         if isinstance(self.outcome, Refusal):
             return {"refusal": self.outcome, **more}
-        return {"certificate": self.outcome, "rounding": self.rounding, **more}
+        meanings = {error["name"]: error["meaning"] for error in self.outcome.content["error"]}
+        return {"certificate": self.outcome, "rounding": self.rounding, "meanings": meanings, **more}
 
     def text(self, **options: object) -> str:
-        """The result in words; ``target``: the file to which the certificate was written, or None."""
+        """The result in words.
+
+        Args:
+            options: ``details``: whether the claim, what was checked and all assumptions are printed too; ``target``:
+                the file to which the certificate was written, or None.
+        """
         template = "refused" if isinstance(self.outcome, Refusal) else "certified"
-        return render(f"text/{template}.txt.j2", **self.view, **{"target": None, **options})
+        return render(f"text/{template}.txt.j2", **self.view, **{"target": None, "details": False, **options})
 
 
 @verb
@@ -109,7 +117,8 @@ def certify(source: Source, out: str | Path | None = None) -> Certified:
         times = largest_sample_times(spec, analysis, outcome)
         if out is not None:
             write_certificate(outcome, out)
-        return Certified(outcome, bounds, times, rounding or "no error bound", _solved(analysis, times))
+        envelope = {name: (float(low), float(high)) for name, (low, high) in spec.envelope.items()}
+        return Certified(outcome, bounds, times, rounding or "no error bound", _solved(analysis, times), envelope)
     begin("largest sample times")
     times = largest_sample_times(spec, analysis, outcome)
     in_region = outcome.regions is not None  # ``times`` are then those of the sliding region

@@ -148,6 +148,7 @@ def derive(
 def certify(
     spec: SpecPath,
     out: Annotated[Path | None, written("FILE", "write certificate.json alone here")] = None,
+    details: Annotated[bool, option("--details", None, "print the claim, checks and all assumptions too")] = False,
     as_json: AsJson = False,
 ) -> None:
     """Certify the sampled observer over the envelope, or state why not, with a counterexample and a remedy."""
@@ -157,7 +158,7 @@ def certify(
         found = certify(spec, out)
     target = None if found.certificate is None else out
     on = error_output if found.certificate is None else output
-    _print(as_json, lambda: found.content, lambda: on.fitted(found.text(target=target)), on)
+    _print(as_json, lambda: found.content, lambda: on.fitted(found.text(target=target, details=details)), on)
     raise typer.Exit(REFUSED if found.certificate is None else 0)
 
 

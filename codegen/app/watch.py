@@ -64,7 +64,9 @@ class Watched(Result):
             **named(tally, "samples judged outside faults"),
             **named(tally, "from=first to=last"),
             **named(self, "settle dwell"),
-            "limits": [{**named(limit, "where bound unit"), "worst": share * limit.bound} for limit, share in worst],
+            "limits": [
+                {**named(limit, "where bound steady unit"), "worst": share * limit.bound} for limit, share in worst
+            ],
             "alarms": [alarm.content for alarm in self.alarms],
             "ended": self.ended,
             "notes": list(self.notes),

@@ -1,5 +1,6 @@
 """Results of certification: a certificate with further proofs, or a refusal with remedies."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
@@ -58,6 +59,28 @@ class Certificate(Shown):
     @property
     def summary(self) -> Mapping[str, object]:
         return {"decay rate": f"{self.decay_rate:.4g} 1/s", "spectral rate": f"{self.spectral_rate:.4g} 1/s"}
+
+    @property
+    def sample_time(self) -> float:
+        """h of the certified step, s."""
+        return float(Fraction(self.content["sample_time"]))
+
+    @property
+    def time_constant(self) -> float:
+        """Time in which √V falls at least by the factor 1/e between reversals, s, by the proved factor of a sample."""
+        share = self.decay_rate * self.sample_time
+        implicit = self.content["observer"]["integration"] == "implicit"
+        return self.sample_time / (math.log1p(share) if implicit else -math.log1p(-2 * share) / 2)
+
+    @property
+    def longest_reversal(self) -> Mapping[str, Any] | None:
+        """``contact``, ``growth`` of V and dwell time in ``samples`` of the reversal with the longest one; or None."""
+        longest = max(self.content["reversals"], key=lambda r: r["dwell_samples"], default=None)
+        return longest and {
+            "contact": longest["contact"],
+            "growth": float(Fraction(longest["growth"])),
+            "samples": longest["dwell_samples"],
+        }
 
     @property
     def turning_rate(self) -> float | None:

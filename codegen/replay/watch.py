@@ -34,13 +34,16 @@ class Limit:
     Attributes:
         output: name of the observer's output.
         where: the friction in words, such as "friction at rail (x)".
-        bound: largest error, in ``unit``, from ``settle`` samples after a reversal on.
+        bound: largest error, in ``unit``, from ``settle`` samples after a reversal on: the last of the bounds that
+            ``certify`` states for the times after a reversal.
+        steady: the smaller bound long after a reversal, to which those decrease.
     """
 
     output: str
     where: str
     bound: float
     unit: str
+    steady: float
 
 
 @dataclass
@@ -270,10 +273,10 @@ def _limit(stated: ErrorBound, error: ErrorVariable, system: System) -> Limit:
     bound = stated.after[-1][1]
     if error.contact is None:
         name = system.positions[error.coordinate or 0].name
-        return Limit(f"F_hat_on_{name}", f"friction on {name}", bound, stated.unit)
+        return Limit(f"F_hat_on_{name}", f"friction on {name}", bound, stated.unit, stated.steady)
     name, column = system.contacts[error.contact].name, system.distribution[:, error.contact]
     moved = [x.name for x, entry in zip(system.positions, column, strict=True) if entry != 0]
-    return Limit(f"a_hat_{name}", f"friction at {name} ({', '.join(moved)})", bound, stated.unit)
+    return Limit(f"a_hat_{name}", f"friction at {name} ({', '.join(moved)})", bound, stated.unit, stated.steady)
 
 
 def _declared(system: System, errors: Sequence[ErrorVariable]) -> Any:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from dataclasses import replace
 from functools import cache
@@ -26,10 +27,10 @@ def found() -> Certified:
     return certify(SPECS / "one_mass.yaml")
 
 
-def lines_of(verb: str, text: str, folder: Path) -> list[str]:
+def lines_of(verb: str, text: str, folder: Path, *options: str) -> list[str]:
     path = folder / "one_mass.yaml"
     path.write_text(text)
-    done = stiction(verb, path)
+    done = stiction(verb, path, *options)
     assert done.code == 0, done.err
     return done.out.splitlines()
 
@@ -47,25 +48,50 @@ def test_a_weight_on_an_incline_says_how_it_is_proved(tmp_path: Path) -> None:
 
 
 def test_the_bound_is_printed_before_what_was_checked_and_what_is_assumed(tmp_path: Path) -> None:
-    """A new user looked for the bound behind a screen of assumptions."""
-    lines = lines_of("certify", (SPECS / "one_mass.yaml").read_text(), tmp_path)
+    """A new user looked for the bound behind a screen of assumptions, and for what is not covered in 55 lines."""
+    text = (SPECS / "one_mass.yaml").read_text()
+    lines = lines_of("certify", text, tmp_path)
     assert re.fullmatch(r"certified: \|e_a_rail\| <= \S+ N long after a reversal; rate \S+ 1/s", lines[0])
-    assert lines[1].startswith("  claim  ") and max(map(len, lines)) <= 120
-    kinds = [line[2:18].strip() for line in lines if line[2:18].strip()]
-    assert kinds.index("error bound") < kinds.index("checked") < kinds.index("assumes") == len(kinds) - 1
+    assert lines[1].startswith("  region  ") and len(lines) <= 25 and max(map(len, lines)) <= 120
+    kinds = [line[2:18].strip() for line in lines[1:] if line[2:18].strip()]
+    assert kinds[:3] == ["region", "rate", "error bound"] and kinds[-2:] == ["not covered", "more"]
     assert not any(WITHOUT in line for line in lines)
+    details = lines_of("certify", text, tmp_path, "--details")
+    assert details[: len(lines) - 1] == lines[:-1]
+    kinds = [line[2:18].strip() for line in details[len(lines) - 1 :] if line[2:18].strip()]
+    assert kinds.index("claim") < kinds.index("checked") < kinds.index("assumes") == len(kinds) - 1
 
 
-def test_of_many_errors_the_largest_is_in_the_first_line_and_each_has_a_line_of_its_own() -> None:
+def test_the_region_and_the_time_constant_are_those_of_the_certificate(tmp_path: Path) -> None:
+    """By the factor of V in a sample that `checked` prints: it falls to e^-2 in the time constant."""
+    words = " ".join(
+        " ".join(lines_of("certify", (SPECS / "one_mass.yaml").read_text(), tmp_path, "--details")).split()
+    )
+    assert "sample time 0.001 s; in SI units v in [-5, 5], v_dot in [-210, 210], x_noise in [-5e-06, 5e-06];" in words
+    time, factor = (
+        float(re.search(said, words)[1]) for said in (r"time constant of at most (\S+) s", r"2\*alpha\*h = (\S+) in")
+    )
+    assert factor ** (time / 1e-3) == pytest.approx(math.exp(-2), rel=3e-3)
+    growth, dwell = re.search(
+        r"a reversal of rail multiplies V by at most (\S+), and (\d+) samples later", words
+    ).groups()
+    assert float(growth) * factor ** int(dwell) <= 1 < float(growth) * factor ** (int(dwell) - 2)
+
+
+def test_of_many_errors_the_largest_is_in_the_first_line_and_each_is_stated() -> None:
     """A chain of 16 contacts printed 64 lines of bounds before what they assume."""
     one = found().bounds[0]
     bounds = [replace(one, name=f"e_a_{k}", steady=1.0 + k % 4) for k in range(8)]
-    text = replace(found(), bounds=tuple(bounds)).text()
+    named = [{"name": b.name, "meaning": "as the contact's"} for b in bounds]
+    outcome = replace(found().outcome, content={**found().outcome.content, "error": named})
+    text = replace(found(), outcome=outcome, bounds=tuple(bounds)).text()
+    words = " ".join(text.split())
     assert text.startswith("certified: 8 error bounds, the largest |e_a_3| <= 4 N long after a reversal; rate ")
     for k in range(8):
-        assert text.count(f"|e_a_{k}| <= {1 + k % 4} N long after a reversal, proved for the C") == 1
-    said = "through a reversal, proved for the C code: at most 8.623 N at "
-    words = " ".join(text.split())
+        assert words.count(f"|e_a_{k}| <= {1 + k % 4} N") == (3 if k == 3 else 1)
+    said = (
+        "reversal at most 8.623 N at the end of one, 3 samples after its start; counted from there, at most 5.75 N from"
+    )
     assert words.count(said) == 1
     assert words.count("in between no bound is stated, and the error may be larger") == 1
 
@@ -85,7 +111,7 @@ def test_the_rate_of_the_slowest_eigenvalue_says_its_measure(tmp_path: Path) -> 
     printed = re.search(r"= -ln\|z\|/h \(each sample multiplies it by \|z\| = (\S+)\)", gains)
     assert printed
     z = float(printed[1])
-    certified = " ".join(" ".join(lines_of("certify", text, tmp_path)).split())
+    certified = " ".join(" ".join(lines_of("certify", text, tmp_path, "--details")).split())
     found = re.search(r"z of a sample has \(1 - \|z\|\^2\)/\(2h\) = (\S+) 1/s, another measure than", certified)
     assert found and float(found[1]) == pytest.approx((1 - z**2) / (2 * h), rel=1e-3)
 
@@ -94,7 +120,7 @@ def test_the_rate_of_the_slowest_eigenvalue_says_its_measure(tmp_path: Path) -> 
 def test_exact_measurements_are_said_to_be_the_rate_s_assumption_where_the_bound_has_noise(
     noisy: bool, tmp_path: Path
 ) -> None:
-    lines = lines_of("certify", (SPECS / "one_mass.yaml").read_text() if noisy else TEXT, tmp_path)
+    lines = lines_of("certify", (SPECS / "one_mass.yaml").read_text() if noisy else TEXT, tmp_path, "--details")
     text = " ".join(" ".join(lines).split())
     assert ("include the position noise of the envelope" in text) is noisy
     assert "measurements are exact." in text

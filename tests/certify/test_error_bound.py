@@ -17,8 +17,8 @@ import pytest
 from scipy.linalg import expm
 
 from codegen.analysis.analysis import analyse
+from codegen.app.certify import Certified
 from codegen.app.derived import Derived
-from codegen.base.text import render
 from codegen.certify.bound.bounds import ErrorBound
 from codegen.certify.bound.error_bound import error_bounds
 from codegen.certify.bound.error_response import error_response
@@ -345,8 +345,7 @@ def test_a_bound_that_is_of_little_use_is_told_from_one_that_is() -> None:
         given = error_bounds(spec, analysis, found)
         assert not isinstance(given, str)
         bounds[top] = given
-        more = {"bounds": given, "sample_times": {}, "rounding": "none", "target": None}
-        said = " ".join(render("text/certified.txt.j2", certificate=found, **more).split())
+        said = " ".join(Certified(found, given, {}).text().split())
         assert "inputs are held constant from sample to sample" in said
         assert ("of no use: friction itself is at most 30 N" in said) == (given[0].steady >= 30)
         (threshold,) = given[0].slip_speeds
@@ -354,7 +353,7 @@ def test_a_bound_that_is_of_little_use_is_told_from_one_that_is() -> None:
         assert threshold.threshold <= shown <= 1.01 * threshold.threshold
         assert given[0].parts[given[0].largest_part] == max(given[0].parts.values())
         loud = replace(given[0], parts={"noise": 31.0, "velocity": 1.0}, steady=32.0)
-        said = " ".join(render("text/certified.txt.j2", certificate=found, **(more | {"bounds": (loud,)})).split())
+        said = " ".join(Certified(found, (loud,), {}).text().split())
         assert "largest part of the bound, noise, comes from the position noise: narrow NAME_noise" in said
     assert bounds[80][0].largest == bounds[8000][0].largest == 30
     assert bounds[80][0].steady < 30 < bounds[8000][0].steady

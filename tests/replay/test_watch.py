@@ -86,6 +86,12 @@ def test_a_machine_as_declared_stays_silent(logs: dict[str, str], tmp_path: Path
     seen = watch(belt(), tmp_path / "log.csv")
     assert seen.alarms == () and seen.tally.samples == 4000 and seen.tally.judged > 2000
     assert 0 < seen.tally.worst[0] < 1
+    (limit,), (bound,) = seen.limits, belt().outcome.bounds
+    assert (limit.bound, limit.steady) == (bound.after[-1][1], bound.steady) and limit.bound > limit.steady
+    compared, later = re.search(r"the bound is (\S+) N, the last .*; long after one it is (\S+) N", done.out).groups()
+    said = " ".join(stiction("certify", BELT).out.split())
+    assert f" {compared} N from {bound.after[-1][0]:.6g} s on (the bound of `stiction watch`)" in said
+    assert f"|{bound.name}| <= {later} N long after a reversal" in said
 
 
 @pytest.mark.parametrize("what", ["friction", "force"])
