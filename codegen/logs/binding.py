@@ -20,7 +20,7 @@ from codegen.logs.description import LogDescription
 from codegen.logs.formats.source import Columns, LogFile, listing
 from codegen.logs.log import Finding, Severity
 from codegen.logs.term import OPERATORS, Term, find_term, identifier
-from codegen.spec.column_units import ALSO_WORDS, is_convertible, meant_unit, stated_unit, unit_behind
+from codegen.spec.column_units import ALSO_WORDS, is_convertible, meant_unit, size_of_count, stated_unit, unit_behind
 from codegen.spec.model import Spec
 from codegen.spec.quantity import refuse_other_unit
 from codegen.spec.units import (
@@ -94,7 +94,7 @@ def time_columns(names: Sequence[str]) -> list[str]:
     plain = {}
     for name in names:
         bare = stated_unit(name)[0].replace(" ", "_")
-        plain[name] = bare.removesuffix(f"_{unit}") if (unit := unit_behind("t", name)) else bare
+        plain[name] = re.sub(f"_?{unit}$", "", bare, flags=re.IGNORECASE) if (unit := unit_behind("t", name)) else bare
     found = ([name for name in names if form.fullmatch(plain[name])] for form in (_TIME, _ALSO_TIME))
     return next((columns for columns in found if columns), [])
 
@@ -440,6 +440,9 @@ class _Search:
             if meant := meant_unit(by_file, own):
                 line = f"`units: {{{symbol}: {meant}}}` in meta.yaml beside the log"
                 advice = f"Say {line} if that is meant, or `scale:`."
+            if size := size_of_count(by_file, own):
+                choice = f"`scale: {{{symbol}: {size}}}` if that is the size of a count"
+                advice = f"Say {choice}, `scale: {{{symbol}: 1}}` if they are in {own}, in meta.yaml beside the log."
             if is_in_counts(f"x {by_file}"):
                 advice = f"Say their size in meta.yaml beside the log, such as {scale_of_counts(symbol, self.spec)}."
             listed = bool(self.source.units.get(name))

@@ -208,7 +208,7 @@ def _unit(name: str, stated: str) -> str:
 def _behind(name: str) -> str:
     """The part of a name after its last _, if it is a unit; else empty."""
     front, _, last = name.rpartition("_")
-    return last if front and may_be_unit(last) else ""
+    return last if front and not last.isdigit() and may_be_unit(last) else ""
 
 
 def _fits(unit: str, own: str) -> bool:

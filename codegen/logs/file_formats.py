@@ -51,6 +51,8 @@ FORMATS: Mapping[str, Opener] = {
     ".tdms": TdmsFile,
 }
 """File name extension → its opener. A text file with another extension is read as a table."""
+NESTED_JSON = re.compile(rb'(\xef\xbb\xbf)?\s*\{\s*"[^\n{]*[\[{]')
+"""Beginning of a text file with JSON records that hold lists or objects, whose names the plain rows would lose."""
 HEAD = 4096
 """Bytes at the beginning of a file by which its format is recognised."""
 OTHERS = (
@@ -110,6 +112,8 @@ def format_of(path: Path) -> Opener:
         others = ((what, instead) for begin, what, instead in OTHERS if re.match(begin, head))
         if other := next(others, None):
             raise BadInput(place, *other, code="LOG002")
+        if is_text and NESTED_JSON.match(head):
+            return JsonFile
         if reader is not None or is_text:
             return open_csv
     found = f"the ending `{shown(path.suffix)}`" if path.suffix else "a name without an ending"

@@ -18,8 +18,13 @@ _BEHIND_WORD = re.compile(r"(.*\S)(?:\s+in|,)\s+(\S+)\s*")
 """``Drehmoment in Nm``, as DIN 461 labels axes, and ``Torque, Nm``."""
 _BEFORE_LABEL = re.compile(r"([^()\[\]]*\S)\s+(?:\[([^()\[\]]*)\]|\(([^()\[\]]*)\))\s+(\S[^()\[\]]*)")
 """A unit before the label of a run or channel, ``Angle (deg) Run #1``."""
-_BEHIND_NAME = re.compile(r"(.+)_(ms|us|ns|mm|cm|um|degrees?|deg|rpm|mA|mV|mN|kN|mNm|cNm|Ncm)")
-"""Unambiguous units at the end of a name."""
+_BEHIND_NAME = re.compile(
+    r"(.+)_(ms|us|ns|mm|cm|um|degrees?|deg|mrad|turns?|revs|rpm|rps|mA|mV|mN|kN|mNm|cNm|Ncm"
+    r"|(?:degrees?|deg|mm|cm|um|turns?|revs?)(?:_per_|_)(?:s|sec|min))"
+)
+"""Unambiguous units at the end of a name, also of a speed: ``x_mm_s``, ``q_deg_per_s``."""
+_MULTIPLE = re.compile(r"x?\s*(\d*\.?\d+(?:[eE][+-]?\d+)?)\s*([^\d\s.].*)")
+"""A number with a unit, ``0.01 A``, which may be the size of a count or the range of a sensor."""
 _IN_CAMEL_CASE = re.compile(r".*[a-z0-9_](Deg|Degrees|RPM|Rpm)")
 """Those that end a name such as ``motorRPM``."""
 AMBIGUOUS = ("grad",)
@@ -34,7 +39,7 @@ _LETTERS = "msghAVNKWJHT"
 """Single letters that are units of machines: ``q (a)`` is not in years."""
 _WHOLE_NAME = re.compile(r"(mm|deg|rpm|RPM|mA|mV|kN|mNm)")
 """Those that are names of columns by themselves, as a logger prints ``rpm``."""
-_TIME_IN = re.compile(r"(.+)_(s|sec|seconds|ms|msec|us|usec|ns)")
+_TIME_IN = re.compile(r"(.+)_(s|sec|seconds|ms|msec|us|usec|ns)|(.+[a-z])(Ms|Us|Ns)")
 _CLOCKS = {"millis": "ms", "micros": "us"}
 """Columns called after the function that reads a microcontroller's clock → the unit of its result."""
 
@@ -42,8 +47,9 @@ _CLOCKS = {"millis": "ms", "micros": "us"}
 def stated_unit(name: str) -> tuple[str, str]:
     """A column's name without the unit in it, and that unit: ``x [mm]``, ``x (mm)``, ``x/mm``; empty for none.
 
-    Text in square brackets at the end is always taken as a unit; other text only if it is a known unit. A single
-    letter before a label without a number, ``Motor (A) left``, may name a part of the machine, and is no unit.
+    Text in square brackets at the end is always taken as a unit; other text only if it is a known unit, or in round
+    brackets a number with one, which nothing converts: ``Current (0.01 A)`` is to be asked about. A single letter
+    before a label without a number, ``Motor (A) left``, may name a part of the machine, and is no unit.
     """
     if len(name) > LONGEST_NAME:
         return name, ""
@@ -55,6 +61,9 @@ def stated_unit(name: str) -> tuple[str, str]:
         bare, unit = (text.strip() for text in found.groups() if text) if found else ("", "")
         if bare and may_be_unit(unit := in_usual_case(unit)):
             return bare, unit
+    multiple = _IN_ROUND.fullmatch(name)
+    if multiple is not None and (parts := _MULTIPLE.fullmatch(multiple[2].strip())) and may_be_unit(parts[2]):
+        return multiple[1], multiple[2].strip()
     found = _BEFORE_LABEL.fullmatch(name)
     if found is not None:
         unit, label = in_usual_case((found[2] or found[3] or "").strip()), found[4].strip()
@@ -96,9 +105,18 @@ def unit_behind(symbol: str, name: str) -> str:
         return _CLOCKS[bare]
     if symbol != "t" and _WHOLE_NAME.fullmatch(bare):
         return bare
-    found = (_TIME_IN if symbol == "t" else _BEHIND_NAME).fullmatch(bare.replace(" ", "_"))
-    camel = None if found or symbol == "t" else _IN_CAMEL_CASE.fullmatch(bare)
-    return found[2] if found else camel[1].lower() if camel else ""
+    if symbol == "t":
+        found = _TIME_IN.fullmatch(bare.replace(" ", "_"))
+        return (found[2] or found[4].lower()) if found else ""
+    found = _BEHIND_NAME.fullmatch(bare.replace(" ", "_"))
+    camel = None if found else _IN_CAMEL_CASE.fullmatch(bare)
+    return re.sub("_per_|_", "/", found[2]) if found else camel[1].lower() if camel else ""
+
+
+def size_of_count(unit: str, own: str) -> str:
+    """A number with a unit of ``own``'s dimension, ``0.01 A``, as ``scale:`` takes it; empty for another text."""
+    parts = _MULTIPLE.fullmatch(unit)
+    return f"{parts[1]} {parts[2]}" if parts and is_convertible(parts[2], own) else ""
 
 
 def factor_in_name(symbol: str, name: str, spec: Spec) -> float:

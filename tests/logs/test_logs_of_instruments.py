@@ -152,6 +152,11 @@ READ = {
         "columns: {t: Time, x: Axis 1.ActPos, w: Axis 1.ActForce}\n",
         "FILETIME",
     ),
+    "twincat, names alone": (
+        TWINCAT.split("NetId")[0] + "\n" + TWINCAT_ROWS,
+        "columns: {x: Axis 1.ActPos, w: Axis 1.ActForce}\nunits: {x: mm}\n",
+        "a scope's export, its times in ms",
+    ),
     "american dates": (
         "t,x,w\n" + lines(stamp=lambda k: f"{STARTED + timedelta(seconds=k * STEP):%m/%d/%Y %I:%M:%S.%f %p}"),
         "",

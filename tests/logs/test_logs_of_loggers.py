@@ -305,6 +305,12 @@ READ = {
         "",
     ),
     "rows out of order": ("a.csv", shuffled({100: 5, 900: 1, 1500: 40}), f"columns: {{t: ms}}\n{MS}", "sorted by time"),
+    "states of a robot as JSON in a text file": (
+        "a.txt",
+        lines('{{"x": [{x:.9f}, 0], "w": [{w:.9f}, 1], "mode": "Move", "time": {t:.3f}}}'),
+        "columns: {x: 'x[0]', w: 'w[0]'}\n",
+        "",
+    ),
     "a name of time that is not the first choice": (
         "a.csv",
         "sim_time,timestamp,x,w\n" + lines("{k},{t:.3f},{x:.9f},{w:.9f}"),

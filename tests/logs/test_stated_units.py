@@ -47,6 +47,8 @@ def test_degrees_gons_and_billions_of_radians_are_not_told_apart(unit: str) -> N
         ("Position, b", "Position, b", ""),  # not barn
         ("f(s) of q (deg) b", "f(s) of q (deg) b", ""),
         ("Force, Ch 01", "Force, Ch 01", ""),
+        ("Current (0.01 A)", "Current", "0.01 A"),
+        ("Torque (0.1 %)", "Torque", "0.1 %"),
     ],
 )
 def test_a_unit_within_a_name(name: str, bare: str, unit: str) -> None:
@@ -126,6 +128,36 @@ def test_a_column_that_is_called_by_its_unit_is_in_that_unit(tmp_path: Path, nam
     log = read_log(path, spec, columns={"t": "millis", "v": name})
     assert log.velocities is not None
     np.testing.assert_allclose(log.velocities[:5, 0], 50 * np.sin(3 * TIME[:5]), atol=1e-6)  # what is stated decides
+
+
+@pytest.mark.parametrize(
+    ("name", "unit"),
+    [("v_deg_s", "deg"), ("v_deg_per_sec", "deg"), ("v_turns_per_s", "turn"), ("v_rps", "turn"), ("v_rad_s", "rad")],
+)
+def test_a_unit_of_speed_behind_a_name_is_converted(tmp_path: Path, name: str, unit: str) -> None:
+    """`v_deg_s` was read in rad/s without a word."""
+    spec = parse_spec(WHEEL, tmp_path / "wheel.yaml")
+    path = tmp_path / "log.csv"
+    path.write_text(f"timeMs;{name};w\n" + ROWS, encoding="utf-8")
+    log = read_log(path, spec, columns={"v": name})
+    factor = {"deg": np.pi / 180, "turn": 2 * np.pi, "rad": 1.0}[unit]
+    assert log.velocities is not None
+    np.testing.assert_allclose(
+        log.velocities[:5, 0], factor * 100 * np.sin(3 * TIME[:5]), rtol=1e-5
+    )  # of rounded times
+    np.testing.assert_allclose(log.sample_time, (TIME[1] - TIME[0]) / 1000)
+
+
+def test_the_size_of_a_count_in_a_name_is_asked_for(tmp_path: Path) -> None:
+    """A drive writes `Position (10 um)` over its counts; `Force (500 N)` may be the range of a sensor."""
+    path = tmp_path / "log.csv"
+    path.write_text("t;Position (10 um);w\n" + ROWS, encoding="utf-8")
+    (finding,) = read_log(path, stage(), columns={"x": "Position (10 um)"}).raw_data.findings
+    assert finding.severity == "warning" and "`scale: {x: 10 um}`" in finding.words
+    (tmp_path / "meta.yaml").write_text("scale: {x: 10 um}\n", encoding="utf-8")
+    log = read_log(path, stage(), columns={"x": "Position (10 um)"})
+    assert not log.raw_data.findings
+    np.testing.assert_allclose(log.positions[:5, 0], 1e-5 * 100 * np.sin(3 * TIME[:5]), atol=1e-9)
 
 
 @pytest.mark.parametrize(("name", "asked"), [("x (foot)", True), ("x (mm)", False), ("x [foot]", False)])

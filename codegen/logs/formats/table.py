@@ -54,8 +54,9 @@ _NAME = re.compile(rf"\S+(?:\s+[\[(][^\])]{{0,{LONGEST_UNIT}}}[\])])?")
 """A word as a column's name, perhaps with a unit in brackets behind it."""
 _SCOPE_NAMES = ("name", "channel name", "channel")
 """The first fields of the line of names in a scope's export."""
-_TWINCAT = "sampletime[ms]"
-"""The first field of a line that only TwinCAT's exports have: their times are in ms, or Windows' FILETIME."""
+_TWINCAT_ABOVE, _TWINCAT_UNDER = "starttime of export", "sampletime[ms]"
+"""The first fields of lines above and below the names that only TwinCAT's exports have. Their times are in ms, or
+Windows' FILETIME."""
 
 
 @dataclass(frozen=True)
@@ -366,9 +367,10 @@ class _Head:
         key = next((key for key in _SCOPE_NAMES if key in about), "")
         if not key:
             return None
-        (at, texts), twincat = about[key], _TWINCAT in about
-        times = [k for k, text in enumerate(texts) if text == texts[0]]
-        if (not twincat and len(times) < 2) or (twincat and at > about[_TWINCAT][0]):
+        at, texts = about[key]
+        above, under = (about.get(name, (at, []))[0] for name in (_TWINCAT_ABOVE, _TWINCAT_UNDER))
+        twincat, times = above < at or at < under, [k for k, text in enumerate(texts) if text == texts[0]]
+        if not twincat and len(times) < 2:
             return None
         names = tuple("Time" if k == 0 else str(k + 1) if k in times else name for k, name in enumerate(texts))
         layout = self.layout(at, _named(names))
