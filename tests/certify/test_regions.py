@@ -292,6 +292,19 @@ def test_largest_sample_times_while_sliding() -> None:
     assert all(0.98 * 2e-5 < h < 2e-5 for h in found.values())
 
 
+def test_largest_sample_times_while_sliding_with_measured_velocity() -> None:
+    """No entry of the error matrix has the slip then, and certify ended in a KeyError of its range; 2e-5 s as above."""
+    path = ROOT / "specs/thesis/one_mass_dfo.yaml"
+    text = path.read_text("utf-8").replace("velocity: estimated", "velocity: measured").replace(", K_v: 100", "")
+    spec = parse_spec(text, path)
+    analysis = analyse(spec, build_observer(spec, build_system(spec)))
+    outcome = certify(spec, analysis, {}, "none")
+    assert isinstance(outcome, Refusal) and outcome.regions is not None
+    assert "slip_rail_along" not in outcome.regions.proofs["sliding.json"]["variables"]
+    found = largest_sample_times(spec, analysis, outcome)
+    assert found and all(0.98 * 2e-5 < h < 2e-5 for h in found.values())
+
+
 @pytest.mark.slow
 def test_largest_sample_times_of_a_varying_mass_matrix() -> None:
     """Below the spectral limit at points of the envelope, by numpy; one P for all of it costs a fifth at most."""

@@ -160,7 +160,9 @@ def _largest_sliding(spec: Spec, analysis: Analysis, content: Mapping[str, Any])
         return None
     ranges, symbols = content["variables"], [v for axis in along.axes for v in axis.symbols]
     ends = {v: [sympy.Rational(x) for x in ranges[v.name]] for v in symbols if v.name in ranges}
-    box: Box = {v: (low, high) for v, (low, high) in ends.items()}
+    # A slip without a range is in no entry of A at the spec's own step, so that every slip of the envelope is allowed.
+    box: Box = {axis.slip: (-axis.largest_slip, axis.largest_slip) for axis in along.axes}
+    box = {**box, **{v: (low, high) for v, (low, high) in ends.items()}}
 
     def cells(at: Analysis) -> tuple[Family, Cells]:
         family = along.at(at.dynamics.observer.sample_time).family(box)
