@@ -19,6 +19,7 @@ from codegen.base.result import Result, named
 from codegen.base.significant import rounded_to
 from codegen.base.text import render
 from codegen.certify.bound.bounds import ErrorBound
+from codegen.certify.levels import levels_of
 from codegen.certify.outcome import Certificate, Refusal
 from codegen.certify.remedies.proposals import propose
 from codegen.certify.remedies.sample_times import largest_sample_times
@@ -35,7 +36,7 @@ class Certified(Result):
         sample_times: integration → the largest sample time that was certified, s.
         rounding: precision → the increase of the bounds by rounding, or the reason why it is not known.
         solved: whether the code of an implicit step solves its equations, so that its sample time holds for the code.
-        envelope: variable → (low, high) of the operating region, in SI units.
+        region: variable → (low, high), in SI units: the envelope, and the true levels of a DFO that are certified.
     """
 
     outcome: Certificate | Refusal
@@ -43,7 +44,7 @@ class Certified(Result):
     sample_times: Mapping[str, float]
     rounding: Mapping[str, Rounding] | str = "no error bound"
     solved: bool = True
-    envelope: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    region: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
     @property
     def certificate(self) -> Certificate | None:
@@ -75,7 +76,7 @@ class Certified(Result):
 
     @property
     def view(self) -> dict[str, Any]:
-        more = named(self, "bounds sample_times solved envelope")
+        more = named(self, "bounds sample_times solved region")
         if isinstance(self.outcome, Refusal):
             return {"refusal": self.outcome, **more}
         meanings = {error["name"]: error["meaning"] for error in self.outcome.content["error"]}
@@ -117,8 +118,12 @@ def certify(source: Source, out: str | Path | None = None) -> Certified:
         times = largest_sample_times(spec, analysis, outcome)
         if out is not None:
             write_certificate(outcome, out)
-        envelope = {name: (float(low), float(high)) for name, (low, high) in spec.envelope.items()}
-        return Certified(outcome, bounds, times, rounding or "no error bound", _solved(analysis, times), envelope)
+        observer = levels_of(analysis, outcome.content).dynamics.observer
+        levels = [(name, low, high) for name, low, high, _ in observer.ranged_levels]
+        levels += [(name, value, value) for name, value, _ in observer.declared_levels]
+        ranges = [(name, low, high) for name, (low, high) in spec.envelope.items()] + levels
+        region = {name: (float(low), float(high)) for name, low, high in ranges}
+        return Certified(outcome, bounds, times, rounding or "no error bound", _solved(analysis, times), region)
     begin("largest sample times")
     times = largest_sample_times(spec, analysis, outcome)
     in_region = outcome.regions is not None  # ``times`` are then those of the sliding region

@@ -62,6 +62,16 @@ def test_the_bound_is_printed_before_what_was_checked_and_what_is_assumed(tmp_pa
     assert kinds.index("claim") < kinds.index("checked") < kinds.index("assumes") == len(kinds) - 1
 
 
+def test_the_levels_of_a_dfo_are_in_the_region() -> None:
+    """They are in the claim's first sentence; the envelope has no range for them."""
+    made = certify(SPECS / "thesis" / "one_mass_dfo_implicit.yaml")
+    assert made.certificate is not None and made.certificate.content["variables"]["a_rail"] == ["40", "60"]
+    text = " ".join(made.text().split())
+    assert "a_rail in [40, 60]" in text and "a reversal of" not in text
+    alone = replace(made, region={**made.region, "a_rail": (50.0, 50.0)})
+    assert "a_rail = 50 alone" in " ".join(alone.text().split())
+
+
 def test_the_region_and_the_time_constant_are_those_of_the_certificate(tmp_path: Path) -> None:
     """By the factor of V in a sample that `checked` prints: it falls to e^-2 in the time constant."""
     words = " ".join(
