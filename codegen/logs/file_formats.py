@@ -22,6 +22,7 @@ from codegen.logs.formats.ros_log import RosFile, Storage
 from codegen.logs.formats.source import LARGEST_STREAM, Allowance, BlockFile, LogFile, NotStreamed
 from codegen.logs.formats.tdms_file import TdmsFile
 from codegen.logs.formats.ulog_file import UlogFile
+from codegen.logs.formats.xlsx_file import open_xlsx
 
 Opener = Callable[[Path, Allowance, LogDescription], LogFile]
 
@@ -38,6 +39,8 @@ FORMATS: Mapping[str, Opener] = {
     ".mat": open_mat,
     ".npy": NpyFile,
     ".npz": NpzFile,
+    ".xlsx": open_xlsx,
+    ".xlsm": open_xlsx,
     ".json": JsonFile,
     ".jsonl": JsonFile,
     ".ndjson": JsonFile,
@@ -56,7 +59,8 @@ NESTED_JSON = re.compile(rb'(\xef\xbb\xbf)?\s*\{\s*"[^\n{]*[\[{]')
 HEAD = 4096
 """Bytes at the beginning of a file by which its format is recognised."""
 OTHERS = (
-    (rb"PK\x03\x04|\xd0\xcf\x11\xe0", "an Excel workbook or another archive", "its sheet saved as CSV"),
+    (rb"PK\x03\x04", "an Excel workbook or another archive", "the ending .xlsx of a workbook; else the file in it"),
+    (rb"\xd0\xcf\x11\xe0", "an old or encrypted Excel workbook", "its sheet saved as .xlsx or CSV"),
     (rb"\x1f\x8b|\x28\xb5\x2f\xfd|BZh\d|\xfd7zXZ", "a compressed file", "the file unpacked"),
     (rb"\x80[\x02-\x05]", "a Python pickle, which could run any code", "its arrays saved by `numpy.savez`, or as CSV"),
     (rb"#ROSBAG", "a bag of ROS 1", "a bag of ROS 2, made of it by `rosbags-convert`"),

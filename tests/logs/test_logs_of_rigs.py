@@ -392,8 +392,8 @@ def test_what_keeps_signals_from_being_joined_says_how(tmp_path, spec):
 
 REFUSED = {
     # name and first bytes of a file, what the message says
-    "a.xlsx": (b"PK\x03\x04\x14\0\6\0", "LOG002 Excel CSV"),
-    "a_renamed_workbook.csv": (b"PK\x03\x04\x14\0\6\0", "LOG002 Excel CSV"),
+    "a.xls": (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", "LOG002 Excel .xlsx CSV"),
+    "a_renamed_workbook.csv": (b"PK\x03\x04\x14\0\6\0", "LOG002 Excel .xlsx"),
     "a_renamed_table.txt": (b"\x89HDF\r\n\x1a\n\0", "LOG002 HDF5 .h5"),
     "a.pkl": (b"\x80\x04\x95\x10\0\0\0", "LOG002 pickle numpy.savez"),
     "a.csv.gz": (b"\x1f\x8b\x08\0\0", "LOG002 compressed unpacked"),

@@ -1,0 +1,208 @@
+"""Excel workbooks, .xlsx and .xlsm: the stored values of one sheet, which are then read as a text table.
+
+A workbook is a ZIP archive of XML parts (ECMA-376). Four of them are opened, by their names within the archive: the
+list of sheets, the sheet, its texts and its formats of numbers. No formula is computed, and macros and links to other
+files lie in parts that are not opened. A part with a document type declaration, the place of entities, is refused.
+"""
+
+import posixpath
+import re
+import zipfile
+from collections.abc import Callable, Mapping
+from datetime import datetime, timedelta
+from pathlib import Path
+from xml.parsers import expat
+
+from codegen.base.user_text import shown
+from codegen.logs.description import LogDescription
+from codegen.logs.formats.csv_file import CsvSource, open_lines
+from codegen.logs.formats.source import LARGEST_STREAM, Allowance, File, listing
+
+MOST_ROWS, MOST_COLUMNS = 1_048_576, 16_384
+"""Those of a sheet."""
+LONGEST_TEXT = 1000
+"""Letters of a cell that are read: a shared text may be in every cell."""
+TEXT_COST = 8
+"""Memory of the shared texts over the size of their part."""
+SMALL = 0.1
+"""Share of the largest sheet's size below which another sheet holds no rows of the log, but notes or nothing."""
+_DAY_ZERO = datetime(1899, 12, 30)
+"""The day from which Excel counts days."""
+_DATES = frozenset([*range(14, 23), *range(27, 37), *range(45, 48), *range(50, 59)])
+"""Formats of dates and times that a workbook does not define itself."""
+_PLAIN_IN_FORMAT = re.compile(r'"[^"]*"|\\.|\[(?![hms]+\])[^\]]*\]', re.IGNORECASE)
+"""The parts of a format of numbers that are no code: texts, and colours in brackets."""
+_REFERENCE = re.compile(r"([A-Z]{1,3})\d+")
+
+
+def open_xlsx(path: Path, allowance: Allowance, description: LogDescription) -> CsvSource:
+    """Open a workbook: the sheet that ``records`` of the description names, or the one large sheet."""
+    file = File(path, "an Excel workbook (.xlsx)")
+    with file.opened(LARGEST_STREAM) as stream, file.reading():
+        archive = zipfile.ZipFile(stream)
+        sheets = _sheets(archive)
+        sizes = {name: archive.getinfo(part).file_size for name, part in sheets.items()}
+        asked = description.records
+        likely = [asked] if asked else [name for name in sizes if sizes[name] >= SMALL * max(sizes.values())]
+        if len(likely) != 1 or likely[0] not in sheets:
+            found = f"no sheet `{shown(asked)}`" if asked else f"{len(likely)} sheets that may hold the log"
+            expected = f"`records: NAME` in meta.yaml beside the log, NAME one of {listing(list(sheets))}"
+            raise file.fault(found, expected, code="LOG001")
+        shared = "xl/sharedStrings.xml"
+        texts_size = archive.getinfo(shared).file_size if shared in archive.namelist() else 0
+        size = sizes[likely[0]] + TEXT_COST * texts_size
+        allowance.take(path, size, file.expected)
+        texts = _texts(archive, shared) if texts_size else []
+        rows = _Rows(texts, _dates(archive), lambda letters: allowance.take(path, size + letters, file.expected))
+        _read(archive, sheets[likely[0]], rows.add)
+        lines = rows.lines()
+    others = [name for name in sheets if name != likely[0]]
+    also = f"; the others ({listing(others)}) are not, `records: NAME` in meta.yaml takes one" if others else ""
+    return open_lines(str(path), lines, description, [f"sheet `{shown(likely[0])}` is read{also}"])
+
+
+Element = Callable[[str, Mapping[str, str], str], None]
+"""Called at the end of each element of a part: its name, attributes, and the text directly in it."""
+
+
+def _read(archive: zipfile.ZipFile, part: str, add: Element) -> None:
+    """Read a part element by element. Raises ValueError for a document type declaration, ExpatError for no XML."""
+    open_elements: list[tuple[str, Mapping[str, str], list[str]]] = []
+
+    def start(name: str, attributes: dict[str, str]) -> None:
+        open_elements.append((name.rpartition(":")[2], attributes, []))
+
+    def text(data: str) -> None:
+        if open_elements:
+            open_elements[-1][2].append(data[:LONGEST_TEXT])
+
+    def end(name: str) -> None:
+        kind, attributes, texts = open_elements.pop()
+        add(kind, attributes, "".join(texts)[:LONGEST_TEXT])
+
+    def refuse(*_: object) -> None:
+        raise ValueError("a document type declaration")
+
+    parser = expat.ParserCreate()
+    parser.buffer_text = True
+    parser.StartElementHandler, parser.EndElementHandler, parser.CharacterDataHandler = start, end, text
+    parser.StartDoctypeDeclHandler = refuse
+    with archive.open(part) as stream:
+        parser.ParseFile(stream)
+
+
+def _sheets(archive: zipfile.ZipFile) -> dict[str, str]:
+    """Name of each sheet with cells → its part."""
+    targets, found = dict[str, str](), dict[str, str]()
+
+    def relation(kind: str, attributes: Mapping[str, str], _: str) -> None:
+        if kind == "Relationship" and attributes["Type"].endswith("/worksheet"):
+            targets[attributes["Id"]] = posixpath.normpath(posixpath.join("/xl", attributes["Target"])).lstrip("/")
+
+    def sheet(kind: str, attributes: Mapping[str, str], _: str) -> None:
+        relations = [value for key, value in attributes.items() if key.endswith(":id")]
+        if kind == "sheet" and relations and (part := targets.get(relations[0])):
+            found[attributes["name"]] = part
+
+    _read(archive, "xl/_rels/workbook.xml.rels", relation)
+    _read(archive, "xl/workbook.xml", sheet)
+    return found
+
+
+def _texts(archive: zipfile.ZipFile, part: str) -> list[str]:
+    """The texts to which cells refer by number."""
+    found, parts = list[str](), list[str]()
+
+    def add(kind: str, _: Mapping[str, str], text: str) -> None:
+        if kind == "t":
+            parts.append(text)
+        elif kind == "si":
+            found.append("".join(parts)[:LONGEST_TEXT])
+            parts.clear()
+
+    _read(archive, part, add)
+    return found
+
+
+def _dates(archive: zipfile.ZipFile) -> set[str]:
+    """The styles of cells, by their numbers, that show a number as a date or time."""
+    own, styles = dict[str, str](), list[str]()
+    inside: list[str] = []
+
+    def add(kind: str, attributes: Mapping[str, str], _: str) -> None:
+        if kind == "numFmt":
+            own[attributes["numFmtId"]] = attributes["formatCode"]
+        elif kind == "xf":
+            inside.append(attributes.get("numFmtId", "0"))
+        elif kind in ("cellStyleXfs", "cellXfs"):
+            styles[:] = inside if kind == "cellXfs" else styles
+            inside.clear()
+
+    if "xl/styles.xml" in archive.namelist():
+        _read(archive, "xl/styles.xml", add)
+    codes = {number: bool(re.search("[ymdhs]", _PLAIN_IN_FORMAT.sub("", code), re.I)) for number, code in own.items()}
+    return {str(k) for k, number in enumerate(styles) if codes.get(number, int(number) in _DATES)}
+
+
+class _Rows:
+    """The rows of a sheet.
+
+    Args:
+        texts, dates: of the workbook.
+        count: called with the letters of all lines so far; raises if there are too many.
+    """
+
+    def __init__(self, texts: list[str], dates: set[str], count: Callable[[int], None]) -> None:
+        self._texts, self._dates, self._count = texts, dates, count
+        self._made: list[str] = []
+        self._cells: dict[int, str] = {}
+        self._value, self._letters = "", 0
+        self._first, self._width = MOST_COLUMNS, 0
+
+    def lines(self) -> list[str]:
+        """A line for each row, at its number, with tabs between its cells; empty columns at the left are left out."""
+        self._count(self._letters + self._width * len(self._made))
+        padded = (line + "\t" * (self._width - 1 - line.count("\t")) if line else line for line in self._made)
+        return [line[self._first :] for line in padded]
+
+    def add(self, kind: str, attributes: Mapping[str, str], text: str) -> None:
+        if kind in ("v", "t"):
+            self._value += text
+        elif kind == "c":
+            reference = _REFERENCE.fullmatch(attributes.get("r", ""))
+            column = _number(reference[1]) if reference else max(self._cells, default=-1) + 1
+            if column >= MOST_COLUMNS:
+                raise ValueError(f"a cell in column {column + 1}")
+            if self._value:
+                self._cells[column] = self._text(attributes)
+            self._value = ""
+        elif kind == "row":
+            number = int(attributes.get("r", len(self._made) + 1))
+            if not len(self._made) < number <= MOST_ROWS:
+                raise ValueError(f"row {number} after row {len(self._made)}")
+            self._made += [""] * (number - 1 - len(self._made))
+            width = max(self._cells, default=-1) + 1
+            self._letters += width + sum(map(len, self._cells.values()))
+            self._count(self._letters)
+            self._made.append("\t".join(self._cells.get(k, "") for k in range(width)))
+            self._first, self._width = min(self._first, *self._cells, MOST_COLUMNS), max(self._width, width)
+            self._cells = {}
+
+    def _text(self, attributes: Mapping[str, str]) -> str:
+        """The text of a cell; of a date by ISO 8601. It has no tab, no line end, and quotes as in a text table."""
+        kind, text = attributes.get("t", "n"), re.sub(r"\s+", " ", self._value)
+        if kind == "s":
+            text = re.sub(r"\s+", " ", self._texts[int(text)])
+        elif kind == "b":
+            text = "true" if text == "1" else "false"
+        elif kind == "n" and attributes.get("s") in self._dates:
+            text = (_DAY_ZERO + timedelta(days=float(text))).isoformat(sep=" ", timespec="microseconds")
+        return '"' + text.replace('"', '""') + '"' if '"' in text else text
+
+
+def _number(letters: str) -> int:
+    """The number of a column from its letters, A = 0."""
+    number = 0
+    for letter in letters:
+        number = 26 * number + ord(letter) - ord("A") + 1
+    return number - 1
