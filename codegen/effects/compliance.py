@@ -14,8 +14,8 @@ from codegen.effects.effect import WIDEST_STIFFNESS, Confusion, Effect, EffectPa
 from codegen.effects.on_coordinate import InertiaError
 from codegen.effects.places import coupled_or_varying
 from codegen.effects.start import Covered
+from codegen.mechanics.actuator import Transmission
 from codegen.mechanics.system import System
-from codegen.mechanics.transmission import Transmission
 
 STIFFNESS = EffectParameter("k", "{F}/{q}", "stiffness", low=0.0, widest=WIDEST_STIFFNESS)
 DAMPING = EffectParameter("c", "{F}*s/{q}", "damping", low=0.0)

@@ -28,8 +28,8 @@ from codegen.effects.effect import Effect, EffectParameter, Symbols
 from codegen.effects.periodic import AMPLITUDE, PERIOD, PHASE, Cogging, PositionDependentFriction
 from codegen.effects.places import drive_force, drive_on
 from codegen.effects.start import Covered
+from codegen.mechanics.actuator import Transmission
 from codegen.mechanics.system import System
-from codegen.mechanics.transmission import Transmission
 from codegen.spec.functions import Magnitude
 
 FRICTION_ALONE = (

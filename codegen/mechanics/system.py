@@ -12,9 +12,8 @@ from sympy import ImmutableMatrix
 
 from codegen.base.errors import Place
 from codegen.friction import FrictionLaw
-from codegen.mechanics.actuator import Actuator, Stage
+from codegen.mechanics.actuator import Actuator, Stage, Transmission
 from codegen.mechanics.compact import compact
-from codegen.mechanics.transmission import Transmission
 from codegen.spec.functions import Magnitude, Sgn
 from codegen.spec.model import symbol
 from codegen.spec.units import dimension, parse_unit

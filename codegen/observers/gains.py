@@ -11,7 +11,7 @@ from codegen.mechanics.sparse import diagonal
 from codegen.mechanics.system import Matrix
 from codegen.spec.expression import exact_number
 from codegen.spec.model import ObserverChoice, Spec, symbol
-from codegen.spec.row_counts import refuse_other_shape
+from codegen.spec.motion_section import refuse_other_shape
 from codegen.spec.schema import ObserverSection
 
 

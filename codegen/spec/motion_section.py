@@ -5,7 +5,8 @@ energies (``lagrangian:``) or a robot file (``urdf:``). g is in ``force:``, U in
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import sympy
 
@@ -15,7 +16,6 @@ from codegen.spec.expression import Expression, parse_expression
 from codegen.spec.model import NO_INPUTS, Coordinate, Input, symbol
 from codegen.spec.motion import DIRECTIONS, Constraints, Form, KinematicTree, Lagrangian, Sliding, Topology
 from codegen.spec.motion_units import Units
-from codegen.spec.row_counts import refuse_other_shape
 from codegen.spec.schema import SpecDocument
 
 FORMS = ("mass_matrix", "topology", "constraints", "lagrangian", "urdf")
@@ -200,3 +200,25 @@ class _MotionReader:
                     values[-1].append(entry.symbolic(names, hint))
                     parsed[-1].append(entry)
         return parsed, sympy.ImmutableMatrix([] if len(faults.noted) > before else values)
+
+
+def refuse_other_shape(
+    rows: Sequence[Sequence[Any]], shape: tuple[int, int], key: str, place: PlaceOf, what: str = "", meaning: str = ""
+) -> None:
+    """Raise BadInput if a matrix does not have ``shape``, at the first row that is too short or too long.
+
+    Args:
+        what: text of the message before the rows, such as ``K_F of ``.
+        meaning: text after the shape.
+    """
+    odd = [i for i, row in enumerate(rows) if len(row) != shape[1]]
+    if len(rows) == shape[0] and not odd:
+        return
+    at = place(key)
+    if len({len(row) for row in rows}) > 1:
+        found = f"{len(rows)} rows, of which " + ", ".join(f"row {i + 1} has {len(rows[i])} entries" for i in odd)
+        at = replace(at, line=place(f"{key}[{odd[0]}]").line)
+    else:
+        found = f"{len(rows)} row{'s' * (len(rows) != 1)} of {len(rows[0]) if rows else 0}"
+    expected = f"{shape[0]} by {shape[1]}{meaning}"
+    raise BadInput(at, what + found.replace(" 1 entries", " 1 entry"), expected, code="SPEC015")

@@ -6,8 +6,8 @@ import sympy
 
 from codegen.effects import Effect, EffectParameter
 from codegen.friction import DynamicLaw, LawParameter, LawState
+from codegen.mechanics.actuator import Transmission
 from codegen.mechanics.system import TIME
-from codegen.mechanics.transmission import Transmission
 from codegen.spec.functions import Magnitude
 
 

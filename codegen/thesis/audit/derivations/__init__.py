@@ -4,10 +4,7 @@ from collections.abc import Callable
 from functools import partial
 
 from codegen.thesis.audit.derivation import Derivations
-from codegen.thesis.audit.derivations import appendix_a, inputs, laws, many, one
-from codegen.thesis.audit.derivations.arm import two_link_arm
-from codegen.thesis.audit.derivations.shipped import shipped_one_mass, shipped_two_mass
-from codegen.thesis.audit.derivations.two_mass import two_mass
+from codegen.thesis.audit.derivations import appendix_a, inputs, laws, machines, many, one
 
 DERIVATIONS: dict[str, Callable[[], Derivations]] = {
     "laws": laws.friction_laws,
@@ -28,10 +25,10 @@ DERIVATIONS: dict[str, Callable[[], Derivations]] = {
     "many_dynamic_estimated": many.many_dynamic_estimated,
     "single": one.single_equations,
     "single_errors": one.single_errors,
-    "shipped_one_mass": shipped_one_mass,
-    "shipped_two_mass": shipped_two_mass,
-    "two_mass": two_mass,
-    "arm": two_link_arm,
+    "shipped_one_mass": machines.shipped_one_mass,
+    "shipped_two_mass": machines.shipped_two_mass,
+    "two_mass": machines.two_mass,
+    "arm": machines.two_link_arm,
     "cancellation": inputs.cancellation,
     "two_mass_cancellation": inputs.two_mass_cancellation,
     "topology": appendix_a.contacts_of_masses,

@@ -6,7 +6,7 @@ from typing import Any
 import sympy
 
 from codegen.thesis.audit.derivation import Derivations, column, full, named, real
-from codegen.thesis.audit.derivations.two_mass import two_mass
+from codegen.thesis.audit.derivations.machines import two_mass
 
 
 def cancellation() -> Derivations:

@@ -15,7 +15,7 @@ import sympy
 
 from codegen.spec.functions import Magnitude, Sgn
 from codegen.thesis.audit.derivation import Derivations, jacobian_at_zero, rate, real, tidy
-from codegen.thesis.audit.derivations.shipped import one_mass_jacobian
+from codegen.thesis.audit.derivations.machines import one_mass_jacobian
 
 
 def one_equations() -> Derivations:
