@@ -82,9 +82,9 @@ def links_of(mechanism: Mechanism) -> list[Link]:
     found = []
     for body in mechanism.tree.bodies:
         c, inertia = body.centre.astype(float), physical_inertia(body.about_centre.astype(float))
-        offset, axis = np.array(body.offset, dtype=float), np.array(body.axis, dtype=float)
-        rotation, turns = np.array(body.rotation, dtype=float), body.kind == "revolute"
-        found.append(Link(body.joint, body.parent, turns, offset, rotation, axis, float(body.mass), c, inertia))
+        frame, axis = np.array(body.frame, dtype=float), np.array(body.axis, dtype=float)
+        pose = body.kind == "revolute", frame[:3, 3], frame[:3, :3], axis
+        found.append(Link(body.joint, body.parent, *pose, float(body.mass), c, inertia))
     return found
 
 

@@ -23,7 +23,7 @@ from codegen.base.errors import refuse_unknown
 from codegen.base.exact_numbers import Exact, exact_array, square_root
 from codegen.mechanics.kinematic_chain import Points, bias_force, mass_matrix
 from codegen.spec.model import Spec
-from codegen.spec.motion import KinematicTree, LinkTolerance, MovingBody, Vector, moments_of, placed, rows, vector
+from codegen.spec.motion import KinematicTree, LinkTolerance, MovingBody, Vector, moments_of, pose, rows, vector
 
 ROUNDING = Fraction(1, 10**14)
 """Sums below this fraction of their terms are set to zero, since the angles in robot files are rounded."""
@@ -45,13 +45,10 @@ LEAST_EFFECT = 1e-9
 
 def regrouped(tree: KinematicTree) -> KinematicTree:
     """The tree with regrouped inertias: same M(x) and h(x, v), but its bodies are no longer the physical ones."""
-    bodies = [_about_z(body) for body in tree.bodies]
-    for i, body in enumerate(tree.bodies):
-        if body.parent >= 0:
-            turn = _turn_to(tree.bodies[body.parent].axis)
-            rotation = turn.T @ exact_array(bodies[i].rotation)
-            offset = turn.T @ exact_array(bodies[i].offset)
-            bodies[i] = replace(bodies[i], rotation=rows(rotation), offset=vector(offset))
+    bodies = list(tree.bodies)
+    for i, body in enumerate(bodies):
+        _give_frame(bodies, i, pose(_turn_to(body.axis), 0 * UP))
+        bodies[i] = replace(bodies[i], axis=vector(UP))
     for i, body in enumerate(bodies):
         if body.kind == "revolute":
             _move_origin(bodies, i)
@@ -63,20 +60,21 @@ def regrouped(tree: KinematicTree) -> KinematicTree:
         on_axis = np.where(ON_AXIS, moments, exact_array(0))
         bodies[i] = _with_moments(body, moments - on_axis, on_axis)
         if body.parent >= 0:
-            parent, moved = bodies[body.parent], placed(on_axis, exact_array(body.rotation), exact_array(body.offset))
+            parent, frame = bodies[body.parent], exact_array(body.frame)
+            moved = frame @ on_axis @ frame.T
             bodies[body.parent] = _with_moments(parent, exact_array(parent.moments) + moved, moved)
     return replace(tree, bodies=tuple(bodies))
 
 
-def _about_z(body: MovingBody) -> MovingBody:
-    """The body in a frame whose z axis is the joint axis."""
-    turn = _turn_to(body.axis)
-    return replace(
-        body,
-        rotation=rows(exact_array(body.rotation) @ turn),
-        axis=vector(UP),
-        moments=rows(placed(exact_array(body.moments), turn.T, 0 * UP)),
-    )
+def _give_frame(bodies: list[MovingBody], i: int, change: Exact) -> None:
+    """Give a body another frame, which has the pose ``change`` in its own."""
+    back = pose(change[:3, :3].T, -change[:3, :3].T @ change[:3, 3])
+    body = bodies[i]
+    moments = back @ exact_array(body.moments) @ back.T
+    bodies[i] = replace(body, frame=rows(exact_array(body.frame) @ change), moments=rows(moments))
+    for k, child in enumerate(bodies):
+        if child.parent == i:
+            bodies[k] = replace(child, frame=rows(back @ exact_array(child.frame)))
 
 
 def _move_origin(bodies: list[MovingBody], i: int) -> None:
@@ -84,15 +82,12 @@ def _move_origin(bodies: list[MovingBody], i: int) -> None:
 
     This makes components of the offset zero.
     """
-    body = bodies[i]
-    axis, offset = exact_array(body.rotation) @ UP, exact_array(body.offset)
-    along = -(axis @ offset)
-    near = _without_rounding(offset + along * axis, abs(along))
-    moved = placed(exact_array(body.moments), exact_array(np.eye(3, dtype=int)), -along * UP)
-    bodies[i] = replace(body, offset=vector(near), moments=rows(moved))
-    for k, child in enumerate(bodies):
-        if child.parent == i:
-            bodies[k] = replace(child, offset=vector(exact_array(child.offset) - along * UP))
+    frame = exact_array(bodies[i].frame)
+    along = -(frame[:3, 2] @ frame[:3, 3])
+    _give_frame(bodies, i, pose(exact_array(np.eye(3, dtype=int)), along * UP))
+    frame = exact_array(bodies[i].frame)
+    frame[:3, 3] = _without_rounding(frame[:3, 3], abs(along))
+    bodies[i] = replace(bodies[i], frame=rows(frame))
 
 
 def _turn_to(axis: Vector) -> Exact:

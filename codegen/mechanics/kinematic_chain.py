@@ -179,7 +179,8 @@ def _along(joint: Joint, moment: Any, force: Any) -> Any:
 
 def _joint(body: MovingBody, position: Any) -> Joint:
     """The Joint of a body at a joint position: the fixed placement in the parent, then the joint's motion."""
-    placed, offset, axis = _matrix(body.rotation), _column(body.offset), casadi.DM([float(c) for c in body.axis])
+    frame, axis = exact_array(body.frame), casadi.DM([float(c) for c in body.axis])
+    placed, offset = _matrix(frame[:3, :3]), _column(frame[:3, 3])
     if body.kind == "prismatic":
         return Joint(placed, offset + placed @ casadi.SX(axis) * position, casadi.SX(axis), False, placed, position)
     along = axis @ axis.T

@@ -27,8 +27,7 @@ class MovingBody:
         label: the joint's name in the file.
         kind: revolute (also continuous) or prismatic.
         parent: index of the body that carries the joint, −1 for the base.
-        rotation: R of the joint's frame at x = 0: parent coordinates are R times joint coordinates.
-        offset: the joint frame's origin in the parent's frame, m.
+        frame: pose of the joint's frame at x = 0 in the parent's, as of ``pose``.
         axis: of the joint, a unit vector in its own frame.
         moments: J = ∫ρ (r, 1)(r, 1)', 4 by 4, over the points r of the body in its frame: its second moments ∫ρ r r' in
             kg m², first moments in kg m, and mass in kg.
@@ -40,8 +39,7 @@ class MovingBody:
     label: str
     kind: Literal["revolute", "prismatic"]
     parent: int
-    rotation: Rows
-    offset: Vector
+    frame: Rows
     axis: Vector
     moments: Rows
     damping: float = 0.0
@@ -72,10 +70,9 @@ def moments_of(mass: Fraction, centre: Exact, about_centre: Exact) -> Exact:
     return np.block([[second + np.outer(first, centre), first[:, None]], [first, mass]])
 
 
-def placed(moments: Exact, rotation: Exact, offset: Exact) -> Exact:
-    """T J T', moments in a frame in which that of J has this rotation and offset."""
-    transform = np.block([[rotation, offset[:, None]], [exact_array([0, 0, 0, 1])]])
-    return np.asarray(transform @ moments @ transform.T)
+def pose(rotation: Exact, offset: Exact) -> Exact:
+    """T = [R o; 0 1], 4 by 4: outer coordinates (r, 1) are T times inner ones; moments J become T J T'."""
+    return np.block([[rotation, offset[:, None]], [exact_array([0, 0, 0, 1])]])
 
 
 def vector(values: Any) -> Vector:

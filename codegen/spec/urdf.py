@@ -17,7 +17,7 @@ import numpy as np
 from codegen.base.errors import BadInput, Place
 from codegen.base.exact_numbers import Exact, exact_array, sine_cosine, square_root
 from codegen.base.input_files import read_bytes
-from codegen.spec.motion import KinematicTree, MovingBody, moments_of, placed, rows, vector
+from codegen.spec.motion import KinematicTree, MovingBody, moments_of, pose, rows, vector
 
 LARGEST = 20_000_000
 """Largest size of a robot description, bytes."""
@@ -42,8 +42,7 @@ MOST, LEAST = 1e30, 1e-30
 """Largest number of a robot, and least mass and principal moment of a moving body, SI: no machine is near them, and the
 products of a few such numbers are within the range of a double.
 """
-UNIT, NOWHERE = exact_array(np.eye(3, dtype=int)), exact_array([0, 0, 0])
-MASSLESS = exact_array(np.zeros((4, 4), dtype=int))
+SAME, MASSLESS = exact_array(np.eye(4, dtype=int)), exact_array(np.zeros((4, 4), dtype=int))
 
 
 @dataclass
@@ -52,8 +51,7 @@ class _Body:
 
     joint: Any
     parent: int
-    rotation: Exact
-    offset: Exact
+    frame: Exact
     moments: Exact
 
 
@@ -134,25 +132,24 @@ class _Reading:
             if len(joints) > most:
                 found, expected = f"{len(joints)} {kind}joints", f"at most {most}, those that stand still as fixed"
                 raise BadInput(self.place(joints[most]), found, expected, code="SPEC031")
-        waiting = [(root, -1, UNIT, NOWHERE)]
+        waiting = [(root, -1, SAME)]
         reached = set()
         while waiting:
-            link, body, rotation, offset = waiting.pop()
+            link, body, frame = waiting.pop()
             reached.add(link)
             if body >= 0:
-                self._add_inertia(self.bodies[body], self.links[link], rotation, offset)
+                self._add_inertia(self.bodies[body], self.links[link], frame)
             following = []
             for joint in self.joints.values():
                 if self._end(joint, "parent") != link:
                     continue
                 child = self._end(joint, "child")
-                turn, shift = self._placement(joint)
-                here, there = rotation @ turn, offset + rotation @ shift
+                here = frame @ self._placement(joint)
                 if self._kind(joint) == "fixed":
-                    following.append((child, body, here, there))
+                    following.append((child, body, here))
                 else:
-                    self.bodies.append(_Body(joint, body, here, there, MASSLESS))
-                    following.append((child, len(self.bodies) - 1, UNIT, NOWHERE))
+                    self.bodies.append(_Body(joint, body, here, MASSLESS))
+                    following.append((child, len(self.bodies) - 1, SAME))
             waiting += reversed(following)
         lost = next((element for name, element in self.links.items() if name not in reached), None)
         if lost is not None:
@@ -202,8 +199,8 @@ class _Reading:
             raise BadInput(self.place(joint), f"a {kind} joint", f"one of {', '.join(MOVING)}, fixed", code=code)
         return kind
 
-    def _placement(self, element: Any) -> tuple[Exact, Exact]:
-        """R and p of an element's ``<origin>``; roll, pitch and yaw about fixed axes x, y, z."""
+    def _placement(self, element: Any) -> Exact:
+        """The pose of an element's ``<origin>``; roll, pitch and yaw about fixed axes x, y, z."""
         xyz, rpy = (self._numbers(element, "origin", key, 3, "0 0 0") for key in ("xyz", "rpy"))
         (sr, cr), (sp, cp), (sy, cy) = (sine_cosine(angle) for angle in rpy)
         rotation = exact_array(
@@ -213,10 +210,10 @@ class _Reading:
                 [-sp, cp * sr, cp * cr],
             ]
         )
-        return rotation, xyz
+        return pose(rotation, xyz)
 
-    def _add_inertia(self, body: _Body, link: Any, rotation: Exact, offset: Exact) -> None:
-        """Add the moments of a link that is fixed to a body, whose frame has this rotation and offset in the body's."""
+    def _add_inertia(self, body: _Body, link: Any, frame: Exact) -> None:
+        """Add the moments of a link that is fixed to a body; ``frame``: pose of the link in the body."""
         inertial = link.find("inertial")
         if inertial is None:
             return  # a frame without mass
@@ -236,9 +233,8 @@ class _Reading:
         xx, xy, xz, yy, yz, zz = entries
         about_centre = exact_array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
         _refuse_impossible(about_centre, self.place(inertial, "inertia"))
-        turn, centre = self._placement(inertial)
-        own = moments_of(mass, NOWHERE, about_centre)
-        body.moments = body.moments + placed(own, rotation @ turn, offset + rotation @ centre)
+        centre = frame @ self._placement(inertial)
+        body.moments = body.moments + centre @ moments_of(mass, exact_array([0, 0, 0]), about_centre) @ centre.T
 
     def _moving_bodies(self) -> tuple[MovingBody, ...]:
         labels: dict[str, str] = {}
@@ -263,8 +259,7 @@ class _Reading:
                 label=label,
                 kind="prismatic" if self._kind(joint) == "prismatic" else "revolute",
                 parent=body.parent,
-                rotation=rows(body.rotation),
-                offset=vector(body.offset),
+                frame=rows(body.frame),
                 axis=vector(axis / length),
                 moments=rows(body.moments),
                 damping=self._dynamics(joint, "damping"),

@@ -101,7 +101,7 @@ def test_the_constants_of_the_arm_in_generated_code_are_alike() -> None:
     """From the file to the constants of the C, without the certificate, which takes long."""
     script = (
         "from codegen.mechanics.base_parameters import regrouped; from codegen.spec import read_spec;"
-        "print([[float(x).hex() for r in (b.rotation, b.moments, (b.offset,)) for v in r for x in v]"
+        "print([[float(x).hex() for r in (b.frame, b.moments) for v in r for x in v]"
         " for b in regrouped(read_spec('specs/seven_joint_arm.yaml').form).bodies])"
     )
     said = set()
