@@ -35,53 +35,6 @@ IN_EACH = ("spec.yaml", "report.html")
 FORMAT = "stiction-diagnosis/"
 
 
-def refuse_code(machine: Derived, folder: Path, force: bool) -> None:
-    """Raise BadInput for an observer without code, or, without ``force``, for code in the folder that was edited."""
-    if machine.spec.observer is None:
-        return
-    # imported here: a third of a second, which a spec without observer does not need
-    from codegen.app.check import refuse_ungenerable
-    from codegen.app.generate import listed_files, refuse_edited
-
-    refuse_ungenerable(machine.nominal)
-    target = folder / "generated" / machine.spec.name
-    if not force:
-        refuse_edited(target, dict.fromkeys(listed_files(target)), "--force, which discards the edits")
-
-
-def augmented_code(
-    machine: Derived, augmented: str, folder: Path, begun: Callable[[], None]
-) -> tuple[CertificateChange | None, Mapping[str, str], Sequence[Path]]:
-    """The code of an augmented spec, and what it changes of the certificate; nothing without an observer.
-
-    Args:
-        augmented: text of the spec.
-        begun: called before a certificate is sought.
-
-    Returns:
-        (change of the certificate, path in the folder → text, proofs of an earlier diagnosis that no longer hold).
-
-    Raises:
-        BadInput: for a file in the folder that the code would replace and stiction did not write.
-    """
-    if free := free_gains_in_words(machine.spec):
-        return CertificateChange(*2 * (f"no code was generated: {free}",)), {}, ()
-    if machine.spec.observer is None:
-        return None, {}, ()
-    begun()
-    from codegen.app.generate import refuse_hand_written, stale_proofs
-
-    made = Derived(parse_spec(augmented, machine.spec.path.parent / "spec.yaml"))
-    after = _outcome(made)
-    before = after if made.spec.sha256 == machine.spec.sha256 else _outcome(machine)
-    generated = {} if isinstance(after, str) else made.files
-    place = f"generated/{made.spec.name}"
-    refuse_hand_written(folder / place, generated)
-    stale = stale_proofs(folder / place, generated) if generated else []
-    files = {f"{place}/{name}": text for name, text in generated.items()}
-    return certificate_change(before, after), files, stale
-
-
 def certificate_change(before: Outcome, after: Outcome) -> CertificateChange:
     """The certified rates before and after, or why there is no code; and the proofs that no longer exist."""
     lost = [(name, why) for name, why in _missing(after).items() if name not in _missing(before)]
@@ -164,7 +117,16 @@ class ResultFolder:
         ours = IN_EACH if earlier is not None and FILES_SHA256 not in earlier else ()
         named = {**written, **self.robot}
         refuse_unlisted(self.folder, named, self._listed, RESULT, lambda file: file.name in ours, self.force)
-        refuse_code(self.machine, self.folder, self.force)
+        if self.machine.spec.observer is None:
+            return
+        # imported here: a third of a second, which a spec without observer does not need
+        from codegen.app.check import refuse_ungenerable
+        from codegen.app.generate import listed_files, refuse_edited
+
+        refuse_ungenerable(self.machine.nominal)
+        target = self.folder / "generated" / self.machine.spec.name
+        if not self.force:
+            refuse_edited(target, dict.fromkeys(listed_files(target)), "--force, which discards the edits")
 
     def refuse_earlier_results(self, sha256: Sequence[str]) -> None:
         """Raise BadInput, without ``force``, for the diagnosis of logs with other hashes, and for an edited file."""
@@ -180,13 +142,44 @@ class ResultFolder:
         ways = "another folder by -o DIR, or --force to discard the edits"
         refuse_edited_files(self.folder, dict.fromkeys(self._listed), self._listed, RESULT, ways)
 
+    def _code(
+        self, augmented: str, begun: Callable[[], object]
+    ) -> tuple[CertificateChange | None, Mapping[str, str], Sequence[Path]]:
+        """The code of the augmented spec, and what it changes of the certificate; nothing without an observer.
+
+        ``begun``: called before a certificate is sought.
+
+        Returns:
+            (change of the certificate, path in the folder → text, proofs of an earlier diagnosis that no longer hold).
+
+        Raises:
+            BadInput: for a file in the folder that the code would replace and stiction did not write.
+        """
+        machine = self.machine
+        if free := free_gains_in_words(machine.spec):
+            return CertificateChange(*2 * (f"no code was generated: {free}",)), {}, ()
+        if machine.spec.observer is None:
+            return None, {}, ()
+        begun()
+        from codegen.app.generate import refuse_hand_written, stale_proofs
+
+        made = Derived(parse_spec(augmented, machine.spec.path.parent / "spec.yaml"))
+        after = _outcome(made)
+        before = after if made.spec.sha256 == machine.spec.sha256 else _outcome(machine)
+        generated = {} if isinstance(after, str) else made.files
+        place = f"generated/{made.spec.name}"
+        refuse_hand_written(self.folder / place, generated)
+        stale = stale_proofs(self.folder / place, generated) if generated else []
+        files = {f"{place}/{name}": text for name, text in generated.items()}
+        return certificate_change(before, after), files, stale
+
     def write(
         self, diagnosis: Diagnosis, models: Models, sha256: Sequence[str], progress: Callable[[str, float], None] | None
     ) -> tuple[Diagnosis, tuple[str, ...]]:
         """Write all results: the diagnosis with the change of the certificate, and the names of the files."""
         spec, folder = self.machine.spec, self.folder
-        change, code, old_proofs = augmented_code(
-            self.machine, models.spec_text, folder, lambda: progress and progress("certificates and code", 0.96)
+        change, code, old_proofs = self._code(
+            models.spec_text, lambda: progress and progress("certificates and code", 0.96)
         )
         diagnosis = replace(diagnosis, certificate=change)
         files: dict[str, str] = {**self.robot, "spec.yaml": models.spec_text, **code}
