@@ -11,6 +11,7 @@ from codegen.base.user_text import shown
 from codegen.logs.description import EMPTY_DESCRIPTION, LogDescription
 from codegen.logs.formats.bag_file import BagFolder, Db3Storage, is_bag
 from codegen.logs.formats.csv_file import CsvStream, open_csv
+from codegen.logs.formats.diadem_file import BEGINS, DiademFile
 from codegen.logs.formats.hdf5_file import Hdf5File
 from codegen.logs.formats.json_file import JsonFile
 from codegen.logs.formats.mat_file import open_mat
@@ -54,8 +55,11 @@ FORMATS: Mapping[str, Opener] = {
     ".tdms": TdmsFile,
 }
 """File name extension → its opener. A text file with another extension is read as a table."""
-NESTED_JSON = re.compile(rb'(\xef\xbb\xbf)?\s*\{\s*"[^\n{]*[\[{]')
-"""Beginning of a text file with JSON records that hold lists or objects, whose names the plain rows would lose."""
+TEXTS: Mapping[bytes, Opener] = {
+    BEGINS: DiademFile,
+    rb'(\xef\xbb\xbf)?\s*\{\s*"[^\n{]*[\[{]': JsonFile,  # records with lists or objects; plain rows lose their names
+}
+"""Beginning of a text file, whatever its extension → its opener; any other text is read as a table."""
 HEAD = 4096
 """Bytes at the beginning of a file by which its format is recognised."""
 OTHERS = (
@@ -80,7 +84,6 @@ OTHERS = (
         "a row for each message, as CSV",
     ),
     (rb"FMT, ?\d+, ?\d+, ?FMT", "an ArduPilot log of several kinds of rows", "one kind as CSV, by `mavlogdump.py`"),
-    (rb"DIAEXTENDED", "the header of a DIAdem file, whose numbers lie in another file", "the samples as TDMS or CSV"),
     (rb"MDF +\d", "an MDF file", "an MDF 4 file ending in .mf4"),
     (rb"\x89HDF", "an HDF5 file", "the ending .h5"),
     (rb"SQLite format 3", "an SQLite database", "its table as CSV; a bag of ROS 2 ends in .db3"),
@@ -116,8 +119,8 @@ def format_of(path: Path) -> Opener:
         others = ((what, instead) for begin, what, instead in OTHERS if re.match(begin, head))
         if other := next(others, None):
             raise BadInput(place, *other, code="LOG002")
-        if is_text and NESTED_JSON.match(head):
-            return JsonFile
+        if is_text and (known := next((TEXTS[begin] for begin in TEXTS if re.match(begin, head)), None)):
+            return known
         if reader is not None or is_text:
             return open_csv
     found = f"the ending `{shown(path.suffix)}`" if path.suffix else "a name without an ending"

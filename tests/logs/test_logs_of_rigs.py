@@ -412,7 +412,6 @@ REFUSED = {
         "LOG007 milliseconds_beside.csv:3 `columns: {t: Time + 0.001*MS}`",
     ),
     "flight.log": (b"FMT, 128, 89, FMT, BBnNZ, Type,Length\nMOT, 1, 2\n", "LOG002 ArduPilot mavlogdump"),
-    "trace.dat": (b"DIAEXTENDED  {@:ENGLISH\n\n#BEGINGLOBALHEADER\n101,a trace\n", "LOG002 DIAdem TDMS"),
     "echo.yaml": (b"header:\n  stamp:\n    sec: 1\nposition:\n- 0.1\n---\n", "LOG002 --csv bag"),
     "a.xyz": (b"\1\2\3", "LOG002 `.xyz` .csv"),
     "empty.log": (b"", "LOG009 empty.log"),
