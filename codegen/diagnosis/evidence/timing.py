@@ -151,26 +151,6 @@ def open_inputs(system: System, log: Log) -> list[int]:
     return [k for k, w in enumerate(system.inputs) if w.name not in about.late]
 
 
-def further_leads(problem: Problem, log: Log, before: Mapping[int, float]) -> dict[int, Lead]:
-    """The significant leads that inputs still have in a model with effects, index of the input → the whole lead.
-
-    Left out are inputs that are stated to be held commands, those whose time is stated, and leads that would be longer
-    than ``LARGEST_IN_PLACE`` in all. The rows are those of the estimate and never of ``USUAL``: the rest of a filter's
-    lag could be named as an effect again.
-
-    Args:
-        problem: the model with its effects, and the motion with the inputs as corrected so far.
-        before: by how many rows they are corrected.
-    """
-    found = dict[int, Lead]()
-    for k in open_inputs(problem.system, log):
-        lead = lead_of(problem, k)
-        whole = before.get(k, 0.0) + lead.estimate
-        if lead.is_significant and whole <= LARGEST_IN_PLACE:
-            found[k] = replace(lead, rows=whole)
-    return found
-
-
 def lead_finding(
     w: str, lead: Lead, log: Log, stated: bool = False, most: float = LARGEST_LEAD, replaced: Sequence[str] = ()
 ) -> Finding:

@@ -10,7 +10,7 @@ exceeds its changes, and beside a load behind a spring.
 A lead may also be hidden by effects that add states, as a heavily damped compliance corrects it. If free runs with the
 inputs taken earlier explain the log as well as these effects do, the lead is corrected in their place. Where free runs
 then still leave far more than the noise, another force is missing, of which a lead explains a part, as a compliance
-does. There it must also explain a share of the residual force, as an effect must.
+does. There it must also be shown as an effect is.
 
 The estimate of a lead before effects are sought may also be too large. Free runs then find a delay or lag of the same
 input that is about as long or shorter. It is no effect of the machine: the lead is reduced by it, and the effects are
@@ -32,14 +32,12 @@ from codegen.diagnosis.evidence.timing import (
     LEAST_LEAD,
     SETTLED,
     Lead,
-    further_leads,
     lead_finding,
     open_inputs,
     overcorrection_finding,
 )
 from codegen.diagnosis.fit.acceptance import (
     ALPHA,
-    LEAST_SHARE,
     evidence_of,
     independent_share,
     is_far,
@@ -50,7 +48,6 @@ from codegen.diagnosis.fit.identity_cache import identity_cache
 from codegen.diagnosis.fit.output_error import Fit, segment_cost
 from codegen.diagnosis.fit.search import Search
 from codegen.diagnosis.fit.shooting import hidden_states
-from codegen.diagnosis.fit.trial import model_of
 from codegen.diagnosis.selection.parsimony import BETTER
 from codegen.logs import Finding
 from codegen.logs.uniform import earlier
@@ -74,30 +71,25 @@ def corrected_for_leads(case: Case, search: Search, final: Fit) -> Case | None:
 def _in_place_of_states(case: Case, search: Search, final: Fit) -> Case | None:
     """The case with inputs taken earlier in place of the effects of a fit that add states; None if those stay.
 
-    They stay if neither the force balance nor free runs show a lead without them, if free runs gain more than
-    ``BETTER`` nats by each of them over the lead, tempered by the share of independent residuals, or if these end far
-    from the noise and the lead explains less than ``LEAST_SHARE`` of the squared residual. They are left out together,
-    since a lead may have been named as two of them.
+    They stay if free runs without them show no lead, if they gain more than ``BETTER`` nats by each of them over the
+    lead, tempered by the share of independent residuals, or if they end far from the noise and the lead is not shown as
+    an effect is (``late_is_better``). They are left out together, since a lead may have been named as two of them.
     """
     with_states = [k for k in range(len(final.trial.parts)) if _adds_states(final, k)]
     if not with_states:
         return None
-    trial, theta = final.trial, final.theta
-    for k in reversed(with_states):
-        trial, theta = trial.without(theta, k)
-    by_force = further_leads(replace(case.problem, system=model_of(trial, theta)), case.log, case.leads)
 
     def without_states(search: Search) -> Fit:
         return reduce(search.without, reversed(with_states), final)
 
-    for leads in (by_force, _nearest(case, search, without_states(search))):
-        if not leads:
-            continue
-        rest = without_states(_with_earlier_inputs(case, search, leads))
-        is_part = is_far(rest) and min(lead.explained for lead in leads.values()) < LEAST_SHARE
-        if -_gained(final, rest) <= BETTER * len(with_states) and not is_part:
-            return _taken_earlier(case, leads, [final.trial.parts[k].title for k in with_states])
-    return None
+    leads = _nearest(case, search, without_states(search))
+    if not leads:
+        return None
+    rest = without_states(_with_earlier_inputs(case, search, leads))
+    is_part = is_far(rest) and not all(lead.explained for lead in leads.values())
+    if -_gained(final, rest) > BETTER * len(with_states) or is_part:
+        return None
+    return _taken_earlier(case, leads, [final.trial.parts[k].title for k in with_states])
 
 
 def adds_states(fit: Fit) -> bool:
