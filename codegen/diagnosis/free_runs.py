@@ -37,7 +37,7 @@ from codegen.diagnosis.verdict.answer import (
     unknown_for_a_candidate,
     verdict_of,
 )
-from codegen.diagnosis.verdict.examination import examine, settled
+from codegen.diagnosis.verdict.examination import examine
 from codegen.diagnosis.verdict.force_led import accepted_across_joints, accepted_by_force
 from codegen.diagnosis.verdict.harmonics import with_harmonics
 from codegen.diagnosis.verdict.held_out import FinalCheck, HeldOut, within
@@ -170,7 +170,9 @@ class Judge:
             tied, separation, excitation = self._compared(outcome, report)
             answer, outcome = self._in_common(outcome) or (answer, outcome)
         another = self._another_law(answer, outcome) if answer.verdict == "effect" else None
-        answer = self._refused(answer if another is None else another, outcome)
+        answer = answer if another is None else another
+        answer = wrong_values.refused_for_a_value(case.spec, answer, case.problem, self.measured)
+        answer = self._checked(answer, outcome.final)
         left = self._left_by(answer)
         if another is None:  # else a force is missing, however little of it the motion predicts
             answer = replace(answer, verdict=by_remainder(answer.verdict, left, case.material))
@@ -247,13 +249,6 @@ class Judge:
             return answer.refused(no_wave)
         arc = arc_of_a_curve(self.case.problem, answer.refit, answer.augmented, answer.effects)
         return None if arc is None else answer.refused(arc[0].words).noted(arc[1])
-
-    def _refused(self, answer: Answer, outcome: Outcome) -> Answer:
-        """The answer after the checks that can only refuse effects and values."""
-        case, search = self.case, replace(self.selection.search, within=self.selection.last.within)
-        answer = wrong_values.refused_for_a_value(case.spec, answer, case.problem, self.measured)
-        answer = settled(search, outcome, answer, self.measured)
-        return self._checked(answer, outcome.final)
 
     def _checked(self, answer: Answer, final: Fit) -> Answer:
         """The answer without what held-out data refuse at last; ``final``: the fit with its effects."""

@@ -55,8 +55,6 @@ AWAY = 3.0
 """Deviation in tolerances above which a value is reported as a parameter error; 0.3 % of a Gaussian lies beyond."""
 ALIKE = 0.25
 """A parameter is a substitute of another if, with that fixed, it moves by this share of its deviation."""
-AGAIN, SETTLED = 5, 0.1
-"""Largest number of fits about values beyond a limit, and the change in standard errors at which they end."""
 HALF_WIDTH = float(norm.ppf(0.5 + CONFIDENCE / 2))
 """Half the width of a confidence interval in standard errors."""
 
@@ -149,27 +147,6 @@ def adopt_values(search: Search, fit: Fit, system: System) -> Refit:
     ``system``: the declared one with these effects.
     """
     return CrossValidation(search, fit, system).adopted()
-
-
-def settled_values(search: Search, fit: Fit, system: System) -> Refit:
-    """The values of ``adopt_values``; if one exceeds a limit of the fit, all are fitted again until they settle.
-
-    The estimates linearise the motion about the fit, which is not accurate over such a distance. Also, a parameter that
-    is held at a limit, such as a mass, leaves a residual that counts as noise, which gives the prior too much weight.
-    """
-    adopted = adopt_values(search, fit, system)
-    away = tolerances_away(search, adopted.values)
-    if not (away > search.within).any() or not fit.limited[: len(search.moved)].any():
-        return adopted
-    free = replace(search, within=np.inf)
-    for _ in range(AGAIN):
-        theta = np.append(adopted.values, fit.theta[len(adopted.values) :])
-        prior = free.prior(fit.trial, theta, fit.prior.tempering)
-        fit = free.fitted_again(shooting_fit(fit.runner, theta, fit.offsets, prior, 0))
-        before, adopted = adopted, adopt_values(free, fit, system)
-        if np.all(np.abs(adopted.values - before.values) <= SETTLED * adopted.deviation):
-            break
-    return adopted
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,7 +5,7 @@ from dataclasses import replace
 from functools import partial
 
 from codegen.base.significant import in_percent
-from codegen.diagnosis.evidence.adoption import adopt_values, settled_values
+from codegen.diagnosis.evidence.adoption import adopt_values
 from codegen.diagnosis.evidence.estimate import Estimate, estimate, named_effects, widened_by
 from codegen.diagnosis.evidence.reservations import determined_form, may_be_absent, objections, remarks, takes_the_level
 from codegen.diagnosis.fit import acceptance
@@ -104,23 +104,6 @@ def _by_drive(declared: ErrorFigures, problem: Problem) -> Callable[[System], Re
     With a smaller motor constant all forces and their residual are smaller, though no motion is predicted better.
     """
     return lambda model: Reference(in_proportion(declared, model, problem.system, problem))
-
-
-def settled(search: Search, outcome: Outcome, answer: Answer, measured: Measured) -> Answer:
-    """The answer with its parameter errors estimated again, linearised at the estimates, if it names no effect.
-
-    An answer that names effects, or has no parameter errors, is unchanged. The effects were compared with values that
-    are linearised at the tolerance limits. There the tolerances favour an effect: the motion of an inertia error is
-    that of a wrong mass.
-    """
-    if answer.verdict not in ("none", "unknown") or not answer.errors:
-        return answer
-    values = settled_values(search, outcome.base, search.system)
-    chosen = admitted(options_of(search.system, values), measured, _by_drive(answer.figures[0], search.problem))
-    if chosen.option is None or chosen.refusals:
-        return answer
-    figures = (answer.figures[0], chosen.figures, chosen.figures)
-    return replace(answer, refit=chosen.option[1], augmented=chosen.option[1], figures=figures, errors=values.errors)
 
 
 def with_estimate(search: Search, outcome: Outcome, plain: Answer, measured: Measured, by_force: Fit) -> Answer:
