@@ -180,7 +180,7 @@ def test_effects_are_tried_in_pairs_where_the_best_alone_is_far_off_in_some_segm
 
     def in_pairs(search: Any, some: Any) -> Any:
         asked.append(some)
-        return [forward_selection.SecondRound(best, (), pair, True)]
+        return [forward_selection.SecondRound(best, (), pair)]
 
     for name, value in {
         "every_part": [],

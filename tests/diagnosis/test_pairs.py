@@ -114,7 +114,7 @@ def test_no_pair_is_sought_beyond_one_that_leaves_only_noise(at_noise: bool, mon
     kinds = ("offset", "spring", "cogging", "stribeck")
     last = forward_selection.second_rounds(search, [ranked(kind, 0.9) for kind in kinds])[-1]
     assert asked == list(kinds[: 2 if at_noise else 3])
-    assert [p.kind for p in last.pair.trial.parts] == [asked[-1], "viscous"] and last.among_all
+    assert [p.kind for p in last.pair.trial.parts] == [asked[-1], "viscous"]
 
 
 STROKES = "0.854 + 0.004*t + 0.0011*t*t + 0.197*sin(0.176*t + 1.708) + 0.023*sin(2.72*t + 2.885)"
@@ -182,7 +182,7 @@ def test_a_rival_in_a_pair_is_accepted_alone(why_not: str, monkeypatch: pytest.M
     first, second, led = ranked("cogging", 0.3), ranked("viscous", 0.3), ranked("compliance", 0.3).found
     first.why_not = why_not
     rounds = forward_selection._Rounds(search, lambda *_: None, {}, led, led, led)
-    alone = forward_selection.SecondRound(first, (second,), second.found, True)
+    alone = forward_selection.SecondRound(first, (second,), second.found)
     assert rounds._is_rival(alone) == (not why_not)
 
 
@@ -206,7 +206,7 @@ def test_rivals_by_pairs_are_added_where_no_second_effect_is_accepted(
     led.cost = 50.0
     seconds = [leader if one is others[2] else ranked("cogging", 0.3) for one in others]
     pairs = [
-        forward_selection.SecondRound(one, (second,), one.found, True)
+        forward_selection.SecondRound(one, (second,), one.found)
         for one, second in zip(others, seconds, strict=True)
     ]
     monkeypatch.setattr(forward_selection, "second_rounds", lambda search, some: pairs)

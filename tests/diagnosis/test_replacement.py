@@ -273,7 +273,7 @@ def test_a_replacement_without_its_gap_is_a_spring_too(monkeypatch: pytest.Monke
     monkeypatch.setattr(parsimony, "still_accepted", lambda search, base, found, rivals: (found, rivals))
     monkeypatch.setattr(parsimony, "largest_first", lambda search, found: found)
     none: Any = None
-    assert parsimony.judged_together(none, fit(), first, [], False, True)[0] is spring
+    assert parsimony.judged_together(none, fit(), first, [], False)[0] is spring
 
 
 @pytest.mark.parametrize("shown", [True, False])

@@ -68,7 +68,7 @@ def test_two_effects_that_together_imitate_one_give_way_to_it(tmp_path: Path, mo
     monkeypatch.setattr(parsimony, "every_part", lambda search, taken: [spring])
     shares: list[float] = []
     with shares_to(shares.append):
-        found, rivals = parsimony.judged_together(search, base, both, [], False, True)
+        found, rivals = parsimony.judged_together(search, base, both, [], False)
     assert shares
     assert found.trial.parts == (spring,) and not rivals and near_noise(found)
 

@@ -104,13 +104,11 @@ class SecondRound:
 
     Attributes:
         pair: the fit with the best of these.
-        among_all: whether they were chosen among all candidates.
     """
 
     first: Ranked
     accepted: tuple[Ranked, ...]
     pair: Fit
-    among_all: bool
 
 
 def second_rounds(search: Search, ranked: Sequence[Ranked]) -> list[SecondRound]:
@@ -126,8 +124,7 @@ def second_rounds(search: Search, ranked: Sequence[Ranked]) -> list[SecondRound]
     for k, one in enumerate(ranked):
         if any(one.part.key in same_motion(r.found) for r in ranked[:k]):
             continue
-        every = 0 < k < BEAM and leaves_as_little(one, ranked[0])
-        if every:
+        if 0 < k < BEAM and leaves_as_little(one, ranked[0]):
             others = every_part(search, [one.part])
         else:
             others = [r.part for r in ranked[k + 1 :] if not same_signature(one.part, r.part)]
@@ -136,7 +133,7 @@ def second_rounds(search: Search, ranked: Sequence[Ranked]) -> list[SecondRound]
         both = run_round(search, search.fitted_again(one.found), others, leading=True) if others else []
         accepted = tuple(r for r in both if not r.why_not)
         if accepted:
-            found.append(SecondRound(one, accepted, search.fitted_again(accepted[0].found), every))
+            found.append(SecondRound(one, accepted, search.fitted_again(accepted[0].found)))
             if at_noise(found[-1].pair):
                 break
     return found
@@ -190,10 +187,10 @@ def find_effects(
         rounds.next()
         if rounds.confirmed is not before and is_superseded(rounds.confirmed):
             return rounds.outcome(base, rounds.confirmed)
-    confirmed, rivals, paired, among_all = rounds.confirmed, rounds.rivals, rounds.paired, rounds.among_all
+    confirmed = rounds.confirmed
     with shares_to(partial(report_progress, rounds.taken)):
-        rivals = rivals if confirmed.trial.parts else []
-        current, rivals = judged_together(search, base, confirmed, rivals, paired, among_all)
+        rivals = rounds.rivals if confirmed.trial.parts else []
+        current, rivals = judged_together(search, base, confirmed, rivals, rounds.paired)
     lost = current is base and not refit_only and not acceptance.near_noise(base)
     return rounds.outcome(base, current, rivals, lost and acceptance.misfit(base) > acceptance.LEAST_SIZE)
 
@@ -214,7 +211,7 @@ class _Rounds:
         taken: number of rounds that had a possible candidate.
         leaders: the best of the first round, until pairs of them are tried. led: the fit with the first of them.
         alone: number of hypotheses of that round.
-        paired: whether the effects were found as a pair. among_all: as of ``reconsidered``.
+        paired: whether the first two effects were found as a pair.
     """
 
     search: Search
@@ -232,7 +229,6 @@ class _Rounds:
     leaders: list[Ranked] = field(default_factory=list)
     alone: int = 0
     paired: bool = False
-    among_all: bool = True
 
     @classmethod
     def before_the_first(cls, search: Search, base: Fit, most: int, report: Progress) -> _Rounds:
@@ -310,7 +306,7 @@ class _Rounds:
             self._end()
             return
         self.rivals = tied or self.rivals
-        self.confirmed, self.among_all = self.current, True
+        self.confirmed = self.current
         # What other joints lack is theirs.
         alone = self.current if self.joint is None else self.current.of_joint(self.joint)
         if is_first and not acceptance.near_noise(alone) and not acceptance.is_negligible(alone):
@@ -325,7 +321,7 @@ class _Rounds:
         better = best is not None and _is_better_pair(best.pair, self.confirmed)
         if best is not None and better and worth_it(search, self.led, best.pair, self.alone):
             self.current = self.confirmed = with_simplest_effects(search, best.pair, [])[0]
-            self.rivals, self.paired, self.among_all = [], True, best.among_all
+            self.rivals, self.paired = [], True
             self.left[self.joint] = MOST_EFFECTS - len(best.pair.trial.parts)
         elif self.confirmed is self.led:
             known = leaders[0], *self.rivals

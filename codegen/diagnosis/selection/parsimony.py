@@ -168,19 +168,18 @@ def judged_together(
     current: Fit,
     rivals: list[Ranked],
     paired: bool,
-    among_all: bool,
 ) -> tuple[Fit, list[Ranked]]:
     """Several effects judged together, which rounds found one after another, and the rivals of the first of them.
 
     Each may be replaced or removed, and is taken in its simplest form.
 
     Args:
-        paired: whether the effects were found as a pair, so that rivals of the first one are unknown.
-        among_all: as of ``reconsidered``.
+        paired: whether the effects were found as a pair, so that rivals of the first one are unknown, and the other one
+            was not compared with all candidates.
     """
     if len(current.trial.parts) < 2:
         return current, rivals
-    current, rivals = reconsidered(search, current, None if paired else rivals, among_all)
+    current, rivals = reconsidered(search, current, None if paired else rivals, not paired)
     current, rivals = pruned_with_rivals(search, current, rivals)
     current, rivals = with_simplest_effects(search, current, rivals)  # also of an effect that replaced another
     current, rivals = still_accepted(search, base, current, rivals)
