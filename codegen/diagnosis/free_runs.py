@@ -198,8 +198,7 @@ class Judge:
             # Free runs may choose values of the right effect that held-out data refuse; those by force are then tried.
             lasting = self._checked(answer, outcome.final) if answer.verdict == "effect" else answer
             with shares_to(lambda done: report("effects by the force residual", 0.8 + 0.05 * done)):
-                given = outcome, lasting, self.measured, examined, self._checked
-                answer, outcome = accepted_by_force(search, *given)
+                answer, outcome = accepted_by_force(search, outcome, lasting, self.measured, self._checked)
         if answer.verdict in ("none", "unknown") and not case.faults:
             answer, outcome = accepted_across_joints(search, outcome, answer, examined, case.material)
         return answer, outcome

@@ -100,7 +100,7 @@ def test_a_spring_is_found_and_free_runs_confirm_it(tmp_path: Path) -> None:
     search = searched(log)
     found = selected_by_force(search, search.refit())
     assert found is not None
-    assert [p.kind for p in found.parts] == ["spring"] and not found.rivals
+    assert [p.kind for p in found.fit.trial.parts] == ["spring"] and not found.rivals
     values = found.fit.runner.trial.split(found.fit.theta)[1][0]
     assert values["k"] == pytest.approx(30.0, rel=0.1)
     assert found.explained > 0.5 and found.run.values[1] == [pytest.approx(found.fit.values[1][0])]
@@ -119,7 +119,7 @@ def test_two_effects_that_hide_each_other_are_found_together(tmp_path: Path, f0:
         found = selected_by_force(search, search.refit())
     assert found is not None and not found.rivals
     assert all("may be chance" in r.why_not for r in found.rounds[0].ranked[:2])
-    values = dict(zip((p.kind for p in found.parts), found.fit.values[1], strict=True))
+    values = dict(zip((p.kind for p in found.fit.trial.parts), found.fit.values[1], strict=True))
     assert values == {"spring": {"k": pytest.approx(30.0, rel=0.02)}, "offset": {"f0": pytest.approx(f0, rel=0.02)}}
 
 
@@ -150,7 +150,7 @@ def of_two(tmp_path_factory: pytest.TempPathFactory) -> tuple[Search, ForceSelec
 def test_two_effects_over_different_variables_are_both_found(of_two: tuple[Search, ForceSelection]) -> None:
     _, found = of_two
     values = found.fit.runner.trial.split(found.fit.theta)[1]
-    by_kind = dict(zip((p.kind for p in found.parts), values, strict=True))
+    by_kind = dict(zip((p.kind for p in found.fit.trial.parts), values, strict=True))
     assert by_kind["spring"]["k"] == pytest.approx(30.0, rel=0.1)
     assert by_kind["viscous"]["b"] == pytest.approx(4.0, rel=0.1)
 
@@ -319,7 +319,7 @@ def accepted_by_force(
     measured: Measured,
     checked: Callable[[Answer, Fit], Answer] = lambda one, fit: one,
 ) -> tuple[Answer, Outcome]:
-    return force_led.accepted_by_force(search, outcome, answer, measured, lambda one: (answer, one), checked)
+    return force_led.accepted_by_force(search, outcome, answer, measured, checked)
 
 
 def test_the_answer_has_what_the_force_residual_selects(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -517,7 +517,7 @@ def test_effects_that_correct_the_form_of_another_are_not_named(tmp_path: Path) 
     search = searched(replace(log, inputs=log.inputs + 2000 * np.sign(x) * x**4))
     with among("spring", "hardening_spring", "cogging", "viscous", "offset"):
         found = selected_by_force(search, search.refit())
-    assert found is not None and [p.kind for p in found.parts] == ["hardening_spring"]
+    assert found is not None and [p.kind for p in found.fit.trial.parts] == ["hardening_spring"]
 
 
 def test_nothing_is_found_where_only_levels_are_wrong(tmp_path: Path) -> None:

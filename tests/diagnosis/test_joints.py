@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
-from functools import cache, partial
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -34,23 +34,16 @@ from codegen.diagnosis.fit.search import Search, search_on
 from codegen.diagnosis.fit.shooting import FreeRun, Values
 from codegen.diagnosis.fit.signals import smooth_motion
 from codegen.diagnosis.fit.trial import Part, model_of, part_of
-from codegen.diagnosis.results import ErrorFigures, FoundEffect
 from codegen.diagnosis.selection import forward_selection, parsimony
 from codegen.diagnosis.selection.candidate_fits import CandidateFits, every_part
 from codegen.diagnosis.selection.force_fits import ForceFits
-from codegen.diagnosis.selection.force_selection import ForceSelection
-from codegen.diagnosis.selection.forward_selection import Outcome
 from codegen.diagnosis.selection.refusals import contradicted_by_force
-from codegen.diagnosis.verdict import force_led
-from codegen.diagnosis.verdict.answer import Answer
-from codegen.diagnosis.verdict.force_led import accepted_by_force
 from codegen.effects import CATALOGUE
 from codegen.logs import Log
 from codegen.mechanics.casadi_form import over_rows
 from codegen.mechanics.system import Matrix
 from codegen.spec import Spec, parse_spec
 from tests.diagnosis.stage import log_of, stage, system_of
-from tests.slow_cases import slow_except
 
 ARM = """name: arm
 urdf: {file: arm.urdf%s}
@@ -434,45 +427,3 @@ def test_what_the_inputs_change_of_an_arm_is_the_difference_of_its_residuals(tmp
     shares = drive_shares(model, plain, motion, np.zeros_like(motion.positions, dtype=bool))
     np.testing.assert_allclose(shares, own / its, rtol=1e-9)
     assert shares[1] != pytest.approx(1, abs=0.01)
-
-
-SPRING = "{kind: spring, on: [q_1], parameters: {k: 6}}"
-
-
-NAMED = [
-    (f"{DRAG}, {SPRING}", None, ["viscous", "spring"]),
-    (DRAG, None, ["viscous"]),
-    (f"{DRAG}, {SPRING}", "offset", ["viscous", "offset"]),
-]
-
-
-@pytest.mark.parametrize(("missing", "beside", "named"), slow_except(NAMED, NAMED[:2], several=True))
-def test_effects_by_force_are_added_on_joints_where_free_runs_accept_none(
-    missing: str, beside: str | None, named: list[str], searches: Searches, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Free runs accept friction on joint 2 and perhaps a constant force on joint 1, the force a spring there.
-
-    Of the logs some have the spring: only there do free runs accept it.
-    """
-    search, base, fits = searches(missing)
-    parts = every_part(search, [])
-    drag = next(p for p in parts if (p.kind, p.on, p.names) == ("viscous", "q_2", ("b",)))
-    spring, offset = (next(p for p in parts if (p.kind, p.on) == (kind, "q_1")) for kind in ("spring", "offset"))
-    accepted = {drag: {"b": 0.4}} | ({offset: {"f0": 0.1}} if beside else {})
-    by_runs = search.with_parts(base, base.values[0], list(accepted), list(accepted.values()))
-    trial = search.declared_trial.with_part(spring)
-    led = fits.fit(trial, trial.theta(fits.adopted, [{"k": 6.0}]))
-    monkeypatch.setattr(force_led, "selected_by_force", lambda *_: ForceSelection(fits, led, (), ()))
-    figures = ErrorFigures(0.0, (0.0, 0.0), 0.0, 0.0, (0.0, 0.0))
-
-    def examined(outcome: Outcome, refused: str = "") -> tuple[Answer, Outcome]:
-        model, effects = outcome.final.model, [FoundEffect(p.kind, p.on, {}, {}) for p in outcome.parts]
-        verdict = "unknown" if refused in [e.kind for e in effects] else "effect"
-        return Answer(verdict, tuple(effects), base.model, model, (figures,) * 3), outcome
-
-    answer, outcome = examined(Outcome(base, by_runs, (), (), 0.5, len(base.residual)))
-    own = [e.kind for e in answer.effects]
-    for how, kinds in ((examined, named), (partial(examined, refused="spring"), own)):
-        given = outcome, answer, lambda system: figures, how, lambda one, fit: one
-        second, richer = accepted_by_force(search, *given)
-        assert [e.kind for e in second.effects] == [p.kind for p in richer.parts] == kinds

@@ -206,8 +206,7 @@ def test_rivals_by_pairs_are_added_where_no_second_effect_is_accepted(
     led.cost = 50.0
     seconds = [leader if one is others[2] else ranked("cogging", 0.3) for one in others]
     pairs = [
-        forward_selection.SecondRound(one, (second,), one.found)
-        for one, second in zip(others, seconds, strict=True)
+        forward_selection.SecondRound(one, (second,), one.found) for one, second in zip(others, seconds, strict=True)
     ]
     monkeypatch.setattr(forward_selection, "second_rounds", lambda search, some: pairs)
     monkeypatch.setattr(forward_selection, "at_noise", lambda found: False)

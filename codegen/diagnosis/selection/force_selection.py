@@ -70,10 +70,6 @@ class ForceSelection:
     rivals: tuple[Ranked, ...]
 
     @property
-    def parts(self) -> tuple[Part, ...]:
-        return self.fit.trial.parts
-
-    @property
     def run(self) -> Fit:
         """``ForceFits.run`` of ``fit``."""
         return self.fits.run(self.fit)

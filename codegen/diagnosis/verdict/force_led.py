@@ -2,9 +2,8 @@
 
 A free run integrates everything that the model lacks. Its error may be dominated by something that is not an effect,
 such as jitter of the time stamps or a drift, and then no effect is accepted by free runs. The force residual at one
-time does not depend on earlier times. Effects that it selects and free runs confirm are examined as others are. Effects
-that free runs accept stay; on an arm those on its other joints are added, and an effect may be shown by the forces of
-all joints (``accepted_across_joints``).
+time does not depend on earlier times. Effects that it selects and free runs confirm are examined as others are. On an
+arm an effect may be shown by the forces of all joints (``accepted_across_joints``).
 """
 
 from collections.abc import Callable, Sequence
@@ -16,13 +15,13 @@ from codegen.diagnosis.fit import acceptance
 from codegen.diagnosis.fit.acceptance import evidence_of, random_signs
 from codegen.diagnosis.fit.drive import residual_without_levels
 from codegen.diagnosis.fit.output_error import Fit
-from codegen.diagnosis.fit.search import Search, joint_of
+from codegen.diagnosis.fit.search import Search
 from codegen.diagnosis.results import Fact, Verdict, worded
 from codegen.diagnosis.selection.candidate_fits import every_part
 from codegen.diagnosis.selection.force_fits import ForceFits
 from codegen.diagnosis.selection.force_selection import ForceSelection, judged_in_addition, selected_by_force
 from codegen.diagnosis.selection.forward_selection import Outcome
-from codegen.diagnosis.selection.ranking import Ranked, credible, led_by, twins
+from codegen.diagnosis.selection.ranking import Ranked, led_by, twins
 from codegen.diagnosis.selection.refusals import hypotheses
 from codegen.diagnosis.verdict.admission import Measured
 from codegen.diagnosis.verdict.answer import Answer
@@ -37,13 +36,9 @@ def accepted_by_force(
     outcome: Outcome,
     answer: Answer,
     measured: Measured,
-    examined: Examined,
     checked: Callable[[Answer, Fit], Answer],
 ) -> tuple[Answer, Outcome]:
     """The answer with effects that the force residual accepts and free runs confirm; unchanged if there are none.
-
-    Effects that free runs accepted stay. To those of an arm that is simulated joint by joint, the ones on its other
-    joints are added (``with_other_joints``).
 
     Args:
         outcome: of the selection by free runs. answer: the answer from that outcome.
@@ -51,14 +46,11 @@ def accepted_by_force(
         checked: the answer after the last check on held-out data (``FinalCheck``). What it refuses must not replace
             effects that pass.
     """
-    if answer.verdict != "unknown" and search.rigid is None:
+    if answer.verdict != "unknown":
         return answer, outcome
     found = selected_by_force(search, outcome.base)
     if not isinstance(found, ForceSelection):
-        fact = (found,) if found is not None and answer.verdict == "unknown" else ()
-        return answer.noted(*fact), outcome
-    if answer.verdict != "unknown":
-        return _joint_by_joint(found, outcome, answer, examined)
+        return (answer if found is None else answer.noted(found)), outcome
     # Values and intervals are those of the fit to the force residual, examined as others are.
     led = replace(
         outcome,
@@ -76,48 +68,6 @@ def accepted_by_force(
     if second.verdict != verdict:
         return answer.noted(*_refused(answer, second)), outcome
     return second.noted(Fact.said("evidence", "by force")), led
-
-
-def _joint_by_joint(
-    found: ForceSelection, outcome: Outcome, answer: Answer, examined: Examined
-) -> tuple[Answer, Outcome]:
-    """The answer with the effects of ``with_other_joints``; unchanged if these are the same, or are refused."""
-    fit = with_other_joints(found, outcome.final)
-    if fit is outcome.final:
-        return answer, outcome
-    second, richer = examined(outcome.with_final(found.fits.search, fit, outcome.rivals))
-    wanted = {p.key for p in fit.trial.parts}
-    if second.verdict not in ("effect", "ambiguous") or {e.key for e in second.effects} != wanted:
-        return answer, outcome
-    return second, richer
-
-
-def with_other_joints(found: ForceSelection, by_runs: Fit) -> Fit:
-    """The fit to free runs of an arm with selected effects on the joints where these accept none.
-
-    The joints are judged independently, and free runs must accept the added effects against no effect on their joint.
-    This is necessary since the selection by free runs compares candidates on a few segments first, and fits only the
-    best of them on all. A dead zone, which acts while the input is small, may not be among these.
-    """
-    search, fit = found.fits.search, by_runs
-    many = hypotheses(found.fits.parts)
-    known = {joint_of(search, part) for part in by_runs.trial.parts}
-    for joint in dict.fromkeys(joint_of(search, part) for part in found.parts if joint_of(search, part) not in known):
-        own = _on_joint(found.fits, found.fit, joint)
-        moved, others = fit.values
-        richer = search.with_parts(fit, moved, [*fit.trial.parts, *own.trial.parts], [*others, *own.values[1]])
-        if credible(search, fit, richer, many):
-            fit = richer
-    return fit
-
-
-def _on_joint(fits: ForceFits, fit: Fit, joint: int | None) -> Fit:
-    """The fit to the force residual without the effects on other joints."""
-
-    def elsewhere(fit: Fit) -> int | None:
-        return max((k for k, p in enumerate(fit.trial.parts) if joint_of(fits.search, p) != joint), default=None)
-
-    return fits.eliminated(fit, elsewhere)
 
 
 def _refused(answer: Answer, by_force: Answer) -> tuple[Fact, ...]:
