@@ -69,8 +69,8 @@ OTHERS = (
     (rb"\x80[\x02-\x05]", "a Python pickle, which could run any code", "its arrays saved by `numpy.savez`, or as CSV"),
     (rb"#ROSBAG", "a bag of ROS 1", "a bag of ROS 2, made of it by `rosbags-convert`"),
     (
-        rb"\s*(\(\d+\.\d+\)|[a-z]*can\d) +(\S+ +)?[0-9A-F]{3,8}(#| +\[\d+\](?![^\n]*::))",
-        "CAN frames of candump",
+        rb"\s*(\(\d+\.\d+\)|[a-z]*can\d) +(\S+ +)?[0-9A-F]{3,8}(#| +\[\d+\](?![^\n]*::))|date [^\n]*\nbase (hex|dec)",
+        "CAN frames of candump or in Vector's ASC",
         "a column for each signal, decoded by its DBC, as `cantools decode` prints it behind each frame",
     ),
     (

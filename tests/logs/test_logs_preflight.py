@@ -354,3 +354,14 @@ def test_a_free_swing_against_a_spring_of_the_controller_is_a_good_log(tmp_path)
         q += h * v
     t, q, u = np.array(rows_).T
     assert "input computed from q" not in findings(tmp_path, {"t": t, "q": q, "u": u}, PENDULUM)
+
+
+@pytest.mark.parametrize(("unit", "factor"), [("mm/s", 1e-3), ("cm/s", 1e-2)])
+def test_a_measured_velocity_in_another_unit_is_named(tmp_path, unit, factor):
+    about = tmp_path / "about.yaml"
+    about.write_text("velocity_columns: true\n")
+    made = rows(20, 250)
+    made["v"] /= factor
+    (found,) = [f for f in findings_of(tmp_path, made, about) if "measured v" in f.words]
+    assert found.severity == "warning" and f"if it is v: `units: {{v: {unit}}}`" in found.words
+    assert found.figures["factor"] == pytest.approx(factor, rel=0.01)

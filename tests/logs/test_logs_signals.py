@@ -181,3 +181,17 @@ def test_tdms_without_times(tmp_path: Path, spec: Any) -> None:
     write_tdms(tmp_path / "a.tdms", MADE, SLOW)
     with refused("LOG003 `drive.alone` `wf_increment`"):
         read_log(tmp_path / "a.tdms", spec, columns=NAMES[".tdms"] | {"w": "drive.alone"})
+
+
+def test_tdms_with_the_sample_time_of_the_description(tmp_path: Path, spec: Any) -> None:
+    """Channels that a program wrote as plain arrays: the message was `no signal of numbers` alone."""
+    nptdms = pytest.importorskip("nptdms", reason="needs the extra tdms")
+    with nptdms.TdmsWriter(tmp_path / "a.tdms") as writer:
+        writer.write_segment([nptdms.ChannelObject("motion", name, MADE[name]) for name in ("x", "w")])
+    names = {"x": "motion.x", "w": "motion.w"}
+    with refused("LOG001 motion.x `wf_increment` `sample_time: SECONDS`"):
+        read_log(tmp_path / "a.tdms", spec, columns=names)
+    (tmp_path / "meta.yaml").write_text("sample_time: 2 ms\n")
+    log = read_log(tmp_path / "a.tdms", spec, columns=names)
+    assert log.sample_time == pytest.approx(0.002) and log.size == len(MADE["x"])
+    assert np.allclose(log.positions[:, 0], MADE["x"])

@@ -69,6 +69,7 @@ LONGEST_STEP = 0.5
 NEAR = 0.05
 """Relative deviation of a factor from a unit's, a parameter's or a power of ten that explains it."""
 UNITS = ("m", "cm", "mm", "um", "rad", "deg", "mrad")
+SPEEDS = ("m/s", "cm/s", "mm/s", "rad/s", "rpm", "deg/s", "rev/s")
 
 
 def wrong_scales(case: Case, steady: frozenset[int], outside: Finding | None) -> list[Finding]:
@@ -186,9 +187,15 @@ def scales_of_velocities(case: Case) -> Iterator[Finding]:
         unit = log.units.get(c.name, c.unit)
         meant = [other for other, by in other_units(unit, UNITS) if abs(by * factor - 1) < NEAR]
         key = f"`units: {{{c.name}: {meant[0]}}}`" if meant else log.scale_lines({c.name: 1 / factor}, case.spec)
+        speed = log.units.get(c.velocity, f"{c.unit}/s")
+        other = [
+            f"; if it is {c.velocity}: `units: {{{c.velocity}: {u}}}`"
+            for u, by in other_units(speed, SPEEDS)
+            if abs(by / factor - 1) < NEAR
+        ]
         words = (
             f"{c.name} moves {factor:.3g} times as far as the measured {c.velocity} says: one of the two has a wrong "
-            f"scale or sign. If it is {c.name}: {key} in meta.yaml beside the log."
+            f"scale or sign. If it is {c.name}: {key}{''.join(other)} in meta.yaml beside the log."
         )
         yield Finding("warning", f"scale of {c.name}", words, {"factor": factor})
 

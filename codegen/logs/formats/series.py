@@ -38,7 +38,8 @@ class SignalFile(LogFile):
     def set_columns(self, lengths: Mapping[str, int]) -> None:
         """Set the columns of the log; raises BadInput for no column."""
         if not lengths:
-            raise self.fault("no signal of numbers")
+            why = next((f" ({shown(name, 80)}: {words})" for name, words in self.unread.items()), "")
+            raise self.fault(f"no signal of numbers{why}")
         self.lengths, self.names = lengths, (TIME, *(name for name in lengths if name != TIME))
 
     def load(self, wanted: Sequence[str]) -> Columns:

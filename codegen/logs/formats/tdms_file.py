@@ -6,6 +6,7 @@ import numpy as np
 
 from codegen.base.arrays import Array
 from codegen.logs.formats.series import ChannelFile, Signal
+from codegen.logs.formats.source import listing
 
 STEP, DELAY, BEGIN = "wf_increment", "wf_start_offset", "wf_start_time"
 
@@ -13,7 +14,8 @@ STEP, DELAY, BEGIN = "wf_increment", "wf_start_offset", "wf_start_time"
 class TdmsFile(ChannelFile):
     """An opened .tdms file.
 
-    A channel without ``wf_increment`` has the times of its group's first channel of times, or of one called time or t.
+    A channel without ``wf_increment`` has the times of its group's first channel of times, or of one called time or t;
+    without these, those of the description's sample rate.
     """
 
     expected = "a TDMS log (.tdms)"
@@ -24,6 +26,7 @@ class TdmsFile(ChannelFile):
             if stream.read(4) != b"TDSm":
                 raise self.fault("no TDMS file")
         self._channels: dict[str, tuple[Any, Any]] = {}
+        rate, counted = self.description.sample_rate_hz, list[str]()
         with self.reading():
             for group in nptdms.TdmsFile.open(self.path).groups():
                 clocks = (c for c in group.channels() if c.dtype.kind == "M" or c.name.strip().lower() in ("time", "t"))
@@ -35,11 +38,20 @@ class TdmsFile(ChannelFile):
                     elif not len(channel):
                         self.unread[name] = "it has no sample"
                     elif STEP not in channel.properties and (clock is None or len(clock) != len(channel)):
-                        self.unread[name] = f"it has no `{STEP}`, and its group no channel of as many times"
+                        if rate is None:
+                            stated = "`sample_time: SECONDS` in meta.yaml beside the log states it"
+                            self.unread[name] = (
+                                f"it has no `{STEP}`, and its group no channel of as many times; {stated}"
+                            )
+                        else:
+                            counted.append(name)
+                            self._channels[name] = channel, None
                     elif channel is not clock:
                         self._channels[name] = channel, clock
             begins = [c.properties[BEGIN] for c, _ in self._channels.values() if BEGIN in c.properties]
             self._origin = min(begins, default=None)
+        if counted:
+            self.own_notes.append(f"{listing(counted)}: times counted at the description's {rate:g} Hz")
         self.units = {name: str(c.properties.get("unit_string", "")) for name, (c, _) in self._channels.items()}
         self.set_columns({name: len(channel) for name, (channel, _) in self._channels.items()})
 
@@ -47,6 +59,9 @@ class TdmsFile(ChannelFile):
         channel, clock = self._channels[name]
         if STEP in channel.properties:
             time = self._times(channel)
+        elif clock is None:
+            assert self.description.sample_rate_hz is not None
+            time = np.arange(len(channel)) / self.description.sample_rate_hz
         elif (stamps := np.asarray(clock[:])).dtype.kind == "M":
             time = np.asarray((stamps - stamps[0]) / np.timedelta64(1, "ns"), dtype=np.float64) * 1e-9
         else:
