@@ -28,7 +28,7 @@ from codegen.diagnosis.fit.trial import Part
 from codegen.diagnosis.results import ErrorFigures, Fact, ParameterError, Remainder, Separation, titles
 from codegen.diagnosis.selection.forward_selection import Outcome, common_effects, find_effects, within_reach
 from codegen.diagnosis.verdict import wrong_values
-from codegen.diagnosis.verdict.against_regression import unrepeated, varying
+from codegen.diagnosis.verdict.against_regression import changes_beside, unrepeated, varying
 from codegen.diagnosis.verdict.answer import (
     Answer,
     by_remainder,
@@ -174,6 +174,10 @@ class Judge:
         answer = wrong_values.refused_for_a_value(case.spec, answer, case.problem, self.measured)
         answer = self._checked(answer, outcome.final)
         left = self._left_by(answer)
+        changing = changes_beside(case.problem, answer, left, case.material) if answer.verdict == "effect" else ""
+        if changing:
+            answer = another = answer.refused(changing)
+            left = self._left_by(answer)
         if another is None:  # else a force is missing, however little of it the motion predicts
             answer = replace(answer, verdict=by_remainder(answer.verdict, left, case.material))
             answer = unknown_above_drive(answer, left, case.problem)

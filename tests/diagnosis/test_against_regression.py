@@ -10,11 +10,17 @@ from typing import Any
 import numpy as np
 import pytest
 
+from codegen.diagnosis.evidence.residual_regression import remainders
 from codegen.diagnosis.fit.residual import Problem, inverse_dynamics_residual
 from codegen.diagnosis.fit.signals import smooth_motion
 from codegen.diagnosis.fit.trial import with_effects
 from codegen.diagnosis.results import FoundEffect
-from codegen.diagnosis.verdict.against_regression import ForceEvidence, against_regression, force_evidence
+from codegen.diagnosis.verdict.against_regression import (
+    ForceEvidence,
+    against_regression,
+    changes_beside,
+    force_evidence,
+)
 from codegen.logs import Log, read_log
 from codegen.simulate.closed_loop import simulate
 from codegen.simulate.loop_run import write_log
@@ -158,6 +164,21 @@ def test_a_limit_does_not_stand_for_a_drive_that_weakens_with_its_force(plain: L
     left = SimpleNamespace(by_segment=np.array([40 * noise**2]), residual=np.zeros((1, 40)))
     words = against_regression(left, problem, problem.system, augmented, (found,))  # type: ignore[arg-type]
     assert ("a smooth curve over its own variable" in words) != true and bool(words) != true
+
+
+@pytest.mark.parametrize("throughout", [False, True])
+def test_a_constant_force_does_not_stand_for_one_in_some_intervals(plain: Log, throughout: bool) -> None:
+    """3 N in two intervals are no offset of 1.7 N; a constant 1.7 N with a push of 0.5 N in one of them is one."""
+    time, inputs = plain.sample_time * np.arange(plain.size), plain.inputs.copy()
+    first, second = ((time > a) & (time < b) for a, b in ((2, 8), (11, 15.5)))
+    inputs[:, 0] -= 1.7 + 0.5 * first if throughout else 3.0 * (first | second)
+    problem = Problem(system_of(stage(reference=MOTION)), smooth_motion(replace(plain, inputs=inputs)), {})
+    system, offset = problem.system, FoundEffect("offset", "x", {"f0": 1.7}, {}, (), {})
+    answer = SimpleNamespace(refit=system, augmented=with_effects(system, (offset,)), effects=(offset,))
+    left = remainders(answer.augmented, problem.motion, problem.used)
+    assert left[0].is_mostly_in_time(problem.material)
+    words = changes_beside(problem, answer, left, problem.material)  # type: ignore[arg-type]
+    assert ("changes in time" in words) != throughout and bool(words) != throughout
 
 
 def shares(one: ForceEvidence) -> list[float]:

@@ -49,7 +49,8 @@ from codegen.diagnosis.fit.linear import regressed, rms
 from codegen.diagnosis.fit.output_error import Fit
 from codegen.diagnosis.fit.residual import Problem, level_columns, without_levels
 from codegen.diagnosis.fit.trial import part_of, with_effects
-from codegen.diagnosis.results import Change, FoundEffect, worded
+from codegen.diagnosis.results import Change, FoundEffect, Remainder, titles, worded
+from codegen.diagnosis.verdict.answer import Answer
 from codegen.diagnosis.verdict.wrong_values import FAR_LESS
 from codegen.effects import CATALOGUE
 from codegen.effects.declare import effect_symbols, places_of
@@ -222,6 +223,8 @@ REPEATED = 2.0
 MUCH_OF_THE_REST = 0.25
 """Least share of what a wave leaves of the squared residual force that a curve over its variable explains: half of its
 RMS. Of true waves, where all that is left is noise or another force, it is zero."""
+MUCH_IN_TIME = 1 / 3
+"""Least RMS of a force that changes in time beside effects, over that of their own force, for an objection."""
 STEP = 1e-3
 """Relative step of a parameter for its slope."""
 
@@ -313,6 +316,27 @@ def unrepeated(problem: Problem, augmented: System, named: Sequence[FoundEffect]
         share = added_share(r, rows, levels, [columns])
         if share >= MUCH_OF_THE_REST and sqrt(share) * left >= material * rms(acting[rows, i]):
             return worded("unrepeated", named=one.title, covered=covered, own=own, share=share)
+    return ""
+
+
+def changes_beside(problem: Problem, answer: Answer, left: Sequence[Remainder], material: float) -> str:
+    """The objection to effects beside which a force changes in time that is much of theirs; empty if there is none.
+
+    What they leave on a coordinate on which they act is mostly a material force that changes in time
+    (``Remainder.is_mostly_in_time``), with ``MUCH_IN_TIME`` of the RMS of the effects' own force. A true effect acts
+    throughout. A force that acts in some intervals, or depends on the path, has a mean and a slope over the motion,
+    which a constant, an asymmetry or a spring follows.
+    """
+    motion = problem.motion
+    before, after = (residual_at_drive(s, motion) for s in (answer.refit, answer.augmented))
+    for i in sorted({acts_on(effect, problem.system) for effect in answer.effects}):
+        if not left[i].is_mostly_in_time(material):
+            continue
+        rows = sliding(answer.augmented, motion, problem.used, i)
+        r, rest = (without_levels(answer.augmented, motion, rows, y[:, i], i) for y in (before, after))
+        share = left[i].rms * sqrt(left[i].changed) / max(rms((r - rest)[rows]), 1e-300)
+        if share >= MUCH_IN_TIME:
+            return worded("changes beside", named=titles(answer.effects), share=share, explained=left[i].changed)
     return ""
 
 
