@@ -71,7 +71,8 @@ def surrogate(
     fade, near = (round(k / (motion.cutoff_hz * h)) for k in (FADE_PERIODS, REVERSAL_PERIODS))
     moving = faded(Problem(machine, motion, {}).used & ~at_reversals(machine, motion, near), fade)
     every = range(left.shape[1])
-    kept = [np.sqrt(1 - noise_share(augmented or machine, motion, left, i)) for i in every]  # what is no noise of M a
+    noise = [noise_share(augmented or machine, motion, left[:, i], motion.usable, i) for i in every]  # of M a
+    kept = np.sqrt(1 - np.array(noise))
     disturbance = input_change(machine, log, -scrambled(moving * left * kept, length, fade, way, random), cutoff_hz)
     position_gain, velocity_gain = loop_gains(machine, motion.cutoff_hz, motion.positions.mean(axis=0), h)
     loop = Feedback(

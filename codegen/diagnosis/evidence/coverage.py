@@ -161,10 +161,6 @@ class _Path:
     logged: NDArray[np.bool_]
     span: float
 
-    def resolves(self, period: float, cutoff_hz: float) -> bool:
-        """Whether the motion covers the period somewhere so slowly that |v|/period is below the cutoff."""
-        return is_resolved(period, self.x, self.v, self.logged, cutoff_hz)
-
     @cached_property
     def modulation(self) -> Array:
         """q at the used samples, which modulates the force: sgn v on a contact, v² of a sensor, else 1."""
@@ -187,7 +183,8 @@ def _periods(path: _Path, y: Array, cutoff_hz: float) -> tuple[float, ...]:
         if power[k] > 0 and power[k] >= power[max(0, k - PADDING // 2) : k + PADDING // 2 + 1].max()
     ]
     periods = (float(path.span / turns[k]) for k in peaks)
-    return tuple(islice((p for p in periods if path.resolves(p, cutoff_hz)), KEPT_PERIODS))
+    resolved = (p for p in periods if is_resolved(p, path.x, path.v, path.logged, cutoff_hz))
+    return tuple(islice(resolved, KEPT_PERIODS))
 
 
 def _periodogram(path: _Path, y: Array) -> tuple[Array, Array]:

@@ -22,7 +22,7 @@ from codegen.diagnosis.fit.acceptance import exact_sign_flips, random_signs
 from codegen.diagnosis.fit.drive import residual_at_drive, residual_without_levels
 from codegen.diagnosis.fit.identity_cache import OF_MODELS, identity_cache
 from codegen.diagnosis.fit.linear import rms
-from codegen.diagnosis.fit.measure import drive_force, inertial_force
+from codegen.diagnosis.fit.measure import drive_force, inertia_along, inertial_force
 from codegen.diagnosis.fit.residual import Problem, contacts_on, evaluate_forces, slip_velocities
 from codegen.diagnosis.fit.signals import Motion, central_difference
 from codegen.diagnosis.fit.starting_values import resonances, resonant
@@ -80,7 +80,7 @@ def remainders(system: System, motion: Motion, used: NDArray[np.bool_]) -> tuple
         acceleration = variables_of(system, motion, residual, i)["acceleration"]
         inertia = float(np.mean(inertia_along(system, motion, i)))
         found = ringing(residual[:, i], rows[i], acceleration, inertia, motion)
-        return min(found, beyond_noise(system, motion, residual[:, i], rows[i], i))
+        return min(found, 1 - noise_share(system, motion, residual[:, i], rows[i], i))
 
     def changed(i: int) -> ChangesInTime:
         return changed_on(system, motion, residual[:, i], rows[i], columns[i], i)
@@ -180,24 +180,18 @@ def predicted_load(system: System, motion: Motion, residual: Array) -> Array:
     M a itself is that force less the residual, which would follow from it, as noise does.
     """
     reached = np.any(drive_force(system, motion) != 0, axis=0)
-    shares = [1 - noise_share(system, motion, residual, i) for i in range(system.degrees_of_freedom)]
+    shares = [1 - noise_share(system, motion, r, motion.usable, i) for i, r in enumerate(residual.T)]
     return np.asarray(acting_force(system, motion) - np.where(reached, shares, -1.0) * residual)
 
 
-def noise_share(system: System, motion: Motion, residual: Array, i: int) -> float:
-    """Share of the squared residual of one coordinate that is noise of the measured acceleration; at most 1."""
-    whole = float(np.mean(residual[motion.usable, i] ** 2))
-    return min(1.0, inertia_noise(system, motion, i) / whole) if whole > 0 else 0.0
+def noise_share(system: System, motion: Motion, r: Array, rows: NDArray[np.bool_], i: int) -> float:
+    """Share of the squared residual (N,) of one coordinate that is noise of its measured acceleration; at most 1.
 
-
-def beyond_noise(system: System, motion: Motion, r: Array, rows: NDArray[np.bool_], i: int) -> float:
-    """Share of the squared residual (N,) of one coordinate that noise of its measured acceleration does not explain.
-
-    That noise is most of the residual after a coarse encoder. It is the strongest near the cutoff, as a vibration
-    would be, and the force of a spring or a weight has the same noise of the position.
+    It is most of the residual after a coarse encoder. It is the strongest near the cutoff, as a vibration would be, and
+    the force of a spring or a weight has the same noise of the position.
     """
     whole = float(np.mean(r[rows] ** 2)) if rows.any() else 0.0
-    return max(0.0, 1 - inertia_noise(system, motion, i) / whole) if whole > 0 else 0.0
+    return min(1.0, inertia_noise(system, motion, i) / whole) if whole > 0 else 1.0
 
 
 def sliding(system: System, motion: Motion, used: NDArray[np.bool_], i: int) -> NDArray[np.bool_]:
@@ -286,8 +280,9 @@ def variables_of(system: System, motion: Motion, residual: Array, i: int) -> dic
     rate = central_difference(acting_force(system, motion)[:, [i]], motion.sample_time)
     touching = contacts_on(system, i)
     reached = np.any(drive_force(system, motion)[:, i] != 0)
-    share = noise_share(system, motion, residual, i) if reached else 1.0  # without input as in ``predicted_load``
-    noise = share * residual[:, i] / inertia_along(system, motion, i)
+    r = residual[:, i]
+    share = noise_share(system, motion, r, motion.usable, i) if reached else 1.0  # as in ``predicted_load``
+    noise = share * r / inertia_along(system, motion, i)
     return {
         "speed": slip_velocities(system, motion)[:, touching[0]] if touching else v,
         "position": x,
@@ -297,12 +292,6 @@ def variables_of(system: System, motion: Motion, residual: Array, i: int) -> dic
         "time": motion.time,
         "distance since reversal": since_reversal(x, v),
     }
-
-
-def inertia_along(system: System, motion: Motion, i: int) -> Array:
-    """(N,) M_ii along the motion."""
-    column = Matrix([system.mass_matrix[i, i], *[0] * (system.degrees_of_freedom - 1)])
-    return np.asarray(evaluate_forces(system, [column], motion)[0][:, 0])
 
 
 FAR_ABOVE, OF_DRIVE = 10.0, 0.5
@@ -388,7 +377,7 @@ def remainder_columns(system: System, motion: Motion, residual: Array, rows: NDA
     @cache
     def columns(name: str) -> Array:
         if name == "frequency":
-            oscillates = beyond_noise(system, motion, r, rows, i) > 0
+            oscillates = noise_share(system, motion, r, rows, i) < 1
             return line(r, rows, motion) if oscillates else np.ones((len(r), 1))
         along = splines(over[name], POSITION_KNOTS if name == "position" else KNOTS)
         match name:

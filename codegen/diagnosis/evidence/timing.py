@@ -14,11 +14,10 @@ import numpy as np
 
 from codegen.base.arrays import Array
 from codegen.base.text import render
-from codegen.diagnosis.evidence.residual_regression import KNOTS, LEAST_ROWS, inertia_along, since_reversal, splines
+from codegen.diagnosis.evidence.residual_regression import KNOTS, LEAST_ROWS, since_reversal, splines
 from codegen.diagnosis.fit.acceptance import LEAST_SIZE
-from codegen.diagnosis.fit.identity_cache import OF_MODELS, identity_cache
 from codegen.diagnosis.fit.linear import correlation, independent
-from codegen.diagnosis.fit.measure import drive_force
+from codegen.diagnosis.fit.measure import drive_force, inertia_along
 from codegen.diagnosis.fit.residual import Problem, inverse_dynamics_residual
 from codegen.diagnosis.fit.starting_values import DENSE, resonances, resonant
 from codegen.logs import Finding, Log
@@ -203,7 +202,6 @@ def common_lead(leads: Sequence[Lead]) -> float:
     return rows if early < held else 0.0
 
 
-@identity_cache(OF_MODELS)
 def lead_of(problem: Problem, k: int) -> Lead:
     """The lead of input k, by the coordinate where its first estimate is most significant."""
     motion, system = problem.motion, problem.system

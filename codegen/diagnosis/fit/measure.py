@@ -232,6 +232,12 @@ def inertial_force(system: System, motion: Motion) -> Array:
     return motion.low_pass(evaluate_forces(system, [row], motion)[0])
 
 
+def inertia_along(system: System, motion: Motion, i: int) -> Array:
+    """(N,) M_ii along the motion."""
+    column = Matrix([system.mass_matrix[i, i], *[0] * (system.degrees_of_freedom - 1)])
+    return np.asarray(evaluate_forces(system, [column], motion)[0][:, 0])
+
+
 def driving_force(system: System, motion: Motion) -> Array:
     """(N, n) low-passed drive force; the inertial force of a machine that no input drives, such as a free pendulum."""
     drive = motion.low_pass(drive_force(system, motion))

@@ -20,7 +20,7 @@ from codegen.diagnosis.fit.acceptance import independent_share, noise_ratio
 from codegen.diagnosis.fit.force_rows import residual_slopes
 from codegen.diagnosis.fit.identity_cache import identity_cache
 from codegen.diagnosis.fit.joints import JointShooter, Memory, RigidTerms, is_separable, rigid_terms
-from codegen.diagnosis.fit.measure import Drive, drive_force
+from codegen.diagnosis.fit.measure import Drive, drive_force, inertia_along
 from codegen.diagnosis.fit.output_error import (
     FINE_STEP,
     WITHIN,
@@ -33,12 +33,12 @@ from codegen.diagnosis.fit.output_error import (
     shooting_fit,
 )
 from codegen.diagnosis.fit.record import STILL, Record, substeps_of
-from codegen.diagnosis.fit.residual import Problem, evaluate_forces, slip_velocities
+from codegen.diagnosis.fit.residual import Problem, slip_velocities
 from codegen.diagnosis.fit.shooting import Shooter, has_bristles, level_jumps, terms_of
 from codegen.diagnosis.fit.signals import Motion
 from codegen.diagnosis.fit.trial import Part, Runner, Trial
 from codegen.effects.start import size_by_unit
-from codegen.mechanics.system import Matrix, System
+from codegen.mechanics.system import System
 
 LARGEST_RATIO = 50.0
 """Largest ratio of the refit's error to the noise with which candidates are compared."""
@@ -321,9 +321,8 @@ class Search(ModelFits):
         motion, usable = self.motion, self.motion.usable
         forces = np.sqrt(np.mean(drive_force(self.system, motion)[usable] ** 2, axis=0))
         for i in np.flatnonzero(forces == 0):
-            own = Matrix([self.system.mass_matrix[i, i], *[0] * (len(forces) - 1)])
-            mass = evaluate_forces(self.system, [own], motion)[0][usable, 0]
-            forces[i] = _or_one(np.sqrt(np.mean((mass * motion.accelerations[usable, i]) ** 2)))
+            inertial = inertia_along(self.system, motion, int(i)) * motion.accelerations[:, i]
+            forces[i] = _or_one(np.sqrt(np.mean(inertial[usable] ** 2)))
         return np.asarray(forces)
 
     def runners(self, trials: Sequence[Trial], at_once: bool = True) -> list[Runner]:

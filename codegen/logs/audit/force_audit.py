@@ -14,7 +14,7 @@ from codegen.base.arrays import Array
 from codegen.base.significant import in_percent
 from codegen.effects.declare import system_of
 from codegen.logs.audit.changed_columns import Case, changed_columns
-from codegen.logs.audit.force_balance import Balance, Forces, unexplained
+from codegen.logs.audit.force_balance import Balance, Forces, hat_functions, unexplained
 from codegen.logs.audit.input_audit import SCALE_OFF, audit_inputs, audit_undriven, is_constant, not_judged
 from codegen.logs.audit.scales import LONGEST_STEP, scales_of_velocities, wrong_scales
 from codegen.logs.log import Finding, Log
@@ -133,9 +133,8 @@ def _computed_from_position(forces: Forces, spec: Spec, left_out: frozenset[int]
 
 def _without_function_of(x: Array, columns: Array) -> Array:
     """Columns (K, m) less their least-squares piecewise linear functions of x, (K,)."""
-    knots = np.unique(np.quantile(x, np.linspace(0, 1, KNOTS)))
-    hats = np.column_stack([np.interp(x, knots, row) for row in np.eye(len(knots))])
-    gram = hats.T @ hats + 1e-9 * len(x) / len(knots) * np.eye(len(knots))
+    hats = hat_functions(x, KNOTS)
+    gram = hats.T @ hats + 1e-9 * len(x) / len(hats.T) * np.eye(len(hats.T))
     return np.asarray(columns - hats @ np.linalg.solve(gram, hats.T @ columns))
 
 

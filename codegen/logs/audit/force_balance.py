@@ -77,6 +77,15 @@ def unexplained(wanted: Array, others: Array) -> Array:
     return np.asarray(wanted - basis @ np.linalg.lstsq(basis, wanted, rcond=1e-8)[0])
 
 
+def hat_functions(x: Array, most: int) -> Array:
+    """(K, k) piecewise linear functions of a position x, (K,), which add up to 1: one for each of k knots at quantiles.
+
+    ``most``: largest number of knots.
+    """
+    knots = np.unique(np.quantile(x, np.linspace(0, 1, most)))
+    return np.column_stack([np.interp(x, knots, row) for row in np.eye(len(knots))])
+
+
 def correlation(one: Array, other: Array) -> float:
     """The correlation of two forces, (K,), about zero; 0 if one of them is zero."""
     norms = float(np.linalg.norm(one) * np.linalg.norm(other))

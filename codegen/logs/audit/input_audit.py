@@ -5,7 +5,7 @@ scale are right, also if friction is larger than inertia. If a coordinate exceed
 or more, the finding is about that coordinate and not the input.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from math import log
 
@@ -13,7 +13,7 @@ import numpy as np
 
 from codegen.base.arrays import Array
 from codegen.base.errors import Place
-from codegen.logs.audit.force_balance import Forces, correlation, partial_correlation
+from codegen.logs.audit.force_balance import Forces, correlation, hat_functions, partial_correlation
 from codegen.logs.log import Finding, Log
 from codegen.spec.column_units import is_convertible
 from codegen.spec.model import Spec
@@ -92,11 +92,7 @@ def is_constant(values: Array) -> bool:
 def _losses(forces: Forces, j: int) -> Iterator[Array]:
     """(K, n) speed, and declared friction, of each coordinate driven by input j: losses that may differ."""
     n = forces.inertia.shape[1]
-    for i in np.flatnonzero(np.any(forces.driven[j] != 0, axis=0)):
-        for of in (forces.motion[:, n:], forces.friction):
-            loss = np.zeros_like(forces.inertia)
-            loss[:, i] = of[:, i]
-            yield loss
+    return _on_driven(forces, j, lambda i: np.column_stack([forces.motion[:, n + i], forces.friction[:, i]]))
 
 
 def _with_losses(name: str, wanted: Array, given: Array, losses: Array, found: Finding) -> Finding:
@@ -126,13 +122,16 @@ def _with_losses(name: str, wanted: Array, given: Array, losses: Array, found: F
 
 def _over_positions(forces: Forces, j: int) -> Iterator[Array]:
     """(K, n) piecewise linear functions of the position of each coordinate driven by input j."""
+    return _on_driven(forces, j, lambda i: hat_functions(forces.motion[:, i], KNOTS))
+
+
+def _on_driven(forces: Forces, j: int, terms: Callable[[int], Array]) -> Iterator[Array]:
+    """(K, n) each of the ``terms``, (K, k), on each coordinate driven by input j."""
     for i in np.flatnonzero(np.any(forces.driven[j] != 0, axis=0)):
-        x = forces.motion[:, i]
-        knots = np.unique(np.quantile(x, np.linspace(0, 1, KNOTS)))
-        for row in np.eye(len(knots)):
-            curve = np.zeros_like(forces.inertia)
-            curve[:, i] = np.interp(x, knots, row)
-            yield curve
+        for term in terms(i).T:
+            force = np.zeros_like(forces.inertia)
+            force[:, i] = term
+            yield force
 
 
 def _with_undeclared(name: str, wanted: Array, given: Array, curves: Array, found: Finding) -> Finding:
