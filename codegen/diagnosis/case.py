@@ -17,7 +17,6 @@ import sympy
 from codegen.base.arrays import Array
 from codegen.base.errors import BadInput
 from codegen.base.progress import begin
-from codegen.base.text import render
 from codegen.diagnosis.evidence.residual_regression import events_of, inertia_noise
 from codegen.diagnosis.evidence.timing import acting_earlier, input_leads
 from codegen.diagnosis.fit.force_rows import force_rows, information, residual_sizes
@@ -221,7 +220,7 @@ def holds_segments(log: Log, motion: Motion, split: int) -> bool:
 
 def _warning(say: str, topic: str, **given: Any) -> Finding:
     """A warning in the words of its template, of which ``say`` and ``given`` are the arguments."""
-    return Finding("warning", topic, " ".join(render("text/case.j2", say=say, **given).split()))
+    return Finding.said("warning", topic, "case", say, {}, **given)
 
 
 def _above(log: Log, motion: Motion) -> Array:

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
 from codegen.base.arrays import Array, Flags
+from codegen.base.text import render
 from codegen.logs.description import EMPTY_DESCRIPTION, LogDescription
 from codegen.spec.model import Spec
 
@@ -29,6 +30,14 @@ class Finding:
     topic: str
     words: str
     figures: Mapping[str, float] = field(default_factory=dict)
+
+    @classmethod
+    def said(
+        cls, severity: Severity, topic: str, template: str, say: str, figures: Mapping[str, float], **given: Any
+    ) -> Finding:
+        """The finding in the words ``say`` of a template in templates/text, of which ``given`` are the arguments."""
+        words = render(f"text/{template}.j2", say=say, **given).strip().replace("\n", " ")
+        return cls(severity, topic, words, figures)
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 
 from codegen.base.arrays import Array
-from codegen.base.text import render
 from codegen.diagnosis.evidence.residual_regression import KNOTS, LEAST_ROWS, since_reversal, splines
 from codegen.diagnosis.fit.acceptance import LEAST_SIZE
 from codegen.diagnosis.fit.linear import correlation, independent
@@ -180,8 +179,7 @@ def overcorrection_finding(w: str, kind: str, lead: float, delay: float, left: f
 def _finding(say: str, what: str, log: Log, figures: Mapping[str, float], **given: Any) -> Finding:
     """A warning on the timing of ``what``; ``say``, ``given``: as of the template."""
     about = {"h": log.sample_time, "measured": log.description.measured_inputs}
-    words = render("text/timing.j2", say=say, **about, **given)
-    return Finding("warning", f"timing of {what}", " ".join(words.split()), figures)
+    return Finding.said("warning", f"timing of {what}", "timing", say, figures, **about, **given)
 
 
 def common_lead(leads: Sequence[Lead]) -> float:

@@ -11,7 +11,6 @@ from collections.abc import Iterator
 import numpy as np
 
 from codegen.base.arrays import Array
-from codegen.base.significant import in_percent
 from codegen.effects.declare import system_of
 from codegen.logs.audit.changed_columns import Case, changed_columns
 from codegen.logs.audit.force_balance import Balance, Forces, hat_functions, unexplained
@@ -123,12 +122,9 @@ def _computed_from_position(forces: Forces, spec: Spec, left_out: frozenset[int]
         free = unexplained(left[:, 2], left[:, 3:])  # of the inertia force, by friction and damping
         if share > COMPUTED or other < least or free @ free <= (1 - SWINGING) * (left[:, 2] @ left[:, 2]):
             continue
-        words = (
-            f"The input's force on {c.name} is a function of {c.name} alone, to {in_percent(share)}, as from a "
-            f"controller that compensates gravity. The motion takes another {in_percent(other)}: what moves the "
-            "machine (a hand?) is in no column, so friction, inertia and effects cannot be learnt from this log."
-        )
-        yield Finding("problem", f"input computed from {c.name}", words, {"share": share, "taken": other})
+        figures = {"share": share, "taken": other}
+        topic = f"input computed from {c.name}"
+        yield Finding.said("problem", topic, "input_audit", "computed", figures, x=c.name, **figures)
 
 
 def _without_function_of(x: Array, columns: Array) -> Array:
@@ -162,12 +158,6 @@ def _without_sign(forces: Forces, log: Log, spec: Spec) -> Iterator[Finding]:
         rising, falling = float(own[up].mean()), float(own[down].mean())
         if max(rising, falling) > ALIKE * min(rising, falling):
             continue
-        c, never = spec.coordinates[at], "negative" if values.max() > 0 else "positive"
-        ratio = falling / rising
-        words = (
-            f"{i.name} is never {never}, though {c.name} moves both ways, and its force is about as large while "
-            f"{c.name} falls as while it rises ({ratio:.2g} times). It looks like a magnitude without its sign, as "
-            "some servos report their current: then no sign or scale restores it, and no dynamics can be learnt from "
-            "it. Or a weight acts that the spec lacks."
-        )
-        yield Finding("warning", f"{SIGN_OF}{i.name}", words, {"falling_over_rising": ratio})
+        given = {"name": i.name, "x": spec.coordinates[at].name, "positive": values.max() > 0}
+        figures = {"falling_over_rising": falling / rising}
+        yield Finding.said("warning", f"{SIGN_OF}{i.name}", "input_audit", "no sign", figures, **given, **figures)

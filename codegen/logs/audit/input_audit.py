@@ -6,15 +6,15 @@ or more, the finding is about that coordinate and not the input.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import replace
 from math import log
+from typing import Any
 
 import numpy as np
 
 from codegen.base.arrays import Array
 from codegen.base.errors import Place
 from codegen.logs.audit.force_balance import Forces, correlation, hat_functions, partial_correlation
-from codegen.logs.log import Finding, Log
+from codegen.logs.log import Finding, Log, Severity
 from codegen.spec.column_units import is_convertible
 from codegen.spec.model import Spec
 from codegen.spec.motion import KinematicTree
@@ -79,8 +79,14 @@ def audit_inputs(forces: Forces, spec: Spec, outside: Finding | None, log: Log) 
         if own_problem and factor < 0 and found.figures.get("against_gravity", 0.0) >= 0:
             curves = np.array([stacked(curve) for curve in _over_positions(forces, j)])
             found = _with_undeclared(name, own, columns[j], curves, found)
-        other_links = found.severity == "problem" and factor > 0 and _are_links_wrong(forces, spec, j, float(factor))
-        yield _as_wrong_links(name, float(factor), found) if other_links else found
+        if found.severity == "problem" and factor > 0 and _are_links_wrong(forces, spec, j, float(factor)):
+            found = _said("warning", found.topic, found.figures, "links", name=name, factor=factor)
+        yield found
+
+
+def _said(severity: Severity, topic: str, figures: Mapping[str, float], say: str, **given: Any) -> Finding:
+    """A finding in words of templates/text/input_audit.j2, as by ``Finding.said``."""
+    return Finding.said(severity, topic, "input_audit", say, figures, **given)
 
 
 def is_constant(values: Array) -> bool:
@@ -109,15 +115,9 @@ def _with_losses(name: str, wanted: Array, given: Array, losses: Array, found: F
     factor, alone = partial_correlation(wanted, given, losses.T)
     if alone < MATCHED or not 1 / SCALE_OFF < factor < SCALE_OFF:
         return found
+    figures, near = {**found.figures, "factor_beside_losses": factor}, 1 / NEAR_UNIT < factor < NEAR_UNIT
     whole = found.figures["factor"]
-    lacks = "lacks it or declares it too small, as a motor's back-EMF at a voltage"
-    near = 1 / NEAR_UNIT < factor < NEAR_UNIT
-    rest = "That is no wrong scale." if near else "The rest may be a wrong mass, gain or scale."
-    words = (
-        f"The motion takes {whole:.3g} times the force of {name}, but {factor:.3g} times if a damping or a friction "
-        f"is fitted too. The spec {lacks if whole < 1 else 'declares it too large'}. {rest}"
-    )
-    return Finding("warning", found.topic, words, {**found.figures, "factor_beside_losses": factor})
+    return _said("warning", found.topic, figures, "losses", name=name, whole=whole, factor=factor, near=near)
 
 
 def _over_positions(forces: Forces, j: int) -> Iterator[Array]:
@@ -128,7 +128,7 @@ def _over_positions(forces: Forces, j: int) -> Iterator[Array]:
 def _on_driven(forces: Forces, j: int, terms: Callable[[int], Array]) -> Iterator[Array]:
     """(K, n) each of the ``terms``, (K, k), on each coordinate driven by input j."""
     for i in np.flatnonzero(np.any(forces.driven[j] != 0, axis=0)):
-        for term in terms(i).T:
+        for term in terms(int(i)).T:
             force = np.zeros_like(forces.inertia)
             force[:, i] = term
             yield force
@@ -145,13 +145,8 @@ def _with_undeclared(name: str, wanted: Array, given: Array, curves: Array, foun
     factor, alone = partial_correlation(wanted, given, curves.T)
     if alone < MATCHED or not 1 / SCALE_OFF < factor < SCALE_OFF:
         return found
-    words = (
-        f"The force of {name} runs against the force that the motion takes (correlation "
-        f"{found.figures['correlation']:.2f}), but agrees with it if a force over the position is fitted too (factor "
-        f"{factor:.3g}): the sign of {name} is right. The spec lacks such a force, as of a weight or a spring, or has "
-        "it with a wrong sign or size."
-    )
-    return Finding("warning", found.topic, words, {**found.figures, "factor_beside_positions": factor})
+    figures, fit = {**found.figures, "factor_beside_positions": factor}, found.figures["correlation"]
+    return _said("warning", found.topic, figures, "undeclared", name=name, fit=fit, factor=factor)
 
 
 def _are_links_wrong(forces: Forces, spec: Spec, j: int, factor: float) -> bool:
@@ -167,19 +162,9 @@ def _are_links_wrong(forces: Forces, spec: Spec, j: int, factor: float) -> bool:
     return all(seen > PART_SEEN and abs(log(level)) < abs(log(level * factor)) for level, seen in found)
 
 
-def _as_wrong_links(name: str, factor: float, found: Finding) -> Finding:
-    """The finding on an input's scale as a warning that the links have other masses."""
-    words = (
-        f"With the declared links the motion takes {factor:.3g} times the force of {name}, but the declared friction "
-        f"fits {name}. That is no wrong scale, rather other masses of the links, as with an unknown load."
-    )
-    return Finding("warning", found.topic, words, found.figures)
-
-
 def not_judged(name: str, before: str) -> Finding:
     """The finding on an input that cannot be judged; ``before``: what must be done for that, as a clause."""
-    words = f"Sign and scale of {name} are not judged before {before}."
-    return Finding("info", f"sign and scale of {name}", words)
+    return _said("info", f"sign and scale of {name}", {}, "not judged", name=name, before=before)
 
 
 def _finding_on(
@@ -200,20 +185,15 @@ def _finding_on(
         seen = _seen(given, parts)
         figures |= {f"against_{what.split()[0]}": value for what, value in seen.items()}
         line = f"({log.scale_lines({name: -1.0}, spec)} in meta.yaml beside the log reverses {name}.)"
-        return Finding("problem", topic, _flipped(name, fit, seen, line), figures)
+        opposed = [what for what, value in seen.items() if value < 0]
+        return _said("problem", topic, figures, "sign", name=name, fit=fit, seen=list(seen), opposed=opposed, line=line)
     matched = fit > MATCHED
     if outside is not None and (factor >= SCALE_OFF if matched else outside.figures["times"] >= FAR_OUTSIDE):
-        words = (
-            f"{outside.words}, and the motion takes {factor:.3g} times the force of {name}. Check unit and scale of "
-            f"this coordinate, or the envelope."
-        )
-        return replace(outside, words=words, figures={**figures, **outside.figures})
+        about = {"outside": outside.words, "factor": factor, "name": name}
+        return _said(outside.severity, outside.topic, {**figures, **outside.figures}, "outside", **about)
     if matched and not 1 / SCALE_OFF < factor < SCALE_OFF:
         return _wrong_scale(name, figures, wanted, given, spec, log)
-    words = f"Sign and scale of {name} fit the motion (factor {factor:.3g}, correlation {fit:.2f})."
-    if fit < MATCHED:
-        words = f"The motion does not show whether sign and scale of {name} are right (correlation {fit:.2f})."
-    return Finding("info", topic, words, figures)
+    return _said("info", topic, figures, "not shown" if fit < MATCHED else "fits", name=name, factor=factor, fit=fit)
 
 
 def _wrong_scale(name: str, figures: Mapping[str, float], wanted: Array, given: Array, spec: Spec, log: Log) -> Finding:
@@ -227,18 +207,9 @@ def _wrong_scale(name: str, figures: Mapping[str, float], wanted: Array, given: 
     at_small = float(wanted[small] @ given[small]) / float(given[small] @ given[small])
     figures = {**figures, "factor_at_small_input": at_small}
     if 1 / SCALE_OFF < at_small < SCALE_OFF:
-        words = (
-            f"The motion takes {factor:.3g} times the force of {name}, but {at_small:.3g} times where {name} is "
-            f"small. That is no wrong scale, rather a limit of {name} or another nonlinearity."
-        )
-        return Finding("warning", topic, words, figures)
-    words = (
-        f"The scale of input {name} is off by a factor of {factor:.3g}: the motion takes that many times its "
-        f"force. Check its unit, its factor in `force`, whether it saturates, and the declared masses, friction "
-        f"levels, damping, gravity and springs. "
-        f"{_unit_or_scale(name, factor, spec, log)}"
-    )
-    return Finding("problem", topic, words, figures)
+        return _said("warning", topic, figures, "limit", name=name, factor=factor, at_small=at_small)
+    remedy = _unit_or_scale(name, factor, spec, log)
+    return _said("problem", topic, figures, "scale", name=name, factor=factor, remedy=remedy)
 
 
 def _seen(given: Array, parts: Mapping[str, Array]) -> dict[str, float]:
@@ -251,31 +222,6 @@ def _seen(given: Array, parts: Mapping[str, Array]) -> dict[str, float]:
     return {what: correlation for what, correlation in found.items() if abs(correlation) > PART_SEEN}
 
 
-def _flipped(name: str, fit: float, seen: Mapping[str, float], line: str) -> str:
-    """The message on a wrong sign: of the input, or of the modelled forces that show in the log."""
-    fact = f"the force it gives runs against the force that the motion takes (correlation {fit:.2f})"
-    against = [what for what, value in seen.items() if value < 0]
-    agreeing = " and ".join(what for what in seen if what not in against)
-    if against == ["gravity and springs"] and agreeing:
-        return (
-            f"The modelled gravity and springs run against the force that input {name} gives, while {agreeing} agree "
-            f"with it. Check the sign of gravity and springs in the spec, or the zero of a position (a pendulum's "
-            f"may be half a turn off), and not the sign of {name}. (All together, {fact}.)"
-        )
-    if against and not agreeing and ("inertia" in seen or "friction" in seen):
-        return (
-            f"The sign of input {name} seems flipped, in the log or in `force` of the spec, or that of the coordinate "
-            f"it drives: {fact}. {line}"
-        )
-    which = f"only {' and '.join(seen)} can be seen in it" if seen else "no single modelled force can be seen in it"
-    if against and agreeing:
-        which = f"{' and '.join(against)} run against it and {agreeing} do not"
-    return (
-        f"The sign of input {name} seems flipped, or that of the coordinate it drives, or of a force in the spec: "
-        f"{fact}. This log cannot tell which: {which}. {line}"
-    )
-
-
 def audit_undriven(forces: Forces, spec: Spec, outside: Finding | None) -> Iterator[Finding]:
     """Findings on the modelled force on each coordinate on which no input acts."""
     for i, c in enumerate(spec.coordinates):
@@ -286,22 +232,16 @@ def audit_undriven(forces: Forces, spec: Spec, outside: Finding | None) -> Itera
             continue
         fit, slope = correlation(modelled, inertia), float(modelled @ inertia) / float(modelled @ modelled)
         figures, off = {"factor": slope, "correlation": fit}, not 1 / SCALE_OFF < slope < SCALE_OFF
-        topic = f"force on {c.name}"
+        topic, about = f"force on {c.name}", {"name": c.name, "factor": slope, "fit": fit}
         if fit < FLIPPED:
-            words = f"The force modelled on {c.name} runs against its acceleration: a sign seems flipped."
-            yield Finding("problem", topic, words, figures)
+            yield _said("problem", topic, figures, "undriven sign", **about)
         elif outside is not None and outside.figures["times"] >= FAR_OUTSIDE and off:
-            words = f"{outside.words}. Check its unit and scale."
-            yield replace(outside, words=words, figures={**figures, **outside.figures})
+            figures |= outside.figures
+            yield _said(outside.severity, outside.topic, figures, "undriven outside", outside=outside.words)
         elif fit > MATCHED and off:
-            words = (
-                f"The modelled force on {c.name} is off by a factor of {slope:.3g} from mass times acceleration. Check "
-                f"the mass of {c.name} and the parameters of `force` in the spec, and its unit in the log."
-            )
-            yield Finding("problem", topic, words, figures)
+            yield _said("problem", topic, figures, "undriven scale", **about)
         else:
-            words = f"The force modelled on {c.name} correlates with mass times acceleration by {fit:.2f}."
-            yield Finding("info", topic, words, figures)
+            yield _said("info", topic, figures, "undriven", **about)
 
 
 def _unit_or_scale(name: str, factor: float, spec: Spec, log: Log) -> str:

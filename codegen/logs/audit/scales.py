@@ -21,18 +21,18 @@ If the time is c times too long, speeds appear divided by c and accelerations by
 Inertia alone does not distinguish c from a mass that is too small; damping, friction and springs do.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from itertools import chain
+from typing import Any
 
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from codegen.base.significant import in_percent
 from codegen.logs.audit.changed_columns import Case
 from codegen.logs.audit.force_balance import Forces
 from codegen.logs.audit.input_audit import MATCHED, SCALE_OFF, other_units
-from codegen.logs.log import Finding
+from codegen.logs.log import Finding, Severity
 from codegen.logs.motion import scaled
 from codegen.logs.uniform import earlier
 from codegen.spec.model import Spec, symbol
@@ -110,6 +110,11 @@ def _wrong_positions(case: Case, steady: frozenset[int], outside: Finding | None
     return [Finding(f.severity, f.topic, f.words, {**f.figures, **known.get(f.topic, {})}) for f in found]
 
 
+def _said(severity: Severity, x: str, figures: Mapping[str, float], say: str, **given: Any) -> Finding:
+    """A finding on the scale of a coordinate ``x`` in words of templates/text/scales.j2, as by ``Finding.said``."""
+    return Finding.said(severity, f"scale of {x}", "scales", say, figures, x=x, **given)
+
+
 def _off_scale(case: Case, steady: frozenset[int]) -> list[Finding]:
     """Findings on coordinates by the ratio of inertia to friction, or to the inputs' force."""
     forces, found = case.forces, []
@@ -121,22 +126,12 @@ def _off_scale(case: Case, steady: frozenset[int]) -> list[Finding]:
         (inertia, r_inertia), (friction, r_friction) = forces.inertia_factor(i), forces.friction_factor(i)
         fits = r_friction > FRICTION_SHOWN and 1 / FRICTION_FITS < friction < FRICTION_FITS
         if sizes[0] > TOO_MUCH * sizes[1] and float(required @ push) < MATCHED * sizes[0] * sizes[1]:
-            times = sizes[0] / sizes[1]
-            why = f"its motion requires {times:.3g} times the force of the inputs, and does not correlate with it"
-            figures = {"times": times}
+            figures = {"times": sizes[0] / sizes[1]}
         elif fits and r_inertia > INERTIA_SHOWN and not 1 / SUSPECT < inertia < SUSPECT:
-            why = (
-                f"the input fits the declared friction on {c.name} (factor {friction:.2g}), but {inertia:.3g} times "
-                "the declared inertia"
-            )
             figures = {"inertia": inertia, "friction": friction, "correlation": r_inertia}
         else:
             continue
-        words = (
-            f"The scale of {c.name} or of time seems off: {why}. Check unit and scale of {c.name} and t, and the "
-            f"parameters of its mass and `force` in the spec."
-        )
-        found.append(Finding("problem", f"scale of {c.name}", words, figures))
+        found.append(_said("problem", c.name, figures, "off", **figures))
     return found
 
 
@@ -160,15 +155,9 @@ def _other_unit(case: Case, tried_anyway: bool) -> Finding | None:
     now = case.forces.misfit
     if least > FITS or least > BETTER * min([now, *(misfit for misfit, k, *_ in tried if k != j)]):
         return None
-    c = case.spec.coordinates[j]
-    words = (
-        f"The scale of {c.name} seems off: is {c.name} in {unit}? As {case.log.units.get(c.name, c.unit)}, "
-        f"{in_percent(now)} of the squared forces stay unbalanced; as {unit}, {in_percent(least)}. "
-        f"(`units: {{{c.name}: {unit}}}` in meta.yaml beside the log)"
-    )
-    return Finding(
-        "problem", f"scale of {c.name}", words, {"misfit": now, "misfit_scaled": least, "factor": 1 / factor}
-    )
+    c, figures = case.spec.coordinates[j], {"misfit": now, "misfit_scaled": least, "factor": 1 / factor}
+    read = case.log.units.get(c.name, c.unit)
+    return _said("problem", c.name, figures, "unit", unit=unit, read=read, now=now, least=least)
 
 
 def scales_of_velocities(case: Case) -> Iterator[Finding]:
@@ -188,16 +177,9 @@ def scales_of_velocities(case: Case) -> Iterator[Finding]:
         meant = [other for other, by in other_units(unit, UNITS) if abs(by * factor - 1) < NEAR]
         key = f"`units: {{{c.name}: {meant[0]}}}`" if meant else log.scale_lines({c.name: 1 / factor}, case.spec)
         speed = log.units.get(c.velocity, f"{c.unit}/s")
-        other = [
-            f"; if it is {c.velocity}: `units: {{{c.velocity}: {u}}}`"
-            for u, by in other_units(speed, SPEEDS)
-            if abs(by / factor - 1) < NEAR
-        ]
-        words = (
-            f"{c.name} moves {factor:.3g} times as far as the measured {c.velocity} says: one of the two has a wrong "
-            f"scale or sign. If it is {c.name}: {key}{''.join(other)} in meta.yaml beside the log."
-        )
-        yield Finding("warning", f"scale of {c.name}", words, {"factor": factor})
+        speeds = [other for other, by in other_units(speed, SPEEDS) if abs(by / factor - 1) < NEAR]
+        given = {"factor": factor, "v": c.velocity, "key": key, "speeds": speeds}
+        yield _said("warning", c.name, {"factor": factor}, "velocity", **given)
 
 
 @dataclass(frozen=True)
@@ -245,40 +227,34 @@ def _position_scale(case: Case, j: int) -> Finding | None:
     if by_mass.misfit <= ALIKE * position.misfit and 1 / INERTIA_OFF < by_mass.factor < INERTIA_OFF:
         rivals.append(f"the declared inertia is {by_mass.factor:.3g} times too large")
     gear, ratio = _gear_ratio(case.spec, k)
-    side = f"on the other side of a gear (the parameter {gear} has this value)" if gear else "before a gear"
-    words = (
-        f"The scale of {c.name} seems off by a factor of {k:.3g}. As read, {in_percent(plain.misfit)} of the squared "
-        f"forces stay unbalanced; divided by it, with the declared inertia, {in_percent(position.misfit)}. Is it "
-        f"measured {side}, or in another unit? "
-        f"({case.log.scale_lines({c.name: 1 / ratio}, case.spec)} in meta.yaml beside the log){excluded}"
-    )
-    if rivals:
-        words += f" This log cannot tell that from another cause: {'; or '.join(rivals)}."
     sure = not rivals and position.level_fits and not 1 / SURE < k < SURE
     figures = {"factor": k, "level": position.level, "misfit": plain.misfit, "misfit_scaled": position.misfit}
-    return Finding("problem" if sure else "warning", f"scale of {c.name}", words, figures)
+    given = {"k": k, "plain": plain.misfit, "left": position.misfit, "level": position.level, "gear": gear}
+    given |= {"line": case.log.scale_lines({c.name: 1 / ratio}, case.spec), "rivals": rivals, "excluded": excluded}
+    return _said("problem" if sure else "warning", c.name, figures, "position", **given)
 
 
-def _other_inputs(case: Case, j: int, position: Explanation, found: Forces) -> tuple[list[str], str] | None:
-    """In words, the wrong scale of an input as another explanation, and why it is excluded; None if it is better."""
+def _other_inputs(
+    case: Case, j: int, position: Explanation, found: Forces
+) -> tuple[list[str], dict[str, Any] | None] | None:
+    """A wrong scale of an input as another explanation: in words, and the one that is excluded; None if it is better.
+
+    Of the one that is excluded the name, factor and friction level.
+    """
     driving = [i.name for i, force in zip(case.spec.inputs, case.forces.driven, strict=True) if np.any(force[:, j])]
     if len(driving) != 1:
-        return [], ""
+        return [], None
     name, by_input = driving[0], _best(lambda c: _balance(case.forces, j, given=c), position.factor)
     shows_friction = found.friction_factor(j)[1] > FRICTION_SHOWN
     better = shows_friction and by_input.level_fits and not position.level_fits
     if better or by_input.misfit * ALIKE < position.misfit:
         return None
     if by_input.misfit > ALIKE * position.misfit:
-        return [], ""
+        return [], None
     if shows_friction and position.level_fits and not by_input.level_fits:
-        return [], (
-            f" If {name} were {by_input.factor:.3g} times too small instead, the log would show {by_input.level:.2g} "
-            f"times the declared friction; with {case.spec.coordinates[j].name} corrected it shows "
-            f"{position.level:.2g} times."
-        )
+        return [], {"name": name, "factor": by_input.factor, "level": by_input.level}
     line = case.log.scale_lines({name: by_input.factor}, case.spec)
-    return [f"{name} is {by_input.factor:.3g} times too small ({line})"], ""
+    return [f"{name} is {by_input.factor:.3g} times too small ({line})"], None
 
 
 def _wrong_time(case: Case) -> Finding | None:
@@ -316,15 +292,10 @@ def _wrong_time(case: Case) -> Finding | None:
     likely = next(r for n in range(1, 5) if abs((r := float(f"{rate * c:.{n}g}")) / (rate * c) - 1) <= RATE_KNOWN)
     stamped = "t" in log.raw_data.columns
     line = log.scale_lines({"t": rate / likely}, spec) if stamped else f"`sample_rate_hz: {likely:g}`"
-    off = f"{c:.3g} times too long" if c > 1 else f"{1 / c:.3g} times too short"
-    words = (
-        f"The time of the log seems {off}: as read, at {rate:.4g} Hz, {in_percent(plain.misfit)} of the squared forces "
-        f"stay unbalanced; at about {likely:g} Hz, {in_percent(time.misfit)}; at {rate:.4g} Hz with "
-        f"{1 / by_mass.factor:.3g} times the declared masses, {in_percent(by_mass.misfit)}. Is the sample rate right? "
-        f"({line} in meta.yaml beside the log)"
-    )
     figures = {"factor": c, "misfit": plain.misfit, "misfit_scaled": time.misfit, "misfit_by_mass": by_mass.misfit}
-    return Finding("warning", SCALE_OF_TIME, words, figures)
+    given = {"c": c, "rate": rate, "likely": likely, "mass": 1 / by_mass.factor, "line": line}
+    given |= {"plain": plain.misfit, "left": time.misfit, "by_mass": by_mass.misfit}
+    return Finding.said("warning", SCALE_OF_TIME, "scales", "time", figures, **given)
 
 
 def _acting_later(case: Case, delay: float) -> Forces:
