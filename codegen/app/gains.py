@@ -359,7 +359,7 @@ def _failure_json(failure: Failure | None) -> dict[str, Any] | None:
         "gains": dict(failure.gains),
         "operating_point": dict(failure.point),
         "eigenvalue": [failure.eigenvalue.real, failure.eigenvalue.imag] if finite else None,
-        "conditions": [{"name": c.name, "value": c.value} for c in failure.conditions],
+        "conditions": [{"name": c.label, "value": c.value} for c in failure.conditions],
         "largest_sample_time": failure.largest_sample_time,
     }
 

@@ -80,9 +80,9 @@ def texts(rows: list[list[Any]]) -> list[list[str]]:
     return [[rational_text(e) for e in row] for row in rows]
 
 
-def rational_above(value: Any) -> Any:
+def rational_above(value: Any) -> Fraction:
     """An upper bound of a SymPy number: the number if it is rational, else a decimal of 12 digits."""
-    return value if value.is_Rational else upwards(float(value) * (1 + 1e-12), 12)
+    return fraction(value) if value.is_Rational else upwards(float(value) * (1 + 1e-12), 12)
 
 
 def fraction(value: Any) -> Fraction:
@@ -91,6 +91,6 @@ def fraction(value: Any) -> Fraction:
     return Fraction(int(exact.p), int(exact.q))
 
 
-def upwards(value: float, digits: int) -> Any:
-    """The value rounded up to so many significant digits, as an exact rational."""
-    return sympy.Rational(str(Context(prec=digits, rounding=ROUND_CEILING).plus(Decimal(float(value)))))
+def upwards(value: float, digits: int) -> Fraction:
+    """The value rounded up to so many significant digits, exact."""
+    return Fraction(Context(prec=digits, rounding=ROUND_CEILING).plus(Decimal(float(value))))

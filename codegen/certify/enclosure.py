@@ -118,7 +118,7 @@ def enclose_family(family: Family, breaks: Mapping[sympy.Symbol, Sequence[Fracti
     enclosure = Enclosure(family)  # raises NotEnclosable before the partition is sought
     breaks = partition(family) if breaks is None else breaks
     grid = {v: breaks.get(v, ends) for v, ends in exact_ranges(family).items()}
-    splits = {v: [sympy.Rational(b.numerator, b.denominator) for b in bs] for v, bs in grid.items() if len(bs) > 2}
+    splits = {v: [*bs] for v, bs in grid.items() if len(bs) > 2}
     return Cells(splits, enclosure.vertices(cells_of(grid)))
 
 

@@ -9,11 +9,9 @@ import json
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
-from fractions import Fraction
 from typing import Any
 
 import numpy as np
-import sympy
 from scipy.linalg import matrix_balance
 
 from codegen.analysis.analysis import Analysis
@@ -178,9 +176,9 @@ def _point(analysis: Analysis, family: Family, known: Mapping[str, float]) -> di
         if v == PI:
             return None
         if v.name in known:
-            value = sympy.Rational(Fraction(f"{known[v.name]:.6g}"))
+            value = rounded(known[v.name], 6)
         elif v in slips and {s.name for s in slips[v].free_symbols} <= set(known):
-            value = slips[v].subs({s: sympy.Rational(f"{known[s.name]:.6g}") for s in slips[v].free_symbols})
+            value = slips[v].subs({s: rounded(known[s.name], 6) for s in slips[v].free_symbols})
         elif v in family.bounded:
             atom = family.bounded[v]
             value = atom.subs({s: result[s.name] for s in atom.free_symbols if s.name in result})

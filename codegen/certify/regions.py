@@ -239,8 +239,7 @@ class RegionSearch:
         }
         stack = self._enclosures[id(family.matrix)].vertices({**ends, **cell} for cell in cells_of(breaks))
         best = common_lyapunov(stack, self.h, near=NEAR)
-        exact = {v: [sympy.Rational(x.numerator, x.denominator) for x in points] for v, points in breaks.items()}
-        return None if best is None else replace(_found(family, stack, best, "sliding"), splits=exact)
+        return None if best is None else replace(_found(family, stack, best, "sliding"), splits=breaks)
 
     def _holds(self, states: list[Any], slips: tuple[float, float], rate: float) -> bool:
         """Whether a common P with this decay rate, 1/s, is found for a box."""

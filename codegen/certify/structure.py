@@ -1,22 +1,16 @@
 """Certificates by structure, for any M(x): a Lyapunov function under which the error of a tracker decouples into modes.
 
-One mode is certified, for an interval that contains the eigenvalues of all modes. That the mode represents the whole
-error is theorem 8 of docs/certificate_theory.md, which the checker does not check. What the theorem needs of M(x) over
-the envelope (``Extremes``) is an assumption: it is estimated by optimisation, not proved.
+One mode is certified, for an interval that contains the eigenvalues ν of all modes, those of G M⁻¹, G = −K_2 symmetric
+and positive definite. That the mode represents the whole error is theorem 8 of docs/certificate_theory.md, which the
+checker does not check, and which defines r, φ, d, T, κ, μ, ζ and η. What the theorem needs of M(x) over the envelope
+(``Extremes``) is an assumption: it is estimated by optimisation, not proved.
 
-**Measured velocity.** With G = −K_2 symmetric and positive definite, e[k+1] = (I − h G M⁻¹(x)) e[k]. V = e'G⁻¹e
-becomes at most max_ν (1 − hν)² V, ν the eigenvalues of G M⁻¹. The scalar step 1 − hν is certified for ν in an interval.
+- Measured velocity: e[k+1] = (I − h G M⁻¹(x)) e[k]. The scalar step 1 − hν is certified.
+- Estimated velocity, K_v = k I: with velocity errors e_v, force errors e_f and D = M⁻¹ ∂g/∂v the step is
 
-**Estimated velocity, K_v = k I.** In velocity errors e_v and force errors e_f the step is, with D = M⁻¹ ∂g/∂v,
+      e_v[k+1] = e_v − h k e_v − h M⁻¹ e_f + h D e_v,    e_f[k+1] = e_f + h k G e_v,
 
-    e_v[k+1] = e_v − h k e_v − h M⁻¹ e_f + h D e_v,    e_f[k+1] = e_f + h k G e_v,
-
-G symmetric. With u = G^½ e_v, f = G^(−½) e_f, T = G^(−½) M G^(−½) and β = hk/2 let
-
-    V = |f + βu|² + a (u + κf)' T (u + κf).
-
-For a mode, σ = √ν, let r, φ and d be one component of T^½(u + κf), f + βu and T^½G^½(D + ζI)e_v. The 3 by 3 matrix of
-``mode_step`` maps (r, φ, d) to ((1 + μh/2) r⁺, φ⁺, η T^½u), r⁺ and φ⁺ after a step with M held.
+  and V = |f + βu|² + a (u + κf)' T (u + κf), β = hk/2. The 3 by 3 step of (r, φ, d) is certified (``mode_step``).
 
 M⁻¹ and ∂g/∂v are taken from the sampled error matrix: its upper right block is −M⁻¹(x), its upper left block
 −k I + M⁻¹∂g/∂v. L is the Cholesky factor, M = L L', and |e|_M = √(e'Me).

@@ -103,7 +103,7 @@ def test_a_wrong_sign_is_infeasible_with_condition_and_numbers() -> None:
     assert failure.which == "continuous"
     assert failure.largest_sample_time == 0
     (condition,) = failure.conditions
-    assert condition.name == "c0"
+    assert condition.label == "c0"
     assert condition.value == pytest.approx(-50 * failure.gains["K_2"] / MASS, rel=1e-6)
     assert failure.eigenvalue.real > 0
 
@@ -115,7 +115,7 @@ def test_too_long_a_sample_time_is_infeasible_and_says_which_would_do() -> None:
     assert failure.which == "sampled"
     assert failure.gains == {"K_F": pytest.approx(100)}
     assert failure.eigenvalue == pytest.approx(1 - 0.1 * 100 / MASS)
-    assert [c.name for c in failure.conditions] == ["p(z=-1)"]
+    assert [c.label for c in failure.conditions] == ["p(z=-1)"]
     assert failure.largest_sample_time == pytest.approx(2 * MASS / 100)
 
 

@@ -7,18 +7,10 @@ import numpy as np
 import sympy
 
 from codegen.analysis.analysis import largest_euler_steps
-from codegen.analysis.conditions import SYMBOLIC_ORDER
+from codegen.analysis.conditions import SYMBOLIC_ORDER, Condition
 from codegen.analysis.feasibility.gain_dynamics import GainDynamics, Settings
 from codegen.analysis.feasibility.region import LIMIT
 from codegen.analysis.polynomials import jury, routh_hurwitz
-
-
-@dataclass(frozen=True)
-class FailedCondition:
-    """A condition that is not positive; ``name`` is its label in the output of `stiction derive`."""
-
-    name: str
-    value: float
 
 
 @dataclass(frozen=True)
@@ -38,7 +30,7 @@ class Failure:
     gains: Mapping[str, float]
     point: Mapping[str, float]
     eigenvalue: complex
-    conditions: tuple[FailedCondition, ...]
+    conditions: tuple[Condition, ...]
     largest_sample_time: float
 
 
@@ -51,7 +43,7 @@ def explain_failure(dynamics: GainDynamics, settings: Settings) -> Failure | Non
         if measures.max() < LIMIT[which]:
             continue
         matrix = dynamics.matrices(which, settings, [at])[0, 0]
-        eigenvalue, conditions = complex(np.inf, 0), tuple[FailedCondition, ...]()
+        eigenvalue, conditions = complex(np.inf, 0), tuple[Condition, ...]()
         if np.isfinite(matrix).all():
             eigenvalue = dynamics.worst_eigenvalue(which, settings, at)
             conditions = _failed(which, [float(c) for c in np.poly(matrix).real], float(settings.sample_time[0]))
@@ -72,11 +64,11 @@ def largest_sample_time(dynamics: GainDynamics, settings: Settings) -> float:
     return float(largest_euler_steps(np.linalg.eigvals(matrices)).min())
 
 
-def _failed(which: str, coefficients: list[float], h: float) -> tuple[FailedCondition, ...]:
-    """The conditions on a polynomial, coefficients highest first, that are not positive; () above order 4."""
+def _failed(which: str, coefficients: list[float], h: float) -> tuple[Condition, ...]:
+    """The conditions on a polynomial, coefficients highest first, that do not hold; () above order 4."""
     if len(coefficients) - 1 > SYMBOLIC_ORDER:
         return ()
     numbers = [sympy.Float(c) for c in coefficients]
     conditions = routh_hurwitz(numbers) if which == "continuous" else jury(numbers, sympy.Float(h))
-    valued = [FailedCondition(name, float(value)) for name, value in conditions]
-    return tuple(c for c in valued if c.value <= 0)
+    valued = [Condition(label, value, float(value)) for label, value in conditions]
+    return tuple(c for c in valued if not c.holds)

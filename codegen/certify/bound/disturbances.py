@@ -165,7 +165,7 @@ def largest_slopes(spec: Spec, observer: Observer, part: Any, off: ModelError) -
     def largest(e: Any) -> Any:
         """A bound on |e|; 0, and an entry in ``unknown``, if none is known."""
         if e.is_number:
-            return rational_above(abs(e))
+            return sympy.Rational(rational_above(abs(e)))
         if e in observer.signs or e.func in (sympy.sin, sympy.cos, Sgn):
             return sympy.Integer(1)
         if e in ranges:

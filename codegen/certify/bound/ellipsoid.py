@@ -169,7 +169,7 @@ class _Claim:
         noise = [float(dot(row, self.sizes["noise"])) for row in response.direct.tolist()]
         level_signs, truths = ([e[part] for e in proof["errors"]] for part in ("sign", "truth"))
         # The largest errors in this set, from which the bounds after a reversal start.
-        whole = [fraction(row[-1]) for ball in any_friction for row in ball["rows"]]
+        whole = [Fraction(row[-1]) for ball in any_friction for row in ball["rows"]]
         worst = [
             upwards(float(most + friction.get(truth, 0)) + x, START_DIGITS)
             for most, truth, x in zip(whole, truths, noise, strict=bool(units))
@@ -203,11 +203,11 @@ class _Claim:
         # Errors right after a reversal: those for any friction, else assumed; of a (G)CFO as ``reversals`` proves them.
         starts = {b.name: worst or [upwards(s, START_DIGITS) for s in b.starts] for b in bounds}
         if friction and level_signs[-1]:
-            known = [float(fraction(row[-1])) for row in ball["rows"][len(rows) :]]
+            known = [float(Fraction(row[-1])) for row in ball["rows"][len(rows) :]]
             most = [*bounds[0].starts[:n], *(x + y for x, y in zip(known, noise[n:], strict=True))]
             entries = self._reversals(claim, most)
             claim[ellipsoid.REVERSALS] = entries
-            starts |= {b.name: [*map(sympy.Rational, e["after"])] for b, e in zip(bounds, entries, strict=False)}
+            starts |= {b.name: [*map(Fraction, e["after"])] for b, e in zip(bounds, entries, strict=False)}
         claim["sets"] = [ball | self._decay(ball, starts, columns, acting, noise), *any_friction]
         return claim
 
@@ -234,13 +234,13 @@ class _Claim:
             start = whole[b.name]
             found = self.reach.later(row, columns * size, counts, start, level)
             stated = [
-                [str(k), rational_text(upwards(x * (1 + NEAR), DIGITS))]
+                [str(k), str(upwards(x * (1 + NEAR), DIGITS))]
                 for k, x in zip(counts, found, strict=True)
                 if x < row @ start or k in counts[-2:]  # a bound above that at the start adds nothing
             ]
-            line = {"row": [str(int(x)) for x in row], "start": [rational_text(x) for x in starts[b.name]]}
+            line = {"row": [str(int(x)) for x in row], "start": [str(x) for x in starts[b.name]]}
             after.append(line | {"bounds": stated})
-        return {"within": [rational_text(x) for x in (larger, *within)], "after": after}
+        return {"within": [str(x) for x in (larger, *within)], "after": after}
 
     def _reversals(self, claim: dict[str, Any], most: Sequence[float]) -> list[dict[str, Any]]:
         """The entries of the field ``reversals``: for each contact, bounds on the errors after one reversal; or [].
@@ -271,12 +271,12 @@ class _Claim:
             if not change:
                 return []
             entry = {"sign": error["sign"], "samples": str(2 * math.ceil(reach / change) + 1), "turns": "1"}
-            entry |= {"change": str(change), "jump": str(jump), "before": [rational_text(b) for b in before]}
+            entry |= {"change": str(change), "jump": str(jump), "before": [*map(str, before)]}
             try:
                 left = ellipsoid.left_by(entry | {"after": entry["before"]}, proof, claim, shown, known)
             except ValueError:
                 return []
-            after = [rational_text(upwards(float(b) * (1 + NEAR), START_DIGITS)) for b in left]
+            after = [str(upwards(float(b) * (1 + NEAR), START_DIGITS)) for b in left]
             entries.append(entry | {"after": after})
         return entries
 
@@ -318,7 +318,7 @@ class _Claim:
         conditions = not self.shown["whole"] or (self.proof["signs"] and not any(turns))
         if conditions or not constant or len(most) < len(self.bounds):
             return {}
-        return {e["truth"]: fraction(upwards(x, DIGITS)) for e, x in zip(errors, most, strict=True)}
+        return {e["truth"]: upwards(x, DIGITS) for e, x in zip(errors, most, strict=True)}
 
 
 def _set(reach: Reach, columns: Array, size: Array, rows: Sequence[Sequence[Any]]) -> dict[str, Any]:
@@ -328,7 +328,7 @@ def _set(reach: Reach, columns: Array, size: Array, rows: Sequence[Sequence[Any]
     share = upwards(reach.gamma, OF_MATRIX)
     f, whole = float(share), float(size @ lengths)
     best = size * whole / ((1 - f) * lengths) * (1 + 10.0 ** (1 - OF_MATRIX))
-    weights = [upwards(w, OF_MATRIX) if w else sympy.Integer(0) for w in best]
+    weights = [upwards(w, OF_MATRIX) if w else Fraction(0) for w in best]
     matrix = reach.inverse * (whole**2 * (1 + SPARE))
     exact = rounded_matrix(matrix, OF_MATRIX, np.sqrt(np.diag(matrix)))
     floats = np.array(rows, dtype=float)
@@ -336,7 +336,7 @@ def _set(reach: Reach, columns: Array, size: Array, rows: Sequence[Sequence[Any]
     bounds = (summed @ size + rest @ size * (1 + SPARE)) * (1 + NEAR)
     return {
         "matrix": texts(exact),
-        "weights": [rational_text(w) for w in (share, *weights)],
+        "weights": [str(w) for w in (share, *weights)],
         "samples": str(samples),
         "rows": [
             [rational_text(x) for x in (*row, upwards(bound, DIGITS))] for row, bound in zip(rows, bounds, strict=True)

@@ -243,7 +243,7 @@ def _steep_below(spec: Spec, observer: Observer, response: Response, reach: Reac
     errors = _slip_errors(observer, whole)
     first = [min(e, float(f) / 2) if s else 0.0 for e, f, s in zip(errors, fastest, steep, strict=True)]
     for k in range(MOST_HALVINGS):
-        above = tuple(fraction(upwards(speed / 2**k, 3)) for speed in first)
+        above = tuple(upwards(speed / 2**k, 3) for speed in first)
         size = disturbances(spec, observer, response, EXACT, above)
         assert not isinstance(size, str)
         found = later.bounds(size)

@@ -49,10 +49,10 @@ def sliding(
     speed, slope = known
     begun = law.level(speed, values) if isinstance(law, DynamicLaw) else contact.level_at_rest or sympy.Integer(0)
     level = abs(begun.xreplace(observer.values))
-    most = fraction(rational_above(slope))
+    most = rational_above(slope)
     if between is not None and isinstance(law, ZeroMemoryLaw):
         most = min(most, _steepest(law, tuple(values.items()), *between) or most)
-    return Sliding(most, fraction(rational_above(level)), fraction(speed))
+    return Sliding(most, rational_above(level), fraction(speed))
 
 
 @cache
@@ -75,7 +75,7 @@ def _steepest(law: ZeroMemoryLaw, values: Any, low: Fraction, high: Fraction) ->
             pieces += [piece(a, (a + b) / 2), piece((a + b) / 2, b)]
     except (TypeError, verify.Refused):  # no such expression, or beyond what is enclosed
         return None
-    return fraction(upwards(float(max(pieces)[0]) * (1 + 1e-12), 12))
+    return upwards(float(max(pieces)[0]) * (1 + 1e-12), 12)
 
 
 def fastest_slip(spec: Spec, observer: Observer, c: int) -> Any:
@@ -93,7 +93,7 @@ def largest_friction(spec: Spec, observer: Observer) -> list[Fraction | None]:
     ``a_NAME`` for a contact with a declared effect on its level.
     """
     bounds = [_largest_friction(spec, observer, c) for c in range(len(observer.system.contacts))]
-    return [fraction(rational_above(bound)) if bound.is_finite else None for bound in bounds]
+    return [rational_above(bound) if bound.is_finite else None for bound in bounds]
 
 
 def _largest_friction(spec: Spec, observer: Observer, c: int) -> Any:

@@ -17,6 +17,7 @@ from codegen.analysis.operating_points import distinct_points, matrix_function
 from codegen.base.errors import BadInput
 from codegen.certify.along_friction import Box, along_friction
 from codegen.certify.centre import least_rate
+from codegen.certify.certificate_text import rounded
 from codegen.certify.certify import Certificate, Refusal
 from codegen.certify.content import Found, frame, proved
 from codegen.certify.cover import sampled_matrices, with_cover
@@ -234,7 +235,7 @@ class _Proofs:
     def found(self, h: float) -> tuple[Analysis, Found] | None:
         """(analysis at this sample time, P in floating point); None if no P is found."""
         dynamics = self.analysis.dynamics
-        at = replace(self.analysis, dynamics=dynamics.at(sympy.Rational(Fraction(f"{h:.12g}"))))
+        at = replace(self.analysis, dynamics=dynamics.at(rounded(h, 12)))
         try:
             family, cells = self.cells_at(at)
         except verify.Refused:
