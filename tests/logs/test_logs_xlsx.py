@@ -153,6 +153,11 @@ def test_too_large_when_unpacked(tmp_path, spec, monkeypatch):
     with pytest.raises(BadInput) as told:
         read_log(path, spec)
     assert matches(told.value, "LOG010 a.xlsx 100000")
+    for part in ("xl/styles.xml", "xl/workbook.xml"):
+        write_workbook(path, {"Data": TABLE}, {part: "<a>" + " " * 20_000 + "</a>"})
+        with pytest.raises(BadInput) as told:
+            read_log(path, spec)
+        assert matches(told.value, "LOG010 a.xlsx 100000")
     shared = f"<sst><si><t>{'x' * 5000}</t></si></sst>"
     many = sheet(*["<row>" + '<c t="s"><v>0</v></c>' * 50 + "</row>"] * 20)
     write_workbook(path, {"Data": many}, {"xl/sharedStrings.xml": shared})

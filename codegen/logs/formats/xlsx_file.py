@@ -22,8 +22,12 @@ MOST_ROWS, MOST_COLUMNS = 1_048_576, 16_384
 """Those of a sheet."""
 LONGEST_TEXT = 1000
 """Letters of a cell that are read: a shared text may be in every cell."""
-TEXT_COST = 8
-"""Memory of the shared texts over the size of their part."""
+_BOOK, _TARGETS, _TEXTS, _STYLES = (
+    f"xl/{name}" for name in ("workbook.xml", "_rels/workbook.xml.rels", "sharedStrings.xml", "styles.xml")
+)
+"""The parts beside the sheet; the last two may be absent."""
+COST = 8
+"""Memory of what these hold over their size."""
 SMALL = 0.1
 """Share of the largest sheet's size below which another sheet holds no rows of the log, but notes or nothing."""
 _DAY_ZERO = datetime(1899, 12, 30)
@@ -40,20 +44,22 @@ def open_xlsx(path: Path, allowance: Allowance, description: LogDescription) -> 
     file = File(path, "an Excel workbook (.xlsx)")
     with file.opened(LARGEST_STREAM) as stream, file.reading():
         archive = zipfile.ZipFile(stream)
+        given = {part.filename: part.file_size for part in archive.infolist()}
+        size = COST * sum(given.get(part, 0) for part in (_BOOK, _TARGETS, _TEXTS, _STYLES))
+        allowance.take(path, size, file.expected)
         sheets = _sheets(archive)
-        sizes = {name: archive.getinfo(part).file_size for name, part in sheets.items()}
+        sizes = {name: given.get(part, 0) for name, part in sheets.items()}
         asked = description.records
         likely = [asked] if asked else [name for name in sizes if sizes[name] >= SMALL * max(sizes.values())]
         if len(likely) != 1 or likely[0] not in sheets:
             found = f"no sheet `{shown(asked)}`" if asked else f"{len(likely)} sheets that may hold the log"
             expected = f"`records: NAME` in meta.yaml beside the log, NAME one of {listing(list(sheets))}"
             raise file.fault(found, expected, code="LOG001")
-        shared = "xl/sharedStrings.xml"
-        texts_size = archive.getinfo(shared).file_size if shared in archive.namelist() else 0
-        size = sizes[likely[0]] + TEXT_COST * texts_size
+        size += sizes[likely[0]]
         allowance.take(path, size, file.expected)
-        texts = _texts(archive, shared) if texts_size else []
-        rows = _Rows(texts, _dates(archive), lambda letters: allowance.take(path, size + letters, file.expected))
+        texts = _texts(archive) if _TEXTS in given else []
+        dates = _dates(archive) if _STYLES in given else set()
+        rows = _Rows(texts, dates, lambda letters: allowance.take(path, size + letters, file.expected))
         _read(archive, sheets[likely[0]], rows.add)
         lines = rows.lines()
     others = [name for name in sheets if name != likely[0]]
@@ -104,12 +110,12 @@ def _sheets(archive: zipfile.ZipFile) -> dict[str, str]:
         if kind == "sheet" and relations and (part := targets.get(relations[0])):
             found[attributes["name"]] = part
 
-    _read(archive, "xl/_rels/workbook.xml.rels", relation)
-    _read(archive, "xl/workbook.xml", sheet)
+    _read(archive, _TARGETS, relation)
+    _read(archive, _BOOK, sheet)
     return found
 
 
-def _texts(archive: zipfile.ZipFile, part: str) -> list[str]:
+def _texts(archive: zipfile.ZipFile) -> list[str]:
     """The texts to which cells refer by number."""
     found, parts = list[str](), list[str]()
 
@@ -120,7 +126,7 @@ def _texts(archive: zipfile.ZipFile, part: str) -> list[str]:
             found.append("".join(parts)[:LONGEST_TEXT])
             parts.clear()
 
-    _read(archive, part, add)
+    _read(archive, _TEXTS, add)
     return found
 
 
@@ -138,8 +144,7 @@ def _dates(archive: zipfile.ZipFile) -> set[str]:
             styles[:] = inside if kind == "cellXfs" else styles
             inside.clear()
 
-    if "xl/styles.xml" in archive.namelist():
-        _read(archive, "xl/styles.xml", add)
+    _read(archive, _STYLES, add)
     codes = {number: bool(re.search("[ymdhs]", _PLAIN_IN_FORMAT.sub("", code), re.I)) for number, code in own.items()}
     return {str(k) for k, number in enumerate(styles) if codes.get(number, int(number) in _DATES)}
 
