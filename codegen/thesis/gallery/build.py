@@ -8,14 +8,14 @@ from codegen.base.parallel import in_processes
 from codegen.base.resources import resource_folder
 from codegen.report.style import STYLE, figure_bytes
 from codegen.spec import Spec, read_spec
-from codegen.thesis.gallery import arm, drawing, hysteresis, laws, rig, servo, two_mass
+from codegen.thesis.gallery import arm, drawing, laws, rig, servo, two_mass
 from codegen.thesis.gallery.measures import Reading
 from codegen.thesis.gallery.runs import Gains, Runs
 from codegen.thesis.gallery.setting import AS_DRAWN, Setting
 from codegen.thesis.gallery.statement import Figure, Statement, read_figures
 
 FOLDER = "gallery"
-MODULES = {m.__name__.rpartition(".")[2]: m for m in (arm, hysteresis, laws, rig, servo, two_mass)}
+MODULES = {m.__name__.rpartition(".")[2]: m for m in (arm, laws, rig, servo, two_mass)}
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,7 @@
-"""Figures of chapters 2 and 3: the position servo with friction, and cancellation of its estimate."""
+"""Figures of chapters 2, 3 and 6: the position servo with friction, and cancellation of its estimate.
+
+The friction of chapter 6 has hysteresis, by the reset integrator law, and three observers estimate it.
+"""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -22,6 +25,13 @@ HALF_PERIOD = 1.0
 """s between jumps of the reference."""
 TRANSIENT, SETTLED = 0.4, 0.7
 """s after a jump: end of the transient, and time from which on the mass should be at rest."""
+NAMES = ("CFO", "TO", "DFO")
+HOLD = 1e-3
+"""s for which a value of the noise is held, so that observers of different sample times get the same noise."""
+WINDOW = 0.01
+FULL = 0.98
+"""Share of the level above which the contact counts as sliding."""
+RIG_SAMPLE_TIME = 0.01
 
 
 def cancelled(specs: Sequence[Spec], setting: Setting, pid: Gains | None = None) -> Runs:
@@ -52,6 +62,18 @@ def uncancelled(specs: Sequence[Spec], setting: Setting, pid: Gains | None = Non
     """Runs a, b, … of each spec's servo without an observer."""
     loops = {letter: servo_run(spec, setting, cancel=None) for letter, spec in zip(LETTERS, specs, strict=False)}
     return Runs(specs, setting, {"ideal": ideal_run(specs[0], setting), **loops})
+
+
+def three_observers(specs: Sequence[Spec], setting: Setting, pid: Gains | None = None) -> Runs:
+    """The servo with each observer by its name; and ``ideal``, ``none`` and ``pid`` at the first spec's sample time."""
+    held = replace(setting, hold=setting.hold or HOLD)
+    quick = replace(held, step=None)
+    ideal = ideal_run(specs[0], quick)
+    gains = pid or tuned_pid(specs[0], quick, ideal)
+    loops = {"ideal": ideal, "none": servo_run(specs[0], quick, cancel=None)}
+    loops["pid"] = pid_run(specs[0], quick, ideal, gains)
+    loops |= {name: servo_run(spec, held) for name, spec in zip(NAMES, specs, strict=True)}
+    return Runs(specs, setting, loops, gains, {"level": float(specs[0].contacts[0].parameters["a"])})
 
 
 def _errors(runs: Runs, names: str | Sequence[str]) -> list[float]:
@@ -114,11 +136,12 @@ def cfo_shows_more_detail(runs: Runs) -> Reading:
 
 def better_than_pid(runs: Runs) -> Reading:
     """RMS distance from the ideal motion of the best observer over that of the PID."""
-    letters = [letter for letter in LETTERS if letter in runs.loops]
-    errors = dict(zip(letters, _errors(runs, letters), strict=True))
+    observers = [name for name in (*LETTERS, *NAMES) if name in runs.loops]
+    errors = dict(zip(observers, _errors(runs, observers), strict=True))
     best = min(errors, key=lambda name: errors[name])
-    pid = _errors(runs, [f"pid_{best}"])[0]
-    return Reading(ratio(errors[best], pid), ((f"best observer ({best})", errors[best]), ("PID", pid)), "m")
+    own, words = (f"pid_{best}", f"best observer ({best})") if best in LETTERS else ("pid", best)
+    pid = _errors(runs, [own])[0]
+    return Reading(ratio(errors[best], pid), ((words, errors[best]), ("PID", pid)), "m")
 
 
 def _against(runs: Runs, others: str, words: tuple[str, str]) -> Reading:
@@ -143,6 +166,45 @@ def law_is_met(runs: Runs) -> Reading:
         distance = (run.friction[:, 0] - level * np.sign(v))[moving]
         parts.append((f"({letter})", rms(distance) / rms(run.friction[moving, 0])))
     return Reading(max(value for _, value in parts), tuple(parts))
+
+
+def _hysteresis_missed(run: LoopRun, level: float) -> float:
+    """RMS error in presliding over the RMS friction there: near 1 if the estimate has no hysteresis."""
+    presliding = (np.abs(run.friction[:, 0]) < FULL * level) & m.after(run, 1.0)
+    return ratio(rms(m.friction_error(run)[presliding]), rms(run.friction[presliding, 0]))
+
+
+def dfo_is_best(runs: Runs) -> Reading:
+    errors = [rms(m.friction_error(runs[name])[m.after(runs[name], 1.0)]) for name in NAMES]
+    return Reading(ratio(errors[2], min(errors[:2])), tuple(zip(NAMES, errors, strict=True)), "N")
+
+
+def _missed(runs: Runs, observer: str) -> Reading:
+    """``_hysteresis_missed`` of an observer."""
+    missed = {name: _hysteresis_missed(runs[name], runs.numbers["level"]) for name in NAMES}
+    return Reading(missed[observer], tuple(missed.items()))
+
+
+to_has_hysteresis = partial(_missed, observer="TO")
+cfo_misses_hysteresis = partial(_missed, observer="CFO")
+
+
+def cfo_is_noisiest(runs: Runs) -> Reading:
+    noise = [m.ripple(runs[name].friction_estimate[m.after(runs[name], 1.0), 0], runs[name], WINDOW) for name in NAMES]
+    return Reading(ratio(noise[0], max(noise[1:])), tuple(zip(NAMES, noise, strict=True)), "N")
+
+
+def cfo_finds_level(runs: Runs) -> Reading:
+    run, level = runs["CFO"], runs.numbers["level"]
+    slides = (np.abs(run.friction[:, 0]) >= FULL * level) & m.after(run, 1.0)
+    found = float(np.mean(np.abs(run.friction_estimate[slides, 0])))
+    return Reading(abs(found / level - 1), (("mean estimate", found), ("level", level)), "N")
+
+
+def dfo_runs_on_the_rig(runs: Runs) -> Reading:
+    p = runs.specs[2].contacts[0].parameters
+    longest = 2 / float(p["c"] * p["D1"])
+    return Reading(longest, (("longest", longest), ("rig", RIG_SAMPLE_TIME)), "s")
 
 
 def noise_passed(runs: Runs) -> Reading:
@@ -186,6 +248,25 @@ def draw_cancelled(figure: Any, runs: Runs) -> None:
         d.limit(friction, run.friction, 1.8)
         last = letter == letters[-1]
         d.frame(response, d.TIME if last else "", "position in m", f"({letter}) {_gains(spec)}")
+        d.frame(error, d.TIME if last else "", "distance in m")
+        d.frame(friction, "velocity in m/s" if last else "", "friction in N")
+    d.legend(figure, grid[0, 0], grid[0, 2])
+
+
+def draw_observers(figure: Any, runs: Runs) -> None:
+    """Figure 6.1: a row for each observer: response, distance from the ideal, friction against velocity."""
+    grid = figure.subplots(3, 3, sharex="col")
+    for row, name, letter in zip(grid, NAMES, "abc", strict=True):
+        response, error, friction = row
+        draw_motions(response, error, runs, ("none", "pid", name))
+        run = runs[name]
+        late = m.after(run, 1.0)
+        d.dots(friction, run.true_velocities[late, 0], run.friction[late, 0], d.TRUE, "true friction")
+        d.dots(friction, run.true_velocities[late, 0], run.friction_estimate[late, 0], d.ESTIMATED)
+        friction.set_xlim(-1.5, 1.5)
+        d.limit(friction, run.friction, 2)
+        last = name == NAMES[-1]
+        d.frame(response, d.TIME if last else "", "position in m", f"({letter}) {name}")
         d.frame(error, d.TIME if last else "", "distance in m")
         d.frame(friction, "velocity in m/s" if last else "", "friction in N")
     d.legend(figure, grid[0, 0], grid[0, 2])
