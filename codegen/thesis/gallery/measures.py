@@ -17,6 +17,8 @@ from codegen.simulate.loop_run import LoopRun
 from codegen.spec.model import Spec
 
 Mask = NDArray[np.bool_]
+SLIDES = 0.98
+"""Share of its largest friction from which on a contact counts as sliding."""
 
 
 @dataclass(frozen=True)
@@ -64,6 +66,12 @@ def sliding(run: LoopRun, coordinate: int = 0, share: float = 0.02) -> Mask:
     """Samples at which a coordinate moves faster than a share of its top speed."""
     speed = np.abs(run.true_velocities[:, coordinate])
     return np.asarray(speed > share * np.nanmax(speed))
+
+
+def missed_in_presliding(truth: Array, estimate: Array, level: float, chosen: Mask) -> float:
+    """RMS error in presliding over the RMS friction there: near 1 if the estimate has no hysteresis."""
+    presliding = (np.abs(truth) < SLIDES * level) & chosen
+    return ratio(rms((truth - estimate)[presliding]), rms(truth[presliding]))
 
 
 def since_reversal(run: LoopRun, half_period: float) -> Array:

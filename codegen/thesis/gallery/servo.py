@@ -29,8 +29,6 @@ NAMES = ("CFO", "TO", "DFO")
 HOLD = 1e-3
 """s for which a value of the noise is held, so that observers of different sample times get the same noise."""
 WINDOW = 0.01
-FULL = 0.98
-"""Share of the level above which the contact counts as sliding."""
 RIG_SAMPLE_TIME = 0.01
 
 
@@ -168,20 +166,17 @@ def law_is_met(runs: Runs) -> Reading:
     return Reading(max(value for _, value in parts), tuple(parts))
 
 
-def _hysteresis_missed(run: LoopRun, level: float) -> float:
-    """RMS error in presliding over the RMS friction there: near 1 if the estimate has no hysteresis."""
-    presliding = (np.abs(run.friction[:, 0]) < FULL * level) & m.after(run, 1.0)
-    return ratio(rms(m.friction_error(run)[presliding]), rms(run.friction[presliding, 0]))
-
-
 def dfo_is_best(runs: Runs) -> Reading:
     errors = [rms(m.friction_error(runs[name])[m.after(runs[name], 1.0)]) for name in NAMES]
     return Reading(ratio(errors[2], min(errors[:2])), tuple(zip(NAMES, errors, strict=True)), "N")
 
 
 def _missed(runs: Runs, observer: str) -> Reading:
-    """``_hysteresis_missed`` of an observer."""
-    missed = {name: _hysteresis_missed(runs[name], runs.numbers["level"]) for name in NAMES}
+    """``missed_in_presliding`` of an observer."""
+    missed, level = {}, runs.numbers["level"]
+    for name in NAMES:
+        truth, estimate = runs[name].friction[:, 0], runs[name].friction_estimate[:, 0]
+        missed[name] = m.missed_in_presliding(truth, estimate, level, m.after(runs[name], 1.0))
     return Reading(missed[observer], tuple(missed.items()))
 
 
@@ -196,7 +191,7 @@ def cfo_is_noisiest(runs: Runs) -> Reading:
 
 def cfo_finds_level(runs: Runs) -> Reading:
     run, level = runs["CFO"], runs.numbers["level"]
-    slides = (np.abs(run.friction[:, 0]) >= FULL * level) & m.after(run, 1.0)
+    slides = (np.abs(run.friction[:, 0]) >= m.SLIDES * level) & m.after(run, 1.0)
     found = float(np.mean(np.abs(run.friction_estimate[slides, 0])))
     return Reading(abs(found / level - 1), (("mean estimate", found), ("level", level)), "N")
 

@@ -21,7 +21,7 @@ from codegen.simulate.loop_run import LoopRun
 from codegen.simulate.observed_loop import Cancellation, SampledLoop
 from codegen.spec.model import Spec
 from codegen.thesis.gallery import drawing as d
-from codegen.thesis.gallery.measures import Reading, after, overshoot, ratio, rms
+from codegen.thesis.gallery.measures import SLIDES, Reading, after, missed_in_presliding, overshoot, ratio, rms
 from codegen.thesis.gallery.runs import Gains, Runs, closed_loop, sample_count, watch
 from codegen.thesis.gallery.setting import Setting, from_zero, with_observer, without_friction
 
@@ -32,8 +32,6 @@ PRINTED_NOISE = 0.1
 HOLD = 1e-3
 """s for which a value of the noise is held, unless a setting states it."""
 FORCES = ("F₁", "F₁ + F₂")
-PRESLIDING = 0.98
-"""Share of its largest friction below which a contact counts as not sliding."""
 
 
 def watched(specs: Sequence[Spec], setting: Setting, pid: Gains | None = None) -> Runs:
@@ -106,11 +104,10 @@ def noise_passed(runs: Runs) -> Reading:
 
 
 def _missed(run: LoopRun) -> list[float]:
-    """RMS error in presliding over the RMS friction there, of each force: near 1 if the estimate has no hysteresis."""
+    """``missed_in_presliding`` of each force."""
     truth, estimate = contact_forces(run)
     late, levels = after(run, TRANSIENT / 2), np.max(np.abs(truth), axis=0)
-    chosen = [(np.abs(truth[:, k]) < PRESLIDING * levels[k]) & late for k in range(2)]
-    return [ratio(rms((truth - estimate)[c, k]), rms(truth[c, k])) for k, c in enumerate(chosen)]
+    return [missed_in_presliding(truth[:, k], estimate[:, k], levels[k], late) for k in range(2)]
 
 
 def gto_misses_hysteresis(runs: Runs) -> Reading:
@@ -131,7 +128,7 @@ def gto_finds_levels(runs: Runs) -> Reading:
     late, levels = after(runs["b"], TRANSIENT / 2), np.max(np.abs(truth), axis=0)
     off = []
     for k in range(2):
-        slides = (np.abs(truth[:, k]) >= PRESLIDING * levels[k]) & late
+        slides = (np.abs(truth[:, k]) >= SLIDES * levels[k]) & late
         off.append(abs(float(np.mean(estimate[slides, k] * np.sign(truth[slides, k]))) / levels[k] - 1))
     return _worst(off)
 
