@@ -115,7 +115,7 @@ def selected_by_force(search: Search, base: Fit) -> ForceSelection | Fact | None
         fit = accepted
     rounds.sort(key=lambda one: not one.ranked or one.ranked[0].part not in fit.trial.parts)
     first = rounds[0].ranked
-    by_force = still_accepted(fits, fit, in_determined_forms(fits, fit))
+    by_force = in_determined_forms(fits, fit)
     fit = confirmed(fits, by_force)
     if not fit.trial.parts:
         return _not_confirmed(fits.plain, by_force) if by_force.trial.parts else None
@@ -269,24 +269,6 @@ def in_determined_forms(fits: ForceFits, fit: Fit) -> Fit:
     return fit
 
 
-def still_accepted(fits: ForceFits, before: Fit, fit: Fit) -> Fit:
-    """The fit without effects that are accepted in the form of ``before`` and not in their simpler form here.
-
-    A curve over speed may imitate another missing force; a line in its place may then explain nothing.
-    """
-
-    def is_chance(fit: Fit, k: int) -> bool:
-        shown, ratio = shown_on_blocks(fits, fits.without(fit, k), fit)
-        chance = hypotheses(fits.parts) * random_signs(shown.t)
-        return min(shown.share, 1 - ratio**2) < acceptance.LEAST_SHARE or chance > acceptance.ALPHA
-
-    def needless(fit: Fit) -> int | None:
-        changed = (k for k, part in enumerate(fit.trial.parts) if part not in before.trial.parts)
-        return next((k for k in changed if is_chance(fit, k)), None)
-
-    return fits.eliminated(fit, needless)
-
-
 def best_first_effect(fits: ForceFits, fit: Fit, leading: Sequence[Ranked]) -> tuple[Fit, list[Ranked]]:
     """Repeat the choice between tied first effects with the later effects in the model.
 
@@ -394,11 +376,16 @@ def evidence_of_blocks(before: Fit, after: Fit) -> Evidence:
     return evidence(segment_losses(before.residual), segment_losses(after.residual), before.residual.shape[1])
 
 
-def _not_confirmed(plain: Fit, fit: Fit) -> Fact:
-    """The fact on effects that the force residual accepts and free runs do not confirm."""
+def _not_confirmed(plain: Fit, fit: Fit) -> Fact | None:
+    """The fact on effects that the force residual accepts and free runs do not confirm.
+
+    None if they explain nothing in their simplest forms: a curve over speed may imitate another missing force.
+    """
+    share = evidence_of_blocks(plain, fit).share
+    if share < acceptance.LEAST_SHARE:
+        return None
     named = named_effects(fit.trial.parts, estimate(fit), fit.model)
     effects = " and ".join(
         f"{e.title} ({', '.join(f'{k} = {v:.3g} {e.units[k]}' for k, v in e.parameters.items())})" for e in named
     )
-    share = in_percent(evidence_of_blocks(plain, fit).share, 3)
-    return Fact.said("not accepted", "not confirmed", named=effects, share=share)
+    return Fact.said("not accepted", "not confirmed", named=effects, share=in_percent(share, 3))
