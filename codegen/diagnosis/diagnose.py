@@ -304,7 +304,7 @@ def _data(case: Case, problem: Problem, restart_s: float) -> dict[str, Any]:
 def _search_data(search: Search, outcome: Outcome) -> dict[str, Any]:
     """Figures on the record and on the fits, for diagnosis.json."""
     return {
-        "segments": outcome.segments,
+        "segments": len(search.record.start),
         "segment_s": round(search.record.length * search.record.sample_time, 6),
         "position_noise": [float(f"{v:.6g}") for v in search.record.noise],
         "alpha": ALPHA,

@@ -38,14 +38,14 @@ def test_the_common_effect_stands_where_it_is_accepted_alone(
     values = [{"f0": push}, {"amplitude": size, "period": 0.05, "phase": 0.3}]
     both = search.with_parts(base, base.theta, parts, values)
     rival: Any = SimpleNamespace()  # only its being there counts
-    found = common_effects(search, Outcome(base, both, (rival,) * 20, (rival,), 1.0, len(search.record.start)))
+    found = common_effects(search, Outcome(base, both, (rival,) * 20, (rival,), 1.0))
     if not accepted:
         assert found is None
         return
     assert found is not None
     assert found[0] is search  # no parameter has a limit
     assert_cogging(found[1], size)
-    assert common_effects(search, Outcome(base, both, (rival,), (), 1.0, len(search.record.start))) is None
+    assert common_effects(search, Outcome(base, both, (rival,), (), 1.0)) is None
 
 
 def test_common_effects_are_fitted_beside_the_wrong_parameter_that_the_tied_ones_imitate(tmp_path: Path) -> None:
@@ -58,7 +58,7 @@ def test_common_effects_are_fitted_beside_the_wrong_parameter_that_the_tied_ones
         base, base.theta, parts, [{"delta": 0.4}, {"amplitude": 2.0, "period": 0.05, "phase": 0.3}]
     )
     rival: Any = SimpleNamespace()
-    found = common_effects(search, Outcome(base, both, (rival,) * 20, (rival,), 1.0, len(search.record.start)))
+    found = common_effects(search, Outcome(base, both, (rival,) * 20, (rival,), 1.0))
     assert found is not None
     assert_cogging(found[1], 2.0)
     mass = [s.name for s in search.moved].index("m")

@@ -327,7 +327,7 @@ def test_the_answer_has_what_the_force_residual_selects(tmp_path: Path, monkeypa
     tied, errors = tied_about_one_place(tmp_path)
     alone = replace(tied, fit=tied.rivals[0].found, rivals=())
     search, base = tied.fits.search, tied.fits.search.refit()
-    outcome = Outcome(base, base, (), (), 0.0, len(base.residual), unexplained=True)
+    outcome = Outcome(base, base, (), (), 0.0)
     figures = errors(base.model)
     plain = Answer("unknown", (), base.model, base.model, (figures, figures, figures))
     verdicts = []

@@ -85,7 +85,7 @@ def test_a_period_is_tried_where_the_stroke_repeats_it(tmp_path: Path, share: fl
     trial = base.runner.trial.with_part(sine)
     theta = np.append(base.theta, sine.inward({"amplitude": 1.3, "period": period, "phase": -0.4}))
     lone = replace(base, runner=replace(base.runner, trial=trial), theta=theta)
-    outcome = Outcome(base, lone, (), (), 0.6, len(search.record.start))
+    outcome = Outcome(base, lone, (), (), 0.6)
     tried = sorted(_periods(search, outcome, 0, CoggingHarmonics()))
     assert tried == pytest.approx([period * m for m in range(1, multiples + 1)])
 
@@ -99,7 +99,7 @@ def test_free_runs_put_the_waves_in_the_place_of_a_lone_sine(tmp_path: Path) -> 
     lone = search.with_parts(
         base, np.array([4.5]), [sine], [{"amplitude": 1.3, "period": 1.002 * PERIOD, "phase": -0.4}]
     )
-    found, _ = with_harmonics(search, Outcome(base, lone, (), (), 0.6, len(search.record.start)))
+    found, _ = with_harmonics(search, Outcome(base, lone, (), (), 0.6))
     (part,) = found.parts
     assert (part.kind, part.on) == ("cogging_harmonics", "x")
     values = found.final.runner.trial.split(found.final.theta)[1][0]
@@ -124,7 +124,7 @@ def test_the_waves_replace_several_effects_that_imitate_them(tmp_path: Path) -> 
     kinds |= {"position_dependent_friction": {"amplitude": 0.3, "period": 3 * PERIOD, "phase": 0.1}}
     parts = [part_of(CATALOGUE[kind], 0, search.system) for kind in kinds]
     three = search.with_parts(base, np.array([4.5]), parts, list(kinds.values()))
-    outcome = Outcome(base, three, (), (), 0.6, len(search.record.start))
+    outcome = Outcome(base, three, (), (), 0.6)
     found, _ = with_harmonics(search, outcome)
     assert [part.kind for part in found.parts] == ["cogging_harmonics"]
     with patch.object(harmonics, "force_speaks_for", lambda *_: True):  # far from the noise the force must not be worse
@@ -172,6 +172,6 @@ def test_what_is_left_of_a_sum_is_judged_on_its_segments(tmp_path: Path) -> None
     base, near = search.refit(), search.on_shorter(0.25)
     final = near.on_another_record(base)
     assert len(final.offsets) > len(base.offsets)
-    outcome = Outcome(base, base, (), (), 0.0, len(base.offsets)).with_final(near, final, ())
+    outcome = Outcome(base, base, (), (), 0.0).with_final(near, final, ())
     assert outcome.final is final and outcome.explained == pytest.approx(0.0, abs=1e-6)
     assert near.on_its_record(final) is final and len(near.on_its_record(base).offsets) == len(final.offsets)

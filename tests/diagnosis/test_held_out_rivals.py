@@ -128,7 +128,7 @@ def test_what_is_explained_is_that_of_the_rival_that_is_left(monkeypatch: pytest
     none: Any = None
     leader, rivals = fits["leader"], tuple(SimpleNamespace(found=fits[k]) for k in ("rival", "other"))
     search = of_one_record(led_by=lambda found, fit: found)
-    outcome = Outcome(none, leader, (), rivals, shares["leader"], 10)  # type: ignore[arg-type]
+    outcome = Outcome(none, leader, (), rivals, shares["leader"])  # type: ignore[arg-type]
     held_out = rules.HeldOut(none, none)
     monkeypatch.setattr(rules.HeldOut, "refused", lambda self, fits: {0: (1, 2.0)})
     left, words = rules.without_refused(search, outcome, held_out)
@@ -169,7 +169,7 @@ def test_what_is_explained_is_that_of_the_effects_without_the_one_that_is_refuse
     monkeypatch.setattr(examination, "objections", lambda found, part, *_: ["zero"] * (part.kind == "offset"))
     search: Any = of_one_record(polished=lambda fit: (fit, fit), without=lambda fit, k: one, problem=None)
     none: Any = None
-    outcome = Outcome(none, both, (), (), 0.9, 10)
+    outcome = Outcome(none, both, (), (), 0.9)
     left, last, _, against = examination._examined(search, outcome, none, True)
     assert (left.final, left.explained, last, against) == (one, 0.4, one, ())
     kept, _, _, against = examination._examined(search, outcome, none, False)
@@ -210,7 +210,7 @@ def test_an_effect_is_fitted_again_in_the_form_that_its_intervals_contain(monkey
     monkeypatch.setattr(examination, "at_limit", lambda fit: [()] * len(fit.trial.parts))
     monkeypatch.setattr(examination, "objections", lambda found, part, *_: [])
     search: Any = of_one_record(polished=lambda fit: (fit, fit), replaced=replaced, system=system, problem=None)
-    outcome = Outcome(cast(Any, None), both, (), (), 0.9, 10)
+    outcome = Outcome(cast(Any, None), both, (), (), 0.9)
     none: Any = None
     left, last, (found,), against = examination._examined(search, outcome, none, True)
     assert asked == [{0: (plain, {"delta": 0.5, "v_s": 0.2})}]

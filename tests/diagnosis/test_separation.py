@@ -124,7 +124,7 @@ def test_no_motion_tells_exact_twins_apart(tmp_path: Path) -> None:
     parts = [part_of(CATALOGUE[kind], 0, system) for kind in ("offset", "coulomb_asymmetry")]
     one, two = fit_candidates(search, base, parts)
     ranked = Ranked(two, Evidence(0.0, 0.0, 0.0, 0, 0), 1.0, 1.0, "")
-    outcome = Outcome(base, one, (), (ranked,), 1.0, len(search.record.start))
+    outcome = Outcome(base, one, (), (ranked,), 1.0)
     told, excitation = separate(search, outcome, tied_fits(search, outcome), log, {})
     assert told.chosen is None
     assert excitation is None

@@ -69,9 +69,6 @@ class Outcome:
         first: the first round, best first.
         rivals: of the first effect, which the data do not distinguish from it.
         explained: share of the squared residual, or of its excess over the noise, that the effects remove.
-        segments: number in the record.
-        unexplained: whether no effect is accepted although the residual is material and far above the noise, at least
-            in some segments.
         later: rounds after the first, whether or not they found an effect.
     """
 
@@ -80,8 +77,6 @@ class Outcome:
     first: tuple[Ranked, ...]
     rivals: tuple[Ranked, ...]
     explained: float
-    segments: int
-    unexplained: bool = False
     later: tuple[LaterRound, ...] = ()
 
     @property
@@ -191,8 +186,7 @@ def find_effects(
     with shares_to(partial(report_progress, rounds.taken)):
         rivals = rounds.rivals if confirmed.trial.parts else []
         current, rivals = judged_together(search, base, confirmed, rivals, rounds.paired)
-    lost = current is base and not refit_only and not acceptance.near_noise(base)
-    return rounds.outcome(base, current, rivals, lost and acceptance.misfit(base) > acceptance.LEAST_SIZE)
+    return rounds.outcome(base, current, rivals)
 
 
 @dataclass(eq=False)
@@ -236,11 +230,10 @@ class _Rounds:
         joints: Sequence[int | None] = (search.record.joints or ()) if search.rigid else [None]
         return cls(search, report, dict.fromkeys(joints, most), confirmed=base, current=base, led=base)
 
-    def outcome(self, base: Fit, final: Fit, rivals: Sequence[Ranked] = (), unexplained: bool = False) -> Outcome:
+    def outcome(self, base: Fit, final: Fit, rivals: Sequence[Ranked] = ()) -> Outcome:
         """The outcome with this last fit, and these rivals of its first effect."""
-        explained, segments = explained_share(self.search, base, final), len(self.search.record.start)
-        first, later = tuple(self.first), tuple(self.later)
-        return Outcome(base, final, first, tuple(rivals), explained, segments, unexplained, later)
+        explained = explained_share(self.search, base, final)
+        return Outcome(base, final, tuple(self.first), tuple(rivals), explained, tuple(self.later))
 
     def are_over(self) -> bool:
         return not (self.leaders or self._joints())

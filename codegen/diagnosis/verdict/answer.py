@@ -73,7 +73,7 @@ def verdict_of(outcome: Outcome, faults: bool) -> Verdict:
     if faults:
         return "unfit"
     if not outcome.parts:
-        return "unknown" if outcome.unexplained else "none"
+        return without_effects(outcome)
     return "ambiguous" if outcome.rivals else "effect"
 
 
@@ -116,8 +116,8 @@ def force_agrees(final: Fit, problem: Problem, refit: System, augmented: System)
 def without_effects(outcome: Outcome) -> Verdict:
     """The verdict if no effect is accepted: ``unknown`` if the refit leaves a material misfit above the noise."""
     base = outcome.base
-    far = is_far(base) or acceptance.share_far(base) > acceptance.FEW
-    return "unknown" if far and acceptance.misfit(base) > acceptance.LEAST_SIZE else "none"
+    lost = not acceptance.near_noise(base) and acceptance.misfit(base) > acceptance.LEAST_SIZE
+    return "unknown" if lost else "none"
 
 
 def by_remainder(verdict: Verdict, left: Sequence[Remainder], material: float) -> Verdict:

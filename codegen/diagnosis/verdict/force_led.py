@@ -59,7 +59,6 @@ def accepted_by_force(
         later=found.rounds[1:],
         rivals=found.rivals,
         explained=found.explained,
-        unexplained=False,
     )
     verdict: Verdict = "ambiguous" if found.rivals else "effect"
     plain = replace(answer, verdict=verdict, effects=(), augmented=answer.refit, against=())
@@ -112,8 +111,7 @@ def accepted_across_joints(
     final = search.with_parts(outcome.base, moved, found.found.trial.parts, values)
     if not _accepted_by_runs(search, outcome.base, final):
         return answer, outcome
-    led = outcome.with_final(search, final, ())
-    led = replace(led, first=tuple(led_by(found, outcome.first)), unexplained=False)
+    led = replace(outcome.with_final(search, final, ()), first=tuple(led_by(found, outcome.first)))
     second, led = examined(led)
     if second.verdict != "effect":
         return answer, outcome

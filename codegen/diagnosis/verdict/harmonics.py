@@ -228,4 +228,4 @@ def _adopted(search: Search, outcome: Outcome, before: Fit, richer: Fit) -> Outc
     after = soft.fitted_again(richer)
     one, ratio = nested_evidence_of(base, after), noise_ratio(after) / noise_ratio(base)
     ranked = Ranked(richer, one, ratio, relative_size(search, richer, base), "", p=chance(search, after, one, 1))
-    return replace(outcome.with_final(search, richer, ()), first=(*outcome.first, ranked), unexplained=False)
+    return replace(outcome.with_final(search, richer, ()), first=(*outcome.first, ranked))
