@@ -186,19 +186,17 @@ def refusal(
     effects (``gains_nothing``).
     """
     declared, refit, most = compared
-    worse, model = worsened(figures, declared), "as declared"
-    if refit is not None and most >= 0 and may_be_chance(worse, figures, declared):
-        worse = {}
-    if not worse and refit is not None:
-        worse, model = worsened(figures, refit, most), "without the effect"
-        if most >= 0 and may_be_chance(worse, figures, refit):
-            worse = {}
-    if worse:
-        return Refusal(option, model + where, worse)
-    if refit is not None:
-        for other, model in ((declared, "as declared"), (refit, "without the effect")):
-            if gains_nothing(figures, other, refit) and shown():
-                return Refusal(option, model + where)
+    if refit is None:
+        worse = worsened(figures, declared)
+        return Refusal(option, "as declared" + where, worse) if worse else None
+    others = (declared, "as declared", SAME), (refit, "without the effect", most)
+    for other, model, share in others:
+        worse = worsened(figures, other, share)
+        if worse and not (most >= 0 and may_be_chance(worse, figures, other)):
+            return Refusal(option, model + where, worse)
+    for other, model, _ in others:
+        if gains_nothing(figures, other, refit) and shown():
+            return Refusal(option, model + where)
     return None
 
 
