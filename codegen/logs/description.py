@@ -230,6 +230,12 @@ class LogDescription(BaseModel):
         """File and line of a key; the file alone if it has no line."""
         return self.places.get(key, Place(self.file or "a description", None, key))
 
+    def with_columns(self, spec: Spec, explicit: Naming) -> LogDescription:
+        """The description by which a file is opened: also with the columns that the spec and the command name."""
+        if self.listed:
+            return self
+        return self.model_copy(update={"columns": {**spec.log.columns, **self.columns, **(explicit or {})}})
+
     def stated_scale(self, symbol: str, spec: Spec) -> float:
         """The ``scale`` of a symbol here, or else in the spec; 1 where neither states one."""
         return float(self.scale.get(symbol, spec.log.scale.get(symbol, 1.0)))

@@ -88,8 +88,9 @@ class _Reading:
     def log(self, step: float | None) -> Log:
         """The log, resampled to the sample time ``step`` if one is given."""
         description = self.description
-        opened = _opened(format_of(self.path), self.path, self.allowance, description)
-        source = _with_others(self.path, opened, description, self.allowance)
+        named = description.with_columns(self.spec, self.columns)
+        opened = _opened(format_of(self.path), self.path, self.allowance, named)
+        source = _with_others(self.path, opened, named, self.allowance)
         binding = bind(source, self.spec, description, self.columns)
         require_columns(source.names, description)
         raw = corrected(_loaded(source, columns_of(binding.terms), description), description)

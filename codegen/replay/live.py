@@ -140,7 +140,7 @@ def live_blocks(
         unread += lines
         rows = [line for line in unread if is_row(line)]
         if len(rows) > ROWS_ALIKE:  # the header is the line before the first rows of numbers
-            head = open_lines(file, unread, described, encoding_notes)
+            head = open_lines(file, unread, described.with_columns(spec, columns), encoding_notes)
             if head.layout.times:
                 found, expected = "channels with times of their own", "one column of time, in a log that is watched"
                 raise BadInput(head.place, found, expected, code="LOG011")

@@ -92,7 +92,7 @@ class Samples:
             NotStreamed: for a format that can only be read whole.
         """
         described = log_description(self._path, self._given)
-        stream = open_stream(self._path, described)
+        stream = open_stream(self._path, described.with_columns(self._spec, self._columns))
         apart = described.beside or described.missing == "join"
         if apart or described.unwrap or described.rows or described.late:
             raise NotStreamed  # rows depend on other rows, and columns may be in other files

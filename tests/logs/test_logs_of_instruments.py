@@ -356,3 +356,18 @@ def test_a_time_with_whole_seconds_is_no_grouped_number(tmp_path: Path, delimite
     path.write_text("\n".join([delimiter.join("txw"), *rows]) + "\n", encoding="utf-8")
     log = read_log(path, parse_spec(TEXT, Path("slider.yaml")))
     assert log.time[[0, 500, -1]] == pytest.approx([2.5, 3.0, 3.499])
+
+
+@pytest.mark.parametrize("by", ["option", "spec"])
+def test_columns_of_the_command_or_the_spec_tell_the_header_and_the_times(tmp_path: Path, by: str) -> None:
+    """As those of meta.yaml do; such a header was not found, and its times were `2 columns called X_Value`."""
+    head = "path,Root/Time,Root/x,Root/w\nname,x_axis,pos,force\nunit,s,m,N\ntype,float,float,float\nvalues,,,\n"
+    (tmp_path / "a.csv").write_text(head + "".join(f",{line}\n" for line in lines().splitlines()))
+    pairs = [f"{a},{b},{a},{c}" for a, b, c in (line.split(",") for line in lines().splitlines())]
+    (tmp_path / "b.csv").write_text("X_Value,pos,X_Value,force\n" + "\n".join(pairs) + "\n")
+    for name, clock in (("a.csv", "x_axis"), ("b.csv", "X_Value")):
+        columns = {"t": clock, "x": "pos", "w": "force"}
+        text = TEXT if by == "option" else f"{TEXT}log: {{columns: {{t: {clock}, x: pos, w: force}}}}\n"
+        log = read_log(tmp_path / name, parse_spec(text, Path("s.yaml")), columns=columns if by == "option" else None)
+        assert log.sample_time == pytest.approx(STEP, rel=1e-6)
+        assert np.allclose(log.positions[:, 0], MADE["x"], atol=2e-9)

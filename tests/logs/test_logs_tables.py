@@ -245,8 +245,10 @@ def test_a_line_of_units_may_have_a_word_that_is_none(tmp_path, spec):
     asked = {"x": "Weg", "w": "Strom"}
     assert read_log(tmp_path / "a.csv", spec, columns=asked).positions[2, 0] == pytest.approx(1e-3)
     (tmp_path / "b.csv").write_text(HEADS["no unit but that of time"] + table(";"))
+    log = read_log(tmp_path / "b.csv", spec, columns=asked)  # by names, as a description's
+    assert [f.topic for f in log.raw_data.findings] == ["unit of x", "unit of w"]
     with refused("LOG003 Weg 2 1 `header: 1`"):
-        read_log(tmp_path / "b.csv", spec, columns=asked)
+        read_log(tmp_path / "b.csv", spec, columns={"x": "Weg", "w": "Ticks"})
 
 
 def test_a_row_of_another_length_is_told_as_before(tmp_path, spec):
