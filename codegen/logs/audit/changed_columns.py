@@ -241,9 +241,9 @@ def changed_columns(case: Case) -> Finding | None:
     )
     if len(named) > 1:
         words += "This log cannot decide which. "
-    if len(named) > 1 and all(change.turned for change in named):
-        turned = {name for change in named for name in change.turned}
-        positions = " and ".join(name for name in case.spec.positions if name in turned)
+    turned = {name for change in named for name in change.turned}
+    positions = " and ".join(name for name in case.spec.positions if name in turned)
+    if positions and len(named) > 1 and all(change.turned for change in named):
         words += f"A push by hand in the direction that the drawing calls positive shows the sign of {positions}. "
     if named[0].topic == FORCE:
         words += "All terms of `force` in the spec seem to have the wrong sign: M(x) v' = force - friction."
