@@ -15,7 +15,10 @@ from slider_log import rows
 
 from codegen.base.errors import BadInput
 from codegen.logs import read_log
+from codegen.logs.description import EMPTY_DESCRIPTION
 from codegen.logs.formats import source
+from codegen.logs.formats.source import Allowance
+from codegen.logs.formats.xlsx_file import open_xlsx
 from tests.expected_errors import matches
 
 MADE = rows(duration=4.0)
@@ -96,6 +99,36 @@ def test_shared_texts_dates_formulas_and_truths(tmp_path, spec):
     assert read_log(path, spec, columns={"x": "x [mm]", "w": "w*on"}).size == log.size
 
 
+def test_cells_as_excel_means_them(tmp_path):
+    """Formats with spaces as wide as a letter, errors, cells without a place, how a text is pronounced."""
+    styles = (
+        f'{HEAD}<styleSheet><numFmts><numFmt numFmtId="164" formatCode="_-* #,##0.00\\ _D_M_-;0.0*d"/></numFmts>'
+        '<cellXfs><xf numFmtId="0"/><xf numFmtId="164"/></cellXfs></styleSheet>'
+    )
+    shared = "<sst><si><t>\u4f4d\u7f6e</t><rPh><t>\u30a4\u30c1</t></rPh><phoneticPr/></si></sst>"
+    head = '<row><c t="str"><v>t</v></c><c/><c t="s"><v>0</v></c><c t="str"><v>on</v></c></row>'
+    body = (
+        f'<row><c><v>{k * 0.1!r}</v></c><c/><c s="1"><v>{x}</v></c><c t="{kind}"><v>{on}</v></c></row>'
+        for k, (x, kind, on) in enumerate([("1.125", "b", "true"), ("2", "b", "0"), ("-3.375", "e", "#NUM!")] * 3)
+    )
+    parts = {"xl/sharedStrings.xml": f"{HEAD}{shared}", "xl/styles.xml": styles}
+    path = write_workbook(tmp_path / "a.xlsx", {"Data": sheet(head, *body)}, parts)
+    source = open_xlsx(path, Allowance(), EMPTY_DESCRIPTION)
+    assert source.names == ("t", "2", "\u4f4d\u7f6e", "on")
+    values = source.load(["t", "\u4f4d\u7f6e", "on"]).values
+    np.testing.assert_allclose(values[:, 0], 0.1 * np.arange(9))
+    np.testing.assert_array_equal(values[:, 1], [1.125, 2, -3.375] * 3)
+    np.testing.assert_array_equal(values[:, 2], [1, 0, np.nan] * 3)
+
+
+def test_numbers_in_texts_may_have_thousands(tmp_path, spec):
+    table = sheet(line(1, "t", "x", "w"), *(line(k + 2, 0.1 * k, ["1.234", "2", "3"][k % 3], 1) for k in range(9)))
+    source = open_xlsx(write_workbook(tmp_path / "a.xlsx", {"Data": table}), Allowance(), EMPTY_DESCRIPTION)
+    with pytest.raises(BadInput) as told:
+        source.load(["x"])
+    assert matches(told.value, "LOG005 a.xlsx:2: `1.234` `2`")
+
+
 def test_one_of_several_sheets(tmp_path, spec):
     table = sheet(line(1, "t", "x", "w"), *numbers(begins=2))
     path = write_workbook(tmp_path / "a.xlsx", {"Run 1": table, "Run 2": table.replace("<v>0.0</v>", "<v>0</v>")})
@@ -126,6 +159,21 @@ HOSTILE = {
     "a text that is not there": (
         {"xl/worksheets/s0.xml": TABLE.replace('<c r="B2">', '<c r="B2" t="s">')},
         "LOG001 IndexError",
+    ),
+    "a text before the first": (
+        {
+            "xl/worksheets/s0.xml": TABLE.replace('<c r="B2"><v>1<', '<c r="B2" t="s"><v>-1<'),
+            "xl/sharedStrings.xml": "<sst><si><t>7</t></si></sst>",
+        },
+        "LOG001 text -1",
+    ),
+    "a comment that is read anew for each piece": (
+        {"xl/worksheets/s0.xml": TABLE.replace("<sheetData>", f"<!--{'x' * 5_000_000}--><sheetData>")},
+        "LOG001 1000000",
+    ),
+    "a tag of several megabytes": (
+        {"xl/worksheets/s0.xml": TABLE.replace("<sheetData>", f'<sheetData a="{"x" * 5_000_000}">')},
+        "LOG001 1000000",
     ),
     "a year far off": (
         {

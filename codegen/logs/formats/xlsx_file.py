@@ -9,12 +9,14 @@ import posixpath
 import re
 import zipfile
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from datetime import datetime, timedelta
 from pathlib import Path
 from xml.parsers import expat
 
 from codegen.base.user_text import shown
 from codegen.logs.description import LogDescription
+from codegen.logs.formats.cells import is_number
 from codegen.logs.formats.csv_file import CsvSource, open_lines
 from codegen.logs.formats.source import LARGEST_STREAM, Allowance, File, listing
 
@@ -22,6 +24,8 @@ MOST_ROWS, MOST_COLUMNS = 1_048_576, 16_384
 """Those of a sheet."""
 LONGEST_TEXT = 1000
 """Letters of a cell that are read: a shared text may be in every cell."""
+LONGEST_TOKEN = 1_000_000
+"""Most bytes of a tag or comment: expat reads one that is not complete from its beginning for each piece of a part."""
 _BOOK, _TARGETS, _TEXTS, _STYLES = (
     f"xl/{name}" for name in ("workbook.xml", "_rels/workbook.xml.rels", "sharedStrings.xml", "styles.xml")
 )
@@ -34,8 +38,8 @@ _DAY_ZERO = datetime(1899, 12, 30)
 """The day from which Excel counts days."""
 _DATES = frozenset([*range(14, 23), *range(27, 37), *range(45, 48), *range(50, 59)])
 """Formats of dates and times that a workbook does not define itself."""
-_PLAIN_IN_FORMAT = re.compile(r'"[^"]*"|\\.|\[(?![hms]+\])[^\]]*\]', re.IGNORECASE)
-"""The parts of a format of numbers that are no code: texts, and colours in brackets."""
+_PLAIN_IN_FORMAT = re.compile(r'"[^"]*"|[\\_*].|\[(?![hms]+\])[^\]]*\]', re.IGNORECASE)
+"""The parts of a format of numbers that are no code: texts, spaces as wide as a letter, and colours in brackets."""
 _REFERENCE = re.compile(r"([A-Z]{1,3})\d+")
 
 
@@ -64,7 +68,10 @@ def open_xlsx(path: Path, allowance: Allowance, description: LogDescription) -> 
         lines = rows.lines()
     others = [name for name in sheets if name != likely[0]]
     also = f"; the others ({listing(others)}) are not, `records: NAME` in meta.yaml takes one" if others else ""
-    return open_lines(str(path), lines, description, [f"sheet `{shown(likely[0])}` is read{also}"])
+    source = open_lines(str(path), lines, description, [f"sheet `{shown(likely[0])}` is read{also}"])
+    if source.layout.decimal == "." and not rows.numbers_in_texts:  # a cell's number has no sign between thousands
+        source.layout = replace(source.layout, decimal_stated=True)
+    return source
 
 
 Element = Callable[[str, Mapping[str, str], str], None]
@@ -93,8 +100,14 @@ def _read(archive: zipfile.ZipFile, part: str, add: Element) -> None:
     parser.buffer_text = True
     parser.StartElementHandler, parser.EndElementHandler, parser.CharacterDataHandler = start, end, text
     parser.StartDoctypeDeclHandler = refuse
+    if archive.getinfo(part).compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):  # those of ECMA-376
+        raise ValueError("another compression than Deflate")
     with archive.open(part) as stream:
-        parser.ParseFile(stream)
+        while piece := stream.read(LONGEST_TOKEN):
+            parser.Parse(piece)
+            if stream.tell() - parser.CurrentByteIndex > LONGEST_TOKEN:
+                raise ValueError(f"a tag or comment of more than {LONGEST_TOKEN} bytes")
+        parser.Parse(b"", True)
 
 
 def _sheets(archive: zipfile.ZipFile) -> dict[str, str]:
@@ -122,6 +135,8 @@ def _texts(archive: zipfile.ZipFile) -> list[str]:
     def add(kind: str, _: Mapping[str, str], text: str) -> None:
         if kind == "t":
             parts.append(text)
+        elif kind == "rPh":  # how the text is pronounced
+            parts.pop()
         elif kind == "si":
             found.append("".join(parts)[:LONGEST_TEXT])
             parts.clear()
@@ -155,14 +170,18 @@ class _Rows:
     Args:
         texts, dates: of the workbook.
         count: called with the letters of all lines so far; raises if there are too many.
+
+    Attributes:
+        numbers_in_texts: whether a cell has a number as a text.
     """
 
     def __init__(self, texts: list[str], dates: set[str], count: Callable[[int], None]) -> None:
         self._texts, self._dates, self._count = texts, dates, count
         self._made: list[str] = []
         self._cells: dict[int, str] = {}
-        self._value, self._letters = "", 0
+        self._value, self._letters, self._next = "", 0, 0
         self._first, self._width = MOST_COLUMNS, 0
+        self.numbers_in_texts = False
 
     def lines(self) -> list[str]:
         """A line for each row, at its number, with tabs between its cells; empty columns at the left are left out."""
@@ -172,15 +191,15 @@ class _Rows:
 
     def add(self, kind: str, attributes: Mapping[str, str], text: str) -> None:
         if kind in ("v", "t"):
-            self._value += text
+            self._value = (self._value + text)[:LONGEST_TEXT]
         elif kind == "c":
             reference = _REFERENCE.fullmatch(attributes.get("r", ""))
-            column = _number(reference[1]) if reference else max(self._cells, default=-1) + 1
+            column = _number(reference[1]) if reference else self._next
             if column >= MOST_COLUMNS:
                 raise ValueError(f"a cell in column {column + 1}")
             if self._value:
                 self._cells[column] = self._text(attributes)
-            self._value = ""
+            self._value, self._next = "", column + 1
         elif kind == "row":
             number = int(attributes.get("r", len(self._made) + 1))
             if not len(self._made) < number <= MOST_ROWS:
@@ -191,17 +210,22 @@ class _Rows:
             self._count(self._letters)
             self._made.append("\t".join(self._cells.get(k, "") for k in range(width)))
             self._first, self._width = min(self._first, *self._cells, MOST_COLUMNS), max(self._width, width)
-            self._cells = {}
+            self._cells, self._next = {}, 0
 
     def _text(self, attributes: Mapping[str, str]) -> str:
         """The text of a cell; of a date by ISO 8601. It has no tab, no line end, and quotes as in a text table."""
         kind, text = attributes.get("t", "n"), re.sub(r"\s+", " ", self._value)
         if kind == "s":
-            text = re.sub(r"\s+", " ", self._texts[int(text)])
+            if (place := int(text)) < 0:
+                raise ValueError(f"text {place}")
+            text = re.sub(r"\s+", " ", self._texts[place])
         elif kind == "b":
-            text = "true" if text == "1" else "false"
+            text = "true" if text in ("1", "true") else "false"
+        elif kind == "e":  # #DIV/0!, #NUM!, #REF!, …: no value, and no comment
+            text = "#N/A"
         elif kind == "n" and attributes.get("s") in self._dates:
             text = (_DAY_ZERO + timedelta(days=float(text))).isoformat(sep=" ", timespec="microseconds")
+        self.numbers_in_texts |= kind in ("s", "str", "inlineStr") and is_number(text)
         return '"' + text.replace('"', '""') + '"' if '"' in text else text
 
 
