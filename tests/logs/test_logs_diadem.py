@@ -10,6 +10,7 @@ from slider_log import rows
 
 from codegen.base.errors import BadInput
 from codegen.logs import read_log
+from codegen.logs.formats.diadem_file import LARGEST_HEADER
 from tests.expected_errors import matches
 
 MADE = rows(duration=4.0)
@@ -69,6 +70,16 @@ def test_faults(tmp_path, spec, channels, data, words):
     with pytest.raises(BadInput) as told:
         read_log(path, spec, columns=COLUMNS)
     assert matches(told.value, words), told.value
+
+
+def test_a_header_of_many_megabytes(tmp_path, spec):
+    """Its lines would take a hundred times the memory."""
+    path = write(tmp_path, TWO, BLOCK)
+    with path.open("ab") as stream:
+        stream.write(b"\n" * LARGEST_HEADER)
+    with pytest.raises(BadInput) as told:
+        read_log(path, spec, columns=COLUMNS)
+    assert matches(told.value, f"FILE002 run.dat {LARGEST_HEADER}")
 
 
 def test_its_numbers_are_sought_in_its_folder_alone(tmp_path, spec):

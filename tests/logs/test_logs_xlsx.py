@@ -43,7 +43,9 @@ def line(number: int, *values: Any, first: str = "A") -> str:
     return f'<row r="{number}">{"".join(cells)}</row>'
 
 
-def write_workbook(path: Path, sheets: dict[str, str], parts: dict[str, str] | None = None) -> Path:
+def write_workbook(
+    path: Path, sheets: dict[str, str], parts: dict[str, str] | None = None, method: int = zipfile.ZIP_DEFLATED
+) -> Path:
     """A workbook of sheets (name → XML); ``parts``: further ones, or in place of these."""
     names = "".join(f'<sheet name="{name}" r:id="rId{k}"/>' for k, name in enumerate(sheets))
     kind = "http://schemas.openxmlformats.org/officeDocument/2006/relationships/worksheet"
@@ -55,7 +57,7 @@ def write_workbook(path: Path, sheets: dict[str, str], parts: dict[str, str] | N
         "xl/_rels/workbook.xml.rels": f"{HEAD}<Relationships>{targets}</Relationships>",
         **{f"xl/worksheets/s{k}.xml": text for k, text in enumerate(sheets.values())},
     }
-    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+    with zipfile.ZipFile(path, "w", method) as archive:
         for part, text in (made | (parts or {})).items():
             archive.writestr(part, text)
     return path
@@ -175,6 +177,8 @@ HOSTILE = {
         {"xl/worksheets/s0.xml": TABLE.replace("<sheetData>", f'<sheetData a="{"x" * 5_000_000}">')},
         "LOG001 1000000",
     ),
+    "elements nested a million deep": ({"xl/worksheets/s0.xml": "<a>" * 1_000_000}, "LOG001 nested 100"),
+    "bzip2, which unpacks a few bytes to megabytes": ({}, "LOG001 compression"),
     "a year far off": (
         {
             "xl/worksheets/s0.xml": TABLE.replace('<c r="B2"><v>1<', '<c r="B2" s="0"><v>1e300<'),
@@ -188,7 +192,8 @@ HOSTILE = {
 @pytest.mark.parametrize("case", HOSTILE)
 def test_hostile(tmp_path, spec, case):
     parts, words = HOSTILE[case]
-    path = write_workbook(tmp_path / "a.xlsx", {"Data": TABLE}, parts)
+    method = zipfile.ZIP_BZIP2 if "bzip2" in case else zipfile.ZIP_DEFLATED
+    path = write_workbook(tmp_path / "a.xlsx", {"Data": TABLE}, parts, method)
     with pytest.raises(BadInput) as told:
         read_log(path, spec)
     assert matches(told.value, words), told.value

@@ -10,10 +10,13 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from codegen.base.arrays import Array
+from codegen.base.input_files import read_bytes
 from codegen.base.user_text import shown
 from codegen.logs.formats.source import Columns, File, LogFile
 
 BEGINS = rb"DIAEXTENDED"
+LARGEST_HEADER = 10_000_000
+"""Most bytes of a header, which has about 300 for each channel."""
 _TYPES = {"REAL64": "<f8", "REAL32": "<f4"}
 _BEGIN, _END = "#BEGINCHANNELHEADER", "#ENDCHANNELHEADER"
 _Channel = Mapping[str, str]
@@ -29,7 +32,8 @@ class DiademFile(LogFile):
     def find(self) -> None:
         self._channels: dict[str, _Channel] = {}
         found: dict[str, str] | None = None
-        for line in self.read_bytes().decode("cp1252", errors="replace").splitlines():
+        header = read_bytes(self.path, self.expected, LARGEST_HEADER)
+        for line in header.decode("cp1252", errors="replace").splitlines():
             key, _, value = line.strip().partition(",")
             if key == _BEGIN:
                 found = {}

@@ -34,6 +34,8 @@ COST = 8
 """Memory of what these hold over their size."""
 SMALL = 0.1
 """Share of the largest sheet's size below which another sheet holds no rows of the log, but notes or nothing."""
+DEEPEST = 100
+"""Most elements that are open in one another; a sheet has about ten."""
 _DAY_ZERO = datetime(1899, 12, 30)
 """The day from which Excel counts days."""
 _DATES = frozenset([*range(14, 23), *range(27, 37), *range(45, 48), *range(50, 59)])
@@ -83,6 +85,8 @@ def _read(archive: zipfile.ZipFile, part: str, add: Element) -> None:
     open_elements: list[tuple[str, Mapping[str, str], list[str]]] = []
 
     def start(name: str, attributes: dict[str, str]) -> None:
+        if len(open_elements) == DEEPEST:
+            raise ValueError(f"elements nested more than {DEEPEST} deep")
         open_elements.append((name.rpartition(":")[2], attributes, []))
 
     def text(data: str) -> None:
