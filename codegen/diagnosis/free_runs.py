@@ -15,7 +15,7 @@ import numpy as np
 
 from codegen.base.progress import shares_to
 from codegen.diagnosis.case import Case, Findings
-from codegen.diagnosis.evidence.residual_regression import acting_force, half_of_squares, remainders
+from codegen.diagnosis.evidence.residual_regression import acting_force, at_once, remainders
 from codegen.diagnosis.fit.acceptance import is_far, near_noise
 from codegen.diagnosis.fit.drive import residual_at_drive
 from codegen.diagnosis.fit.linear import rms
@@ -353,7 +353,7 @@ def _once_on_held_out(answer: Answer, case: Case) -> tuple[Fact, ...]:
     log, facts = case.log_of_test, list[Fact]()
     for i, x in enumerate(answer.adopted.positions):
         rows = case.test.used[:, i] & within
-        found = half_of_squares(residual[:, i], rows)
+        found = at_once(residual[:, i], rows)
         if found is None or rms(residual[rows, i]) < case.material * rms(acting[rows, i]):
             continue
         start, stop = (float(motion.time[k]) for k in found)

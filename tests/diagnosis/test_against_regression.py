@@ -181,6 +181,21 @@ def test_a_constant_force_does_not_stand_for_one_in_some_intervals(plain: Log, t
     assert ("changes in time" in words) != throughout and bool(words) != throughout
 
 
+@pytest.mark.parametrize("true", [False, True])
+def test_an_effect_is_named_beside_a_single_push(plain: Log, true: bool) -> None:
+    """Beside 10 N in one of 20 seconds a true offset of 1.7 N is named; one of 1 N, where nothing else acts, is not."""
+    time, inputs = plain.sample_time * np.arange(plain.size), plain.inputs.copy()
+    since = time - 9.0
+    inputs[:, 0] -= 1.7 * true + 10.0 * np.where((since > 0) & (since < 1), np.sin(np.pi * since), 0.0)
+    problem = Problem(system_of(stage(reference=MOTION)), smooth_motion(replace(plain, inputs=inputs)), {})
+    system, offset = problem.system, FoundEffect("offset", "x", {"f0": 1.7 if true else 1.0}, {}, (), {})
+    answer = SimpleNamespace(refit=system, augmented=with_effects(system, (offset,)), effects=(offset,))
+    left = remainders(answer.augmented, problem.motion, problem.used)
+    assert left[0].is_mostly_in_time(problem.material)
+    words = changes_beside(problem, answer, left, problem.material)  # type: ignore[arg-type]
+    assert bool(words) != true
+
+
 def shares(one: ForceEvidence) -> list[float]:
     return [share for what in (one.vibration, one.drift) for share in (what.alone, what.by_law, what.both)]
 

@@ -10,7 +10,7 @@ import pytest
 
 from codegen.diagnosis.diagnose import diagnose_log
 from codegen.diagnosis.evidence.changes_in_time import changes_in_time
-from codegen.diagnosis.evidence.residual_regression import STATE, changed_by, half_of_squares, since_reversal, splines
+from codegen.diagnosis.evidence.residual_regression import STATE, at_once, changed_by, since_reversal, splines
 from codegen.diagnosis.fit.signals import low_pass
 from codegen.spec import parse_spec
 from tests.diagnosis.own_stage import simulated
@@ -111,12 +111,12 @@ def test_noise_of_the_acceleration_is_no_lost_inertia(lost: float) -> None:
 def test_half_of_the_squares_in_a_short_time_is_one_event(length: float, told: bool) -> None:
     """Of 30 s: a push of half a second, and one of eight; where it holds nearly all, its half is half as long."""
     inside = (TIME >= 12.0) & (12.0 + length > TIME)
-    found = half_of_squares(0.01 * noise(5, 0) + inside, EVERY)
+    found = at_once(0.01 * noise(5, 0) + inside, EVERY)
     assert (found is not None) is told
     if found is not None:
         first, last = (TIME[k] for k in found)
         assert first >= 12.0 and last < 12.5 and last - first == pytest.approx(0.25, abs=0.02)
-    assert half_of_squares(noise(6, 0), EVERY) is None and half_of_squares(np.zeros(COUNT), EVERY) is None
+    assert at_once(noise(6, 0), EVERY) is None and at_once(np.zeros(COUNT), EVERY) is None
 
 
 @pytest.mark.parametrize("push", [25.0, 0.0])

@@ -60,7 +60,7 @@ REPEATED = 2.0
 SURELY_RINGS = 6.0
 """Least weight of a resonance, the best of 120, in standard deviations; 4 would give 1 % of false alarms."""
 AT_ONCE = 0.1
-"""Largest share of the samples with half of the squared residual that counts as one event."""
+"""Largest share of the samples of an interval, with most of the squared residual, that counts as one event."""
 SLIDING = 0.03
 """Share of a contact's 95 % speed above which it surely slides; below, friction may balance any load."""
 
@@ -201,13 +201,16 @@ def sliding(system: System, motion: Motion, used: NDArray[np.bool_], i: int) -> 
     return np.asarray(np.logical_and.reduce([used[:, i], *fast]))
 
 
-def half_of_squares(residual: Array, rows: NDArray[np.bool_]) -> tuple[int, int] | None:
-    """First and last sample of the shortest interval with half of a squared residual (N,); None above ``AT_ONCE``."""
+def at_once(residual: Array, rows: NDArray[np.bool_], share: float = 0.5) -> tuple[int, int] | None:
+    """First and last sample of the shortest interval with this share of a squared residual, (N,).
+
+    None if it has more than ``AT_ONCE`` of the samples ``rows``.
+    """
     places = np.flatnonzero(rows)
     if len(places) < LEAST_ROWS or not np.any(residual[places]):
         return None
     sums = np.concatenate([[0.0], np.cumsum(residual[places] ** 2)])
-    last = np.searchsorted(sums, sums[:-1] + 0.5 * sums[-1])  # of each first sample, one behind the last
+    last = np.searchsorted(sums, sums[:-1] + share * sums[-1])  # of each first sample, one behind the last
     lengths = np.where(last < len(sums), last - np.arange(len(places)), len(places) + 1)
     k = int(np.argmin(lengths))
     return (int(places[k]), int(places[last[k] - 1])) if lengths[k] <= AT_ONCE * len(places) else None

@@ -35,6 +35,7 @@ from codegen.diagnosis.evidence.residual_regression import (
     STATE,
     acting_force,
     added_share,
+    at_once,
     changed_on,
     explained_over,
     peak_hz,
@@ -225,6 +226,8 @@ MUCH_OF_THE_REST = 0.25
 RMS. Of true waves, where all that is left is noise or another force, it is zero."""
 MUCH_IN_TIME = 1 / 3
 """Least RMS of a force that changes in time beside effects, over that of their own force, for an objection."""
+ONE_EVENT = 0.8
+"""Least share of the squared residual force, within ``AT_ONCE`` of the samples, that is one event, such as a push."""
 STEP = 1e-3
 """Relative step of a parameter for its slope."""
 
@@ -325,7 +328,8 @@ def changes_beside(problem: Problem, answer: Answer, left: Sequence[Remainder], 
     What they leave on a coordinate on which they act is mostly a material force that changes in time
     (``Remainder.is_mostly_in_time``), with ``MUCH_IN_TIME`` of the RMS of the effects' own force. A true effect acts
     throughout. A force that acts in some intervals, or depends on the path, has a mean and a slope over the motion,
-    which a constant, an asymmetry or a spring follows.
+    which a constant, an asymmetry or a spring follows. A single short event is no objection to effects that remove most
+    of the squared residual force at all other times (``ONE_EVENT``, ``MOST``).
     """
     motion = problem.motion
     before, after = (residual_at_drive(s, motion) for s in (answer.refit, answer.augmented))
@@ -334,6 +338,11 @@ def changes_beside(problem: Problem, answer: Answer, left: Sequence[Remainder], 
             continue
         rows = sliding(answer.augmented, motion, problem.used, i)
         r, rest = (without_levels(answer.augmented, motion, rows, y[:, i], i) for y in (before, after))
+        event, others = at_once(rest, rows, ONE_EVENT), rows.copy()
+        if event is not None:
+            others[event[0] : event[1] + 1] = False
+            if np.sum(rest[others] ** 2) < (1 - MOST) * np.sum(r[others] ** 2):
+                continue
         share = left[i].rms * sqrt(left[i].changed) / max(rms((r - rest)[rows]), 1e-300)
         if share >= MUCH_IN_TIME:
             return worded("changes beside", named=titles(answer.effects), share=share, explained=left[i].changed)
