@@ -11,6 +11,7 @@ import zipfile
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from datetime import datetime, timedelta
+from itertools import pairwise
 from pathlib import Path
 from xml.parsers import expat
 
@@ -40,7 +41,7 @@ _DAY_ZERO = datetime(1899, 12, 30)
 """The day from which Excel counts days."""
 _DATES = frozenset([*range(14, 23), *range(27, 37), *range(45, 48), *range(50, 59)])
 """Formats of dates and times that a workbook does not define itself."""
-_PLAIN_IN_FORMAT = re.compile(r'"[^"]*"|[\\_*].|\[(?![hms]+\])[^\]]*\]', re.IGNORECASE)
+_PLAIN_IN_FORMAT = re.compile(r'"[^"]*"|[\\_*].|\[(?![hms]+\])[^][]*\]', re.IGNORECASE)
 """The parts of a format of numbers that are no code: texts, spaces as wide as a letter, and colours in brackets."""
 _REFERENCE = re.compile(r"([A-Z]{1,3})\d+")
 
@@ -142,7 +143,7 @@ def _texts(archive: zipfile.ZipFile) -> list[str]:
         elif kind == "rPh":  # how the text is pronounced
             parts.pop()
         elif kind == "si":
-            found.append("".join(parts)[:LONGEST_TEXT])
+            found.append(_one_line("".join(parts)[:LONGEST_TEXT]))
             parts.clear()
 
     _read(archive, _TEXTS, add)
@@ -209,20 +210,21 @@ class _Rows:
             if not len(self._made) < number <= MOST_ROWS:
                 raise ValueError(f"row {number} after row {len(self._made)}")
             self._made += [""] * (number - 1 - len(self._made))
-            width = max(self._cells, default=-1) + 1
+            columns = sorted(self._cells)
+            width = columns[-1] + 1 if columns else 0
             self._letters += width + sum(map(len, self._cells.values()))
             self._count(self._letters)
-            self._made.append("\t".join(self._cells.get(k, "") for k in range(width)))
-            self._first, self._width = min(self._first, *self._cells, MOST_COLUMNS), max(self._width, width)
+            self._made.append("".join("\t" * (k - last) + self._cells[k] for last, k in pairwise([0, *columns])))
+            self._first, self._width = min([self._first, *columns]), max(self._width, width)
             self._cells, self._next = {}, 0
 
     def _text(self, attributes: Mapping[str, str]) -> str:
         """The text of a cell; of a date by ISO 8601. It has no tab, no line end, and quotes as in a text table."""
-        kind, text = attributes.get("t", "n"), re.sub(r"\s+", " ", self._value)
+        kind, text = attributes.get("t", "n"), _one_line(self._value)
         if kind == "s":
             if (place := int(text)) < 0:
                 raise ValueError(f"text {place}")
-            text = re.sub(r"\s+", " ", self._texts[place])
+            text = self._texts[place]
         elif kind == "b":
             text = "true" if text in ("1", "true") else "false"
         elif kind == "e":  # #DIV/0!, #NUM!, #REF!, …: no value, and no comment
@@ -231,6 +233,10 @@ class _Rows:
             text = (_DAY_ZERO + timedelta(days=float(text))).isoformat(sep=" ", timespec="microseconds")
         self.numbers_in_texts |= kind in ("s", "str", "inlineStr") and is_number(text)
         return '"' + text.replace('"', '""') + '"' if '"' in text else text
+
+
+def _one_line(text: str) -> str:
+    return re.sub(r"\s+", " ", text)
 
 
 def _number(letters: str) -> int:
