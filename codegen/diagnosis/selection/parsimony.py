@@ -175,7 +175,7 @@ def judged_together(
 
     Args:
         paired: whether the effects were found as a pair, so that rivals of the first one are unknown, and the other one
-            was not compared with all candidates.
+            may not have been compared with all candidates.
     """
     if len(current.trial.parts) < 2:
         return current, rivals
