@@ -213,6 +213,10 @@ def test_too_large_when_unpacked(tmp_path, spec, monkeypatch):
             read_log(path, spec)
         assert matches(told.value, "LOG010 a.xlsx 100000")
     shared = f"<sst><si><t>{'x' * 5000}</t></si></sst>"
+    write_workbook(path, {"Data": sheet(*[line(k, *["x" * 500] * 3) for k in range(1, 21)])})
+    with pytest.raises(BadInput) as told:  # 32 kB, whose 30 kB of text are held in several copies
+        read_log(path, spec)
+    assert matches(told.value, "LOG010 a.xlsx 100000")
     many = sheet(*["<row>" + '<c t="s"><v>0</v></c>' * 50 + "</row>"] * 20)
     write_workbook(path, {"Data": many}, {"xl/sharedStrings.xml": shared})
     with pytest.raises(BadInput) as told:

@@ -33,6 +33,8 @@ _BOOK, _TARGETS, _TEXTS, _STYLES = (
 """The parts beside the sheet; the last two may be absent."""
 COST = 8
 """Memory of what these hold over their size."""
+COPIES = 4
+"""Copies of a row's text that reading holds, in letters of one byte."""
 SMALL = 0.1
 """Share of the largest sheet's size below which another sheet holds no rows of the log, but notes or nothing."""
 DEEPEST = 100
@@ -66,7 +68,7 @@ def open_xlsx(path: Path, allowance: Allowance, description: LogDescription) -> 
         allowance.take(path, size, file.expected)
         texts = _texts(archive) if _TEXTS in given else []
         dates = _dates(archive) if _STYLES in given else set()
-        rows = _Rows(texts, dates, lambda letters: allowance.take(path, size + letters, file.expected))
+        rows = _Rows(texts, dates, lambda letters: allowance.take(path, size + COPIES * letters, file.expected))
         _read(archive, sheets[likely[0]], rows.add)
         lines = rows.lines()
     others = [name for name in sheets if name != likely[0]]
