@@ -427,7 +427,7 @@ def test_an_effect_is_no_worse_than_the_refit_without_it(force: float, run: floa
 
 @pytest.mark.parametrize(
     ("force", "run", "admissible"),
-    [(1.004, 1.003, False), (0.98, 1.0, False), (0.97, 1.005, True), (1.005, 0.97, True)],
+    [(1.004, 1.003, False), (0.96, 1.0, False), (0.94, 1.005, True), (1.005, 0.94, True)],
 )
 def test_an_effect_makes_an_error_on_held_out_data_smaller(force: float, run: float, admissible: bool) -> None:
     """An eccentric encoder was named with 496 % in place of 494 as declared, and 0.801 rad in place of 0.799."""
@@ -440,7 +440,7 @@ def test_an_effect_makes_an_error_on_held_out_data_smaller(force: float, run: fl
 
 
 @pytest.mark.parametrize(
-    ("force", "run", "admissible"), [(2.585, 1.081, False), (2.55, 1.08, False), (2.5, 1.08, True)]
+    ("force", "run", "admissible"), [(2.585, 1.081, False), (2.46, 1.08, False), (2.44, 1.08, True)]
 )
 def test_what_refitted_levels_gain_pays_for_no_effect(force: float, run: float, admissible: bool) -> None:
     """Declared levels are often a fifth wrong, so that any effect beside refitted ones beats the declared model.
@@ -484,7 +484,7 @@ def test_what_refitted_values_gain_on_other_joints_pays_for_no_effect() -> None:
     """
     declared = ErrorFigures(1.0, (0.0730, 0.266, 0.120), 0.1, 1.0, (0.0156, 0.0567, 0.102))
     refit = ErrorFigures(1.0, (0.0777, 0.0635, 0.0199), 0.1, 1.0, (0.0232, 0.0071, 0.0285))
-    new = ErrorFigures(1.0, (0.0795, 0.0605, 0.0199), 0.1, 1.0, (0.0248, 0.0072, 0.0285))
+    new = ErrorFigures(1.0, (0.0795, 0.0598, 0.0199), 0.1, 1.0, (0.0248, 0.0072, 0.0285))
     option = ("the effect", system_of(stage()))
     assert admitted([option], lambda _: new, Reference(declared, refit)).option is not None
     chosen = admitted([option], lambda _: new, Reference(declared, refit), acting={0: "j1"})

@@ -22,7 +22,7 @@ from codegen.diagnosis.fit.trial import with_values
 from codegen.diagnosis.results import ErrorFigures, Fact, FoundEffect, Remainder
 from codegen.diagnosis.verdict import admission
 from codegen.diagnosis.verdict.admission import admitted, reference_of
-from codegen.diagnosis.verdict.answer import Answer, unknown_above_drive
+from codegen.diagnosis.verdict.answer import Answer, explains_material_force, unknown_above_drive
 from codegen.diagnosis.verdict.held_out import FinalCheck, HeldOut
 from codegen.mechanics.system import System
 from codegen.spec import parse_spec
@@ -224,3 +224,18 @@ def test_facts_on_an_effect_are_not_told_once_it_is_refused() -> None:
     none: Any = None
     named = Answer("effect", (), none, none, (none, none, none), remarks=tuple(told))
     assert named.refused("a smooth curve explains more").remarks == (told[2],)
+
+
+@pytest.mark.parametrize(("k", "material"), [(0.3, False), (3.0, True)])
+def test_what_no_second_log_shows_must_be_material_in_the_training_log(
+    k: float, material: bool, tmp_path: Path
+) -> None:
+    """A spring of k N/m: its share of the drive force is RMS(k x)/RMS(w) of the log."""
+    truth = f"[{{kind: spring, on: x, parameters: {{k: {k}}}}}]"
+    problem = held_out_on(truth, tmp_path).problem
+    x, w = problem.motion.positions[:, 0], problem.motion.inputs[:, 0]
+    share = k * np.std(x) / np.sqrt(np.mean(w**2))
+    assert share > 1.5 * MATERIAL if material else 1e-3 < share < MATERIAL / 1.5
+    sprung = system_of(stage(truth))
+    assert explains_material_force(problem, problem.system, sprung) is material
+    assert not explains_material_force(problem, sprung, problem.system)

@@ -398,7 +398,7 @@ def test_the_values_of_a_refused_refit_are_told() -> None:
 
 
 def test_refusals_by_the_same_test_are_one_statement_and_that_of_most_options_is_first() -> None:
-    """A pendulum's verdict said four times over that neither error would be 2.5 % smaller."""
+    """A pendulum's verdict said four times over that neither error would be 5 % smaller."""
     options = (
         "refitted values",
         "refitted friction levels alone",
@@ -408,7 +408,7 @@ def test_refusals_by_the_same_test_are_one_statement_and_that_of_most_options_is
     alike = [Refusal(option, "as declared") for option in options]
     (fact,) = merged(alike)
     assert fact.words == (
-        "on held-out data neither residual force nor simulation error is 2.5 % smaller than as declared, "
+        "on held-out data neither residual force nor simulation error is 5 % smaller than as declared, "
         "whichever values are used."
     )
     assert all(option in fact.detail for option in options)

@@ -16,7 +16,7 @@ import numpy as np
 from codegen.base.text import render
 from codegen.diagnosis.evidence.adoption import SAME, Refit
 from codegen.diagnosis.fit import acceptance
-from codegen.diagnosis.fit.acceptance import LEAST_SHARE, TIE_LEVEL, random_signs
+from codegen.diagnosis.fit.acceptance import TIE_LEVEL, random_signs
 from codegen.diagnosis.fit.drive import drive_gain, drive_left
 from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.trial import in_unit, with_values
@@ -28,7 +28,7 @@ FORCE, RUN = "residual force", "simulation error"
 AS_DECLARED = "declared values"
 REFIT_WORSE = 0.05
 """Share by which an effect may increase either error over that of the refit, which noise can cause."""
-FALLS = float(np.sqrt(1 - LEAST_SHARE))
+FALLS = 1 - REFIT_WORSE
 """Ratio of errors up to which an error counts as smaller."""
 UNSEEN = 1e-3
 """Relative change of both errors up to which an effect counts as not acting on the held-out data."""
@@ -153,7 +153,8 @@ def admitted(
 
     Args:
         reference: of all options, or as a function of an option's model.
-        shown: function that returns whether the effect acts on these data; called only if nothing is gained.
+        shown: function that returns whether an effect that gains nothing on these data is refused for that: not if it
+            does not act on them, but is material in the training log; called only if nothing is gained.
         acting: index → name of the coordinates on which the effects act; an option is also judged on these alone, so
             that refitted values of other joints do not compensate for an effect that makes its own joint worse.
     """
@@ -216,8 +217,8 @@ def _ratios(figures: ErrorFigures, declared: ErrorFigures) -> dict[str, float]:
 def gains_nothing(figures: ErrorFigures, other: ErrorFigures, refit: ErrorFigures) -> bool:
     """Whether an effect reduces no held-out error compared with another model; ``refit``: errors without the effect.
 
-    No squared error decreases by ``LEAST_SHARE`` on a coordinate on which it differs from the refit's, and not both
-    errors decrease by ``SAME``.
+    No error falls to ``FALLS`` of the other's on a coordinate on which it differs from the refit's, and not both errors
+    decrease by ``SAME``.
     """
     pairs = [
         (_ratio(a, b), abs(_ratio(a, c) - 1) > UNSEEN)
@@ -234,7 +235,7 @@ def reduces_both(figures: ErrorFigures, other: ErrorFigures) -> bool:
 
 
 def reduces_runs(figures: ErrorFigures, other: ErrorFigures) -> bool:
-    """Whether the squared free-run error is smaller than another model's by ``LEAST_SHARE``."""
+    """Whether the free-run error falls to ``FALLS`` of another model's."""
     return _ratios(figures, other)[RUN] <= FALLS
 
 

@@ -113,6 +113,15 @@ def force_agrees(final: Fit, problem: Problem, refit: System, augmented: System)
     return near and _gain(problem, augmented, refit).p > acceptance.TIE_LEVEL
 
 
+def explains_material_force(problem: Problem, refit: System, augmented: System) -> bool:
+    """Whether effects explain a material force of a log: √(r₀² − r²) is at least ``problem.material``.
+
+    r₀ and r are the residual forces without and with them, over the drive force.
+    """
+    before, after = (force_errors(s, problem.motion, problem.used)[2] for s in (refit, augmented))
+    return bool(before**2 - after**2 >= problem.material**2)
+
+
 def without_effects(outcome: Outcome) -> Verdict:
     """The verdict if no effect is accepted: ``unknown`` if the refit leaves a material misfit above the noise."""
     base = outcome.base

@@ -39,7 +39,13 @@ from codegen.diagnosis.verdict.admission import (
     worsened,
 )
 from codegen.diagnosis.verdict.against_regression import against_regression
-from codegen.diagnosis.verdict.answer import Answer, force_agrees, settled_by_free_runs, without_effects
+from codegen.diagnosis.verdict.answer import (
+    Answer,
+    explains_material_force,
+    force_agrees,
+    settled_by_free_runs,
+    without_effects,
+)
 from codegen.diagnosis.verdict.harmonics import with_harmonics
 from codegen.diagnosis.verdict.held_out import HeldOut, without_refused
 from codegen.diagnosis.verdict.over_positions import over_positions
@@ -235,8 +241,8 @@ def _judged(
     without_effect = with_values(system, without_it)
 
     def shown() -> bool:
-        """Whether the effects act on the held-out data."""
-        return acts(measured(without_effect), plain.figures[1])
+        """Whether the effects act on the held-out data, or explain no material force of the training log."""
+        return not explains_material_force(*models) or acts(measured(without_effect), plain.figures[1])
 
     places = sorted({p.effect.coordinate(problem.system, p.place) for p in fit.trial.parts})
     acting = {i: problem.system.positions[i].name for i in places}
