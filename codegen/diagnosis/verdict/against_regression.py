@@ -188,9 +188,9 @@ def against_regression(
 
     There are three objections. Backlash is exempt.
 
-    - A smooth curve over the effects' own variables explains much more than they do; near the noise of the free runs,
-      by a material force, and not asked of a load behind a spring. Free runs about a few stops may prefer a limit of
-      the input that doubles the squared force residual elsewhere.
+    - A smooth curve over the effects' own variables explains much more than they do; near the noise of the free runs
+      only where they increase the residual force, by a material force, and not asked of a load behind a spring. Free
+      runs about a few stops may prefer a limit of the input that doubles the squared force residual elsewhere.
     - A spectral line, a vibration in time, explains more, and the effects explain little in addition. A controller
       reacts to a vibration, so a delayed input can cancel it down to a few times the noise. Near the noise the line
       must leave less than ``FAR_LESS`` of the square that the effects leave.
@@ -202,7 +202,7 @@ def against_regression(
     near = not is_far(final)
     acting = [acts_on(effect, problem.system) for effect in named]
     for one in force_evidence(problem, refit, augmented, [effect.kind for effect in named], acting):
-        exempt = near and (one.missed < problem.material or augmented.transmissions)
+        exempt = near and (one.removed >= 0 or one.missed < problem.material or augmented.transmissions)
         if one.removed < MOST * one.own and not exempt:
             return "a smooth curve over its own variable explains twice as much of the residual force as the law does"
         for other, most in ((one.vibration, FAR_LESS if near else 1.0), (one.drift, FAR_LESS)):
@@ -326,10 +326,11 @@ def changes_beside(problem: Problem, answer: Answer, left: Sequence[Remainder], 
     """The objection to effects beside which a force changes in time that is much of theirs; empty if there is none.
 
     What they leave on a coordinate on which they act is mostly a material force that changes in time
-    (``Remainder.is_mostly_in_time``), with ``MUCH_IN_TIME`` of the RMS of the effects' own force. A true effect acts
-    throughout. A force that acts in some intervals, or depends on the path, has a mean and a slope over the motion,
-    which a constant, an asymmetry or a spring follows. A single short event is no objection to effects that remove most
-    of the squared residual force at all other times (``ONE_EVENT``, ``MOST``).
+    (``Remainder.is_mostly_in_time``), with ``MUCH_IN_TIME`` of the RMS of the effects' own force, and less than that. A
+    force that acts in some intervals, or depends on the path, has a mean and a slope over the motion, which a constant,
+    an asymmetry or a spring follows; such an effect takes more of it than it leaves. A larger force beside the effects
+    is another one, as a limit of the input that acts in moments. A single short event is no objection to effects that
+    remove most of the squared residual force at all other times (``ONE_EVENT``, ``MOST``).
     """
     motion = problem.motion
     before, after = (residual_at_drive(s, motion) for s in (answer.refit, answer.augmented))
@@ -344,7 +345,7 @@ def changes_beside(problem: Problem, answer: Answer, left: Sequence[Remainder], 
             if np.sum(rest[others] ** 2) < (1 - MOST) * np.sum(r[others] ** 2):
                 continue
         share = left[i].rms * sqrt(left[i].changed) / max(rms((r - rest)[rows]), 1e-300)
-        if share >= MUCH_IN_TIME:
+        if MUCH_IN_TIME <= share < 1:
             return worded("changes beside", named=titles(answer.effects), share=share, explained=left[i].changed)
     return ""
 
