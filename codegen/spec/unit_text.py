@@ -69,6 +69,7 @@ def spelled(text: str) -> str:
     if len(plain) > 200 or not plain.isascii() or not _PLAIN.fullmatch(plain):
         factor = _NUMBER.search(plain)
         instead = f", without the number {factor[0]}, which belongs into the value" if factor else ""
+        instead = "; 94 % is the value 0.94 in the unit 1" if plain == "%" else instead
         unquoted = plain.strip(_QUOTES)
         raise Unreadable(f"a unit such as N*m, kg*m^2 or 1{instead}", unquoted if _PLAIN.fullmatch(unquoted) else "")
     return plain

@@ -17,7 +17,7 @@ from codegen.diagnosis.selection import ranking
 from codegen.diagnosis.selection.ranking import Ranked
 from tests.diagnosis.fakes import Placed
 
-SMALL = "explains less than stribeck on gear, which is too small to matter: 0.3 % of the drive force"
+SMALL = "explains less than stribeck on gear, which is too small to matter: 0.3 % of the drive force; 0.5 % is needed"
 
 
 def candidate(kind: str, share: float, size: float, p: float = 0.0, at: int = 0, why_not: str = "") -> Ranked:

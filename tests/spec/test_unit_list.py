@@ -351,3 +351,8 @@ def test_whether_a_text_is_a_unit_is_told_without_a_suggestion(text: str, monkey
     monkeypatch.setattr(known_units, "nearest_name", None)
     is_unit.cache_clear()
     assert is_unit(text) == read
+
+
+def test_a_share_in_percent_is_told_to_be_written_as_a_number() -> None:
+    with pytest.raises(BadInput, match=re.escape("94 % is the value 0.94 in the unit 1")):
+        unit_name("%", Place("spec.yaml"))

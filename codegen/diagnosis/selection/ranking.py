@@ -138,7 +138,7 @@ def _beside_too_small(search: Search, one: Ranked, ranked: Sequence[Ranked]) -> 
         small_force = not found.trial.adds_states and is_too_small(found, other.size)
         better = other.evidence.share > one.evidence.share and other.p <= acceptance.ALPHA
         if small_force and better and _coordinate(search, other) == _coordinate(search, one):
-            words = f"explains less than {part.title}, which {too_small_in_words(search.system, other.size)}"
+            words = f"explains less than {part.title}, which {too_small_in_words(search.system, found, other.size)}"
             return replace(one, why_not=words)
     return one
 

@@ -49,7 +49,7 @@ def why_refused(before: ForceCriterion, after: ForceCriterion, e: Evidence, size
         needed = in_percent(acceptance.LEAST_SHARE)
         return f"removes {in_percent(e.share)} of the squared simulation error on held-out parts; {needed} is needed"
     if is_too_small(found, size):
-        return too_small_in_words(search.system, size)
+        return too_small_in_words(search.system, found, size)
     return (
         impossible(search, found, before.fit.model)
         or absorbed_by_refit(before, after)
@@ -60,11 +60,16 @@ def why_refused(before: ForceCriterion, after: ForceCriterion, e: Evidence, size
 
 def is_too_small(found: Fit, size: float) -> bool:
     """Whether a candidate of this size is no effect, whatever it explains."""
-    return size < (acceptance.LEAST_NET if found.trial.adds_states else acceptance.LEAST_SIZE)
+    return size < _least_size(found)
 
 
-def too_small_in_words(system: System, size: float) -> str:
-    return f"is too small to matter: {in_percent(size)} of the {driving_force_name(system)}"
+def _least_size(found: Fit) -> float:
+    return acceptance.LEAST_NET if found.trial.adds_states else acceptance.LEAST_SIZE
+
+
+def too_small_in_words(system: System, found: Fit, size: float) -> str:
+    share, least = in_percent(size), in_percent(_least_size(found))
+    return f"is too small to matter: {share} of the {driving_force_name(system)}; {least} is needed"
 
 
 def matters(search: Search, found: Fit, base: Fit) -> bool:
