@@ -130,3 +130,46 @@ def test_degrees_are_named_where_the_mass_depends_on_the_angle(tmp_path: Path) -
     about.write_text("units: {th: deg}\n")
     again = preflight(read_log(path, spec, description=about), spec)
     assert not [f for f in again if f.severity == "problem" or f.topic == "scale of th"]
+
+
+ARM = """name: arm
+coordinates: {q1: {velocity: v1, unit: rad}, q2: {velocity: v2, unit: rad}}
+inputs: {T1: {unit: N*m}, T2: {unit: N*m}}
+parameters:
+  J1: {value: 0.4, unit: kg*m^2}
+  J2: {value: 0.1, unit: kg*m^2}
+  G: {value: 2.0, unit: N*m}
+mass_matrix: [[J1 + J2*cos(q2)**2, 0], [0, J2]]
+force: [T1 + J2*sin(2*q2)*v1*v2, T2 - J2*sin(2*q2)*v1**2/2 - G*cos(q2)]
+friction:
+  distribution: [[1, 0], [0, 1]]
+  contacts:
+    - {name: pan, law: coulomb, a: 0.3, unit: N*m}
+    - {name: tilt, law: coulomb, a: 0.2, unit: N*m}
+"""
+
+
+@pytest.mark.parametrize("in_degrees", [(True, True), (True, False), (False, True)])
+def test_angles_in_degrees_are_named_all_together(in_degrees: tuple[bool, bool], tmp_path: Path) -> None:
+    """A user's pan-tilt with both angles in degrees was told to have 36.6 times the force, and no unit."""
+    t = np.arange(10000) / 500
+    q, v, a = (
+        np.array([sum(b * part(o, o * t + p) for b, o, p in waves) for waves in WAVES])
+        for part in (lambda o, w: np.sin(w), lambda o, w: o * np.cos(w), lambda o, w: -(o**2) * np.sin(w))
+    )
+    T1 = (0.4 + 0.1 * np.cos(q[1]) ** 2) * a[0] - 0.1 * np.sin(2 * q[1]) * v[0] * v[1] + 0.3 * np.sign(v[0])
+    T2 = 0.1 * a[1] + 0.05 * np.sin(2 * q[1]) * v[0] ** 2 + 2.0 * np.cos(q[1]) + 0.2 * np.sign(v[1])
+    logged = [np.degrees(x) if deg else x for x, deg in zip(q, in_degrees, strict=True)]
+    path = write_csv(tmp_path / "a.csv", {"t": t, "q1": logged[0], "q2": logged[1], "T1": T1, "T2": T2}, fmt="%.12g")
+    spec = parse_spec(ARM, Path("arm.yaml"))
+    names = [name for name, deg in zip(("q1", "q2"), in_degrees, strict=True) if deg]
+    units = "units: {" + ", ".join(f"{name}: deg" for name in names) + "}"
+    one = {f.topic: f for f in preflight(read_log(path, spec), spec)}[f"scale of {' and '.join(names)}"]
+    assert one.severity == "problem" and f"`{units}`" in one.words
+    described = tmp_path / "about.yaml"
+    described.write_text(f"{units}\n")
+    again = preflight(read_log(path, spec, description=described), spec)
+    assert not [f for f in again if f.severity == "problem"]
+
+
+WAVES = [[(0.5, 3.1, 0.0), (0.1, 9.0, 0.4)], [(0.4, 2.3, 1.0), (0.15, 7.0, 0.2)]]

@@ -136,28 +136,39 @@ def _off_scale(case: Case, steady: frozenset[int]) -> list[Finding]:
 
 
 def _other_unit(case: Case, tried_anyway: bool) -> Finding | None:
-    """A finding on the coordinate that makes the forces balance if it is taken in another unit; None if none does.
+    """A finding on coordinates that make the forces balance if they are taken in another unit; None if none does.
 
     With coupled masses, a coordinate in a wrong unit disturbs the balance of all, and another one's may be worse. So
-    each coordinate is tried in each other usual unit. Where the mass matrix depends on the position, as with J + m
-    r(x)², the inertia is wrong by another factor than the accelerations: its factor then suggests no unit.
-    ``tried_anyway``: also units that the factor on the inertia does not suggest.
+    each coordinate is tried in each other usual unit, and all that are read in the same unit together. Where the mass
+    matrix depends on the position, as with J + m r(x)², the inertia is wrong by another factor than the accelerations:
+    its factor then suggests no unit. ``tried_anyway``: also units that the factor on the inertia does not suggest.
     """
+    spec, read = case.spec, [case.log.units.get(c.name, c.unit) for c in case.spec.coordinates]
+    alike = [[j for j, unit in enumerate(read) if unit == one] for one in dict.fromkeys(read)]
     tried = []
-    for j, c in enumerate(case.spec.coordinates):
-        inertia, correlation = case.forces.inertia_factor(j)
-        moved = case.spec.mass_matrix is not None and symbol(c.name) in case.spec.mass_matrix.free_symbols
-        for unit, factor in other_units(case.log.units.get(c.name, c.unit), UNITS):
-            if tried_anyway or moved or (correlation > INERTIA_SHOWN and 1 / SCALE_OFF < inertia / factor < SCALE_OFF):
-                forces = case.balance.along(case.log, scaled(case.motion, j, factor))
-                tried.append((forces.misfit, j, unit, factor))
-    least, j, unit, factor = min(tried, default=(1.0, 0, "", 1.0))
+    for group in [*([j] for j in range(len(read))), *(some for some in alike if len(some) > 1)]:
+        for unit, factor in other_units(read[group[0]], UNITS):
+            if tried_anyway or all(_suggests(case, j, factor) for j in group):
+                motion = case.motion
+                for j in group:
+                    motion = scaled(motion, j, factor)
+                tried.append((case.balance.along(case.log, motion).misfit, group, unit, factor))
+    least, group, unit, factor = min(tried, default=(1.0, [0], "", 1.0))
     now = case.forces.misfit
-    if least > FITS or least > BETTER * min([now, *(misfit for misfit, k, *_ in tried if k != j)]):
+    if least > FITS or least > BETTER * min([now, *(misfit for misfit, others, *_ in tried if others != group)]):
         return None
-    c, figures = case.spec.coordinates[j], {"misfit": now, "misfit_scaled": least, "factor": 1 / factor}
-    read = case.log.units.get(c.name, c.unit)
-    return _said("problem", c.name, figures, "unit", unit=unit, read=read, now=now, least=least)
+    names = [spec.coordinates[j].name for j in group]
+    figures = {"misfit": now, "misfit_scaled": least, "factor": 1 / factor}
+    given = {"names": names, "unit": unit, "read": read[group[0]], "now": now, "least": least}
+    return _said("problem", " and ".join(names), figures, "unit", **given)
+
+
+def _suggests(case: Case, j: int, factor: float) -> bool:
+    """Whether the inertia of a coordinate may be wrong since its unit is, by this factor."""
+    inertia, correlation = case.forces.inertia_factor(j)
+    mass = case.spec.mass_matrix
+    moved = mass is not None and symbol(case.spec.coordinates[j].name) in mass.free_symbols
+    return moved or (correlation > INERTIA_SHOWN and 1 / SCALE_OFF < inertia / factor < SCALE_OFF)
 
 
 def scales_of_velocities(case: Case) -> Iterator[Finding]:
