@@ -759,6 +759,43 @@ def test_each_option_is_compared_in_proportion_to_its_own_drive(
     assert not against or against in chosen.against[0].words
 
 
+@pytest.mark.parametrize(
+    ("acting", "material", "named"), [(True, True, False), (False, False, False), (False, True, True)]
+)
+def test_an_effect_that_gains_nothing_is_named_only_if_it_does_not_act_there_and_is_material(
+    acting: bool, material: bool, named: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The second log has the same errors with the effect and without."""
+    same = ErrorFigures(1.0, (1.0,), 0.1, 1.0, (1.0,))
+    effect = SimpleNamespace(coordinate=lambda system, place: 0, sits_on="input")
+    fit = SimpleNamespace(trial=SimpleNamespace(parts=(SimpleNamespace(effect=effect, place=0),)), runner=None)
+    problem = SimpleNamespace(system=SimpleNamespace(positions=(sympy.Symbol("x"),)), motion=None)
+    answer = Answer("effect", (), *[SimpleNamespace(values={})] * 2, (same,) * 3)  # type: ignore[arg-type]
+    stand_ins = {
+        "with_effects": lambda system, found: system,
+        "adopt_values": lambda *_: SimpleNamespace(errors=(), notes=()),
+        "options_of": lambda *_: [("refitted", "refitted")],
+        "settled_by_free_runs": lambda *_: True,
+        "force_agrees": lambda *_: False,
+        "takes_the_level": lambda *_, with_friction: "",
+        "against_regression": lambda *_: "",
+        "over_positions": lambda *_: "",
+        "with_values": lambda *_: "without",
+        "is_far": lambda fit: False,
+        "remarks": lambda *_: (),
+        "reference_of": lambda *_, **__: Reference(same, same),
+        "explains_material_force": lambda *_: material,
+        "acts": lambda *_: acting,
+    }
+    for name, stand_in in stand_ins.items():
+        monkeypatch.setattr(examination, name, stand_in)
+    search: Any = SimpleNamespace(system=None, moved=(), problem=problem)
+    outcome: Any = SimpleNamespace(final=fit, explained=0.5, first=())
+    found: Any = (Placed(kind="saturation"),)
+    chosen = examination._judged(search, outcome, answer, lambda model: same, cast(Any, fit), found)
+    assert chosen.verdict == ("effect" if named else "unknown")
+
+
 @pytest.mark.parametrize(("value", "is_turned"), [(-1.0, True), (-0.01, False)])
 def test_a_value_with_the_other_sign_is_said_to_be_that(
     monkeypatch: pytest.MonkeyPatch, value: float, is_turned: bool

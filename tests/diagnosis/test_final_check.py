@@ -226,16 +226,18 @@ def test_facts_on_an_effect_are_not_told_once_it_is_refused() -> None:
     assert named.refused("a smooth curve explains more").remarks == (told[2],)
 
 
+@pytest.mark.parametrize("besides", [0.0, 5.0])
 @pytest.mark.parametrize(("k", "material"), [(0.3, False), (3.0, True)])
 def test_what_no_second_log_shows_must_be_material_in_the_training_log(
-    k: float, material: bool, tmp_path: Path
+    k: float, material: bool, besides: float, tmp_path: Path
 ) -> None:
-    """A spring of k N/m: its share of the drive force is RMS(k x)/RMS(w) of the log."""
-    truth = f"[{{kind: spring, on: x, parameters: {{k: {k}}}}}]"
-    problem = held_out_on(truth, tmp_path).problem
+    """A spring of k N/m: its share of the drive force is RMS(k x)/RMS(w) of the log, also beside a larger cogging."""
+    spring = f"{{kind: spring, on: x, parameters: {{k: {k}}}}}"
+    cogging = f"{{kind: cogging, on: x, parameters: {{amplitude: {besides}, period: 0.01, phase: 0}}}}"
+    problem = held_out_on(f"[{spring}, {cogging}]" if besides else f"[{spring}]", tmp_path).problem
     x, w = problem.motion.positions[:, 0], problem.motion.inputs[:, 0]
     share = k * np.std(x) / np.sqrt(np.mean(w**2))
     assert share > 1.5 * MATERIAL if material else 1e-3 < share < MATERIAL / 1.5
-    sprung = system_of(stage(truth))
+    sprung = system_of(stage(f"[{spring}]"))
     assert explains_material_force(problem, problem.system, sprung) is material
     assert not explains_material_force(problem, sprung, problem.system)

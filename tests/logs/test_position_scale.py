@@ -148,6 +148,9 @@ friction:
     - {name: tilt, law: coulomb, a: 0.2, unit: N*m}
 """
 
+WAVES = [[(0.5, 3.1, 0.0), (0.1, 9.0, 0.4)], [(0.4, 2.3, 1.0), (0.15, 7.0, 0.2)]]
+"""Amplitude, rad/s and phase of the sines of each joint."""
+
 
 @pytest.mark.parametrize("in_degrees", [(True, True), (True, False), (False, True)])
 def test_angles_in_degrees_are_named_all_together(in_degrees: tuple[bool, bool], tmp_path: Path) -> None:
@@ -170,6 +173,3 @@ def test_angles_in_degrees_are_named_all_together(in_degrees: tuple[bool, bool],
     described.write_text(f"{units}\n")
     again = preflight(read_log(path, spec, description=described), spec)
     assert not [f for f in again if f.severity == "problem"]
-
-
-WAVES = [[(0.5, 3.1, 0.0), (0.1, 9.0, 0.4)], [(0.4, 2.3, 1.0), (0.15, 7.0, 0.2)]]

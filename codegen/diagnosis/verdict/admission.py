@@ -153,8 +153,8 @@ def admitted(
 
     Args:
         reference: of all options, or as a function of an option's model.
-        shown: function that returns whether an effect that gains nothing on these data is refused for that: not if it
-            does not act on them, but is material in the training log; called only if nothing is gained.
+        shown: function that returns whether an effect that gains nothing on these data is refused for that. One that
+            does not act on them and is material in the training log is not. Called only if nothing is gained.
         acting: index → name of the coordinates on which the effects act; an option is also judged on these alone, so
             that refitted values of other joints do not compensate for an effect that makes its own joint worse.
     """

@@ -323,14 +323,14 @@ def unrepeated(problem: Problem, augmented: System, named: Sequence[FoundEffect]
 
 
 def changes_beside(problem: Problem, answer: Answer, left: Sequence[Remainder], material: float) -> str:
-    """The objection to effects beside which a force changes in time that is much of theirs; empty if there is none.
+    """The objection to effects that imitate a force acting only in some intervals of time; empty if there is none.
 
-    What they leave on a coordinate on which they act is mostly a material force that changes in time
-    (``Remainder.is_mostly_in_time``), with ``MUCH_IN_TIME`` of the RMS of the effects' own force, and less than that. A
-    force that acts in some intervals, or depends on the path, has a mean and a slope over the motion, which a constant,
-    an asymmetry or a spring follows; such an effect takes more of it than it leaves. A larger force beside the effects
-    is another one, as a limit of the input that acts in moments. A single short event is no objection to effects that
-    remove most of the squared residual force at all other times (``ONE_EVENT``, ``MOST``).
+    A force that acts in some intervals, or depends on the path, has a mean and a slope over the motion. A constant, an
+    asymmetry or a spring follows these, and leaves the rest. So effects are refused if most of what they leave is a
+    material force that changes in time (``Remainder.is_mostly_in_time``), and its RMS is between ``MUCH_IN_TIME`` and 1
+    times that of the effects' own force. An imitation takes more than it leaves. A larger rest is another force, such
+    as a limit of the input that acts in moments. A single short event is no objection to effects that remove most of
+    the squared residual force at all other times (``ONE_EVENT``, ``MOST``).
     """
     motion = problem.motion
     before, after = (residual_at_drive(s, motion) for s in (answer.refit, answer.augmented))

@@ -241,7 +241,10 @@ def _judged(
     without_effect = with_values(system, without_it)
 
     def shown() -> bool:
-        """Whether the effects act on the held-out data, or explain no material force of the training log."""
+        """Whether effects that gain nothing on the held-out data are refused for that.
+
+        They are if they act on these data, or explain no material force of the training log either.
+        """
         return not explains_material_force(*models) or acts(measured(without_effect), plain.figures[1])
 
     places = sorted({p.effect.coordinate(problem.system, p.place) for p in fit.trial.parts})
