@@ -241,10 +241,7 @@ def draw_cancelled(figure: Any, runs: Runs) -> None:
         d.dots(friction, run.true_velocities[:, 0], run.friction_estimate[:, 0], d.ESTIMATED)
         _friction(friction, spec, run)
         d.limit(friction, run.friction, 1.8)
-        last = letter == letters[-1]
-        d.frame(response, d.TIME if last else "", "position in m", f"({letter}) {_gains(spec)}")
-        d.frame(error, d.TIME if last else "", "distance in m")
-        d.frame(friction, "velocity in m/s" if last else "", "friction in N")
+        _frames(row, f"({letter}) {_gains(spec)}", last=letter == letters[-1])
     d.legend(figure, grid[0, 0], grid[0, 2])
 
 
@@ -260,11 +257,16 @@ def draw_observers(figure: Any, runs: Runs) -> None:
         d.dots(friction, run.true_velocities[late, 0], run.friction_estimate[late, 0], d.ESTIMATED)
         friction.set_xlim(-1.5, 1.5)
         d.limit(friction, run.friction, 2)
-        last = name == NAMES[-1]
-        d.frame(response, d.TIME if last else "", "position in m", f"({letter}) {name}")
-        d.frame(error, d.TIME if last else "", "distance in m")
-        d.frame(friction, "velocity in m/s" if last else "", "friction in N")
+        _frames(row, f"({letter}) {name}", last=name == NAMES[-1])
     d.legend(figure, grid[0, 0], grid[0, 2])
+
+
+def _frames(row: Any, title: str, last: bool) -> None:
+    """Labels of a row of response, distance and friction; those of the abscissae in the ``last`` row alone."""
+    response, error, friction = row
+    d.frame(response, d.TIME if last else "", "position in m", title)
+    d.frame(error, d.TIME if last else "", "distance in m")
+    d.frame(friction, "velocity in m/s" if last else "", "friction in N")
 
 
 def draw_motions(response: Any, error: Any, runs: Runs, names: tuple[str, str, str]) -> None:
