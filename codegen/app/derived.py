@@ -89,6 +89,8 @@ class Derived(Shown):
         TypeError: for a path in place of a spec.
     """
 
+    in_words = "a machine"  # in a message about an argument
+
     def __init__(self, spec: Spec, overrides: Overrides | None = None, origin: Derived | None = None) -> None:
         if not isinstance(spec, Spec):
             raise TypeError(f"a machine is made of a Spec, not of {type(spec).__name__}; stiction.load(path) reads one")

@@ -19,6 +19,7 @@ from codegen.diagnosis.case import Findings
 from codegen.diagnosis.diagnose import diagnose_log
 from codegen.diagnosis.results import MATERIAL, Diagnosis, FoundEffect, Verdict
 from codegen.logs import Allowance, read_logs
+from codegen.logs.arrays import Given, as_files
 from codegen.spec.quantity import read_part
 
 Progress = Callable[[str, float], None]
@@ -76,8 +77,8 @@ class Diagnosed(Result):
 @verb
 def diagnose(
     source: Source,
-    log: str | Path | Sequence[str | Path],
-    test: str | Path | Sequence[str | Path] | None = None,
+    log: Given | Sequence[Given],
+    test: Given | Sequence[Given] | None = None,
     out: str | Path | None = None,
     description: str | Path | None = None,
     columns: Mapping[str, str] | None = None,
@@ -90,8 +91,8 @@ def diagnose(
     """Find the effects that a model lacks; write the augmented spec, the report and the code generated from it.
 
     Args:
-        log, test: measured logs, each one file or the several of one experiment; without ``test`` the last part of
-            ``log`` is held out.
+        log, test: measured logs, each a file, arrays by the names of columns (a mapping or a DataFrame), or several
+            of these from one experiment; without ``test`` the last part of ``log`` is held out.
         out: folder for DIAGNOSIS_FILES and generated/NAME; by default named after the first log.
         description, columns: how the logs name their columns.
         progress: called with a step and the share of the work that is done, 0 to 1, which never decreases.
@@ -107,47 +108,41 @@ def diagnose(
     """
     progress = rising(progress) if progress is not None else None
     matters = MATERIAL if material is None else read_part(str(material), Place("--material"))
-    logs, tests = _files(log), _files(test)
-    if not logs:
-        raise BadInput("diagnose(): `log`", "an empty list", "one log or more", code="CALL001")
-    training = {identity(log) for log in logs}
-    for file in tests:
-        if identity(file) in training:
-            expected = "another log, or none: the end of LOG is then held out"
-            raise BadInput(str(file), "the training log itself as --test", expected, code="LOG014")
-    folder = Path(out) if out is not None else Path(f"{Path(logs[0]).stem}_diagnosis")
-    read_files = {"the spec itself": Path(source)} | {f"the log {file}": Path(file) for file in (*logs, *tests)}
-    for name in DIAGNOSIS_FILES:
-        refuse_target(folder / name, read_files)
-    machine = derived_from(source)
-    results = ResultFolder(machine, folder, force)
-    results.refuse_foreign_files()
-    begin("reading the logs")
-    read = partial(read_logs, spec=machine.spec, description=description, columns=columns, allowance=Allowance())
-    train, sha256 = read(logs), [log_sha256(Path(log)) for log in logs]
-    results.refuse_earlier_results(sha256)
-    held_out = read(tests) if tests else None
+    with as_files(log=log, test=test) as (logs, tests):
+        if not logs:
+            raise BadInput("diagnose(): `log`", "an empty list", "one log or more", code="CALL001")
+        training = {identity(log) for log in logs}
+        for file in tests:
+            if identity(file) in training:
+                expected = "another log, or none: the end of LOG is then held out"
+                raise BadInput(str(file), "the training log itself as --test", expected, code="LOG014")
+        folder = Path(out) if out is not None else Path(f"{logs[0].stem}_diagnosis")
+        read_files = {"the spec itself": Path(source)} | {f"the log {file}": file for file in (*logs, *tests)}
+        for name in DIAGNOSIS_FILES:
+            refuse_target(folder / name, read_files)
+        machine = derived_from(source)
+        results = ResultFolder(machine, folder, force)
+        results.refuse_foreign_files()
+        begin("reading the logs")
+        read = partial(read_logs, spec=machine.spec, description=description, columns=columns, allowance=Allowance())
+        train, sha256 = read(logs), [log_sha256(one) for one in logs]
+        results.refuse_earlier_results(sha256)
+        held_out = read(tests) if tests else None
 
-    def tell_and_load(found: Findings) -> None:
-        """Report the findings, and load the report's libraries while the compiler works on the first models."""
-        tell(found)
-        from codegen.report.style import load_libraries
+        def tell_and_load(found: Findings) -> None:
+            """Report the findings, and load the report's libraries while the compiler works on the first models."""
+            tell(found)
+            from codegen.report.style import load_libraries
 
-        load_libraries()
+            load_libraries()
 
-    found = diagnose_log(machine.spec, machine.system, train, held_out, progress, propose, matters, tell_and_load)
-    begin("report")
-    diagnosis, files = results.write(*found, sha256, progress)
-    notes = {"train": train.notes} | ({} if held_out is None else {"test": held_out.notes})
-    return Diagnosed(diagnosis, folder, files, notes, tuple(sha256))
+        found = diagnose_log(machine.spec, machine.system, train, held_out, progress, propose, matters, tell_and_load)
+        begin("report")
+        diagnosis, files = results.write(*found, sha256, progress)
+        notes = {"train": train.notes} | ({} if held_out is None else {"test": held_out.notes})
+        return Diagnosed(diagnosis, folder, files, notes, tuple(sha256))
 
 
 def findings_text(found: Findings) -> str:
     """The findings of the preflight as text."""
     return render("text/preflight.j2", findings=found)
-
-
-def _files(given: str | Path | Sequence[str | Path] | None) -> Sequence[str | Path]:
-    if given is None:
-        return ()
-    return (given,) if isinstance(given, (str, Path)) else tuple(given)

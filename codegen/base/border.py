@@ -14,7 +14,7 @@ from numbers import Integral, Real
 from pathlib import Path
 from traceback import extract_tb
 from types import NoneType, UnionType
-from typing import Any, ParamSpec, TypeVar, Union, get_args, get_origin, get_type_hints
+from typing import Any, ParamSpec, Protocol, TypeVar, Union, get_args, get_origin, get_type_hints, runtime_checkable
 
 from codegen.base.errors import BadInput, Place, nearest_name
 from codegen.base.python_words import in_words_of_caller
@@ -23,6 +23,15 @@ Given = ParamSpec("Given")
 Result = TypeVar("Result")
 OWN_CODE: set[str] = set()
 """Files with Python code of the user, as named by him; an error in it is an input that cannot be used."""
+
+
+@runtime_checkable
+class Arrays(Protocol):
+    """Arrays by name: a mapping, a DataFrame of pandas, or what ``numpy.load`` makes of an archive."""
+
+    def keys(self) -> Any: ...
+
+    def __getitem__(self, name: Any, /) -> Any: ...
 
 
 def verb(work: Callable[Given, Result]) -> Callable[Given, Result]:
@@ -81,6 +90,7 @@ _KINDS: dict[Any, tuple[type | tuple[type, ...], str]] = {
     float: (Real, "a number"),
     Mapping: (Mapping, "a mapping"),
     Sequence: ((Sequence, Set), "a list"),
+    Arrays: (Arrays, "arrays by name"),
     Callable: (Callable, "a function"),  # type: ignore[dict-item]
     NoneType: (NoneType, "None"),
 }
@@ -146,8 +156,12 @@ def _words(hint: Any) -> str:
     """The types that an annotation allows, in words: ``a path or a list of paths``."""
     kind, inner = get_origin(hint) or hint, get_args(hint)
     if kind in (Union, UnionType):
-        return " or ".join(_words(one) for one in inner if not (one is str and Path in inner))
+        shown = [one for one in inner if not (one is str and Path in inner)]
+        each = [_words(one) for one in shown]
+        if len(each) > 2 and get_origin(shown[-1]) is Sequence:
+            return f"{', '.join(each[:-1])}, or a list of these"
+        return " or ".join(each)
     entered = dict.fromkeys(map(_words, inner)) if kind in (Mapping, Sequence) else ()
     entries = " and ".join(f"{one[2:]}s" if one.startswith("a ") else one for one in entered)
-    words = _KINDS[kind][1] if kind in _KINDS else f"the type {kind.__name__}"
+    words = _KINDS[kind][1] if kind in _KINDS else getattr(kind, "in_words", f"the type {kind.__name__}")
     return f"{words} of {entries}" if entries else words

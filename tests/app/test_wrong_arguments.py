@@ -27,8 +27,8 @@ def one() -> stiction.Machine:
     return stiction.load(ONE)
 
 
-@pytest.mark.parametrize("log", [np.zeros((3, 3)), {"t": [0.0], "x": [0.0]}, None, [1.0], b"log.csv"])
-def test_a_log_is_a_path(one: stiction.Machine, log: Any) -> None:
+@pytest.mark.parametrize("log", [np.zeros((3, 3)), None, [1.0], b"log.csv"])
+def test_a_log_is_a_path_or_arrays_by_name(one: stiction.Machine, log: Any) -> None:
     for method in (one.replay, one.diagnose, one.watch):
         with pytest.raises(
             stiction.BadInput, match=r"`log`: an object of the type [\w.]+[^;]*; expected a path"
@@ -200,7 +200,7 @@ def test_a_text_is_no_list_of_texts(one: stiction.Machine) -> None:
 def test_a_list_of_other_things_is_told_with_what_is_in_it(one: stiction.Machine) -> None:
     with pytest.raises(stiction.BadInput, match="`only`: an object of the type list of float; expected a list of text"):
         one.replay("log.csv", only=[1.0, 2.0])
-    with pytest.raises(stiction.BadInput, match=r"`log`: .*; expected a path or a list of paths$"):
+    with pytest.raises(stiction.BadInput, match=r"`log`: .*; expected a path, arrays by name, or a list of these$"):
         one.diagnose(5)  # type: ignore[arg-type]
     with pytest.raises(stiction.BadInput, match="`columns`: an object of the type dict of int"):
         one.replay("log.csv", columns={"x": 1})
@@ -218,3 +218,8 @@ def test_dir_shows_verbs_and_documented_results(one: stiction.Machine) -> None:
     shown = dir(one)
     assert set(METHODS) | {"system", "observer", "analysis", "program", "files"} <= set(shown)
     assert all(name in METHODS or f"`machine.{name}`" in page for name in shown)
+
+
+def test_a_spec_is_a_path_or_a_machine() -> None:
+    with pytest.raises(stiction.BadInput, match=r"`source`: an object of the type int; expected a machine or a path$"):
+        stiction.check(3)

@@ -1,0 +1,75 @@
+"""Logs given as arrays from Python: read as the same columns in a file, named by the argument in errors."""
+
+import tempfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import stiction
+
+SPEC = Path("specs/one_mass.yaml")
+PUSH = 55.0
+"""Force above the declared friction of 50 N, so that the mass slides."""
+
+
+def _columns(count: int = 3000) -> dict[str, np.ndarray]:
+    """Time, position, velocity and input of the mass under a constant force above friction; closed form, with m = 1."""
+    t = 1e-3 * np.arange(count)
+    pull = PUSH - 50.0
+    return {"t": t, "x": 0.5 * pull * t**2, "v": pull * t, "w": np.full(count, PUSH)}
+
+
+def _estimates(log: object, out: Path) -> np.ndarray:
+    replayed = stiction.replay(SPEC, log, out=out)
+    return np.asarray(replayed.estimates["F_hat_rail"])
+
+
+def test_arrays_give_the_bits_that_the_same_numbers_in_a_file_give(tmp_path):
+    columns = _columns()
+    rows = [
+        ",".join(columns),
+        *(",".join(map(repr, row)) for row in zip(*(c.tolist() for c in columns.values()), strict=True)),
+    ]
+    (tmp_path / "log.csv").write_text("\n".join(rows) + "\n")
+    of_file = _estimates(tmp_path / "log.csv", tmp_path / "a.npy")
+    of_arrays = _estimates(columns, tmp_path / "b.npy")
+    assert of_arrays.tobytes() == of_file.tobytes()
+    assert abs(of_arrays[-1] - 50.0) < 0.5  # the true friction
+
+
+def test_a_data_frame_with_dates(tmp_path):
+    pandas = pytest.importorskip("pandas")
+    columns = _columns()
+    dates = np.datetime64("2024-05-06T10:00:00", "us") + (columns["t"] * 1e6).round().astype("timedelta64[us]")
+    frame = pandas.DataFrame({**columns, "t": dates})
+    of_frame = _estimates(frame, tmp_path / "a.npy")
+    np.testing.assert_allclose(of_frame, _estimates(columns, tmp_path / "b.npy"), rtol=1e-9, atol=1e-9)
+
+
+def test_an_error_names_the_argument_and_the_column_and_leaves_no_file(tmp_path, monkeypatch):
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    columns = _columns(50)
+    with pytest.raises(stiction.BadInput) as caught:
+        stiction.replay(SPEC, {**columns, "w": ["high"] * 50})
+    assert (caught.value.place.file, caught.value.place.key) == ("`log`", "w")
+    with pytest.raises(stiction.BadInput) as caught:
+        stiction.replay(SPEC, {"t": columns["t"], "x": columns["x"][:-1], "w": columns["w"]})
+    assert caught.value.place.file == "`log`"
+    assert str(tmp_path) not in str(caught.value)
+    with pytest.raises(stiction.BadInput) as caught:
+        stiction.diagnose(SPEC, [columns, {**columns, "x": np.array([object()] * 50)}], out=tmp_path / "none")
+    assert (caught.value.place.file, caught.value.place.key) == ("`log[1]`", "x")
+    assert not list(tmp_path.rglob("*.npz"))
+
+
+def test_a_name_that_would_leave_the_archive_is_refused():
+    with pytest.raises(stiction.BadInput, match="without slashes"):
+        stiction.replay(SPEC, {**_columns(50), "../../x": np.zeros(50)})
+
+
+def test_what_is_neither_a_file_nor_arrays_is_refused():
+    with pytest.raises(stiction.BadInput, match="`log`: an object of the type int; expected a path or arrays by name"):
+        stiction.replay(SPEC, 3)
+    with pytest.raises(stiction.BadInput, match=r"`log`: an object of the type dict.*; expected a path$"):
+        stiction.watch(SPEC, {"t": [0.0], "x": [0.0]})
