@@ -88,14 +88,24 @@ def _archive(log: Arrays, path: Path) -> bytes:
                 raise BadInput(
                     Place(str(path)), f"a column named `{shown(name)}`", "a name without slashes", code="LOG004"
                 )
-            values = _numbers(np.asarray(log[key]), Place(str(path), None, shown(name)))
+            values = _numbers(log[key], Place(str(path), None, shown(name)))
             with archive.open(zipfile.ZipInfo(f"{name}.npy"), "w", force_zip64=True) as member:
                 npy_format.write_array(member, values, allow_pickle=False)
     return stream.getvalue()
 
 
-def _numbers(values: NDArray[Any], place: Place) -> NDArray[Any]:
-    """Numbers as they are, and dates or durations in seconds, from the first date. Raises BadInput for other values."""
+def _numbers(given: Any, place: Place) -> NDArray[Any]:
+    """Numbers as they are, NaN where they are masked; dates in seconds from the first, and durations in seconds.
+
+    Raises BadInput for other values, and for quantities with a unit, which NumPy would drop.
+    """
+    unit = getattr(given, "units", getattr(given, "unit", None))
+    if unit is not None and hasattr(given, "to"):  # of pint or astropy; dates of pandas have a unit too
+        found = f"a quantity in {shown(str(unit))}"
+        raise BadInput(place, found, "plain numbers in SI, or in the unit that `description` states", code="LOG005")
+    if isinstance(given, np.ma.MaskedArray):
+        given = np.where(np.ma.getmaskarray(given), np.nan, given.data)
+    values = np.asarray(given)
     if values.dtype.kind in "mM":
         elapsed = values - values[0] if values.dtype.kind == "M" and values.size else values
         return np.asarray(elapsed / np.timedelta64(1, "s"))

@@ -44,7 +44,10 @@ def test_a_data_frame_with_dates(tmp_path):
     dates = np.datetime64("2024-05-06T10:00:00", "us") + (columns["t"] * 1e6).round().astype("timedelta64[us]")
     frame = pandas.DataFrame({**columns, "t": dates})
     of_frame = _estimates(frame, tmp_path / "a.npy")
-    np.testing.assert_allclose(of_frame, _estimates(columns, tmp_path / "b.npy"), rtol=1e-9, atol=1e-9)
+    expected = _estimates(columns, tmp_path / "b.npy")
+    np.testing.assert_allclose(of_frame, expected, rtol=1e-9, atol=1e-9)
+    of_index = _estimates({**columns, "t": pandas.DatetimeIndex(dates)}, tmp_path / "c.npy")
+    assert of_index.tobytes() == of_frame.tobytes()
 
 
 def test_an_error_names_the_argument_and_the_column_and_leaves_no_file(tmp_path, monkeypatch):
@@ -73,3 +76,15 @@ def test_what_is_neither_a_file_nor_arrays_is_refused():
         stiction.replay(SPEC, 3)
     with pytest.raises(stiction.BadInput, match=r"`log`: an object of the type dict.*; expected a path$"):
         stiction.watch(SPEC, {"t": [0.0], "x": [0.0]})
+
+
+def test_a_masked_value_is_missing_and_a_quantity_keeps_its_unit():
+    """NumPy drops the mask of a masked array and the unit of a quantity without an error."""
+    columns = _columns(200)
+    masked = np.ma.masked_array(columns["x"], mask=[k == 70 for k in range(200)])
+    with pytest.raises(stiction.BadInput) as caught:
+        stiction.diagnose(SPEC, {**columns, "x": masked}, out="none")
+    assert (caught.value.code, caught.value.place.key) == ("LOG006", "x(71)")
+    pint = pytest.importorskip("pint")
+    with pytest.raises(stiction.BadInput, match="a quantity in millimeter; expected plain numbers in SI"):
+        stiction.replay(SPEC, {**columns, "x": pint.UnitRegistry().Quantity(1e3 * columns["x"], "mm")})
