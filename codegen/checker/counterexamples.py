@@ -34,6 +34,7 @@ SET = "        state->z_v = z_v_next;\n"
 GUARD = "    const double check = z_v_next"
 SHOW = "outputs->v_hat = v_hat;"
 E_50 = "2.7182818284590452353602874713526624977572470937000"  # the exp(1.0) of the kernel
+S_50 = "0.84147098480789650665250232163029899962256306079837"  # its sin(1.0)
 NOT_KNOWN, FIELDS = "is nothing that is known here", "fields are not so named"
 NOT_READ, NOT_SHOWN, NOT_MOVED = "cannot be read", "do not show the estimates", "does not move the errors"
 NO_WORD, FORM = "is no expression", "is not of the form that is read"
@@ -55,6 +56,7 @@ CHANGES = {  # (file, a part of what the checker answers) -> (why it must be ref
     ("c", "is its rounding"): [
         ("what rounding leaves of a sum", STEP, f"{STEP} 1e14 * (0.1 + 0.2 - 0.3) * v_hat +"),
         ("what 50 digits leave of an exp", STEP, f"{STEP} 1e60 * (exp(1.0) - {E_50}) * v_hat +"),
+        ("what 50 digits leave of a sine", STEP, f"{STEP} 1e60 * (sin(1.0) - {S_50}) * v_hat +"),
         ("a slip that rounding turns", STEP, f"{STEP} 0.0 * fabs(v_hat + 1e20 * inputs->x - 1e20 * inputs->x) +"),
     ],
     ("c", "a number is too large or small"): [

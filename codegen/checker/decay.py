@@ -29,8 +29,8 @@ def polynomials(known: dict[Any, Any], enclosed: bool = False) -> Callable[[str,
 
     Args:
         known: the reciprocals and angles so far, as of kernel.Text.
-        enclosed: whether the exp of a number may be the kernel's decimal: where the claim is verified for all that it
-            can be in its enclosure, in which the decimal then has to be.
+        enclosed: whether the exp, sine or cosine of a number may be the kernel's decimal: where the claim is verified
+            for all that it can be in its enclosure, in which the decimal then has to be.
     """
 
     def operate(op: str, args: list[Any], where: str) -> Any:
@@ -38,12 +38,12 @@ def polynomials(known: dict[Any, Any], enclosed: bool = False) -> Callable[[str,
         if op == "number":
             return kernel.term(first)
         if op in FUNCTIONS:
-            number = op == "exp" and first and not first.names()
-            kernel.demand(enclosed or not number, f"{where}: exp of a number")
+            number = op != "abs" and first and not first.names()
+            kernel.demand(enclosed or not number, f"{where}: {op} of a number")
             done = kernel.function(FUNCTIONS[op], first, known)
             if number:
-                low, high = enclosure.exponential(first.constant(), first.constant())
-                kernel.demand(low <= done.constant() <= high, f"{where}: a decimal beyond the enclosure of its exp")
+                low, high = enclosure.apply(op, [(first.constant(), first.constant())], where)
+                kernel.demand(low <= done.constant() <= high, f"{where}: a decimal beyond the enclosure of its {op}")
             return done
         kernel.demand(op in ("+", "*", "neg", "/", "^"), f"{where}: no {op} of polynomials")
         kernel.demand(op != "/" or others[0], f"{where}: divisor from 0 to 0")

@@ -4,8 +4,9 @@ Standard library only; part of the checker (verify.py), which passes the other f
 identity or an inequality of polynomials that the kernel decides.
 
 THEOREM. Let the step of NAME.c run in exact arithmetic with the values of NAME_PARAMETERS, from any state and on any
-inputs, in samples with fault 0. In code, machine and matrix alike let the exp of a number be its decimal of 50 digits,
-or that of the parameter that `prepare` sets to it. (rounding.py refuses what multiplies the difference by much.)
+inputs, in samples with fault 0. In code, machine and matrix alike let the exp, sine or cosine of a number be its
+decimal of 50 digits (decimals.py), or an exp that of the parameter that `prepare` sets to it. (rounding.py refuses what
+multiplies the difference by much.)
 Let a machine move by v[k+1] = v[k] + h acceleration[k] and x[k+1] = x[k] + h v[k] ("semi_implicit": h v[k+1];
 "exponential": h ((1 - q) v[k] + q v[k+1]) with a number q = `mean` of x in [0, 1]), the positions x and those v that
 are inputs measured exactly, all else of it constant.
@@ -20,9 +21,9 @@ e describes all of these states. Then
   a truth times the sign that `along` assigns to it, by default the sign of its error.
 Nothing is claimed about states without a formula (`aside`). Those listed in `shared` are assumed to be states of the
 machine too, with the same values (a clock, a delay line, a lag).
-Trusted: this file, kernel.py, frame.py, which reads the C, rounding.py, which computes the parameters and bounds how
-far the header's decimals and the exp of a number may be from exact values, Python, and that the machine is yours. Not
-covered: rounding, samples with a fault, and the sample in which a sign changes.
+Trusted: this file, kernel.py, decimals.py, frame.py, which reads the C, rounding.py, which computes the parameters and
+bounds how far the header's decimals, and the exp, sine or cosine of a number, may be from exact values, Python, and
+that the machine is yours. Not covered: rounding, samples with a fault, and the sample in which a sign changes.
 theorem.py verifies the further fields of a proof: `mass_matrix`, `force`, `reversals`, how `shared` states move, that
 no state of `aside` can feed a growing value back, and, by an example point, that `domain` and `box` are not empty.
 """

@@ -1,7 +1,8 @@
 """The kernel: polynomials, and when a matrix of them is positive semidefinite on a box. Standard library only.
 
-Numbers are exact, but for the exp of a number (lemma 8). A claim that is not shown raises an exception, of any class.
-Trusted are this file, Python, and limits and numbers of frame.py. The rest of the checker reduces its claims to these:
+Numbers are exact, but for the exp, sine or cosine of a number (lemma 8). A claim that is not shown raises an exception,
+of any class. Trusted are this file, decimals.py, Python, and limits and numbers of frame.py. The rest of the checker
+reduces its claims to these:
 
 - IDENTITIES. ``Text`` evaluates expressions and straight-line C as polynomials (lemmas 1, 7 to 9). If two of them are
   equal without reciprocals (``cleared``, lemma 3), they are the same function.
@@ -12,7 +13,6 @@ Trusted are this file, Python, and limits and numbers of frame.py. The rest of t
 import ast
 import re
 from collections import defaultdict
-from decimal import Context
 from fractions import Fraction
 from functools import lru_cache
 from itertools import accumulate, compress, product
@@ -21,7 +21,7 @@ from operator import mul
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING or __package__:
-    from codegen.checker import frame
+    from codegen.checker import decimals, frame
 
 demand = frame.demand  # raises ValueError if a condition fails or the time limit is reached
 LEAST, SHORT, MOST_TERMS = Fraction(1, 10**40), 30, 300_000  # SHORT: bits of a short number. MOST_TERMS take 100 MB
@@ -231,21 +231,20 @@ def contracts(F: Any, P: Any, f: Fraction, box: Box, tree: Any, known: Known) ->
 # Any other sign, and a reciprocal, is a variable too, one for each argument; a claim is shown for all values of it.
 # LEMMA 8. With d the terms of p that hold an error, exp(p) = exp(p - d) (1 + d + d d r), r a number for each d: it is
 # (exp(d) - 1 - d)/d^2, near 1/2 for small errors. Where q >= 0, exp(-q) = u/(1 + q + q^2/2 + q^3/6) with a u in [0, 1],
-# since exp(q) is not below that sum. The exp of a number is rounded to 50 digits: claims are shown of that decimal.
+# since exp(q) is not below that sum. The exp, sine or cosine of a number is rounded to 50 digits: claims are shown of
+# that decimal.
 def function(name: str, p: Poly, known: Known) -> Poly:
     if name == "fabs":
         return function("sgn", p, known) * p
     if name in ("sgn", "1/") and not p.names():
         return term((p.constant() > 0) - (p.constant() < 0) if name == "sgn" else 1 / p.constant())
+    if name in ("cos", "exp", "sin") and not p.names():
+        return known.setdefault((name, p), term(decimals.decimal(name, p.constant())))
     if name in ("cos", "sin") and (name, p) not in known:  # the t of a variable x is called "x t"
         angle = next((x for x in p.names() if p == term(1, x) and x[:5] != "sign."), f"?{len(known)}")
         t, k, m = term(1, f"{angle} t"), term(1, f"sign.cos {angle}"), term(1, f"sign.sin {angle}")
         u = function("1/", term(1) + t * t, known)
         known["cos", p], known["sin", p] = k * (term(2) * u - term(1)), term(2) * m * t * u
-    if name == "exp" and not p.names():
-        digits = Context(50).exp(Context(99).divide(*p.constant().as_integer_ratio()))
-        demand(digits, "exp of a number that is too small")
-        return known.setdefault((name, p), term(Fraction(digits)))
     if name == "exp" and (d := Poly({m: c for m, c in p.items() if any(x[:9] == "error of " for x in m)})):
         return function(name, p - d, known) * (term(1) + d + d * d * function("exp beyond", d, known))
     return known.setdefault((name, p), term(1, f"?{len(known)}"))

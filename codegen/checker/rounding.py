@@ -37,12 +37,11 @@ if TYPE_CHECKING or __package__:
     from codegen.checker import forms, frame, kernel
 
 FAR = 10**6  # an exponent of 2 beyond those of all values
-EXP, NAME = r"\bexp *\(", r"[A-Za-z_][\w.]*(?:\[[\d.]+\])?"
+NUMERIC, NAME = r"\b(?:cos|exp|sin) *\(", r"[A-Za-z_][\w.]*(?:\[[\d.]+\])?"
 LOST = "terms of a sum cancel, and what is left is its rounding error"
 VANISHED = 1000  # how often a formula or a divisor may have the sum of its terms in terms that cancel to 0
 PART, MOST = 2**4, 2**16  # floats hold all multiples of 1/PART up to MOST
 OTHERS = "prepare gives others: {} of the header differs from its formula by more than rounding"
-ANGLE = "{} has the sin or cos of a parameter, which is not evaluated: declare that sin or cos itself as a parameter"
 
 
 def parameters(c: Any) -> tuple[dict[str, Any], dict[Any, Any]]:
@@ -52,13 +51,14 @@ def parameters(c: Any) -> tuple[dict[str, Any], dict[Any, Any]]:
     are these values rounded: off by the rounding of the formula's terms, of which ``require`` bounds the effect. A
     parameter that is the exp of a number has its decimal as value, in all that is computed from it, and so has this
     exp wherever it occurs, except exp(0).
+    A sine or cosine is off by as much as its argument, too: cos(1.5707963267948966) is 1.9e-17, and 6.1e-17 in doubles.
     """
     known: dict[Any, Any] = {}
     decimals: dict[Any, Any] = {}  # of an exp: one, or those of many parameters could lead away from it
     prepared = Bounded({x: kernel.term(v) for x, v in c.values.items() if x not in dict(c.prepare)}, known, c.precision)
+    prepared.bounds |= {x: prepared.number(p) for x, p in prepared.names.items()}
     for parameter, text in c.prepare:
         exact = prepared.run([(parameter, text)], [*c.values])[parameter]
-        frame.demand(not exact.names(), ANGLE.format(parameter))
         decimal = c.values.get(parameter, exact.constant())
         exps = {(f, p): kernel.term(decimal) for (f, p), e in known.items() if f == "exp" and p and e == exact}
         size = abs(decimal) if exps else prepared.bounds[parameter][0].constant()
@@ -112,11 +112,12 @@ def require(proof: dict[str, Any], shown: dict[str, Any]) -> None:
                 raise ValueError(f"in a divisor {LOST}, where it is near 0 ({why})") from None
     n = 2 + max(code.bounds[z][1] for z in stored)
     outlasts(proof, shown, code, {z: added[z] * kernel.term(n) for z in stored})
-    # Of other functions, and of formulas with an exp, all terms are compared. In a formula the exp alone is rounded,
-    # once: what cancels to 0 may be larger there, as in the linearisation of a Stribeck curve.
-    said, rounded = Bounded(shown["names"], dict(shown["known"]), c.precision, code.bounds), of_exp(c.prepare)
+    # Of other functions, and of formulas with an exp or with a sine or cosine of a number, all terms are compared. In a
+    # formula this value alone is rounded, once: what cancels to 0 may be larger there, as in the linearisation of a
+    # Stribeck curve.
+    said, rounded = Bounded(shown["names"], dict(shown["known"]), c.precision, code.bounds), of_rounded(c.prepare)
     for formula in {*texts(proof)}:
-        if re.search(EXP, formula) or rounded.intersection(re.findall(NAME, formula)):
+        if rounded.intersection(re.findall(NAME, formula)) or rounds(formula, shown["names"], shown["known"]):
             said.kept(said.value(formula), said.latest[0], VANISHED)
     for program in (c.init, c.reset, c.predict, c.resume):
         text = from_any_state(shown, outputs=True)
@@ -146,6 +147,7 @@ def of_parameters(c: Any, names: dict[str, Any], known: dict[Any, Any]) -> dict[
     """The bounds of the parameters."""
     values = {x: names[x] for x in c.values}
     made = Bounded({x: p for x, p in values.items() if x not in dict(c.prepare)}, dict(known), c.precision)
+    made.bounds |= {x: made.number(p) for x, p in made.names.items()}
     made.run(c.prepare, [*values])
     bounds = {}
     for x, p in values.items():
@@ -257,11 +259,22 @@ def texts(part: Any) -> Iterator[str]:
             yield from texts(inner)
 
 
-def of_exp(prepare: list[tuple[str, str]]) -> set[str]:
-    """Parameters that `prepare` computes from an exp, which the kernel evaluates to 50 digits, directly or not."""
+def rounds(formula: str, names: dict[str, Any], known: dict[Any, Any]) -> bool:
+    """Whether a formula has an exp, or a sine or cosine of a number, which the kernel evaluates to 50 digits."""
+    if not re.search(NUMERIC, formula):
+        return False
+    if re.search(r"\bexp *\(", formula):
+        return True
+    met = {(function, of): v for (function, of), v in known.items() if of.names() or function not in ("cos", "sin")}
+    kernel.Text(names, met).value(formula)
+    return any(function in ("cos", "sin") and not of.names() for function, of in met)
+
+
+def of_rounded(prepare: list[tuple[str, str]]) -> set[str]:
+    """Parameters that `prepare` computes, directly or not, from an exp, sine or cosine: evaluated to 50 digits."""
     found: set[str] = set()
     for name, text in prepare:
-        found |= {name} if re.search(EXP, text) or found.intersection(re.findall(NAME, text)) else set()
+        found |= {name} if re.search(NUMERIC, text) or found.intersection(re.findall(NAME, text)) else set()
     return found
 
 

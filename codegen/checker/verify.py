@@ -36,8 +36,8 @@ if TYPE_CHECKING or __package__:
     from codegen.checker import agreement, decay, enclosure, files, forms, frame, kernel, statements, theorem
 else:
     parts: dict[str, SimpleNamespace] = {}  # each is given those before it
-    for part in ("files", "frame", "enclosure", "kernel", "forms", "decay", "rounding", "errors", "held", "reversal",
-                 "ellipsoid", "theorem", "statements", "agreement"):  # fmt: skip
+    for part in ("files", "frame", "decimals", "enclosure", "kernel", "forms", "decay", "rounding", "errors", "held",
+                 "reversal", "ellipsoid", "theorem", "statements", "agreement"):  # fmt: skip
         parts[part] = load_part(part, **parts)
     globals().update(parts)
 Refused, demand, show = enclosure.Refused, enclosure.demand, enclosure.show
