@@ -12,10 +12,11 @@ import pytest
 
 from codegen.app import diagnose
 from codegen.base.errors import BadInput
+from codegen.diagnosis.diagnose import diagnose_log
 from codegen.diagnosis.results import FoundEffect, MotionTried, Remainder, Separation, Statement, TiedPair
 from codegen.diagnosis.verdict.statement import worst
 from tests.app.command import is_one_message, stiction
-from tests.diagnosis.stage import log_of, stage
+from tests.diagnosis.stage import TEST, among, log_of, stage, system_of
 from tests.diagnosis.statements import statement_of
 
 SMALL = Remainder(0.1, 0.006, 0.8, {"load": 0.8, "speed": 0.3})
@@ -128,3 +129,20 @@ def test_none_says_what_is_left_where_it_is_structured() -> None:
     assert "hides" not in spread and "or a longer one" in spread
     for left in (SMALL, NOISE):
         assert statement_of("none", left).headline == "No missing effect found."
+
+
+@pytest.mark.parametrize(("share", "verdict"), [(0.02, "none"), (0.001, "effect")])
+def test_an_effect_below_half_a_percent_is_named_where_the_user_says_that_less_matters(
+    share: float, verdict: str, tmp_path: Path
+) -> None:
+    """A delay of 0.6 ms takes 0.36 % of the drive force, and makes the simulation error eight times as large."""
+    delay = "[{kind: input_delay, on: w, parameters: {T: 0.0006}}]"
+    train = log_of(stage(delay, level=0.5, noise=4e-6), tmp_path, "train.csv")
+    test = log_of(stage(delay, level=0.5, reference=TEST, noise=4e-6), tmp_path, "test.csv")
+    spec = stage(level=0.5)
+    with among("input_delay", "inertia_error", "offset"):
+        found, _ = diagnose_log(spec, system_of(spec), train, test, material=share)
+    assert found.verdict == verdict
+    if verdict == "effect":
+        assert [one.kind for one in found.effects] == ["input_delay"]
+        assert found.effects[0].parameters["T"] == pytest.approx(0.0006, rel=0.02)

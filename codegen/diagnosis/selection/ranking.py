@@ -30,6 +30,7 @@ from codegen.diagnosis.selection.refusals import (
     dispersion,
     hypotheses,
     is_too_small,
+    least_force,
     only_attenuates_noise,
     only_reduces_drive,
     relative_size,
@@ -131,14 +132,14 @@ def _beside_too_small(search: Search, one: Ranked, ranked: Sequence[Ranked]) -> 
     So without this a load behind a spring would be named for what friction does over its last 2 mrad/s, as of a plant
     whose friction is simulated by tanh(v/v_s), although a Stribeck curve of 0.3 % of the drive force explains more.
     """
-    if one.why_not or one.size >= acceptance.LEAST_SIZE or not one.found.trial.adds_states:
+    if one.why_not or one.size >= least_force(search.problem) or not one.found.trial.adds_states:
         return one
     for other in ranked:
         part, found = other.part, other.found
-        small_force = not found.trial.adds_states and is_too_small(found, other.size)
+        small_force = not found.trial.adds_states and is_too_small(search, found, other.size)
         better = other.evidence.share > one.evidence.share and other.p <= acceptance.ALPHA
         if small_force and better and _coordinate(search, other) == _coordinate(search, one):
-            words = f"explains less than {part.title}, which {too_small_in_words(search.system, found, other.size)}"
+            words = f"explains less than {part.title}, which {too_small_in_words(search, found, other.size)}"
             return replace(one, why_not=words)
     return one
 

@@ -48,8 +48,8 @@ def why_refused(before: ForceCriterion, after: ForceCriterion, e: Evidence, size
     if e.share < acceptance.LEAST_SHARE:
         needed = in_percent(acceptance.LEAST_SHARE)
         return f"removes {in_percent(e.share)} of the squared simulation error on held-out parts; {needed} is needed"
-    if is_too_small(found, size):
-        return too_small_in_words(search.system, found, size)
+    if is_too_small(search, found, size):
+        return too_small_in_words(search, found, size)
     return (
         impossible(search, found, before.fit.model)
         or absorbed_by_refit(before, after)
@@ -58,23 +58,28 @@ def why_refused(before: ForceCriterion, after: ForceCriterion, e: Evidence, size
     )
 
 
-def is_too_small(found: Fit, size: float) -> bool:
+def is_too_small(search: Search, found: Fit, size: float) -> bool:
     """Whether a candidate of this size is no effect, whatever it explains."""
-    return size < _least_size(found)
+    return size < _least_size(search, found)
 
 
-def _least_size(found: Fit) -> float:
-    return acceptance.LEAST_NET if found.trial.adds_states else acceptance.LEAST_SIZE
+def least_force(problem: Problem) -> float:
+    """Least force of an effect over the drive force: ``LEAST_SIZE``, or less where the user says that less matters."""
+    return min(acceptance.LEAST_SIZE, max(problem.material, acceptance.LEAST_NET))
 
 
-def too_small_in_words(system: System, found: Fit, size: float) -> str:
-    share, least = in_percent(size), in_percent(_least_size(found))
-    return f"is too small to matter: {share} of the {driving_force_name(system)}; {least} is needed"
+def _least_size(search: Search, found: Fit) -> float:
+    return acceptance.LEAST_NET if found.trial.adds_states else least_force(search.problem)
+
+
+def too_small_in_words(search: Search, found: Fit, size: float) -> str:
+    share, least = in_percent(size), in_percent(_least_size(search, found))
+    return f"is too small to matter: {share} of the {driving_force_name(search.system)}; {least} is needed"
 
 
 def matters(search: Search, found: Fit, base: Fit) -> bool:
     """Whether a candidate is large enough, compared with the drive force, to be an effect."""
-    return not is_too_small(found, relative_size(search, found, base))
+    return not is_too_small(search, found, relative_size(search, found, base))
 
 
 def relative_size(search: Search, found: Fit, base: Fit) -> float:
