@@ -125,6 +125,7 @@ class Proposal:
         gains: name → scalar, list or list of rows, as in that section.
         decay_rate: α of the certificate, 1/s.
         of_little_use: in words, the bounds on friction errors that exceed the largest friction; empty for none.
+        bounds: in words, all bounds on friction errors; empty for none.
     """
 
     line: str
@@ -132,6 +133,7 @@ class Proposal:
     gains: Mapping[str, Any]
     decay_rate: float
     of_little_use: str = ""
+    bounds: str = ""
 
 
 @dataclass(frozen=True)
@@ -143,12 +145,15 @@ class Proposals:
         gains: the nearest certified gains, with the spec's sample time.
         skipped: why no search was made; empty if one was.
         measured: the spec's gains with measured velocity and no K_v, for observers certified by structure only.
+        useful: the spec's gains at the longest sample time, or with the step, that was tried and whose error bounds are
+            below the friction; None where those of ``sample_time`` are already.
     """
 
     sample_time: Proposal | None
     gains: Proposal | None
     skipped: str = ""
     measured: Proposal | None = None
+    useful: Proposal | None = None
 
 
 @dataclass(frozen=True, repr=False)

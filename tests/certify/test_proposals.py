@@ -163,3 +163,25 @@ def test_the_step_of_the_code_is_compared_with_a_sample_time_that_was_found(long
     text = render("text/_sample_times.j2", sample_times={"euler": 0.0, "implicit": longest}, solved=False, regions=None)
     assert "euler none found" in text
     assert ("two Newton steps" in text) == warned
+
+
+@pytest.mark.parametrize(("name", "new"), [("one_mass", "50 ms"), ("emps", "100 ms")])
+def test_a_useless_bound_is_followed_by_a_step_with_a_useful_one(name: str, new: str, tmp_path: Path) -> None:
+    """Both remedies had bounds of kilonewtons for a friction of 50 N, and the reader was left to guess."""
+    path = tmp_path / f"{name}.yaml"
+    text = (SPECS / f"{name}.yaml").read_text()
+    section = re.search(OBSERVER, text)
+    assert section is not None and re.search(r"(?m)^  sample_time: \S.*$", section[0])
+    slow = re.sub(r"(?m)^  sample_time: .*$", f"  sample_time: {new}", section[0])
+    path.write_text(text.replace(section[0], slow))
+    found = certify(path).outcome
+    assert isinstance(found, Refusal) and found.proposals is not None
+    longest, useful = found.proposals.sample_time, found.proposals.useful
+    assert longest is not None and longest.of_little_use and useful is not None
+    step, h = re.fullmatch(r"integration: (\w+), sample_time: (\S+)", useful.line).groups()  # type: ignore[union-attr]
+    assert float(h) <= longest.sample_time
+    path.write_text(path.read_text().replace(f"sample_time: {new}", f"integration: {step}\n  sample_time: {h}", 1))
+    again = certify(path)
+    assert again.certificate is not None and not isinstance(again.bounds, str)
+    assert all(b.steady < b.friction for b in again.bounds if b.friction is not None)
+    assert not any(b.useless for b in again.bounds)

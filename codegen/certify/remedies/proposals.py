@@ -4,6 +4,7 @@ The search for gains uses the eigenvalues of the error matrices at the operating
 with it, the files are generated and the checker accepts their certificate.
 """
 
+import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -48,6 +49,8 @@ MOST_VERTICES, MOST_VERTICES_UNDECIDED = 150, 32
 give the search no direction."""
 ATTEMPTS, ATTEMPTS_VARYING = 9, 2
 """Largest number of calls of ``certify`` for each remedy, for a constant A and for one that varies."""
+ATTEMPTS_USEFUL = 16
+"""Largest number of sample times and steps that are tried for a bound below the friction."""
 SHARES = (1, 0.9, 0.7, 0.5, 0.25, 0.1)
 """Shares of the largest certified sample time that are tried: another check, as of a domain, may refuse it."""
 INSIDE = (0.05, 0.2, 0.7)
@@ -89,7 +92,8 @@ def propose(spec: Spec, analysis: Analysis, derive: Derive, largest: Callable[[]
         return Proposals(None, None, str(error))
     family = GainDynamics(analysis.dynamics, analysis.points)
     family.start(family.settings())
-    times, sets = _sample_times(spec, largest()), list(_gain_sets(spec, system, analysis, family))
+    certified = largest()
+    times, sets = _sample_times(spec, certified), list(_gain_sets(spec, system, analysis, family))
     if not times and not sets:
         return Proposals(None, None)
     try:
@@ -100,7 +104,9 @@ def propose(spec: Spec, analysis: Analysis, derive: Derive, largest: Callable[[]
     if vertices > limit:
         return _too_large("corner matrices over the envelope", vertices, limit)
     tried = ATTEMPTS if vertices == 1 else ATTEMPTS_VARYING
-    return Proposals(_first("sample_time", times[:tried], derive), _first("gains", sets[:tried], derive))
+    longest, nearest = _first("sample_time", times[:tried], derive), _first("gains", sets[:tried], derive)
+    useful = _useful(spec, certified, derive) if longest is not None and longest.of_little_use else None
+    return Proposals(longest, nearest, useful=useful)
 
 
 def _too_large(what: str, count: int, limit: int) -> Proposals:
@@ -108,8 +114,12 @@ def _too_large(what: str, count: int, limit: int) -> Proposals:
     return Proposals(None, None, render("text/proposals_too_large.j2", what=what, count=count, limit=limit).strip())
 
 
-def _first(key: str, specs: Sequence[Spec], derive: Derive) -> Proposal | None:
-    """The remedy by the first of these specs, other in the observer's ``key``, that is certified; None if none is."""
+def _first(key: str, specs: Sequence[Spec], derive: Derive, useful: bool = False) -> Proposal | None:
+    """The remedy by the first of these specs, other in the observer's ``key``, that is certified; None if none is.
+
+    Args:
+        useful: whether its error bounds have to be below the friction.
+    """
     for spec in specs:
         with suppress(BadInput):
             derived = derive(spec)
@@ -118,11 +128,43 @@ def _first(key: str, specs: Sequence[Spec], derive: Derive) -> Proposal | None:
             found = derived.outcome
             if isinstance(found, Certificate):
                 h, gains = float(spec.required_observer.sample_time), spec.required_observer.gains
-                line = render("text/proposed_line.j2", key=key, h=h, gains=gains).strip()
-                useless = render("text/bounds_of_little_use.j2", bounds=found.bounds).strip()
+                step = spec.required_observer.integration
+                line = render("text/proposed_line.j2", key=key, h=h, gains=gains, step=step).strip()
+                bounds, useless = (
+                    render("text/bounds_of_little_use.j2", bounds=found.bounds, every=every).strip()
+                    for every in (True, False)
+                )
+                if useful and (useless or isinstance(found.bounds, str)):
+                    continue
                 where = spec.place("observer.gains")
                 numbers = {name: _numbers(raw, where) for name, raw in gains.items()}
-                return Proposal(line, h, numbers, found.decay_rate, useless)
+                return Proposal(line, h, numbers, found.decay_rate, useless, bounds)
+    return None
+
+
+def _useful(spec: Spec, largest: Mapping[str, float], derive: Derive) -> Proposal | None:
+    """The remedy by the spec's step or a semi-implicit one at the longest sample time that gives a useful bound.
+
+    Tried are the spec's own sample time, and shorter ones of one digit: 1, 2 or 5.
+
+    Args:
+        largest: integration → the largest certified sample time, s.
+    """
+    choice = spec.required_observer
+    own = sympy.Rational(choice.sample_time)
+    top = math.floor(math.log10(own)) + 1
+    digits = (sympy.Rational(d) * sympy.Rational(10) ** (top - k) for k in range(5) for d in (5, 2, 1))
+    steps = {choice.integration: None, "semi_implicit": None}
+    tried = [
+        replace(choice, sample_time=h, integration=step)
+        for h in [own, *(h for h in digits if h < own)]
+        for step in steps
+        if h <= largest.get(step, 0.0) and (h, step) != (own, choice.integration)
+    ]
+    for observer in tried[:ATTEMPTS_USEFUL]:
+        found = _first("step", [replace(spec, observer=observer)], derive, useful=True)
+        if found is not None:
+            return found
     return None
 
 
