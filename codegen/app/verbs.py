@@ -169,6 +169,7 @@ def verify(
     smt: Annotated[
         Path | None, typer.Option("--smt", parser=named_path, metavar="FILE", help="write it for z3 or cvc5 too")
     ] = None,
+    details: Annotated[bool, option("--details", None, "print what it rests on and all assumptions too")] = False,
     as_json: AsJson = False,
 ) -> None:
     """Check a certificate, that of a generated folder, or proof.json by the independent checker (codegen/checker/).
@@ -183,7 +184,10 @@ def verify(
         from codegen.app.smt_lib import refuse_smt_target, write_smt
 
         refuse_smt_target(certificate, smt)
-    content, status = verification_json(certificate, spec) if as_json else ({}, print_verification(certificate, spec))
+    if as_json:
+        content, status = verification_json(certificate, spec)
+    else:
+        content, status = {}, print_verification(certificate, spec, details)
     written = write_smt(certificate, smt) if status not in (2, REFUSED) and smt is not None else None
     if as_json:
         print_json(content)  # last: what could not be written is the one JSON text in its place

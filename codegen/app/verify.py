@@ -106,13 +106,16 @@ def _no_json(path: Path, error: json.JSONDecodeError) -> BadInput:
     return BadInput(Place(str(path), error.lineno), "text that is not JSON", f"{CERTIFICATE}{hint}", code="CALL003")
 
 
-def print_verification(path: str | Path, spec: str | Path | None = None) -> int:
+def print_verification(path: str | Path, spec: str | Path | None = None, details: bool = False) -> int:
     """Print what the checker says of a certificate or a proof, and return its exit status.
+
+    Args:
+        details: whether what the claim rests on, all proved statements and all assumptions are printed too.
 
     Raises BadInput as ``readable``; the checker says that too, but knows no codes of errors.
     """
     readable(path, spec)
-    return checker.main([str(path), *(["--spec", str(spec)] if spec is not None else [])])
+    return checker.main([str(path), *(["--spec", str(spec)] if spec is not None else [])], details)
 
 
 @verb

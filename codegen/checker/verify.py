@@ -327,6 +327,41 @@ def in_short(report: Report) -> list[str]:
     return [*rates, *many]
 
 
+def is_detail(line: str) -> bool:
+    """Whether a proved statement is left out of the short report: it is no bound, and no condition of one.
+
+    Those are the outputs besides the estimates, the parameters, samples that are invalid, and what follows a reversal.
+    """
+    of_bounds = line.startswith(("  so ", "  a reversal of ")) or (line.startswith("  |") and " from sample " in line)
+    others = ("in each sample F_hat", "with the values of ", "initialisation sets ", "a sample is used, ")
+    return of_bounds or line.startswith(others)
+
+
+def in_words(report: Report, details: bool) -> list[str]:
+    """What is proved, under which conditions, and what is not checked, as lines.
+
+    Args:
+        details: whether the rate and the bounds are repeated first, and what all rests on and the tool's claim with its
+            assumptions stand there too.
+    """
+    where = "" if report.whole else ", where the conditions below hold"
+    proved = [line for line in report.proved if details or not is_detail(line)]
+    bound = [f"proved of {report.name}.c itself by the kernel{where}:", *(f"  {line}" for line in proved)]
+    missing = [*(f"{name}, which is not here" for name in report.unbound), *report.open]
+    open_ = ["not checked:", *(f"  {gap}" for gap in missing)]
+    claim = ["claim as written by the tool, not checked:", f"  {report.claim}"] if report.claim else []
+    if not details and proved:
+        return [*bound, *open_]
+    loose = ["it was not bound to code:", f"  {report.unproved}"]
+    facts = [f"  {fact}" for fact in report.facts if details or not fact.endswith("has the SHA-256 stated")]
+    facts = ["the algebra holds:", *facts] if report.claim else []
+    if not details:
+        return [*facts, *loose, *open_, *claim]
+    assumed = ["assumptions of this claim, not checked:", *(f"  {x}" for x in report.assumptions)] if claim else []
+    short = [*(f"  {line}" for line in in_short(report)), "in full, with what it rests on:"]
+    return [*short, *facts, *(bound if proved else loose), *open_, *claim, *assumed]
+
+
 def say(*lines: str) -> None:
     """Print each as one line, so that none can forge another; on a screen a longer one goes on below, indented.
 
@@ -373,7 +408,8 @@ def absent(folder: Path, name: str) -> tuple[str, str]:
     return one_line(found), one_line(expected)
 
 
-def main(argv: list[str] | None = None) -> int:
+def main(argv: list[str] | None = None, details: bool = True) -> int:
+    """Check what a command line names, print the report, in full or in brief, and return the exit status."""
     parser = argparse.ArgumentParser(description="Check a stability certificate.")
     parser.add_argument("certificate", type=Path, help="the file, or a folder with a certificate.json")
     parser.add_argument("--spec", type=Path, help="the specification, to be compared with the hash in the certificate")
@@ -394,22 +430,11 @@ def main(argv: list[str] | None = None) -> int:
         where, what = getattr(e, "filename", None) or path, getattr(e, "strerror", f"not a certificate: {e}")
         print(one_line(f"error: {where}: {what}"), file=sys.stderr)
         return 2
-    left = [f"{name}, which is not here" for name in report.unbound] + [*report.open]
     verdict = {0: "verified for the C", NO_CODE: "the algebra holds; it was not bound to code"}
     verdict[DOMAIN] = "verified for the C, under the conditions {}"
     said = f"{verdict[status(report)]} (exit status {status(report)})"
-    say(f"{report.name}: {said.format('below')}", *(f"  {line}" for line in in_short(report)))
-    say("in full, with what it rests on:")
-    if report.claim:
-        say("the algebra holds:", *(f"  {fact}" for fact in report.facts))
-    where = "" if report.whole else ", where the conditions below hold"
-    loose = "it was not bound to code:", f"  {report.unproved}"
-    bound = f"proved of {report.name}.c itself by the kernel{where}:", *(f"  {line}" for line in report.proved)
-    say(*(bound if report.proved else loose), "not checked:", *(f"  {gap}" for gap in left))
-    if report.claim:
-        say("claim as written by the tool, not checked:", f"  {report.claim}")
-        say("assumptions of this claim, not checked:", *(f"  {x}" for x in report.assumptions))
-    say(said.format("above"))
+    lines, more = in_words(report, details), ["more: `stiction verify --details` prints what this rests on too"]
+    say(f"{report.name}: {said.format('below')}", *lines, *([said.format("above")] if details else more))
     return status(report)
 
 

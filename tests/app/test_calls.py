@@ -481,3 +481,23 @@ def test_an_interrupt_while_libraries_are_loaded():
     )
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, cwd=SPECS.parent, check=False)
     assert (done.returncode, done.stdout, done.stderr) == (130, "", "interrupted\n")
+
+
+def test_verify_prints_claim_bounds_conditions_and_gaps_and_the_rest_with_details() -> None:
+    """It printed 55 lines, most of them hashes and assumptions; the script without the tool prints all of it."""
+    folder = GENERATED / "one_mass"
+    short = stiction("verify", folder).out.splitlines()
+    full = stiction("verify", folder, "--details").out.splitlines()
+    assert len(short) <= 25 < 50 <= len(full)
+    assert {*short[1:-1]} <= {*full} and short[-1].startswith("more: `stiction verify --details`")
+    for words in ("is in the long run at most", "error bounds, assuming", "sign(rail) is 1 or -1", "that the model"):
+        assert any(words in line for line in short), words
+    alone = subprocess.run([sys.executable, checker.__file__, folder], capture_output=True, text=True, check=True)
+    assert alone.stdout.splitlines() == full
+    under = stiction("verify", GENERATED / "one_mass_domain").out
+    conditions = [
+        x for x in stiction("verify", GENERATED / "one_mass_domain", "--details").out.splitlines() if "only where" in x
+    ]
+    assert conditions and all(line in under.splitlines() for line in conditions)
+    loose = stiction("verify", GENERATED / "one_mass_dfo_implicit").out
+    assert "it was not bound to code:" in loose and "V is multiplied by at most" in loose
