@@ -7,6 +7,10 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from difflib import SequenceMatcher
+from typing import ParamSpec, TypeVar
+
+Given = ParamSpec("Given")
+Result = TypeVar("Result")
 
 LONGEST_QUOTE = 120
 """Characters of what a message quotes."""
@@ -122,6 +126,14 @@ class Faults:
             yield
         except BadInput as fault:
             self.noted.append(fault)
+
+    def result(self, read: Callable[Given, Result], *given: Given.args, **named: Given.kwargs) -> Result | None:
+        """The result of ``read``; None if it raises BadInput, which is noted."""
+        try:
+            return read(*given, **named)
+        except BadInput as fault:
+            self.noted.append(fault)
+            return None
 
     def raise_noted(self) -> None:
         """Raise the first noted error, with the rest in its ``others``; nothing where none was noted."""

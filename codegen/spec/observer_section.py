@@ -3,7 +3,9 @@
 from collections.abc import Sequence
 from typing import Any
 
-from codegen.base.errors import BadInput, PlaceOf, refuse_unknown
+import sympy
+
+from codegen.base.errors import BadInput, Faults, PlaceOf, refuse_unknown
 from codegen.spec.expression import exact_number, parse_expression
 from codegen.spec.free_gains import read_free_gains
 from codegen.spec.model import CancellationChoice, Contact, DomainChoice, ObserverChoice, symbol
@@ -23,24 +25,40 @@ def read_observer(
     """
     if section is None:
         return None
+    faults = Faults()
+    period = faults.result(_sample_time, section, place)
+    exponent = faults.result(exact_number, section.exponent, place("observer.exponent"))
+    shape = faults.result(_shape, section, place)
+    laws = {name: faults.result(_assumed, section, name, contacts, place) for name in section.laws}
+    gains = {
+        name: faults.result(read_free_gains, raw, f"observer.gains.{name}", place)
+        for name, raw in section.gains.items()
+    }
+    domain = faults.result(_domain, section, place)
+    faults.raise_noted()
+    assumed = {name: law for name, law in laws.items() if law is not None}
+    return ObserverChoice(
+        section.kind, section.velocity, gains, period, exponent, shape, assumed, section.integration, domain
+    )
+
+
+def _sample_time(section: ObserverSection, place: PlaceOf) -> sympy.Rational:
     period = read_quantity(section.sample_time, "s", place("observer.sample_time"))
     if period <= 0:
         found = f"sample time {section.sample_time}"
         raise BadInput(place("observer.sample_time"), found, "a positive time in s", code="SPEC007")
-    exponent = exact_number(section.exponent, place("observer.exponent"))
-    shape = None
-    if section.h is not None:
-        where = place("observer.h")
-        if "exponent" in section.model_fields_set:
-            expected = "one of them: an exponent mu means h = s**mu"
-            raise BadInput(where, "both `h` and `exponent`", expected, code="SPEC005")
-        shape = parse_expression(section.h, where).symbolic({SLIP_SPEED: symbol(SLIP_SPEED)})
-    laws = {name: _assumed(section, name, contacts, place) for name in section.laws}
-    gains = {name: read_free_gains(raw, f"observer.gains.{name}", place) for name, raw in section.gains.items()}
-    domain = _domain(section, place)
-    return ObserverChoice(
-        section.kind, section.velocity, gains, period, exponent, shape, laws, section.integration, domain
-    )
+    return period
+
+
+def _shape(section: ObserverSection, place: PlaceOf) -> sympy.Expr | None:
+    """The function ``h`` of the section; None without one."""
+    if section.h is None:
+        return None
+    where = place("observer.h")
+    if "exponent" in section.model_fields_set:
+        expected = "one of them: an exponent mu means h = s**mu"
+        raise BadInput(where, "both `h` and `exponent`", expected, code="SPEC005")
+    return parse_expression(section.h, where).symbolic({SLIP_SPEED: symbol(SLIP_SPEED)})
 
 
 def _domain(section: ObserverSection, place: PlaceOf) -> DomainChoice | None:

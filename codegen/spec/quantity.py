@@ -79,7 +79,14 @@ def read_quantity(text: str, unit: str, place: Place) -> sympy.Rational:
     if parts is None:
         return exact_number(text, place)
     number, given = parts
-    refuse_other_unit(given, unit, f"`{text}`", place)
+    try:
+        refuse_other_unit(given, unit, f"`{text}`", place)
+    except BadInput as fault:
+        if unit != "s" or not same_dimension(given, "1/s", place):
+            raise
+        rate = exact_number(number, place) * si_factor(given, place)  # of a sample time, its rate
+        period = f"{float(1000 / rate):.6g} ms" if rate else None
+        raise BadInput(place, fault.found, fault.expected, period, code=fault.code) from None
     return printed(exact_number(number, place) * si_factor(given, place), place, f"{text} in {unit}")
 
 

@@ -9,7 +9,7 @@ import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, ParamSpec, TypeVar
+from typing import Any
 
 import sympy
 
@@ -44,8 +44,6 @@ ObserverCheck = Callable[[ObserverSection, PlaceOf], None]
 """Function (section, key → its file and line) that raises BadInput for what stands in an observer's section."""
 ForceCheck = Callable[[Spec], None]
 """Function that raises BadInput for the laws and effects of a spec, which may lack what could not be read."""
-Given = ParamSpec("Given")
-Result = TypeVar("Result")
 
 
 def read_spec(path: str | Path, of_observer: ObserverCheck | None = None, of_forces: ForceCheck | None = None) -> Spec:
@@ -109,12 +107,12 @@ class _Reading:
 
     def spec(self, of_observer: ObserverCheck | None, of_forces: ForceCheck | None) -> Spec:
         """The spec; raises all faults that were found, those of keys first."""
-        spec = self._noted(self._spec)
+        spec = self.faults.result(self._spec)
         # Without other faults the system is built, and its faults are raised together with those of the observer.
         if self.faults.noted and spec is not None and of_forces is not None:
-            self._noted(of_forces, spec)
+            self.faults.result(of_forces, spec)
         if self.faults.noted and of_observer is not None and self.document.observer is not None:
-            self._noted(of_observer, self.document.observer, self.place)
+            self.faults.result(of_observer, self.document.observer, self.place)
         self.faults.raise_noted()
         assert spec is not None
         return spec
@@ -122,43 +120,44 @@ class _Reading:
     def _spec(self) -> Spec:
         """The spec, without what could not be read of sections that nothing else depends on."""
         d = self.document
-        self._noted(self._check_file)
+        self.faults.result(self._check_file)
         coordinates = tuple(Coordinate(name, c.velocity, c.unit) for name, c in d.coordinates.items())
         if not coordinates:
             raise BadInput(self.place("coordinates"), "no coordinate", "at least one", code="SPEC003")
         inputs = tuple(Input(name, i.unit) for name, i in d.inputs.items())
-        parameters = tuple(p for p in (self._noted(self._parameter, name) for name in d.parameters) if p)
+        parameters = tuple(p for p in (self.faults.result(self._parameter, name) for name in d.parameters) if p)
         self._check_names(coordinates, inputs, d.parameters)
         for c in coordinates:
-            self._noted(self._si_unit, c.unit, f"coordinates.{c.name}.unit")
+            self.faults.result(self._si_unit, c.unit, f"coordinates.{c.name}.unit")
         for i in inputs:
-            self._noted(self._si_unit, i.unit, f"inputs.{i.name}.unit")
+            self.faults.result(self._si_unit, i.unit, f"inputs.{i.name}.unit")
         named = not self.faults.noted
         for k in range(len(d.friction.contacts)):
-            self._noted(self._refuse_tolerance, k)
+            self.faults.result(self._refuse_tolerance, k)
         if not named:  # sections that depend on names and units are read only if these are valid
-            for k in range(len(d.friction.contacts)):
-                self._noted(self._contact, k, None)
+            read = [self.faults.result(self._contact, k, None) for k in range(len(d.friction.contacts))]
+            if all(read):
+                self.faults.result(read_observer, d.observer, [c for c in read if c], self.place)
             for k in range(len(d.effects)):
-                self._noted(self._effect, k)
+                self.faults.result(self._effect, k)
             self.faults.raise_noted()
         coordinates = tuple(replace(c, unit=self._si_unit(c.unit, f"coordinates.{c.name}.unit")) for c in coordinates)
         inputs = tuple(replace(i, unit=self._si_unit(i.unit, f"inputs.{i.name}.unit")) for i in inputs)
 
-        motion = self._noted(read_motion, d, coordinates, inputs, self.place, self.tree)
+        motion = self.faults.result(read_motion, d, coordinates, inputs, self.place, self.tree)
         slidings = motion.slidings if motion else (None,) * len(d.friction.contacts)
-        contacts = [self._noted(self._contact, i, sliding) for i, sliding in enumerate(slidings)]
+        contacts = [self.faults.result(self._contact, i, sliding) for i, sliding in enumerate(slidings)]
         friction = tuple(contact for contact in contacts if contact)
-        effects = [self._noted(self._effect, i) for i in range(len(d.effects))]
+        effects = [self.faults.result(self._effect, i) for i in range(len(d.effects))]
         observer = cancellation = None
         if len(friction) == len(contacts):
-            observer = self._noted(read_observer, d.observer, friction, self.place)
-            cancellation = self._noted(read_cancellation, d.cancellation, friction, self.place)
+            observer = self.faults.result(read_observer, d.observer, friction, self.place)
+            cancellation = self.faults.result(read_cancellation, d.cancellation, friction, self.place)
         units = self._envelope_units(coordinates, inputs)
-        ranges = {name: self._noted(self._range, name, units) for name in d.envelope}
+        ranges = {name: self.faults.result(self._range, name, units) for name in d.envelope}
         envelope = {name: bounds for name, bounds in ranges.items() if bounds is not None}
-        simulation = self._noted(read_simulation, d.simulation, coordinates, inputs, self.place)
-        log = self._noted(self._log, signal_units(coordinates, inputs)) or LogColumns()
+        simulation = self.faults.result(read_simulation, d.simulation, coordinates, inputs, self.place)
+        log = self.faults.result(self._log, signal_units(coordinates, inputs)) or LogColumns()
         if motion is None or len(friction) < len(contacts) or not all(effects):
             self.faults.raise_noted()
         assert motion is not None
@@ -184,14 +183,6 @@ class _Reading:
             code=d.code,
             cancellation=cancellation,
         )
-
-    def _noted(self, read: Callable[Given, Result], *given: Given.args, **named: Given.kwargs) -> Result | None:
-        """The result of ``read``; None if it raises BadInput, which is noted."""
-        try:
-            return read(*given, **named)
-        except BadInput as fault:
-            self.faults.noted.append(fault)
-            return None
 
     def _check_file(self) -> None:
         """Note a name that no generated file can have, and a line of ``source`` that C would join to the next one."""

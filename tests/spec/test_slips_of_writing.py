@@ -371,3 +371,33 @@ def test_a_key_in_the_wrong_section_is_told_the_right_one(good: str, bad: str, p
 def test_a_letter_that_only_looks_latin_is_named(good: str, bad: str) -> None:
     """A Cyrillic a is printed as a Latin one: `mass_matrix` would be an unknown key, with `mass_matrix` proposed."""
     assert "CYRILLIC SMALL LETTER A" in told(GOOD.replace(good, bad)).found
+
+
+OBSERVED = """name: axis
+coordinates: {x: {velocity: v, unit: m}}
+inputs: {u: {unit: N}}
+parameters: {m: {value: 79, unit: kg}}
+mass_matrix: [[m]]
+force: [u]
+friction: {distribution: [[1]], contacts: [{name: guide, law: coulomb, a: 3, unit: N}]}
+observer: {kind: gcfo, velocity: estimated, gains: {K_F: 600, K_v: 200}, sample_time: 1 ms}
+"""
+
+
+@pytest.mark.parametrize(("written", "meant"), [("1 kHz", "1 ms"), ("500 Hz", "2 ms"), ("3 1/s", "333.333 ms")])
+def test_a_rate_for_a_sample_time_is_answered_with_the_time(written: str, meant: str) -> None:
+    fault = told(OBSERVED.replace("1 ms", written))
+    assert fault.nearest == meant and fault.code == "SPEC014"
+
+
+def test_all_faults_of_the_observer_are_raised_together() -> None:
+    """One was raised in a run, so that a new user ran `check` again for each."""
+    other = OBSERVED.replace("1 ms", "1 kHz, h: s^, laws: {rail: {law: coulomb, a: 1}}")
+    fault = told(other)
+    keys = {str(one.place).split(": ")[-1] for one in (fault, *fault.others)}
+    assert keys == {f"observer.{x}" for x in ("sample_time", "h", "laws.rail")}
+
+
+def test_a_wrong_unit_of_a_coordinate_does_not_hide_the_observer_s_faults() -> None:
+    fault = told(OBSERVED.replace("unit: m}", "unit: deg}").replace("1 ms", "1 kHz"))
+    assert {one.code for one in (fault, *fault.others)} == {"SPEC014"} and len(fault.others) == 1
