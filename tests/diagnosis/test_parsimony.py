@@ -113,6 +113,32 @@ def test_what_is_left_of_several_effects_stands_only_if_it_is_accepted(
     assert left == ((one, [first]) if accepted else (base, []))
 
 
+@pytest.mark.parametrize(
+    ("paired", "left", "asked"),
+    [
+        (False, ("load", "wave"), False),  # each was accepted in its round
+        (False, ("load", "spring"), True),  # one was replaced
+        (False, ("wave",), True),  # one was removed
+        (True, ("load", "wave"), True),  # a pair has no rounds
+    ],
+)
+def test_effects_that_were_accepted_one_after_another_are_not_asked_again_as_a_set(
+    paired: bool, left: tuple[str, ...], asked: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of a servo a friction in proportion to the load was accepted among 23 candidates, and a wave beside it among
+    22,000. Among 253,000 pairs both together were not significant, and neither was named.
+    """
+    both, final = fit(*map(part_named, ("load", "wave"))), fit(*map(part_named, left))
+    for name in ("pruned_with_rivals", "with_simplest_effects"):
+        monkeypatch.setattr(parsimony, name, lambda search, found, rivals: (found, rivals))
+    monkeypatch.setattr(parsimony, "reconsidered", lambda *_: (final, []))
+    monkeypatch.setattr(parsimony, "largest_first", lambda search, found: found)
+    monkeypatch.setattr(parsimony, "is_accepted", lambda *_: False)
+    none: Any = None
+    base = fit()
+    assert parsimony.judged_together(none, base, both, [], paired)[0] is (base if asked else final)
+
+
 @pytest.mark.parametrize(("left", "kept"), [(("wave", "dead_zone"), True), (("dead_zone",), False)])
 def test_rivals_of_an_effect_that_is_dropped_are_dropped(
     left: tuple[str, ...], kept: bool, monkeypatch: pytest.MonkeyPatch

@@ -265,7 +265,8 @@ def test_a_play_of_nothing_is_a_spring(cost: float, kinds: str) -> None:
 
 def test_a_replacement_without_its_gap_is_a_spring_too(monkeypatch: pytest.MonkeyPatch) -> None:
     """A play with a gap of 3e-17 rad took the place of a cogging, and was named beside a friction drift."""
-    first, play, spring = fit("drift", "cogging"), fit("drift", "backlash"), fit("drift", "compliance")
+    kinds = ("cogging", "backlash", "compliance")
+    first, play, spring = (fit(part_named("drift"), part_named(kind)) for kind in kinds)
     monkeypatch.setattr(parsimony, "reconsidered", lambda *_: (play, []))
     monkeypatch.setattr(parsimony, "pruned_with_rivals", lambda search, found, rivals: (found, rivals))
     seen = lambda search, found, rivals: (spring if found is play else found, rivals)  # noqa: E731

@@ -179,10 +179,12 @@ def judged_together(
     """
     if len(current.trial.parts) < 2:
         return current, rivals
+    accepted = set() if paired else {p.key for p in current.trial.parts}  # each in its round, beside those before it
     current, rivals = reconsidered(search, current, None if paired else rivals, not paired)
     current, rivals = pruned_with_rivals(search, current, rivals)
     current, rivals = with_simplest_effects(search, current, rivals)  # also of an effect that replaced another
-    current, rivals = still_accepted(search, base, current, rivals)
+    if {p.key for p in current.trial.parts} != accepted:
+        current, rivals = still_accepted(search, base, current, rivals)
     return current if rivals else largest_first(search, current), rivals
 
 

@@ -122,6 +122,9 @@ def run_round(search: Search, current: Fit, parts: Sequence[Part], leading: bool
         only = bool(repeats_nowhere) and p <= acceptance.ALPHA and "period" not in at_limit(found)[-1]
         ranked.append(Ranked(found, one, ratio, size, why_not, unsure, p, after, only, bool(contradicted)))
     ranked = _without_extensions_not_shown(search, [_beside_too_small(search, r, ranked) for r in ranked])
+    passed = {r.part.key for r in ranked if not r.why_not}
+    # A form that may be chance does not lead where another form of its effect passes: it would be refused for both.
+    ranked = [replace(r, unsure=False) if r.unsure and r.part.key in passed else r for r in ranked]
     return sorted(in_simplest_admitted_forms(ranked), key=lambda r: (not r.grade, r.found.cost))
 
 
