@@ -43,11 +43,12 @@ def test_an_interval_whose_ends_print_alike_has_more_digits() -> None:
     """A `period = 0.01 m` without an interval read as if its error were unknown."""
     found = ParameterError("m", "kg", 25.0, 0.02, 28.001, (27.9978, 28.0042), 6.0, (), 0.2, 0.1, 8, 8, 8)
 
-    def words(error: ParameterError) -> str:
-        return render("text/statement/declared_value.j2", part="words", e=error).strip()
+    def words(error: ParameterError, verdict: str = "none") -> str:
+        return render("text/statement/declared_value.j2", part="words", e=error, verdict=verdict).strip()
 
     shown = "The log gives m = 28.0010 kg (95 %: 27.9978 to 28.0042); declared is 25 kg, 6 tolerances away."
     assert words(found) == shown
+    assert words(found, "unknown") == f"{shown} What is missing may have moved it."
     wider = replace(found, interval=(27.9, 28.1))
     assert words(wider) == "The log gives m = 28.00 kg (95 %: 27.90 to 28.10); declared is 25 kg, 6 tolerances away."
     assert ". m1, m2, m3 may be the cause" in words(replace(found, alike=("m1", "m2", "m3")))
