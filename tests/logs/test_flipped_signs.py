@@ -279,3 +279,31 @@ def test_a_damping_that_is_declared_too_large_is_no_wrong_scale(tmp_path, dampin
     assert ("declares it too large" in one.words) == (times == 1)
     assert one.figures["factor"] > 3
     assert times > 1 or abs(one.figures["factor_beside_losses"] - 1) < 0.05
+
+
+LEVER = """name: lever
+coordinates: {q: {velocity: v, unit: rad}}
+inputs: {T: {unit: N*m}}
+parameters: {J: {value: 0.2, unit: kg*m^2}, W: {value: 6, unit: N*m}}
+mass_matrix: [[J]]
+force: [T - W*cos(q)]
+friction: {distribution: [[1]], contacts: [{name: gear, law: coulomb, a: 0.6, unit: N*m}]}
+observer: {kind: cfo, velocity: estimated, gains: {K_F: 10, K_v: 100}, sample_time: 1 ms}
+envelope: {v: [-5, 5]}
+"""
+
+
+@pytest.mark.parametrize("degrees", [True, False])
+def test_a_weight_over_an_angle_in_degrees_is_no_lost_sign(degrees, tmp_path):
+    """A lever that carries its weight: its torque "is never negative", beside the unit that balances all forces."""
+    t = np.arange(0, 10, 0.002)
+    q = 0.3 * np.sin(3 * t) + 0.15 * np.sin(7 * t)
+    v, a = 0.9 * np.cos(3 * t) + 1.05 * np.cos(7 * t), -2.7 * np.sin(3 * t) - 7.35 * np.sin(7 * t)
+    torque = 0.2 * a + 6 * np.cos(q) + 0.6 * np.sign(v)
+    assert torque.min() > 0
+    columns = {"t": t, "q": np.degrees(q) if degrees else q, "T": torque}
+    spec = parse_spec(LEVER, Path("lever.yaml"))
+    found = preflight(read_log(write_csv(tmp_path / "a.csv", columns), spec), spec)
+    assert not [f.words for f in found if "never negative" in f.words]
+    problems = [f.words for f in found if f.severity == "problem"]
+    assert len(problems) == degrees and all("q: deg" in words for words in problems), problems

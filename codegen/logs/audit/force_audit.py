@@ -55,20 +55,27 @@ def audit_force(log: Log, spec: Spec, motion: Motion, steady: frozenset[int] = f
         yield changed
         return
     yield from scales_of_velocities(case)
-    yield from _without_sign(forces, log, spec)
+    unsigned = list(_without_sign(forces, log, spec))
     if len(forces.inertia) < FEWEST:
+        yield from unsigned
         words = "Too few samples in motion to compare the input's force with the acceleration."
         yield Finding("info", "sign and scale", words, {"samples": float(len(forces.inertia))})
         return
     if before := _before_judging(log, spec):
+        yield from unsigned
         yield from (not_judged(i.name, before) for i in spec.inputs)
         return
     outside = _furthest_outside(log, spec, motion)
     if not log.raw_data.doubted:
         off = list(_computed_from_position(forces, spec, steady)) or wrong_scales(case, steady, outside)
+        wrong = [f for f in off if f.severity == "problem"]  # with a position in a wrong unit an input cannot be judged
+        if not any("misfit_scaled" in f.figures for f in wrong):  # where a unit balances the forces, no sign is missing
+            yield from unsigned
         yield from off
-        if any(f.severity == "problem" for f in off):  # with a position in a wrong unit an input cannot be judged
+        if wrong:
             return
+    else:
+        yield from unsigned
     yield from audit_inputs(forces, spec, outside, log)
     yield from audit_undriven(forces, spec, outside)
 
