@@ -179,3 +179,15 @@ def test_any_table(tmp_path, spec, table, delimiter):
         assert "\n" not in str(error)
     else:
         assert np.isfinite(log.positions).all() and (np.diff(log.time) > 0).all()
+
+
+def test_a_word_in_a_row_is_told_how_a_damaged_row_is_left_out(tmp_path, spec):
+    """`ERR` of a sensor: docs/logs.md has the remedy, and the message had none."""
+    lines = write_csv(tmp_path / "a.csv", rows()).read_text().splitlines()
+    cells = lines[30].split(",")
+    lines[30] = ",".join([cells[0], "ERR", *cells[2:]])
+    (tmp_path / "a.csv").write_text("\n".join(lines) + "\n")
+    with refused("LOG005 a.csv:31: `ERR` `missing: fill`"):
+        read_log(tmp_path / "a.csv", spec)
+    (tmp_path / "meta.yaml").write_text("missing: fill\n")
+    assert any("line 31 is a damaged row" in note for note in read_log(tmp_path / "a.csv", spec).notes)

@@ -24,6 +24,7 @@ from codegen.logs.formats.text_lines import EXPECTED, lines_of, text_of
 
 SHARE_DAMAGED = 0.01
 """Largest share of damaged rows that ``missing: fill`` leaves out."""
+LEFT_OUT = "; `missing: fill` in meta.yaml beside the log leaves out single damaged rows"
 MOST_ROWS = 50_000_000
 """Largest number of lines of a text file that is read."""
 _DIGITS = frozenset("0123456789")
@@ -219,7 +220,7 @@ class CsvSource(LogFile):
             if self.layout.delimiter == "," and len(found) > width and not any("." in text for text in found):
                 expected += "; decimal commas between commas cannot be read, write the file with semicolons"
             elif not first:
-                expected += "; `missing: fill` in meta.yaml beside the log leaves out single damaged rows"
+                expected += LEFT_OUT
             raise BadInput(Place(self.file, line), words, expected, code="LOG005")
         return [self._number(found[index], line, index) for index in indices]
 
@@ -265,7 +266,7 @@ class CsvSource(LogFile):
             return "a number, if hexadecimal with 0x before it", None
         if _WITH_UNIT.fullmatch(text):
             return "a number without its unit, which `units:` in meta.yaml beside the log states", None
-        return "a number with a decimal point", None
+        return f"a number with a decimal point{'' if self.description.missing == 'fill' else LEFT_OUT}", None
 
 
 def _may_be_grouped(values: NDArray[np.float64], padded: bool) -> bool:
