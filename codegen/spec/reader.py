@@ -242,10 +242,17 @@ class _Reading:
         return None if text is None else read_share(text, self.place(f"{key}.{TOLERANCE}"))
 
     def _factor(self, name: str, unit: str, place: Place) -> sympy.Rational:
-        """Factor of a parameter's unit to SI; for an ambiguous unit in the mass matrix, an inertia is suggested."""
+        """Factor of a parameter's unit to SI; for an ambiguous unit in the mass matrix, an inertia is suggested.
+
+        For a value in percent, it is suggested as a number.
+        """
         try:
             return si_factor(unit, place)
         except BadInput as error:
+            if unit.strip() == "%":
+                share = float(exact_number(self.document.parameters[name].value, place)) / 100
+                nearest = f"value: {share:.15g}, unit: 1"
+                raise BadInput(place, error.found, "a unit, or 1", nearest, code=error.code) from None
             inertia = inertia_for(error.nearest)
             if inertia and re.search(rf"\b{re.escape(name)}\b", str(self.document.mass_matrix or "")):
                 raise BadInput(place, error.found, error.expected, inertia, code=error.code) from None

@@ -401,3 +401,8 @@ def test_all_faults_of_the_observer_are_raised_together() -> None:
 def test_a_wrong_unit_of_a_coordinate_does_not_hide_the_observer_s_faults() -> None:
     fault = told(OBSERVED.replace("unit: m}", "unit: deg}").replace("1 ms", "1 kHz"))
     assert {one.code for one in (fault, *fault.others)} == {"SPEC014"} and len(fault.others) == 1
+
+
+def test_a_parameter_in_percent_is_answered_with_its_number() -> None:
+    fault = told(OBSERVED.replace("m: {value: 79, unit: kg}", "m: {value: 79, unit: kg}, eta: {value: 80, unit: '%'}"))
+    assert fault.nearest == "value: 0.8, unit: 1" and fault.code == "SPEC013"
