@@ -50,7 +50,7 @@ from codegen.diagnosis.verdict.in_place import (
 )
 from codegen.diagnosis.verdict.late_inputs import adds_states, corrected_for_leads
 from codegen.diagnosis.verdict.over_positions import arc_of_a_curve, missing_curve
-from codegen.diagnosis.verdict.separation import separate, tied_fits
+from codegen.diagnosis.verdict.separation import MOST_RIVALS, separate, tied_fits
 from codegen.diagnosis.verdict.statement import interval_in_words
 from codegen.mechanics.system import System
 from codegen.spec.model import Spec
@@ -169,6 +169,23 @@ class Judge:
         if answer.verdict == "ambiguous":
             tied, separation, excitation = self._compared(outcome, report)
             answer, outcome = self._in_common(outcome) or (answer, outcome)
+        answer, left, refused = self._last_checks(answer, outcome)
+        if wave is None and answer.verdict == "unknown" and answer.against and len(outcome.parts) == 1:
+            answer, outcome, left, refused = self._next_candidate(answer) or (answer, outcome, left, refused)
+        if not refused:  # else a force is missing, however little of it the motion predicts
+            answer = replace(answer, verdict=by_remainder(answer.verdict, left, case.material))
+            answer = unknown_above_drive(answer, left, case.problem)
+            answer = unknown_for_a_candidate(answer, chosen.tried.first, case.material)
+        if wave is None and not refused and answer.verdict in ("none", "unknown"):
+            wave, explaining_less = better_than_refused(chosen.search, chosen.tried, outcome, case.material), ()
+        if wave is not None:
+            answer = not_determined(answer, wave, case.problem, explaining_less)
+        answer = replace(answer, remarks=tuple(self._remarks(outcome, answer)))
+        return Conclusion(answer, outcome, left, tied, separation, excitation)
+
+    def _last_checks(self, answer: Answer, outcome: Outcome) -> tuple[Answer, tuple[Remainder, ...], bool]:
+        """The answer after the checks that can only refuse, what its model leaves, and whether a law refused it."""
+        case = self.case
         another = self._another_law(answer, outcome) if answer.verdict == "effect" else None
         answer = answer if another is None else another
         answer = wrong_values.refused_for_a_value(case.spec, answer, case.problem, self.measured)
@@ -176,18 +193,31 @@ class Judge:
         left = self._left_by(answer)
         changing = changes_beside(case.problem, answer, left, case.material) if answer.verdict == "effect" else ""
         if changing:
-            answer = another = answer.refused(changing)
+            answer = answer.refused(changing)
             left = self._left_by(answer)
-        if another is None:  # else a force is missing, however little of it the motion predicts
-            answer = replace(answer, verdict=by_remainder(answer.verdict, left, case.material))
-            answer = unknown_above_drive(answer, left, case.problem)
-            answer = unknown_for_a_candidate(answer, chosen.tried.first, case.material)
-        if wave is None and another is None and answer.verdict in ("none", "unknown"):
-            wave, explaining_less = better_than_refused(chosen.search, chosen.tried, outcome, case.material), ()
-        if wave is not None:
-            answer = not_determined(answer, wave, case.problem, explaining_less)
-        answer = replace(answer, remarks=tuple(self._remarks(outcome, answer)))
-        return Conclusion(answer, outcome, left, tied, separation, excitation)
+        return answer, left, another is not None or bool(changing)
+
+    def _next_candidate(self, refused: Answer) -> tuple[Answer, Outcome, tuple[Remainder, ...], bool] | None:
+        """The answer with another candidate of the first round that passed every test, after the best one is refused.
+
+        It must pass all checks too, and nothing material may be left: what a wrong law leaves is material where a
+        better one was refused, as of a force outside the catalogue. At most ``MOST_RIVALS`` are examined. None if there
+        is no such candidate.
+        """
+        search, tried = self.selection.search, self.selection.tried
+        passed = {one.part.key: one for one in reversed(tried.first) if not one.why_not}  # the best form of each
+        known = {effect.key for effect in refused.effects}
+        others = [one for one in tried.first if one is passed.get(one.part.key) and one.part.key not in known]
+        for one in others[:MOST_RIVALS]:
+            (moved, values), parts = one.found.values, one.found.trial.parts
+            final = search.with_parts(tried.base, moved, parts, values)
+            answer, outcome = self._examined(search, tried.with_final(search, final, ()))
+            answer, left, _ = self._last_checks(answer, outcome)
+            changing = any(r.is_changing(self.case.material) for r in left)
+            if answer.verdict == "effect" and is_small(left, self.case.material) and not changing:
+                given = {"named": titles(refused.effects), "why": refused.against[0].words}
+                return answer.noted(Fact.said("not accepted", "refused better", **given)), outcome, left, False
+        return None
 
     def _accepted(self, report: Report) -> tuple[Answer, Outcome]:
         """The answer by free runs, else by the force residual if these end far from the data, or across joints."""
