@@ -174,11 +174,12 @@ class _Proofs:
         def finish(region: Found, content: dict[str, Any]) -> dict[str, Any]:
             rate, h = float(Fraction(content["decay_rate"])), float(Fraction(content["sample_time"]))
             if region.kind == "recovery":
-                names = [error["name"] for error in content["error"]]
+                errors = self.analysis.dynamics.observer.errors
+                levels = [k for k, error in enumerate(errors) if error.of == "level"]  # in the order of the axes
                 exact = [[sympy.Rational(x) for x in row] for row in content["lyapunov_matrix"]]
                 content["reversals"] = [
-                    reversal_entry(exact, axis.name, [names.index(f"e_a_{axis.name}")], -math.log1p(-2 * rate * h))
-                    for axis in self.along.axes
+                    reversal_entry(exact, axis.name, [level], -math.log1p(-2 * rate * h))
+                    for axis, level in zip(self.along.axes, levels, strict=True)
                 ]
             words = {"kind": region.kind, "rate": rate, "period": h, "axes": self.along.axes}
             words |= {"observer": self.analysis.dynamics.observer}
