@@ -1,9 +1,10 @@
 """Arrays in memory as a log: they are written to a temporary .npz file, which is read as a file of the user's is."""
 
 import io
+import os
 import re
 import zipfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Sequence, Set
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -19,6 +20,9 @@ from codegen.base.user_text import shown
 
 Given = str | Path | Arrays
 """A log as a caller in Python gives it: its file, or arrays by the names of columns."""
+FILE = (str, os.PathLike)
+LONGEST_NAME = 1000
+"""Characters of a column's name."""
 
 
 @contextmanager
@@ -34,39 +38,42 @@ def as_files(**given: Given | Sequence[Given] | None) -> Iterator[list[list[Path
         BadInput: for a column that is no array of numbers or of times.
     """
     arguments = {argument: _listed(logs) for argument, logs in given.items()}
-    if all(isinstance(log, str | Path) for logs in arguments.values() for log in logs):
-        yield [[Path(str(log)) for log in logs] for logs in arguments.values()]
+    if all(isinstance(log, FILE) for logs in arguments.values() for log in logs):
+        yield [[Path(log) for log in logs] for logs in arguments.values()]  # type: ignore[arg-type]
         return
-    with private_folder() as folder:
-        names: dict[str, str] = {}  # temporary file → the argument
-        files: list[list[Path]] = []
-        try:
-            for argument, logs in arguments.items():
-                files.append([])
-                for k, log in enumerate(logs):
-                    several = len(logs) > 1
-                    path = (
-                        Path(str(log))
-                        if isinstance(log, str | Path)
-                        else folder / f"{argument}{k + 1 if several else ''}.npz"
-                    )
-                    if not isinstance(log, str | Path):
-                        names[str(path)] = f"`{argument}[{k}]`" if several else f"`{argument}`"
-                        path.write_bytes(_archive(log, path))
-                    files[-1].append(path)
-            yield files
-        except BadInput as fault:
-            for one in fault.all:
-                one.reword(
-                    lambda at: Place(_renamed(at.file, names), at.line, at.key), lambda text: _renamed(text, names)
-                )
-            raise
+    names = {"meta.yaml beside the log": "the file that `description` names"}  # and a temporary file → the argument
+    failed: OSError | None = None
+    try:
+        with private_folder() as folder:
+
+            def file_of(log: Given, argument: str, number: str) -> Path:
+                if isinstance(log, FILE):
+                    return Path(log)
+                path = folder / f"{argument}{number}.npz"
+                names[str(path)] = f"`{argument}{f'[{int(number) - 1}]' if number else ''}`"
+                path.write_bytes(_archive(log, path))
+                return path
+
+            files = [
+                [file_of(log, argument, str(k) if len(logs) > 1 else "") for k, log in enumerate(logs, 1)]
+                for argument, logs in arguments.items()
+            ]
+            try:
+                yield files
+            except OSError as error:  # of the caller's work, which private_folder would take for one about the folder
+                failed = error
+    except BadInput as fault:
+        for one in fault.all:
+            one.reword(lambda at: Place(_renamed(at.file, names), at.line, at.key), lambda text: _renamed(text, names))
+        raise
+    if failed is not None:
+        raise failed
 
 
 def _listed(logs: Given | Sequence[Given] | None) -> Sequence[Given]:
     if logs is None:
         return ()
-    return logs if isinstance(logs, Sequence) and not isinstance(logs, str) else (logs,)
+    return tuple(logs) if isinstance(logs, Sequence | Set) and not isinstance(logs, str) else (logs,)
 
 
 def _renamed(text: str, names: dict[str, str]) -> str:
@@ -80,15 +87,26 @@ def _archive(log: Arrays, path: Path) -> bytes:
 
     Raises BadInput, about the file ``path``, for a column whose name or values cannot be stored.
     """
+    try:
+        columns = [(str(key), log[key]) for key in log.keys()]  # noqa: SIM118 - a DataFrame iterates over its keys too
+    except Exception as error:  # of the caller's own object, such as an archive that is closed
+        found = f"arrays that cannot be read ({type(error).__name__}: {error})"
+        raise BadInput(Place(str(path)), found, "arrays by the names of columns", code="LOG005") from None
+    known: set[str] = set()
+    for name, _ in columns:
+        if not name or len(name) > LONGEST_NAME or re.search(r"[\0/\\\ud800-\udfff]", name):
+            found, expected = (
+                f"a column named `{shown(name)}`",
+                f"a name without slashes, of up to {LONGEST_NAME} letters",
+            )
+            raise BadInput(Place(str(path)), found, expected, code="LOG004")
+        if name in known:
+            raise BadInput(Place(str(path)), f"two columns named `{shown(name)}`", "each name once", code="LOG004")
+        known.add(name)
     stream = io.BytesIO()
     with zipfile.ZipFile(stream, "w") as archive:
-        for key in log.keys():  # noqa: SIM118 - a DataFrame has keys, and iterates over them as a mapping does
-            name = str(key)
-            if not name or re.search(r"[\0/\\]", name):
-                raise BadInput(
-                    Place(str(path)), f"a column named `{shown(name)}`", "a name without slashes", code="LOG004"
-                )
-            values = _numbers(log[key], Place(str(path), None, shown(name)))
+        for name, given in columns:
+            values = _numbers(given, Place(str(path), None, shown(name)))
             with archive.open(zipfile.ZipInfo(f"{name}.npy"), "w", force_zip64=True) as member:
                 npy_format.write_array(member, values, allow_pickle=False)
     return stream.getvalue()
@@ -103,12 +121,17 @@ def _numbers(given: Any, place: Place) -> NDArray[Any]:
     if unit is not None and hasattr(given, "to"):  # of pint or astropy; dates of pandas have a unit too
         found = f"a quantity in {shown(str(unit))}"
         raise BadInput(place, found, "plain numbers in SI, or in the unit that `description` states", code="LOG005")
-    if isinstance(given, np.ma.MaskedArray):
-        given = np.where(np.ma.getmaskarray(given), np.nan, given.data)
-    values = np.asarray(given)
-    if values.dtype.kind in "mM":
-        elapsed = values - values[0] if values.dtype.kind == "M" and values.size else values
-        return np.asarray(elapsed / np.timedelta64(1, "s"))
+    masked = np.ma.getmaskarray(given) if isinstance(given, np.ma.MaskedArray) else False
+    try:
+        values = np.asarray(given)
+    except (TypeError, ValueError) as error:
+        found = f"values of which NumPy makes no array ({error})"
+        raise BadInput(place, found, "numbers, or dates of NumPy", code="LOG005") from None
+    if values.dtype.kind == "M":
+        known = values[~(np.isnat(values) | masked)]
+        values = values - known[0] if known.size else values - values
+    if values.dtype.kind == "m":
+        values = np.asarray(values / np.timedelta64(1, "s"))
     if values.dtype.kind not in "fiub":
         raise BadInput(place, f"an array of the type {values.dtype}", "numbers, or dates of NumPy", code="LOG005")
-    return values
+    return values if masked is False else np.where(masked, np.nan, values)

@@ -1,7 +1,10 @@
 """Logs given as arrays from Python: read as the same columns in a file, named by the argument in errors."""
 
+import os
 import tempfile
+import warnings
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -88,3 +91,63 @@ def test_a_masked_value_is_missing_and_a_quantity_keeps_its_unit():
     pint = pytest.importorskip("pint")
     with pytest.raises(stiction.BadInput, match="a quantity in millimeter; expected plain numbers in SI"):
         stiction.replay(SPEC, {**columns, "x": pint.UnitRegistry().Quantity(1e3 * columns["x"], "mm")})
+
+
+def _closed(folder: Path) -> Any:
+    np.savez(folder / "log.npz", **_columns(50))
+    with np.load(folder / "log.npz") as archive:
+        return archive
+
+
+@pytest.mark.parametrize(
+    ("column", "given", "found"),
+    [
+        ("x", [[1.0, 2.0], [3.0]], "NumPy makes no array"),
+        ("t", np.datetime64("2024-05-06"), "no column `t`"),
+        ("\udc80", np.zeros(50), "a column named"),
+        ("k" * 70_000, np.zeros(50), "a column named"),
+        (1, np.zeros(50), "two columns named `1`"),
+    ],
+)
+def test_a_column_that_cannot_be_stored_is_told_by_its_name(column: Any, given: Any, found: str) -> None:
+    """Each was a traceback of NumPy or zipfile, or a warning of it."""
+    with warnings.catch_warnings(), pytest.raises(stiction.BadInput, match=found) as caught:
+        warnings.simplefilter("error")
+        stiction.replay(SPEC, {**_columns(50), "1": np.zeros(50), column: given})
+    assert caught.value.place.file == "`log`"
+
+
+def test_an_archive_that_is_closed_is_told(tmp_path):
+    with pytest.raises(stiction.BadInput, match="arrays that cannot be read"):
+        stiction.replay(SPEC, _closed(tmp_path))
+
+
+def test_a_masked_date_is_missing_and_the_others_count_from_the_first(tmp_path):
+    columns = _columns(200)
+    dates = np.datetime64("2024-05-06T10:00:00", "us") + (columns["t"] * 1e6).round().astype("timedelta64[us]")
+    none = np.ma.masked_array(dates, mask=np.zeros(200))
+    out = tmp_path / "a.npy"
+    assert _estimates({**columns, "t": none}, out).tobytes() == _estimates({**columns, "t": dates}, out).tobytes()
+    dates[0] = "1970-01-01"
+    first = np.ma.masked_array(dates, mask=[k == 0 for k in range(200)])
+    with pytest.raises(stiction.BadInput) as caught:
+        stiction.replay(SPEC, {**columns, "t": first})
+    assert (caught.value.code, caught.value.place.key) == ("LOG006", "t(1)")
+    assert "1 of 200 values" in caught.value.found and "`description`" in caught.value.expected
+
+
+def test_files_are_any_paths_and_any_collection_of_them(tmp_path):
+    np.savez(tmp_path / "log.npz", **_columns(200))
+    (entry,) = os.scandir(tmp_path)
+    expected = _estimates(tmp_path / "log.npz", tmp_path / "a.npy")
+    assert _estimates(entry, tmp_path / "b.npy").tobytes() == expected.tobytes()
+    with pytest.raises(stiction.BadInput, match="at least 4 s"):
+        stiction.diagnose(SPEC, {str(tmp_path / "log.npz"): "a run"}.keys(), out=tmp_path / "none")
+
+
+def test_an_error_of_the_caller_s_work_is_not_one_of_the_temporary_folder(tmp_path):
+    def full(step: str, share: float) -> None:
+        raise OSError(28, "No space left on device")
+
+    with pytest.raises(OSError, match="No space left"):
+        stiction.diagnose(SPEC, _columns(5000), out=tmp_path / "none", progress=full)
