@@ -15,6 +15,8 @@ _WITH_UNIT = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(?![d
 """A number and a unit; ``d-6`` is none, but the exponent of a Fortran program."""
 
 Numbers = dict[str, Any]
+RATE = re.compile(r"\w*Hz|1/[munµ]?s|[munµ]?s(\^|\*\*)-1")
+"""Units of a rate of samples; rpm and rad/s, of the same dimension, are none."""
 LARGEST_SHARE = 10
 """Largest tolerance relative to its value."""
 
@@ -82,10 +84,10 @@ def read_quantity(text: str, unit: str, place: Place) -> sympy.Rational:
     try:
         refuse_other_unit(given, unit, f"`{text}`", place)
     except BadInput as fault:
-        if unit != "s" or not same_dimension(given, "1/s", place):
+        rate = exact_number(number, place) if unit == "s" and RATE.fullmatch(given) else 0
+        if rate <= 0:
             raise
-        rate = exact_number(number, place) * si_factor(given, place)  # of a sample time, its rate
-        period = f"{float(1000 / rate):.6g} ms" if rate else None
+        period = f"{float(1000 / (rate * si_factor(given, place))):.6g} ms"  # of a sample time, its rate
         raise BadInput(place, fault.found, fault.expected, period, code=fault.code) from None
     return printed(exact_number(number, place) * si_factor(given, place), place, f"{text} in {unit}")
 

@@ -384,10 +384,19 @@ observer: {kind: gcfo, velocity: estimated, gains: {K_F: 600, K_v: 200}, sample_
 """
 
 
-@pytest.mark.parametrize(("written", "meant"), [("1 kHz", "1 ms"), ("500 Hz", "2 ms"), ("3 1/s", "333.333 ms")])
+@pytest.mark.parametrize(
+    ("written", "meant"), [("1 kHz", "1 ms"), ("500 Hz", "2 ms"), ("3 1/s", "333.333 ms"), ("2 ms^-1", "0.5 ms")]
+)
 def test_a_rate_for_a_sample_time_is_answered_with_the_time(written: str, meant: str) -> None:
     fault = told(OBSERVED.replace("1 ms", written))
     assert fault.nearest == meant and fault.code == "SPEC014"
+
+
+@pytest.mark.parametrize("written", ["60 rpm", "3 rad/s", "-1 kHz", "0 Hz", "1 m"])
+def test_no_time_is_proposed_for_what_is_no_rate_of_samples(written: str) -> None:
+    """60 rpm was answered with 159 ms, as an angle is a number in SI."""
+    fault = told(OBSERVED.replace("1 ms", written))
+    assert fault.nearest is None and fault.code == "SPEC014"
 
 
 def test_all_faults_of_the_observer_are_raised_together() -> None:
