@@ -9,8 +9,9 @@ from typing import Any
 
 import pytest
 
+from codegen.diagnosis import free_runs
 from codegen.diagnosis.free_runs import Judge
-from codegen.diagnosis.results import Fact, FoundEffect, Remainder
+from codegen.diagnosis.results import Change, Fact, FoundEffect, Remainder
 from codegen.diagnosis.selection.forward_selection import Outcome
 from codegen.diagnosis.verdict.answer import Answer
 from tests.diagnosis.fakes import InRound, part_named
@@ -43,8 +44,22 @@ class OfKinds(Judge):
         return answer, (self.said[answer.effects[0].kind][1],), False
 
 
+def judge(said: dict[str, tuple[str, Remainder]], *first: Any) -> OfKinds:
+    """A judge of these candidates of the first round; a fit has the kind and the number of its candidate's form."""
+    tried = SimpleNamespace(
+        base=None,
+        first=first,
+        with_final=lambda search, final, rivals: SimpleNamespace(kind=final[0], form=final[1]),
+    )
+    search = SimpleNamespace(with_parts=lambda base, moved, parts, values: (parts[0].kind, moved))
+    selection: Any = SimpleNamespace(search=search, tried=tried, case=SimpleNamespace(material=0.02))
+    return OfKinds(selection, said)
+
+
 LITTLE, MUCH = Remainder(0.1, 0.01, 0.5, {}), Remainder(1.0, 0.1, 0.9, {})
 UNJUDGED = Remainder(nan, nan, nan, {})
+IN_TIME = Remainder(0.3, 0.03, 0.1, {}, (Change("force", 0.0, 1.0, 0.3),), 0.8)
+REFUSED = answer("saturation", "unknown", "a smooth curve explains more")
 
 
 @pytest.mark.parametrize(
@@ -53,23 +68,69 @@ UNJUDGED = Remainder(nan, nan, nan, {})
         ("effect", LITTLE, True),
         ("effect", MUCH, False),  # an incomplete law: perhaps a force outside the catalogue
         ("effect", UNJUDGED, False),
+        ("effect", IN_TIME, False),
         ("unknown", LITTLE, False),  # a check refuses it too
     ],
 )
 def test_another_candidate_is_named_if_it_leaves_nothing_material(verdict: str, left: Remainder, named: bool) -> None:
-    tried = SimpleNamespace(
-        base=None,
-        first=[candidate("saturation"), candidate("offset", why_not="may be chance"), candidate("stribeck")],
-        with_final=lambda search, final, rivals: SimpleNamespace(kind=final),
-    )
-    search = SimpleNamespace(with_parts=lambda base, moved, parts, values: parts[0].kind)
-    selection: Any = SimpleNamespace(search=search, tried=tried, case=SimpleNamespace(material=0.02))
-    found = OfKinds(selection, {"stribeck": (verdict, left)})._next_candidate(
-        answer("saturation", "unknown", "a smooth curve explains more")
-    )
+    first = candidate("saturation"), candidate("offset", why_not="may be chance"), candidate("stribeck")
+    found = judge({"stribeck": (verdict, left)}, *first)._next_candidate(REFUSED)
     assert (found is not None) is named
     if found is not None:
         assert [one.kind for one in found[0].effects] == ["stribeck"]
         words = found[0].remarks[-1].words
         assert words.startswith("saturation on x, which explains more of the free runs, is refused")
         assert "a smooth curve explains more" in words
+
+
+def test_two_others_are_examined_each_in_its_best_form() -> None:
+    kinds = "saturation", "stribeck", "stribeck", "viscous", "offset"
+    first = [candidate(kind) for kind in kinds]
+    for form, one in enumerate(first):
+        one.found.values = (form, ())
+    said = {"stribeck": ("effect", MUCH), "viscous": ("effect", MUCH), "offset": ("effect", LITTLE)}
+    assert judge(said, *first)._next_candidate(REFUSED) is None
+    found = judge(said | {"stribeck": ("effect", LITTLE)}, *first)._next_candidate(REFUSED)
+    assert found is not None and found[1].form == 1  # type: ignore[attr-defined]
+
+
+@dataclass(frozen=True, eq=False)
+class WithAnother(Judge):
+    """The best candidate has this answer; the next one, if it is asked for, is named."""
+
+    best: Answer
+    parts: int
+
+    def _accepted(self, report: Any) -> Any:
+        return self.best, SimpleNamespace(parts=("part",) * self.parts, final=None)
+
+    def _last_checks(self, answer: Answer, outcome: Outcome) -> Any:
+        return answer, (MUCH,), False
+
+    def _next_candidate(self, refused: Answer) -> Any:
+        return answer("stribeck", "effect"), SimpleNamespace(parts=("other",), final=None), (LITTLE,), False
+
+    def _remarks(self, outcome: Outcome, answer: Answer) -> Any:
+        return answer.remarks
+
+
+@pytest.mark.parametrize(
+    ("best", "parts", "named"),
+    [
+        (REFUSED, 1, True),
+        (REFUSED, 2, False),  # several effects together
+        (answer("saturation", "unknown"), 1, False),  # nothing says why
+        (answer("saturation", "none", "too small"), 1, False),
+    ],
+)
+def test_another_candidate_is_asked_for_where_a_single_effect_is_refused(
+    best: Answer, parts: int, named: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(free_runs, "unknown_above_drive", lambda answer, *_: answer)
+    monkeypatch.setattr(free_runs, "unknown_for_a_candidate", lambda answer, *_: answer)
+    monkeypatch.setattr(free_runs, "better_than_refused", lambda *_: None)
+    case = SimpleNamespace(material=0.02, problem=None)
+    selection: Any = SimpleNamespace(search=None, tried=SimpleNamespace(first=()), case=case)
+    found = WithAnother(selection, best, parts).conclude(lambda *_: None)
+    assert (found.answer.verdict == "effect") is named
+    assert found.left == ((LITTLE,) if named else (MUCH,))
