@@ -123,7 +123,7 @@ def run_round(search: Search, current: Fit, parts: Sequence[Part], leading: bool
         ranked.append(Ranked(found, one, ratio, size, why_not, unsure, p, after, only, bool(contradicted)))
     ranked = _without_extensions_not_shown(search, [_beside_too_small(search, r, ranked) for r in ranked])
     passed = {r.part.key for r in ranked if not r.why_not}
-    # A form that may be chance does not lead where another form of its effect passes: it would be refused for both.
+    # Where one form of an effect passes, none that may be chance leads: refused later, it would take the effect along.
     ranked = [replace(r, unsure=False) if r.unsure and r.part.key in passed else r for r in ranked]
     return sorted(in_simplest_admitted_forms(ranked), key=lambda r: (not r.grade, r.found.cost))
 
