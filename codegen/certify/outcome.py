@@ -145,8 +145,8 @@ class Proposals:
         gains: the nearest certified gains, with the spec's sample time.
         skipped: why no search was made; empty if one was.
         measured: the spec's gains with measured velocity and no K_v, for observers certified by structure only.
-        useful: the spec's gains at the longest sample time, or with the step, that was tried and whose error bounds are
-            below the friction; None where those of ``sample_time`` are already.
+        useful: with the spec's gains, the longest sample time tried, with its step, whose error bounds are below the
+            friction; None without one, and where those of ``sample_time`` are below it.
     """
 
     sample_time: Proposal | None

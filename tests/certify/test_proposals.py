@@ -165,8 +165,13 @@ def test_the_step_of_the_code_is_compared_with_a_sample_time_that_was_found(long
     assert ("two Newton steps" in text) == warned
 
 
-@pytest.mark.parametrize(("name", "new"), [("one_mass", "50 ms"), ("emps", "100 ms")])
-def test_a_useless_bound_is_followed_by_a_step_with_a_useful_one(name: str, new: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("name", "new", "longest_useful"),
+    [("one_mass", "50 ms", ("semi_implicit", "0.02")), ("emps", "100 ms", None)],
+)
+def test_a_useless_bound_is_followed_by_a_step_with_a_useful_one(
+    name: str, new: str, longest_useful: tuple[str, str] | None, tmp_path: Path
+) -> None:
     """Both remedies had bounds of kilonewtons for a friction of 50 N, and the reader was left to guess."""
     path = tmp_path / f"{name}.yaml"
     text = (SPECS / f"{name}.yaml").read_text()
@@ -180,8 +185,27 @@ def test_a_useless_bound_is_followed_by_a_step_with_a_useful_one(name: str, new:
     assert longest is not None and longest.of_little_use and useful is not None
     step, h = re.fullmatch(r"integration: (\w+), sample_time: (\S+)", useful.line).groups()  # type: ignore[union-attr]
     assert float(h) <= longest.sample_time
+    assert longest_useful in (None, (step, h))
     path.write_text(path.read_text().replace(f"sample_time: {new}", f"integration: {step}\n  sample_time: {h}", 1))
     again = certify(path)
     assert again.certificate is not None and not isinstance(again.bounds, str)
     assert all(b.steady < b.friction for b in again.bounds if b.friction is not None)
     assert not any(b.useless for b in again.bounds)
+
+
+@pytest.mark.parametrize(("little_use", "tried"), [("|e| <= 9 N, the friction at most 5 N", True), ("", False)])
+def test_a_further_step_is_tried_only_where_the_bound_is_useless(
+    little_use: str, tried: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    machine = load(write(tmp_path, "one_mass", ONE, "gains: {K_F: 20000, K_v: 100}"))
+    longest, useful = Proposal("longest", 0.01, {}, 1.0, little_use), Proposal("useful", 0.005, {}, 1.0)
+    monkeypatch.setattr(proposals, "_first", lambda *_: longest)
+    monkeypatch.setattr(proposals, "_useful", lambda *_: useful)
+    found = proposals.propose(machine.spec, machine.analysis, lambda spec: machine, lambda: {"euler": 1e-4})
+    assert found.useful is (useful if tried else None)
+
+
+def test_a_proposed_sample_time_is_the_one_that_was_certified() -> None:
+    """The spec's own may have more than three digits: 21.2345 ms was proposed as 0.0212."""
+    line = render("text/proposed_line.j2", key="step", h=0.0212345, gains={}, step="semi_implicit").strip()
+    assert line == "integration: semi_implicit, sample_time: 0.0212345"
