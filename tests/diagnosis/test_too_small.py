@@ -13,7 +13,7 @@ from scipy.integrate import solve_ivp
 
 import stiction
 from codegen.diagnosis.fit.acceptance import ALPHA, LEAST_NET, LEAST_SIZE
-from codegen.diagnosis.selection import ranking
+from codegen.diagnosis.selection import ranking, refusals
 from codegen.diagnosis.selection.ranking import Ranked
 from tests.diagnosis.fakes import Placed
 
@@ -110,3 +110,11 @@ def test_no_load_is_named_for_friction_that_is_simulated_smoothly(tmp_path: Path
     assert found.effects[0].parameters["amplitude"] == pytest.approx(0.4, rel=0.01)
     later = [one for round_ in found.content["later_rounds"] for one in round_["candidates"]]
     assert any("explains less than stribeck on pitch_gear" in one["evidence"]["why_not"] for one in later)
+
+
+@pytest.mark.parametrize(("material", "least"), [(0.02, 0.005), (0.003, 0.003), (0.0002, 0.001)])
+def test_the_least_force_of_an_effect_follows_the_material_share_down_to_a_tenth_of_a_percent(
+    material: float, least: float
+) -> None:
+    problem: Any = SimpleNamespace(material=material)
+    assert refusals.least_force(problem) == least
