@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from fractions import Fraction
 from functools import cache
 from pathlib import Path
@@ -13,7 +14,7 @@ import pytest
 
 from codegen.app.derived import Derived
 from codegen.certify.certify import Certificate
-from codegen.checker import decimals, verify
+from codegen.checker import decimals, rounding, verify
 from codegen.spec import parse_spec
 from tests.checker.forged import certificate, check, sources
 
@@ -120,6 +121,25 @@ def test_another_incline_of_the_machine_is_refused() -> None:
     assert other != proof
     with pytest.raises(verify.Refused, match="does not move the errors"):
         alone(json.loads(other), files)
+
+
+def test_the_bound_of_a_parameter_holds_what_the_rounding_of_its_angle_does(monkeypatch: pytest.MonkeyPatch) -> None:
+    """m g cos(90 degrees) is 7.2e-15 N in doubles and 2.3e-15 N exactly; 8 u of its own size is 2e-30 N."""
+    found: dict[str, tuple[Any, int]] = {}
+    true_bounds = rounding.of_parameters
+
+    def kept(*given: Any) -> dict[str, tuple[Any, int]]:
+        found.update(true_bounds(*given))
+        return found
+
+    monkeypatch.setattr(rounding, "of_parameters", kept)
+    _, proof, files = made("30")
+    alone(json.loads(proof), files)
+    mpmath.mp.dps = 40
+    exact = 12 * mpmath.mpf("9.81") * mpmath.cos(mpmath.mpf("1.5707963267948966"))
+    off = abs(12 * 9.81 * math.cos(1.5707963267948966) - exact)
+    size, n = found["parameters.m1_grav_cos_beta"]
+    assert 1e-15 < off <= n * 2.0**-53 * float(size.constant()) < 1e-12
 
 
 def left(argument: str = "1") -> str:
