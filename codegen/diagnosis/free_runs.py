@@ -171,7 +171,10 @@ class Judge:
             answer, outcome = self._in_common(outcome) or (answer, outcome)
         answer, left, refused = self._last_checks(answer, outcome)
         if wave is None and answer.verdict == "unknown" and answer.against and len(outcome.parts) == 1:
-            answer, outcome, left, refused = self._next_candidate(answer) or (answer, outcome, left, refused)
+            second = self._next_candidate(answer)
+            if second is not None:
+                answer, outcome, left, refused = second
+                tied, separation, excitation = (), None, None  # of the refused one
         if not refused:  # else a force is missing, however little of it the motion predicts
             answer = replace(answer, verdict=by_remainder(answer.verdict, left, case.material))
             answer = unknown_above_drive(answer, left, case.problem)

@@ -122,8 +122,9 @@ def _numbers(given: Any, place: Place) -> NDArray[Any]:
         found = f"a quantity in {shown(str(unit))}"
         raise BadInput(place, found, "plain numbers in SI, or in the unit that `description` states", code="LOG005")
     masked = np.ma.getmaskarray(given) if isinstance(given, np.ma.MaskedArray) else False
+    zoned = getattr(getattr(given, "dtype", None), "tz", None) is not None  # of pandas; NumPy would make objects of it
     try:
-        values = np.asarray(given)
+        values = np.asarray(given, "datetime64[ns]" if zoned else None)
     except (TypeError, ValueError) as error:
         found = f"values of which NumPy makes no array ({error})"
         raise BadInput(place, found, "numbers, or dates of NumPy", code="LOG005") from None

@@ -51,6 +51,9 @@ def test_a_data_frame_with_dates(tmp_path):
     np.testing.assert_allclose(of_frame, expected, rtol=1e-9, atol=1e-9)
     of_index = _estimates({**columns, "t": pandas.DatetimeIndex(dates)}, tmp_path / "c.npy")
     assert of_index.tobytes() == of_frame.tobytes()
+    zoned = pandas.Series(dates).dt.tz_localize("Europe/Athens")
+    of_zone = _estimates({**columns, "t": zoned}, tmp_path / "d.npy")
+    assert of_zone.tobytes() == of_frame.tobytes()
 
 
 def test_an_error_names_the_argument_and_the_column_and_leaves_no_file(tmp_path, monkeypatch):

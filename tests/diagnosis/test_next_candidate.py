@@ -105,7 +105,13 @@ class WithAnother(Judge):
         return self.best, SimpleNamespace(parts=("part",) * self.parts, final=None)
 
     def _last_checks(self, answer: Answer, outcome: Outcome) -> Any:
-        return answer, (MUCH,), False
+        return (REFUSED if answer.verdict == "ambiguous" else answer), (MUCH,), False
+
+    def _compared(self, outcome: Outcome, report: Any) -> Any:
+        return ("one", "other"), "how alike they are", "a motion"
+
+    def _in_common(self, outcome: Outcome) -> Any:
+        return None
 
     def _next_candidate(self, refused: Answer) -> Any:
         return answer("stribeck", "effect"), SimpleNamespace(parts=("other",), final=None), (LITTLE,), False
@@ -118,6 +124,7 @@ class WithAnother(Judge):
     ("best", "parts", "named"),
     [
         (REFUSED, 1, True),
+        (answer("saturation", "ambiguous"), 1, True),  # a tie that the last checks refuse
         (REFUSED, 2, False),  # several effects together
         (answer("saturation", "unknown"), 1, False),  # nothing says why
         (answer("saturation", "none", "too small"), 1, False),
@@ -129,8 +136,10 @@ def test_another_candidate_is_asked_for_where_a_single_effect_is_refused(
     monkeypatch.setattr(free_runs, "unknown_above_drive", lambda answer, *_: answer)
     monkeypatch.setattr(free_runs, "unknown_for_a_candidate", lambda answer, *_: answer)
     monkeypatch.setattr(free_runs, "better_than_refused", lambda *_: None)
+    monkeypatch.setattr(free_runs, "better_than_named", lambda *_: None)
     case = SimpleNamespace(material=0.02, problem=None)
     selection: Any = SimpleNamespace(search=None, tried=SimpleNamespace(first=()), case=case)
     found = WithAnother(selection, best, parts).conclude(lambda *_: None)
     assert (found.answer.verdict == "effect") is named
     assert found.left == ((LITTLE,) if named else (MUCH,))
+    assert (found.tied, found.separation, found.excitation) == ((), None, None), "they are of the refused tie"
