@@ -1,6 +1,7 @@
 """A spec for a robot file, a URDF or a MuJoCo model converted to one, and the columns of a log of the robot."""
 
 import json
+import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -17,7 +18,7 @@ from codegen.base.significant import rounded_to
 from codegen.base.temporary import private_folder
 from codegen.base.text import render
 from codegen.base.user_text import one_line, shown
-from codegen.logs.binding import time_columns
+from codegen.logs.binding import time_columns, time_in_two
 from codegen.logs.column_names import COMMANDED, is_in_counts, words_for, words_of
 from codegen.logs.formats.series import TIME
 from codegen.logs.formats.source import listing
@@ -63,17 +64,28 @@ class Guess(NamedTuple):
 def guess_columns(names: Sequence[str], joints: Mapping[str, str]) -> Guess:
     """Match columns by the joint's name and a word for position, velocity or effort.
 
-    Of several columns, that of the topic with the most columns is taken.
+    Of several columns, that of the topic with the most columns is taken. A quantity that no joint's name leads to is
+    taken by number, in the order of the robot file, where the log has as many numbered columns of it as joints.
 
     Args:
         names: of the log's columns.
         joints: coordinate → the joint's own name.
     """
     by_use, commanded = _recognised(names, joints)
+    numbered = {
+        quantity: series
+        for quantity in OF_A_JOINT
+        if not any((quantity, joint) in by_use for joint in joints)
+        and (series := _numbered(names, quantity, len(joints)))
+    }
+    is_named = any(re.fullmatch(r"(.*\.)?name\[\d+\]", name) for name in names)
+    if not is_named:  # else the order of the columns is that of the list, which may not be the robot file's
+        by_number = {(q, joint): [name] for q in numbered for joint, name in zip(joints, numbered[q], strict=True)}
+        by_use = {**by_use, **by_number}
     topics = Counter(_topic(name) for each in by_use.values() for name in each)
     columns: dict[str, str] = {}
     remarks: list[str] = []
-    time = TIME if TIME in names else next(iter(time_columns(names)), None)
+    time = TIME if TIME in names else next(iter([*time_columns(names), *time_in_two(names)]), None)
     if time is None:
         remarks.append("no column of time: `t: COLUMN`, or `sample_time` in meta.yaml beside the log")
     elif time != TIME:
@@ -97,6 +109,13 @@ def guess_columns(names: Sequence[str], joints: Mapping[str, str]) -> Guess:
         for symbol, name in columns.items()
         if symbol != TIME and is_in_counts(name)
     ]
+    if is_named:
+        remarks += [
+            f"{_quoted(series, 40)}: {quantity} by number; assign them in the order of the log's list of names"
+            for quantity, series in numbered.items()
+        ]
+    elif used := [name for series in numbered.values() for name in series if name in columns.values()]:
+        remarks.append(f"{_quoted(used, 40)}: by number; see that the joints of the log are in the robot file's order")
     without = [f"w_{joint}" for joint in joints if f"w_{joint}" not in columns]
     if commanded:
         remarks.append(f"{_quoted(commanded, 60)}: commanded, not measured; not taken")
@@ -122,6 +141,23 @@ def _recognised(
         elif joint is not None and quantity is not None:
             by_use.setdefault((quantity, joint), []).append(name)
     return by_use, commanded
+
+
+def _numbered(names: Sequence[str], quantity: str, joints: int) -> list[str]:
+    """Columns that differ in one number alone, from 0 or 1 up, as many as joints; [] for none or several such.
+
+    A column is of the quantity if a word of its name is one for it, as in ``position[0]``, ``q1`` or ``tau_meas_1``.
+    """
+    series: dict[tuple[str, str], dict[int, str]] = {}
+    for name in names:
+        if digits := re.fullmatch(r"(.*?)(\d{1,3})(\D*)", name):
+            before, number, after = digits.groups()
+            words = set(words_of(f"{before}_{after}"))
+            kind = next((kind for kind, known in OF_A_JOINT.items() if known & words), None)
+            if kind == quantity and not COMMANDED & words:
+                series.setdefault((before, after), {})[int(number)] = name
+    complete = [each for each in series.values() if sorted(each) in (list(range(joints)), list(range(1, joints + 1)))]
+    return [complete[0][k] for k in sorted(complete[0])] if len(complete) == 1 else []
 
 
 def _quoted(names: Sequence[str], longest: int) -> str:

@@ -47,10 +47,29 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         (["t", "elbow_winkel", "elbow_drehmoment"], {"elbow": "elbow_winkel", "w_elbow": "elbow_drehmoment"}),
         (["t", "elbow.position.desired", "elbow.position.actual"], {"elbow": "elbow.position.actual"}),
         (["t", "elbows_position", "shoulder_position"], {}),
+        (["t", "position[0]", "position[1]", "effort[0]", "effort[1]"],
+         {"shoulder_pan": "position[0]", "elbow": "position[1]",
+          "w_shoulder_pan": "effort[0]", "w_elbow": "effort[1]"}),
+        (["t", "joint1_pos", "joint2_pos", "tau_meas_1", "tau_meas_2"],
+         {"shoulder_pan": "joint1_pos", "elbow": "joint2_pos",
+          "w_shoulder_pan": "tau_meas_1", "w_elbow": "tau_meas_2"}),
+        (["t", "q1", "q2"], {"shoulder_pan": "q1", "elbow": "q2"}),
+        (["header.stamp.sec", "header.stamp.nanosec", "elbow_position"],
+         {"t": "header_stamp_sec + 1e-9*header_stamp_nanosec", "elbow": "elbow_position"}),
+        (["t", "position[0]", "position[1]", "position[2]", "torque_cmd_1", "torque_cmd_2"], {}),
+        (["t", "name[0]", "name[1]", "position[0]", "position[1]"], {}),
     ],
 )  # fmt: skip
 def test_names_that_are_matched(names: list[str], found: dict[str, str]) -> None:
     assert dict(guess_columns(names, JOINTS).columns) == found
+
+
+def test_columns_by_number_ask_for_the_order_of_the_joints() -> None:
+    said = guess_columns(["t", "name[0]", "name[1]", "position[0]", "position[1]"], JOINTS).remarks
+    order = "assign them in the order of the log's list of names"
+    assert f"`position[0]`, `position[1]`: position by number; {order}" in said
+    said = guess_columns(["t", "q1", "q2"], JOINTS).remarks
+    assert "`q1`, `q2`: by number; see that the joints of the log are in the robot file's order" in said
 
 
 def test_what_names_do_not_tell_is_said() -> None:
