@@ -298,7 +298,7 @@ def test_generate_says_why_verify_will_bind_nothing_to_the_code(folder, effect, 
 
 def test_verify_with_the_files_beside(generated, folder):
     certificate = generated / "certificate.json"
-    passed = stiction("verify", certificate, "--spec", "one_mass.yaml")
+    passed = stiction("verify", certificate, "--spec", "one_mass.yaml", "--details")
     assert passed.code == 0 and "one_mass.c has the SHA-256 stated" in passed.out
     (generated / "one_mass.c").write_text((generated / "one_mass.c").read_text().replace("fabs", "tanh"))
     refused = stiction("verify", certificate)

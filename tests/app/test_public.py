@@ -148,7 +148,7 @@ def test_certify_verify_and_generate_hand_out_one_certificate(one: api.Machine, 
     checked = one.verify()
     assert checked == one.verify(made.folder / "certificate.json") == api.verify(made.folder / "certificate.json", ONE)
     assert checked.report.proved and checked.report.facts
-    said = stiction("verify", made.folder / "certificate.json", "--spec", ONE).out
+    said = stiction("verify", made.folder / "certificate.json", "--spec", ONE, "--details").out
     assert all(fact in said for fact in checked.report.facts)
     for result in (found, found.certificate, *found.bounds, made, checked):
         shows_itself(result)
