@@ -95,10 +95,8 @@ def _archive(log: Arrays, path: Path) -> bytes:
     known: set[str] = set()
     for name, _ in columns:
         if not name or len(name) > LONGEST_NAME or re.search(r"[\0/\\\ud800-\udfff]", name):
-            found, expected = (
-                f"a column named `{shown(name)}`",
-                f"a name without slashes, of up to {LONGEST_NAME} letters",
-            )
+            found = f"a column named `{shown(name)}`"
+            expected = f"a name without slashes, of up to {LONGEST_NAME} letters"
             raise BadInput(Place(str(path)), found, expected, code="LOG004")
         if name in known:
             raise BadInput(Place(str(path)), f"two columns named `{shown(name)}`", "each name once", code="LOG004")
