@@ -7,7 +7,7 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING or __package__:
-    from codegen.checker import decay, enclosure, files, frame, kernel, statements, theorem
+    from codegen.checker import decay, enclosure, files, frame, kernel, rounding, statements, theorem
 
 
 @frame.limited()
@@ -100,10 +100,10 @@ def met_by(top: dict[str, Any], proof: dict[str, Any], shown: dict[str, Any], pl
     at |= {x: p for x, p in shown["names"].items() if x == "" or x.startswith("parameters.")}
     at |= {s: kernel.term(1, s) for s in proof["signs"]}
     at |= {places[name]: kernel.term(ends[0]) for name, ends in top["variables"].items()}
-    text = kernel.Text(at | {e["estimate"]: at[e["truth"]] for e in proof["errors"]}, {})
+    text = rounding.at_point(at | {e["estimate"]: at[e["truth"]] for e in proof["errors"]}, shown)
     stated = [s for s in proof["signs"] if not at[s].names()]
-    slips = [at[s] * text.value(proof["signs"][s]) for s in stated]
-    constants = [p.constant() for p in map(text.value, proof["domain"]) if not p.names()]
+    slips = [at[s] * text.settled(proof["signs"][s]) for s in stated]
+    constants = [p.constant() for p in map(text.settled, proof["domain"]) if not p.names()]
     if min(constants, default=1) <= 0 or any(p.constant() < 0 for p in slips if not p.names()):
         return False
     left = [p for p in slips if p.names()]

@@ -12,14 +12,15 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING or __package__:
     from codegen.checker import frame
 
-DIGITS = 50
+DIGITS, LEAST = 50, Fraction(1, 10**25)
 
 
 @lru_cache(1000)
 def decimal(function: str, x: Fraction) -> Fraction:
     """The value of "cos", "exp" or "sin": an exp to 50 significant digits, the others to 50 decimal places.
 
-    Raises ValueError for an exp that no such decimal holds, and for an angle beyond 100 rad.
+    Raises ValueError for an exp that no such decimal holds, for an angle beyond 100 rad, and for a sine or cosine below
+    10^-25 (but sin(0) = 0), of whose digits not even 25 would be right: sin(1.4e-50) would be 1e-50.
     """
     if function == "exp":
         digits = Context(DIGITS).exp(Context(99).divide(*x.as_integer_ratio()))
@@ -27,15 +28,17 @@ def decimal(function: str, x: Fraction) -> Fraction:
         return Fraction(digits)
     frame.demand(abs(x) <= 100, f"{function} of a number beyond 100")
     size = wave(function, abs(x))
+    frame.demand((function == "sin" and not x) or abs(size) >= LEAST, f"{function} of a number is below 10^-25")
     return -size if function == "sin" and x < 0 else size
 
 
 def wave(function: str, x: Fraction) -> Fraction:
     """The sine or cosine of a number from 0 to 100, by Taylor's series in whole multiples of 10^-110.
 
-    Rounding down makes each of some 400 terms wrong by at most one such unit, beyond what the error of the term before
-    it gives. All factors x^2/(n (n - 1)) behind a term together are below e^100 < 10^44, and so the sum is off by less
-    than 400 * 400 * 10^44 units, and by as much again for the rounding of x: by less than 10^-60.
+    Each term is that before it times -x^2/(n (n - 1)), rounded down. This rounding is off by less than a unit, and so
+    are all terms that are left out once a term is 0, if that 0 counts as rounded too. What is off by a unit in one term
+    makes the sum of all terms behind it, whose factors are at most those of the series of e^100, off by less than
+    e^100 < 10^44 units. There are fewer than 400 terms, and rounding x adds a unit: the sum is off by less than 10^-60.
     """
     unit, n, total = 10**110, int(function == "sin"), 0
     whole = round(x * unit)

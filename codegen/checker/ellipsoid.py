@@ -37,7 +37,7 @@ from operator import add, mul
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 if TYPE_CHECKING or __package__:
-    from codegen.checker import files, forms, frame, kernel, reversal
+    from codegen.checker import files, forms, frame, kernel, reversal, rounding
 
 FORCES, FRICTION, REVERSALS, ABOVE = "forces", "friction", "reversals", "above"
 KINDS = ("noise", "drift", FRICTION)
@@ -323,7 +323,9 @@ def bounded(proof: dict[str, Any], claim: dict[str, Any], shown: dict[str, Any])
         result.append([bound + x for bound, x in zip(found, more, strict=True)])
     kernel.demand(result and all(result), "it states no bound")
     for slip, speed in claim.get(ABOVE, {}).items():
-        p = kernel.Text(shown["names"], shown["known"]).value(slip)
+        text = rounding.Bounded(shown["names"], shown["known"], shown["c"].precision, shown["rounded"])
+        p = text.value(slip)
+        text.kept(p, text.latest[0])  # what is printed is the text
         linear = {(e["truth"],) for e in proof["errors"] if not e["sign"]} & {(v,) for v in proof["acceleration"]}
         kernel.demand(p and {*p} <= linear, "`above` of what is no slip")
         row = [Fraction(p.get((e["truth"],), 0)) for e in proof["errors"]]

@@ -111,7 +111,8 @@ def prove(proof: dict[str, Any], files: dict[str, str]) -> dict[str, Any]:
     kernel.contracts(phi, P, fall, box, proof["cover"], known)
     conditions = proof["domain"] or box or any(rest) or aside or len(moving) < len(formulas)
     result: dict[str, Any] = {"c": c, "names": names, "known": known, "aside": aside, "moving": moving}
-    result |= {"before": before, "after": after, "matrix": phi, "first order": any(remainders.values())}
+    result |= {"before": before, "after": after, "later": expected.names}
+    result |= {"matrix": phi, "first order": any(remainders.values())}
     result |= {"rounded": rounding.of_parameters(c, names, known)}
     return result | {"fall": fall, "box": box, "along": along, "whole": not conditions}
 

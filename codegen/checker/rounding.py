@@ -37,7 +37,7 @@ if TYPE_CHECKING or __package__:
     from codegen.checker import forms, frame, kernel
 
 FAR = 10**6  # an exponent of 2 beyond those of all values
-NUMERIC, NAME = r"\b(?:cos|exp|sin) *\(", r"[A-Za-z_][\w.]*(?:\[[\d.]+\])?"
+NUMERIC, NAME = r"(?<![\w.])(?:cos|exp|sin)\b", r"[A-Za-z_][\w.]*(?:\[[\d.]+\])?"
 LOST = "terms of a sum cancel, and what is left is its rounding error"
 VANISHED = 1000  # how often a formula or a divisor may have the sum of its terms in terms that cancel to 0
 PART, MOST = 2**4, 2**16  # floats hold all multiples of 1/PART up to MOST
@@ -119,6 +119,12 @@ def require(proof: dict[str, Any], shown: dict[str, Any]) -> None:
     for formula in {*texts(proof)}:
         if rounded.intersection(re.findall(NAME, formula)) or rounds(formula, shown["names"], shown["known"]):
             said.kept(said.value(formula), said.latest[0], VANISHED)
+    # A sample later a state without a formula may be the sine of a number, and a measured velocity may be.
+    given = {*shown["aside"], *proof["acceleration"]} - {e["truth"] for e in proof["errors"]}
+    later = Bounded(shown["later"], dict(shown["known"]), c.precision)
+    for formula in proof["states"].values():
+        if given.intersection(re.findall(NAME, formula)):
+            later.kept(later.value(formula), later.latest[0], c.precision.cancelled)
     for program in (c.init, c.reset, c.predict, c.resume):
         text = from_any_state(shown, outputs=True)
         text.run(program, c.states)
@@ -139,6 +145,9 @@ def step(proof: dict[str, Any], shown: dict[str, Any]) -> "Bounded":
     for s, p in signs:
         known |= {("sgn", kernel.term(way) * p): kernel.term(way) * s for way in (-1, 1)}
     code = Bounded(free, known, c.precision, shown["rounded"])
+    # A state that is a number, such as 1/49, or one times a sign, holds it rounded: 49 times it need not be 1.
+    fixed = {z: p for z, p in before.items() if all(x[:5] == "sign." for x in p.names())}
+    code.bounds |= {z: code.number(p) for z, p in fixed.items()}
     code.run(c.step + c.commit, c.states + c.outputs)
     return code
 
@@ -163,6 +172,11 @@ def from_any_state(shown: dict[str, Any], outputs: bool = False) -> "Bounded":
     free = {x: shown["names"][x] for x in c.values} | {x: kernel.term(1, x) for x in (*c.inputs, *c.states)}
     free |= {x: kernel.term(1, x) for x in c.outputs} if outputs else {}
     return Bounded(free, {}, c.precision, shown["rounded"])
+
+
+def at_point(names: dict[str, Any], shown: dict[str, Any]) -> "Bounded":
+    """Expressions where all or some names are numbers."""
+    return Bounded(names, {}, shown["c"].precision, shown["rounded"])
 
 
 def outlasts(proof: dict[str, Any], shown: dict[str, Any], code: "Bounded", off: dict[str, Any]) -> None:
@@ -261,9 +275,9 @@ def texts(part: Any) -> Iterator[str]:
 
 def rounds(formula: str, names: dict[str, Any], known: dict[Any, Any]) -> bool:
     """Whether a formula has an exp, or a sine or cosine of a number, which the kernel evaluates to 50 digits."""
-    if not re.search(NUMERIC, formula):
+    if not re.search(NUMERIC, formula):  # (sin)(x) is a call too
         return False
-    if re.search(r"\bexp *\(", formula):
+    if re.search(r"(?<![\w.])exp\b", formula):
         return True
     met = {(function, of): v for (function, of), v in known.items() if of.names() or function not in ("cos", "sin")}
     kernel.Text(names, met).value(formula)
@@ -350,6 +364,13 @@ class Bounded(kernel.Text):
         """``compare``, and the same of what cancels in p by an identity (``apart``)."""
         self.apart(p, why)
         return self.compare(p, bound, why, more)
+
+    def settled(self, text: str) -> Any:
+        """The polynomial of an expression; ValueError if it is a number of which rounding may have made another."""
+        p = self.value(text)
+        if not p.names():
+            self.kept(p, self.latest[0])
+        return p
 
     def ones(self) -> dict[str, Any]:
         """Reciprocal -> 1 over the sum of the magnitudes of its divisor's terms, with all variables 1.

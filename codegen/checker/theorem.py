@@ -138,7 +138,9 @@ def require_witness(proof: dict[str, Any], shown: dict[str, Any]) -> None:
 
     `witness` gives each input, truth, estimate and state without a formula a number, over the parameters. Every sign
     there must be 1 or -1, and the same for the estimates as for the truths. Without domain and box no such point is
-    needed: a sign is then that of a polynomial that is not constant in free names.
+    needed: a sign is then that of a polynomial that is not constant in free names. Refused is also a sum of which
+    ``rounding`` says that what is left of its terms may be rounding: at a point sin(x)^2 + cos(x)^2 - 1 is what 50
+    digits make of it, and so may be above 0.
     """
     if not (proof["domain"] or shown["box"]):
         return
@@ -146,12 +148,12 @@ def require_witness(proof: dict[str, Any], shown: dict[str, Any]) -> None:
     given, free = proof.get("witness", {}), {*shown["c"].inputs, *shows, *shows.values(), *shown["aside"]}
     kernel.demand(given.keys() == free, f"a domain or a box, and `witness` is not of {sorted(free)}")
     own = kernel.Text({x: p for x, p in shown["names"].items() if x == "" or x.startswith("parameters.")}, {})
-    at = kernel.Text(own.names | {x: own.value(n) for x, n in given.items()}, {})
-    true = kernel.Text(at.names | {y: at.names[t] for y, t in shows.items()}, {})
-    signs = {s: kernel.function("sgn", at.value(of), {}) for s, of in proof["signs"].items()}
-    same = all(signs[s] and signs[s] == kernel.function("sgn", true.value(of), {}) for s, of in proof["signs"].items())
+    at = rounding.at_point(own.names | {x: own.value(n) for x, n in given.items()}, shown)
+    true = rounding.at_point(at.names | {y: at.names[t] for y, t in shows.items()}, shown)
+    signs = {s: kernel.function("sgn", at.settled(of), {}) for s, of in proof["signs"].items()}
+    turns = {s: kernel.function("sgn", true.settled(of), {}) for s, of in proof["signs"].items()}
     at.names |= signs
-    within = same and all(at.value(x).constant() > 0 for x in proof["domain"])
+    within = all(signs.values()) and signs == turns and all(at.settled(x).constant() > 0 for x in proof["domain"])
     along = {t: at.names[s] for t, s in shown["along"].items()}
     for x, (low, high) in shown["box"].items():
         within = within and low <= (along.get(x, at.names[""]) * at.names[x]).constant() <= high

@@ -16,7 +16,7 @@ from codegen.app.derived import Derived
 from codegen.certify.certify import Certificate
 from codegen.checker import decimals, rounding, verify
 from codegen.spec import parse_spec
-from tests.checker.forged import certificate, check, sources
+from tests.checker.forged import POINT, certificate, changed, check, sources
 
 SPEC = """\
 name: incline
@@ -150,14 +150,128 @@ def left(argument: str = "1") -> str:
     return f"1{'0' * 60}*(sin({argument}) - {digits.numerator}/{digits.denominator})"
 
 
-@pytest.mark.parametrize("argument", ["1", "1 + inputs.x - inputs.x", "sgn(2 + 0*inputs.x)"])
-def test_a_machine_of_what_is_left_of_a_sine_is_refused(argument: str) -> None:
+def with_force(more: str) -> Any:
+    """The proof of one_mass with another term in the machine's force."""
     proof = certificate("one_mass", "proof.json")
     (force,) = proof["force"]
-    force += f" - {left(argument)}*true.v"
-    proof |= {"force": [force], "acceleration": {"true.v": f"({force})/parameters.m"}}
+    force += f" - {more}"
+    return proof | {"force": [force], "acceleration": {"true.v": f"({force})/parameters.m"}}
+
+
+@pytest.mark.parametrize("argument", ["1", "1 + inputs.x - inputs.x", "sgn(2 + 0*inputs.x)"])
+@pytest.mark.parametrize("call", ["sin(", "(sin)(", "((sin)) ("])
+def test_a_machine_of_what_is_left_of_a_sine_is_refused(call: str, argument: str) -> None:
+    """C and Python call (sin)(x) too: the function was looked for as sin(, and found nowhere."""
+    proof = with_force(f"{left(argument).replace('sin(', call)}*true.v")
     with pytest.raises(verify.Refused, match="is its rounding"):
         check(proof, sources("one_mass"))
+
+
+def test_a_machine_of_what_is_left_of_an_exp_is_refused() -> None:
+    digits = decimals.decimal("exp", Fraction(1))
+    proof = with_force(f"1{'0' * 60}*((exp)(1) - {digits.numerator}/{digits.denominator})*true.v")
+    with pytest.raises(verify.Refused, match="is its rounding"):
+        check(proof, sources("one_mass"))
+
+
+def test_a_sine_with_too_few_digits_is_refused() -> None:
+    """sin(1.4e-50) is 1e-50 to 50 places: 1e50 times that was 1 in the proof, and is 1.4 in the C."""
+    assert decimals.decimal("sin", Fraction(0)) == 0
+    for function, x in (("sin", "1.4e-50"), ("sin", "-1e-60"), ("cos", "1.57079632679489661923132169163975144")):
+        with pytest.raises(ValueError, match="below 10"):
+            decimals.decimal(function, Fraction(x))
+    content, files = changed("one_mass", ("parameters->h_K_F *", "parameters->h_K_F * (1e50 * sin(1.4e-50)) *"))
+    with pytest.raises(verify.Refused, match="below 10"):
+        check(content, files)
+    with pytest.raises(verify.Refused, match="below 10"):
+        check(with_force(f"(1{'0' * 50}*sin(14/1{'0' * 51}) - 1)*true.v"), sources("one_mass"))
+
+
+@pytest.mark.parametrize(
+    "domain", ["sin(inputs.x)*sin(inputs.x) + cos(inputs.x)*cos(inputs.x) - 1", "exp(inputs.x)*exp(-inputs.x) - 1"]
+)
+def test_a_domain_that_only_decimals_meet_is_refused(domain: str) -> None:
+    """At every second point or so, 50 digits of sin^2 + cos^2 add up to more than 1."""
+    files = {x: y for x, y in sources("one_mass").items() if x != "ellipsoid.json"}
+    for n in range(1, 12):
+        point = POINT | {"inputs.x": f"{n}/7"}
+        with pytest.raises(verify.Refused, match=r"is its rounding|no point of domain"):
+            check(certificate("one_mass", "proof.json") | {"domain": [domain], "witness": point}, files)
+
+
+def test_a_speed_of_what_is_left_of_a_sine_is_refused() -> None:
+    """Bounds where |v (1 + 1e60 (sin(1) - d))| > 1, so in nearly all motions, were shown for |v| > 1."""
+    proof, files = certificate("one_mass", "proof.json"), sources("one_mass")
+    claim = {x: y for x, y in json.loads(files["ellipsoid.json"]).items() if x != "reversals"}
+
+    def with_slip(slip: str) -> verify.Report:
+        return check(proof, files | {"ellipsoid.json": json.dumps(claim | {"above": {slip: "1"}}).encode()})
+
+    assert with_slip("true.v").proved
+    with pytest.raises(verify.Refused, match="is its rounding"):
+        with_slip(f"true.v + {left()}*true.v")
+
+
+def with_a_third_state(value: str, formula: str = "", z_v: str = "", **of: str) -> tuple[Any, dict[str, bytes]]:
+    """The proof and the files of one_mass with a state c that each sample sets to a number.
+
+    Args:
+        formula: of c in `states`. z_v: what that of z_v holds besides.
+        of: text of the C before (``old``) and after (``new``).
+    """
+    files, rail = sources("one_mass"), "    state->z_rail = "
+    header, c = (files[f"one_mass.{end}"].decode() for end in "hc")
+    for old, new in (
+        (f"{rail}parameters->rail_a;\n", f"{rail}parameters->rail_a;\n    state->c = {value};\n"),
+        ("+ fabs(state->z_rail);", "+ fabs(state->z_rail) + fabs(state->c);"),
+        (f"    {rail}0.0;\n", f"    {rail}0.0;\n        state->c = 0.0;\n"),
+        ("+ z_rail_next;", "+ z_rail_next + c_next;"),
+        ("    const double z_v_next", f"    const double c_next = {value};\n    const double z_v_next"),
+        (f"    {rail}z_rail_next;\n", f"    {rail}z_rail_next;\n        state->c = c_next;\n"),
+        ("fabs(outputs->v_hat);\n", f"fabs(outputs->v_hat);\n    state->c = {value};\n"),
+        *([(of["old"], of["new"])] if of else []),
+    ):
+        assert c.count(old) == 1, old
+        c = c.replace(old, new)
+    header = header.replace(
+        "z_rail; /* N: observer state */\n", "z_rail; /* N: observer state */\ndouble c; /* 1: c */\n"
+    )
+    if z_v:  # in the estimate of the velocity, and in the state that shows it
+        shown, code = "parameters->K_v * inputs->x;", z_v.replace("state.", "state->").replace("inputs.", "inputs->")
+        c = c.replace(f"v_hat = state->z_v + {shown}", f"v_hat = state->z_v + ({code}) + {shown}")
+        c = c.replace("z_v_next = state->z_v +", f"z_v_next = state->z_v + ({code}) +")
+    proof = certificate("one_mass", "proof.json")
+    proof["states"] |= {"state.c": formula} if formula else {}
+    if z_v:
+        proof["states"]["state.z_v"] += f" - ({z_v})"
+        proof |= {"domain": ["3"], "witness": POINT | {"state.c": "1"}, "reversals": []}
+    kept = {x: y for x, y in files.items() if x != "ellipsoid.json"}
+    return proof, kept | {"one_mass.h": header.encode(), "one_mass.c": c.encode()}
+
+
+def test_a_state_that_is_a_number_is_a_rounded_one() -> None:
+    """49 times a state of 1/49 is 1 - 1.1e-16 in doubles; the sine of one of pi is 1.2e-16 there, and was 2.6e-21."""
+    assert check(*with_a_third_state("(1.0 / 49.0)", "1/49")).proved
+    step, gain = "z_v_next = state->z_v +", "parameters->h_K_F * sign_rail"
+    more = f"{step} 1e14 * (49.0 * state->c - 1.0) * v_hat +"
+    with pytest.raises(verify.Refused, match="is its rounding"):
+        check(*with_a_third_state("(1.0 / 49.0)", "1/49", old=step, new=more))
+    pi = "3.14159265358979323846"
+    sine = int(10**50 * decimals.decimal("sin", Fraction(pi)))
+    more = f"parameters->h_K_F * (sin(state->c) / {sine}.0 * 1e50) * sign_rail"
+    with pytest.raises(verify.Refused, match="is its rounding"):
+        check(*with_a_third_state(pi, f"{Fraction(pi)}", old=gain, new=more))
+
+
+def test_what_is_left_of_a_sine_a_sample_later_is_refused() -> None:
+    """The proof claims nothing about state c, but the step sets it to a sine, and formulas of other states hold it."""
+    digits = int(10**50 * decimals.decimal("sin", Fraction(1)))
+    for value, other in (("sin(1.0)", "state.c"), ("1.0", "sin(state.c)")):
+        number = "state.c" if value == "1.0" else "1.0"
+        of_c = f"1e60 * ({other} - {digits}.0 * 1e-50 * {number}) * inputs.x"
+        with pytest.raises(verify.Refused, match="is its rounding"):
+            check(*with_a_third_state(value, z_v=of_c))
+    assert check(*with_a_third_state("1.0", z_v="(state.c - 1.0) * inputs.x")).proved
 
 
 def test_a_matrix_with_the_sine_of_a_number_is_not_rounded() -> None:
