@@ -341,23 +341,24 @@ def in_words(report: Report, details: bool) -> list[str]:
     """What is proved, under which conditions, and what is not checked, as lines.
 
     Args:
-        details: whether the rate and the bounds are repeated first, and what all rests on and the tool's claim with its
-            assumptions stand there too.
+        details: whether the rate and the bounds are repeated first, and what all rests on stands there too, and so
+            does the tool's claim with its assumptions where something is proved of the C.
     """
     where = "" if report.whole else ", where the conditions below hold"
     proved = [line for line in report.proved if details or not is_detail(line)]
-    bound = [f"proved of {report.name}.c itself by the kernel{where}:", *(f"  {line}" for line in proved)]
+    head = f"proved of {report.name}.c itself by the kernel, with the values of {report.name}.h{where}:"
+    bound = [head, *(f"  {line}" for line in proved)]
     missing = [*(f"{name}, which is not here" for name in report.unbound), *report.open]
     open_ = ["not checked:", *(f"  {gap}" for gap in missing)]
     claim = ["claim as written by the tool, not checked:", f"  {report.claim}"] if report.claim else []
+    assumed = ["assumptions of this claim, not checked:", *(f"  {x}" for x in report.assumptions)] if claim else []
     if not details and proved:
         return [*bound, *open_]
     loose = ["it was not bound to code:", f"  {report.unproved}"]
     facts = [f"  {fact}" for fact in report.facts if details or not fact.endswith("has the SHA-256 stated")]
     facts = ["the algebra holds:", *facts] if report.claim else []
     if not details:
-        return [*facts, *loose, *open_, *claim]
-    assumed = ["assumptions of this claim, not checked:", *(f"  {x}" for x in report.assumptions)] if claim else []
+        return [*facts, *loose, *open_, *claim, *assumed]
     short = [*(f"  {line}" for line in in_short(report)), "in full, with what it rests on:"]
     return [*short, *facts, *(bound if proved else loose), *open_, *claim, *assumed]
 

@@ -490,7 +490,8 @@ def test_verify_prints_claim_bounds_conditions_and_gaps_and_the_rest_with_detail
     full = stiction("verify", folder, "--details").out.splitlines()
     assert len(short) <= 25 < 50 <= len(full)
     assert {*short[1:-1]} <= {*full} and short[-1].startswith("more: `stiction verify --details`")
-    for words in ("is in the long run at most", "error bounds, assuming", "sign(rail) is 1 or -1", "that the model"):
+    words_of_all = "is in the long run at most", "error bounds, assuming", "sign(rail) is 1 or -1", "that the model"
+    for words in (*words_of_all, "by the kernel, with the values of one_mass.h:"):
         assert any(words in line for line in short), words
     alone = subprocess.run([sys.executable, checker.__file__, folder], capture_output=True, text=True, check=True)
     assert alone.stdout.splitlines() == full
@@ -501,3 +502,4 @@ def test_verify_prints_claim_bounds_conditions_and_gaps_and_the_rest_with_detail
     assert conditions and all(line in under.splitlines() for line in conditions)
     loose = stiction("verify", GENERATED / "one_mass_dfo_implicit").out
     assert "it was not bound to code:" in loose and "V is multiplied by at most" in loose
+    assert "The operating point stays within" in loose  # of the claim, which is printed there as the tool wrote it

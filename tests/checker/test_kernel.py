@@ -987,7 +987,7 @@ def test_it_runs_alone_and_prints_no_traceback(tmp_path: Path) -> None:
         (tmp_path / f"one_mass.{end}").write_text(texts("one_mass")[f"one_mass.{end}"])
     fall = "  the step multiplies V = e'Pe by at most 0.9787 (decay rate 10.65 1/s)\n"
     under = "one_mass: verified for the C, under the conditions below (exit status 4)\n"
-    proved = "\nproved of one_mass.c itself by the kernel"
+    proved = "\nproved of one_mass.c itself by the kernel, with the values of one_mass.h"
     for text, status, words in (
         (proof("one_mass"), 0, f"one_mass: verified for the C (exit status 0)\n{fall}"),
         (
