@@ -174,7 +174,7 @@ class Judge:
             second = self._next_candidate(answer)
             if second is not None:
                 answer, outcome, left, refused = second
-                tied, separation, excitation = (), None, None  # of the refused one
+                tied, separation, excitation = (), None, None  # these were of the refused candidate
         if not refused:  # else a force is missing, however little of it the motion predicts
             answer = replace(answer, verdict=by_remainder(answer.verdict, left, case.material))
             answer = unknown_above_drive(answer, left, case.problem)

@@ -1,4 +1,4 @@
-"""Arrays in memory as a log: they are written to a temporary .npz file, which is read as a file of the user's is."""
+"""Arrays in memory as a log: they are written to a temporary .npz file, which is then read like any log file."""
 
 import io
 import os
@@ -38,8 +38,9 @@ def as_files(**given: Given | Sequence[Given] | None) -> Iterator[list[list[Path
         BadInput: for a column that is no array of numbers or of times.
     """
     arguments = {argument: _listed(logs) for argument, logs in given.items()}
-    if all(isinstance(log, FILE) for logs in arguments.values() for log in logs):
-        yield [[Path(log) for log in logs] for logs in arguments.values()]  # type: ignore[arg-type]
+    plain = [[Path(log) for log in logs if isinstance(log, FILE)] for logs in arguments.values()]
+    if [len(logs) for logs in plain] == [len(logs) for logs in arguments.values()]:
+        yield plain
         return
     names = {"meta.yaml beside the log": "the file that `description` names"}  # and a temporary file → the argument
     failed: OSError | None = None
@@ -89,7 +90,7 @@ def _archive(log: Arrays, path: Path) -> bytes:
     """
     try:
         columns = [(str(key), log[key]) for key in log.keys()]  # noqa: SIM118 - a DataFrame iterates over its keys too
-    except Exception as error:  # of the caller's own object, such as an archive that is closed
+    except Exception as error:  # raised by the caller's own object, such as a closed archive
         found = f"arrays that cannot be read ({type(error).__name__}: {error})"
         raise BadInput(Place(str(path)), found, "arrays by the names of columns", code="LOG005") from None
     known: set[str] = set()

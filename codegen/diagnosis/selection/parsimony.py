@@ -171,7 +171,8 @@ def judged_together(
 ) -> tuple[Fit, list[Ranked]]:
     """Several effects judged together, which rounds found one after another, and the rivals of the first of them.
 
-    Each may be replaced or removed, and is taken in its simplest form.
+    Each may be replaced or removed, and is taken in its simplest form. Where none is replaced or removed, they are not
+    tested as a set, since each was accepted in its round.
 
     Args:
         paired: whether the effects were found as a pair, so that rivals of the first one are unknown, and the other one
@@ -179,7 +180,7 @@ def judged_together(
     """
     if len(current.trial.parts) < 2:
         return current, rivals
-    accepted = set() if paired else {p.key for p in current.trial.parts}  # each in its round, beside those before it
+    accepted = set() if paired else {p.key for p in current.trial.parts}
     current, rivals = reconsidered(search, current, None if paired else rivals, not paired)
     current, rivals = pruned_with_rivals(search, current, rivals)
     current, rivals = with_simplest_effects(search, current, rivals)  # also of an effect that replaced another
