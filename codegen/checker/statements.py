@@ -247,9 +247,10 @@ def of_faults(c: Any) -> str:
     limit = f"[-{size}, {size}]"
     return (
         "a sample is used, with fault 0, if the sum of the next states (`check` in the C, with any further terms) is in"
-        f" {limit}, but not after {c.most} or more invalid ones in a row, nor before a first valid one (that of init"
-        " included); next states beyond this that cancel in the sum are used; of the others, with fault 1, those are"
-        f" invalid of which the sum of the inputs{magnitudes} is not in {limit} either; a valid one sets the states"
+        f" {limit}, even if a next state is not and cancels in the sum; after {c.most} or more invalid samples in a"
+        " row, and before a first valid one (that of init counts), no sample is used; of those that are not used, with"
+        f" fault 1, a sample is invalid if the sum of its inputs{magnitudes} is not in {limit} either, and a valid one"
+        " sets the states"
     )
 
 

@@ -434,8 +434,9 @@ def main(argv: list[str] | None = None, details: bool = True) -> int:
     verdict = {0: "verified for the C", NO_CODE: "the algebra holds; it was not bound to code"}
     verdict[DOMAIN] = "verified for the C, under the conditions {}"
     said = f"{verdict[status(report)]} (exit status {status(report)})"
-    lines, more = in_words(report, details), ["more: `stiction verify --details` prints what this rests on too"]
-    say(f"{report.name}: {said.format('below')}", *lines, *([said.format("above")] if details else more))
+    more = "more: `stiction verify --details` also prints the algebra, the claim and its assumptions"
+    last = said.format("above") if details else more
+    say(f"{report.name}: {said.format('below')}", *in_words(report, details), last)
     return status(report)
 
 
