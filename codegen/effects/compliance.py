@@ -10,14 +10,14 @@ import sympy
 
 from codegen.base.arrays import Array
 from codegen.base.significant import in_percent
-from codegen.effects.effect import WIDEST_STIFFNESS, Confusion, Effect, EffectParameter, Symbols
+from codegen.effects.effect import Confusion, Effect, EffectParameter, Symbols
 from codegen.effects.on_coordinate import InertiaError
 from codegen.effects.places import coupled_or_varying
 from codegen.effects.start import Covered
 from codegen.mechanics.actuator import Transmission
 from codegen.mechanics.system import System
 
-STIFFNESS = EffectParameter("k", "{F}/{q}", "stiffness", low=0.0, widest=WIDEST_STIFFNESS)
+STIFFNESS = EffectParameter("k", "{F}/{q}", "stiffness", low=0.0, essential=True)
 DAMPING = EffectParameter("c", "{F}*s/{q}", "damping", low=0.0)
 LEAST_LOAD = 0.02
 """Least load fraction that a diagnosis accepts. The effect of a lighter load is at its resonance only, and can be the

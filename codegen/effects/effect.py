@@ -34,12 +34,6 @@ SHARES = (0.1, 0.5)
 PROBE = 1e-3
 """Step of a scale parameter in a difference quotient, as a share of ``Covered.size``; the force is linear over it."""
 
-WIDEST_STIFFNESS = 30.0
-"""Largest ratio of the ends of the 95 % interval of a stiffness between two bodies: its standard error on a logarithmic
-scale is then 0.9, so that it is known within a factor of 5 to either side. A load that a damper alone drags along, as
-by a lag of the input, has one of more than two decades: the log shows no spring. Of some 800 diagnoses of seen logs no
-true load had a ratio above 30, and of 25 true bristles none above 5."""
-
 
 @dataclass(frozen=True)
 class EffectParameter:
@@ -65,8 +59,8 @@ class EffectParameter:
             value that a log can show; None for others.
         by_default: the value of a shape parameter with which the effect equals its form without that parameter, such as
             an exponent of 2; None where there is none.
-        widest: for a parameter that makes the effect what it is, such as the stiffness of a spring, the largest ratio
-            of the ends of its 95 % interval with which the log still shows the effect; None for others.
+        essential: whether a shape parameter makes the effect what it is, such as the stiffness of a spring. The effect
+            is then not accepted where the log does not determine it.
     """
 
     name: str
@@ -81,7 +75,7 @@ class EffectParameter:
     as_number: bool = False
     absent_at: float | None = None
     by_default: float | None = None
-    widest: float | None = None
+    essential: bool = False
 
     @property
     def limits(self) -> list[str]:

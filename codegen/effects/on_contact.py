@@ -8,7 +8,7 @@ import sympy
 
 from codegen.base.significant import in_percent
 from codegen.effects.coordinate import Between
-from codegen.effects.effect import WIDEST_STIFFNESS, Confusion, Effect, EffectParameter, Intervals, Symbols
+from codegen.effects.effect import Confusion, Effect, EffectParameter, Intervals, Symbols
 from codegen.effects.places import damping, drive_force, lone_coordinate, pair_contacts, pairs
 from codegen.effects.start import Covered, bristles, slow_times, speeds
 from codegen.friction.law import DynamicLaw, LawParameter, LawState, Ranges, States, Values
@@ -330,9 +330,7 @@ class Presliding(Effect):
     equation = "λ = sigma·z, dz/dt = u − (sigma/a)·z·|u| in place of a·sgn(u)"
     signature = "hysteresis over position at each reversal, in place of a step"
     seen_over = "position"
-    parameters = (
-        EffectParameter("sigma", "{F}/{q}", "presliding stiffness", low=0.0, start=bristles, widest=WIDEST_STIFFNESS),
-    )
+    parameters = (EffectParameter("sigma", "{F}/{q}", "presliding stiffness", low=0.0, start=bristles, essential=True),)
     confused_with = (
         Confusion("backlash", "a microscopic slow sine: presliding resists it with a force, backlash does not"),
         Confusion("input_delay", "a microscopic slow sine"),

@@ -137,7 +137,7 @@ def test_a_spring_whose_stiffness_the_log_does_not_determine_is_refused(
     part = part_of(CATALOGUE["compliance"], 0, system_of(stage()))
     found = FoundEffect("compliance", "x", values, units, (), intervals)
     words = objections(found, part, Problem(system_of(stage()), smooth_motion(log), {}))
-    assert bool(words) is refused and all("does not determine k" in one for one in words)
+    assert bool(words) is refused and all("of k (" in one and "does not determine compliance" in one for one in words)
 
 
 @pytest.mark.parametrize(("ends", "refused"), [((0.2, 2.1e5), True), ((2e4, 5e4), False)])
@@ -148,7 +148,31 @@ def test_a_bristle_whose_stiffness_the_log_does_not_determine_is_refused(
     part = part_of(CATALOGUE["presliding"], 0, system_of(stage()))
     found = FoundEffect("presliding", part.on, {"sigma": 3e4}, {"sigma": "N/m"}, (), {"sigma": ends})
     words = objections(found, part, Problem(system_of(stage()), smooth_motion(log), {}))
-    assert bool(words) is refused and all("does not determine sigma" in one for one in words)
+    assert bool(words) is refused and all("does not determine presliding" in one for one in words)
+
+
+@pytest.mark.parametrize(("ends", "refused"), [((2e-4, 0.091), True), ((-0.091, -2e-4), True), ((0.004, 0.091), False)])
+def test_a_size_that_the_log_does_not_determine_is_refused(
+    log: Log, ends: tuple[float, float], refused: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """One of six logs of a double pendulum gave its elbow an inertia error of 0.0002 to 0.091 kg·m²."""
+    monkeypatch.setitem(UNITS, "delta", "kg")
+    monkeypatch.setitem(SURE, "delta", ends)
+    words, _ = said(log, "inertia_error", delta=0.004)
+    assert bool(words) is refused and all("does not determine inertia_error" in one for one in words)
+
+
+def test_a_gain_is_as_wide_as_its_distance_from_1(log: Log, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(SURE, "gain", (1.01, 1.4))
+    assert "does not determine input_gain" in said(log, "input_gain", gain=1.1)[0][0]
+    monkeypatch.setitem(SURE, "gain", (0.02, 0.9))
+    assert said(log, "input_gain", gain=0.7)[0] == []
+
+
+def test_one_determined_size_of_an_effect_is_enough(log: Log, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(SURE, "d_delta", (0.001, 2.0))
+    monkeypatch.setitem(UNITS, "d_delta", "N")
+    assert said(log, "stribeck", delta=2.0, v_s=0.05, d_delta=0.5)[0] == []
 
 
 @pytest.mark.parametrize(("share", "refused"), [(0.02, False), (0.08, False), (0.13, True), (0.5, True)])
