@@ -115,7 +115,9 @@ void NAME_step(NAME_state *state, const NAME_parameters *parameters, const NAME_
 """The same without samples that count as invalid (`--fault none`): all of the step is one sequence of statements."""
 WHOLE, POWER = "(?:0|[1-9][0-9]{0,99})", "e[+-]?[0-9]{1,2}"
 DOUBLE = rf"{WHOLE}(?:\.[0-9]{{0,99}}(?:{POWER})?|{POWER})"
-FIELD = r"double ((?!STICTION)[A-Za-z]\w*)(?:\[([1-9]\d{0,2})\])?; ?"
+WORDS = "const|volatile|restrict|long|short|signed|unsigned|int|char|float|double|auto|register|static|extern|inline"
+"""Behind `double` no name: `double long;` declares no field, and the values behind it are those of other fields."""
+FIELD = rf"double ((?!STICTION|(?:{WORDS})\b)[A-Za-z]\w*)(?:\[([1-9]\d{{0,2}})\])?; ?"
 INDEX = r"(?:0|[1-9]\d{0,3})"  # not 010, which C reads as 8
 LOOP = rf"for \(int i = ({INDEX}); i < ({INDEX}); i\+\+\) {{ "
 ARRAY = r"double (\w+)\[([1-9]\d{0,2})\]; ?"

@@ -112,11 +112,11 @@ def require(proof: dict[str, Any], shown: dict[str, Any]) -> None:
                 raise ValueError(f"in a divisor {LOST}, where it is near 0 ({why})") from None
     n = 2 + max(code.bounds[z][1] for z in stored)
     outlasts(proof, shown, code, {z: added[z] * kernel.term(n) for z in stored})
-    # Of other functions, and of formulas with an exp or with a sine or cosine of a number, all terms are compared. In a
-    # formula this value alone is rounded, once: what cancels to 0 may be larger there, as in the linearisation of a
-    # Stribeck curve.
-    said, rounded = Bounded(shown["names"], dict(shown["known"]), c.precision, code.bounds), of_rounded(c.prepare)
-    for formula in {*texts(proof)}:
+    # Of other functions, and of formulas with an exp, a sine or cosine of a number, or a parameter that `prepare`
+    # computes (the C need not use it), all terms are compared. In a formula these values alone are rounded, once: what
+    # cancels to 0 may be larger there, as in the linearisation of a Stribeck curve.
+    said, rounded = Bounded(shown["names"], dict(shown["known"]), c.precision, code.bounds), {x for x, _ in c.prepare}
+    for formula in {*texts(proof), "parameters.sample_time"}:
         if rounded.intersection(re.findall(NAME, formula)) or rounds(formula, shown["names"], shown["known"]):
             said.kept(said.value(formula), said.latest[0], VANISHED)
     # A sample later a state without a formula may be the sine of a number, and a measured velocity may be.
@@ -282,14 +282,6 @@ def rounds(formula: str, names: dict[str, Any], known: dict[Any, Any]) -> bool:
     met = {(function, of): v for (function, of), v in known.items() if of.names() or function not in ("cos", "sin")}
     kernel.Text(names, met).value(formula)
     return any(function in ("cos", "sin") and not of.names() for function, of in met)
-
-
-def of_rounded(prepare: list[tuple[str, str]]) -> set[str]:
-    """Parameters that `prepare` computes, directly or not, from an exp, sine or cosine: evaluated to 50 digits."""
-    found: set[str] = set()
-    for name, text in prepare:
-        found |= {name} if re.search(NUMERIC, text) or found.intersection(re.findall(NAME, text)) else set()
-    return found
 
 
 class Bounded(kernel.Text):
