@@ -159,6 +159,7 @@ def test_what_is_explained_is_that_of_the_effects_without_the_one_that_is_refuse
         "estimate": None,
         "_by_both": None,
         "may_be_absent": False,
+        "undetermined": False,
         "determined_form": None,
         "is_accepted": True,
     }.items():

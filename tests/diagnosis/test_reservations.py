@@ -17,6 +17,7 @@ from codegen.diagnosis.fit.signals import smooth_motion
 from codegen.diagnosis.fit.trial import part_of
 from codegen.diagnosis.results import Diagnosis, FoundEffect
 from codegen.diagnosis.verdict import examination
+from codegen.diagnosis.verdict.examination import _objections
 from codegen.effects import CATALOGUE
 from codegen.logs import Log
 from codegen.report.page import render_report
@@ -160,6 +161,18 @@ def test_a_size_that_the_log_does_not_determine_is_refused(
     monkeypatch.setitem(SURE, "delta", ends)
     words, _ = said(log, "inertia_error", delta=0.004)
     assert bool(words) is refused and all("does not determine inertia_error" in one for one in words)
+
+
+@pytest.mark.parametrize(("both", "refused"), [((2e-4, 0.091), True), ((0.0, 0.02), True), ((0.002, 0.02), False)])
+def test_free_runs_and_force_residual_must_agree_on_the_size(
+    log: Log, both: tuple[float, float], refused: bool
+) -> None:
+    """Free runs gave the inertia error of the elbow a narrow interval; that of both criteria is the one printed."""
+    part = part_of(CATALOGUE["inertia_error"], 0, system_of(stage()))
+    own = FoundEffect("inertia_error", "x", {"delta": 0.004}, {"delta": "kg"}, (), {"delta": (0.003, 0.005)})
+    problem = Problem(system_of(stage()), smooth_motion(log), {})
+    words = _objections(own, replace(own, intervals={"delta": both}), part, problem, problem.system)
+    assert bool(words) is refused
 
 
 def test_a_gain_is_as_wide_as_its_distance_from_1(log: Log, monkeypatch: pytest.MonkeyPatch) -> None:

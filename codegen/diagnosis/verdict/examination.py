@@ -7,7 +7,14 @@ from functools import partial
 from codegen.base.significant import in_percent
 from codegen.diagnosis.evidence.adoption import adopt_values
 from codegen.diagnosis.evidence.estimate import Estimate, estimate, named_effects, widened_by
-from codegen.diagnosis.evidence.reservations import determined_form, may_be_absent, objections, remarks, takes_the_level
+from codegen.diagnosis.evidence.reservations import (
+    determined_form,
+    may_be_absent,
+    objections,
+    remarks,
+    takes_the_level,
+    undetermined,
+)
 from codegen.diagnosis.fit import acceptance
 from codegen.diagnosis.fit.acceptance import is_far
 from codegen.diagnosis.fit.drive import drive_shares
@@ -340,10 +347,10 @@ def _by_both(search: Search, base: Fit, final: Fit, polished: Fit, own: Estimate
 
 
 def _objections(own: FoundEffect, found: FoundEffect, part: Part, problem: Problem, model: System) -> list[str]:
-    """The objections to an effect by its ``own`` interval, or that the interval of both criteria holds its absence."""
+    """The objections to an effect by its ``own`` interval, or by that of both criteria where it leaves the size open."""
     words = objections(own, part, problem, model)
-    absent = may_be_absent(part.effect, found.intervals)
-    return words if words or not absent else objections(found, part, problem, model)
+    unshown = may_be_absent(part.effect, found.intervals) or undetermined(part.effect, found.intervals)
+    return words if words or not unshown else objections(found, part, problem, model)
 
 
 def not_accepted(words: Sequence[str]) -> tuple[Fact, ...]:
