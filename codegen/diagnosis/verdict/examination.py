@@ -347,7 +347,7 @@ def _by_both(search: Search, base: Fit, final: Fit, polished: Fit, own: Estimate
 
 
 def _objections(own: FoundEffect, found: FoundEffect, part: Part, problem: Problem, model: System) -> list[str]:
-    """The objections to an effect by its ``own`` interval, or by that of both criteria where it leaves the size open."""
+    """The objections to an effect by its ``own`` interval, or by that of both criteria if that leaves the size open."""
     words = objections(own, part, problem, model)
     unshown = may_be_absent(part.effect, found.intervals) or undetermined(part.effect, found.intervals)
     return words if words or not unshown else objections(found, part, problem, model)
