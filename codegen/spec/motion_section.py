@@ -4,7 +4,7 @@ A spec has exactly one of these forms: M as expressions (``mass_matrix:``), bodi
 energies (``lagrangian:``) or a robot file (``urdf:``). g is in ``force:``, U in ``friction.distribution``.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -21,6 +21,13 @@ from codegen.spec.schema import SpecDocument
 FORMS = ("mass_matrix", "topology", "constraints", "lagrangian", "urdf")
 Rows = list[list[Expression]]
 Symbols = dict[str, sympy.Symbol]
+
+
+def refuse_no_form(keys: Iterable[str], place: PlaceOf) -> None:
+    """Raise BadInput where none of the ``keys`` of a spec states its equation of motion."""
+    if not {*FORMS} & {*keys}:
+        expected = "`mass_matrix:` with `force:`, or one of `topology:`, `constraints:`, `lagrangian:` and `urdf:`"
+        raise BadInput(place("mass_matrix"), "key `mass_matrix` is missing", expected, code="SPEC003")
 
 
 @dataclass(frozen=True)
@@ -101,9 +108,7 @@ class _MotionReader:
         """The name in ``FORMS`` that the spec uses; BadInput for keys that are missing or not allowed with it."""
         d = self.document
         present = [name for name in FORMS if getattr(d, name) is not None]
-        expected = "`mass_matrix:` with `force:`, or one of `topology:`, `constraints:`, `lagrangian:` and `urdf:`"
-        if not present:
-            raise BadInput(self.place("mass_matrix"), "key `mass_matrix` is missing", expected, code="SPEC003")
+        refuse_no_form(present, self.place)
         if len(present) > 1:
             first, second = sorted(present, key=lambda name: self.place(name).line or 0)[:2]
             found = f"both `{first}` and `{second}`"

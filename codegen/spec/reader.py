@@ -19,7 +19,7 @@ from codegen.base.user_text import foreign_letter
 from codegen.spec.expression import exact_number, printed
 from codegen.spec.model import Contact, Coordinate, DeclaredEffect, Input, LogColumns, Parameter, Spec, signal_units
 from codegen.spec.motion import Sliding
-from codegen.spec.motion_section import read_motion
+from codegen.spec.motion_section import read_motion, refuse_no_form
 from codegen.spec.observer_section import read_cancellation, read_observer
 from codegen.spec.quantity import (
     read_deviation,
@@ -96,11 +96,15 @@ class _Reading:
         try:
             self.document = validate(SpecDocument, filled, self.places, str(path))
         except BadInput as fault:
+            self.faults.noted.append(fault)
+            if isinstance(filled, dict):
+                meant = [nearest_name(str(key), SpecDocument.model_fields) or key for key in filled]
+                self.faults.result(refuse_no_form, meant, self.place)
             document = with_known_keys(SpecDocument, filled)
             if document is None:
-                raise
+                self.faults.raise_noted()
+            assert document is not None
             self.document = document
-            self.faults.noted.append(fault)
 
     def place(self, key: str) -> Place:
         return nearest_place(key, self.places, str(self.path))

@@ -314,7 +314,9 @@ class SpecDocument(Section):
     lagrangian: LagrangianSection | None = None
     urdf: str | RobotSection | None = None  # read by ``urdf_section`` before the rest
     force: list[Text] | None = Field(default=None, examples=[["w - k*x"]])
-    friction: FrictionSection
+    friction: FrictionSection = Field(
+        examples=[{"distribution": [[1]], "contacts": [{"name": "rail", "law": "coulomb", "a": 5, "unit": "N"}]}]
+    )
     effects: list[EffectSection] = []
     observer: ObserverSection | None = None
     envelope: dict[str, QuantityRange] = Field(default={}, examples=[{"v": [-5, 5]}])

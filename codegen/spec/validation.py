@@ -64,7 +64,8 @@ def validate(model: type[Model], data: Any, places: Mapping[str, Place], file: s
 def with_known_keys(model: type[Model], data: Any) -> Model | None:
     """``data`` as an instance of ``model`` with unknown keys renamed to the missing key they resemble, or left out.
 
-    So that further faults can be found in the same run. None where this does not make it valid.
+    Values of the wrong type are left out with their section, or replaced, as ``_without_value`` says. So that further
+    faults can be found in the same run. None where this does not make it valid.
     """
     data = deepcopy(data)
     try:
@@ -74,7 +75,7 @@ def with_known_keys(model: type[Model], data: Any) -> Model | None:
             return None
         for fault in error.errors():
             if fault["type"] == "extra_forbidden":
-                *above, name = [s for s in fault["loc"] if isinstance(s, int) or not _is_variant(s)]
+                *above, name = _steps(fault)
                 section = data
                 for step in above:
                     section = section[step]
@@ -84,8 +85,30 @@ def with_known_keys(model: type[Model], data: Any) -> Model | None:
                     section[meant] = value
     try:
         return model.model_validate(data)
+    except ValidationError as error:
+        for fault in error.errors():
+            _without_value(model, data, _steps(fault))
+    try:
+        return model.model_validate(data)
     except ValidationError:
         return None
+
+
+def _without_value(model: type[BaseModel], data: Any, steps: Sequence[Any]) -> None:
+    """Take a value of the wrong type out of ``data``: a number that must be there is 1, a parameter is left out.
+
+    Of other sections that may be absent, all is left out, since what else they hold may depend on the value. A value in
+    a section that must be there remains.
+    """
+    match steps:
+        case ["parameters", name, "value"] if "parameters" in data:
+            data["parameters"][name]["value"] = "1"
+        case ["observer", "sample_time"] if "observer" in data:
+            data["observer"]["sample_time"] = "1"
+        case ["parameters", name, *_] if "parameters" in data:
+            data["parameters"].pop(name, None)
+        case [section, *_] if not model.model_fields[section].is_required():
+            data.pop(section, None)
 
 
 def _distinct(errors: list[ErrorDetails], model: type[BaseModel]) -> list[ErrorDetails]:
@@ -101,8 +124,7 @@ def _distinct(errors: list[ErrorDetails], model: type[BaseModel]) -> list[ErrorD
     for fault in ordered:
         loc = fault["loc"]
         if fault["type"] == "extra_forbidden":
-            parent = [s for s in loc[:-1] if isinstance(s, int) or not _is_variant(s)]
-            known = _known_keys(model, parent)
+            known = _known_keys(model, _steps(fault)[:-1])
             meant.add((*loc[:-1], nearest_name(str(loc[-1]), known) or ""))
         elif fault["type"] == "missing" and loc in meant:
             continue
@@ -114,7 +136,7 @@ def _distinct(errors: list[ErrorDetails], model: type[BaseModel]) -> list[ErrorD
 def _explain(
     fault: ErrorDetails, faults: list[ErrorDetails], model: type[BaseModel], places: Mapping[str, Place], file: str
 ) -> BadInput:
-    steps = [s for s in fault["loc"] if isinstance(s, int) or not _is_variant(s)]
+    steps = _steps(fault)
     key = ""
     for step in steps:
         key += f"[{step}]" if isinstance(step, int) else (f".{step}" if key else str(step))
@@ -175,6 +197,11 @@ def _as_mapping(found: object, keys: Sequence[str]) -> str:
         is_value = unit != "UNIT" or isinstance(found, (int, float))
         return f", as in `{{value: {value}, unit: {unit}}}`" if is_value else ""
     return f", as in `{{unit: {found}}}`" if [*keys] == ["unit"] and isinstance(found, str) else ""
+
+
+def _steps(fault: ErrorDetails) -> list[Any]:
+    """The path of a fault in the file: keys, and numbers of list items."""
+    return [s for s in fault["loc"] if isinstance(s, int) or not _is_variant(s)]
 
 
 def _is_variant(step: object) -> bool:

@@ -48,6 +48,36 @@ def test_faults_of_form(tmp_path: Path) -> None:
     assert lines_told(tmp_path, text) == changed_lines(text)
 
 
+def test_a_value_of_the_wrong_type_hides_no_fault_of_names_and_units(tmp_path: Path) -> None:
+    """A number with its unit under `value:` is the commonest slip; units and gains are checked all the same."""
+    text = spoilt(
+        ("x: {velocity: v, unit: m}", "x: {velocity: v, unit: mm}"),
+        ("m: {value: 1, unit: kg}", "m: {value: 1 kg}"),
+        ("K_F: 10, K_v: 100", "KF: 10, K_v: 100"),
+        ("sample_time: 0.001", "sample_time: [0.001]"),
+        ("v: [-5, 5]", "v: 5"),
+    )
+    assert lines_told(tmp_path, text) == changed_lines(text)
+
+
+def test_a_wrong_word_in_the_observer_hides_no_fault_elsewhere(tmp_path: Path) -> None:
+    """Which gains are known depends on the word, so that nothing else of the observer is reported."""
+    text = spoilt(("m: {value: 1, unit: kg}", "m: {value: 1, unit: kgg}"), ("velocity: estimated", "velocity: guessed"))
+    assert lines_told(tmp_path, text) == changed_lines(text)
+
+
+def test_all_missing_sections_of_a_spec_that_is_cut_off(tmp_path: Path) -> None:
+    path = tmp_path / "s.yaml"
+    path.write_text(ONE[: ONE.index("mass_matrix:")])
+    result = stiction("check", path)
+    assert result.code == 2
+    friction, motion = result.err.splitlines()
+    assert "`friction` is missing" in friction and "contacts" in friction and "[SPEC003]" in friction
+    assert "`mass_matrix` is missing" in motion and "`force:`" in motion and "[SPEC003]" in motion
+    path.write_text(ONE.replace("mass_matrix:", "mas_matrix:").replace("friction:\n", "frictoin:\n"))
+    assert stiction("check", path).err.count("is missing") == 0, "misspelt is not missing"
+
+
 def test_faults_of_names_units_and_numbers(tmp_path: Path) -> None:
     text = spoilt(
         ("name: one_mass", "name: one-mass"),
