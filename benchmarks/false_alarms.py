@@ -2,7 +2,7 @@
 
 A residual of n independent values, or one with a slow part, is fitted with 20 candidates by linear least squares along
 one motion: 14 of one parameter, 3 of two, two periodic ones with an unknown period and one with an unknown width. A
-candidate passes as in ``refusals.combined_p``: it removes 5 % of the squares, and p times 20, for a periodic one
+candidate passes as in ``significance.combined_p``: it removes 5 % of the squares, and p times 20, for a periodic one
 times 40 periods, over its share of α is at most α. Left out are the t test where there is most to explain, free runs,
 and the later checks of a diagnosis. For the power, one of five forces is added that makes up a fifth of all squares.
 """
@@ -17,7 +17,7 @@ from scipy.signal import lfilter
 from codegen.base.arrays import Array
 from codegen.diagnosis.evidence.force_gain import ForceGain, slow_noise_likelihood, t_of_scores
 from codegen.diagnosis.fit.acceptance import ALPHA, LEAST_SHARE, SIGN_BLOCKS
-from codegen.diagnosis.selection.refusals import FORCE_SHARE, FORCE_SHARE_OF_FEW
+from codegen.diagnosis.selection.significance import FORCE_SHARE, FORCE_SHARE_OF_FEW
 
 Candidate = tuple[int, float, list[Array]]
 RESIDUALS = ("white", "neighbours' correlation 0.6", "white and a slow force")

@@ -23,7 +23,7 @@ from codegen.diagnosis.selection.candidate_fits import every_part
 from codegen.diagnosis.selection.force_fits import ForceFits
 from codegen.diagnosis.selection.force_selection import judged, judged_in_addition
 from codegen.diagnosis.selection.ranking import Ranked
-from codegen.diagnosis.selection.refusals import hypotheses
+from codegen.diagnosis.selection.significance import hypotheses
 from codegen.diagnosis.verdict import force_led
 from codegen.diagnosis.verdict.force_led import accepted_across_joints, found_across_joints
 from codegen.spec import parse_spec

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.stats import binom, norm, ttest_1samp
 
 from codegen.diagnosis.fit.acceptance import evidence, p_of_sign_flips
-from codegen.diagnosis.selection import refusals
+from codegen.diagnosis.selection import significance
 from tests.slow_cases import drawn
 
 KEPT, SEGMENTS = 40, 48
@@ -129,7 +129,7 @@ def test_a_likelihood_accepts_none_of_two_models_that_are_wrong_alike(
     A log of a swing-up accepted a Stribeck effect in place of a friction that falls with time, by three segments.
     """
     generator, level, few = np.random.default_rng(4), 0.05, 13
-    monkeypatch.setattr(refusals, "independent_share", lambda fit: 0.2)
+    monkeypatch.setattr(significance, "independent_share", lambda fit: 0.2)
     record: Any = SimpleNamespace(noise=np.ones(1), joints=None)
     search: Any = SimpleNamespace(record=record)
     rare = likely = 0
@@ -138,7 +138,7 @@ def test_a_likelihood_accepts_none_of_two_models_that_are_wrong_alike(
         runner = SimpleNamespace(record=record)
         fit: Any = SimpleNamespace(by_segment=other, residual=np.zeros((few, KEPT)), runner=runner)
         found = evidence(losses(one), losses(other), KEPT, FLOOR)
-        rare += found.p(refusals.whiteness(search, fit)) < level
+        rare += found.p(significance.whiteness(search, fit)) < level
         likely += found.p(0.2) < level
     assert rare <= binom.ppf(0.999, draws, level) < likely
 

@@ -34,14 +34,11 @@ from codegen.diagnosis.fit.residual import Problem, inverse_dynamics_residual, u
 from codegen.diagnosis.fit.search import Search, search_on
 from codegen.diagnosis.fit.signals import Motion, low_pass, smooth_motion
 from codegen.diagnosis.fit.trial import part_of, with_values
+from codegen.diagnosis.selection.comparison import differ_in_time, force_prefers
 from codegen.diagnosis.selection.force_fits import ForceFits
-from codegen.diagnosis.selection.ranking import credible, differ_in_time, force_prefers
-from codegen.diagnosis.selection.refusals import (
-    absorbed_by_refit,
-    combined_p,
-    contradicted_by_force,
-    only_reduces_drive,
-)
+from codegen.diagnosis.selection.ranking import credible
+from codegen.diagnosis.selection.refusals import absorbed_by_refit, contradicted_by_force, only_reduces_drive
+from codegen.diagnosis.selection.significance import combined_p
 from codegen.effects import CATALOGUE
 from codegen.logs import Log, read_log
 from codegen.mechanics import System, build_system

@@ -17,7 +17,7 @@ from codegen.diagnosis.selection import (
     forward_selection,
     parsimony,
     ranking,
-    refusals,
+    significance,
 )
 from codegen.effects import CATALOGUE
 from codegen.effects.register import candidates
@@ -127,15 +127,15 @@ def test_forms_of_an_effect_are_one_hypothesis() -> None:
     system = system_of(stage())
     parts = [part_of(form, place, system) for effect, place in candidates(system) for form in effect.forms]
     kinds = {(effect.kind, place) for effect, place in candidates(system)}
-    assert len(parts) > len(kinds) == refusals.hypotheses(parts)
+    assert len(parts) > len(kinds) == significance.hypotheses(parts)
 
 
 def test_a_large_p_is_told_with_the_number_of_hypotheses() -> None:
     """ "Better on 8 of 8 held-out parts, with p = 1 over all candidates" contradicted itself to a reader."""
-    told = refusals.chance_in_words(1.0, 5400.0)
+    told = significance.chance_in_words(1.0, 5400.0)
     assert told.startswith("of 5,400 hypotheses tried (effects, places, periods) one gains as much without any effect")
     assert told.endswith("p = 1, and at most 0.01 is accepted")
-    assert "hypotheses" not in refusals.chance_in_words(0.02, 1.0)
+    assert "hypotheses" not in significance.chance_in_words(0.02, 1.0)
 
 
 def test_an_unknown_period_counts_as_many_hypotheses_and_sets_of_effects_each() -> None:
@@ -157,7 +157,7 @@ def test_an_unknown_period_counts_as_many_hypotheses_and_sets_of_effects_each() 
         return SimpleNamespace(trial=SimpleNamespace(parts=parts), values=([], values))
 
     def tried(*kinds: str, before: tuple[str, ...] = ()) -> float:
-        return refusals.tried(search, model(*before), model(*kinds), 20)
+        return significance.hypotheses_tried(search, model(*before), model(*kinds), 20)
 
     assert tried("viscous", "spring", before=("spring",)) == 20
     assert tried("viscous", "spring") == 190

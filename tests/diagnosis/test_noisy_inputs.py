@@ -17,9 +17,9 @@ from codegen.diagnosis.fit.output_error import Fit
 from codegen.diagnosis.fit.record import record_of
 from codegen.diagnosis.fit.search import Search, search_on
 from codegen.diagnosis.results import Diagnosis
-from codegen.diagnosis.selection import refusals
+from codegen.diagnosis.selection import attenuated_noise
+from codegen.diagnosis.selection.attenuated_noise import inputs_that_move, is_attenuated_noise
 from codegen.diagnosis.selection.candidate_fits import every_part, fit_candidates
-from codegen.diagnosis.selection.refusals import inputs_that_move, is_attenuated_noise
 from codegen.logs import Log
 from codegen.spec import parse_spec
 from tests.diagnosis.stage import STAGE, TRAIN, among, log_of, stage, system_of
@@ -137,8 +137,8 @@ def test_inputs_without_noise_are_those_that_acted(force: str, tmp_path: Path) -
     assert off < 0.1 * logged
 
 
-KEPT = 10 * refusals.LEAST_KEPT
-ENOUGH = 10 * refusals.LEAST_BY_NOISE
+KEPT = 10 * attenuated_noise.LEAST_KEPT
+ENOUGH = 10 * attenuated_noise.LEAST_BY_NOISE
 
 
 @pytest.mark.parametrize(
@@ -156,10 +156,10 @@ def test_the_better_of_two_inputs_without_noise_counts(
 ) -> None:
     """Of what explains 10 with the noise."""
     explained, none = iter((10.0, *clean, *by_noise)), lambda *_: None
-    monkeypatch.setattr(refusals, "_explained", lambda *_: next(explained))
-    monkeypatch.setattr(refusals, "_without_noise", lambda *_: iter((None, None)))
+    monkeypatch.setattr(attenuated_noise, "_explained", lambda *_: next(explained))
+    monkeypatch.setattr(attenuated_noise, "_without_noise", lambda *_: iter((None, None)))
     for name in ("_change", "_change_by_inputs", "inputs_that_move"):
-        monkeypatch.setattr(refusals, name, none)
+        monkeypatch.setattr(attenuated_noise, name, none)
     record = SimpleNamespace(with_inputs=none)
     fit: Any = SimpleNamespace(model=SimpleNamespace(inputs=("w",)), runner=SimpleNamespace(record=record))
     problem: Any = SimpleNamespace(motion=SimpleNamespace(low_pass=none, commands=None))

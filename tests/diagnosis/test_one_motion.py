@@ -11,8 +11,9 @@ import pytest
 
 from codegen.diagnosis.fit import acceptance
 from codegen.diagnosis.fit.acceptance import Evidence
-from codegen.diagnosis.selection import ranking
-from codegen.diagnosis.selection.ranking import EQUAL, Ranked, preferred_by_force
+from codegen.diagnosis.selection import comparison
+from codegen.diagnosis.selection.comparison import EQUAL, preferred_by_force
+from codegen.diagnosis.selection.ranking import Ranked
 
 ROWS, DRIVE = 100, 8.0
 USED = np.arange(ROWS)[:, None] % 2 == 0
@@ -41,8 +42,8 @@ def test_the_force_residual_chooses(nats: float, apart: float, near: bool, prefe
     one, other = candidate(1.0, 0.0), candidate(1.0 + nats / 10, apart * DRIVE)
     with (
         patch.object(acceptance, "near_noise", lambda fit: near),
-        patch.object(ranking, "force_prefers", lambda *given: True),
-        patch.object(ranking, "most_left", lambda fit: 1.0),
-        patch.object(ranking, "differ_in_time", lambda *fits: False),
+        patch.object(comparison, "force_prefers", lambda *given: True),
+        patch.object(comparison, "most_left", lambda fit: 1.0),
+        patch.object(comparison, "differ_in_time", lambda *fits: False),
     ):
         assert preferred_by_force(one, other) is preferred

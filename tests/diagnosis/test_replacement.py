@@ -10,8 +10,8 @@ import pytest
 
 from codegen.diagnosis.fit.acceptance import NEAR_NOISE
 from codegen.diagnosis.fit.trial import part_of
-from codegen.diagnosis.selection import parsimony, ranking, refusals
-from codegen.diagnosis.selection.ranking import nearest_of_equal
+from codegen.diagnosis.selection import comparison, parsimony, refusals
+from codegen.diagnosis.selection.comparison import nearest_of_equal
 from codegen.effects import CATALOGUE
 from codegen.effects.register import candidates
 from tests.diagnosis.fakes import InRound, fit, part_named
@@ -99,8 +99,8 @@ def test_far_from_the_noise_a_replacement_that_is_nearly_alike_ties(
     }.items():  # fmt: skip
         monkeypatch.setattr(parsimony, name, lambda *_, value=value: value)
     monkeypatch.setattr(parsimony, "possible_replacements", lambda search, parts, k, paired: [] if k else [drag.part])
-    monkeypatch.setattr(ranking, "is_far", lambda _: noise > NEAR_NOISE)
-    monkeypatch.setattr(ranking, "runs_prefer", lambda *_: True)
+    monkeypatch.setattr(comparison, "is_far", lambda _: noise > NEAR_NOISE)
+    monkeypatch.setattr(comparison, "runs_prefer", lambda *_: True)
     monkeypatch.setattr(parsimony, "force_prefers", lambda here, other, most: gain < most)
     monkeypatch.setattr(parsimony, "tolerances_prefer", lambda *_: False)
     monkeypatch.setattr(parsimony, "explained_share", lambda *_: 0.06)

@@ -17,7 +17,7 @@ from codegen.diagnosis.fit.acceptance import NEAR_NOISE
 from codegen.diagnosis.fit.output_error import Fit
 from codegen.diagnosis.fit.trial import part_of
 from codegen.diagnosis.results import Fact
-from codegen.diagnosis.selection import ranking
+from codegen.diagnosis.selection import comparison, ranking
 from codegen.diagnosis.selection.candidate_fits import FORM_GAIN, is_simpler_form
 from codegen.diagnosis.selection.forward_selection import find_effects
 from codegen.diagnosis.selection.parsimony import reconsidered
@@ -46,9 +46,9 @@ def ranked(kind: str, left: float, on: str = "q") -> Any:
 def significant(monkeypatch: pytest.MonkeyPatch) -> None:
     """Every difference of free runs is significant, as it is where all models are wrong."""
     never_chance = SimpleNamespace(p_of_rivals=lambda whiteness, at_noise: 1e-6)
-    monkeypatch.setattr(ranking, "evidence_of", lambda *_, floored: never_chance)
-    monkeypatch.setattr(ranking, "whiteness", lambda *_: 1.0)
-    monkeypatch.setattr(ranking, "dispersion", lambda *_: 1.0)
+    monkeypatch.setattr(comparison, "evidence_of", lambda *_, floored: never_chance)
+    monkeypatch.setattr(comparison, "whiteness", lambda *_: 1.0)
+    monkeypatch.setattr(comparison, "dispersion", lambda *_: 1.0)
     monkeypatch.setattr(ranking, "is_identical", lambda *_: False)
     monkeypatch.setattr(
         ranking, "twins", lambda part, found: {"offset": [("coulomb_asymmetry", "q")]}.get(part.kind, [])
@@ -64,13 +64,13 @@ def test_far_from_the_noise_what_leaves_nearly_as_little_ties(
 
     Of two that leave nearly all, one that removes a fifth less does not tie.
     """
-    monkeypatch.setattr(ranking, "is_far", lambda fit: noise > NEAR_NOISE)
+    monkeypatch.setattr(comparison, "is_far", lambda fit: noise > NEAR_NOISE)
     best, other, worse = ranked("spring", 0.415), ranked("offset", 0.426), ranked("viscous", 0.495)
     search: Any = SimpleNamespace(rigid=None)
-    found = ranking._tied(search, best, [best, other, worse])
+    found = comparison._tied(search, best, [best, other, worse])
     assert [r.found.part.kind for r in found] == tied
     small, smaller = ranked("viscous", 0.878), ranked("quadratic_drag", 0.899)
-    assert ranking._tied(search, small, [small, smaller]) == []
+    assert comparison._tied(search, small, [small, smaller]) == []
 
 
 def real_ranked(kind: str, system: Any, why_not: str = "") -> ranking.Ranked:
@@ -93,10 +93,10 @@ def test_a_candidate_that_is_not_accepted_when_fitted_again_passes_in_no_table()
 
 @pytest.mark.usefixtures("significant")
 def test_of_several_names_of_one_motion_one_ties(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(ranking, "is_far", lambda fit: True)
+    monkeypatch.setattr(comparison, "is_far", lambda fit: True)
     search: Any = SimpleNamespace(rigid=None)
     spring, offset, same = ranked("spring", 0.41), ranked("offset", 0.42), ranked("coulomb_asymmetry", 0.42)
-    assert ranking._tied(search, spring, [spring, offset, same]) == [offset]
+    assert comparison._tied(search, spring, [spring, offset, same]) == [offset]
 
 
 @pytest.mark.usefixtures("significant")
@@ -105,12 +105,12 @@ def test_a_special_form_must_be_clearly_better_than_a_usual_one(
     cost: float, rival: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Two equal lags are nearer to a delay than one lag is: with them a short delay was `ambiguous`. 10 nats decide."""
-    monkeypatch.setattr(ranking, "is_far", lambda fit: True)
+    monkeypatch.setattr(comparison, "is_far", lambda fit: True)
     search: Any = SimpleNamespace(rigid=None)
     delay, lags = ranked("input_delay", 0.41), ranked("actuator_lag", 0.42)
     lags.found.part.names, delay.found.cost, lags.found.cost = ["tau_each"], 100.0, cost
-    assert ranking._tied(search, delay, [delay, lags]) == ([lags] if rival else [])
-    assert ranking.usual_form_first(search, [lags, delay])[0] is (lags if rival else delay)
+    assert comparison._tied(search, delay, [delay, lags]) == ([lags] if rival else [])
+    assert comparison.usual_form_first(search, [lags, delay])[0] is (lags if rival else delay)
 
 
 @pytest.mark.parametrize(
@@ -128,15 +128,15 @@ def test_a_play_that_fits_no_better_is_no_play(kind: str, cost: float, simpler: 
 def test_far_from_the_noise_force_decides_only_clearly(
     gain: float, preferred: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(ranking, "is_far", lambda fit: True)
-    monkeypatch.setattr(ranking, "are_one_motion", lambda *_: False)
-    monkeypatch.setattr(ranking, "adds_load", lambda _: False)
+    monkeypatch.setattr(comparison, "is_far", lambda fit: True)
+    monkeypatch.setattr(comparison, "are_one_motion", lambda *_: False)
+    monkeypatch.setattr(comparison, "adds_load", lambda _: False)
     one, other = ranked("spring", 0.41), ranked("offset", 0.42)
     told = SimpleNamespace(left=gain, p_of_rivals=lambda more, against: 1e-9)
     fit = SimpleNamespace(trial=SimpleNamespace(parts=()))
     one.force_criterion = SimpleNamespace(over=lambda criterion: told, fit=fit)
     other.force_criterion = one.force_criterion
-    assert ranking.preferred_by_force(one, other) is preferred
+    assert comparison.preferred_by_force(one, other) is preferred
 
 
 @pytest.mark.usefixtures("significant")
@@ -150,11 +150,11 @@ def test_at_the_noise_force_decides_nothing_against_ten_nats_of_free_runs(
     """A lag of 2.9 ms: free runs fitted it better than a delay by 25 nats; the force residual preferred the delay by
     2.7 % of its square, and the delay was named.
     """
-    monkeypatch.setattr(ranking, "is_far", lambda fit: times > NEAR_NOISE)
-    monkeypatch.setattr(ranking, "runs_prefer", lambda *_: False)
-    monkeypatch.setattr(ranking, "tolerances_prefer", lambda *_: False)
-    monkeypatch.setattr(ranking, "adds_load", lambda _: False)
-    monkeypatch.setattr(ranking.acceptance, "near_noise", lambda fit: times <= 3)
+    monkeypatch.setattr(comparison, "is_far", lambda fit: times > NEAR_NOISE)
+    monkeypatch.setattr(comparison, "runs_prefer", lambda *_: False)
+    monkeypatch.setattr(comparison, "tolerances_prefer", lambda *_: False)
+    monkeypatch.setattr(comparison, "adds_load", lambda _: False)
+    monkeypatch.setattr(comparison.acceptance, "near_noise", lambda fit: times <= 3)
     lag, delay = ranked("actuator_lag", 0.1), ranked("input_delay", 0.1)
     lag.found.held_out_losses, delay.found.held_out_losses = np.array([100.0]), np.array([100.0 + nats])
     delay.found.cost = 50.0  # in training alone
@@ -165,9 +165,9 @@ def test_at_the_noise_force_decides_nothing_against_ten_nats_of_free_runs(
             fit=SimpleNamespace(trial=SimpleNamespace(parts=())), over=lambda other, gain=gain: gain
         )
     search: Any = SimpleNamespace(rigid=None)
-    found = ranking.ordered_by_force(search, [lag, delay])
+    found = comparison.ordered_by_force(search, [lag, delay])
     assert found[0].found.part.kind == first
-    assert [r.found.part.kind for r in ranking.ties(search, found)] == rivals
+    assert [r.found.part.kind for r in comparison.ties(search, found)] == rivals
 
 
 @pytest.mark.parametrize(("cost", "kept"), [(99.0, ["tau"]), (89.0, ["tau", "tau_each"])])
@@ -216,12 +216,12 @@ def test_a_round_ranks_a_backlash_only_where_its_gap_is_shown(shown: bool, monke
     for name, value in {
         "fit_candidates": found, "nested_evidence_of": SimpleNamespace(share=0.9), "ForceCriterion": None,
         "hypotheses": 1, "relative_size": 0.1, "why_refused": "", "contradicted_by_force": "", "uncovered": "",
-        "only_attenuates_noise": "", "tried": 1.0, "chance": 0.0, "combined_p": 0.0, "noise_ratio": 1.0,
-        "extension_is_shown": shown,
+        "only_attenuates_noise": "", "hypotheses_tried": 1.0, "p_by_free_runs": 0.0, "combined_p": 0.0,
+        "noise_ratio": 1.0, "extension_is_shown": shown,
     }.items():  # fmt: skip
         monkeypatch.setattr(ranking, name, lambda *_, value=value, **__: value)
     monkeypatch.setattr(ranking, "where_they_differ", lambda _, before, after: (before, after))
-    monkeypatch.setattr(ranking, "_beside_too_small", lambda search, one, among: one)
+    monkeypatch.setattr(ranking, "_refused_beside_small_force", lambda search, one, among: one)
     search: Any = SimpleNamespace(with_noise_floor=lambda current: (None, current))
     left = ranking.run_round(search, SimpleNamespace(), [])  # type: ignore[arg-type]
     assert [r.found.part.kind for r in left] == (["backlash", "compliance"] if shown else ["compliance"])
@@ -243,14 +243,14 @@ def test_a_form_that_may_be_chance_does_not_lead_where_another_form_of_its_effec
     for name, value in {
         "fit_candidates": found, "nested_evidence_of": SimpleNamespace(share=0.2, won=6, blocks=8),
         "ForceCriterion": None, "hypotheses": 1, "relative_size": 0.1, "why_refused": "", "contradicted_by_force": "",
-        "uncovered": "", "only_attenuates_noise": "", "tried": 1.0, "noise_ratio": 1.0,
+        "uncovered": "", "only_attenuates_noise": "", "hypotheses_tried": 1.0, "noise_ratio": 1.0,
     }.items():  # fmt: skip
         monkeypatch.setattr(ranking, name, lambda *_, value=value, **__: value)
     p_of = dict(zip(map(id, found), (chances[1], chances[0]), strict=True))
-    monkeypatch.setattr(ranking, "chance", lambda search, there, one, many: p_of[id(there)])
+    monkeypatch.setattr(ranking, "p_by_free_runs", lambda search, there, one, many: p_of[id(there)])
     monkeypatch.setattr(ranking, "combined_p", lambda p, *_: p)
     monkeypatch.setattr(ranking, "where_they_differ", lambda _, before, after: (before, after))
-    monkeypatch.setattr(ranking, "_beside_too_small", lambda search, one, among: one)
+    monkeypatch.setattr(ranking, "_refused_beside_small_force", lambda search, one, among: one)
     search: Any = SimpleNamespace(with_noise_floor=lambda current: (None, current))
     left = ranking.run_round(search, SimpleNamespace(), [])  # type: ignore[arg-type]
     assert len(left[0].found.part.names) == 3 + first
@@ -262,10 +262,10 @@ def test_at_the_noise_nats_of_free_runs_count_against_those_of_the_force(
     against: float, preferred: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A lag of 4 ms was named a delay: 4.9 nats of the force residual against 4.1 of the free runs."""
-    monkeypatch.setattr(ranking, "is_far", lambda fit: False)
-    monkeypatch.setattr(ranking, "adds_load", lambda _: False)
-    monkeypatch.setattr(ranking, "are_one_motion", lambda *_: False)
-    monkeypatch.setattr(ranking.acceptance, "near_noise", lambda fit: True)
+    monkeypatch.setattr(comparison, "is_far", lambda fit: False)
+    monkeypatch.setattr(comparison, "adds_load", lambda _: False)
+    monkeypatch.setattr(comparison, "are_one_motion", lambda *_: False)
+    monkeypatch.setattr(comparison.acceptance, "near_noise", lambda fit: True)
     lag, delay = ranked("actuator_lag", 0.1), ranked("input_delay", 0.1)
     lag.found.held_out_losses, delay.found.held_out_losses = np.array([480.0]), np.array([480.0 + against])
     gain = ForceGain(left=0.967, nats=4.9, ratios=(), by_signs=1e-3)
@@ -273,7 +273,7 @@ def test_at_the_noise_nats_of_free_runs_count_against_those_of_the_force(
         fit=SimpleNamespace(trial=SimpleNamespace(parts=())), over=lambda other: gain
     )
     assert gain.p_of_rivals(0, against) == pytest.approx(max(3e-3, np.exp(against - 4.9)))
-    assert ranking.preferred_by_force(delay, lag) is preferred
+    assert comparison.preferred_by_force(delay, lag) is preferred
 
 
 def coupled(base: Fit, values: dict[str, float]) -> Any:
@@ -376,7 +376,7 @@ def test_force_does_not_tell_two_loads_behind_springs_apart(springs: tuple[int, 
     )
     one_criterion: Any = one
     other_criterion: Any = other
-    assert ranking.force_prefers(one_criterion, other_criterion) is preferred
+    assert comparison.force_prefers(one_criterion, other_criterion) is preferred
 
 
 @pytest.mark.parametrize("rivals", [1, 2])
@@ -456,7 +456,7 @@ def test_of_two_models_of_one_motion_tolerances_prefer_the_one_with_the_declared
     other = next(search.fitted_again(r.found) for r in found.first if r.found.part.kind == "inertia_error")
     by_hand = 2 * 0.5 * ((1 / 0.92 - 1) / tolerance) ** 2
     assert other.prior_nats == pytest.approx(by_hand, rel=0.1)
-    assert not ranking.tolerances_prefer(search, other, found.final)
+    assert not comparison.tolerances_prefer(search, other, found.final)
 
 
 @competing("viscous", "input_gain", "compliance", "inertia_error")
@@ -483,11 +483,11 @@ def test_at_the_noise_one_segment_tells_no_two_models_apart_neither_of_which_con
     """13 segments, of which one alone is fitted better, by 60 nats."""
     gains = np.where(np.arange(13) == 5, 60.0, 0.0)
     one = acceptance.evidence(14.0 + gains, np.full(13, 14.0), 40)
-    monkeypatch.setattr(ranking, "evidence_of", lambda *_, **__: one)
-    monkeypatch.setattr(ranking, "whiteness", lambda *_: 1.0)
-    monkeypatch.setattr(ranking, "dispersion", lambda *_: 1.0)
+    monkeypatch.setattr(comparison, "evidence_of", lambda *_, **__: one)
+    monkeypatch.setattr(comparison, "whiteness", lambda *_: 1.0)
+    monkeypatch.setattr(comparison, "dispersion", lambda *_: 1.0)
     fit: Any = SimpleNamespace(rigid=None, trial=SimpleNamespace(parts=()))
-    assert one.p(1.0) < 1e-6 and not ranking.runs_prefer(fit, fit, fit)
+    assert one.p(1.0) < 1e-6 and not comparison.runs_prefer(fit, fit, fit)
 
 
 @pytest.mark.parametrize(("by_score", "preferred"), [(1e-4, True), (0.2, False)])
@@ -500,19 +500,19 @@ def test_a_play_is_judged_against_the_spring_that_it_contains_by_the_score_test(
     """
     gains = np.where(np.arange(48) % 2, -60.0, 66.0)
     one = acceptance.evidence(200.0 + gains, np.full(48, 200.0), 40)
-    monkeypatch.setattr(ranking, "evidence_of", lambda *_, **__: one)
-    monkeypatch.setattr(ranking, "nested_evidence_of", lambda *_: replace(one, by_score=by_score))
-    monkeypatch.setattr(ranking, "whiteness", lambda *_: 0.6)
-    monkeypatch.setattr(ranking, "dispersion", lambda *_: 1.3)
+    monkeypatch.setattr(comparison, "evidence_of", lambda *_, **__: one)
+    monkeypatch.setattr(comparison, "nested_evidence_of", lambda *_: replace(one, by_score=by_score))
+    monkeypatch.setattr(comparison, "whiteness", lambda *_: 0.6)
+    monkeypatch.setattr(comparison, "dispersion", lambda *_: 1.3)
     play, spring = (
         SimpleNamespace(trial=SimpleNamespace(parts=[Placed(kind=kind, on="x", effect=CATALOGUE[kind])]), cost=cost)
         for kind, cost in (("backlash", 100.0), ("compliance", 400.0))
     )
     search: Any = SimpleNamespace(rigid=None)
-    assert ranking.runs_prefer(search, play, spring) is preferred  # type: ignore[arg-type]
-    assert not ranking.runs_prefer(search, spring, play)  # type: ignore[arg-type]
+    assert comparison.runs_prefer(search, play, spring) is preferred  # type: ignore[arg-type]
+    assert not comparison.runs_prefer(search, spring, play)  # type: ignore[arg-type]
     play.cost = 401.5  # a score test is local: the fit of the compliance has found a better place
-    assert not ranking.runs_prefer(search, play, spring)  # type: ignore[arg-type]
+    assert not comparison.runs_prefer(search, play, spring)  # type: ignore[arg-type]
 
 
 @pytest.mark.usefixtures("significant")
@@ -528,8 +528,8 @@ def test_a_load_that_only_the_force_refuses_is_a_rival_of_another_load(
     The compliance fitted the free runs better and was refused, as it made the squared residual force 3.8 times as
     large. That residual is differentiated noise for both loads.
     """
-    monkeypatch.setattr(ranking, "is_far", lambda fit: False)
-    monkeypatch.setattr(ranking, "runs_prefer", lambda *_: False)
+    monkeypatch.setattr(comparison, "is_far", lambda fit: False)
+    monkeypatch.setattr(comparison, "runs_prefer", lambda *_: False)
     search: Any = SimpleNamespace(rigid=None, system=SimpleNamespace(transmissions=()))
     best, other = ranked("backlash", 0.42), ranked("compliance", 0.426)
     criteria: list[Any] = [
@@ -539,7 +539,7 @@ def test_a_load_that_only_the_force_refuses_is_a_rival_of_another_load(
     best.force_criterion, other.force_criterion = criteria
     refused = "makes the squared residual force 3.8 times as large"
     other.why_not, other.contradicted = refused, contradicted
-    found = ranking._tied(search, best, [best, other])
+    found = comparison._tied(search, best, [best, other])
     assert [r.found.part.kind for r in found] == (["compliance"] if tied else [])
 
 

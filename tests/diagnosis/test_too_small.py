@@ -42,10 +42,10 @@ def candidate(kind: str, share: float, size: float, p: float = 0.0, at: int = 0,
 def test_a_small_load_beside_a_force_that_explains_more(other: Ranked, refused: bool) -> None:
     load = candidate("compliance", 0.38, 0.0012)
     search: Any = SimpleNamespace(system=SimpleNamespace(inputs=("w",)), problem=SimpleNamespace(material=0.02))
-    found = ranking._beside_too_small(search, load, [load, other])
+    found = ranking._refused_beside_small_force(search, load, [load, other])
     assert found.why_not == (SMALL if refused else "")
     large = candidate("compliance", 0.38, 2 * LEAST_SIZE)
-    assert ranking._beside_too_small(search, large, [large, other]) is large
+    assert ranking._refused_beside_small_force(search, large, [large, other]) is large
 
 
 WRIST = """\

@@ -23,7 +23,7 @@ from codegen.diagnosis.fit.signals import Motion
 from codegen.diagnosis.fit.starting_values import STEP
 from codegen.diagnosis.fit.trial import Part, Trial, model_of
 from codegen.diagnosis.selection.candidate_fits import CandidateFits, every_part
-from codegen.diagnosis.selection.ranking import CLOSE
+from codegen.diagnosis.selection.comparison import CLOSE
 from codegen.mechanics.system import Matrix, System
 
 LEVEL = 10.0

@@ -24,27 +24,14 @@ from codegen.diagnosis.fit.search import Search, joint_of, joint_of_difference
 from codegen.diagnosis.fit.starting_values import ForceStart
 from codegen.diagnosis.fit.trial import Part, Trial, model_of, part_of
 from codegen.diagnosis.results import Fact
+from codegen.diagnosis.selection.attenuated_noise import only_attenuates_noise
+from codegen.diagnosis.selection.comparison import differ_in_time, force_prefers, most_left, ties
 from codegen.diagnosis.selection.force_fits import ForceFits
 from codegen.diagnosis.selection.forward_selection import LaterRound
 from codegen.diagnosis.selection.parsimony import MOST_EFFECTS, least_share
-from codegen.diagnosis.selection.ranking import (
-    Ranked,
-    differ_in_time,
-    force_prefers,
-    in_simplest_admitted_forms,
-    led_by,
-    most_left,
-    ties,
-)
-from codegen.diagnosis.selection.refusals import (
-    chance_in_words,
-    corrects_a_form,
-    hypotheses,
-    is_possible,
-    matters,
-    only_attenuates_noise,
-    relative_size,
-)
+from codegen.diagnosis.selection.ranking import Ranked, in_simplest_admitted_forms, with_first
+from codegen.diagnosis.selection.refusals import corrects_a_form, is_possible, matters, relative_size
+from codegen.diagnosis.selection.significance import chance_in_words, hypotheses
 from codegen.effects import CATALOGUE
 from codegen.effects.register import kinds_of
 
@@ -123,7 +110,7 @@ def selected_by_force(search: Search, base: Fit) -> ForceSelection | Fact | None
     if first[0].found.part in fit.trial.parts:
         again, leading = special_case(fits, *best_first_effect(fits, fit, [first[0], *_tied(search, first)]))
         fit = fit if again is fit else confirmed(fits, again)
-    rounds[0] = replace(rounds[0], ranked=tuple(led_by(leading[0], first)))
+    rounds[0] = replace(rounds[0], ranked=tuple(with_first(leading[0], first)))
     return ForceSelection(fits, fit, tuple(rounds), tuple(leading[1:]))
 
 

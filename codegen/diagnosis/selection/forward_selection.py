@@ -14,6 +14,15 @@ from codegen.diagnosis.fit.output_error import Fit
 from codegen.diagnosis.fit.search import Search, joint_of
 from codegen.diagnosis.fit.trial import Part
 from codegen.diagnosis.selection.candidate_fits import every_part
+from codegen.diagnosis.selection.comparison import (
+    force_prefers,
+    leader_first,
+    leaves_as_little,
+    most_left,
+    runs_prefer,
+    same_signature,
+    ties,
+)
 from codegen.diagnosis.selection.parsimony import (
     BETTER,
     MOST_EFFECTS,
@@ -26,21 +35,8 @@ from codegen.diagnosis.selection.parsimony import (
     with_simplest_effects,
     worth_it,
 )
-from codegen.diagnosis.selection.ranking import (
-    Ranked,
-    credible,
-    force_prefers,
-    leader_first,
-    leaves_as_little,
-    most_left,
-    refused_when_fitted_again,
-    run_round,
-    runs_prefer,
-    same_motion,
-    same_signature,
-    ties,
-)
-from codegen.diagnosis.selection.refusals import hypotheses
+from codegen.diagnosis.selection.ranking import Ranked, credible, refused_when_fitted_again, run_round, same_motion
+from codegen.diagnosis.selection.significance import hypotheses
 
 DIVERGING, SHORTEST = 100.0, 0.25
 """Ratio of the refit's error to the noise above which segments are halved, and least share of their length."""

@@ -9,6 +9,7 @@ from codegen.diagnosis.fit.output_error import Fit
 from codegen.diagnosis.fit.search import Search, joint_of, where_they_differ
 from codegen.diagnosis.fit.shooting import hidden_states
 from codegen.diagnosis.fit.trial import Part, part_of
+from codegen.diagnosis.selection.attenuated_noise import only_attenuates_noise
 from codegen.diagnosis.selection.candidate_fits import (
     FORM_GAIN,
     every_part,
@@ -16,11 +17,8 @@ from codegen.diagnosis.selection.candidate_fits import (
     in_simplest_forms,
     simpler_forms,
 )
-from codegen.diagnosis.selection.ranking import (
+from codegen.diagnosis.selection.comparison import (
     CLOSE,
-    Ranked,
-    credible,
-    extension_is_shown,
     force_prefers,
     is_no_better_form,
     most_left,
@@ -29,15 +27,15 @@ from codegen.diagnosis.selection.ranking import (
     tied_by_free_runs,
     tolerances_prefer,
 )
+from codegen.diagnosis.selection.ranking import Ranked, credible, extension_is_shown
 from codegen.diagnosis.selection.refusals import (
     contradicted_by_force,
     corrects_a_form,
     force_share,
-    hypotheses,
     is_possible,
     matters,
-    only_attenuates_noise,
 )
+from codegen.diagnosis.selection.significance import hypotheses
 from codegen.effects import CATALOGUE
 from codegen.effects.register import kinds_of, twins_of
 

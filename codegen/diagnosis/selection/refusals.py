@@ -1,33 +1,29 @@
-"""The tests of a candidate: those that refuse it, each with its reason in words, and that of significance.
+"""The tests that refuse a candidate, each with its reason in words.
 
 A candidate is refused for too small a gain or force, for values that are impossible or that the log cannot show, if
-another effect or refitted values explain it, and if the force residual contradicts the free runs. Its gain must be
-significant: the p-values by free runs and by the force residual are corrected for all hypotheses tried.
+another effect or refitted values explain it, and if the force residual contradicts the free runs. Two tests have
+modules of their own: ``attenuated_noise.py`` and ``significance.py``.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
-from math import comb, prod
+from collections.abc import Mapping
 
 import numpy as np
 
 from codegen.base.arrays import Array
 from codegen.base.significant import in_percent
-from codegen.diagnosis.evidence.force_gain import ForceCriterion, added_parameters, beyond
-from codegen.diagnosis.evidence.reservations import is_level_or_line, never_passed, resolvable_periods, takes_the_level
+from codegen.diagnosis.evidence.force_gain import ForceCriterion
+from codegen.diagnosis.evidence.reservations import is_level_or_line, never_passed, takes_the_level
 from codegen.diagnosis.evidence.residual_regression import inertia_noise
 from codegen.diagnosis.fit import acceptance
-from codegen.diagnosis.fit.acceptance import Evidence, independent_share, is_far, near_noise, noise_ratio, size_of
+from codegen.diagnosis.fit.acceptance import Evidence, is_far, size_of
 from codegen.diagnosis.fit.drive import drive_in_motion, drive_left, drive_shares, residual_at_drive
 from codegen.diagnosis.fit.measure import driving_force_name
 from codegen.diagnosis.fit.output_error import Fit
-from codegen.diagnosis.fit.record import Record
-from codegen.diagnosis.fit.residual import Problem, evaluate_forces, inverse_dynamics_residual
+from codegen.diagnosis.fit.residual import Problem, inverse_dynamics_residual
 from codegen.diagnosis.fit.search import Search
-from codegen.diagnosis.fit.signals import Motion
 from codegen.diagnosis.fit.trial import Part, with_effects, with_values
 from codegen.diagnosis.results import FoundEffect, worded
-from codegen.mechanics.system import Matrix, System
+from codegen.mechanics.system import System
 
 LEAST_DRIVE = 0.1
 """Least RMS drive force with an effect over that without; less does not move the machine."""
@@ -289,178 +285,3 @@ def contradicted_by_force(before: ForceCriterion, after: ForceCriterion, share: 
     if acceptance.free_runs_settle(after.fit, share, times):
         return ""
     return f"makes the squared residual force {times:.2g} times as large"
-
-
-def only_attenuates_noise(search: Search, before: Fit, after: Fit) -> str:
-    """Objection if free runs gain since the noise of the logged inputs moves a model with the effect less; else empty.
-
-    Args:
-        before, after: fits on the same segments, without and with the effect.
-    """
-    if not is_attenuated_noise(search.problem, before, after):
-        return ""
-    return "explains little with inputs without noise: it attenuates the noise of the logged inputs"
-
-
-LEAST_KEPT = 0.25
-"""Least share of what effects explain that they must also explain with inputs without noise. On a simulated axis, with
-noise of 70 % of the drive force's RMS, attenuated noise kept 19 % at most, and true effects 40 % and more; where these
-kept less, their parameters were wrong by half and more."""
-LEAST_BY_NOISE = 0.5
-"""Least share of what effects explain that the noise of inputs explains, if they only attenuate it; by definition at
-least 1, apart from the error of ŵ. On simulated axes attenuated noise had 0.9 and more. True saturations that act most
-of the time, which keep little since ŵ is the input that acts, had 0.15 at most."""
-
-
-def is_attenuated_noise(problem: Problem, before: Fit, after: Fit) -> bool:
-    """Whether free runs of a model with more effects are better mainly since it attenuates the noise of inputs.
-
-    The noise of a logged input moves the model, and whatever damps that motion reduces the error: a lag, a larger
-    inertia, more friction. The effect's change of the prediction is then correlated with the error through the noise
-    (errors in variables). So, as with instrumental variables, the same change is simulated with inputs without it,
-
-        ŵ = w − B⁺ r,   B = ∂g/∂w,
-
-    r the low-passed force residual of a model. With ŵ that model follows the measured motion, so ŵ has the noise of
-    that motion alone, which is independent of the noise of w.
-
-    With e the error without the effects, d their change of the prediction and d̂ that change with inputs without noise,
-    both less what start states explain, the shares of Σ e² that they explain are compared:
-
-        sgn(e·d̂) (e·d̂)²/(d̂·d̂)  <  κ sgn(e·d) (e·d)²/(d·d),   κ = ``LEAST_KEPT``
-
-    Neither side depends on the size of the effects, which noise biases. Each segment has the weight 1/(1 + (e² + d²)/K)
-    of the score test. Two ŵ are tried, and the better one counts: those with which the model without the effects
-    follows the measured motion, and those with which the model with them does.
-
-    What attenuation removes is caused by the noise. So inputs without it must explain as much without the effects
-    (κ = ``LEAST_BY_NOISE``): the low-passed ones, or those with which the model with the effects follows the motion.
-    """
-    if not before.model.inputs:
-        return False
-    record = before.runner.record
-    explained = _explained(before, _change(before, after, record))
-    if explained <= 0:  # free runs are no better, and no noise makes them so
-        return False
-    clean = (record.with_inputs(inputs) for inputs in _without_noise(problem, before, after))
-    if any(_explained(before, _change(before, after, one)) >= LEAST_KEPT * explained for one in clean):
-        return False
-    motion = problem.motion
-    smooth = np.asarray(motion.low_pass(motion.commands)), inputs_that_move(problem, after.model, motion)
-    by_noise = (_explained(before, _change_by_inputs(before, record.with_inputs(one))) for one in smooth)
-    return any(one >= LEAST_BY_NOISE * explained for one in by_noise)
-
-
-def _change(before: Fit, after: Fit, record: Record) -> Array:
-    """(S, K n) change of the prediction by effects, with a record's inputs, after regression on the start states."""
-    without, with_it = (before.residual_of(replace(f.runner, record=record), f.theta) for f in (before, after))
-    return before.starts.project(without - with_it, slope=True)
-
-
-def _change_by_inputs(fit: Fit, record: Record) -> Array:
-    """(S, K n) change of the prediction of a fit by a record's inputs, after regression on the start states."""
-    own, other = (fit.residual_of(replace(fit.runner, record=one), fit.theta) for one in (fit.runner.record, record))
-    return fit.starts.project(own - other, slope=True)
-
-
-def _explained(before: Fit, change: Array) -> float:
-    """Weighted Σ e² that a change of the prediction explains, negative if it points away from the error."""
-    error = before.residual
-    weighted = change / (1 + (error**2 + change**2).mean(axis=1))[:, None]
-    along, size = float((weighted * error).sum()), float((weighted * change).sum())
-    return along * abs(along) / size if size > 0 else 0.0
-
-
-def _without_noise(problem: Problem, before: Fit, after: Fit) -> Iterator[Array]:
-    """Inputs ŵ, (N, m): with the force residual of the first model, then from those with that of the second one."""
-    motion = problem.motion
-    for model in (before.model, after.model):
-        commands = inputs_that_move(problem, model, motion)
-        earlier = np.vstack([commands[:1], commands[:-1]])
-        motion = replace(motion, commands=commands, inputs=(earlier + commands) / 2)
-        yield commands
-
-
-def inputs_that_move(problem: Problem, model: System, motion: Motion) -> Array:
-    """(N, m) low-passed inputs, held from row to row, with which a model follows the measured motion.
-
-    Where the force balance says nothing, as at standstill, they are the low-passed inputs of ``motion``.
-    """
-    columns = [Matrix(model.force.diff(w)) for w in model.inputs]
-    by_inputs = evaluate_forces(model, columns, motion).transpose(1, 2, 0)
-    force = np.where(problem.used, inverse_dynamics_residual(model, motion), 0.0)
-    if (by_inputs == by_inputs[:1]).all():  # one pseudo-inverse: of each sample they take longer than all the rest
-        inverses = np.linalg.pinv(by_inputs[:1]).repeat(len(by_inputs), axis=0)
-    else:
-        inverses = np.linalg.pinv(by_inputs)
-    excess = np.einsum("kmn,kn->km", inverses, force)
-    excess[:-1] = (excess[:-1] + excess[1:]) / 2  # the mean over the time for which a row is held
-    return np.asarray(motion.low_pass(motion.commands) - excess)
-
-
-FORCE_SHARE, FORCE_SHARE_OF_FEW = 0.1, 0.5
-"""Share of α for the test on the force residual (weighted Bonferroni), and that for logs of fewer than
-``acceptance.SIGN_BLOCKS`` segments, since a sign test on B segments gives at least Φ(−√B)."""
-
-
-def hypotheses(parts: Sequence[Part]) -> int:
-    """Number of candidates for Bonferroni's correction; nested forms of one effect count once."""
-    return len({p.key for p in parts})
-
-
-def tried(search: Search, before: Fit, after: Fit, candidates: int) -> float:
-    """Number of hypotheses among which the additional effects of a model were chosen.
-
-    It counts every set of as many of the candidates, and for an effect with an unknown period each resolvable period.
-    """
-    parts, values = after.trial.parts, after.values[1]
-    added = [(parts[k], values[k]) for k in beyond(after.trial, before.trial)]
-    sets = comb(max(candidates, len(added)), len(added))
-    return sets * prod(resolvable_periods(search.system, search.motion, p, values) for p, values in added)
-
-
-def chance(search: Search, fit: Fit, e: Evidence, candidates: float) -> float:
-    """Nominal probability of such a gain without an effect, for any of so many candidates (Bonferroni)."""
-    return min(
-        1.0, candidates * e.p(whiteness(search, fit), acceptance.leaves_only_noise(fit, noise_assumed(search, fit)))
-    )
-
-
-def chance_in_words(p: float, many: float) -> str:
-    """A p-value over so many hypotheses: why a gain on every held-out part may still be chance."""
-    return worded("chance", p=p, many=many, alpha=acceptance.ALPHA)
-
-
-def combined_p(p: float, before: ForceCriterion, after: ForceCriterion, candidates: float) -> float:
-    """P-value by free runs, or also by the force residual if that by free runs is too large (weighted Bonferroni)."""
-    few = len(after.search.record.start) < acceptance.SIGN_BLOCKS
-    share = FORCE_SHARE_OF_FEW if few else FORCE_SHARE
-    free = min(1.0, p / (1 - share))
-    if free <= acceptance.ALPHA:
-        return free
-    gain = after.added_to(before)
-    if gain.left > 1 - acceptance.LEAST_SHARE:
-        return free
-    return min(free, candidates * gain.p_added(added_parameters(before.fit.trial, after.fit.trial)) / share)
-
-
-def whiteness(search: Search, fit: Fit) -> float:
-    """Share of the residuals that count as independent; 0 far from the noise, where the likelihood is not valid.
-
-    A wrong model form gives one error per segment, whatever the number of samples. So only the noise's share of the
-    squared residual counts: at three times the noise a ninth of the residuals, so that the likelihood gain must be nine
-    times as large. This is more cautious than a quasi-likelihood, whose dispersion is in ``segment_losses``.
-    """
-    near = near_noise(fit, noise_assumed(search, fit))
-    return independent_share(fit) / dispersion(search, fit) if near else 0.0
-
-
-def dispersion(search: Search, fit: Fit) -> float:
-    """Squared ratio of residual to noise in the median segment, at least 1."""
-    return max(1.0, (noise_assumed(search, fit) * noise_ratio(fit)) ** 2)
-
-
-def noise_assumed(search: Search, fit: Fit) -> float:
-    """Ratio of the noise that a fit assumes to the measurement noise; the largest of its joints."""
-    joints = list(fit.runner.record.joints or [0])
-    return float(np.max(fit.runner.record.noise[joints] / search.record.noise[joints]))

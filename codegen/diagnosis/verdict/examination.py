@@ -26,7 +26,7 @@ from codegen.diagnosis.results import ErrorFigures, Fact, FoundEffect, Verdict, 
 from codegen.diagnosis.selection.force_fits import ForceFits
 from codegen.diagnosis.selection.forward_selection import Outcome
 from codegen.diagnosis.selection.parsimony import explained_share, is_accepted
-from codegen.diagnosis.selection.refusals import dispersion
+from codegen.diagnosis.selection.significance import dispersion
 from codegen.diagnosis.verdict.admission import (
     REFIT_WORSE,
     Measured,

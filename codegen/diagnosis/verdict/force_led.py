@@ -21,8 +21,8 @@ from codegen.diagnosis.selection.candidate_fits import every_part
 from codegen.diagnosis.selection.force_fits import ForceFits
 from codegen.diagnosis.selection.force_selection import ForceSelection, judged_in_addition, selected_by_force
 from codegen.diagnosis.selection.forward_selection import Outcome
-from codegen.diagnosis.selection.ranking import Ranked, led_by, twins
-from codegen.diagnosis.selection.refusals import hypotheses
+from codegen.diagnosis.selection.ranking import Ranked, twins, with_first
+from codegen.diagnosis.selection.significance import hypotheses
 from codegen.diagnosis.verdict.admission import Measured
 from codegen.diagnosis.verdict.answer import Answer
 from codegen.diagnosis.verdict.examination import with_estimate
@@ -111,7 +111,7 @@ def accepted_across_joints(
     final = search.with_parts(outcome.base, moved, found.found.trial.parts, values)
     if not _accepted_by_runs(search, outcome.base, final):
         return answer, outcome
-    led = replace(outcome.with_final(search, final, ()), first=tuple(led_by(found, outcome.first)))
+    led = replace(outcome.with_final(search, final, ()), first=tuple(with_first(found, outcome.first)))
     second, led = examined(led)
     if second.verdict != "effect":
         return answer, outcome

@@ -20,10 +20,12 @@ from codegen.diagnosis.fit.search import Search
 from codegen.diagnosis.fit.signals import low_pass
 from codegen.diagnosis.fit.trial import Part, part_of
 from codegen.diagnosis.selection.candidate_fits import NEAR, SHORTEST
+from codegen.diagnosis.selection.comparison import runs_prefer
 from codegen.diagnosis.selection.forward_selection import Outcome
 from codegen.diagnosis.selection.parsimony import BETTER, at_noise, force_speaks_for, pruned, worth_it
-from codegen.diagnosis.selection.ranking import Ranked, credible, runs_prefer
-from codegen.diagnosis.selection.refusals import chance, relative_size
+from codegen.diagnosis.selection.ranking import Ranked, credible
+from codegen.diagnosis.selection.refusals import relative_size
+from codegen.diagnosis.selection.significance import p_by_free_runs
 from codegen.diagnosis.verdict.answer import force_agrees
 from codegen.effects.periodic import PERIOD, CoggingHarmonics
 from codegen.effects.register import candidates, kinds_of
@@ -227,5 +229,7 @@ def _adopted(search: Search, outcome: Outcome, before: Fit, richer: Fit) -> Outc
     soft, base = search.with_noise_floor(before)
     after = soft.fitted_again(richer)
     one, ratio = nested_evidence_of(base, after), noise_ratio(after) / noise_ratio(base)
-    ranked = Ranked(richer, one, ratio, relative_size(search, richer, base), "", p=chance(search, after, one, 1))
+    ranked = Ranked(
+        richer, one, ratio, relative_size(search, richer, base), "", p=p_by_free_runs(search, after, one, 1)
+    )
     return replace(outcome.with_final(search, richer, ()), first=(*outcome.first, ranked))

@@ -44,8 +44,8 @@ from codegen.diagnosis.fit.search import Search
 from codegen.diagnosis.fit.signals import Motion
 from codegen.diagnosis.fit.trial import model_of
 from codegen.diagnosis.results import ErrorFigures, Fact, worded
+from codegen.diagnosis.selection.comparison import CLOSE
 from codegen.diagnosis.selection.forward_selection import Outcome
-from codegen.diagnosis.selection.ranking import CLOSE
 from codegen.diagnosis.verdict.admission import REFIT_WORSE, RUN, Measured, is_shown_worse, refused_values, worsened
 from codegen.diagnosis.verdict.answer import Answer
 from codegen.mechanics.system import System

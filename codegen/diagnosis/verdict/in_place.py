@@ -33,16 +33,16 @@ from codegen.diagnosis.fit.search import Search
 from codegen.diagnosis.fit.trial import Part, part_of
 from codegen.diagnosis.results import Fact, FoundEffect, titles
 from codegen.diagnosis.selection.candidate_fits import fit_candidates
-from codegen.diagnosis.selection.forward_selection import Outcome
-from codegen.diagnosis.selection.parsimony import BETTER, as_replacement
-from codegen.diagnosis.selection.ranking import (
-    Ranked,
+from codegen.diagnosis.selection.comparison import (
     force_prefers,
     preferred_by_force,
     runs_prefer,
     same_signature,
     tied_by_free_runs,
 )
+from codegen.diagnosis.selection.forward_selection import Outcome
+from codegen.diagnosis.selection.parsimony import BETTER, as_replacement
+from codegen.diagnosis.selection.ranking import Ranked
 from codegen.diagnosis.selection.refusals import is_possible
 from codegen.diagnosis.verdict.answer import Answer
 from codegen.effects.declare import unit_words

@@ -10,7 +10,7 @@ from codegen.diagnosis.fit.search import Search
 from codegen.diagnosis.results import Candidate, FoundEffect, Round, Verdict
 from codegen.diagnosis.selection.forward_selection import Outcome
 from codegen.diagnosis.selection.ranking import Ranked, twins
-from codegen.diagnosis.selection.refusals import chance
+from codegen.diagnosis.selection.significance import p_by_free_runs
 from codegen.effects import CATALOGUE
 from codegen.effects.declare import places_of
 from codegen.effects.register import is_own
@@ -112,6 +112,6 @@ def in_no_round(search: Search, outcome: Outcome) -> tuple[Candidate, ...]:
         soft, without = search.with_noise_floor(search.without(final, k))
         whole = soft.fitted_again(final)
         e = nested_evidence_of(without, whole)
-        ratio, p = noise_ratio(whole) / noise_ratio(without), chance(search, whole, e, 1)
+        ratio, p = noise_ratio(whole) / noise_ratio(without), p_by_free_runs(search, whole, e, 1)
         rows.append(_row(Ranked(final, e, ratio, float("nan"), "", p=p), k))
     return tuple(rows)
