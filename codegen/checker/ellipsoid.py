@@ -325,7 +325,7 @@ def bounded(proof: dict[str, Any], claim: dict[str, Any], shown: dict[str, Any])
     for slip, speed in claim.get(ABOVE, {}).items():
         text = rounding.Bounded(shown["names"], shown["known"], shown["c"].precision, shown["rounded"])
         p = text.value(slip)
-        text.kept(p, text.latest[0])  # what is printed is the text
+        text.require_accurate(p, text.latest[0])  # what is printed is the text
         linear = {(e["truth"],) for e in proof["errors"] if not e["sign"]} & {(v,) for v in proof["acceleration"]}
         kernel.demand(p and {*p} <= linear, "`above` of what is no slip")
         row = [Fraction(p.get((e["truth"],), 0)) for e in proof["errors"]]

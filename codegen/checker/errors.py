@@ -113,7 +113,7 @@ def prove(proof: dict[str, Any], files: dict[str, str]) -> dict[str, Any]:
     result: dict[str, Any] = {"c": c, "names": names, "known": known, "aside": aside, "moving": moving}
     result |= {"before": before, "after": after, "later": expected.names}
     result |= {"matrix": phi, "first order": any(remainders.values())}
-    result |= {"rounded": rounding.of_parameters(c, names, known)}
+    result |= {"rounded": rounding.parameter_bounds(c, names, known)}
     return result | {"fall": fall, "box": box, "along": along, "whole": not conditions}
 
 

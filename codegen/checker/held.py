@@ -54,7 +54,7 @@ def restarts(shown: dict[str, Any]) -> dict[str, Fraction]:
     for text, program in zip(ends, (c.init, c.predict, c.resume), strict=True):
         text.run(program, c.states)
     numbers = {z: p for z in c.states if not (p := ends[0].names[z]).names()}
-    return {z: p.constant() for z, p in numbers.items() if all(text.plainly(z, p) for text in ends)}
+    return {z: p.constant() for z, p in numbers.items() if all(text.is_exactly(z, p) for text in ends)}
 
 
 class Modes:
@@ -184,7 +184,7 @@ def finite(proof: dict[str, Any], shown: dict[str, Any], begun: dict[str, Any]) 
     for of in quotients:  # reciprocal -> the largest that it is, by the least divisor that rounding.py lets pass
         of.ones()
     of_ends, of_step = (
-        {x: p.constant() for x, p in of.largest.items()} | dict.fromkeys(rounding.at_most_one(of.known), 1)
+        {x: p.constant() for x, p in of.largest.items()} | dict.fromkeys(rounding.bounded_by_one(of.known), 1)
         for of in quotients
     )
     ordered = [*ends[:3], ends[4], ends[3]]

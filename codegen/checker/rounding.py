@@ -13,8 +13,9 @@ these terms, those that cancel included.
 the rounding error that no code with these states can avoid: that of storing them, before and after the step. A term is
 a product of inputs, estimates and numbers. Where the bound of a term is more than ``cancelled`` times the unavoidable
 error, larger terms cancel, less than half of the digits may be right, and the C is refused. Of a term with an input
-this is the only limit, since V has no inputs in it. For the errors there is a second one (`outlasts`): V must not grow
-when rounding changes their dynamics. The bounds are to first order in u, and take every variable in a divisor as 1.
+this is the only limit, since V has no inputs in it. For the errors there is a second one, `require_decay_when_rounded`:
+V must not grow when rounding changes their dynamics. The bounds are to first order in u, and take every variable in a
+divisor as 1.
 Overflow and underflow of terms are excluded by frame.Precision.holds, for which quotients are between the two ends that
 `Bounded.ones` sets, and a sine, a cosine and an exp are 1.
 
@@ -38,10 +39,10 @@ if TYPE_CHECKING or __package__:
 
 FAR = 10**6  # an exponent of 2 beyond those of all values
 NUMERIC, NAME = r"(?<![\w.])(?:cos|exp|sin)\b", r"[A-Za-z_][\w.]*(?:\[[\d.]+\])?"
-LOST = "terms of a sum cancel, and what is left is its rounding error"
-VANISHED = 1000  # how often a formula or a divisor may have the sum of its terms in terms that cancel to 0
+CANCELLATION = "terms of a sum cancel, and what is left is its rounding error"
+MOST_CANCELLED = 1000  # how often a formula or a divisor may have the sum of its terms in terms that cancel to 0
 PART, MOST = 2**4, 2**16  # floats hold all multiples of 1/PART up to MOST
-OTHERS = "prepare gives others: {} of the header differs from its formula by more than rounding"
+OTHER_VALUE = "prepare gives others: {} of the header differs from its formula by more than rounding"
 
 
 def parameters(c: Any) -> tuple[dict[str, Any], dict[Any, Any]]:
@@ -62,8 +63,8 @@ def parameters(c: Any) -> tuple[dict[str, Any], dict[Any, Any]]:
         decimal = c.values.get(parameter, exact.constant())
         exps = {(f, p): kernel.term(decimal) for (f, p), e in known.items() if f == "exp" and p and e == exact}
         size = abs(decimal) if exps else prepared.bounds[parameter][0].constant()
-        frame.demand(abs(exact.constant() - decimal) <= size * c.precision.rounding, OTHERS.format(parameter))
-        frame.demand(all(decimals.setdefault(key, e) == e for key, e in exps.items()), OTHERS.format(parameter))
+        frame.demand(abs(exact.constant() - decimal) <= size * c.precision.rounding, OTHER_VALUE.format(parameter))
+        frame.demand(all(decimals.setdefault(key, e) == e for key, e in exps.items()), OTHER_VALUE.format(parameter))
         known |= exps
         prepared.names |= {parameter: kernel.term(decimal)} if exps else {}
     return {p: prepared.names[p] for p in c.values}, known
@@ -85,15 +86,15 @@ def require(proof: dict[str, Any], shown: dict[str, Any]) -> None:
     estimates = [e["estimate"] for e in proof["errors"]]
     sums = (*stored, *estimates, *["check"] * bool(c.sums))
 
-    small, carried = at_most_one(code.known), passed_on(code.known)
+    small, carried = bounded_by_one(code.known), argument_factors(code.known)
 
     def accepted(x: str) -> Any:
         """The bound of x; ValueError if it is too large."""
-        bound = unsigned(put(code.bounds[x][0], stored), small)
-        code.apart(code.names[x], f"{x}: {LOST}")
-        least = put(put(magnitudes(code.names[x]), carried), stored) + stored.get(x, kernel.Poly())
-        least = unsigned(least, small)
-        code.compare(least, bound, f"{x}: {LOST}")
+        bound = without_bounded(substituted(code.bounds[x][0], stored), small)
+        code.require_no_cancellation(code.names[x], f"{x}: {CANCELLATION}")
+        least = substituted(substituted(magnitudes(code.names[x]), carried), stored) + stored.get(x, kernel.Poly())
+        least = without_bounded(least, small)
+        code.compare(least, bound, f"{x}: {CANCELLATION}")
         return bound
 
     added = {x: accepted(x) for x in sums}
@@ -104,32 +105,33 @@ def require(proof: dict[str, Any], shown: dict[str, Any]) -> None:
             del said[x]
     for (function, q), _ in code.known.items():
         if function == "1/":  # where a divisor is less than that, it may be its rounding
-            size = max(total(put(magnitudes(q), code.ones())), code.divisors.get(q, Fraction(0)))
+            size = max(total(substituted(magnitudes(q), code.ones())), code.divisors.get(q, Fraction(0)))
             least = size / c.precision.cancelled
             try:
                 kernel.semidefinite([[q]], shown["box"], proof["cover"], shown["known"], least)
             except ValueError as why:
-                raise ValueError(f"in a divisor {LOST}, where it is near 0 ({why})") from None
+                raise ValueError(f"in a divisor {CANCELLATION}, where it is near 0 ({why})") from None
     n = 2 + max(code.bounds[z][1] for z in stored)
-    outlasts(proof, shown, code, {z: added[z] * kernel.term(n) for z in stored})
+    require_decay_when_rounded(proof, shown, code, {z: added[z] * kernel.term(n) for z in stored})
     # Of other functions, and of formulas with an exp, a sine or cosine of a number, or a parameter that `prepare`
     # computes (the C need not use it), all terms are compared. In a formula these values alone are rounded, once: what
     # cancels to 0 may be larger there, as in the linearisation of a Stribeck curve.
-    said, rounded = Bounded(shown["names"], dict(shown["known"]), c.precision, code.bounds), {x for x, _ in c.prepare}
+    names, known, prepared = shown["names"], shown["known"], {x for x, _ in c.prepare}
+    said = Bounded(names, dict(known), c.precision, code.bounds)
     for formula in {*texts(proof), "parameters.sample_time"}:
-        if rounded.intersection(re.findall(NAME, formula)) or rounds(formula, shown["names"], shown["known"]):
-            said.kept(said.value(formula), said.latest[0], VANISHED)
+        if prepared.intersection(re.findall(NAME, formula)) or has_rounded_value(formula, names, known):
+            said.require_accurate(said.value(formula), said.latest[0], MOST_CANCELLED)
     # A sample later a state without a formula may be the sine of a number, and a measured velocity may be.
     given = {*shown["aside"], *proof["acceleration"]} - {e["truth"] for e in proof["errors"]}
     later = Bounded(shown["later"], dict(shown["known"]), c.precision)
     for formula in proof["states"].values():
         if given.intersection(re.findall(NAME, formula)):
-            later.kept(later.value(formula), later.latest[0], c.precision.cancelled)
+            later.require_accurate(later.value(formula), later.latest[0], c.precision.cancelled)
     for program in (c.init, c.reset, c.predict, c.resume):
         text = from_any_state(shown, outputs=True)
         text.run(program, c.states)
         for target in {x for x, _ in program}:
-            text.kept(text.names[target], text.bounds[target][0])
+            text.require_accurate(text.names[target], text.bounds[target][0])
 
 
 def step(proof: dict[str, Any], shown: dict[str, Any]) -> "Bounded":
@@ -152,8 +154,8 @@ def step(proof: dict[str, Any], shown: dict[str, Any]) -> "Bounded":
     return code
 
 
-def of_parameters(c: Any, names: dict[str, Any], known: dict[Any, Any]) -> dict[str, tuple[Any, int]]:
-    """The bounds of the parameters."""
+def parameter_bounds(c: Any, names: dict[str, Any], known: dict[Any, Any]) -> dict[str, tuple[Any, int]]:
+    """Parameter -> its bound by lemma R: the polynomial of magnitudes, a number, and the n of its rounding errors."""
     values = {x: names[x] for x in c.values}
     made = Bounded({x: p for x, p in values.items() if x not in dict(c.prepare)}, dict(known), c.precision)
     made.bounds |= {x: made.number(p) for x, p in made.names.items()}
@@ -179,8 +181,10 @@ def at_point(names: dict[str, Any], shown: dict[str, Any]) -> "Bounded":
     return Bounded(names, {}, shown["c"].precision, shown["rounded"])
 
 
-def outlasts(proof: dict[str, Any], shown: dict[str, Any], code: "Bounded", off: dict[str, Any]) -> None:
-    """Raises ValueError unless V does not grow either where the states have rounding errors of u times ``off``.
+def require_decay_when_rounded(
+    proof: dict[str, Any], shown: dict[str, Any], code: "Bounded", off: dict[str, Any]
+) -> None:
+    """Raises ValueError unless V does not grow in a step whose states have rounding errors of up to u times ``off``.
 
     The proved dynamics are e -> F e, with V(F e) <= fall V(e); rounding changes them to F + D, |D| <= R entry by entry.
     In the norm sqrt(e'Pe), |F e + D e| <= (sqrt(fall) + r) |e| <= |e| with r = (1 - fall)/2, if e'D'P D e <= r r e'Pe.
@@ -192,7 +196,7 @@ def outlasts(proof: dict[str, Any], shown: dict[str, Any], code: "Bounded", off:
     size = {x: max(map(abs, ends)) for x, ends in shown["box"].items()}
     for shows in (magnitudes(code.names[e["estimate"]]) for e in proof["errors"]):
         used = {z: p for z, p in off.items() if z in shows.names()}
-        change = sum((put(derivative(shows, z), stored) * p * unit for z, p in used.items()), kernel.Poly())
+        change = sum((substituted(derivative(shows, z), stored) * p * unit for z, p in used.items()), kernel.Poly())
         row = {f"error of {e['truth']}": Fraction(0) for e in proof["errors"]}
         for m, c in change.items():
             for x in row.keys() & {*m}:
@@ -221,8 +225,8 @@ def derivative(p: Any, x: str) -> Any:
     return found
 
 
-def put(p: Any, values: dict[str, Any]) -> Any:
-    """A polynomial in which variables are replaced by polynomials: name -> the one that is put in its place."""
+def substituted(p: Any, values: dict[str, Any]) -> Any:
+    """A polynomial with variables replaced by polynomials; ``values``: name of a variable -> its polynomial."""
     parts: dict[tuple[str, ...], Any] = {}  # names that are replaced -> what they are multiplied by
     terms = kernel.Poly()
     for m, c in p.items():
@@ -237,8 +241,12 @@ def put(p: Any, values: dict[str, Any]) -> Any:
     return terms if all(terms.values()) else kernel.Poly({m: c for m, c in terms.items() if c})
 
 
-def passed_on(known: Any) -> dict[str, Any]:
-    """Variable for a sin, cos or exp -> 1 + |argument|: the function passes on at most the argument's whole error."""
+def argument_factors(known: Any) -> dict[str, Any]:
+    """Variable for a sin, cos or exp -> 1 + |argument|.
+
+    The 1 is for the rounding of its own value, |argument| for that of the argument: the function passes on at most the
+    whole error of its argument.
+    """
     found: dict[str, Any] = {}
     for (function, argument), value in known.items():
         if function in ("sin", "cos", "exp"):
@@ -246,8 +254,8 @@ def passed_on(known: Any) -> dict[str, Any]:
     return found
 
 
-def at_most_one(known: Any) -> set[str]:
-    """Variables for signs, values of exp, and what stands for functions of an angle (the t of lemma 7 in kernel.py)."""
+def bounded_by_one(known: Any) -> set[str]:
+    """Variables of magnitude at most 1: signs, values of exp, and functions of an angle (t of lemma 7, kernel.py)."""
     small: set[str] = set()
     for (function, argument), value in known.items():
         if function in ("sgn", "exp") or {x[-2:] for x in argument.names()} == {" t"}:
@@ -255,7 +263,7 @@ def at_most_one(known: Any) -> set[str]:
     return small
 
 
-def unsigned(p: Any, small: set[str]) -> Any:
+def without_bounded(p: Any, small: set[str]) -> Any:
     """A polynomial of magnitudes with 1 for each sign, each t of lemma 7, and each of the variables ``small``."""
     terms = kernel.Poly()
     for m, c in p.items():
@@ -273,8 +281,8 @@ def texts(part: Any) -> Iterator[str]:
             yield from texts(inner)
 
 
-def rounds(formula: str, names: dict[str, Any], known: dict[Any, Any]) -> bool:
-    """Whether a formula has an exp, or a sine or cosine of a number, which the kernel evaluates to 50 digits."""
+def has_rounded_value(formula: str, names: dict[str, Any], known: dict[Any, Any]) -> bool:
+    """Whether a formula has a value that the kernel rounds to 50 digits: an exp, or a sine or cosine of a number."""
     if not re.search(NUMERIC, formula):  # (sin)(x) is a call too
         return False
     if re.search(r"(?<![\w.])exp\b", formula):
@@ -318,7 +326,7 @@ class Bounded(kernel.Text):
         """The polynomial of an expression; the attributes ``latest`` and ``spaced`` are then its bound and spacing."""
         self.parts.clear()
         p = super().value(text)
-        parts = [*self.parts.values()] or [(p, self.number(p), self.of_terms(p))]
+        parts = [*self.parts.values()] or [(p, self.number(p), self.term_spacing(p))]
         _, self.latest, self.spaced = parts[-1]
         self.parts.clear()
         return p
@@ -328,13 +336,13 @@ class Bounded(kernel.Text):
         p = super().of(node, text)
         self.ones()
         if self.largest and not self.largest.keys().isdisjoint(p.names()):  # the kernel has seen the coefficients alone
-            within = [self.precision.holds(put(magnitudes(p), end)) for end in (self.largest, self.smallest)]
+            within = [self.precision.holds(substituted(magnitudes(p), end)) for end in (self.largest, self.smallest)]
             frame.demand(all(within), "a quotient, or a product with it, is too large or small")
         spacing = self.spacing(node, text, p)
         self.parts[node] = p, self.bound(node, text, p), spacing
         return p
 
-    def plainly(self, name: str, p: Any, like: str = "") -> bool:
+    def is_exactly(self, name: str, p: Any, like: str = "") -> bool:
         """Whether a name is set to this polynomial, and rounds no further terms than its own, or those of ``like``.
 
         So 0 is just 0: a program asks whether a flag is, and v*(0.3 - 0.1 - 0.2) is -3e-17 v.
@@ -342,26 +350,28 @@ class Bounded(kernel.Text):
         terms = self.bounds[like][0] if like else magnitudes(p)
         return name in self.bounds and self.names[name] == p and self.bounds[name][0] == terms
 
-    def within(self, name: str) -> bool:
+    def is_accurate(self, name: str) -> bool:
         """Whether no term of what is assigned to a name is mostly rounding error; with either value of each sign."""
-        p, small = self.names[name], at_most_one(self.known)
+        p, small = self.names[name], bounded_by_one(self.known)
         try:
-            self.apart(p, LOST)
-            self.compare(unsigned(magnitudes(p), small), unsigned(self.bounds[name][0], small), LOST)
+            self.require_no_cancellation(p, CANCELLATION)
+            self.compare(
+                without_bounded(magnitudes(p), small), without_bounded(self.bounds[name][0], small), CANCELLATION
+            )
         except ValueError:
             return False
         return True
 
-    def kept(self, p: Any, bound: Any, more: int = 1, why: str = LOST) -> Fraction:
-        """``compare``, and the same of what cancels in p by an identity (``apart``)."""
-        self.apart(p, why)
+    def require_accurate(self, p: Any, bound: Any, more: int = 1, why: str = CANCELLATION) -> Fraction:
+        """``compare``, and ``require_no_cancellation`` before it; the result is that of ``compare``."""
+        self.require_no_cancellation(p, why)
         return self.compare(p, bound, why, more)
 
     def settled(self, text: str) -> Any:
         """The polynomial of an expression; ValueError if it is a number of which rounding may have made another."""
         p = self.value(text)
         if not p.names():
-            self.kept(p, self.latest[0])
+            self.require_accurate(p, self.latest[0])
         return p
 
     def ones(self) -> dict[str, Any]:
@@ -374,7 +384,7 @@ class Bounded(kernel.Text):
         new, self.counted = [*islice(self.known.items(), self.counted, None)], len(self.known)
         for (function, q), r in new:
             if function == "1/" and not r.names() <= self.reciprocals.keys():
-                (x,), size = r.names(), total(put(magnitudes(q), self.reciprocals))
+                (x,), size = r.names(), total(substituted(magnitudes(q), self.reciprocals))
                 self.reciprocals[x] = kernel.term(1 / size)
                 if {y[-2:] for y in q.names()} != {" t"}:
                     self.largest[x] = kernel.term(self.precision.cancelled * Fraction(2) ** (1 - power(size)))
@@ -383,11 +393,11 @@ class Bounded(kernel.Text):
 
     def most(self, p: Any) -> Fraction:
         """The sum of the magnitudes of p's terms, with quantities as large as ``usual``, quotients as ``largest``."""
-        terms = put(magnitudes(p), self.largest)
+        terms = substituted(magnitudes(p), self.largest)
         usual = self.precision.usual
         return sum((c * usual ** degree(x for x in m if x[-2:] != " t") for m, c in terms.items()), Fraction(0))
 
-    def of_terms(self, p: Any) -> tuple[int, int]:
+    def term_spacing(self, p: Any) -> tuple[int, int]:
         """The spacing of a number, a quantity or a product of them; of a sum, that of its smallest term.
 
         What is named otherwise stands for a function or a quotient, of which this says nothing.
@@ -412,7 +422,7 @@ class Bounded(kernel.Text):
         of = [self.parts[part][2] for part in ast.iter_child_nodes(node) if part in self.parts]
         match node:
             case ast.Constant():
-                return self.of_terms(p)
+                return self.term_spacing(p)
             case ast.UnaryOp() | ast.Call(ast.Name("fabs")):
                 return of[0]
             case ast.Call(ast.Name("sgn")):
@@ -430,11 +440,11 @@ class Bounded(kernel.Text):
                 least = of[0][0] - power(self.most(self.parts[divisor][0])) - 1
                 grid = least - self.digits
             case _:
-                return self.spacings.get(text[node.col_offset : node.end_col_offset]) or self.of_terms(p)
+                return self.spacings.get(text[node.col_offset : node.end_col_offset]) or self.term_spacing(p)
         holds = least > -power(Fraction(self.precision.most)) and (-FAR, -FAR) not in of
         return (least, grid) if holds else (-FAR, -FAR)
 
-    def apart(self, p: Any, why: str, more: int = 1) -> None:
+    def require_no_cancellation(self, p: Any, why: str, more: int = 1) -> None:
         """Raises ValueError where terms of p cancel only once its reciprocals are multiplied out.
 
         Examples are sin^2 + cos^2 - 1 (kernel lemma 7) and 3q/q - 3. With reciprocals as variables these polynomials
@@ -447,9 +457,9 @@ class Bounded(kernel.Text):
             (x,) = r.names() if function == "1/" else ("",)
             if n := max((m.count(x) for m in joined), default=0):
                 joined = kernel.replaced(joined, x, kernel.term(1), q) * kernel.term(ones[x].constant() ** n)
-        small = at_most_one(self.known)
-        terms = unsigned(put(magnitudes(p), ones), small)
-        self.compare(unsigned(magnitudes(joined), small), terms, why, more)
+        small = bounded_by_one(self.known)
+        terms = without_bounded(substituted(magnitudes(p), ones), small)
+        self.compare(without_bounded(magnitudes(joined), small), terms, why, more)
 
     def compare(self, p: Any, bound: Any, why: str, more: int = 1) -> Fraction:
         """The ratio of a bound to the magnitudes of p, all variables 1; ValueError if a term is mostly rounding error.
@@ -458,7 +468,7 @@ class Bounded(kernel.Text):
         error as ``more`` times all terms of p together. A term that cancels may not have a higher degree than these:
         with large quantities its rounding error would exceed them.
         """
-        left, highest = total(p), max(map(degree, put(p, passed_on(self.known))), default=0)
+        left, highest = total(p), max(map(degree, substituted(p, argument_factors(self.known))), default=0)
         for term, size in bound.items():
             rest = more * left if not term or (term not in p and degree(term) <= highest) else 0
             frame.demand(size <= max(self.precision.cancelled * abs(p.get(term, 0)), rest), why)
@@ -477,8 +487,8 @@ class Bounded(kernel.Text):
                 return self.parts.pop(operand)[1]
             case ast.Call(ast.Name(name), [argument], []):
                 of, (size, n), (least, _) = self.parts.pop(argument)
-                self.apart(of, LOST, int(name != "sgn"))
-                self.compare(of, size, LOST)
+                self.require_no_cancellation(of, CANCELLATION, int(name != "sgn"))
+                self.compare(of, size, CANCELLATION)
                 if name == "sgn":
                     frame.demand(least > -FAR, "a sign of what may be 0 by underflow or rounding")
                     exps = set().union(*(v.names() for (f, _), v in self.known.items() if f == "exp"))
@@ -491,10 +501,10 @@ class Bounded(kernel.Text):
             case ast.BinOp(left, operator, right):
                 (_, (a, n), _), (divisor, (b, m), _) = self.parts.pop(left), self.parts.pop(right)
                 if isinstance(operator, ast.Div):
-                    size = total(put(b, self.ones()))
+                    size = total(substituted(b, self.ones()))
                     self.divisors[divisor] = max(size, self.divisors.get(divisor, size))
                     name = text[right.col_offset : right.end_col_offset]
-                    lost = self.kept(divisor, b, VANISHED, f"in the divisor {name} {LOST}")
+                    lost = self.require_accurate(divisor, b, MOST_CANCELLED, f"in the divisor {name} {CANCELLATION}")
                     b = magnitudes(kernel.function("1/", divisor, self.known)) * kernel.term(lost)
                 if not n and not m and self.exact(p):
                     return magnitudes(p), 0

@@ -36,7 +36,7 @@ def proved_statements(proof: dict[str, Any], shown: dict[str, Any], sources: dic
 
 def reached(proof: dict[str, Any], shown: dict[str, Any], text: bytes) -> list[str]:
     """The error bounds that ellipsoid.json proves, as lines; enclosure.Refused if they are not shown."""
-    claim, found = theorem.kept(proof, shown, text)
+    claim, found = theorem.ellipsoid_claim(proof, shown, text)
     most, least, number = enclosure.most, enclosure.least, ellipsoid.number
     plain = partial(without_kinds, twice=ambiguous(proof, shown))
     errors = [lag(e, plain) for e in proof["errors"]]

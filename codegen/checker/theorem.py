@@ -44,8 +44,8 @@ def read(text: str | bytes) -> dict[str, Any] | None:
     return content if isinstance(content, dict) and files.named(content, FORM) else None
 
 
-def instead(raw: Any) -> str:
-    """Words for the JSON found where a certificate is expected."""
+def found_instead(raw: Any) -> str:
+    """In a message: what a JSON value is that was found where a certificate is expected."""
     if not isinstance(raw, dict):
         return files.kind(raw)
     names = [*raw]
@@ -64,7 +64,10 @@ def instead(raw: Any) -> str:
 
 @frame.limited()
 def proved(proof: dict[str, Any], sources: dict[str, bytes], turns: Collection[str] = ()) -> dict[str, Any]:
-    """Verifies a proof completely against the sources, and returns what errors.prove does; or enclosure.Refused.
+    """Verifies a proof completely against the sources, and returns what was proved; or raises enclosure.Refused.
+
+    What was proved is a dict, called ``shown`` throughout the checker: that of errors.prove (matrix, error dynamics,
+    names), and statements about outputs, samples with a fault and units.
 
     Args:
         turns: signs, besides those of the proof's reversals, for whose change of sign the certificate claims something.
@@ -77,9 +80,9 @@ def proved(proof: dict[str, Any], sources: dict[str, bytes], turns: Collection[s
         require_machine(proof, shown)
         require_witness(proof, shown)
         require_recovery(proof, shown)
-        shown["outputs"] = of_estimates(proof, shown)
+        shown["outputs"] = outputs_over_estimates(proof, shown)
         shown["other than 0"], shown["held"] = other_than_zero(proof, shown)
-        shown["counted"], shown["restarts"] = counted(shown), held.restarts(shown) if proof["domain"] else {}
+        shown["counted"], shown["restarts"] = counters(shown), held.restarts(shown) if proof["domain"] else {}
         shown["formulas"] = formulas(proof, shown) if proof["domain"] else {}
         rounding.require(proof, shown)
         held.require(proof, shown)
@@ -221,12 +224,12 @@ def require_continuity(proof: dict[str, Any], shown: dict[str, Any], turns: list
             kernel.demand(not left, f"the estimate by {z} is discontinuous at a reversal of {s}")
 
 
-def of_estimates(proof: dict[str, Any], shown: dict[str, Any]) -> dict[str, Any]:
-    """Other output of the C, such as a friction force -> its polynomial over the estimates of the same sample.
+def outputs_over_estimates(proof: dict[str, Any], shown: dict[str, Any]) -> dict[str, Any]:
+    """Output of the C that is no estimate, such as a friction force -> its polynomial q over estimates and inputs.
 
-    Left out is what is none, or depends on a function or a state, or is a number. In ``after`` a truth is a variable
-    times its sign, and an estimate is its truth less a sign times an error: without errors, p becomes the q that p is
-    of the estimates, if it is one of them; so it is where q of the estimates is p again.
+    Left out are outputs that are no such polynomial, that depend on a function or a state, or that are constant. In
+    ``after`` the output is a polynomial p over truths and errors. With the errors set to zero p becomes a candidate for
+    q; it is accepted if q with the estimates put in is p again.
     """
     names, shows, found = shown["names"], {e["truth"]: e["estimate"] for e in proof["errors"]}, {}
     back = {t: names[shown["along"][t]] * kernel.term(1, y) for t, y in shows.items()}
@@ -234,8 +237,8 @@ def of_estimates(proof: dict[str, Any], shown: dict[str, Any]) -> dict[str, Any]
     free, estimates = {*shown["c"].inputs, *proof["signs"], *shows.values()}, {y: names[y] for y in shows.values()}
     for x in (x for x in shown["c"].outputs if x not in estimates and len(shown["after"].get(x, ())) <= LONGEST_SUM):
         p = shown["after"].get(x, kernel.Poly())
-        q = rounding.put(p, back)
-        if q.names() and q.names() <= free and rounding.put(q, estimates) == p:
+        q = rounding.substituted(p, back)
+        if q.names() and q.names() <= free and rounding.substituted(q, estimates) == p:
             found[x] = q
     return found
 
@@ -273,13 +276,13 @@ def other_than_zero(proof: dict[str, Any], shown: dict[str, Any]) -> tuple[dict[
         """This sign, and others that are of it -> their numbers."""
         values = {sign: kernel.term(number)}
         for x, of in signs.items():
-            if x != sign and not (here := rounding.put(of, values)).names():
+            if x != sign and not (here := rounding.substituted(of, values)).names():
                 values[x] = kernel.function("sgn", here, {})
         return values
 
     def at(p: Any, sign: str, number: int) -> Any:
         """p for this number of a sign, which other signs may be of."""
-        return rounding.put(p, fixed(sign, number))
+        return rounding.substituted(p, fixed(sign, number))
 
     @cache
     def of_states() -> dict[str, Any]:
@@ -294,7 +297,7 @@ def other_than_zero(proof: dict[str, Any], shown: dict[str, Any]) -> tuple[dict[
         Over states, since with estimates for them terms cancel.
         """
         values = known | {("sgn", signs[sign]): kernel.term(number)}
-        values = {(f, rounding.put(q, of_states())): v for (f, q), v in values.items()}
+        values = {(f, rounding.substituted(q, of_states())): v for (f, q), v in values.items()}
         code = rounding.Bounded(free, values, c.precision, shown["rounded"])
         with suppress(ValueError):
             code.run(c.step + c.commit, c.states + c.outputs)
@@ -317,7 +320,7 @@ def other_than_zero(proof: dict[str, Any], shown: dict[str, Any]) -> tuple[dict[
 
     def kept_as(z: str, y: str) -> list[str]:
         p = after[z] - after[y]
-        return exceptions(p, lambda x, n: not at(p, x, n), lambda code: code.plainly(z, code.names[y], y))
+        return exceptions(p, lambda x, n: not at(p, x, n), lambda code: code.is_exactly(z, code.names[y], y))
 
     def between(y: str) -> tuple[tuple[Fraction, ...], list[str]]:
         p = after[y]
@@ -328,7 +331,7 @@ def other_than_zero(proof: dict[str, Any], shown: dict[str, Any]) -> tuple[dict[
         of_p = sorted(p.names() & signs.keys()) if len(p) <= LONGEST_FLAG else []
         found = {e for x in of_p for n in (-1, 0, 1) if (e := ends(x, n))}
         (only,) = found if len(found) == 1 else ((),)
-        return only, exceptions(p, lambda x, n: only and ends(x, n) == only, lambda code: code.within(y))
+        return only, exceptions(p, lambda x, n: only and ends(x, n) == only, lambda code: code.is_accurate(y))
 
     held = dict[str, list[str]]()
     for y in sorted(estimates) if proof["domain"] else ():
@@ -366,7 +369,7 @@ def formulas(proof: dict[str, Any], shown: dict[str, Any]) -> dict[str, str]:
             of = local.get(name, name)
             if of in shown["moving"] or name in local:
                 found.pop(of, None)
-                found |= {of: code.names[name]} if code.within(name) else {}
+                found |= {of: code.names[name]} if code.is_accurate(name) else {}
             if name in local:
                 code.names[name] = kernel.term(1, of)
                 code.bounds[name] = code.names[name], 0
@@ -384,10 +387,10 @@ def readable(p: Any, signs: dict[str, Any]) -> str:
     return re.sub(r"\?\d+", lambda x: f"sign({readable(signs[x[0]], signs)})" if x[0] in signs else x[0], text)
 
 
-def counted(shown: dict[str, Any]) -> dict[str, str]:
-    """State that holds no error and depends on itself alone, as a count -> what a step with fault 0 makes of it.
+def counters(shown: dict[str, Any]) -> dict[str, str]:
+    """State that is no error and depends on itself alone, such as a count -> its value after a step with fault 0.
 
-    From any state. Left out is what rounding may change by more than that of its terms: where a term cancels.
+    The step starts from any state. Left out are states in whose formula a term cancels, since rounding may change them.
     """
     c, others = shown["c"], [z for z in shown["before"] if z not in shown["moving"]]
     code = rounding.from_any_state(shown)
@@ -401,8 +404,13 @@ def counted(shown: dict[str, Any]) -> dict[str, str]:
     return {z: readable(found[z], signs) for z in kept}
 
 
-def kept(proof: dict[str, Any], shown: dict[str, Any], text: bytes) -> tuple[dict[str, Any], list[list[Fraction]]]:
-    """The claim of an ellipsoid.json and, for each of its sets, the proved bounds of the rows; or enclosure.Refused."""
+def ellipsoid_claim(
+    proof: dict[str, Any], shown: dict[str, Any], text: bytes
+) -> tuple[dict[str, Any], list[list[Fraction]]]:
+    """The claim of an ellipsoid.json and, for each of its sets, the proved bounds of its rows.
+
+    Raises enclosure.Refused if it is not proved of the C. ``shown``: what ``proved`` returned; ``text``: of the file.
+    """
     with or_refused(f"{SETS} is not proved of the C"):
         claim = files.parsed(text)
         return claim, ellipsoid.bounded(proof, claim, shown)

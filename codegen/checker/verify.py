@@ -194,7 +194,7 @@ def parsed(text: str) -> dict[str, Any]:
     raw = files.parsed(text)
     expected = f'expected is a certificate: an object with "format": "{FORMS["FORMAT"]}", or a {PROOF}'
     known = isinstance(raw, dict) and raw.get("format") == FORMS["FORMAT"]
-    demand(known, f"found {theorem.instead(raw)}; {expected}")
+    demand(known, f"found {theorem.found_instead(raw)}; {expected}")
     top: dict[str, Any] = files.conform(raw, SCHEMA, "certificate", leaf)
     found = parts_of([*top["matrix"], *(e["expression"] for e in top["parameters"])])
     demand(found <= MAX_PARTS, f"{found} operators, names and numbers, more than {MAX_PARTS}")

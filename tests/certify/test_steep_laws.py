@@ -188,8 +188,8 @@ def test_a_forged_speed_is_refused(case: str) -> None:
     assert [*claim[ellipsoid.ABOVE]] == ["true.v"]
     sources = {name: text.encode() for name, text in derived().sources.items()}
     shown = theorem.proved(proof, sources)
-    theorem.kept(proof, shown, json.dumps(claim).encode())
+    theorem.ellipsoid_claim(proof, shown, json.dumps(claim).encode())
     claim[ellipsoid.ABOVE], words = FORGED[case]
     with pytest.raises(verify.Refused) as refused:
-        theorem.kept(proof, shown, json.dumps(claim).encode())
+        theorem.ellipsoid_claim(proof, shown, json.dumps(claim).encode())
     assert words in str(refused.value)

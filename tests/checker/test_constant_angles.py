@@ -126,13 +126,13 @@ def test_another_incline_of_the_machine_is_refused() -> None:
 def test_the_bound_of_a_parameter_holds_what_the_rounding_of_its_angle_does(monkeypatch: pytest.MonkeyPatch) -> None:
     """m g cos(90 degrees) is 7.2e-15 N in doubles and 2.3e-15 N exactly; 8 u of its own size is 2e-30 N."""
     found: dict[str, tuple[Any, int]] = {}
-    true_bounds = rounding.of_parameters
+    true_bounds = rounding.parameter_bounds
 
     def kept(*given: Any) -> dict[str, tuple[Any, int]]:
         found.update(true_bounds(*given))
         return found
 
-    monkeypatch.setattr(rounding, "of_parameters", kept)
+    monkeypatch.setattr(rounding, "parameter_bounds", kept)
     _, proof, files = made("30")
     alone(json.loads(proof), files)
     mpmath.mp.dps = 40

@@ -290,7 +290,7 @@ def test_an_arm_of_which_a_term_of_the_determinant_cancels_is_proved_of_the_c() 
 
 def test_a_refusal_for_another_reason_than_an_angle_is_stated_alone(monkeypatch) -> None:
     """It said that no V was found for all angles, where one was found, and the kernel refused the C's rounding."""
-    monkeypatch.setattr("codegen.checker.rounding.VANISHED", 1)
+    monkeypatch.setattr("codegen.checker.rounding.MOST_CANCELLED", 1)
     outcome, _ = generated(ARM)
     assert outcome.kernel is None
     assert "rounding" in outcome.not_by_kernel and "no V was found" not in outcome.not_by_kernel

@@ -61,7 +61,11 @@ def test_what_verify_prints_of_the_c(name: str) -> None:
     assert Fraction(fall) > 1 - 2 * rate * h and Fraction(slow) < rate
     grown = [Fraction(x) for x in re.findall(r"grows by at most the factor ([^;]+);", said)]
     assert all(x > Fraction(turn["growth"]) for x, turn in zip(grown, proof["reversals"], strict=True))
-    bounds = [x for ball in theorem.kept(proof, theorem.proved(proof, files), files["ellipsoid.json"])[1] for x in ball]
+    bounds = [
+        x
+        for ball in theorem.ellipsoid_claim(proof, theorem.proved(proof, files), files["ellipsoid.json"])[1]
+        for x in ball
+    ]
     pairs = re.findall(r"in the long run at most (\S+)|(\S+) from sample \d+ on", said)
     assert all(Fraction(a or b) > x for (a, b), x in zip(pairs, bounds, strict=True))
 
@@ -79,7 +83,7 @@ def test_verify_says_above_which_slip_its_sign_is_known() -> None:
     (ball,) = claim["sets"]
     assert [row[:2] for row in ball["rows"][:2]] == [["1", "-1"], ["0", "1"]]
     files["ellipsoid.json"] = json.dumps(claim).encode()
-    bounds = theorem.kept(proof, theorem.proved(proof, files), files["ellipsoid.json"])[1]
+    bounds = theorem.ellipsoid_claim(proof, theorem.proved(proof, files), files["ellipsoid.json"])[1]
     proved = bounds[0][:2]
     names = [("v1_hat - v2_hat", "v1 - v2", "v1 - v2"), ("v2_hat", "v2", "v2")]
     assert [tuple(shown[:3]) for shown in said()] == names

@@ -75,7 +75,7 @@ def test_a_size_is_not_below_that_of_any_product_of_sines_and_not_that_of_their_
         text = " - ".join("*".join([f"{c}.0", *waves, *(f"inputs.{x}" for x in plain)]) for c, waves, plain in terms)
         code = rounding.Bounded({f"inputs.{x}": kernel.term(1, f"inputs.{x}") for x in "ptw"}, {}, precision)
         p = code.value(text)
-        sizes = held.largest(p, dict.fromkeys(rounding.at_most_one(code.known), 1), usual), code.most(p)
+        sizes = held.largest(p, dict.fromkeys(rounding.bounded_by_one(code.known), 1), usual), code.most(p)
         for _ in range(50):
             inputs = SimpleNamespace(**{x: dice.choice((-1, 1)) * usual * dice.random() ** 9 for x in "ptw"})
             value = abs(eval(text, {"sin": math.sin, "cos": math.cos, "inputs": inputs}))
@@ -94,7 +94,7 @@ def test_replaced_names_have_the_values_of_what_replaces_them() -> None:
     for _ in range(200):
         p, values = drawn("abxy"), {"x": drawn("ab"), "y": dice.choice([drawn("abx"), kernel.term(1), kernel.Poly()])}
         point = {name: Fraction(dice.randint(-9, 9), 7) for name in "abxy"}
-        found = rounding.put(p, values)
+        found = rounding.substituted(p, values)
         assert at(found, point) == at(p, point | {x: at(q, point) for x, q in values.items()})
         assert all(found.values()) and "y" not in found.names()
 

@@ -96,7 +96,7 @@ def with_ellipsoid(
     claim = _Claim(observer, write, proof, shown, response, reach, sizes, certificate.bounds, counts).content()
     text = json_text(claim)
     try:
-        found = theorem.kept(proof, shown, text.encode())[1]
+        found = theorem.ellipsoid_claim(proof, shown, text.encode())[1]
     except checker.Refused:
         return certificate
     h, bounds = float(observer.sample_time), []
