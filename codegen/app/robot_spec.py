@@ -1,13 +1,11 @@
-"""A spec for a robot file, a URDF or a MuJoCo model converted to one, and the columns of a log of the robot."""
+"""A new spec for a robot file: a URDF, or a MuJoCo model converted to one. A log of the robot gives its ranges."""
 
 import json
-import re
-from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from decimal import ROUND_DOWN, ROUND_UP
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -17,14 +15,10 @@ from codegen.base.input_files import read_text
 from codegen.base.significant import rounded_to
 from codegen.base.temporary import private_folder
 from codegen.base.text import render
-from codegen.base.user_text import one_line, shown
-from codegen.logs.binding import time_columns, time_in_two
-from codegen.logs.column_names import COMMANDED, is_in_counts, words_for, words_of
-from codegen.logs.formats.series import TIME
-from codegen.logs.formats.source import listing
+from codegen.base.user_text import one_line
+from codegen.logs.joint_columns import Guess, guess_columns
 from codegen.logs.motion import measured_motion
 from codegen.logs.readers import log_description, log_names, read_log
-from codegen.logs.term import identifier
 from codegen.spec import parse_spec
 from codegen.spec.mjcf import STANDARD_GRAVITY, RobotModel, read_mjcf
 from codegen.spec.model import Spec
@@ -40,140 +34,6 @@ MARGIN = 1.2
 """Range of a joint's velocity in a new spec over its highest speed in the log."""
 GAIN_STEPS = 0.2
 """Largest K_v of a new spec times its sample time."""
-OF_A_JOINT = {
-    "position": words_for("position", "length", "angle"),
-    "velocity": words_for("velocity"),
-    "effort": words_for("effort", "force", "torque"),
-    "current": words_for("current"),
-}
-"""What a robot's joint has → usual words of its columns."""
-
-
-class Guess(NamedTuple):
-    """Columns recognised by their names.
-
-    Attributes:
-        columns: symbol → column.
-        remarks: on variables without a column, and on columns that were not taken.
-    """
-
-    columns: Mapping[str, str]
-    remarks: tuple[str, ...]
-
-
-def guess_columns(names: Sequence[str], joints: Mapping[str, str]) -> Guess:
-    """Match columns by the joint's name and a word for position, velocity or effort.
-
-    Of several columns, that of the topic with the most columns is taken. A quantity that no joint's name leads to is
-    taken by number, in the order of the robot file, where the log has as many numbered columns of it as joints.
-
-    Args:
-        names: of the log's columns.
-        joints: coordinate → the joint's own name.
-    """
-    by_use, commanded = _recognised(names, joints)
-    numbered = {
-        quantity: series
-        for quantity in OF_A_JOINT
-        if not any((quantity, joint) in by_use for joint in joints)
-        and (series := _numbered(names, quantity, len(joints)))
-    }
-    is_named = any(re.fullmatch(r"(.*\.)?name\[\d+\]", name) for name in names)
-    if not is_named:  # else the order of the columns is that of the list, which may not be the robot file's
-        by_number = {(q, joint): [name] for q in numbered for joint, name in zip(joints, numbered[q], strict=True)}
-        by_use = {**by_use, **by_number}
-    topics = Counter(_topic(name) for each in by_use.values() for name in each)
-    columns: dict[str, str] = {}
-    remarks: list[str] = []
-    time = TIME if TIME in names else next(iter([*time_columns(names), *time_in_two(names)]), None)
-    if time is None:
-        remarks.append("no column of time: `t: COLUMN`, or `sample_time` in meta.yaml beside the log")
-    elif time != TIME:
-        columns[TIME] = time
-    for joint, label in joints.items():
-        for quantity, symbol in (("position", joint), ("velocity", f"v_{joint}"), ("effort", f"w_{joint}")):
-            found = [symbol] if symbol in names else by_use.get((quantity, joint), [])
-            if found:
-                found = sorted(found, key=lambda name: -topics[_topic(name)])
-                columns[symbol], *others = found
-                if others and topics[_topic(found[0])] == topics[_topic(found[1])]:
-                    remarks.append(f"{symbol}: {_quoted(others, 40)} would do as well")
-            elif quantity == "effort" and (current := by_use.get(("current", joint))):
-                as_torque = f"as `{identifier(current[0])}*K`, K the torque it makes"
-                remarks.append(f"{symbol}: {_quoted(current[:1], 80)} is a current; {as_torque}")
-            else:
-                remarks.append(f"{symbol}: no column of {quantity} with the name {shown(label)}")
-    remarks += [
-        f"{symbol}: {_quoted([name], 80)} holds counts by its name: say their size here, such as "
-        f"`scale: {{{symbol}: 2*pi/4096}}` for 4096 counts a turn"
-        for symbol, name in columns.items()
-        if symbol != TIME and is_in_counts(name)
-    ]
-    if is_named:
-        remarks += [
-            f"{_quoted(series, 40)}: {quantity} by number; assign them in the order of the log's list of names"
-            for quantity, series in numbered.items()
-        ]
-    elif used := [name for series in numbered.values() for name in series if name in columns.values()]:
-        remarks.append(f"{_quoted(used, 40)}: by number; see that the joints of the log are in the robot file's order")
-    without = [f"w_{joint}" for joint in joints if f"w_{joint}" not in columns]
-    if commanded:
-        remarks.append(f"{_quoted(commanded, 60)}: commanded, not measured; not taken")
-    if commanded and without:
-        law = f"{without[0]}: 25*({identifier(commanded[0])} - POSITION)"
-        remarks.append(f"a commanded position is no torque: the servo's own law makes one of it, such as `{law}`")
-    return Guess(columns, tuple(remarks))
-
-
-def _recognised(
-    names: Sequence[str], joints: Mapping[str, str]
-) -> tuple[Mapping[tuple[str, str], Sequence[str]], Sequence[str]]:
-    """Columns by (quantity, joint), in the order of the file, and the columns of commands."""
-    by_use: dict[tuple[str, str], list[str]] = {}
-    commanded: list[str] = []
-    for name in names:
-        words = words_of(name)
-        joint = _joint(words, joints)
-        rest = {word for word in words if joint is None or word not in words_of(joints[joint])}
-        quantity = next((quantity for quantity, known in OF_A_JOINT.items() if known & rest), None)
-        if COMMANDED & rest:
-            commanded.append(name)
-        elif joint is not None and quantity is not None:
-            by_use.setdefault((quantity, joint), []).append(name)
-    return by_use, commanded
-
-
-def _numbered(names: Sequence[str], quantity: str, joints: int) -> list[str]:
-    """Columns that differ in one number alone, from 0 or 1 up, as many as joints; [] for none or several such.
-
-    A column is of the quantity if a word of its name is one for it, as in ``position[0]``, ``q1`` or ``tau_meas_1``.
-    """
-    series: dict[tuple[str, str], dict[int, str]] = {}
-    for name in names:
-        if digits := re.fullmatch(r"(.*?)(\d{1,3})(\D*)", name):
-            before, number, after = digits.groups()
-            words = set(words_of(f"{before}_{after}"))
-            kind = next((kind for kind, known in OF_A_JOINT.items() if known & words), None)
-            if kind == quantity and not COMMANDED & words:
-                series.setdefault((before, after), {})[int(number)] = name
-    complete = [each for each in series.values() if sorted(each) in (list(range(joints)), list(range(1, joints + 1)))]
-    return [complete[0][k] for k in sorted(complete[0])] if len(complete) == 1 else []
-
-
-def _quoted(names: Sequence[str], longest: int) -> str:
-    """The first names, as messages quote them."""
-    return listing([f"`{shown(name, longest)}`" for name in names], 4)
-
-
-def _joint(words: Sequence[str], joints: Mapping[str, str]) -> str | None:
-    """The joint whose name occurs in the words; of several, that with the longest name."""
-    text = f" {' '.join(words)} "
-    there = [joint for joint, label in joints.items() if words_of(label) and f" {' '.join(words_of(label))} " in text]
-    return max(there, key=lambda joint: len(words_of(joints[joint])), default=None)
-
-
-def _topic(name: str) -> str:
-    return name.partition(".")[0]
 
 
 @dataclass(frozen=True)
@@ -233,12 +93,12 @@ def _spec_text(name: str, robot: RobotModel, path: Path, file: Path, log: Path |
         below = None if euler_below is None else _time(float(rounded_to(euler_below, 2, ROUND_DOWN)))
         return render("text/new_robot_spec.j2", name=name, tracker_gains=tracker_gains, euler_below=below, **content)
 
-    seen, first = _Observed(), ["-1"] * len(bodies)  # until the inertia is known
+    seen, placeholder = _Observed(), ["-1"] * len(bodies)  # gains until the inertia is known
     try:
-        spec = parse_spec(rendered(seen, first), target)
+        spec = parse_spec(rendered(seen, placeholder), target)
         if log is not None:
             seen = _observed_in_log(spec, log)
-            spec = parse_spec(rendered(seen, first), target)
+            spec = parse_spec(rendered(seen, placeholder), target)
         gains = _tracker_gains(spec)
         written = rendered(seen, gains)
         analysis = Derived(parse_spec(written, target)).analysis
@@ -273,11 +133,17 @@ def _tracker_gains(spec: Spec) -> list[str]:
 def _content(
     robot: RobotModel, bodies: Sequence[MovingBody], guess: Guess, log: Path | None, seen: _Observed
 ) -> Mapping[str, Any]:
-    beyond = {joint.joint: joint for joint in robot.joints}
+    """The variables of the template ``text/new_robot_spec.j2``.
+
+    Args:
+        guess: columns of the log.
+        seen: sample time and ranges in the log; empty without a log.
+    """
+    of_mujoco = {joint.joint: joint for joint in robot.joints}
     ranges, assumed = {}, []
     for body in bodies:
-        limits = beyond[body.joint].limits if body.joint in beyond else body.limits
-        if body.joint not in beyond and limits is not None and max(map(abs, limits)) > MOST_TRAVEL:
+        limits = of_mujoco[body.joint].limits if body.joint in of_mujoco else body.limits
+        if body.joint not in of_mujoco and limits is not None and max(map(abs, limits)) > MOST_TRAVEL:
             limits = None
         ranges[body.joint] = (
             [float(f"{x:.6g}") for x in limits] if limits else [-3.1, 3.1] if body.kind == "revolute" else [-1, 1]

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from mechanics.robots import TWO_LINKS
 
-from codegen.app.robot_spec import guess_columns
+from codegen.logs.joint_columns import guess_columns
 from codegen.spec import read_spec
 
 from .command import SPECS, contents, is_one_message, stiction
