@@ -15,7 +15,7 @@ from codegen.effects import CATALOGUE, Effect
 from codegen.effects.declare import effect_symbols, places_of
 from codegen.mechanics.system import System
 from codegen.spec.reserved import is_identifier
-from codegen.spec.units import is_written
+from codegen.spec.units import is_printable
 
 LIST = "EFFECTS"
 """Name of the list in a user's file."""
@@ -38,7 +38,7 @@ def register(effect: Effect, where: str = "an effect") -> None:
             expected = "letters, digits and _, starting with a letter, since generated code has names from it"
             raise BadInput(where, f"an effect with the name `{name}`", expected, code="EFFECT001")
     for p in effect.parameters:
-        if not is_written(re.sub(r"\{[Fqw]\}", "N", p.unit)):
+        if not is_printable(re.sub(r"\{[Fqw]\}", "N", p.unit)):
             expected = "a unit such as N*m, with {F}, {q} and {w} for those of its place"
             raise BadInput(where, f"`{p.name}` in `{p.unit}`", expected, code="EFFECT001")
     known = CATALOGUE.get(effect.kind)

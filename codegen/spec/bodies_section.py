@@ -5,12 +5,12 @@ from collections.abc import Mapping, Sequence
 import sympy
 
 from codegen.base.errors import BadInput, Faults, refuse_unknown
+from codegen.spec.dimensions import dimension_of
 from codegen.spec.expression import NAME, Expression, parse_expression
 from codegen.spec.model import symbol
 from codegen.spec.motion import DIRECTIONS, GROUND, TRANSLATIONS, Body, Sliding, position_name, rate_name
 from codegen.spec.motion_units import Units
 from codegen.spec.schema import BodySection, SpecDocument
-from codegen.spec.units import dimension_of
 
 Symbols = Mapping[str, sympy.Symbol]
 

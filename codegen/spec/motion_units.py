@@ -9,12 +9,13 @@ from typing import Any
 import sympy
 
 from codegen.base.errors import BadInput, Faults, Place, PlaceOf
+from codegen.spec.dimensions import dimension_of
 from codegen.spec.expression import Expression, parse_expression
 from codegen.spec.model import Coordinate, Input
 from codegen.spec.motion import Body, position_name, rate_name
 from codegen.spec.schema import SpecDocument
 from codegen.spec.si_units import Dimension
-from codegen.spec.units import describe, dimension, dimension_of, parse_unit
+from codegen.spec.units import describe, dimension, parse_unit
 
 Entries = list[list[Expression]]
 Term = tuple[str, Place, Any]

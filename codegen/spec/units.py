@@ -1,4 +1,4 @@
-"""Units: conversion of values to SI, and dimensions of expressions. Units unknown to ``si_units`` are read by pint.
+"""Units: reading of a unit's text, its factor to SI and its dimension. pint reads units unknown to ``si_units``.
 
 All computations are in coherent SI units. A parameter may have any unit and is converted; coordinates and inputs are
 declared in SI, since generated code does not convert them. Functions of a unit's text raise BadInput as ``parse_unit``.
@@ -6,25 +6,22 @@ declared in SI, since generated code does not convert them. Functions of a unit'
 
 from __future__ import annotations
 
-import ast
 import re
 from collections.abc import Mapping
 from fractions import Fraction
-from functools import cache, lru_cache, partial
+from functools import cache, lru_cache
 from typing import TYPE_CHECKING, Any
 
 import sympy
 
 from codegen.base.errors import BadInput, Place, nearest_name
-from codegen.spec.expression import Algebra, Expression, combine_numbers, evaluate_tree
-from codegen.spec.functions import FUNCTIONS
 from codegen.spec.si_units import NONE, Dimension, SiUnit, si_unit
 from codegen.spec.unit_text import Unreadable, spelled, with_plain_signs
 
 if TYPE_CHECKING:
     import pint
 
-_WRITTEN = re.compile(r"(?!.*(/\*|\*/|//))[A-Za-z0-9µμΩ\u2126Å\u212bℓΔ⁰¹²³⁴-⁹*/^_ .()-]*")
+_PRINTABLE = re.compile(r"(?!.*(/\*|\*/|//))[A-Za-z0-9µμΩ\u2126Å\u212bℓΔ⁰¹²³⁴-⁹*/^_ .()-]*")
 """Characters of a unit, which generated files print in comments."""
 _USUAL = (
     *("m", "kg", "s", "A", "V", "N", "N*m", "N/m", "N*s/m", "N*m*s", "kg*m^2", "m/s", "m/s^2", "1/s", "kg*m", "N/A"),
@@ -81,9 +78,9 @@ def registry() -> pint.UnitRegistry[Any]:
     return made
 
 
-def is_written(text: str) -> bool:
-    """Whether a unit consists of characters that generated files can print; it may still be unknown."""
-    return len(text) <= 200 and _WRITTEN.fullmatch(text) is not None
+def is_printable(text: str) -> bool:
+    """Whether a unit consists of characters that generated files can print in a comment; it may still be unknown."""
+    return len(text) <= 200 and _PRINTABLE.fullmatch(text) is not None
 
 
 @cache
@@ -131,12 +128,13 @@ def _unit(text: str) -> SiUnit | Any:
     except Unreadable as error:
         raise refused("", error.expected, error.meant or nearest_name(text, _USUAL)) from None
     signs = with_plain_signs(text)
-    for pattern, meanings, meant in _TWO_MEANINGS:
+    for pattern, meanings, unambiguous in _TWO_MEANINGS:
         if re.search(pattern, plain) or re.search(pattern, signs):
-            clear = inertia_for(meant)
-            expected = "an unambiguous unit" + (f": {meant} for a torque, {clear} for an inertia" if clear else "")
-            whole = re.sub(pattern, meant, plain if re.search(pattern, plain) else signs)
-            raise refused(f", {meanings}", expected, whole if _is_unit(whole) else meant)
+            inertia = inertia_for(unambiguous)
+            torque_or_inertia = f": {unambiguous} for a torque, {inertia} for an inertia" if inertia else ""
+            corrected = re.sub(pattern, unambiguous, plain if re.search(pattern, plain) else signs)
+            proposed = corrected if _is_unit(corrected) else unambiguous
+            raise refused(f", {meanings}", f"an unambiguous unit{torque_or_inertia}", proposed)
     try:
         return si_unit(plain) or _parse(plain)
     except ValueError:
@@ -158,6 +156,7 @@ def _nearest_unit(plain: str) -> str | None:
 
 
 def _is_unit(plain: str) -> bool:
+    """Whether a text in the normalised form of ``spelled`` is a unit."""
     try:
         return si_unit(plain) is not None or _parse(plain) is not None
     except ValueError:
@@ -190,7 +189,7 @@ def same_dimension(one: str, other: str, place: Place) -> bool:
 
 @lru_cache(maxsize=1 << 15)
 def is_unit(text: str) -> bool:
-    """Whether a text is a unit that can be read; asked of each word of a log's names, each time anew."""
+    """Whether a text is a unit that can be read; cached, since every word in a log's column names is asked."""
     try:
         return _is_unit(spelled(text)) and not has_two_meanings(text)
     except Unreadable:
@@ -198,7 +197,7 @@ def is_unit(text: str) -> bool:
 
 
 def is_rare_word(text: str) -> bool:
-    """Whether a text is a single word that is a unit but no usual one, such as cal, or the das of a decaattosecond."""
+    """Whether a text, if a unit, is a single word and a rare one: cal, or das, which pint reads as decaattosecond."""
     return text.isalpha() and text not in _USUAL and text not in _SYMBOLS
 
 
@@ -261,17 +260,6 @@ def base_units(text: str, place: Place) -> Mapping[str, Any]:
     return dict(registry().Quantity(1, _parse(spelled(text))).to_base_units().unit_items())
 
 
-def dimension_of(expression: Expression, dimensions: Mapping[str, Dimension]) -> Dimension | None:
-    """The dimension of an expression; None for a bare number, which may have any unit.
-
-    ``dimensions``: of every name in it. Raises BadInput if terms of different dimensions are added, or a function's
-    argument has a dimension.
-    """
-    algebra = Algebra(dimensions, "a declared name", _of_function, partial(_combined, dimensions))
-    found = evaluate_tree(expression.tree, expression, algebra)
-    return found if isinstance(found, Dimension) else None
-
-
 def describe(d: Dimension | None) -> str:
     """A dimension in SI base units, for a message."""
     if d is None:
@@ -290,55 +278,3 @@ def describe(d: Dimension | None) -> str:
 def _known_units() -> dict[Dimension, str]:
     """Dimension → its usual unit, the first of ``_USUAL``."""
     return {dimension(parse_unit(name, Place(""))): name for name in reversed(_USUAL)}
-
-
-def _of_function(name: str, argument: Any, whole: Expression, node: ast.Call) -> Any:
-    """The dimension of the value of the function ``name``, or its value if the argument is a number."""
-    if not isinstance(argument, Dimension):
-        return FUNCTIONS[name](argument)
-    if name == "abs":
-        return argument
-    if name == "sqrt":
-        return argument ** Fraction(1, 2)
-    if name != "sgn" and argument != NONE:
-        found = f"{name} of `{whole.source(node.args[0])}`, which is in {describe(argument)}"
-        raise BadInput(whole.place, found, "an argument without a unit", code="SPEC014")
-    return NONE
-
-
-def _combined(
-    dims: Mapping[str, Dimension], op: ast.operator, a: Any, b: Any, whole: Expression, node: ast.BinOp
-) -> Any:
-    """The dimension of a binary operation of two quantities, or a quantity and a number; a number of two numbers."""
-    if not isinstance(a, Dimension) and not isinstance(b, Dimension):
-        return combine_numbers(op, a, b, whole, node)
-    one, other = (side if isinstance(side, Dimension) else NONE for side in (a, b))
-    if isinstance(op, ast.Pow):
-        if isinstance(b, Dimension):
-            return one
-        # An irrational power, such as a root, is rounded to a double.
-        return one ** (Fraction(int(b.p), int(b.q)) if b.is_Rational else Fraction(float(b)))
-    if isinstance(op, ast.Mult | ast.Div):
-        return one * other if isinstance(op, ast.Mult) else one / other
-    if a == 0 or b == 0:
-        return other if a == 0 else one
-    if one != other:
-        found = f"`{whole.source(node.left)}` in {describe(one)} with `{whole.source(node.right)}` in {describe(other)}"
-        known = {name: dims.get(name, NONE) for name in _factors(node)}
-        units = [f"{name} without unit" if d == NONE else f"{name} in {describe(d)}" for name, d in known.items()]
-        stated = f" (declared, in SI: {', '.join(units)})" if units else ""
-        expected = f"terms of the same unit in a sum{stated}; give a number its unit as a parameter"
-        raise BadInput(whole.place, found, expected, code="SPEC014")
-    return one
-
-
-def _factors(node: ast.expr) -> list[str]:
-    """Names in an expression, in order and each once, without those in the arguments of functions."""
-    match node:
-        case ast.Name(id=name):
-            return [name]
-        case ast.UnaryOp(operand=operand):
-            return _factors(operand)
-        case ast.BinOp(left=left, right=right):
-            return list(dict.fromkeys([*_factors(left), *_factors(right)]))
-    return []
