@@ -325,8 +325,8 @@ NULL = "0.1 * s + 0.2 * s - 0.3 * s"
     [
         ("1.000001 - c", ""),
         (f"2.0 + c + 300.0 * ({NULL})", ""),  # as the terms with cos(q2) of a two-link arm's determinant, which cancel
-        (f"2.0 + c + 9000.0 * ({NULL})", rounding.LOST),
-        (f"1.000001 - c + 300.0 * ({NULL})", f"in a divisor {rounding.LOST}, where it is near 0"),  # at x = 0
+        (f"2.0 + c + 9000.0 * ({NULL})", rounding.CANCELLATION),
+        (f"1.000001 - c + 300.0 * ({NULL})", f"in a divisor {rounding.CANCELLATION}, where it is near 0"),  # at x = 0
     ],
 )
 def test_terms_of_a_divisor_that_cancel_are_admitted_where_it_is_far_from_their_rounding(
