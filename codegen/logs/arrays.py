@@ -90,14 +90,15 @@ def _archive(log: Arrays, path: Path) -> bytes:
     """
     try:
         columns = [(str(key), log[key]) for key in log.keys()]  # noqa: SIM118 - a DataFrame iterates over its keys too
+        columns = _index(log, {name for name, _ in columns}) + columns
     except Exception as error:  # raised by the caller's own object, such as a closed archive
         found = f"arrays that cannot be read ({type(error).__name__}: {error})"
         raise BadInput(Place(str(path)), found, "arrays by the names of columns", code="LOG005") from None
     known: set[str] = set()
     for name, _ in columns:
-        if not name or len(name) > LONGEST_NAME or re.search(r"[\0/\\\ud800-\udfff]", name):
+        if not name or len(name) > LONGEST_NAME or re.search(r"[\0\\\ud800-\udfff]|\.\.|^/", name):
             found = f"a column named `{shown(name)}`"
-            expected = f"a name without slashes, of up to {LONGEST_NAME} letters"
+            expected = f"a name of 1 to {LONGEST_NAME} letters, without `\\` and `..` and no `/` at its beginning"
             raise BadInput(Place(str(path)), found, expected, code="LOG004")
         if name in known:
             raise BadInput(Place(str(path)), f"two columns named `{shown(name)}`", "each name once", code="LOG004")
@@ -109,6 +110,19 @@ def _archive(log: Arrays, path: Path) -> bytes:
             with archive.open(zipfile.ZipInfo(f"{name}.npy"), "w", force_zip64=True) as member:
                 npy_format.write_array(member, values, allow_pickle=False)
     return stream.getvalue()
+
+
+def _index(log: Arrays, names: Set[str]) -> list[tuple[str, Any]]:
+    """The index of a DataFrame, as a column, if it has a name or holds dates or durations, which are then ``t``.
+
+    None where a column has this name, and for an index of text or of several levels.
+    """
+    index: Any = getattr(log, "index", None)
+    kind = getattr(getattr(index, "dtype", None), "kind", "")
+    if kind not in {*"fiumM"}:
+        return []
+    name = str(index.name) if index.name is not None else "t" if kind in "mM" else ""
+    return [(name, index)] if name and name not in names else []
 
 
 def _numbers(given: Any, place: Place) -> NDArray[Any]:

@@ -204,6 +204,9 @@ class _Search:
         listed = self.description.listed and symbol not in self.explicit and symbol in self.description.columns
         by_name = origin is None or listed
         if symbol in self.spec.velocities and by_name:
+            with_unit = [name for name in self._likely(symbol) if self._is_of_unit(name, self.spec.units[symbol])]
+            if len(with_unit) == 1:
+                self._take(symbol, with_unit[0], place)
             return
         rate = self.description.sample_rate_hz
         if symbol == "t" and origin is None and rate:
@@ -215,11 +218,7 @@ class _Search:
                 raise BadInput(there, f"no column `{shown(text, 80)}`: {why}", "one that can be read", code="LOG003")
         likely = self._likely(symbol) if origin is None else []
         if len(likely) == 1:
-            named = find_term(likely[0], self.names, place)
-            assert named is not None
-            self.terms[symbol] = named
-            what = "column " if named.expression is None else ""
-            self.notes.append(f"{what}`{shown(likely[0])}` is {symbol}, by its name")
+            self._take(symbol, likely[0], place)
             return
         if likely:
             which = ", ".join(f"`{shown(n)}`" for n in likely)
@@ -229,6 +228,18 @@ class _Search:
         if origin is not None and not (by_name and symbol in self.spec.positions):
             raise self._absent(symbol, text, origin)
         self.missing.append(symbol)
+
+    def _take(self, symbol: str, name: str, place: Place) -> None:
+        """Assign a column to the symbol that its name means, with a note."""
+        term = find_term(name, self.names, place)
+        assert term is not None
+        self.terms[symbol] = term
+        what = "column " if term.expression is None else ""
+        self.notes.append(f"{what}`{shown(name)}` is {symbol}, by its name")
+
+    def _is_of_unit(self, name: str, unit: str) -> bool:
+        """Whether a column states a unit that can be converted to this one."""
+        return is_convertible(self._stated(name), unit)
 
     def _likely(self, symbol: str) -> list[str]:
         """The columns that the symbol's name may mean."""

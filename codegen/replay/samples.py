@@ -1,6 +1,6 @@
 """A log as inputs of the observer at its sample time: read in blocks if the time stamps are regular, else whole."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Container, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -14,9 +14,9 @@ from codegen.logs.binding import Binding, bind
 from codegen.logs.counters import corrected, require_columns
 from codegen.logs.description import Naming
 from codegen.logs.file_formats import open_stream
-from codegen.logs.formats.source import LARGEST, BlockFile, Columns, NotStreamed
+from codegen.logs.formats.source import LARGEST, BlockFile, Columns, NotStreamed, listing
 from codegen.logs.log import Log
-from codegen.logs.readers import log_description
+from codegen.logs.readers import log_description, log_names
 from codegen.logs.term import columns_of, compute
 from codegen.logs.uniform import GAP_STEPS, JITTER
 from codegen.program import Program
@@ -162,11 +162,13 @@ class Samples:
             raise Irregular(columns.place(k, 0), words)
         return np.flatnonzero(gaps).tolist()
 
-    def _require_inputs(self, known: Mapping[str, object], place: Place) -> None:
+    def _require_inputs(self, known: Container[str], place: Place) -> None:
         for name in self._inputs:
             if name not in known:
-                found = f"no column `{name}`"
-                raise BadInput(place, found, "the measured velocity, an input of this observer", code="LOG003")
+                found, how = f"no column `{name}`", f"`columns: {{{name}: ...}}` in meta.yaml beside the log"
+                what = "the measured velocity, an input of this observer"
+                expected = f"{what}: {how}, or `--column {name}=...`; it has {listing(log_names(self._path))}"
+                raise BadInput(place, found, expected, code="LOG003")
 
     def _of_log(self, log: Log) -> Array:
         """(N, inputs) of a log."""
@@ -175,5 +177,5 @@ class Samples:
         if log.velocities is not None:
             found |= dict(zip(spec.velocities, log.velocities.T, strict=True))
         found |= dict(zip([i.name for i in spec.inputs], log.inputs.T, strict=True))
-        self._require_inputs(dict.fromkeys(found, ""), Place(str(self._path)))
+        self._require_inputs(found, Place(str(self._path)))
         return np.column_stack([found[name] for name in self._inputs])

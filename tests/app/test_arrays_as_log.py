@@ -56,6 +56,32 @@ def test_a_data_frame_with_dates(tmp_path):
     assert of_zone.tobytes() == of_frame.tobytes()
 
 
+def test_the_index_of_a_data_frame_is_its_column_of_time(tmp_path):
+    """Named `t`, or of dates or durations without a name; the numbers of rows are no column."""
+    pandas = pytest.importorskip("pandas")
+    columns = _columns()
+    frame = pandas.DataFrame(columns).set_index("t")
+    expected = _estimates(columns, tmp_path / "a.npy")
+    assert _estimates(frame, tmp_path / "b.npy").tobytes() == expected.tobytes()
+    durations = pandas.to_timedelta(columns["t"], unit="s")
+    of_durations = _estimates(frame.set_index(durations), tmp_path / "c.npy")
+    np.testing.assert_allclose(of_durations, expected, rtol=1e-9, atol=1e-9)
+    zoned = frame.set_index((pandas.Timestamp("2024-05-06", tz="Europe/Athens") + durations).rename("when"))
+    with pytest.raises(stiction.BadInput, match="it has when, x, v, w"):
+        stiction.replay(SPEC, zoned)
+    twice = pandas.DataFrame(columns).set_index(durations)
+    assert _estimates(twice, tmp_path / "d.npy").tobytes() == expected.tobytes()
+    with pytest.raises(stiction.BadInput, match=r"it has x, v, w$"):
+        stiction.replay(SPEC, frame.reset_index(drop=True))
+
+
+def test_a_unit_with_a_slash_in_a_column_s_name(tmp_path):
+    columns = _columns()
+    named = {"t [s]": columns["t"], "x / mm": 1e3 * columns["x"], "v [mm/s]": 1e3 * columns["v"], "w [N]": columns["w"]}
+    expected = _estimates(columns, tmp_path / "a.npy")
+    np.testing.assert_allclose(_estimates(named, tmp_path / "b.npy"), expected, rtol=1e-9, atol=1e-9)
+
+
 def test_an_error_names_the_argument_and_the_column_and_leaves_no_file(tmp_path, monkeypatch):
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     columns = _columns(50)
@@ -73,7 +99,7 @@ def test_an_error_names_the_argument_and_the_column_and_leaves_no_file(tmp_path,
 
 
 def test_a_name_that_would_leave_the_archive_is_refused():
-    with pytest.raises(stiction.BadInput, match="without slashes"):
+    with pytest.raises(stiction.BadInput, match=r"without `\\` and `\.\.`"):
         stiction.replay(SPEC, {**_columns(50), "../../x": np.zeros(50)})
 
 

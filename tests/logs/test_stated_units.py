@@ -185,3 +185,19 @@ def test_no_scale_is_found_where_the_sizes_of_two_units_are_unknown(tmp_path: Pa
     assert any(f.severity == "problem" for f in topics.values()) is judged
     if not judged:
         assert "before the units of w and x are stated" in topics["sign and scale of w"].words
+
+
+@pytest.mark.parametrize(("name", "factor"), [("v [mm/s]", 1e-3), ("v / (m/s)", 1.0)])
+def test_a_measured_speed_is_found_with_a_unit_behind_its_name(tmp_path: Path, name: str, factor: float) -> None:
+    """As a position is: the speed was left unused without a word."""
+    made, spec = rows(), parse_spec(TEXT, tmp_path / "slider.yaml")
+    path = write_csv(tmp_path / "a.csv", {"t": made["t"], "x": made["x"], name: made["v"] / factor, "w": made["w"]})
+    log = read_log(path, spec)
+    assert log.velocities is not None
+    np.testing.assert_allclose(log.velocities[:, 0], made["v"], atol=1e-8)
+
+
+def test_a_voltage_with_the_name_of_a_speed_is_no_speed(tmp_path: Path) -> None:
+    made, spec = rows(), parse_spec(TEXT, tmp_path / "slider.yaml")
+    path = write_csv(tmp_path / "a.csv", {"t": made["t"], "x": made["x"], "v [V]": made["v"], "w": made["w"]})
+    assert read_log(path, spec).velocities is None

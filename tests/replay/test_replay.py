@@ -402,6 +402,21 @@ def axis_log(path: Path, gain: float = 1.0, scale: float = 1.0, exchanged: bool 
     return write_csv(path, np.column_stack([t, *(columns[::-1] if exchanged else columns)]), "t,x,w")
 
 
+@pytest.mark.parametrize("jitter", [0.0, 2e-4])
+def test_a_measured_velocity_that_is_missing_is_told_with_the_columns(tmp_path: Path, jitter: float) -> None:
+    """Rows as they are, and resampled ones: the message said neither which columns there are nor how to name one."""
+    text = (SPECS / "one_mass.yaml").read_text().replace("velocity: estimated", "velocity: measured")
+    (tmp_path / "s.yaml").write_text(text.replace("gains: {K_F: 10, K_v: 100}", "gains: {K_F: 10}"))
+    time = np.arange(5000) * 1e-3
+    time[1::2] += jitter
+    lines = [f"{t:.4f},{0.1 * np.sin(t):.6f},{0.1 * np.cos(t):.6f},1" for t in time]
+    (tmp_path / "a.csv").write_text("\n".join(["t,x,slider_speed,w", *lines]) + "\n")
+    with pytest.raises(BadInput) as told:
+        replay(tmp_path / "s.yaml", tmp_path / "a.csv")
+    assert told.value.code == "LOG003" and "no column `v`" in told.value.found
+    assert 'columns={"v": "..."}' in told.value.expected and "slider_speed" in told.value.expected
+
+
 def test_a_log_that_fits_the_spec_warns_of_nothing(tmp_path: Path) -> None:
     done = stiction("replay", SPECS / "one_mass.yaml", axis_log(tmp_path / "log.csv"))
     assert done.code == 0 and "warning" not in done.out
