@@ -47,6 +47,8 @@ COMMANDED = frozenset(
 """Words of a column's name that say that it holds a command, and no measured position."""
 SUPPLY = frozenset({"supply", "bus", "vbus", "battery", "batt", "vin", "dc", "mains", "input"})
 """Words of a column's name that say that its voltage or current is that of the drive's supply."""
+NO_SIGNAL = frozenset({"error", "err", "deviation", "limit", "enable", "enabled"})
+"""Words of a column's name that say that it holds no measured quantity."""
 COUNTED = frozenset({"sample", "samples", "index", "idx", "row", "line", "nr", "no", "number", "n", "k", "count", "id"})
 """Words of the name of a column of row numbers, which is no time."""
 COUNTS = frozenset({"counts", "count", "cnts", "cnt", "ticks", "tick", "increments", "incs", "inc", "pulses", "lsb"})
@@ -93,8 +95,8 @@ def proposed_columns(symbols: Sequence[str], units: Mapping[str, str], spec: Spe
     if len(rest) == 1 and len(left) == 1:
         ((name, unit),) = left.items()
         known = _unit(name, unit)
-        counted = rest[0] == "t" and is_counter(name)
-        if not counted and (known == "" or _fits(known, spec.units[rest[0]])):
+        likely = not is_counter(name) and not _is_another(rest[0], name, spec)
+        if likely and (known == "" or _fits(known, spec.units[rest[0]])):
             proposed[rest[0]] = _proposed(rest[0], name, unit, "since no other column is left", spec)
     return tuple(proposed[symbol] for symbol in symbols if symbol in proposed)
 
@@ -159,10 +161,17 @@ def _usual(symbol: str, spec: Spec) -> frozenset[str]:
 
 
 def _is_another(symbol: str, name: str, spec: Spec) -> bool:
-    """Whether by its name the column is a command (for a position) or belongs to the drive's supply (for an input)."""
+    """Whether by its name the column holds something else than the variable.
+
+    That is a command for a position, the current of the drive's supply for an input, another quantity for the time.
+    """
+    words = _words(name)
+    if symbol == "t":
+        others = words_for(*(set(QUANTITIES) - {"time"}))
+        return any(len(word) > 1 for word in words & others)
     if symbol in spec.positions:
-        return not _words(name).isdisjoint(COMMANDED)
-    return spec.units[symbol] in ("V", "A") and not _words(name).isdisjoint(SUPPLY)
+        return not words.isdisjoint(COMMANDED | NO_SIGNAL)
+    return not words.isdisjoint(NO_SIGNAL | (SUPPLY if spec.units[symbol] in ("V", "A") else frozenset()))
 
 
 def is_counter(name: str) -> bool:

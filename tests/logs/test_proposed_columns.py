@@ -37,6 +37,8 @@ PROPOSED = {
     "zeit_ms,phi,I": {"i": "I"},
     "clock_s,phi,i": {"t": "clock_s"},
     "t,ref_angle,angle [deg],i": {"phi": '"angle [deg]"'},
+    "t,Position,Position Error,Target Pos,motorCurrent": {"phi": "Position", "i": "motorCurrent"},
+    "t,phi,Current,current_limit": {"i": "Current"},
 }
 NOT_TOLD = ("t,phi,a,b", "t,phi,left_A,right_A", "t,phi,flow_mm", "t,phi,input_current,load", "t,phi,battery_A,load")
 """The last two have the current of the supply; of a servo, `u: input_volts` was proposed."""
@@ -120,6 +122,22 @@ def test_row_numbers_are_no_time(tmp_path, motor):
         read_log(path, motor)
     assert matches(caught.value, "LOG003 `t` `sample_time: SECONDS` pos_deg current_A")
     assert "t: " not in caught.value.expected.partition("it has")[0]
+
+
+@pytest.mark.parametrize("header", ["phi,axis.0.vel,i", "phi,Speed [rad.s],i"])
+def test_a_speed_is_not_proposed_as_the_time(tmp_path, motor, header):
+    """It was: as the only column left, or since `rad.s` has the dimension of a time."""
+    path = write(tmp_path, header)
+    with refused("LOG003") as caught:
+        read_log(path, motor)
+    assert "`columns: {t: ...}` (or `sample_time: SECONDS` in place of t)" in caught.value.expected
+
+
+def test_row_numbers_are_no_position(tmp_path, motor):
+    path = write(tmp_path, "t,om,i,Sample")
+    with refused("LOG003") as caught:
+        read_log(path, motor)
+    assert "`columns: {phi: ...}`" in caught.value.expected and "`columns: {phi: none}`" in caught.value.expected
 
 
 @pytest.mark.parametrize("header", NOT_TOLD)
