@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
+from threading import Lock
 from typing import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
@@ -13,6 +14,10 @@ if TYPE_CHECKING:
 
 LINE_S = 5.0
 """Least time between two lines about the same step, s."""
+SMALLEST_SHARE = 0.001
+"""Growth of the share of the work of which a caller's function for progress is told."""
+CALL_S = 1.0
+"""Most seconds between two calls of it while the work goes on."""
 LOADING = "loading the libraries"
 """The first step of a verb, before its spec is read."""
 
@@ -40,16 +45,22 @@ def begin(step: str) -> None:
 
 
 def rising(progress: Callable[[str, float], None]) -> Callable[[str, float], None]:
-    """``progress``, called with the largest share so far in place of a smaller one.
+    """``progress``, called with the largest share so far in place of a smaller one, and by one thread at a time.
 
     The number of rounds of a search is not known before it ends, so that a share computed from it may be too large.
+    ``progress`` is called where the step changes or the share grows by ``SMALLEST_SHARE``, and once in ``CALL_S`` all
+    the same, since it may end the work by an exception.
     """
-    largest = 0.0
+    largest, told, last, lock = 0.0, ("", -1.0), 0.0, Lock()
 
     def tell(step: str, share: float) -> None:
-        nonlocal largest
-        largest = max(largest, share)
-        progress(step, largest)
+        nonlocal largest, told, last
+        with lock:
+            largest = max(largest, share)
+            now = time.monotonic()
+            if step != told[0] or largest - told[1] >= SMALLEST_SHARE or now - last >= CALL_S:
+                told, last = (step, largest), now
+                progress(step, largest)
 
     return tell
 

@@ -7,7 +7,9 @@ import os
 import pty
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import redirect_stderr, redirect_stdout, suppress
+from time import sleep
 from types import SimpleNamespace
 
 import pytest
@@ -19,7 +21,7 @@ from codegen.app.cli import main
 from codegen.base import progress as told
 from codegen.base import terminal
 from codegen.base.errors import BadInput
-from codegen.base.progress import LOADING, begin, progress
+from codegen.base.progress import LOADING, begin, progress, rising
 from tests.slow_cases import slow_except
 
 from .command import SPECS
@@ -150,7 +152,36 @@ def test_a_share_never_decreases(monkeypatch, tmp_path) -> None:
     monkeypatch.setattr(diagnosing, "diagnose_log", searching)
     with pytest.raises(BadInput, match="an end"):
         stiction.diagnose(SPECS / "one_mass.yaml", log, out=tmp_path / "out", progress=lambda *tell: told.append(tell))
-    assert told == [("effect 3", 0.775), ("effect 3", 0.775), ("values and held-out error", 0.78)]
+    assert told == [("effect 3", 0.775), ("values and held-out error", 0.78)]
+
+
+def test_a_caller_s_progress_is_called_where_something_changed_and_by_one_thread_at_a_time(clock) -> None:
+    """A diagnosis called it 600 times, 300 of them with the same step and share, and from several threads at once."""
+    told: list[tuple[str, float]] = []
+    tell = rising(lambda *one: told.append(one))
+    for _ in range(100):
+        tell("effect 1", 0.1)
+    tell("effect 1", 0.1004)
+    tell("effect 1", 0.12)
+    tell("effect 2", 0.12)
+    assert told == [("effect 1", 0.1), ("effect 1", 0.12), ("effect 2", 0.12)]
+    clock[0] += 1.5
+    tell("effect 2", 0.12)
+    assert len(told) == 4, "a caller that ends the work by an exception is asked every second"
+
+    inside, most = 0, 0
+
+    def slow(step: str, share: float) -> None:
+        nonlocal inside, most
+        inside += 1
+        most = max(most, inside)
+        sleep(0.01)
+        inside -= 1
+
+    tell = rising(slow)
+    with ThreadPoolExecutor(4) as pool:
+        list(pool.map(lambda k: tell(f"effect {k}", 0.1), range(8)))
+    assert most == 1
 
 
 def test_the_bar_of_the_demo_never_goes_back(monkeypatch, tmp_path) -> None:
