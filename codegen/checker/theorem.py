@@ -10,7 +10,7 @@ from collections import Counter
 from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager, suppress
 from fractions import Fraction
-from functools import cache, reduce
+from functools import cached_property, reduce
 from itertools import permutations
 from operator import mul
 from typing import TYPE_CHECKING, Any
@@ -244,101 +244,128 @@ def outputs_over_estimates(proof: dict[str, Any], shown: dict[str, Any]) -> dict
 
 
 def other_than_zero(proof: dict[str, Any], shown: dict[str, Any]) -> tuple[dict[str, list[str]], dict[str, list[str]]]:
-    """Another output of the C, such as in_domain -> conditions that hold in each sample in which it is not 0.
+    """Conditions under which outputs are not 0, and under which the step does not hold its estimates; any state.
 
-    Also a state whose formula holds no error, such as samples_slid: what the step sets it to. And, of a proof with a
-    domain: words -> conditions that hold in each sample in which they are not true. They say that a state becomes an
-    estimate, so that the step holds it, or between which numbers an estimate is (``limits``).
-    The step runs from any state. A sign in the C is -1, 0 or 1; where one of these makes the output's polynomial 0,
-    whatever all else in it is, and no rounding makes it another number, the output is 0. States are written by as many
-    estimates if their formulas in `states` have no sign, and ``step`` shows these estimates: every state is then of
-    that form (lemma 10 of errors.py).
+    Returns:
+        Another output of the C, such as in_domain, or a state whose formula holds no error, such as samples_slid -> the
+        conditions that hold in each sample in which it is not 0. And, of a proof with a domain: words, such as that a
+        state becomes an estimate, or between which numbers an estimate is -> conditions that hold in each sample in
+        which they are not true.
     """
-    c, estimates, known = shown["c"], {e["estimate"] for e in proof["errors"]}, dict[Any, Any]()
+    estimates = {e["estimate"] for e in proof["errors"]}
     others = [z for z in proof["states"] if z not in shown["moving"]]
-    others += [y for y in c.outputs if y not in estimates and y not in shown["outputs"]]
+    others += [y for y in shown["c"].outputs if y not in estimates and y not in shown["outputs"]]
     if not others:
         return {}, {}
-    free = {x: shown["names"][x] for x in c.values} | {x: kernel.term(1, x) for x in (*c.inputs, *c.states)}
-    own = {y: kernel.term(1, y) for y in estimates}
-    claim, plain = kernel.Text(free | own, {}), [z for z in shown["moving"] if "sign." not in proof["states"][z]]
-    written = {z: p for z in plain if (p := claim.value(proof["states"][z])).names() <= {*free, *own}}
-    used = estimates & set().union(*(p.names() for p in written.values()))
-    for start in [free | written] * (len(used) == len(written)) + [free]:
-        known.clear()
-        after = kernel.Text(start, known).run(c.step + c.commit, c.states + c.outputs)
-        if all(after[y] == own[y] for y in used):
-            break
-    signs = {min(value.names()): of for (function, of), value in known.items() if function == "sgn"}
+    cases, held = SignCases(proof, shown), dict[str, list[str]]()
+    for y in sorted(estimates) if proof["domain"] else ():
+        held |= {f"{z} becomes {y}": lines for z in shown["moving"] if (lines := cases.where_not_held(z, y))}
+        ends, lines = cases.range_of(y)
+        held |= {f"{y} is in [{', '.join(map(enclosure.exact, ends))}]": lines} if lines else {}
+    return {y: lines for y in others if (lines := cases.where_not_zero(y))}, held
 
-    @cache
-    def fixed(sign: str, number: int) -> dict[str, Any]:
-        """This sign, and others that are of it -> their numbers."""
-        values = {sign: kernel.term(number)}
-        for x, of in signs.items():
-            if x != sign and not (here := rounding.substituted(of, values)).names():
-                values[x] = kernel.function("sgn", here, {})
-        return values
 
-    def at(p: Any, sign: str, number: int) -> Any:
-        """p for this number of a sign, which other signs may be of."""
-        return rounding.substituted(p, fixed(sign, number))
+class SignCases:
+    """The C's step from any state, and what it becomes where one of its signs has a given number: -1, 0 or 1.
 
-    @cache
-    def of_states() -> dict[str, Any]:
-        """Estimates over states, where these are polynomials."""
-        shows = kernel.Text(free, {}).run(c.step + c.commit, c.states + c.outputs)
-        return {y: shows[y] for y in used if not any(x[0] == "?" for x in shows[y].names())}
+    Where one of these numbers makes an output's polynomial 0, whatever all else in it is, and no rounding makes it
+    another number, the output is 0. States are written by as many estimates if their formulas in `states` have no sign,
+    and the step shows these estimates: every state is then of that form (lemma 10 of errors.py).
 
-    @cache
-    def in_code(sign: str, number: int) -> Any:
-        """The C's step for this number of a sign, or None where lemma R refuses it.
+    Attributes:
+        free: parameter, input or state -> its polynomial, of which nothing is known.
+        used: the estimates by which states are written.
+        after: name -> its polynomial after the step, over inputs, states and these estimates.
+        signs: variable of a sign in the C -> the polynomial that it is the sign of.
+    """
+
+    def __init__(self, proof: dict[str, Any], shown: dict[str, Any]) -> None:
+        self.c, self.rounded, estimates = shown["c"], shown["rounded"], {e["estimate"] for e in proof["errors"]}
+        c = self.c
+        free = {x: shown["names"][x] for x in c.values} | {x: kernel.term(1, x) for x in (*c.inputs, *c.states)}
+        own = {y: kernel.term(1, y) for y in estimates}
+        claim, plain = kernel.Text(free | own, {}), [z for z in shown["moving"] if "sign." not in proof["states"][z]]
+        written = {z: p for z in plain if (p := claim.value(proof["states"][z])).names() <= {*free, *own}}
+        used = estimates & set().union(*(p.names() for p in written.values()))
+        for start in [free | written] * (len(used) == len(written)) + [free]:
+            known = dict[Any, Any]()
+            after = kernel.Text(start, known).run(c.step + c.commit, c.states + c.outputs)
+            if all(after[y] == own[y] for y in used):
+                break
+        self.free, self.used, self.known, self.after = free, used, known, after
+        self.signs = {min(value.names()): of for (function, of), value in known.items() if function == "sgn"}
+        self._numbers, self._codes = dict[tuple[str, int], dict[str, Any]](), dict[tuple[str, int], Any]()
+
+    def with_number(self, p: Any, sign: str, number: int) -> Any:
+        """p for this number of a sign, and for the numbers that other signs then have, which are signs of it."""
+        if (sign, number) not in self._numbers:
+            values = {sign: kernel.term(number)}
+            for x, of in self.signs.items():
+                if x != sign and not (argument := rounding.substituted(of, values)).names():
+                    values[x] = kernel.function("sgn", argument, {})
+            self._numbers[sign, number] = values
+        return rounding.substituted(p, self._numbers[sign, number])
+
+    @cached_property
+    def over_states(self) -> dict[str, Any]:
+        """Estimate -> its polynomial over states, of the estimates that are polynomials."""
+        c = self.c
+        shows = kernel.Text(self.free, {}).run(c.step + c.commit, c.states + c.outputs)
+        return {y: shows[y] for y in self.used if not any(x[0] == "?" for x in shows[y].names())}
+
+    def code(self, sign: str, number: int) -> Any:
+        """The C's step with bounds by lemma R for this number of a sign, or None where lemma R refuses it.
 
         Over states, since with estimates for them terms cancel.
         """
-        values = known | {("sgn", signs[sign]): kernel.term(number)}
-        values = {(f, rounding.substituted(q, of_states())): v for (f, q), v in values.items()}
-        code = rounding.Bounded(free, values, c.precision, shown["rounded"])
-        with suppress(ValueError):
-            code.run(c.step + c.commit, c.states + c.outputs)
-            return code
-        return None
+        if (sign, number) not in self._codes:
+            values = self.known | {("sgn", self.signs[sign]): kernel.term(number)}
+            values = {(f, rounding.substituted(q, self.over_states)): v for (f, q), v in values.items()}
+            code, self._codes[sign, number] = rounding.Bounded(self.free, values, self.c.precision, self.rounded), None
+            with suppress(ValueError):
+                code.run(self.c.step + self.c.commit, self.c.states + self.c.outputs)
+                self._codes[sign, number] = code
+        return self._codes[sign, number]
 
-    def exceptions(p: Any, holds: Callable[[str, int], Any], holds_in: Callable[[Any], Any]) -> list[str]:
-        """Conditions of which each holds where a claim about p may not: tests by signs and numbers, and in the C."""
+    def exceptions(self, p: Any, holds: Callable[[str, int], Any], holds_in: Callable[[Any], Any]) -> list[str]:
+        """Conditions of which each holds wherever a claim about p does not; [] where none can be stated.
+
+        Args:
+            holds: whether the claim is true of the polynomials for this number of a sign.
+            holds_in: whether it is true of the C with its rounding (``code``).
+        """
         names = p.names()
-        few = {x: of for x, of in signs.items() if x in names and not of.names() <= signs.keys()}
+        few = {x: of for x, of in self.signs.items() if x in names and not of.names() <= self.signs.keys()}
         true = {x: tuple(n for n in (-1, 0, 1) if holds(x, n)) for x in (few if len(p) <= LONGEST_FLAG else ())}
-        lines = [f"{readable(few[x], signs)} {WHERE[numbers]}" for x, numbers in true.items() if numbers in WHERE]
+        lines = [f"{readable(few[x], self.signs)} {WHERE[numbers]}" for x, numbers in true.items() if numbers in WHERE]
         said = lines and not any("?" in line for line in lines)
-        ends = (in_code(x, n) for x, numbers in true.items() for n in numbers)
-        return lines if said and all(code and holds_in(code) for code in ends) else []
+        codes = (self.code(x, n) for x, numbers in true.items() for n in numbers)
+        return lines if said and all(code and holds_in(code) for code in codes) else []
 
-    def zero(y: str) -> list[str]:
-        p = after.get(y, kernel.Poly())
-        return exceptions(p, lambda x, n: not at(p, x, n), lambda code: not code.bounds[y][0])
+    def where_not_zero(self, y: str) -> list[str]:
+        """Conditions that hold in each sample in which y is not 0."""
+        p = self.after.get(y, kernel.Poly())
+        return self.exceptions(p, lambda x, n: not self.with_number(p, x, n), lambda code: not code.bounds[y][0])
 
-    def kept_as(z: str, y: str) -> list[str]:
-        p = after[z] - after[y]
-        return exceptions(p, lambda x, n: not at(p, x, n), lambda code: code.is_exactly(z, code.names[y], y))
+    def where_not_held(self, z: str, y: str) -> list[str]:
+        """Conditions that hold in each sample in which the state z does not become the estimate y."""
+        p = self.after[z] - self.after[y]
+        return self.exceptions(
+            p, lambda x, n: not self.with_number(p, x, n), lambda code: code.is_exactly(z, code.names[y], y)
+        )
 
-    def between(y: str) -> tuple[tuple[Fraction, ...], list[str]]:
-        p = after[y]
+    def range_of(self, y: str) -> tuple[tuple[Fraction, ...], list[str]]:
+        """Two numbers (``limits``), or none, and conditions that hold wherever the estimate y is not between them."""
+        p, signs = self.after[y], self.signs
 
         def ends(x: str, n: int) -> tuple[Fraction, ...]:
-            return limits(at(p, x, n), {s: at(of, x, n) for s, of in signs.items() if s != x})
+            others = {s: self.with_number(of, x, n) for s, of in signs.items() if s != x}
+            return limits(self.with_number(p, x, n), others)
 
         of_p = sorted(p.names() & signs.keys()) if len(p) <= LONGEST_FLAG else []
         found = {e for x in of_p for n in (-1, 0, 1) if (e := ends(x, n))}
         (only,) = found if len(found) == 1 else ((),)
-        return only, exceptions(p, lambda x, n: only and ends(x, n) == only, lambda code: code.is_accurate(y))
-
-    held = dict[str, list[str]]()
-    for y in sorted(estimates) if proof["domain"] else ():
-        held |= {f"{z} becomes {y}": lines for z in shown["moving"] if (lines := kept_as(z, y))}
-        span, lines = between(y)
-        held |= {f"{y} is in [{', '.join(map(enclosure.exact, span))}]": lines} if lines else {}
-    return {y: lines for y in others if (lines := zero(y))}, held
+        return only, self.exceptions(p, lambda x, n: only and ends(x, n) == only, lambda code: code.is_accurate(y))
 
 
 def limits(p: Any, signs: dict[str, Any]) -> tuple[Fraction, ...]:
