@@ -20,7 +20,7 @@ from codegen.observers.velocity import SAMPLE_TIME
 from codegen.program.model import HELD
 
 MOST = (8, 4, 2)
-"""Numbers of consecutive invalid samples after which a valid one sets the states; the first that the gains allow."""
+"""Candidates for ``most_lost``, largest first; the first that the gains allow is taken."""
 
 
 def held(names: Iterable[sympy.Symbol]) -> dict[sympy.Symbol, Any]:
@@ -29,17 +29,20 @@ def held(names: Iterable[sympy.Symbol]) -> dict[sympy.Symbol, Any]:
 
 
 def most_lost(observer: Observer) -> int:
-    """Number of consecutive invalid samples after which a valid one sets the states; 1 where prediction may diverge."""
+    """Number n of consecutive invalid samples after which a valid one sets the states: n h Γ < 2.
+
+    1 where the prediction may diverge.
+    """
     slopes = [(e, slope) for e in observer.equations for _, slope in _slopes(observer, e)]
     if observer.velocity == "measured":
         return 1 if slopes else MOST[0]
     if any(s.free_symbols & set(observer.system.positions) for _, along in slopes for s in along.values()):
         return 1
     values = {**observer.values, SAMPLE_TIME: observer.sample_time}
-    estimate = observer.equations[0]
-    sizes = [sum(abs(float(s.xreplace(values))) for s in along.values()) for e, along in slopes if e is estimate]
-    step = float(observer.sample_time) * max(sizes)
-    return next((n for n in MOST if n * step < 2), 1)
+    velocity = observer.equations[0]
+    gains = [sum(abs(float(s.xreplace(values))) for s in along.values()) for e, along in slopes if e is velocity]
+    largest = float(observer.sample_time) * max(gains)  # h Γ
+    return next((n for n in MOST if n * largest < 2), 1)
 
 
 def predicted_changes(observer: Observer, names: Mapping[sympy.Symbol, Any], period: Any) -> dict[sympy.Symbol, Any]:
@@ -67,19 +70,19 @@ def resumed_states(observer: Observer, names: Mapping[sympy.Symbol, Any], period
     found: dict[sympy.Symbol, Any] = {}
     last = max(k for k, equation in enumerate(observer.equations) if equation.state is not None)
     for equation in observer.equations[: last + 1]:
-        here = equation.expression if equation.state is None else Matrix(equation.expression - equation.state)
-        value = casadi.vertsplit(to_casadi(here, values))
         if equation.state is None:
+            value = casadi.vertsplit(to_casadi(equation.expression, values))
             values |= dict(zip(equation.symbols, value, strict=True))
             continue
+        measured = casadi.vertsplit(to_casadi(Matrix(equation.expression - equation.state), values))  # φ of z + φ
         estimates = held(equation.symbols)
         values |= estimates
-        found |= {z: e - k for z, e, k in zip(equation.state, estimates.values(), value, strict=True)}
+        found |= {z: e - phi for z, e, phi in zip(equation.state, estimates.values(), measured, strict=True)}
     return found
 
 
 def _slopes(observer: Observer, equation: Equation) -> Iterator[tuple[sympy.Symbol, dict[sympy.Symbol, sympy.Expr]]]:
-    """(state z, position x → ∂(estimate of z)/∂x), for states whose estimate depends on a position."""
+    """(state z, {position x: slope ∂φ/∂x of its estimate z + φ}), for states whose estimate depends on a position."""
     for z, expression in zip(equation.state or (), equation.expression, strict=False):
         free = expression.free_symbols
         along = {x: expression.diff(x) for x in observer.system.positions if x in free}

@@ -1,8 +1,8 @@
 """Algebraic simplification: constants folded, divisions by constants replaced, like terms collected, sums factored.
 
-A node that is named or used more than once is closed: it is computed once, as it is. An open node may be merged into
-the node that uses it. Every rule saves operations of a step or moves them into derived constants. The result is the
-order of operations in every language.
+A node that has a name or is used more than once is *closed*: it is computed once, and stays as it is. Any other node is
+*open*: it may be merged into the node that uses it. Every rule saves operations of a step or moves them into derived
+constants. The result determines the order of operations in every output language.
 """
 
 from collections import Counter
@@ -36,17 +36,18 @@ def normalise(
     uses.update(roots)
     divided = Counter(node.arguments[1] for node in nodes if node.kind == "quotient")
     named = set(named)
+    # Angles whose sine and cosine are computed anyway, so that those of their sums and differences need no call.
     angles = {n.arguments[0] for n in nodes if n.name in ("sin", "cos") and n.arguments and n.arguments[0].leaf}
     rules = _Rules(graph, factoring, angles, places or {})
-    short: dict[Node, Node] = {}
+    simplified: dict[Node, Node] = {}
     for node in nodes:
-        result = rules.rebuilt(node, [short[a] for a in node.arguments], divided)
+        result = rules.rebuilt(node, [simplified[a] for a in node.arguments], divided)
         if node in named:
             rules.closed.add(result)
         elif uses[node] > 1:
             rules.closed.add(result.arguments[0] if result.kind == "negative" else result)
-        short[node] = result
-    return short
+        simplified[node] = result
+    return simplified
 
 
 class _Rules:
@@ -71,6 +72,7 @@ class _Rules:
         return self.first[node]
 
     def rebuilt(self, node: Node, arguments: list[Node], divided: Counter[Node]) -> Node:
+        """The simplified form of a node over its simplified arguments; ``divided``: divisor → number of quotients."""
         match node.kind:
             case "sum":
                 return self.sum(list(zip(node.signs, arguments, strict=True)))
@@ -81,12 +83,12 @@ class _Rules:
             case "quotient":
                 return self.quotient(arguments[0], arguments[1], divided[node.arguments[1]] > 1)
             case "call" if node.name in ("sin", "cos") and arguments[0].kind == "sum":
-                return self.of_a_sum(node.name, arguments[0])
+                return self.sine_of_sum(node.name, arguments[0])
             case "call":
                 return self.graph.call(node.name, arguments)
         return node
 
-    def of_a_sum(self, name: str, angle: Node) -> Node:
+    def sine_of_sum(self, name: str, angle: Node) -> Node:
         """Sine or cosine of α ± β by the addition theorem, if those of α and β are computed anyway."""
         if len(angle.arguments) != 2 or not self.angles.issuperset(angle.arguments):
             return self.graph.call(name, [angle])
@@ -99,47 +101,49 @@ class _Rules:
         first, second = (self.product(pair) for pair in pairs)
         return self.sum([(1, first), (sign if name == "sin" else -sign, second)])
 
-    def open(self, node: Node) -> bool:
+    def is_open(self, node: Node) -> bool:
+        """Whether a node may be merged into the node that uses it; constants are computed once, outside the step."""
         return node.constant or node not in self.closed
 
     def coefficient(self, node: Node) -> tuple[Node | None, Node | None]:
         """(constant factor, variable factor) of a term; None for a factor that it does not have."""
         if node.constant:
             return node, None
-        if node.kind == "product" and node.arguments[0].constant and self.open(node):
-            rest = node.arguments[1:]
-            return node.arguments[0], rest[0] if len(rest) == 1 else self.graph.product(rest)
+        if node.kind == "product" and node.arguments[0].constant and self.is_open(node):
+            variable = node.arguments[1:]
+            return node.arguments[0], variable[0] if len(variable) == 1 else self.graph.product(variable)
         return None, node
 
     def sum(self, terms: Sequence[Term]) -> Node:
-        groups: dict[Node | None, list[tuple[int, Node | None]]] = {}
+        """The sum of terms, in which like terms, such as a x + b x with constants a and b, are one term (a + b) x."""
+        groups: dict[Node | None, list[tuple[int, Node | None]]] = {}  # variable factor → signs and constant factors
         whole: dict[Node | None, Node] = {}
-        for sign, node in self.flat(terms):
-            factor, rest = self.coefficient(node)
-            groups.setdefault(rest, []).append((sign, factor))
-            whole[rest] = node
+        for sign, node in self.flattened(terms):
+            factor, variable = self.coefficient(node)
+            groups.setdefault(variable, []).append((sign, factor))
+            whole[variable] = node
         result: list[Term] = []
-        for rest, factors in groups.items():
+        for variable, factors in groups.items():
             if len(factors) == 1:
-                result.append((factors[0][0], whole[rest]))
+                result.append((factors[0][0], whole[variable]))
                 continue
             one = self.graph.number(1.0)
             total = constant_sum([(sign, one if f is None else f) for sign, f in factors], self.graph)
-            result += self.flat([(1, total if rest is None else self.product([total, rest]))])
+            result += self.flattened([(1, total if variable is None else self.product([total, variable]))])
         if self.factoring:
             result = self.factored(result)
         if self.places:
             result.sort(key=lambda term: self.first_place(term[1]))
         return self.assembled(result)
 
-    def flat(self, terms: Sequence[Term]) -> list[Term]:
+    def flattened(self, terms: Sequence[Term]) -> list[Term]:
         """The terms with open sums and negatives expanded, signs of numbers extracted, and zeros removed."""
         result: list[Term] = []
         for sign, node in terms:
-            if node.kind == "sum" and self.open(node) and not node.constant:
+            if node.kind == "sum" and self.is_open(node) and not node.constant:
                 result += [(sign * s, t) for s, t in zip(node.signs, node.arguments, strict=True)]
-            elif node.kind == "negative" and self.open(node):
-                result += self.flat([(-sign, node.arguments[0])])
+            elif node.kind == "negative" and self.is_open(node):
+                result += self.flattened([(-sign, node.arguments[0])])
             elif node.is_number():
                 if node.value:
                     result.append((sign if node.value > 0 else -sign, self.graph.number(abs(node.value))))
@@ -156,7 +160,7 @@ class _Rules:
         if most is None or most[1] < 2:
             return terms
         common = most[0]
-        inside: list[Term] = []
+        inside: list[Term] = []  # terms with the common factor, without it
         outside: list[Term] = []
         for sign, node in terms:
             factors = list(self.factors(node))
@@ -165,10 +169,11 @@ class _Rules:
                 inside.append((sign, self.product(factors)))
             else:
                 outside.append((sign, node))
-        return self.factored([*outside, *self.flat([(1, self.product([self.sum(inside), common]))])])
+        return self.factored([*outside, *self.flattened([(1, self.product([self.sum(inside), common]))])])
 
     def factors(self, node: Node) -> tuple[Node, ...]:
-        return node.arguments if node.kind == "product" and self.open(node) else (node,)
+        """The factors of an open product; any other node is its only factor."""
+        return node.arguments if node.kind == "product" and self.is_open(node) else (node,)
 
     def assembled(self, terms: list[Term]) -> Node:
         """The sum of the terms: the first positive one, then the others in order."""
@@ -176,20 +181,24 @@ class _Rules:
             return self.graph.number(0.0)
         if len(terms) > 1 and all(node.constant for _, node in terms):
             return constant_sum(terms, self.graph)
-        lead = next((k for k, (sign, _) in enumerate(terms) if sign > 0), None)
-        if lead is None:
+        first = next((k for k, (sign, _) in enumerate(terms) if sign > 0), None)
+        if first is None:
             total = self.assembled([(1, node) for _, node in terms])
             return self.graph.number(-total.value) if total.is_number() else self.graph.negative(total)
         if len(terms) == 1:
             return terms[0][1]
-        return self.graph.sum([terms[lead], *terms[:lead], *terms[lead + 1 :]])
+        return self.graph.sum([terms[first], *terms[:first], *terms[first + 1 :]])
 
     def product(self, nodes: Sequence[Node]) -> Node:
+        """The product: its sign outside, then one constant factor, then the variable ones in order of creation.
+
+        The constant is multiplied into the terms of a sum if that costs nothing (``absorbs``).
+        """
         sign, constants, varying = 1, [], []
-        for node in self.opened(nodes):
-            if node.kind == "negative" and self.open(node):
+        for node in self.all_factors(nodes):
+            if node.kind == "negative" and self.is_open(node):
                 sign, node = -sign, node.arguments[0]
-                more = self.opened([node])
+                more = self.all_factors([node])
             else:
                 more = [node]
             constants += [f for f in more if f.constant]
@@ -210,27 +219,31 @@ class _Rules:
         result = factors[0] if len(factors) == 1 else self.graph.product(factors)
         return self.assembled([(sign, result)])
 
-    def opened(self, nodes: Sequence[Node]) -> list[Node]:
+    def all_factors(self, nodes: Sequence[Node]) -> list[Node]:
         """The nodes, open products replaced by their factors; constant products stay."""
         return [f for node in nodes for f in ((node,) if node.constant else self.factors(node))]
 
     def absorbs(self, node: Node) -> bool:
         """Whether a constant factor of this sum costs nothing, because each of its terms has one already."""
-        if node.kind != "sum" or not self.open(node):
+        if node.kind != "sum" or not self.is_open(node):
             return False
         return all(self.coefficient(t)[0] is not None for t in node.arguments)
 
     def quotient(self, above: Node, below: Node, shared: bool) -> Node:
-        factor, rest = self.coefficient(below)
+        """above/below, with a constant factor of the divisor as a product with its reciprocal.
+
+        ``shared``: whether several quotients have this divisor; its reciprocal is then computed once.
+        """
+        factor, divisor = self.coefficient(below)
         if factor is not None:
             above = self.product([above, constant_reciprocal(factor, self.graph)])
-        if rest is None or above.is_number(0.0):
+        if divisor is None or above.is_number(0.0):
             return above
         if shared and not above.is_number(1.0):
-            return self.product([above, self.graph.quotient(self.graph.number(1.0), rest)])
-        if above.kind == "negative" and self.open(above):
-            return self.graph.negative(self.graph.quotient(above.arguments[0], rest))
-        return self.graph.quotient(above, rest)
+            return self.product([above, self.graph.quotient(self.graph.number(1.0), divisor)])
+        if above.kind == "negative" and self.is_open(above):
+            return self.graph.negative(self.graph.quotient(above.arguments[0], divisor))
+        return self.graph.quotient(above, divisor)
 
 
 # Constants: numbers are evaluated; parameters become a product divided by a product.
@@ -307,6 +320,7 @@ def constant_reciprocal(node: Node, graph: Graph) -> Node:
 
 
 def _product(number: float, factors: list[Node], graph: Graph) -> Node:
+    """number · factors, without the number if it is 1."""
     nodes = sorted(factors, key=lambda f: f.index)
     if number != 1.0 or not nodes:
         nodes = [graph.number(number), *nodes]

@@ -1,4 +1,4 @@
-"""One mass, chapters 2, 3, 6 and 8: state equations and error dynamics of its observers, and chapters 4 and 7 at n = 1.
+"""Observers of one mass: state equations and error dynamics of chapters 2, 3, 6 and 8, and of 4 and 7 for n = 1.
 
 An observer estimates a quantity p as p̂ = z + φ, with a state z and a function φ of measured quantities. The model
 gives dp̂/dt, and the state has the rate ż = dp̂/dt − dφ/dt, with every unknown replaced by its estimate.
@@ -16,6 +16,13 @@ import sympy
 from codegen.spec.functions import Magnitude, Sgn
 from codegen.thesis.audit.derivation import Derivations, jacobian_at_zero, rate, real, tidy
 from codegen.thesis.audit.derivations.machines import one_mass_jacobian
+
+v, x, a, f, v_dot, a_v, F, F_dot = real("v", "x", "a", "f", "v_dot", "a_v", "F", "F_dot")
+k_F, mu, k_1, k_2, k_v, k_a, k_f1, k_f2 = real("k_F", "mu", "k_1", "k_2", "k_v", "k_a", "k_f1", "k_f2")
+e_v, e_a, e_f, e_F, lambda_ = real("e_v", "e_a", "e_f", "e_F", "lambda_")
+z_F, z, z_a, z_f, v_hat, f_hat = real("z_F", "z", "z_a", "z_f", "v_hat", "f_hat")
+xi, xi_1, xi_1_hat, xi_f, xi_v = real("xi", "xi_1", "xi_1_hat", "xi_f", "xi_v")
+(s,) = real("s")  # sgn(v) = sgn(v̂) between reversals
 
 
 def one_equations() -> Derivations:
@@ -91,14 +98,6 @@ def _equations(x: Any, v: Any, v_hat: Any, w: Any, F_hat: Any) -> dict[str, Any]
     return derived
 
 
-v, x, a, f, v_dot, a_v, F, F_dot = real("v", "x", "a", "f", "v_dot", "a_v", "F", "F_dot")
-k_F, mu, k_1, k_2, k_v, k_a, k_f1, k_f2 = real("k_F", "mu", "k_1", "k_2", "k_v", "k_a", "k_f1", "k_f2")
-e_v, e_a, e_f, e_F, lambda_ = real("e_v", "e_a", "e_f", "e_F", "lambda_")
-z_F, z, z_a, z_f, v_hat, f_hat = real("z_F", "z", "z_a", "z_f", "v_hat", "f_hat")
-xi, xi_1, xi_1_hat, xi_f, xi_v = real("xi", "xi_1", "xi_1_hat", "xi_f", "xi_v")
-(s,) = real("s")  # sgn(v) = sgn(v̂) between reversals
-
-
 def one_coulomb() -> Derivations:
     """(2.12)–(2.13), (6.17): CFO with measured velocity."""
     estimate = z_F - k_F * Magnitude(v) ** mu
@@ -153,11 +152,17 @@ def one_tracking_estimated() -> Derivations:
 
 
 def _estimated(rates: Any, constant: Any, kind: str) -> dict[str, Any]:
-    """The rates with their Jacobian, which must equal that of ``derive_error_dynamics``."""
+    """The error rates with their Jacobian, which must equal that of ``derive_error_dynamics``.
+
+    Args:
+        rates: (ė_v, ė_F), by the chain rule.
+        constant: the same for constant friction.
+        kind: of the observer, ``cfo`` or ``to``.
+    """
     jacobian = jacobian_at_zero(rates, sympy.Matrix([e_v, e_F]), {})
-    theirs = one_mass_jacobian(kind)
-    if (jacobian - theirs).expand() != sympy.zeros(2, 2):
-        raise ArithmeticError(f"{kind}: the chain rule gives {jacobian}, derive_error_dynamics {theirs}")
+    of_the_tool = one_mass_jacobian(kind)
+    if (jacobian - of_the_tool).expand() != sympy.zeros(2, 2):
+        raise ArithmeticError(f"{kind}: the chain rule gives {jacobian}, derive_error_dynamics {of_the_tool}")
     return {
         "e_v_dot": rates[0],
         "e_F_dot": rates[1],
