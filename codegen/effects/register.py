@@ -19,7 +19,7 @@ from codegen.spec.units import is_printable
 
 LIST = "EFFECTS"
 """Name of the list in a user's file."""
-NEEDED = ("kind", "sits_on", "equation", "signature", "seen_over", "parameters", "confused_with")
+REQUIRED = ("kind", "sits_on", "equation", "signature", "seen_over", "parameters", "confused_with")
 """Attributes that an effect has no default for."""
 
 
@@ -29,10 +29,10 @@ def register(effect: Effect, where: str = "an effect") -> None:
     ``where``: name of the file that defines it. Raises BadInput if its kind is taken by another effect, a name is no
     identifier, or a unit is no unit.
     """
-    for name in NEEDED:
+    for name in REQUIRED:
         if not hasattr(effect, name):
             found = f"an effect `{getattr(effect, 'kind', type(effect).__name__)}` without `{name}`"
-            raise BadInput(where, found, f"each of {', '.join(NEEDED)}", code="EFFECT001")
+            raise BadInput(where, found, f"each of {', '.join(REQUIRED)}", code="EFFECT001")
     for name in (effect.kind, *(p.name for p in effect.parameters)):
         if not is_identifier(name):
             expected = "letters, digits and _, starting with a letter, since generated code has names from it"
@@ -49,7 +49,7 @@ def register(effect: Effect, where: str = "an effect") -> None:
 
 
 def is_own(kind: str) -> bool:
-    """Whether a kind was registered by the user and is not in the shipped catalogue."""
+    """Whether a kind is an effect of the user's own, registered in this run and not shipped."""
     return kind in CATALOGUE and not type(CATALOGUE[kind]).__module__.startswith("codegen.effects.")
 
 
@@ -103,29 +103,32 @@ def separating_experiment(kind: str, other: str) -> str:
 def candidates(system: System) -> Iterator[tuple[Effect, int]]:
     """Each (effect, index of its place) of the catalogue that applies to the system.
 
-    A shipped effect is left out where a user's own is identical to it: a diagnosis could not discriminate the two. The
-    user's own comes in its place, since of equal candidates the first is named.
+    Where a user's own effect is identical to a shipped one, a diagnosis could not discriminate the two, so only the
+    user's is a candidate, at the position of the shipped one: of equal candidates the first is named.
     """
     yielded = set[tuple[str, int]]()
     for effect in CATALOGUE.values():
         for place in range(len(places_of(effect, system))):
             if effect.applies(system, place):
-                first = _standing_for(effect, system, place)
-                if (first.kind, place) not in yielded:
-                    yielded.add((first.kind, place))
-                    yield first, place
+                candidate = _users_version(effect, system, place)
+                if (candidate.kind, place) not in yielded:
+                    yielded.add((candidate.kind, place))
+                    yield candidate, place
 
 
 def twins_of(effect: Effect, system: System, place: int) -> list[tuple[str, str]]:
-    """(kind, place) of each candidate with the same motion: ``Effect.twins``, a user's own in the place of its like."""
+    """(kind, place) of each candidate with the same motion as an effect (``Effect.twins``).
+
+    Where a user's own effect is identical to a shipped twin, it is named in place of that twin.
+    """
     found = list[tuple[str, str]]()
     for kind, on in effect.twins(system, place):
         twin = CATALOGUE[kind]
-        found.append((_standing_for(twin, system, places_of(twin, system).index(on)).kind, on))
+        found.append((_users_version(twin, system, places_of(twin, system).index(on)).kind, on))
     return found
 
 
-def _standing_for(effect: Effect, system: System, place: int) -> Effect:
+def _users_version(effect: Effect, system: System, place: int) -> Effect:
     """The user's own effect that is identical to a shipped one at a place; the effect itself where there is none."""
     users = [] if is_own(effect.kind) else [own for kind, own in CATALOGUE.items() if is_own(kind)]
     return next((own for own in users if is_identical(own, effect, system, place)), effect)
@@ -146,7 +149,7 @@ def is_identical(own: Effect, effect: Effect, system: System, place: int) -> boo
 
 
 def _comparable(system: System) -> tuple[Any, ...]:
-    """A System in a form that ``==`` can compare: laws define no equality, so class and attributes stand for them."""
+    """A System in a form that ``==`` can compare: since laws define no equality, by class and attributes."""
     laws = [(type(c.law), vars(c.law)) for c in system.contacts]
     contacts = [(c.slip, dict(c.law_parameters), c.extra_level, c.extra_force) for c in system.contacts]
     return replace(system, contacts=()), contacts, laws

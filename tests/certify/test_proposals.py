@@ -199,8 +199,8 @@ def test_a_further_step_is_tried_only_where_the_bound_is_useless(
 ) -> None:
     machine = load(write(tmp_path, "one_mass", ONE, "gains: {K_F: 20000, K_v: 100}"))
     longest, useful = Proposal("longest", 0.01, {}, 1.0, little_use), Proposal("useful", 0.005, {}, 1.0)
-    monkeypatch.setattr(proposals, "_first", lambda *_: longest)
-    monkeypatch.setattr(proposals, "_useful", lambda *_: useful)
+    monkeypatch.setattr(proposals, "_first_certified", lambda *_: longest)
+    monkeypatch.setattr(proposals, "_with_useful_bound", lambda *_: useful)
     found = proposals.propose(machine.spec, machine.analysis, lambda spec: machine, lambda: {"euler": 1e-4})
     assert found.useful is (useful if tried else None)
 

@@ -49,11 +49,11 @@ MOST_VERTICES, MOST_VERTICES_UNDECIDED = 150, 32
 give the search no direction."""
 ATTEMPTS, ATTEMPTS_VARYING = 9, 2
 """Largest number of calls of ``certify`` for each remedy, for a constant A and for one that varies."""
-ATTEMPTS_USEFUL = 16
+ATTEMPTS_FOR_BOUND = 16
 """Largest number of sample times and steps that are tried for a bound below the friction."""
-SHARES = (1, 0.9, 0.7, 0.5, 0.25, 0.1)
-"""Shares of the largest certified sample time that are tried: another check, as of a domain, may refuse it."""
-INSIDE = (0.05, 0.2, 0.7)
+SHARES_OF_TIME = (1, 0.9, 0.7, 0.5, 0.25, 0.1)
+"""Shares of the largest certified sample time that are tried, since another check may refuse that time itself."""
+BEYOND_BOUNDARY = (0.05, 0.2, 0.7)
 """Distances beyond the boundary of stability that are tried, in |log| of the gain factors."""
 SCATTERED = 120
 """Number of random directions of the search."""
@@ -85,27 +85,28 @@ def propose(spec: Spec, analysis: Analysis, derive: Derive, largest: Callable[[]
         # The friction is level times state: at a state of zero an error of the level changes no other one.
         return Proposals(None, None, "where the friction is zero, its level cannot be estimated with any of them")
     if count > LARGEST:
-        return replace(_too_large("error components", count, LARGEST), measured=_measured(spec, derive))
+        return replace(_too_large("error components", count, LARGEST), measured=_with_measured_velocity(spec, derive))
     try:
-        held = build_family(analysis.dynamics, analysis.points.ranges)
+        error_matrices = build_family(analysis.dynamics, analysis.points.ranges)
     except (NotEnclosable, TypeError) as error:
         return Proposals(None, None, str(error))
-    family = GainDynamics(analysis.dynamics, analysis.points)
-    family.start(family.settings())
+    by_gains = GainDynamics(analysis.dynamics, analysis.points)
+    by_gains.start(by_gains.settings())
     certified = largest()
-    times, sets = _sample_times(spec, certified), list(_gain_sets(spec, system, analysis, family))
+    times, sets = _sample_times(spec, certified), list(_gain_sets(spec, system, analysis, by_gains))
     if not times and not sets:
         return Proposals(None, None)
     try:
-        vertices = len(enclose_family(held).matrices)
+        vertices = len(enclose_family(error_matrices).matrices)
     except (NotEnclosable, TypeError, verify.Refused) as error:
         return Proposals(None, None, str(error))
     limit = MOST_VERTICES_UNDECIDED if analysis.stable else MOST_VERTICES
     if vertices > limit:
         return _too_large("corner matrices over the envelope", vertices, limit)
     tried = ATTEMPTS if vertices == 1 else ATTEMPTS_VARYING
-    longest, nearest = _first("sample_time", times[:tried], derive), _first("gains", sets[:tried], derive)
-    useful = _useful(spec, certified, derive) if longest is not None and longest.of_little_use else None
+    longest = _first_certified("sample_time", times[:tried], derive)
+    nearest = _first_certified("gains", sets[:tried], derive)
+    useful = _with_useful_bound(spec, certified, derive) if longest is not None and longest.of_little_use else None
     return Proposals(longest, nearest, useful=useful)
 
 
@@ -114,10 +115,12 @@ def _too_large(what: str, count: int, limit: int) -> Proposals:
     return Proposals(None, None, render("text/proposals_too_large.j2", what=what, count=count, limit=limit).strip())
 
 
-def _first(key: str, specs: Sequence[Spec], derive: Derive, useful: bool = False) -> Proposal | None:
-    """The remedy by the first of these specs, other in the observer's ``key``, that is certified; None if none is.
+def _first_certified(key: str, specs: Sequence[Spec], derive: Derive, useful: bool = False) -> Proposal | None:
+    """The remedy by the first of these specs that is certified; None if none is.
 
     Args:
+        key: what the specs change in ``observer:``, for the words of the remedy: sample_time, gains, step or velocity.
+        specs: in the order in which they are tried.
         useful: whether its error bounds have to be below the friction.
     """
     for spec in specs:
@@ -134,7 +137,7 @@ def _first(key: str, specs: Sequence[Spec], derive: Derive, useful: bool = False
                     render("text/bounds_of_little_use.j2", bounds=found.bounds, every=every).strip()
                     for every in (True, False)
                 )
-                if useful and (useless or isinstance(found.bounds, str)):
+                if useful and (useless or isinstance(found.bounds, str)):  # a text: why there are no bounds
                     continue
                 where = spec.place("observer.gains")
                 numbers = {name: _numbers(raw, where) for name, raw in gains.items()}
@@ -142,8 +145,10 @@ def _first(key: str, specs: Sequence[Spec], derive: Derive, useful: bool = False
     return None
 
 
-def _useful(spec: Spec, largest: Mapping[str, float], derive: Derive) -> Proposal | None:
-    """The remedy by the spec's step or a semi-implicit one at the longest sample time that gives a useful bound.
+def _with_useful_bound(spec: Spec, largest: Mapping[str, float], derive: Derive) -> Proposal | None:
+    """The remedy by the longest sample time that gives error bounds below the friction; None if none does.
+
+    The integration method is the spec's own or a semi-implicit step.
 
     Tried are the spec's own sample time, and shorter ones of one digit: 1, 2 or 5.
 
@@ -161,20 +166,24 @@ def _useful(spec: Spec, largest: Mapping[str, float], derive: Derive) -> Proposa
         for step in steps
         if h <= largest.get(step, 0.0) and (h, step) != (own, choice.integration)
     ]
-    for observer in tried[:ATTEMPTS_USEFUL]:
-        found = _first("step", [replace(spec, observer=observer)], derive, useful=True)
+    for observer in tried[:ATTEMPTS_FOR_BOUND]:
+        found = _first_certified("step", [replace(spec, observer=observer)], derive, useful=True)
         if found is not None:
             return found
     return None
 
 
-def _measured(spec: Spec, derive: Derive) -> Proposal | None:
-    """The remedy of measured velocity with the spec's gains: a tracker then has a certificate by structure."""
+def _with_measured_velocity(spec: Spec, derive: Derive) -> Proposal | None:
+    """The remedy of measured velocity with the spec's gains; None if it is measured already, or is not certified.
+
+    A tracker (TO, GTO, MGTO) may then have a certificate by structure, for any number of errors (``structure.py``).
+    """
     choice = spec.observer
     if choice is None or choice.velocity != "estimated":
         return None
     gains = {name: raw for name, raw in choice.gains.items() if name != "K_v"}
-    return _first("velocity", [replace(spec, observer=replace(choice, velocity="measured", gains=gains))], derive)
+    with_measured = replace(spec, observer=replace(choice, velocity="measured", gains=gains))
+    return _first_certified("velocity", [with_measured], derive)
 
 
 def _numbers(raw: Any, where: Place) -> Any:
@@ -188,7 +197,7 @@ def _sample_times(spec: Spec, largest: Mapping[str, float]) -> list[Spec]:
     longest = largest.get(choice.integration, 0.0)
     if not 0 < longest < float(choice.sample_time):
         return []
-    exact = [sympy.Rational(rounded_to(longest * share, DIGITS, ROUND_FLOOR)) for share in SHARES]
+    exact = [sympy.Rational(rounded_to(longest * share, DIGITS, ROUND_FLOOR)) for share in SHARES_OF_TIME]
     return [replace(spec, observer=replace(choice, sample_time=h)) for h in exact]
 
 
@@ -199,7 +208,7 @@ def _gain_sets(spec: Spec, system: System, analysis: Analysis, family: GainDynam
         key=lambda ray: ray.distance,
     )
     for ray in rays[:NEAREST]:
-        for deeper in INSIDE if ray.length or analysis.stable else (0.0, *INSIDE):
+        for deeper in BEYOND_BOUNDARY if ray.length or analysis.stable else (0.0, *BEYOND_BOUNDARY):
             yield ray.spec_at(ray.length + deeper)
 
 
@@ -267,10 +276,10 @@ def _rays(spec: Spec, flips: int, system: System, family: GainDynamics) -> Itera
         if first:
             along = directions[k] * longest[k]
 
-            def holds(t: Array, along: Array = along) -> NDArray[np.bool_]:
+            def is_stable(t: Array, along: Array = along) -> NDArray[np.bool_]:
                 return _stable(family, base, axes, along * t[:, None])
 
-            length = float(longest[k] * bisect(holds, shares[[first]], shares[[first - 1]])[1][0])
+            length = float(longest[k] * bisect(is_stable, shares[[first]], shares[[first - 1]])[1][0])
         yield _Ray(spec, axes, directions[k], length, length + flips * SIGN_COSTS)
 
 
@@ -285,13 +294,16 @@ def _directions(count: int) -> Array:
 
 
 def _stable(family: GainDynamics, base: Settings, axes: Sequence[GainAxis], shifts: Array) -> NDArray[np.bool_]:
-    """Whether I + hA and Ψ are stable with gains times exp(shifts), … by number of axes; the result has shape …."""
+    """Whether I + hA and Ψ are stable, with the gains of ``base`` times exp(shifts) along each axis.
+
+    ``shifts``: (…, number of axes); the result has the shape (…).
+    """
     settings, flat = base, shifts.reshape(-1, len(axes))
     for k, axis in enumerate(axes):
         assert axis.chosen is not None
         settings = settings.along(axis, axis.chosen * np.exp(flat[:, k]))
-    held = stable(family, "sampled", settings)
-    if held.any():
-        held[held] = stable(family, "continuous", settings.rows(held))
-    inside: NDArray[np.bool_] = held.reshape(shifts.shape[:-1])
-    return inside
+    both = stable(family, "sampled", settings)
+    if both.any():
+        both[both] = stable(family, "continuous", settings.rows(both))
+    shaped: NDArray[np.bool_] = both.reshape(shifts.shape[:-1])
+    return shaped

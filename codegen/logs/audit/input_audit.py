@@ -45,22 +45,24 @@ def audit_inputs(forces: Forces, spec: Spec, outside: Finding | None, log: Log) 
     """
     if not len(forces.driven):
         return
-    needed = forces.inertia - forces.rest
-    size = np.sqrt(np.mean(needed**2, axis=0))
+    by_motion = forces.inertia - forces.rest  # (K, n) the force that the motion requires of the inputs
+    size = np.sqrt(np.mean(by_motion**2, axis=0))
     weight = np.where(size > 0, 1 / np.where(size > 0, size, 1.0), 0.0)
-    rows = np.tile(np.any(forces.driven != 0, axis=(0, 1)), len(needed))  # coordinates that some input drives
+    rows = np.tile(np.any(forces.driven != 0, axis=(0, 1)), len(by_motion))  # coordinates that some input drives
 
     def stacked(force: Array) -> Array:
+        """(K') a force, (K, n), on the driven coordinates one after another, each over the RMS that it requires."""
         return np.asarray((force * weight).reshape(-1)[rows])
 
     columns = (forces.driven * weight).reshape(len(spec.inputs), -1)[:, rows]
     acting = [j for j in range(len(spec.inputs)) if np.any(columns[j])]
     if not acting:
         return
-    wanted = stacked(needed)
+    # Least squares: required = Σ factor_j · force of input j.
+    required = stacked(by_motion)
     scales = np.linalg.norm(columns[acting], axis=1)
-    factors = np.linalg.lstsq((columns[acting] / scales[:, None]).T, wanted, rcond=1e-8)[0] / scales
-    left = wanted - factors @ columns[acting]
+    factors = np.linalg.lstsq((columns[acting] / scales[:, None]).T, required, rcond=1e-8)[0] / scales
+    unexplained = required - factors @ columns[acting]
     modelled = {"inertia": forces.inertia, "friction": forces.friction, "gravity and springs": -forces.static}
     parts = {what: stacked(force) for what, force in modelled.items()}
     for factor, j in zip(factors, acting, strict=True):
@@ -70,7 +72,7 @@ def audit_inputs(forces: Forces, spec: Spec, outside: Finding | None, log: Log) 
         if name in log.raw_data.doubted:
             yield not_judged(name, f"the numbers of {name} are corrected")
             continue
-        own = left + factor * columns[j]  # the required force less that of the other inputs
+        own = unexplained + factor * columns[j]  # the required force less that of the other inputs
         found = _finding_on(name, float(factor), own, columns[j], outside, parts, spec, log)
         own_problem = found.severity == "problem" and found.topic == f"sign and scale of {name}"
         if own_problem and factor > 0:
@@ -80,13 +82,13 @@ def audit_inputs(forces: Forces, spec: Spec, outside: Finding | None, log: Log) 
             curves = np.array([stacked(curve) for curve in _over_positions(forces, j)])
             found = _with_undeclared(name, own, columns[j], curves, found)
         if found.severity == "problem" and factor > 0 and _are_links_wrong(forces, spec, j, float(factor)):
-            found = _said("warning", found.topic, found.figures, "links", name=name, factor=factor)
+            found = _finding("warning", found.topic, found.figures, "links", name=name, factor=factor)
         yield found
 
 
-def _said(severity: Severity, topic: str, figures: Mapping[str, float], say: str, **given: Any) -> Finding:
+def _finding(severity: Severity, topic: str, figures: Mapping[str, float], say: str, **words: Any) -> Finding:
     """A finding in words of templates/text/input_audit.j2, as by ``Finding.said``."""
-    return Finding.said(severity, topic, "input_audit", say, figures, **given)
+    return Finding.said(severity, topic, "input_audit", say, figures, **words)
 
 
 def is_constant(values: Array) -> bool:
@@ -96,12 +98,12 @@ def is_constant(values: Array) -> bool:
 
 
 def _losses(forces: Forces, j: int) -> Iterator[Array]:
-    """(K, n) speed, and declared friction, of each coordinate driven by input j: losses that may differ."""
+    """(K, n) velocity, and declared friction, of each coordinate that input j drives: losses, for a fit."""
     n = forces.inertia.shape[1]
     return _on_driven(forces, j, lambda i: np.column_stack([forces.motion[:, n + i], forces.friction[:, i]]))
 
 
-def _with_losses(name: str, wanted: Array, given: Array, losses: Array, found: Finding) -> Finding:
+def _with_losses(name: str, required: Array, applied: Array, losses: Array, found: Finding) -> Finding:
     """The finding on an input's scale as a warning if it is right with losses fitted too; else unchanged.
 
     A motor at a voltage has the damping k²/R of its back-EMF. Without it in the spec the motion takes a small part of
@@ -109,15 +111,15 @@ def _with_losses(name: str, wanted: Array, given: Array, losses: Array, found: F
     together the input's factor is then near one.
 
     Args:
-        wanted, given: (K') force that the motion requires, and that of the input.
+        required, applied: (K') force that the motion requires, and that of the input.
         losses: (2d, K') speed, and declared friction, of each of d coordinates.
     """
-    factor, alone = partial_correlation(wanted, given, losses.T)
-    if alone < MATCHED or not 1 / SCALE_OFF < factor < SCALE_OFF:
+    factor, partial = partial_correlation(required, applied, losses.T)
+    if partial < MATCHED or not 1 / SCALE_OFF < factor < SCALE_OFF:
         return found
     figures, near = {**found.figures, "factor_beside_losses": factor}, 1 / NEAR_UNIT < factor < NEAR_UNIT
     whole = found.figures["factor"]
-    return _said("warning", found.topic, figures, "losses", name=name, whole=whole, factor=factor, near=near)
+    return _finding("warning", found.topic, figures, "losses", name=name, whole=whole, factor=factor, near=near)
 
 
 def _over_positions(forces: Forces, j: int) -> Iterator[Array]:
@@ -134,19 +136,21 @@ def _on_driven(forces: Forces, j: int, terms: Callable[[int], Array]) -> Iterato
             yield force
 
 
-def _with_undeclared(name: str, wanted: Array, given: Array, curves: Array, found: Finding) -> Finding:
+def _with_undeclared(name: str, required: Array, applied: Array, curves: Array, found: Finding) -> Finding:
     """The finding on an input's sign as a warning if it is right with a force over the position fitted too.
 
-    Else unchanged. An input that holds a spring or weight that the spec lacks runs against the inertia of slow motion.
+    Else unchanged. Example: a motor holds a weight or a spring that the spec lacks, and moves slowly. Its force then
+    opposes that one most of the time, and correlates negatively with the inertia force, although its sign is right.
 
     Args:
-        wanted, given: (K') force that the motion requires, and that of the input. curves: as of ``_over_positions``.
+        required, applied: (K') force that the motion requires, and that of the input.
+        curves: (k, K') those of ``_over_positions``.
     """
-    factor, alone = partial_correlation(wanted, given, curves.T)
-    if alone < MATCHED or not 1 / SCALE_OFF < factor < SCALE_OFF:
+    factor, partial = partial_correlation(required, applied, curves.T)
+    if partial < MATCHED or not 1 / SCALE_OFF < factor < SCALE_OFF:
         return found
     figures, fit = {**found.figures, "factor_beside_positions": factor}, found.figures["correlation"]
-    return _said("warning", found.topic, figures, "undeclared", name=name, fit=fit, factor=factor)
+    return _finding("warning", found.topic, figures, "undeclared", name=name, fit=fit, factor=factor)
 
 
 def _are_links_wrong(forces: Forces, spec: Spec, j: int, factor: float) -> bool:
@@ -164,61 +168,66 @@ def _are_links_wrong(forces: Forces, spec: Spec, j: int, factor: float) -> bool:
 
 def not_judged(name: str, before: str) -> Finding:
     """The finding on an input that cannot be judged; ``before``: what must be done for that, as a clause."""
-    return _said("info", f"sign and scale of {name}", {}, "not judged", name=name, before=before)
+    return _finding("info", f"sign and scale of {name}", {}, "not judged", name=name, before=before)
 
 
 def _finding_on(
     name: str,
     factor: float,
-    wanted: Array,
-    given: Array,
+    required: Array,
+    applied: Array,
     outside: Finding | None,
     parts: Mapping[str, Array],
     spec: Spec,
     log: Log,
 ) -> Finding:
-    """The finding on one input by the least-squares ``factor`` of its force to the force ``wanted``."""
-    fit = correlation(wanted, given)
+    """The finding on one input by the least-squares ``factor`` of its force to the force ``required``."""
+    fit = correlation(required, applied)
     figures = {"factor": factor, "correlation": fit}
     topic = f"sign and scale of {name}"
     if fit < FLIPPED:
-        seen = _seen(given, parts)
+        seen = _shown_forces(applied, parts)
         figures |= {f"against_{what.split()[0]}": value for what, value in seen.items()}
         line = f"({log.scale_lines({name: -1.0}, spec)} in meta.yaml beside the log reverses {name}.)"
         opposed = [what for what, value in seen.items() if value < 0]
-        return _said("problem", topic, figures, "sign", name=name, fit=fit, seen=list(seen), opposed=opposed, line=line)
+        return _finding(
+            "problem", topic, figures, "sign", name=name, fit=fit, seen=list(seen), opposed=opposed, line=line
+        )
     matched = fit > MATCHED
     if outside is not None and (factor >= SCALE_OFF if matched else outside.figures["times"] >= FAR_OUTSIDE):
         about = {"outside": outside.words, "factor": factor, "name": name}
-        return _said(outside.severity, outside.topic, {**figures, **outside.figures}, "outside", **about)
+        return _finding(outside.severity, outside.topic, {**figures, **outside.figures}, "outside", **about)
     if matched and not 1 / SCALE_OFF < factor < SCALE_OFF:
-        return _wrong_scale(name, figures, wanted, given, spec, log)
-    return _said("info", topic, figures, "not shown" if fit < MATCHED else "fits", name=name, factor=factor, fit=fit)
+        return _wrong_scale(name, figures, required, applied, spec, log)
+    return _finding("info", topic, figures, "not shown" if fit < MATCHED else "fits", name=name, factor=factor, fit=fit)
 
 
-def _wrong_scale(name: str, figures: Mapping[str, float], wanted: Array, given: Array, spec: Spec, log: Log) -> Finding:
+def _wrong_scale(
+    name: str, figures: Mapping[str, float], required: Array, applied: Array, spec: Spec, log: Log
+) -> Finding:
     """The finding on an input of which the motion takes another multiple than one; ``figures`` as of ``_finding_on``.
 
-    Where the input is small, below the median of its size, a limit does not act; a wrong scale does there too.
+    The factor is computed again where the input is below the median of its size: a limit of the input does not act
+    there, a wrong scale does.
     """
-    topic, factor, size = f"sign and scale of {name}", figures["factor"], np.abs(given)
+    topic, factor, size = f"sign and scale of {name}", figures["factor"], np.abs(applied)
     acting = size > ACTING * size.max()
     small = acting & (size <= np.median(size[acting]))
-    at_small = float(wanted[small] @ given[small]) / float(given[small] @ given[small])
+    at_small = float(required[small] @ applied[small]) / float(applied[small] @ applied[small])
     figures = {**figures, "factor_at_small_input": at_small}
     if 1 / SCALE_OFF < at_small < SCALE_OFF:
-        return _said("warning", topic, figures, "limit", name=name, factor=factor, at_small=at_small)
+        return _finding("warning", topic, figures, "limit", name=name, factor=factor, at_small=at_small)
     remedy = _unit_or_scale(name, factor, spec, log)
-    return _said("problem", topic, figures, "scale", name=name, factor=factor, remedy=remedy)
+    return _finding("problem", topic, figures, "scale", name=name, factor=factor, remedy=remedy)
 
 
-def _seen(given: Array, parts: Mapping[str, Array]) -> dict[str, float]:
+def _shown_forces(applied: Array, parts: Mapping[str, Array]) -> dict[str, float]:
     """The partial correlations of an input's force with the modelled forces (name → (K')), of those that show in it."""
     acting = {what: force for what, force in parts.items() if np.any(force)}
     found = {}
     for what, force in acting.items():
         others = [other for name, other in acting.items() if name != what]
-        found[what] = partial_correlation(given, force, np.column_stack([*others, np.ones(len(given))]))[1]
+        found[what] = partial_correlation(applied, force, np.column_stack([*others, np.ones(len(applied))]))[1]
     return {what: correlation for what, correlation in found.items() if abs(correlation) > PART_SEEN}
 
 
@@ -234,14 +243,14 @@ def audit_undriven(forces: Forces, spec: Spec, outside: Finding | None) -> Itera
         figures, off = {"factor": slope, "correlation": fit}, not 1 / SCALE_OFF < slope < SCALE_OFF
         topic, about = f"force on {c.name}", {"name": c.name, "factor": slope, "fit": fit}
         if fit < FLIPPED:
-            yield _said("problem", topic, figures, "undriven sign", **about)
+            yield _finding("problem", topic, figures, "undriven sign", **about)
         elif outside is not None and outside.figures["times"] >= FAR_OUTSIDE and off:
             figures |= outside.figures
-            yield _said(outside.severity, outside.topic, figures, "undriven outside", outside=outside.words)
+            yield _finding(outside.severity, outside.topic, figures, "undriven outside", outside=outside.words)
         elif fit > MATCHED and off:
-            yield _said("problem", topic, figures, "undriven scale", **about)
+            yield _finding("problem", topic, figures, "undriven scale", **about)
         else:
-            yield _said("info", topic, figures, "undriven", **about)
+            yield _finding("info", topic, figures, "undriven", **about)
 
 
 def _unit_or_scale(name: str, factor: float, spec: Spec, log: Log) -> str:
