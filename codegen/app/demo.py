@@ -28,7 +28,7 @@ def run_demo(folder: Path, show: Callable[[str], None], progress: Callable[[str,
     Args:
         folder: for the results.
         show: prints a text.
-        progress: called with a station and the share of it that is done.
+        progress: called with a step and the share of it that is done.
     """
     specs = resource_folder("specs")
     spec = specs / SPEC

@@ -12,7 +12,7 @@ from codegen.base.border import verb
 from codegen.base.errors import BadInput, Place
 from codegen.base.files import refuse_target
 from codegen.base.input_files import identity
-from codegen.base.progress import begin, rising
+from codegen.base.progress import begin, never_falling
 from codegen.base.result import Result
 from codegen.base.text import render
 from codegen.diagnosis.case import Findings
@@ -106,7 +106,7 @@ def diagnose(
         BadInput: for a bad spec, log or share, or a folder with files that stiction did not write or, without
             ``force``, of another log or edited since; then nothing is written.
     """
-    progress = rising(progress) if progress is not None else None
+    progress = never_falling(progress) if progress is not None else None
     matters = MATERIAL if material is None else read_part(str(material), Place("--material"))
     with as_files(log=log, test=test) as (logs, tests):
         if not logs:

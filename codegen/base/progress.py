@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from rich.progress import Progress, TaskID
 
 LINE_S = 5.0
-"""Least time between two lines about the same step, s."""
+"""Least time between two lines about the same step of the work, s."""
 SMALLEST_SHARE = 0.001
 """Growth of the share of the work of which a caller's function for progress is told."""
 CALL_S = 1.0
@@ -28,7 +28,7 @@ class ProgressCallback(Protocol):
     A share of 0 means that a step begins and that its share of the work is not known.
     """
 
-    def __call__(self, station: str, share: float) -> None: ...
+    def __call__(self, step: str, share: float) -> None: ...
 
     def above(self, show: Callable[[], None]) -> None:
         """Call ``show``, which prints, with the bar removed from the screen; the bar continues below the text."""
@@ -44,25 +44,25 @@ def begin(step: str) -> None:
         display(step, 0.0)
 
 
-def rising(progress: Callable[[str, float], None]) -> Callable[[str, float], None]:
+def never_falling(progress: Callable[[str, float], None]) -> Callable[[str, float], None]:
     """``progress``, called with the largest share so far in place of a smaller one, and by one thread at a time.
 
     The number of rounds of a search is not known before it ends, so that a share computed from it may be too large.
     ``progress`` is called where the step changes or the share grows by ``SMALLEST_SHARE``, and once in ``CALL_S`` all
     the same, since it may end the work by an exception.
     """
-    largest, told, last, lock = 0.0, ("", -1.0), 0.0, Lock()
+    largest, reported, last, lock = 0.0, ("", -1.0), 0.0, Lock()
 
-    def tell(step: str, share: float) -> None:
-        nonlocal largest, told, last
+    def report(step: str, share: float) -> None:
+        nonlocal largest, reported, last
         with lock:
             largest = max(largest, share)
             now = time.monotonic()
-            if step != told[0] or largest - told[1] >= SMALLEST_SHARE or now - last >= CALL_S:
-                told, last = (step, largest), now
+            if step != reported[0] or largest - reported[1] >= SMALLEST_SHARE or now - last >= CALL_S:
+                reported, last = (step, largest), now
                 progress(step, largest)
 
-    return tell
+    return report
 
 
 def part_of(progress: Callable[[str, float], None], start: float, end: float) -> Callable[[str, float], None]:
@@ -118,6 +118,7 @@ def progress(lines: bool = False) -> Iterator[ProgressCallback]:
 
 
 def _opened(display: ProgressCallback) -> Iterator[ProgressCallback]:
+    """The display, to which ``begin`` reports, with the step ``LOADING`` begun."""
     with steps_to(display):
         begin(LOADING)
         yield display
@@ -129,8 +130,8 @@ class _Bar:
     def __init__(self, bar: Progress, task: TaskID) -> None:
         self._bar, self._task = bar, task
 
-    def __call__(self, station: str, share: float) -> None:
-        self._bar.update(self._task, description=station)
+    def __call__(self, step: str, share: float) -> None:
+        self._bar.update(self._task, description=step)
         if share:
             self._bar.update(self._task, total=1.0, completed=share)
 
@@ -144,13 +145,13 @@ class _Lines:
     """Progress as plain lines: ``reading the spec ...`` where a step begins, ``refit, 5 %`` with a known share."""
 
     def __init__(self, show: Callable[[str], None]) -> None:
-        self._show, self._last, self._station = show, 0.0, ""
+        self._show, self._last, self._step = show, 0.0, ""
 
-    def __call__(self, station: str, share: float) -> None:
+    def __call__(self, step: str, share: float) -> None:
         now = time.monotonic()
-        if share < 1 and (station != self._station or now - self._last >= LINE_S):
-            self._last, self._station = now, station
-            self._show(f"{station}, {100 * share:.0f} %" if share else f"{station} ...")
+        if share < 1 and (step != self._step or now - self._last >= LINE_S):
+            self._last, self._step = now, step
+            self._show(f"{step}, {100 * share:.0f} %" if share else f"{step} ...")
 
     def above(self, show: Callable[[], None]) -> None:
         show()

@@ -55,7 +55,7 @@ from codegen.spec.numerics import numerical
 HELD_OUT_EVERY = 3
 """Every third record at steady speed is held out, since records are ordered by speed and not by time."""
 Progress = Callable[[str, float], None]
-"""Called with (station, share done)."""
+"""Called with (name of the step, share done of the diagnosis)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,8 +63,14 @@ class Models:
     """The three compared models, and the data for training and test, which may be of the same motion.
 
     Attributes:
+        declared: the model with the values of the spec.
+        refit: the same model with refitted values.
+        augmented: the refit with the effects that were found.
+        train, test: the equation-of-motion problems of the training log and of the log with the held-out data.
         window: the held-out part of ``test``.
-        restart_s: seconds between restarts of free-run simulations there.
+        spec_text: text of the augmented spec.
+        named: the effects in ``augmented``, also where the verdict adds none of them to the spec.
+        restart_s: seconds between restarts of free-run simulations in the window.
         excitation: text of the file with the discriminating motion, or None.
     """
 
@@ -95,46 +101,55 @@ def diagnose_log(
 
     Args:
         log: to train on; without ``test_log`` its last 30 % is held out.
+        progress: called as each step begins.
+        propose: whether terms are proposed for an unknown verdict (``verdict/proposal.py``).
         material: share of the RMS of the drive force from which on a force matters.
         tell: called with what the preflight found, before anything is fitted.
+
+    Returns:
+        The diagnosis, and the models that it compares, for the report.
 
     Raises:
         BadInput: if a log is too short or has too little motion; for a proposal without PySINDy.
     """
     if propose:
         refuse_without_pysindy()
-    report = progress or (lambda station, share: None)
+    report = progress or (lambda step, share: None)
     with steps_to(progress):
         case = case_of(spec, system, log, test_log, material)
     means = means_of(case.log) if is_static(case.problem.system) and not case.faults else None
-    if means is None:
-        try:
-            search = search_on(case.problem, lambda share: record_of(case.problem.motion, case.log, share, case.events))
-        except BadInput as error:
-            if case.unfit is not None:  # which may be why there are few stretches in motion
-                raise case.unfit from error
-            if not isinstance(error, TooFewStretches):
-                raise
-            raise few_stretches(case, error) from error
-        if not case.faults and not case.problem.used.any():
-            found = "no motion long enough away from standstill, so that the residual force shows no friction in slip"
-            raise BadInput(case.log.where, found, "a record with larger inputs or fewer pauses", code="LOG009")
-        if not case.faults:  # of which no effect is tried
-            start_compiling(search)
-        tell(case.findings_in_words)  # after the checks that refuse a short log
-        diagnosis, models = _by_free_runs(case, search, report, propose, tell)
-    else:
+    if means is not None:
         tell(case.findings_in_words)
         report("means of steady records", 0.2)
-        diagnosis, models = _by_means(case, means)
-    return diagnosis, models
+        return _by_means(case, means)
+    search = _search_of(case)  # refuses a log that is too short, before its findings are told
+    if not case.faults:  # with a fault, no effect is tried
+        start_compiling(search)
+    tell(case.findings_in_words)
+    return _by_free_runs(case, search, report, propose, tell)
+
+
+def _search_of(case: Case) -> Search:
+    """The search by free runs. Raises BadInput if the log has too few stretches in motion."""
+    try:
+        search = search_on(case.problem, lambda share: record_of(case.problem.motion, case.log, share, case.events))
+    except BadInput as error:
+        if case.unfit is not None:  # the preflight's fault may be the reason for too few stretches
+            raise case.unfit from error
+        if not isinstance(error, TooFewStretches):
+            raise
+        raise few_stretches(case, error) from error
+    if not case.faults and not case.problem.used.any():
+        found = "no motion long enough away from standstill, so that the residual force shows no friction in slip"
+        raise BadInput(case.log.where, found, "a record with larger inputs or fewer pauses", code="LOG009")
+    return search
 
 
 def _by_free_runs(
     case: Case, search: Search, report: Progress, propose: bool, tell: Callable[[Findings], None]
 ) -> tuple[Diagnosis, Models]:
     """The diagnosis by free-run simulation and force residual."""
-    # Asked of the log's own segments: a later search may be on shorter ones.
+    # The reliability was counted on logs with segments of full length. A later search may be on shorter ones.
     uncounted = not case.log.joints and is_shortened(search.record, case.problem.motion)
     selection = select(case, search, report, tell)
     case, problem = selection.case, selection.case.problem

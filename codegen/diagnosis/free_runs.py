@@ -59,7 +59,7 @@ from codegen.spec.numerics import is_numerical, numerical
 MOST_CORRECTIONS = 2
 """How often the lead of inputs is corrected and the effects are sought again."""
 Report = Callable[[str, float], None]
-"""Called with (station, share done)."""
+"""Called with (name of the step, share done of the diagnosis)."""
 
 
 @dataclass(frozen=True, eq=False)
