@@ -21,7 +21,7 @@ from codegen.app.cli import main
 from codegen.base import progress as told
 from codegen.base import terminal
 from codegen.base.errors import BadInput
-from codegen.base.progress import LOADING, begin, progress, rising
+from codegen.base.progress import LOADING, begin, never_falling, progress
 from tests.slow_cases import slow_except
 
 from .command import SPECS
@@ -158,15 +158,15 @@ def test_a_share_never_decreases(monkeypatch, tmp_path) -> None:
 def test_a_caller_s_progress_is_called_where_something_changed_and_by_one_thread_at_a_time(clock) -> None:
     """A diagnosis called it 600 times, 300 of them with the same step and share, and from several threads at once."""
     told: list[tuple[str, float]] = []
-    tell = rising(lambda *one: told.append(one))
+    report = never_falling(lambda *one: told.append(one))
     for _ in range(100):
-        tell("effect 1", 0.1)
-    tell("effect 1", 0.1004)
-    tell("effect 1", 0.12)
-    tell("effect 2", 0.12)
+        report("effect 1", 0.1)
+    report("effect 1", 0.1004)
+    report("effect 1", 0.12)
+    report("effect 2", 0.12)
     assert told == [("effect 1", 0.1), ("effect 1", 0.12), ("effect 2", 0.12)]
     clock[0] += 1.5
-    tell("effect 2", 0.12)
+    report("effect 2", 0.12)
     assert len(told) == 4, "a caller that ends the work by an exception is asked every second"
 
     inside, most = 0, 0
@@ -178,9 +178,9 @@ def test_a_caller_s_progress_is_called_where_something_changed_and_by_one_thread
         sleep(0.01)
         inside -= 1
 
-    tell = rising(slow)
+    report = never_falling(slow)
     with ThreadPoolExecutor(4) as pool:
-        list(pool.map(lambda k: tell(f"effect {k}", 0.1), range(8)))
+        list(pool.map(lambda k: report(f"effect {k}", 0.1), range(8)))
     assert most == 1
 
 
