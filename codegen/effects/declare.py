@@ -16,6 +16,7 @@ from codegen.mechanics.contacts import build_contacts
 from codegen.mechanics.motion import equation_of_motion
 from codegen.mechanics.system import ContactFriction, System
 from codegen.spec.model import DeclaredEffect, Spec, symbol
+from codegen.spec.numerics import numerical
 from codegen.spec.quantity import refuse_other_unit
 
 FAR_VALUE = 1e9
@@ -41,6 +42,7 @@ def written_place(on: str) -> str | list[str]:
     return names if len(names) > 1 else on
 
 
+@numerical("the model with the declared effects")
 def system_of(spec: Spec) -> System:
     """The system of a spec with its declared effects; BadInput as ``build_system`` and ``add_declared_effects``."""
     faults = Faults()
