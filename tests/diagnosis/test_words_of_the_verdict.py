@@ -112,7 +112,7 @@ def test_candidates_are_shown_named_tied_passed_refused_and_then_by_what_they_ex
     assert [c.kind for c in tied.in_order(tied.candidates)][:3] == ["cogging", "spring", "viscous"]
     lines = Diagnosed(found, Path(), ()).text(paths=False).splitlines()
     table = [line.split()[0] for line in lines if " on x  " in line]
-    assert table == order and any(line.startswith("  Order: the named ones") for line in lines)
+    assert table == order and any(line.startswith("  Order: named effects") for line in lines)
 
 
 def remainder(structured: float) -> Remainder:
