@@ -19,7 +19,7 @@ from codegen.spec.functions import Magnitude
 LONGEST_ENTRY, LONGEST_PRINTED = 60, 400
 """Most operations of an entry of a printed matrix, and of any printed expression; longer ones are in --json alone."""
 WIDTH, WIDEST_ROW = 110, 150
-"""Columns at which a long expression is continued on the next line, and up to which Ψ is printed as a matrix."""
+"""Width, in characters, at which a long expression is continued on the next line; largest width of a printed matrix."""
 
 
 @verb

@@ -29,7 +29,7 @@ LEAST = 1e-6
 """Least refuted rate, 1/s; it is the one for an unstable point."""
 DIGITS = (6, 9, 12, 15)
 """Numbers of significant digits of Q that are tried in turn."""
-TRIED = 12
+POINTS_COMPARED = 12
 """Number of sampled operating points that are compared, those of the largest spectral radius."""
 EVALUATIONS = 400
 """Largest number of evaluations in the search near the slowest point."""
@@ -58,7 +58,8 @@ def slowest_point(analysis: Analysis, family: Family) -> Slowest | None:
     dynamics, h = analysis.dynamics, float(analysis.dynamics.observer.sample_time)
     function = function_of(family.matrix.subs(family.parameters), [*family.variables])
 
-    def there(known: Mapping[str, float]) -> Slowest | None:
+    def decay_at(known: Mapping[str, float]) -> Slowest | None:
+        """The decay at an operating point; None if it has no rational values."""
         point = _point(analysis, family, known)
         if point is None:
             return None
@@ -68,20 +69,23 @@ def slowest_point(analysis: Analysis, family: Family) -> Slowest | None:
         return Slowest(decay_rate_limit([a], h), point, a)
 
     def rate(known: Mapping[str, float]) -> float:
-        found = there(known)
+        found = decay_at(known)
         return np.inf if found is None else found.rate
 
-    tried = [(found, known) for known in _operating_points(analysis) if (found := there(known)) is not None]
+    tried = [(found, known) for known in _operating_points(analysis) if (found := decay_at(known)) is not None]
     if not tried:
         return None
     found, known = min(tried, key=lambda item: item[0].rate)
-    return found if found.rate <= 0 else there(_slower_near(analysis, known, rate))
+    return found if found.rate <= 0 else decay_at(_slower_near(analysis, known, rate))
 
 
 def _slower_near(
     analysis: Analysis, known: dict[str, float], rate: Callable[[Mapping[str, float]], float]
 ) -> dict[str, float]:
-    """A slower point by Nelder–Mead from ``known``, velocities keeping their signs, to six digits; else ``known``."""
+    """An operating point of slower decay near ``known``, by Nelder–Mead; ``known`` itself if none is found.
+
+    Velocities keep their signs. The values have six digits.
+    """
     dynamics, ranges = analysis.dynamics, analysis.points.ranges
     tied = {n.name: s.name for n, s in dynamics.next_velocity.items()}
     free, bounds = [], []
@@ -156,14 +160,14 @@ def _proposals(
 
 
 def _operating_points(analysis: Analysis) -> Iterator[dict[str, float]]:
-    """Sampled operating points, the worst first, each also with its positions at zero: variable → value."""
+    """Sampled operating points: variable → value. The worst come first, each also with its positions at zero."""
     names = [s.name for s in analysis.points.variables]
     angles = {x.name for x in analysis.dynamics.observer.system.positions}
     neighbours = {n.name: s.name for n, s in analysis.dynamics.next_velocity.items()}
-    for row in analysis.points.values[[0, *np.argsort(-analysis.radii)[:TRIED]]]:
-        for turned in (False, True):
-            known = {n: 0.0 if turned and n in angles else float(x) for n, x in zip(names, row, strict=True)}
-            # v[k+1] = v[k]
+    for row in analysis.points.values[[0, *np.argsort(-analysis.radii)[:POINTS_COMPARED]]]:
+        for at_zero in (False, True):
+            known = {n: 0.0 if at_zero and n in angles else float(x) for n, x in zip(names, row, strict=True)}
+            # The next velocity v[k+1] is taken equal to v[k].
             yield known | {n: known[s] for n, s in neighbours.items() if n in known and s in known}
 
 

@@ -40,12 +40,12 @@ def joint_terms(
     """
     reduction = _Reduction(spec, mechanism, target, springs, armatures)
     joints = tuple(reduction.joint(i) for i in range(len(mechanism.system.positions)))
-    reduction.others()
+    reduction.remark_on_others()
     return joints, tuple(reduction.remarks)
 
 
 class _Reduction(Exporter):
-    """The reduction of one machine; ``joint`` for each coordinate, then ``others``."""
+    """The reduction of one machine; ``joint`` for each coordinate, then ``remark_on_others``."""
 
     def __init__(self, spec: Spec, mechanism: Mechanism, target: str, springs: bool, armatures: bool) -> None:
         super().__init__(spec, mechanism)
@@ -74,7 +74,7 @@ class _Reduction(Exporter):
         reference = line.constant / stiffness if stiffness else 0.0
         if stiffness:
             self.remark(f"spring on {x}", "exact", f"{stiffness:.6g}, at rest at {reference:.6g}")
-        self._lost(line, direction, stiffness, reference)
+        self._remark_on_forces(line, direction, stiffness, reference)
         armature = self._armature(index)
         return JointTerms(x.name, terms.damping[0], terms.level, stiffness, reference, self._effort(index), armature)
 
@@ -90,7 +90,7 @@ class _Reduction(Exporter):
         self.remark(where, "dropped", f"{inertia:.6g} of inertia at the joint: {self.target} {why}")
         return 0.0
 
-    def _lost(self, line: Line, direction: tuple[float, ...], stiffness: float, reference: float) -> None:
+    def _remark_on_forces(self, line: Line, direction: tuple[float, ...], stiffness: float, reference: float) -> None:
         """Add remarks on constant and position-dependent forces that the target does not have."""
         index = direction.index(1.0)
         x = self.system.positions[index]
@@ -107,25 +107,26 @@ class _Reduction(Exporter):
             rotary = self.system.position_units[index] == "rad"
             if self.mechanism.tree is None and rotary and any(abs(wave.rate) == 1 for wave in line.waves):
                 how += "; where it is a weight, give mass and centre of mass in the link's inertial, with gravity on"
-            self._drop(f"force on {x}", how, force, direction)
+            self._remark_dropped(f"force on {x}", how, force, direction)
 
-    def others(self) -> None:
+    def remark_on_others(self) -> None:
         """Add remarks on lines between coordinates, drives and sensors."""
         for line in self.mechanism.lines:
             if sum(map(bool, line.direction)) > 1:
                 words, names = self.line_name(line.direction), zip(line.direction, self.system.positions, strict=True)
                 if line.level != 0:
                     how = f"{self.target} has friction on joints only"
-                    self._drop(f"friction along {words}", how, line.level, line.direction)
+                    self._remark_dropped(f"friction along {words}", how, line.level, line.direction)
                 if any(line.stiffness):
                     force = line.spring(sympy.Add(*[sympy.Float(c) * x for c, x in names if c]))
-                    self._drop(f"spring along {words}", f"{self.target} has none between joints", force, line.direction)
+                    how = f"{self.target} has none between joints"
+                    self._remark_dropped(f"spring along {words}", how, force, line.direction)
         for drive in self.mechanism.drives:
-            self._drive(drive)
+            self._remark_on_drive(drive)
         for x in self.system.sensor_errors:
             self.remark(f"sensor of {x}", "dropped", f"its error: {self.target} has no joint sensors")
 
-    def _drive(self, drive: Drive) -> None:
+    def _remark_on_drive(self, drive: Drive) -> None:
         """Add remarks on an input: its gain, delay, lag, dead zone and limit."""
         w, unit = self.system.inputs[drive.index], self.system.input_units[drive.index]
         where = f"input {w}"
@@ -143,7 +144,8 @@ class _Reduction(Exporter):
                 self.remark(where, "dropped", f"{name} of {value:.6g} s: {self.target} has none")
         if drive.dead_zone:
             lost = sympy.Float(drive.dead_zone * max(map(abs, drive.direction)))
-            self._drop(where, f"a dead zone of {drive.dead_zone:.6g} {unit} of command", lost, drive.direction)
+            how = f"a dead zone of {drive.dead_zone:.6g} {unit} of command"
+            self._remark_dropped(where, how, lost, drive.direction)
         if drive.limit is not None and len(moved) == 1:
             held: Held = "nearest" if drive.rounded else "exact"
             words = f"limited by the effort {drive.limit * abs(moved[0]):.6g}{CORNER if drive.rounded else ''}"
@@ -158,6 +160,7 @@ class _Reduction(Exporter):
             return None
         return drives[0].limit * abs(drives[0].direction[index])
 
-    def _drop(self, where: str, how: str, force: sympy.Expr, direction: Direction) -> None:
+    def _remark_dropped(self, where: str, how: str, force: sympy.Expr, direction: Direction) -> None:
+        """Add the remark that a force is not represented, with its size over the envelope."""
         errors = self.region.sampled(force, direction)
         self.remark(where, "dropped", how + self.assumed(force, direction), errors, self.unit(direction))

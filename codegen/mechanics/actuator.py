@@ -135,13 +135,13 @@ def decayed(errors: Sequence[Any], ratio: Any, decay: Any) -> list[Any]:
         ratio: t/tau.
         decay: exp(−t/tau).
     """
-    left = []
+    later = []
     for i in range(len(errors)):
         total = errors[i]
         for k in range(1, i + 1):
             total = total + ratio**k / factorial(k) * errors[i - k]
-        left.append(total * decay)
-    return left
+        later.append(total * decay)
+    return later
 
 
 @dataclass(frozen=True)

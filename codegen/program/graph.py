@@ -71,6 +71,7 @@ class Graph:
         return self._node("product", factors)
 
     def quotient(self, above: Node, below: Node) -> Node:
+        """above/below."""
         return self._node("quotient", (above, below))
 
     def negative(self, node: Node) -> Node:

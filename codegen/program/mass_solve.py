@@ -53,11 +53,14 @@ class MassSolve:
         return casadi.vertcat(reciprocal * (c * r[0] - b * r[1]), reciprocal * (a * r[1] - b * r[0]))
 
     def _name(self, n: int) -> Name:
-        """The naming of the intermediate values of a system of n equations, each a block of its own."""
+        """A function that gives each intermediate value of a system of n equations a name and a block of its own."""
         return lambda block, letter, indices, value: self.named(block, [_label(n, letter, *indices)], [value])[0]
 
     def named(self, name: str, wishes: Sequence[str], values: Sequence[Any]) -> list[Any]:
-        """Add a block of values named like ``wishes``, with ``_`` or a number if in use; return their symbols."""
+        """Add a block of values, and return their symbols.
+
+        ``wishes``: a name for each, to which ``_`` or a number is added if it is in use.
+        """
         elements = []
         for wish in (f"{self._prefix}{each}" for each in wishes):
             possible = (wish, f"{wish}_", *(f"{wish}_{k}" for k in range(2, len(self._taken) + 2)))

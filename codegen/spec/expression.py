@@ -25,6 +25,31 @@ from codegen.base.user_text import foreign_letter
 from codegen.spec.functions import CONSTANTS, FUNCTIONS, OTHER_NAMES, Magnitude, Sgn
 
 RANGE = "a finite number above 1e-300 and below 1e300 in size"
+"""What is expected of a number, for messages."""
+TYPESET = {"·": "*", "⋅": "*", "×": "*", "−": "-", "–": "-", "÷": "/", "²": "**2", "³": "**3", "π": "pi"}
+"""Sign as papers and data sheets print it → the sign to use in an expression; messages suggest it."""
+LONGEST = 20_000
+"""Most characters of an expression."""
+DEEPEST = 600
+"""Most levels of its syntax tree."""
+MOST_PARENTHESES = 40
+"""Most parentheses inside each other."""
+LONGEST_NUMBER = 8192
+"""Most bits of a rational number, numerator and denominator together."""
+DECIMAL_COMMA = "a decimal comma"
+"""What is wrong with `0,05`, for messages."""
+_WITH_COMMA = r"\d+,\d+(?:[eE][-+]?\d+)?"
+_COMMA_VALUE = re.compile(rf"\s*[-+]?{_WITH_COMMA}(?:\s*(?:%|[^\W\d_].*|1/.*))?\s*")
+_COMMA_INSIDE = re.compile(rf"(?<![\w.,]){_WITH_COMMA}(?!,)")
+_CALL = re.compile(r"([A-Za-z]\w*)\([^()]*$")
+NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*\Z")
+_OPERATORS: dict[type[ast.operator], Callable[[Any, Any], Any]] = {
+    ast.Add: operator.add,
+    ast.Sub: operator.sub,
+    ast.Mult: operator.mul,
+    ast.Div: operator.truediv,
+    ast.Pow: operator.pow,
+}
 
 
 def decimal_of(double: float) -> sympy.Rational:
@@ -50,31 +75,6 @@ def printed(value: Any, place: Place, found: str) -> sympy.Rational:
     if value != 0 and not in_range(double):
         raise BadInput(place, found, RANGE, code="SPEC007")
     return decimal_of(double)
-
-
-TYPESET = {"·": "*", "⋅": "*", "×": "*", "−": "-", "–": "-", "÷": "/", "²": "**2", "³": "**3", "π": "pi"}
-"""A sign as papers and data sheets print it → how an expression has it."""
-LONGEST = 20_000
-"""Characters of an expression."""
-DEEPEST = 600
-"""Levels of its syntax tree."""
-MOST_PARENTHESES = 40
-"""Parentheses inside each other."""
-LONGEST_NUMBER = 8192
-"""Bits of a rational number."""
-DECIMAL_COMMA = "a decimal comma"
-_WITH_COMMA = r"\d+,\d+(?:[eE][-+]?\d+)?"
-_COMMA_VALUE = re.compile(rf"\s*[-+]?{_WITH_COMMA}(?:\s*(?:%|[^\W\d_].*|1/.*))?\s*")
-_COMMA_INSIDE = re.compile(rf"(?<![\w.,]){_WITH_COMMA}(?!,)")
-_CALL = re.compile(r"([A-Za-z]\w*)\([^()]*$")
-NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*\Z")
-_OPERATORS: dict[type[ast.operator], Callable[[Any, Any], Any]] = {
-    ast.Add: operator.add,
-    ast.Sub: operator.sub,
-    ast.Mult: operator.mul,
-    ast.Div: operator.truediv,
-    ast.Pow: operator.pow,
-}
 
 
 @dataclass(frozen=True)

@@ -30,7 +30,7 @@ def expanded(node: Any, file: str) -> Any:
 
 
 def _expanded(node: Any, file: str, made: list[int]) -> Any:
-    """``expanded`` for one node; ``made[0]`` counts the values made so far. Of equal keys the last one holds."""
+    """``expanded`` for one node; ``made[0]`` counts the values made so far. Of equal keys the last one wins."""
     if isinstance(node, MappingNode):
         entries: dict[str, tuple[Any, Any]] = {}
         for key, value in node.value:

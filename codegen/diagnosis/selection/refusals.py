@@ -33,23 +33,23 @@ FORM_ERROR = 0.1
 """Least force of an effect over that of another one on the same coordinate that depends on the same variable."""
 
 
-def why_refused(before: ForceCriterion, after: ForceCriterion, e: Evidence, size: float) -> str:
+def why_refused(before: ForceCriterion, after: ForceCriterion, evidence: Evidence, size: float) -> str:
     """The first test that a candidate fails, in words; empty if it passes all.
 
     ``contradicted_by_force``, ``uncovered``, ``only_attenuates_noise`` and the test of significance come after these.
     """
     search, found = after.search, after.fit
-    if e.gain <= 0:
+    if evidence.gain <= 0:
         return "does not reduce the simulation error on held-out parts of the log"
-    if e.share < acceptance.LEAST_SHARE:
-        needed = in_percent(acceptance.LEAST_SHARE)
-        return f"removes {in_percent(e.share)} of the squared simulation error on held-out parts; {needed} is needed"
+    if evidence.share < acceptance.LEAST_SHARE:
+        needed, removed = in_percent(acceptance.LEAST_SHARE), in_percent(evidence.share)
+        return f"removes {removed} of the squared simulation error on held-out parts; {needed} is needed"
     if is_too_small(search, found, size):
         return too_small_in_words(search, found, size)
     return (
         impossible(search, found, before.fit.model)
         or absorbed_by_refit(before, after)
-        or only_reduces_drive(before, after, e)
+        or only_reduces_drive(before, after, evidence)
         or corrects_a_form(before, after)
     )
 
@@ -182,7 +182,7 @@ def absorbed_by_refit(before: ForceCriterion, after: ForceCriterion) -> str:
     return f"is absorbed by refitted values: it changes the refitted force by {change} only"
 
 
-def only_reduces_drive(before: ForceCriterion, after: ForceCriterion, e: Evidence) -> str:
+def only_reduces_drive(before: ForceCriterion, after: ForceCriterion, evidence: Evidence) -> str:
     """Objection to an effect that gains only by a reduction of the drive force; else empty.
 
     Let p be the constant factor by which the effect scales the drive force of a coordinate (a gain, friction in
@@ -209,11 +209,11 @@ def only_reduces_drive(before: ForceCriterion, after: ForceCriterion, e: Evidenc
     if _leaves_more(before, after, remaining, CONTRADICTED):
         return f"weakens the drive force to {in_percent(least)}, of which a larger share stays unexplained"
     small, far = 1 - acceptance.LEAST_SHARE, is_far(after.fit)
-    by_runs = 1 - e.share > small * float(np.min(remaining)) ** 2
+    by_runs = 1 - evidence.share > small * float(np.min(remaining)) ** 2
     if far and by_runs and _leaves_more(before, after, remaining, small):
         return f"weakens the drive force to {in_percent(least)}, of which it explains no larger share"
     scale = float(np.min(scales))
-    if scale >= 1 - acceptance.LEAST_SHARE or 1 - e.share <= (1 - acceptance.LEAST_SHARE) * scale**2:
+    if scale >= 1 - acceptance.LEAST_SHARE or 1 - evidence.share <= (1 - acceptance.LEAST_SHARE) * scale**2:
         return ""
     if after.over(before).left <= 1 - acceptance.LEAST_SHARE:
         return ""
