@@ -114,14 +114,12 @@ def require_held_estimates(modes: Modes) -> None:
     """
     c, names, estimates = modes.shown["c"], modes.names, modes.estimates.values()
     held = names | {y: kernel.term(1, f"held {y}") for y in estimates}
-    for what, found, wanted in (
-        (
-            "predict",
-            modes.after(c.predict, {y: held[y] for y in estimates} | modes.shown["before"]),
-            modes.states(modes.moved(held)),
-        ),
-        ("resume", modes.after(c.resume, {y: names[y] for y in estimates}), modes.states(modes.moved(names))),
+    for what, found, at in (
+        ("predict", modes.after(c.predict, {y: held[y] for y in estimates} | modes.shown["before"]), held),
+        ("resume", modes.after(c.resume, {y: names[y] for y in estimates}), names),
     ):
+        # A state without a formula may be in those of others, as the next step reads it: after the function.
+        wanted = modes.states(modes.moved(at) | {z: found[z] for z in modes.shown["aside"]})
         wrong = [z for z in modes.shown["moving"] if found[z] != wanted[z]]
         needed = c.sums and (what == "resume" or c.most > 1)
         kernel.demand(not (wrong and needed), f"{what}: {wrong[:3]} do not go on with what was held")

@@ -56,6 +56,45 @@ def test_what_no_observer_does_between_steps_is_refused(case: str) -> None:
         check(*changed("one_mass", ATTACKS[case]))
 
 
+MEMORY: dict[
+    str, list[tuple[str, str]]
+] = {  # q of z_rail = ... + q v_hat: a memory that no formula has, 0 after a step
+    "h": [
+        (
+            "    double z_rail; /* N: observer state */",
+            "    double z_rail; /* N: state */\n    double q; /* N*s/m: state */",
+        )
+    ],
+    "c": [
+        (AT, f"{AT}    state->q = 0.0;\n"),
+        (" + fabs(state->z_rail);", " + fabs(state->z_rail) + fabs(state->q);"),
+        ("        state->z_rail = 0.0;", "        state->z_rail = 0.0;\n        state->q = 0.0;"),
+        (LEVEL, LEVEL.replace(";", " + state->q * outputs->v_hat;")),
+        ("fabs(v_hat); /* N */", "fabs(v_hat) - state->q * v_hat;\n    const double q_next = 0.0;"),
+        ("z_rail_next = state->z_rail", "z_rail_next = state->z_rail - state->q * v_hat"),
+        ("check = z_v_next", "check = q_next + z_v_next"),
+        ("        state->z_v = z_v_next;\n", "        state->z_v = z_v_next;\n        state->q = q_next;\n"),
+    ],
+}
+
+
+@pytest.mark.parametrize("function", ["", "predict", "resume"])
+def test_a_memory_that_turns_what_was_held_into_other_estimates_is_refused(function: str) -> None:
+    """The level of 50 N was 36 N after an invalid sample, where q was set to 7 N s/m behind z_rail."""
+    files = {x: text.decode() for x, text in sources("one_mass").items() if x != "ellipsoid.json"}
+    line = {"predict": MISSED, "resume": LEVEL.replace(";", " + state->q * outputs->v_hat;")}.get(function)
+    other = [(line, f"{line}    state->q = 7.0;\n")] if line else []
+    replace_once(files, {"one_mass.h": MEMORY["h"], "one_mass.c": MEMORY["c"] + other})
+    proof = certificate("one_mass", "proof.json")
+    proof["states"]["state.z_rail"] += " + state.q*outputs.v_hat"
+    given = {x: text.encode() for x, text in files.items()}
+    if line:
+        with pytest.raises(Refused, match=f"{function}: .*z_rail.* do not go on with what was held"):
+            check(proof, given)
+    else:
+        assert verify.status(check(proof, given)) == verify.DOMAIN
+
+
 FAST = "gains: {K_F: 10, K_v: 1000}"
 WAITING = "    (void)parameters;\n    /* after 1 invalid"
 
