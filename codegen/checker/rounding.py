@@ -86,7 +86,8 @@ def require(proof: dict[str, Any], shown: dict[str, Any]) -> None:
     estimates = [e["estimate"] for e in proof["errors"]]
     sums = (*stored, *estimates, *["check"] * bool(c.sums))
 
-    small, carried = bounded_by_one(code.known), argument_factors(code.known)
+    small, carried = bounded_by_one(code.known), argument_factors(code.known, c.precision)
+    ones = code.ones()
 
     def accepted(x: str) -> Any:
         """The bound of x; ValueError if it is too large."""
@@ -95,6 +96,8 @@ def require(proof: dict[str, Any], shown: dict[str, Any]) -> None:
         least = substituted(substituted(magnitudes(code.names[x]), carried), stored) + stored.get(x, kernel.Poly())
         least = without_bounded(least, small)
         code.compare(least, bound, f"{x}: {CANCELLATION}")
+        # a quotient counts as what it is, not as 1
+        code.compare(substituted(least, ones), substituted(bound, ones), f"{x}: {CANCELLATION}")
         return bound
 
     added = {x: accepted(x) for x in sums}
@@ -139,13 +142,20 @@ def step(proof: dict[str, Any], shown: dict[str, Any]) -> "Bounded":
     c, names, before, known = shown["c"], shown["names"], shown["before"], dict(shown["known"])
     free = {x: p for x, p in names.items() if x not in c.outputs} | before
     free |= {z: kernel.term(1, z) for z in shown["moving"]}
-    # What the outputs are, and so what the signs are of, as in errors.prove; then the bounds with these signs.
-    outputs = kernel.Text(free, {**known}, c.precision).run(c.step + c.commit, c.states + c.outputs)
-    claim = kernel.Text(names | {x: outputs[x] for x in c.outputs if x in outputs}, known)
-    signs = [(names[s], claim.value(of)) for s, of in proof["signs"].items()]
-    signs += [(names[s], names[s] * p) for s in ("", *proof["signs"]) for p in map(claim.value, proof["domain"])]
-    for s, p in signs:
-        known |= {("sgn", kernel.term(way) * p): kernel.term(way) * s for way in (-1, 1)}
+    # What the outputs are, and so what the signs are of, as in errors.prove; then the bounds with these signs. One can
+    # be that of an output that holds another one: so again with the signs that are found, until they stay the same.
+    signs = dict[Any, Any]()
+    for _ in range(len(proof["signs"]) + 3):
+        met = known | signs
+        outputs = kernel.Text(free, met, c.precision).run(c.step + c.commit, c.states + c.outputs)
+        claim, before_this = kernel.Text(names | {x: outputs[x] for x in c.outputs if x in outputs}, met), signs
+        pairs = [(names[s], claim.value(of)) for s, of in proof["signs"].items()]
+        pairs += [(names[s], names[s] * p) for s in ("", *proof["signs"]) for p in map(claim.value, proof["domain"])]
+        signs = {("sgn", kernel.term(way) * p): kernel.term(way) * s for s, p in pairs for way in (-1, 1)}
+        if signs == before_this:
+            break
+    frame.demand(signs == before_this, "a sign of what depends on itself")
+    known |= signs
     code = Bounded(free, known, c.precision, shown["rounded"])
     # A state that is a number, such as 1/49, or one times a sign, holds it rounded: 49 times it need not be 1.
     fixed = {z: p for z, p in before.items() if all(x[:5] == "sign." for x in p.names())}
@@ -241,16 +251,19 @@ def substituted(p: Any, values: dict[str, Any]) -> Any:
     return terms if all(terms.values()) else kernel.Poly({m: c for m, c in terms.items() if c})
 
 
-def argument_factors(known: Any) -> dict[str, Any]:
+def argument_factors(known: Any, precision: Any) -> dict[str, Any]:
     """Variable for a sin, cos or exp -> 1 + |argument|.
 
     The 1 is for the rounding of its own value, |argument| for that of the argument: the function passes on at most the
-    whole error of its argument.
+    whole error of its argument. As its value is at most 1, that counts only as far as ``cancelled`` times as much
+    rounding is at most 1.
     """
     found: dict[str, Any] = {}
     for (function, argument), value in known.items():
         if function in ("sin", "cos", "exp"):
-            found |= dict.fromkeys(value.names(), kernel.term(1) + magnitudes(argument))
+            size, most = magnitudes(argument), 8 / precision.rounding / precision.cancelled
+            share = min(Fraction(1), most / (total(size) or 1))
+            found |= dict.fromkeys(value.names(), kernel.term(1) + kernel.term(share) * size)
     return found
 
 
@@ -468,7 +481,8 @@ class Bounded(kernel.Text):
         error as ``more`` times all terms of p together. A term that cancels may not have a higher degree than these:
         with large quantities its rounding error would exceed them.
         """
-        left, highest = total(p), max(map(degree, substituted(p, argument_factors(self.known))), default=0)
+        factors = argument_factors(self.known, self.precision)
+        left, highest = total(p), max(map(degree, substituted(p, factors)), default=0)
         for term, size in bound.items():
             rest = more * left if not term or (term not in p and degree(term) <= highest) else 0
             frame.demand(size <= max(self.precision.cancelled * abs(p.get(term, 0)), rest), why)

@@ -339,3 +339,58 @@ def test_terms_of_a_divisor_that_cancel_are_admitted_where_it_is_far_from_their_
             check(*forged)
     else:
         assert check(*forged).whole
+
+
+GAIN = f"1e14 * ({LEFT}) * inputs->w"  # 0.0055 w, where h/m is 0.001
+FORCE = "-true.a_rail*sign.rail + inputs.w"
+
+
+def with_a_gain(gain: str, force: str = "", also: dict[str, Any] | None = None) -> verify.Report:
+    """one_mass with ``gain`` added to its next velocity, and a force over inputs.x and inputs.w in machine and C."""
+    files = {x: y for x, y in sources("one_mass").items() if x != "ellipsoid.json"}
+    text, more = files["one_mass.c"].decode(), f" + {force}" if force else ""
+    for old, new in (
+        (
+            "    const double z_v_next =",
+            f"    const double S = one_mass_sign(v_hat + a_hat_rail);\n{'':4}const double z_v_next = {gain} +",
+        ),
+        ("(inputs->w - F_hat_rail)", f"(inputs->w{more} - F_hat_rail)"),
+    ):
+        assert old in text
+        text = text.replace(old, new.replace("inputs.", "inputs->"))
+    proof = certificate("one_mass", "proof.json") | (also or {})
+    if force:
+        proof |= {"force": [FORCE + more], "acceleration": {"true.v": f"({FORCE}{more})/parameters.m"}}
+    return check(proof, files | {"one_mass.c": text.encode()})
+
+
+@pytest.mark.parametrize(
+    ("others", "bound"), [("0.0", True), (GAIN, False), (f"{GAIN} + 1e10 * (S * S - 1.0) * inputs->w", False)]
+)
+def test_a_sign_of_an_output_that_holds_another_sign_hides_no_rounding(others: str, bound: bool) -> None:
+    """S^2 is 1 in the proof; rounding.py took S for an unknown sign, and 1e10 (S^2 - 1) w for a term that is left."""
+    signs = {"signs": {"sign.rail": "outputs.v_hat", "sign.q": "outputs.v_hat + outputs.a_hat_rail"}}
+    if bound:
+        assert with_a_gain(others, also=signs).whole
+    else:
+        with pytest.raises(verify.Refused, match="is its rounding"):
+            with_a_gain(others, also=signs)
+
+
+@pytest.mark.parametrize(
+    ("force", "bound"),
+    [
+        ("", True),
+        ("1e-5*cos(1e5*inputs.x)*inputs.w", True),
+        ("1e-50*cos(1e99*1e20*inputs.x)*inputs.w", False),
+        ("1e-5*cos(1e20*inputs.x)*inputs.w", False),
+        ("1e-5*inputs.w*inputs.x/(2.0 + cos(inputs.x))", True),
+        ("1e20*inputs.w*inputs.x/(1e25*(2.0 + cos(inputs.x)))", True),
+    ],
+)
+def test_a_force_that_is_nearly_none_hides_no_rounding(force: str, bound: bool) -> None:
+    """The rounding of 1e119 x counted with the cosine of it, which is at most 1; a quotient, whatever it is, as 1."""
+    if bound:
+        assert with_a_gain("0.0", force).whole
+    with pytest.raises(verify.Refused, match="is its rounding"):
+        with_a_gain(f"{GAIN} * inputs->x", force)
