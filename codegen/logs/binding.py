@@ -39,7 +39,9 @@ NO_COLUMN = "none"
 MOST_COLUMNS = 10_000
 """Most columns of a log: the search for a name takes time for each of them."""
 _TIME = re.compile(r"t|_*(?i:time|timestamp|stamp|time_stamp|datetime|elapsed_time|zeit)")
-_ALSO_TIME = re.compile(r"(?i:elapsed|(?:sim|ros|rel|relative)_time|zeitstempel|uhrzeit|seconds)|millis|micros")
+_ALSO_TIME = re.compile(
+    r"(?i:elapsed|(?:sim|ros|rel|relative)_time|zeitstempel|uhrzeit|seconds|x_value)|millis|micros|ts"
+)
 """Names of a time where no column has one of ``_TIME``: it may be the second column of times."""
 _PARTS = {"nsecs?|nanosecs?|nanoseconds?": "1e-9", "usecs?|microsecs?|microseconds?": "1e-6"}
 """Names of the part of a time below a second, beside ``sec``, ``secs`` or ``seconds``, and its unit in s."""

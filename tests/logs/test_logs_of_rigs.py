@@ -159,6 +159,22 @@ READ = {
         {"halscope.log": lines("pos {x:+.14f} arc-ok +0.000 force {w:+.14f} ").replace(".", ",")},
         "columns: {x: pos, w: force}\nsample_time: 2 ms\n",
     ),
+    "the same with channels that are not in use": (
+        {"halscope.log": lines("pos {x:+.14f} (null) +0.000 (null) +0.000 force {w:+.14f} ")},
+        "columns: {x: pos, w: force}\nsample_time: 2 ms\n",
+    ),
+    "names of two words, of which the last is the same": (
+        {"a.txt": lines("Target Position: {k} mm, Actual Position: {mm:.6f} mm | M1 load: {w:.9f} M2 load: 0.1")},
+        "columns: {x: Actual Position, w: M1 load}\nunits: {x: mm}\nsample_time: 2 ms\n",
+    ),
+    "lists of Python, a line for each": (
+        {"a.txt": f"pos = [{''.join(f'{n:.9f}, ' for n in X)}]\nforce = [{', '.join(f'{n:.9f}' for n in W)}]\n"},
+        "columns: {x: pos, w: force}\nsample_time: 2 ms\n",
+    ),
+    "vectors of a script of MATLAB": (
+        {"a.m": "".join(f"{name} = [{' '.join(f'{n:.9f}' for n in y)}];\n" for name, y in (("x", X), ("w", W)))},
+        "sample_time: 2 ms\n",
+    ),
     "a serial plotter": (
         {"a.txt": "MOT: align sensor\n" + lines("time:{ms},target:1.00,angle:{x:.9f},force:{w:.9f}")},
         "columns: {t: time, x: angle, w: force}\nunits: {t: ms}\n",
@@ -194,7 +210,7 @@ READ = {
             "Samples\t2000\t2000\t\nX0\t0.0\t0.0\t\nDelta_X\t0.002\t0.002\t\n***End_of_Header***\t\t\t\n"
             "X_Value\tx\tw\tComment\n" + lines("{t:.6f}\t{x:.9f}\t{w:.9f}")
         },
-        "columns: {t: X_Value}\n",
+        "",
     ),
     "a table of R with numbered rows": ({"a.txt": '"t" "x" "w"\n' + lines('"{n}" {t:.3f} {x:.9f} {w:.9f}')}, ""),
     "a table between bars, with a rule": (

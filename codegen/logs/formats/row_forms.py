@@ -24,12 +24,14 @@ _NUMBER = (
     r"[+-]?(?:\d++,\d++(?=\s|$)|\d++(?:\.\d*+)?|\.\d++)(?:[eE][+-]?\d++)?(?=[\s,;})\]]|$)"
     r"|[+-]?(?:nan|inf)(?=[\s,;})\]]|$)"
 )
-_NAME = r"[A-Za-z_][\w.\-/]*(?:\[\d+\]|\(0x[0-9A-Fa-f]+\))?"
-"""Also with an index or a register's number, ``q[0]`` or ``POSITION(0x001)``."""
+_NAME = r"(?:[A-Za-z_][\w.\-/]*(?:\[\d+\]|\(0x[0-9A-Fa-f]+\))?|\(null\))"
+"""Also with an index or a register's number, ``q[0]`` or ``POSITION(0x001)``; ``(null)`` of LinuxCNC is not in use."""
 _NAMED = re.compile(rf"\s*({_NAME})(?:\s*[:=]\s*|\s+)({_NUMBER})[\s,;]*", re.ASCII | re.IGNORECASE)
 """``name:0.1``, ``name = 0.1`` or ``name 0,1``, with the separator after it."""
 _PAIR = re.compile(rf"""(?<![\w.\-/])({_NAME})["']?\s*[:=]\s*({_NUMBER})""", re.ASCII | re.IGNORECASE)
 """``name: 0.1`` within other text."""
+_NO_WORD = re.compile(r"[^\w.\-/ ]")
+"""A sign that ends the words before a name."""
 _BEGUN = re.compile(
     r"\W*(?:[A-Z]+\W+)?("
     r"\d{4}-\d\d-\d\d[T ][\d:.,]+|(?:\d\d-\d\d |[A-Z][a-z][a-z] +\d\d? )?\d\d?:\d\d:\d\d[\d.,]*"
@@ -58,6 +60,8 @@ STAMP = "stamp"
 """The column of the times with which lines begin."""
 _LIST = re.compile(r'"?[\[(]([^][():"]*)[\])]"?')
 """``[0.1, 0.2]``, ``(0.1, 0.2)`` or ``[0.1 0.2]``, in quotes or not; no time of day."""
+_ASSIGNED = re.compile(r"\W*([A-Za-z_][\w.]*)[\"']?\s*[:=]\s*[\[(]([^\])]*)[\])][\s,;]*")
+"""``q = [0.1, 0.2]``, also in a dictionary."""
 _SEPARATED = re.compile(r"\s*[,;\s]\s*")
 _DECIMAL_COMMA = re.compile(r"\d,\d+\s*;|\d,\d+\s+[+-]?\d+,\d")
 """A comma in a list whose elements are separated by something else."""
@@ -172,9 +176,21 @@ def _pairs(line: str) -> tuple[list[tuple[str, str]], str]:
     if first is not None and rest[: first.start()].rstrip().endswith(_HEAD_ENDS):
         rest = rest[first.start() :]
     pairs = [(name, number) for name, number in _PAIR.findall(rest)]
+    if len({name for name, _ in pairs}) < len(pairs):
+        pairs = _with_words_before(rest)
     text = _PAIR.sub("", rest)
     other = text if re.search(r"(?<![\w.])[+-]?\d", text) else ""
     return ([(STAMP, begun[1]), *pairs] if begun and pairs else pairs), other
+
+
+def _with_words_before(text: str) -> list[tuple[str, str]]:
+    """(name, number) pairs of a text, the names with the words before them: ``Target Position: 1, Position: 2``."""
+    pairs, end = [], 0
+    for found in _PAIR.finditer(text):
+        words = _NO_WORD.split(text[end : found.start()])[-1].split()
+        pairs.append((" ".join([*words, found[1]]), found[2]))
+        end = found.end()
+    return pairs
 
 
 def _after_arrows(given: Sequence[str]) -> Form | None:
@@ -290,7 +306,9 @@ def _lists(line: str) -> list[str]:
 
 
 def transposed_rows(lines: Sequence[str]) -> list[str] | None:
-    """The rows of a transposed table, which has a line for each signal; names are before the numbers or in a comment.
+    """The rows of a transposed table, which has a line for each signal.
+
+    Names are before the numbers, in a comment, or before lists, ``q = [0.1, 0.2]``.
 
     Returns:
         A header, if there are names, and the rows, with tabs between fields; None if the table is not transposed.
@@ -300,6 +318,9 @@ def transposed_rows(lines: Sequence[str]) -> list[str] | None:
     rows = [line.strip() for line in rows if not line.lstrip().startswith(("#", "%", "//"))]
     if not 1 < len(rows) <= MOST_SIGNALS:
         return None
+    assigned = list(map(_ASSIGNED.fullmatch, rows))
+    if all(assigned):
+        rows = ["\t".join([found[1], *_elements(found[2])]) for found in assigned if found]
     delimiter = next((mark for mark in ";\t|," if mark in rows[0]), "")
     signals = [_fields(line.strip(delimiter or None), delimiter) for line in rows]
     width = len(signals[0])
