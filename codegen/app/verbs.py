@@ -148,7 +148,9 @@ def derive(
 def certify(
     spec: SpecPath,
     out: Annotated[Path | None, written("FILE", "write certificate.json alone here")] = None,
-    details: Annotated[bool, option("--details", None, "print the claim, checks and all assumptions too")] = False,
+    details: Annotated[
+        bool, option("--details", None, "print the claim, checks and all assumptions too; --json has them")
+    ] = False,
     as_json: AsJson = False,
 ) -> None:
     """Certify the sampled observer over the envelope, or state why not, with a counterexample and a remedy."""
@@ -169,7 +171,9 @@ def verify(
     smt: Annotated[
         Path | None, typer.Option("--smt", parser=named_path, metavar="FILE", help="write it for z3 or cvc5 too")
     ] = None,
-    details: Annotated[bool, option("--details", None, "print what it rests on and all assumptions too")] = False,
+    details: Annotated[
+        bool, option("--details", None, "print what it rests on and all assumptions too; --json has them")
+    ] = False,
     as_json: AsJson = False,
 ) -> None:
     """Check a certificate, that of a generated folder, or proof.json by the independent checker (codegen/checker/).
