@@ -145,6 +145,7 @@ class Proposals:
         gains: the nearest certified gains, with the spec's sample time.
         skipped: why no search was made; empty if one was.
         measured: the spec's gains with measured velocity and no K_v, for observers certified by structure only.
+        integration: another integration method, with the spec's gains and sample time.
         useful: with the spec's gains, the longest sample time tried, with its step, whose error bounds are below the
             friction; None without one, and where those of ``sample_time`` are below it.
     """
@@ -154,6 +155,7 @@ class Proposals:
     skipped: str = ""
     measured: Proposal | None = None
     useful: Proposal | None = None
+    integration: Proposal | None = None
 
 
 @dataclass(frozen=True, repr=False)

@@ -82,6 +82,23 @@ def test_one_mass_cfo(tmp_path: Path, k_f: float, k_v: float, h: float) -> None:
     assert distance < nearest + 0.1  # 0.05 inside of what the eigenvalues alone would allow, and the grid's step
 
 
+def test_another_integration_at_the_same_gains_and_sample_time(tmp_path: Path) -> None:
+    """v_hat decays to 1/(1 + h K_v) = 1/4 in a semi-implicit sample, and grows to -2 v_hat in one of explicit Euler."""
+    old = f"{ONE}\n  sample_time: 0.001"
+    new = "gains: {K_F: 10, K_v: 3000}\n  sample_time: 0.001\n  integration: euler"
+    path = write(tmp_path, "one_mass", old, new)
+    useful = proposed(path)
+    assert useful.integration is None, "the same step is proposed with its bound"
+    assert useful.useful is not None and useful.useful.line == "integration: semi_implicit, sample_time: 0.001"
+    path.write_text(re.sub(r"(?m)^  (v_dot|x_noise):.*\n", "", path.read_text()))
+    found = proposed(path).integration
+    assert found is not None and found.line == "integration: semi_implicit"
+    again = pasted(path, found)
+    assert isinstance(again, Certificate) and again.decay_rate == found.decay_rate > 0
+    assert found.sample_time == 0.001 and found.gains == {"K_F": 10, "K_v": 3000}
+    assert "integration: semi_implicit with a rate of" in " ".join(certify(path).text().split())
+
+
 def test_one_mass_sample_time_too_long(tmp_path: Path) -> None:
     found = proposed(write(tmp_path, "one_mass", f"{ONE}\n  sample_time: 0.001", f"{ONE}\n  sample_time: 0.1"))
     assert found.sample_time is not None and found.gains is not None

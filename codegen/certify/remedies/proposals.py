@@ -1,4 +1,4 @@
-"""Remedies for a refused spec: the longest sample time, or the nearest gains, that are certified.
+"""Remedies for a refused spec: the longest sample time, nearest gains, or an integration method, that are certified.
 
 The search for gains uses the eigenvalues of the error matrices at the operating points. A remedy is proposed only if,
 with it, the files are generated and the checker accepts their certificate.
@@ -49,6 +49,8 @@ MOST_VERTICES, MOST_VERTICES_UNDECIDED = 150, 32
 give the search no direction."""
 ATTEMPTS, ATTEMPTS_VARYING = 9, 2
 """Largest number of calls of ``certify`` for each remedy, for a constant A and for one that varies."""
+ATTEMPTS_FOR_STEP = 2
+"""Largest number of calls of ``certify`` for other integration methods."""
 ATTEMPTS_FOR_BOUND = 16
 """Largest number of sample times and steps that are tried for a bound below the friction."""
 SHARES_OF_TIME = (1, 0.9, 0.7, 0.5, 0.25, 0.1)
@@ -67,7 +69,7 @@ SIGN_COSTS = np.log(10.0)
 
 @numerical("gains or a sample time that would be certified")
 def propose(spec: Spec, analysis: Analysis, derive: Derive, largest: Callable[[], Mapping[str, float]]) -> Proposals:
-    """The largest sample time and the nearest gains that are certified in place of those of a refused spec.
+    """The largest sample time, nearest gains and integration method that are certified in place of a refused spec's.
 
     The distance of gains is the sum of |log factor| over the axes of ``gain_axes``, plus log 10 for each gain with
     changed signs. A sum of absolute values favours proposals that change few gains.
@@ -94,7 +96,8 @@ def propose(spec: Spec, analysis: Analysis, derive: Derive, largest: Callable[[]
     by_gains.start(by_gains.settings())
     certified = largest()
     times, sets = _sample_times(spec, certified), list(_gain_sets(spec, system, analysis, by_gains))
-    if not times and not sets:
+    steps = _other_steps(spec, certified)
+    if not times and not sets and not steps:
         return Proposals(None, None)
     try:
         vertices = len(enclose_family(error_matrices).matrices)
@@ -107,7 +110,9 @@ def propose(spec: Spec, analysis: Analysis, derive: Derive, largest: Callable[[]
     longest = _first_certified("sample_time", times[:tried], derive)
     nearest = _first_certified("gains", sets[:tried], derive)
     useful = _with_useful_bound(spec, certified, derive) if longest is not None and longest.of_little_use else None
-    return Proposals(longest, nearest, useful=useful)
+    known = useful is not None and useful.sample_time == float(observer.sample_time)  # which is with another step
+    other = None if known else _first_certified("integration", steps[:ATTEMPTS_FOR_STEP], derive)
+    return Proposals(longest, nearest, useful=useful, integration=other)
 
 
 def _too_large(what: str, count: int, limit: int) -> Proposals:
@@ -199,6 +204,14 @@ def _sample_times(spec: Spec, largest: Mapping[str, float]) -> list[Spec]:
         return []
     exact = [sympy.Rational(rounded_to(longest * share, DIGITS, ROUND_FLOOR)) for share in SHARES_OF_TIME]
     return [replace(spec, observer=replace(choice, sample_time=h)) for h in exact]
+
+
+def _other_steps(spec: Spec, largest: Mapping[str, float]) -> list[Spec]:
+    """The spec with other integration methods whose largest certified sample time is not below its own."""
+    choice = spec.required_observer
+    own = float(choice.sample_time)
+    others = [step for step, longest in largest.items() if step != choice.integration and longest >= own]
+    return [replace(spec, observer=replace(choice, integration=step)) for step in others]
 
 
 def _gain_sets(spec: Spec, system: System, analysis: Analysis, family: GainDynamics) -> Iterator[Spec]:
