@@ -41,36 +41,36 @@ def quantity(place: str) -> str:
     return f"{name}{int(at) + 1}" if at else name
 
 
-def claims_fall(top: dict[str, Any], proof: dict[str, Any], shown: dict[str, Any]) -> bool:
+def claims_fall(top: dict[str, Any], proof: dict[str, Any], proven: dict[str, Any]) -> bool:
     """Whether what a proof says of V, and of its reversals, is what the certificate does."""
-    known = shown["numbers"]
+    known = proven["numbers"]
     turns = {f"sign.{e['contact']}": (e["growth"], e["dwell_samples"]) for e in top["reversals"]}
     same = not top["along"] and top["lyapunov_matrix"] == known["P"] and top["decay_rate"] == known["rate"]
     return same and turns == known["turns"] and len(turns) == len(proof["reversals"])
 
 
 @frame.limited()
-def same_matrix(top: dict[str, Any], proof: dict[str, Any], shown: dict[str, Any]) -> bool:
+def same_matrix(top: dict[str, Any], proof: dict[str, Any], proven: dict[str, Any]) -> bool:
     """Whether the certificate's I + hA, over all signs and its ranges, is the matrix that the kernel has accepted."""
     signs = {f"s_{s.removeprefix('sign.')}": s for s in proof["signs"]}
-    within = theorem.ranges(proof, shown)
+    within = theorem.ranges(proof, proven)
     free = {x.split(".")[1]: x for x in (*proof["positions"], *within)}
     if signs.keys() & free.keys():  # of a quantity that is called as a sign the range would be taken for a sign's
         return False
-    names = {name: shown["names"][x] for name, x in (signs | free).items()}
+    names = {name: proven["names"][x] for name, x in (signs | free).items()}
     if not {*proof["box"]} <= {free.get(name) for name in top["variables"]}:  # of these the certificate asks nothing
         return False
     # A magnitude of a quantity with a sign of its own is that sign times it, in the machine too.
-    true = kernel.Text(shown["names"] | {e["estimate"]: shown["names"][e["truth"]] for e in proof["errors"]}, {})
-    own = {("sgn", true.value(of)): shown["names"][s] for s, of in proof["signs"].items()}
-    text = kernel.Text(shown["names"], own | shown["known"])
+    true = kernel.Text(proven["names"] | {e["estimate"]: proven["names"][e["truth"]] for e in proof["errors"]}, {})
+    own = {("sgn", true.value(of)): proven["names"][s] for s, of in proof["signs"].items()}
+    text = kernel.Text(proven["names"], own | proven["known"])
     try:
         for name, ends in top["variables"].items():
             low, high = within.get(free.get(name, ""), [Fraction(e) for e in (ends[0], ends[-1])])
             turns = name not in signs or ({-1, 1} >= {*ends} if top["along"] else {-1, 1} <= {*ends})
             if name not in names or not turns or not low <= ends[0] <= ends[-1] <= high:
                 return False
-        if top["along"] and not met_by(top, proof, shown, signs | free):
+        if top["along"] and not met_by(top, proof, proven, signs | free):
             return False
         rows = decay.step(top, names, decay.polynomials(text.known, enclosed=True))
         # A V of its own falls in the certificate's ranges, and those printed are the proof's: they are the same, or
@@ -78,17 +78,17 @@ def same_matrix(top: dict[str, Any], proof: dict[str, Any], shown: dict[str, Any
         used = kernel.cleared(kernel.joined([*rows, [kernel.term(1)]]), text.known).names()
         for name, ends in top["variables"].items():
             x = free.get(name, "")  # what is in a range times a sign is with the other sign in the range turned round
-            same = within.get(x) == [ends[0], ends[-1]] and (not shown["along"].get(x) or ends[0] == -ends[-1])
+            same = within.get(x) == [ends[0], ends[-1]] and (not proven["along"].get(x) or ends[0] == -ends[-1])
             all_round = top["cover"] and free.get(name) not in (*proof["box"], *used)
-            if not (top["along"] or claims_fall(top, proof, shown) or name in signs or same or all_round):
+            if not (top["along"] or claims_fall(top, proof, proven) or name in signs or same or all_round):
                 return False
-        off = [[a - b for a, b in zip(*pair, strict=True)] for pair in zip(rows, shown["matrix"], strict=True)]
+        off = [[a - b for a, b in zip(*pair, strict=True)] for pair in zip(rows, proven["matrix"], strict=True)]
         return not kernel.cleared(kernel.joined(off), text.known)
     except (ArithmeticError, ValueError):  # one of them has more than polynomials and quotients, or divides by 0
         return False
 
 
-def met_by(top: dict[str, Any], proof: dict[str, Any], shown: dict[str, Any], places: dict[str, str]) -> bool:
+def met_by(top: dict[str, Any], proof: dict[str, Any], proven: dict[str, Any], places: dict[str, str]) -> bool:
     """Whether some state of the machine has the signs, and satisfies the `domain`, of a refutation's operating point.
 
     Quantities that the point does not fix can have any value; so can a slip with one of them that is in no other slip.
@@ -96,11 +96,11 @@ def met_by(top: dict[str, Any], proof: dict[str, Any], shown: dict[str, Any], pl
     Args:
         places: variable of the certificate -> sign, position or truth of the proof.
     """
-    at = {x: kernel.term(1, x) for x in (*shown["c"].inputs, *shown["aside"], *(e["truth"] for e in proof["errors"]))}
-    at |= {x: p for x, p in shown["names"].items() if x == "" or x.startswith("parameters.")}
+    at = {x: kernel.term(1, x) for x in (*proven["c"].inputs, *proven["aside"], *(e["truth"] for e in proof["errors"]))}
+    at |= {x: p for x, p in proven["names"].items() if x == "" or x.startswith("parameters.")}
     at |= {s: kernel.term(1, s) for s in proof["signs"]}
     at |= {places[name]: kernel.term(ends[0]) for name, ends in top["variables"].items()}
-    text = rounding.at_point(at | {e["estimate"]: at[e["truth"]] for e in proof["errors"]}, shown)
+    text = rounding.at_point(at | {e["estimate"]: at[e["truth"]] for e in proof["errors"]}, proven)
     stated = [s for s in proof["signs"] if not at[s].names()]
     slips = [at[s] * text.settled(proof["signs"][s]) for s in stated]
     constants = [p.constant() for p in map(text.settled, proof["domain"]) if not p.names()]
@@ -130,12 +130,12 @@ def bound(top: dict[str, Any], sources: dict[str, bytes]) -> tuple[list[str], st
 
     Raises enclosure.Refused as ``of_its_proof``.
     """
-    proof, shown, why = of_its_proof(top, sources)
+    proof, proven, why = of_its_proof(top, sources)
     if why:
         return [], why, False
-    if not claims_fall(top, proof, shown):
-        return statements.words(proof, shown, False, fall=False), "", shown["whole"]
-    return statements.proved_statements(proof, shown, sources), "", shown["whole"]
+    if not claims_fall(top, proof, proven):
+        return statements.words(proof, proven, False, fall=False), "", proven["whole"]
+    return statements.proved_statements(proof, proven, sources), "", proven["whole"]
 
 
 def of_its_proof(top: dict[str, Any], sources: dict[str, bytes]) -> tuple[dict[str, Any], dict[str, Any], str]:
@@ -161,10 +161,10 @@ def of_its_proof(top: dict[str, Any], sources: dict[str, bytes]) -> tuple[dict[s
     files.conform(proof, theorem.FORM, theorem.PROOF)
     if any(rest != "0" for rest in proof.get("rest", [])):  # no matter whether the kernel accepts it
         return {}, {}, f"{not_its} its errors have terms besides those of the matrix (`rest`)"
-    shown = theorem.proved(proof, sources, [f"sign.{e['contact']}" for e in top["reversals"]])
-    alike = shown["c"].values["parameters.sample_time"] == top["sample_time"]
+    proven = theorem.proved(proof, sources, [f"sign.{e['contact']}" for e in top["reversals"]])
+    alike = proven["c"].values["parameters.sample_time"] == top["sample_time"]
     enclosure.demand(alike, f"the sample time of {proof['name']}.h is another")
-    if not same_matrix(top, proof, shown):
+    if not same_matrix(top, proof, proven):
         return {}, {}, f"{not_its} the matrix, or the signs and ranges for which it holds"
-    enclosure.demand([e["unit"] for e in top["error"]] == shown["units"], f"the units of {proof['name']}.h are others")
-    return proof, shown, ""
+    enclosure.demand([e["unit"] for e in top["error"]] == proven["units"], f"the units of {proof['name']}.h are others")
+    return proof, proven, ""

@@ -64,7 +64,7 @@ def number(text: Any) -> Fraction:
 
 
 def error_dynamics(
-    proof: dict[str, Any], claim: dict[str, Any], shown: dict[str, Any]
+    proof: dict[str, Any], claim: dict[str, Any], proven: dict[str, Any]
 ) -> tuple[Polys, Polys, list[Any]]:
     """Matrix, push and sign * shift as polynomials, if the errors obey part 1 of the theorem; ValueError if not.
 
@@ -76,7 +76,7 @@ def error_dynamics(
     """
     term, zero, velocity, errors = kernel.term, kernel.Poly(), proof["positions"], proof["errors"]
     truths, estimates, turned = ([e[part] for e in errors] for part in ("truth", "estimate", "sign"))
-    kernel.demand(not shown["first order"] and "rest" not in proof, "the errors are not linear, or have a rest")
+    kernel.demand(not proven["first order"] and "rest" not in proof, "the errors are not linear, or have a rest")
     kernel.demand({*claim["noise"]} <= {*velocity}, "noise of a quantity that is not a position")
     kernel.demand(
         {*claim["drift"]} <= {*velocity, *truths, *proof["acceleration"]},
@@ -84,17 +84,17 @@ def error_dynamics(
     )
     levels = {t for t, s in zip(truths, turned, strict=True) if bool(s) == bool(proof["signs"])}
     levels -= {*velocity, *proof["acceleration"]}
-    free = shown["whole"] and {*claim.get(FRICTION, {})} <= levels
+    free = proven["whole"] and {*claim.get(FRICTION, {})} <= levels
     kernel.demand(free or not claim.get(FRICTION), "friction needs constant truths or levels, and no conditions")
     noise, drift, friction = ({x: term(1, f"{kind}.{x}") for x in claim.get(kind, {})} for kind in KINDS)
-    names = {x: p for x, p in shown["names"].items() if x not in estimates}
+    names = {x: p for x, p in proven["names"].items() if x not in estimates}
     h, fresh = (
         names["parameters.sample_time"],
         {x: term(1, f"later.{x}") for x in names if x.startswith(("inputs.", "state."))},
     )
 
     def read(names: dict[str, Any], texts: Any, noise: dict[str, Any] | None = None) -> list[Any]:
-        text = kernel.Text(names | {f"noise.{x}": n for x, n in (noise or {}).items()}, shown["known"])
+        text = kernel.Text(names | {f"noise.{x}": n for x, n in (noise or {}).items()}, proven["known"])
         values = {x: text.value(x) for x in dict.fromkeys(texts)}  # most are 0
         return [values[x] for x in texts]
 
@@ -109,7 +109,7 @@ def error_dynamics(
         rows = zip(estimates, truths, turned, shift, error, strict=True)
         return read(then | {y: then[t] + d - names[s] * e for y, t, s, d, e in rows}, proof["states"].values())
 
-    matrix, push = shown["matrix"], [read(names, row) for row in claim["push"]]
+    matrix, push = proven["matrix"], [read(names, row) for row in claim["push"]]
     error = [term(1, f"error.{x}") for x in truths]
     shift = [names[s] * d for s, d in zip(turned, read(names, claim["shifts"], noise), strict=True)]
     raw = [[e - d] for e, d in zip(error, shift, strict=True)]
@@ -284,11 +284,11 @@ def claimed_rows(set_: dict[str, Any]) -> list[tuple[list[str], str, list[str] |
 
 
 @frame.limited()
-def bounded(proof: dict[str, Any], claim: dict[str, Any], shown: dict[str, Any]) -> list[list[Fraction]]:
+def bounded(proof: dict[str, Any], claim: dict[str, Any], proven: dict[str, Any]) -> list[list[Fraction]]:
     """Verifies all claims of ellipsoid.json; ValueError if one is not shown.
 
     Args:
-        proof, shown: proof.json, and what errors.prove returned for it. claim: ellipsoid.json.
+        proof, proven: proof.json, and what errors.prove returned for it. claim: ellipsoid.json.
 
     Returns:
         For each set the bounds of its ``claimed_rows``, each with the direct effect of the noise of that sample added.
@@ -298,7 +298,7 @@ def bounded(proof: dict[str, Any], claim: dict[str, Any], shown: dict[str, Any])
     kernel.demand(own, "of another machine, or of other forces")
     of_noise = [x for x in claim["noise"] for of in proof.get("shared", {}).values() if x in of]
     kernel.demand(not of_noise, "noise in a state that the machine has too")
-    known = dynamics(proof, claim, shown)
+    known = dynamics(proof, claim, proven)
     step, push, shift, sizes, *_ = known
     result = []
     for set_ in claim["sets"]:
@@ -313,7 +313,7 @@ def bounded(proof: dict[str, Any], claim: dict[str, Any], shown: dict[str, Any])
         falling = [[number(b) for _, b in a["bounds"]] for a in set_.get("after", [])]
         kernel.demand(all(b == sorted(b, reverse=True) for b in falling), "a later bound of `after` is larger")
         Q = [[number(x) for x in row] for row in set_["matrix"]]
-        require_invariant(Q, [*map(number, set_["weights"])], [*most.values()], step, push, proof, shown)
+        require_invariant(Q, [*map(number, set_["weights"])], [*most.values()], step, push, proof, proven)
         columns = disturbance_columns(push, [*most.values()]) if any_friction else known.columns
         order = [*range(len(Q))] if any_friction or square(Q, known.mirror) != Q else known.mirror
         found = require_bounds(set_, Q, step, columns, shift, most, proof, order)
@@ -323,7 +323,7 @@ def bounded(proof: dict[str, Any], claim: dict[str, Any], shown: dict[str, Any])
         result.append([bound + x for bound, x in zip(found, more, strict=True)])
     kernel.demand(result and all(result), "it states no bound")
     for slip, speed in claim.get(ABOVE, {}).items():
-        text = rounding.Bounded(shown["names"], shown["known"], shown["c"].precision, shown["rounded"])
+        text = rounding.Bounded(proven["names"], proven["known"], proven["c"].precision, proven["rounded"])
         p = text.value(slip)
         text.require_accurate(p, text.latest[0])  # what is printed is the text
         linear = {(e["truth"],) for e in proof["errors"] if not e["sign"]} & {(v,) for v in proof["acceleration"]}
@@ -335,7 +335,7 @@ def bounded(proof: dict[str, Any], claim: dict[str, Any], shown: dict[str, Any])
         kernel.demand(min(of_slip, default=number(speed) + 1) <= number(speed), "`above` is below the slip's error")
     kernel.demand(not (claim.get(ABOVE) and claim.get(REVERSALS)), "`above` excludes reversals")
     for entry in claim.get(REVERSALS, []):
-        left = left_by(entry, proof, claim, shown, known)
+        left = left_by(entry, proof, claim, proven, known)
         within = zip(left, map(number, entry["after"]), strict=True)
         kernel.demand(all(a <= b for a, b in within), "a reversal leaves more than its `after`")
     return result
@@ -365,9 +365,9 @@ class Dynamics(NamedTuple):
     left: dict[Any, list[Fraction]]
 
 
-def dynamics(proof: dict[str, Any], claim: dict[str, Any], shown: dict[str, Any]) -> Dynamics:
+def dynamics(proof: dict[str, Any], claim: dict[str, Any], proven: dict[str, Any]) -> Dynamics:
     """The error dynamics that ``error_dynamics`` proves, with the sizes of the disturbances that the claim states."""
-    matrix, push, shift = error_dynamics(proof, claim, shown)
+    matrix, push, shift = error_dynamics(proof, claim, proven)
     sizes = {f"{kind}.{x}": number(d) for kind in KINDS for x, d in claim.get(kind, {}).items()}  # in the order of push
     kernel.demand(min([Fraction(0), *sizes.values()]) == 0, "noise, drift or friction below 0")
     most = [Fraction(0) if x.startswith(FRICTION) else d for x, d in sizes.items()]
@@ -409,7 +409,7 @@ def square(A: Any, p: list[int]) -> list[list[Any]]:
 
 
 def left_by(
-    entry: dict[str, Any], proof: dict[str, Any], claim: dict[str, Any], shown: dict[str, Any], known: Dynamics
+    entry: dict[str, Any], proof: dict[str, Any], claim: dict[str, Any], proven: dict[str, Any], known: Dynamics
 ) -> list[Fraction]:
     """Bounds on each |truth - estimate| after one entry of ``reversals``; ValueError if the entry is malformed."""
     step, push, shift, sizes, *_ = known
@@ -425,11 +425,11 @@ def left_by(
     turn = reversal.Reversal(
         entry["sign"], own[0], samples, turns, number(entry["change"]), number(entry["jump"]), sizes[friction], column
     )
-    return reversal.left(turn, [*map(number, entry["before"])], proof, shown, known)
+    return reversal.left(turn, [*map(number, entry["before"])], proof, proven, known)
 
 
 def require_invariant(
-    Q: Any, weights: list[Fraction], sizes: list[Fraction], step: Any, push: Polys, proof: Any, shown: Any
+    Q: Any, weights: list[Fraction], sizes: list[Fraction], step: Any, push: Polys, proof: Any, proven: Any
 ) -> None:
     """ValueError if the ellipsoid E(1) of Q is not shown to be invariant.
 
@@ -457,7 +457,7 @@ def require_invariant(
     whole = [[kernel.term(kept * q - f.denominator * x) for q, x in zip(*rows, strict=True)]
              for rows in zip(Q, moved, strict=True)]  # fmt: skip
     gap = [[p - y if y else p for p, y in zip(*rows, strict=True)] for rows in zip(whole, added, strict=True)]
-    kernel.semidefinite(gap, shown["box"], proof["cover"], shown["known"])  # it is times `over`
+    kernel.semidefinite(gap, proven["box"], proof["cover"], proven["known"])  # it is times `over`
 
 
 def grown(start: list[Fraction], sparse: Any, by: int, more: list[int]) -> list[tuple[int, list[int]]]:

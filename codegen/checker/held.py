@@ -21,36 +21,36 @@ if TYPE_CHECKING or __package__:
     from codegen.checker import frame, kernel, rounding
 
 
-def require(proof: dict[str, Any], shown: dict[str, Any]) -> None:
+def require(proof: dict[str, Any], proven: dict[str, Any]) -> None:
     """Raises ValueError where initialisation, held estimates or the detection of invalid samples are not as above.
 
     A proof with a `domain` claims nothing at the start, which is outside of it: then only the detection of invalid
     samples and ``finite`` are verified.
 
     Args:
-        shown: of the proof, by errors.prove.
+        proven: what errors.prove returned for the proof.
     """
-    c, known = shown["c"], shown["known"]
+    c, known = proven["c"], proven["known"]
     frame.detects(c)
     free = {x: kernel.term(1, x) for x in (*c.values, *c.inputs, *c.states, *c.outputs)}
     begun = kernel.Text({x: p for x, p in free.items() if x not in c.states}, {}).run(c.init, c.states)  # of any state
-    finite(proof, shown, begun)
+    finite(proof, proven, begun)
     if proof["domain"]:
         return
-    before, modes = [*known], Modes(proof, shown)
+    before, modes = [*known], Modes(proof, proven)
     require_constant_start(modes)
     require_held_estimates(modes)
     kernel.demand("1/" not in [name for name, _ in known.keys() - before], "a division by what may be zero")
 
 
-def restarts(shown: dict[str, Any]) -> dict[str, Fraction]:
+def restarts(proven: dict[str, Any]) -> dict[str, Fraction]:
     """State -> the number that `init`, `predict` and `resume` all set it to, whatever the states before; of each such.
 
     So it has that number in the first sample, and in the first with fault 0 after others: these three functions alone
     are called in a sample with a fault, and `init` and `resume` behind `reset`, which sets the mode in which they are.
     Left out is what rounding may change by more than that of its terms: 88 + 1e8 + 0.1 - 1e8 - 0.1 is 88.000000009.
     """
-    c, ends = shown["c"], [rounding.from_any_state(shown, outputs=True) for _ in range(3)]
+    c, ends = proven["c"], [rounding.from_any_state(proven, outputs=True) for _ in range(3)]
     for text, program in zip(ends, (c.init, c.predict, c.resume), strict=True):
         text.run(program, c.states)
     numbers = {z: p for z in c.states if not (p := ends[0].names[z]).names()}
@@ -64,20 +64,20 @@ class Modes:
         estimates: true variable -> its estimate.
     """
 
-    def __init__(self, proof: dict[str, Any], shown: dict[str, Any]) -> None:
-        self.proof, self.shown, self.names = proof, shown, shown["names"]
+    def __init__(self, proof: dict[str, Any], proven: dict[str, Any]) -> None:
+        self.proof, self.proven, self.names = proof, proven, proven["names"]
         self.estimates = {e["truth"]: e["estimate"] for e in proof["errors"]}
         self._own = {z: kernel.term(1, f"{z} before") for z in proof["states"]}
         self._own |= {x: p for x, p in self.names.items() if x.startswith(("parameters.", "inputs.", "state."))}
 
     def states(self, at: dict[str, Any]) -> dict[str, Any]:
         """G: the states that give the estimates (and positions) of ``at``."""
-        text = kernel.Text(self.names | at, self.shown["known"])
+        text = kernel.Text(self.names | at, self.proven["known"])
         return {z: text.value(of) for z, of in self.proof["states"].items()}
 
     def after(self, program: Any, at: dict[str, Any]) -> dict[str, Any]:
         """The states after a function of the C, from the values of ``at``."""
-        found: dict[str, Any] = kernel.Text(self._own | at, self.shown["known"]).run(program, self.shown["c"].states)
+        found: dict[str, Any] = kernel.Text(self._own | at, self.proven["known"]).run(program, self.proven["c"].states)
         return found
 
     def moved(self, by: dict[str, Any]) -> dict[str, Any]:
@@ -95,9 +95,9 @@ def require_constant_start(modes: Modes) -> None:
     levels = {t: f"level of {t}" for t in modes.estimates if t not in modes.proof["acceleration"]}
     at_rest = dict.fromkeys(modes.estimates.values(), kernel.Poly())
     at_rest |= {modes.estimates[t]: kernel.term(1, level) for t, level in levels.items()}
-    first, there = modes.after(modes.shown["c"].init, {}), modes.states(at_rest)
+    first, there = modes.after(modes.proven["c"].init, {}), modes.states(at_rest)
     used: list[str] = []
-    for z in modes.shown["moving"]:
+    for z in modes.proven["moving"]:
         of = [level for level in levels.values() if level in there[z].names()]
         off = first[z] - there[z] + sum((kernel.term(1, level) for level in of), kernel.Poly())
         alone = (not of and not off) or (len(of) == 1 and of[0] not in used)
@@ -112,15 +112,15 @@ def require_held_estimates(modes: Modes) -> None:
     are computed all the same, since their divisions count. `resume` sets every state that the estimates depend on, from
     what was held and measured: a text that reads such a state is not the one demanded.
     """
-    c, names, estimates = modes.shown["c"], modes.names, modes.estimates.values()
+    c, names, estimates = modes.proven["c"], modes.names, modes.estimates.values()
     held = names | {y: kernel.term(1, f"held {y}") for y in estimates}
     for what, found, at in (
-        ("predict", modes.after(c.predict, {y: held[y] for y in estimates} | modes.shown["before"]), held),
+        ("predict", modes.after(c.predict, {y: held[y] for y in estimates} | modes.proven["before"]), held),
         ("resume", modes.after(c.resume, {y: names[y] for y in estimates}), names),
     ):
         # A state without a formula may be in those of others, as the next step reads it: after the function.
-        wanted = modes.states(modes.moved(at) | {z: found[z] for z in modes.shown["aside"]})
-        wrong = [z for z in modes.shown["moving"] if found[z] != wanted[z]]
+        wanted = modes.states(modes.moved(at) | {z: found[z] for z in modes.proven["aside"]})
+        wrong = [z for z in modes.proven["moving"] if found[z] != wanted[z]]
         needed = c.sums and (what == "resume" or c.most > 1)
         kernel.demand(not (wrong and needed), f"{what}: {wrong[:3]} do not go on with what was held")
 
@@ -147,7 +147,7 @@ def size_of(z: str, ends: list[dict[str, Any]], sizes: dict[str, Any], usual: in
     return found + more
 
 
-def finite(proof: dict[str, Any], shown: dict[str, Any], begun: dict[str, Any]) -> None:
+def finite(proof: dict[str, Any], proven: dict[str, Any], begun: dict[str, Any]) -> None:
     """Verifies that every argument of exp is at most 0, and that states shared with the machine stay equal to its own.
 
     Raises ValueError unless all of these hold:
@@ -167,7 +167,7 @@ def finite(proof: dict[str, Any], shown: dict[str, Any], begun: dict[str, Any]) 
     Args:
         begun: state -> the polynomial that `init` sets it to.
     """
-    c, names, term = shown["c"], shown["names"], kernel.term
+    c, names, term = proven["c"], proven["names"], kernel.term
     start = kernel.Text({x: term(1, x) for x in (*c.values, *c.inputs)}, {})
     first = {z: start.value(of) for z, of in c.init if z in proof.get("shared", {})}
     unset = [z for z in proof.get("shared", {}) if z not in first or first[z] != begun[z]]
@@ -177,8 +177,8 @@ def finite(proof: dict[str, Any], shown: dict[str, Any], begun: dict[str, Any]) 
     programs = (c.step + c.commit, c.init, c.reset, c.predict, c.resume)
     ends = [kernel.Text(free, known).run(program, c.states + c.outputs) for program in programs]
     clocks = {z for z in first if not (ends[0][z] - free[z]).names()}
-    usual, others = c.precision.usual, [z for z in (*proof.get("shared", {}), *shown["aside"]) if z not in clocks]
-    quotients = [rounding.Bounded({}, of, c.precision) for of in (known, shown["known"])]
+    usual, others = c.precision.usual, [z for z in (*proof.get("shared", {}), *proven["aside"]) if z not in clocks]
+    quotients = [rounding.Bounded({}, of, c.precision) for of in (known, proven["known"])]
     for of in quotients:  # reciprocal -> the largest that it is, by the least divisor that rounding.py lets pass
         of.ones()
     of_ends, of_step = (
@@ -186,7 +186,7 @@ def finite(proof: dict[str, Any], shown: dict[str, Any], begun: dict[str, Any]) 
         for of in quotients
     )
     ordered = [*ends[:3], ends[4], ends[3]]
-    sizes = {z: largest(p, of_step, usual) for z, p in shown["before"].items()}
+    sizes = {z: largest(p, of_step, usual) for z, p in proven["before"].items()}
     for z in others:
         sizes[z] = size_of(z, ordered, sizes | of_ends, usual)
     grows = [z for z in others if size_of(z, ordered, sizes | of_ends, usual) > sizes[z]]  # by one that comes later
@@ -197,7 +197,7 @@ def finite(proof: dict[str, Any], shown: dict[str, Any], begun: dict[str, Any]) 
             text.largest.update(large)
             text.run(program, c.states + c.outputs)
     begins = sum((largest(ends[1][x], sizes | of_ends, usual) for x in (*c.inputs, *c.states)), Fraction(0))
-    follows = largest(shown["after"].get("check", {}), sizes | of_step, usual)
+    follows = largest(proven["after"].get("check", {}), sizes | of_step, usual)
     kernel.demand(not c.sums or max(begins, follows) <= c.precision.limit, "the sum `check` may be above its limit")
     wrong = [z for z in clocks for end in ends[3:] if c.sums and end[z] != ends[0][z]]
     kernel.demand(not wrong, f"{wrong} does not go on in an invalid sample as in a valid one")

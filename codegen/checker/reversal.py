@@ -95,7 +95,7 @@ def count(text: Any, most: int) -> int:
     return int(text)
 
 
-def left(of: Reversal, before: list[Fraction], proof: Any, shown: Any, known: Any) -> list[Fraction]:
+def left(of: Reversal, before: list[Fraction], proof: Any, proven: Any, known: Any) -> list[Fraction]:
     """Bounds on each |truth - estimate| at the last sample, by lemmas G and H; ValueError if these do not apply.
 
     Args:
@@ -104,7 +104,7 @@ def left(of: Reversal, before: list[Fraction], proof: Any, shown: Any, known: An
     """
     kernel.demand(of.change > 0 <= min(before), "a slip that does not change, or an error below 0")
     begun = [b + n for b, n in zip(before, known.noise, strict=True)]
-    slip, friction = estimated_slip(of, proof, shown), [-Fraction(p.get((of.sign,), 0)) for p in of.column]
+    slip, friction = estimated_slip(of, proof, proven), [-Fraction(p.get((of.sign,), 0)) for p in of.column]
     same = all(p == kernel.term(-q, of.sign) for p, q in zip(of.column, friction, strict=True))
     kernel.demand(same, "friction does not act by its sign")
     size = range(len(begun))
@@ -142,14 +142,14 @@ def of_slip(slip: dict[int, Fraction], sizes: Any) -> Fraction:
     return sum((abs(a) * sizes[i] for i, a in slip.items()), ZERO)
 
 
-def estimated_slip(of: Reversal, proof: dict[str, Any], shown: dict[str, Any]) -> dict[int, Fraction]:
+def estimated_slip(of: Reversal, proof: dict[str, Any], proven: dict[str, Any]) -> dict[int, Fraction]:
     """The slip as a sum of velocities: index of a velocity's error -> its coefficient.
 
     ValueError if `jump` is not that of lemma G, or if the machine's force depends on the sign otherwise than by the
     friction.
     """
     errors, known = proof["errors"], dict[Any, Any]()
-    names = shown["names"] | {x: kernel.term(1, x) for e in errors for x in (e["truth"], e["estimate"])}
+    names = proven["names"] | {x: kernel.term(1, x) for e in errors for x in (e["truth"], e["estimate"])}
     here = kernel.Text(names, known)
     p, truth, estimate = here.value(proof["signs"][of.sign]), *(errors[of.level][x] for x in ("truth", "estimate"))
 

@@ -70,19 +70,19 @@ def parameters(c: Any) -> tuple[dict[str, Any], dict[Any, Any]]:
     return {p: prepared.names[p] for p in c.values}, known
 
 
-def require(proof: dict[str, Any], shown: dict[str, Any]) -> None:
+def require(proof: dict[str, Any], proven: dict[str, Any]) -> None:
     """Raises ValueError if a step, or another function of the C, or a formula with exp, may round by too much.
 
     Args:
-        shown: what errors.prove returned for the proof.
+        proven: what errors.prove returned for the proof.
     """
-    c, code = shown["c"], step(proof, shown)
+    c, code = proven["c"], step(proof, proven)
     # Anything else that is added to a state, such as a number, could be large without changing the error matrix, and
     # the estimate beside it would lose its digits.
-    parts = [m for z in shown["moving"] for m in shown["before"][z]]
+    parts = [m for z in proven["moving"] for m in proven["before"][z]]
     measured = ("true.", "error of ", "inputs.")
     frame.demand(all(any(x.startswith(measured) for x in m) for m in parts), "a state holds more than estimates")
-    stored = {z: magnitudes(shown["before"][z]) for z in shown["moving"]}
+    stored = {z: magnitudes(proven["before"][z]) for z in proven["moving"]}
     estimates = [e["estimate"] for e in proof["errors"]]
     sums = (*stored, *estimates, *["check"] * bool(c.sums))
 
@@ -101,7 +101,7 @@ def require(proof: dict[str, Any], shown: dict[str, Any]) -> None:
         return bound
 
     added = {x: accepted(x) for x in sums}
-    for said, x in [(each, x) for each in (shown["outputs"], shown["other than 0"]) for x in each]:
+    for said, x in [(each, x) for each in (proven["outputs"], proven["other than 0"]) for x in each]:
         try:
             accepted(x)
         except ValueError:  # nothing is said of it then
@@ -111,37 +111,37 @@ def require(proof: dict[str, Any], shown: dict[str, Any]) -> None:
             size = max(total(substituted(magnitudes(q), code.ones())), code.divisors.get(q, Fraction(0)))
             least = size / c.precision.cancelled
             try:
-                kernel.semidefinite([[q]], shown["box"], proof["cover"], shown["known"], least)
+                kernel.semidefinite([[q]], proven["box"], proof["cover"], proven["known"], least)
             except ValueError as why:
                 raise ValueError(f"in a divisor {CANCELLATION}, where it is near 0 ({why})") from None
     n = 2 + max(code.bounds[z][1] for z in stored)
-    require_decay_when_rounded(proof, shown, code, {z: added[z] * kernel.term(n) for z in stored})
+    require_decay_when_rounded(proof, proven, code, {z: added[z] * kernel.term(n) for z in stored})
     # Of other functions, and of formulas with an exp, a sine or cosine of a number, or a parameter that `prepare`
     # computes (the C need not use it), all terms are compared. In a formula these values alone are rounded, once: what
     # cancels to 0 may be larger there, as in the linearisation of a Stribeck curve.
-    names, known, prepared = shown["names"], shown["known"], {x for x, _ in c.prepare}
+    names, known, prepared = proven["names"], proven["known"], {x for x, _ in c.prepare}
     said = Bounded(names, dict(known), c.precision, code.bounds)
     for formula in {*texts(proof), "parameters.sample_time"}:
         if prepared.intersection(re.findall(NAME, formula)) or has_rounded_value(formula, names, known):
             said.require_accurate(said.value(formula), said.latest[0], MOST_CANCELLED)
     # A sample later a state without a formula may be the sine of a number, and a measured velocity may be.
-    given = {*shown["aside"], *proof["acceleration"]} - {e["truth"] for e in proof["errors"]}
-    later = Bounded(shown["later"], dict(shown["known"]), c.precision)
+    given = {*proven["aside"], *proof["acceleration"]} - {e["truth"] for e in proof["errors"]}
+    later = Bounded(proven["later"], dict(proven["known"]), c.precision)
     for formula in proof["states"].values():
         if given.intersection(re.findall(NAME, formula)):
             later.require_accurate(later.value(formula), later.latest[0], c.precision.cancelled)
     for program in (c.init, c.reset, c.predict, c.resume):
-        text = from_any_state(shown, outputs=True)
+        text = from_any_state(proven, outputs=True)
         text.run(program, c.states)
         for target in {x for x, _ in program}:
             text.require_accurate(text.names[target], text.bounds[target][0])
 
 
-def step(proof: dict[str, Any], shown: dict[str, Any]) -> "Bounded":
+def step(proof: dict[str, Any], proven: dict[str, Any]) -> "Bounded":
     """The step over inputs and states as they are stored, and its bounds: with their formulas, these would cancel."""
-    c, names, before, known = shown["c"], shown["names"], shown["before"], dict(shown["known"])
+    c, names, before, known = proven["c"], proven["names"], proven["before"], dict(proven["known"])
     free = {x: p for x, p in names.items() if x not in c.outputs} | before
-    free |= {z: kernel.term(1, z) for z in shown["moving"]}
+    free |= {z: kernel.term(1, z) for z in proven["moving"]}
     # What the outputs are, and so what the signs are of, as in errors.prove; then the bounds with these signs. One can
     # be that of an output that holds another one: so again with the signs that are found, until they stay the same.
     signs = dict[Any, Any]()
@@ -156,7 +156,7 @@ def step(proof: dict[str, Any], shown: dict[str, Any]) -> "Bounded":
             break
     frame.demand(signs == before_this, "a sign of what depends on itself")
     known |= signs
-    code = Bounded(free, known, c.precision, shown["rounded"])
+    code = Bounded(free, known, c.precision, proven["rounded"])
     # A state that is a number, such as 1/49, or one times a sign, holds it rounded: 49 times it need not be 1.
     fixed = {z: p for z, p in before.items() if all(x[:5] == "sign." for x in p.names())}
     code.bounds |= {z: code.number(p) for z, p in fixed.items()}
@@ -178,21 +178,21 @@ def parameter_bounds(c: Any, names: dict[str, Any], known: dict[Any, Any]) -> di
     return bounds
 
 
-def from_any_state(shown: dict[str, Any], outputs: bool = False) -> "Bounded":
+def from_any_state(proven: dict[str, Any], outputs: bool = False) -> "Bounded":
     """The C over its inputs and states (and held outputs) as they are, whatever these are, with bounds by lemma R."""
-    c = shown["c"]
-    free = {x: shown["names"][x] for x in c.values} | {x: kernel.term(1, x) for x in (*c.inputs, *c.states)}
+    c = proven["c"]
+    free = {x: proven["names"][x] for x in c.values} | {x: kernel.term(1, x) for x in (*c.inputs, *c.states)}
     free |= {x: kernel.term(1, x) for x in c.outputs} if outputs else {}
-    return Bounded(free, {}, c.precision, shown["rounded"])
+    return Bounded(free, {}, c.precision, proven["rounded"])
 
 
-def at_point(names: dict[str, Any], shown: dict[str, Any]) -> "Bounded":
+def at_point(names: dict[str, Any], proven: dict[str, Any]) -> "Bounded":
     """Expressions where all or some names are numbers."""
-    return Bounded(names, {}, shown["c"].precision, shown["rounded"])
+    return Bounded(names, {}, proven["c"].precision, proven["rounded"])
 
 
 def require_decay_when_rounded(
-    proof: dict[str, Any], shown: dict[str, Any], code: "Bounded", off: dict[str, Any]
+    proof: dict[str, Any], proven: dict[str, Any], code: "Bounded", off: dict[str, Any]
 ) -> None:
     """Raises ValueError unless V does not grow in a step whose states have rounding errors of up to u times ``off``.
 
@@ -202,8 +202,8 @@ def require_decay_when_rounded(
     said to grow by at most fall > 1, the same is demanded with r = (fall - 1)/2.
     """
     R, unit = [], kernel.term(code.precision.rounding / 8)
-    stored = {z: magnitudes(shown["before"][z]) for z in off}
-    size = {x: max(map(abs, ends)) for x, ends in shown["box"].items()}
+    stored = {z: magnitudes(proven["before"][z]) for z in off}
+    size = {x: max(map(abs, ends)) for x, ends in proven["box"].items()}
     for shows in (magnitudes(code.names[e["estimate"]]) for e in proof["errors"]):
         used = {z: p for z, p in off.items() if z in shows.names()}
         change = sum((substituted(derivative(shows, z), stored) * p * unit for z, p in used.items()), kernel.Poly())
@@ -212,13 +212,13 @@ def require_decay_when_rounded(
             for x in row.keys() & {*m}:
                 row[x] += c * prod(size.get(y, 1) for y in m)  # at most
         R.append([*row.values()])
-    P = shown["numbers"]["P"]
+    P = proven["numbers"]["P"]
     (rows_R, by_R), (rows_P, by_P) = kernel.integers(R), kernel.integers(P)
     sizes = [[*map(abs, row)] for row in rows_P]
     S, by = forms.product([*zip(*rows_R, strict=True)], forms.product(sizes, rows_R, 0), 0), by_R * by_R * by_P
     bits = [(row[i].denominator.bit_length() - row[i].numerator.bit_length()) // 2 for i, row in enumerate(P)]
     d = [Fraction(2) ** n for n in bits]  # near 1/sqrt(P_ii)
-    kept = ((1 - shown["fall"]) / 2) ** 2
+    kept = ((1 - proven["fall"]) / 2) ** 2
     (less,), over = kernel.integers([[sum(map(mul, row, d)) / d[i] / by for i, row in enumerate(S)]])
     whole, unit = kept.numerator * over, kept.denominator * by_P  # r^2 P - diag(less), times over and unit
     rest = (tuple(whole * p - unit * less[i] * (i == j) for j, p in enumerate(row)) for i, row in enumerate(rows_P))

@@ -28,17 +28,17 @@ UNREAD = f"{SETS}: it belongs to a {PROOF} whose V is not that of the certificat
 WITHIN, SIZED = "noise, change of force or speed within a sample", "noise and drift beyond the bounds assumed below"
 
 
-def proved_statements(proof: dict[str, Any], shown: dict[str, Any], sources: dict[str, bytes]) -> list[str]:
+def proved_statements(proof: dict[str, Any], proven: dict[str, Any], sources: dict[str, bytes]) -> list[str]:
     """All proved statements, as lines, also those of an ellipsoid.json among the sources; Refused if that fails."""
-    more = reached(proof, shown, sources[SETS]) if SETS in sources else []
-    return [*words(proof, shown, bool(more)), *more]
+    more = reached(proof, proven, sources[SETS]) if SETS in sources else []
+    return [*words(proof, proven, bool(more)), *more]
 
 
-def reached(proof: dict[str, Any], shown: dict[str, Any], text: bytes) -> list[str]:
+def reached(proof: dict[str, Any], proven: dict[str, Any], text: bytes) -> list[str]:
     """The error bounds that ellipsoid.json proves, as lines; enclosure.Refused if they are not shown."""
-    claim, found = theorem.ellipsoid_claim(proof, shown, text)
+    claim, found = theorem.ellipsoid_claim(proof, proven, text)
     most, least, number = enclosure.most, enclosure.least, ellipsoid.number
-    plain = partial(without_kinds, twice=ambiguous(proof, shown))
+    plain = partial(without_kinds, twice=ambiguous(proof, proven))
     errors = [lag(e, plain) for e in proof["errors"]]
     at = " (accelerations at the measured positions)" * bool(claim.get(ellipsoid.FORCES))
     fast = [f", |{plain(u)}| is always above {most(number(x))}" for u, x in claim.get(ellipsoid.ABOVE, {}).items()]
@@ -54,16 +54,16 @@ def reached(proof: dict[str, Any], shown: dict[str, Any], text: bytes) -> list[s
     def true(slip: str) -> str:
         return plain(re.sub(rounding.NAME, lambda name: of_machine.get(name[0], name[0]), slip))
 
-    slips = slip_rows(proof, shown)
+    slips = slip_rows(proof, proven)
     for ball, bounds in zip(claim["sets"], found, strict=True):
         known, any_ = iter(bounds), whatever * (ellipsoid.FRICTION in ball)
         for *c, _ in ball["rows"]:
-            lines.append(f"  {combined(c, errors, shown)} {LONG_RUN} {(bound := most(next(known)))}{any_}")
+            lines.append(f"  {combined(c, errors, proven)} {LONG_RUN} {(bound := most(next(known)))}{any_}")
             for slip in slips.get(tuple(map(number, c)), []):
                 lines.append(f"  so {plain(slip)} has the sign of {true(slip)} where |{true(slip)}| is above {bound}")
         for after in ball.get("after", []):
             later = ", ".join(f"{most(next(known))} from sample {n} on" for n, _ in after["bounds"])
-            error = combined(after["row"], errors, shown)
+            error = combined(after["row"], errors, proven)
             lines.append(f"  {error} is at most {later}, counted from any sample with {each(after['start'])}")
     for turn in claim.get(ellipsoid.REVERSALS, []):
         s, change = turn["sign"], least(number(turn["change"]))
@@ -80,14 +80,14 @@ def reached(proof: dict[str, Any], shown: dict[str, Any], text: bytes) -> list[s
     return lines
 
 
-def slip_rows(proof: dict[str, Any], shown: dict[str, Any]) -> dict[tuple[Fraction, ...], list[str]]:
+def slip_rows(proof: dict[str, Any], proven: dict[str, Any]) -> dict[tuple[Fraction, ...], list[str]]:
     """Row c of the errors -> the slips of the signs that are c times the estimates, none of which has a sign itself.
 
     |c'(truth - estimate)| is then the error of such a slip. If it is at most E, and the true slip faster than E, then
     both have the same sign.
     """
     own = {e["estimate"]: kernel.term(1, e["estimate"]) for e in proof["errors"]}
-    text, found = kernel.Text(shown["names"] | own, {}), dict[tuple[Fraction, ...], list[str]]()
+    text, found = kernel.Text(proven["names"] | own, {}), dict[tuple[Fraction, ...], list[str]]()
     for slip in dict.fromkeys(proof["signs"].values()):
         p = text.value(slip)
         row = tuple(Fraction(p.get((e["estimate"],), 0)) for e in proof["errors"])
@@ -97,9 +97,9 @@ def slip_rows(proof: dict[str, Any], shown: dict[str, Any]) -> dict[tuple[Fracti
     return found
 
 
-def combined(row: list[str], errors: list[str], shown: dict[str, Any]) -> str:
+def combined(row: list[str], errors: list[str], proven: dict[str, Any]) -> str:
     """|A sum of errors|, and its unit."""
-    entries = zip(map(ellipsoid.number, row), errors, shown["units"], strict=True)
+    entries = zip(map(ellipsoid.number, row), errors, proven["units"], strict=True)
     used = [entry for entry in entries if entry[0]]
     factors = {Fraction(1): "", Fraction(-1): "-"}
     terms = [of if x == 1 else f"{factors.get(x, f'{enclosure.exact(x)}*')}({of})" for x, of, _ in used]
@@ -123,57 +123,57 @@ def uncompared(lines: list[str], sources: dict[str, bytes]) -> list[str]:
     return [SIZES] * used + [UNREAD] * (SETS in sources and not used)
 
 
-def words(proof: dict[str, Any], shown: dict[str, Any], sized: bool = False, fall: bool = True) -> list[str]:
+def words(proof: dict[str, Any], proven: dict[str, Any], sized: bool = False, fall: bool = True) -> list[str]:
     """The proved statements, as lines.
 
     Args:
         sized: whether bounds under noise and drift follow these lines.
         fall: whether to state the decay of the proof's V; else the error dynamics alone.
     """
-    exact, c, plain = enclosure.exact, f"{proof['name']}.c", partial(without_kinds, twice=ambiguous(proof, shown))
-    h, free = exact(shown["c"].values["parameters.sample_time"]), constants(proof, plain)
+    exact, c, plain = enclosure.exact, f"{proof['name']}.c", partial(without_kinds, twice=ambiguous(proof, proven))
+    h, free = exact(proven["c"].values["parameters.sample_time"]), constants(proof, plain)
     turns = ", ".join(plain(s) for s in proof["signs"])
-    errors = [f"{lag(e, plain)} [{unit}]" for e, unit in zip(proof["errors"], shown["units"], strict=True)]
+    errors = [f"{lag(e, plain)} [{unit}]" for e, unit in zip(proof["errors"], proven["units"], strict=True)]
     left_over = [
         f"in addition, {lag(e, plain)} changes by {plain(r)} in each step, whatever the errors; what this does to V is"
         " not bounded"
         for e, r in zip(proof["errors"], proof.get("rest", []), strict=False)
         if r != "0"
     ]
-    left_out = ", ".join(plain(z) for z in shown["aside"] if z not in proof.get("shared", {}))
+    left_out = ", ".join(plain(z) for z in proven["aside"] if z not in proof.get("shared", {}))
     besides = f" except {left_out}, for which nothing is claimed" if left_out else ""
     if proof.get("shared"):
         besides += f" except {', '.join(map(plain, proof['shared']))}, which the machine has too"
-    first = ", to first order in them" if shown["first order"] else ""
+    first = ", to first order in them" if proven["first order"] else ""
     stays = f", while {turns} {'does' if len(proof['signs']) == 1 else 'do'} not change" if turns else ""
-    values = ", ".join(f"{plain(p)} = {exact(x)}" for p, x in shown["c"].values.items())
-    guarded = shown["c"].sums is not None
+    values = ", ".join(f"{plain(p)} = {exact(x)}" for p, x in proven["c"].values.items())
+    guarded = proven["c"].sums is not None
 
     def becomes(x: str) -> str:
         return f"{plain(x)} {'becomes' if x in proof['states'] else 'is'}"
 
-    where = {f"{becomes(x)} 0": of for x, of in shown.get("other than 0", {}).items()}
-    where |= {plain(text): of for text, of in shown.get("held", {}).items()}
-    formulas, used = shown.get("formulas", {}) | shown.get("counted", {}), "in each sample with fault 0"
+    where = {f"{becomes(x)} 0": of for x, of in proven.get("other than 0", {}).items()}
+    where |= {plain(text): of for text, of in proven.get("held", {}).items()}
+    formulas, used = proven.get("formulas", {}) | proven.get("counted", {}), "in each sample with fault 0"
     return [
         *motion(proof, plain, h),
-        *conditions(proof, shown, plain),
+        *conditions(proof, proven, plain),
         f"errors: {', '.join(errors)}; they account for every state of {c}{besides}",
         f"one step of {c} ({h} s) multiplies the vector of errors by the matrix of {PROOF}{first}: for every state, all"
         f" inputs and every {free}{stays}",
         *left_over,
-        *(f"in each sample {plain(x)} = {plain(enclosure.as_sum(p))}" for x, p in shown.get("outputs", {}).items()),
+        *(f"in each sample {plain(x)} = {plain(enclosure.as_sum(p))}" for x, p in proven.get("outputs", {}).items()),
         *(f"{used} {text} except where {' and '.join(map(plain, of))}" for text, of in where.items()),
         *(f"{used} {becomes(x)} {plain(of)}" for x, of in formulas.items()),
         *(
             f"in the first sample with fault 0, and in the first after others, {plain(z)} is {enclosure.exact(number)}"
-            for z, number in shown.get("restarts", {}).items()
+            for z, number in proven.get("restarts", {}).items()
         ),
-        *(falling(proof, shown, plain) if fall else ()),
+        *(falling(proof, proven, plain) if fall else ()),
         f"with the values of {proof['name']}.h: {values}",
         *(() if proof["domain"] else (HELD if guarded else BARE,)),
-        *((of_faults(shown["c"]),) if guarded else ()),
-        f"in exact arithmetic; not covered: {', '.join(gaps(proof, shown, plain, sized))}",
+        *((of_faults(proven["c"]),) if guarded else ()),
+        f"in exact arithmetic; not covered: {', '.join(gaps(proof, proven, plain, sized))}",
     ]
 
 
@@ -207,10 +207,10 @@ def motion(proof: dict[str, Any], plain: Callable[[str], str], h: str) -> list[s
     ]
 
 
-def conditions(proof: dict[str, Any], shown: dict[str, Any], plain: Callable[[str], str]) -> list[str]:
+def conditions(proof: dict[str, Any], proven: dict[str, Any], plain: Callable[[str], str]) -> list[str]:
     """The conditions under which the proof holds, as lines."""
-    exact, begun = enclosure.exact, dict(shown["c"].init)
-    along = {t: f"{plain(s)}*" for t, s in shown["along"].items() if s}
+    exact, begun = enclosure.exact, dict(proven["c"].init)
+    along = {t: f"{plain(s)}*" for t, s in proven["along"].items() if s}
     return [
         *(f"{plain(s)} is 1 or -1, the sign of {plain(u)} in machine and code" for s, u in proof["signs"].items()),
         *(f"only where {plain(x)} > 0" for x in proof["domain"]),
@@ -221,22 +221,22 @@ def conditions(proof: dict[str, Any], shown: dict[str, Any], plain: Callable[[st
         ),
         *(
             f"only where {along.get(x, '')}{plain(x)} is in [{exact(low)}, {exact(high)}]"
-            for x, (low, high) in shown["box"].items()
+            for x, (low, high) in proven["box"].items()
         ),
         *(
             f"only where the state {z} is {plain(proof['states'][z])}"
             for z in proof["states"]
-            if z not in shown["moving"]
+            if z not in proven["moving"]
         ),
     ]
 
 
-def gaps(proof: dict[str, Any], shown: dict[str, Any], plain: Callable[[str], str], sized: bool) -> list[str]:
+def gaps(proof: dict[str, Any], proven: dict[str, Any], plain: Callable[[str], str], sized: bool) -> list[str]:
     """What the proof does not cover; ``sized`` as in ``words``."""
-    c, estimates = shown["c"], {e["estimate"] for e in proof["errors"]}
+    c, estimates = proven["c"], {e["estimate"] for e in proof["errors"]}
     of_floats = " (of single precision)" * (c.precision != frame.PRECISIONS["double"])
     faults = "inputs that are no numbers" if c.sums is None else "samples with a fault"
-    others = ", ".join(plain(x) for x in c.outputs if x not in shown.get("outputs", {}) and x not in estimates)
+    others = ", ".join(plain(x) for x in c.outputs if x not in proven.get("outputs", {}) and x not in estimates)
     beyond = SIZED if sized else WITHIN
     return [f"rounding{of_floats}", faults, beyond, *([f"other outputs ({others})"] * bool(others))]
 
@@ -254,11 +254,11 @@ def of_faults(c: Any) -> str:
     )
 
 
-def falling(proof: dict[str, Any], shown: dict[str, Any], plain: Callable[[str], str]) -> list[str]:
+def falling(proof: dict[str, Any], proven: dict[str, Any], plain: Callable[[str], str]) -> list[str]:
     """The proved decay of V, and its growth at each reversal, as lines."""
-    known, alone = shown["numbers"], ", without that addition," * any(r != "0" for r in proof.get("rest", []))
-    factor = enclosure.most(shown["fall"])
-    first = ", to first order in the errors," * shown["first order"]
+    known, alone = proven["numbers"], ", without that addition," * any(r != "0" for r in proof.get("rest", []))
+    factor = enclosure.most(proven["fall"])
+    first = ", to first order in the errors," * proven["first order"]
     limits = f"{first}{alone}".replace(",,", ",")
     rate = f"(decay rate {enclosure.least(known['rate'])} 1/s)"
     return [f"{STEP}{limits} by at most {factor} {rate}"] + [
@@ -269,13 +269,13 @@ def falling(proof: dict[str, Any], shown: dict[str, Any], plain: Callable[[str],
     ]
 
 
-def ambiguous(proof: dict[str, Any], shown: dict[str, Any]) -> set[str]:
+def ambiguous(proof: dict[str, Any], proven: dict[str, Any]) -> set[str]:
     """Names that two quantities share, such as a parameter and a true level; they are printed with their kinds.
 
     So is a quantity with a name that these words use of their own (OWN). All fields of the C count, printed or not.
     Of a contact with the name of a quantity, sign(NAME) could be the sign of either: sign.NAME is the contact's then.
     """
-    begun, c = [of for z, of in shown["c"].init if z in proof.get("shared", {})], shown["c"]  # `begun` is printed too
+    begun, c = [of for z, of in proven["c"].init if z in proof.get("shared", {})], proven["c"]  # `begun` is printed too
     fields = (x.split("[")[0] for x in (*c.values, *c.states, *c.inputs, *c.outputs))
     full = {*re.findall(rf"\b{KINDS}\.\w+", json.dumps([proof, begun])), *fields}
     bare = Counter((*(x.split(".")[1] for x in full), *OWN))

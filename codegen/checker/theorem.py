@@ -66,7 +66,7 @@ def found_instead(raw: Any) -> str:
 def proved(proof: dict[str, Any], sources: dict[str, bytes], turns: Collection[str] = ()) -> dict[str, Any]:
     """Verifies a proof completely against the sources, and returns what was proved; or raises enclosure.Refused.
 
-    What was proved is a dict, called ``shown`` throughout the checker: that of errors.prove (matrix, error dynamics,
+    What was proved is a dict, called ``proven`` throughout the checker: that of errors.prove (matrix, error dynamics,
     names), and statements about outputs, samples with a fault and units.
 
     Args:
@@ -76,30 +76,30 @@ def proved(proof: dict[str, Any], sources: dict[str, bytes], turns: Collection[s
     known = numbers(proof)
     with or_refused(f"the kernel does not prove {PROOF} of the C"):
         texts = {name: text.decode() for name, text in sources.items()}
-        shown: dict[str, Any] = errors.prove(proof, texts) | {"numbers": known}
-        require_machine(proof, shown)
-        require_witness(proof, shown)
-        require_recovery(proof, shown)
-        shown["outputs"] = outputs_over_estimates(proof, shown)
-        shown["other than 0"], shown["held"] = other_than_zero(proof, shown)
-        shown["counted"], shown["restarts"] = counters(shown), held.restarts(shown) if proof["domain"] else {}
-        shown["formulas"] = formulas(proof, shown) if proof["domain"] else {}
-        rounding.require(proof, shown)
-        held.require(proof, shown)
-        require_continuity(proof, shown, sorted({*proof["signs"], *turns}))
-        return shown | {"units": units(proof, shown["c"], texts[f"{proof['name']}.h"])}
+        proven: dict[str, Any] = errors.prove(proof, texts) | {"numbers": known}
+        require_machine(proof, proven)
+        require_witness(proof, proven)
+        require_recovery(proof, proven)
+        proven["outputs"] = outputs_over_estimates(proof, proven)
+        proven["other than 0"], proven["held"] = other_than_zero(proof, proven)
+        proven["counted"], proven["restarts"] = counters(proven), held.restarts(proven) if proof["domain"] else {}
+        proven["formulas"] = formulas(proof, proven) if proof["domain"] else {}
+        rounding.require(proof, proven)
+        held.require(proof, proven)
+        require_continuity(proof, proven, sorted({*proof["signs"], *turns}))
+        return proven | {"units": units(proof, proven["c"], texts[f"{proof['name']}.h"])}
 
 
-def require_machine(proof: dict[str, Any], shown: dict[str, Any]) -> None:
+def require_machine(proof: dict[str, Any], proven: dict[str, Any]) -> None:
     """Raises ValueError unless mass_matrix * acceleration = force, and the mass matrix is definite in the box.
 
     These expressions may contain no state of the code except those that are `shared`.
     """
     shared: dict[str, str] = proof.get("shared", {})
-    own = {x: p for x, p in shown["names"].items() if not x.startswith(("outputs.", "state.")) or x in shared}
-    text, known, before = kernel.Text(own, shown["known"]), shown["known"], len(decay.divisors(shown["known"]))
+    own = {x: p for x, p in proven["names"].items() if not x.startswith(("outputs.", "state.")) or x in shared}
+    text, known, before = kernel.Text(own, proven["known"]), proven["known"], len(decay.divisors(proven["known"]))
     require_shared_states(
-        shared, shown, kernel.Text({x: p for x, p in own.items() if not x.startswith("true.")}, known)
+        shared, proven, kernel.Text({x: p for x, p in own.items() if not x.startswith("true.")}, known)
     )
     rates = [[text.value(a)] for a in proof["acceleration"].values()]
     mass = [[text.value(x) for x in row] for row in proof["mass_matrix"]]
@@ -107,10 +107,10 @@ def require_machine(proof: dict[str, Any], shown: dict[str, Any]) -> None:
     off = [kernel.cleared(pushed - force, known) for (pushed,), force, _ in rows]
     kernel.demand(not any(off), "mass * acceleration is not force")
     for A in (mass, *([[p]] for p in decay.divisors(known)[before:])):
-        kernel.semidefinite(A, shown["box"], proof["cover"], known, kernel.LEAST)
+        kernel.semidefinite(A, proven["box"], proof["cover"], known, kernel.LEAST)
 
 
-def require_shared_states(shared: dict[str, str], shown: dict[str, Any], text: Any) -> None:
+def require_shared_states(shared: dict[str, str], proven: dict[str, Any], text: Any) -> None:
     """Raises ValueError unless every `shared` state is a memory of past inputs, a lag or a clock.
 
     That is: in each sample z becomes c z + r, where r depends on inputs and on the shared states listed before z, and
@@ -119,24 +119,24 @@ def require_shared_states(shared: dict[str, str], shown: dict[str, Any], text: A
     A state that is neither an error nor shared must not be computed from such a state, itself included: nothing is
     claimed about it, and by feedback it could grow.
     """
-    unexplained = {*shown["aside"]} - {*shared}
-    feedback = {x for z in unexplained for x in shown["after"][z].names() if x in shown["aside"] or x[0] == "?"}
+    unexplained = {*proven["aside"]} - {*shared}
+    feedback = {x for z in unexplained for x in proven["after"][z].names() if x in proven["aside"] or x[0] == "?"}
     kernel.demand(not feedback, f"{feedback} is fed back to a state without an error, and may grow")
-    before: set[str] = {*shown["c"].inputs}
+    before: set[str] = {*proven["c"].inputs}
     for z, of in shared.items():
-        kernel.demand(z in shown["aside"], f"{z} is no state without an error")
-        p = shown["after"][z]
+        kernel.demand(z in proven["aside"], f"{z} is no state without an error")
+        p = proven["after"][z]
         kernel.demand(p == text.value(of), f"{z} has another equation in the C than in `shared`")
         own, rest = Fraction(p.get((z,), 0)), kernel.Poly({m: c for m, c in p.items() if m != (z,)})
         names = rest.names()
-        for (_, argument), value in reversed(shown["known"].items()):  # names in the arguments of functions
+        for (_, argument), value in reversed(proven["known"].items()):  # names in the arguments of functions
             names |= argument.names() if value.names() & names else set()
         kind = {x for x in names if x[0] != "?" and not x.endswith(" t")} <= before
         kernel.demand(kind and (abs(own) < 1 or (own == 1 and not names)), f"{z} is no memory, lag or clock")
         before |= {z}
 
 
-def require_witness(proof: dict[str, Any], shown: dict[str, Any]) -> None:
+def require_witness(proof: dict[str, Any], proven: dict[str, Any]) -> None:
     """Raises ValueError unless `witness` is a point of domain and box: a claim about an empty set would say nothing.
 
     `witness` gives each input, truth, estimate and state without a formula a number, over the parameters. Every sign
@@ -145,25 +145,25 @@ def require_witness(proof: dict[str, Any], shown: dict[str, Any]) -> None:
     ``rounding`` says that what is left of its terms may be rounding: at a point sin(x)^2 + cos(x)^2 - 1 is what 50
     digits make of it, and so may be above 0.
     """
-    if not (proof["domain"] or shown["box"]):
+    if not (proof["domain"] or proven["box"]):
         return
     shows = {e["estimate"]: e["truth"] for e in proof["errors"]}
-    given, free = proof.get("witness", {}), {*shown["c"].inputs, *shows, *shows.values(), *shown["aside"]}
+    given, free = proof.get("witness", {}), {*proven["c"].inputs, *shows, *shows.values(), *proven["aside"]}
     kernel.demand(given.keys() == free, f"a domain or a box, and `witness` is not of {sorted(free)}")
-    own = kernel.Text({x: p for x, p in shown["names"].items() if x == "" or x.startswith("parameters.")}, {})
-    at = rounding.at_point(own.names | {x: own.value(n) for x, n in given.items()}, shown)
-    true = rounding.at_point(at.names | {y: at.names[t] for y, t in shows.items()}, shown)
+    own = kernel.Text({x: p for x, p in proven["names"].items() if x == "" or x.startswith("parameters.")}, {})
+    at = rounding.at_point(own.names | {x: own.value(n) for x, n in given.items()}, proven)
+    true = rounding.at_point(at.names | {y: at.names[t] for y, t in shows.items()}, proven)
     signs = {s: kernel.function("sgn", at.settled(of), {}) for s, of in proof["signs"].items()}
     turns = {s: kernel.function("sgn", true.settled(of), {}) for s, of in proof["signs"].items()}
     at.names |= signs
     within = all(signs.values()) and signs == turns and all(at.settled(x).constant() > 0 for x in proof["domain"])
-    along = {t: at.names[s] for t, s in shown["along"].items()}
-    for x, (low, high) in shown["box"].items():
+    along = {t: at.names[s] for t, s in proven["along"].items()}
+    for x, (low, high) in proven["box"].items():
         within = within and low <= (along.get(x, at.names[""]) * at.names[x]).constant() <= high
     kernel.demand(within, "`witness` is no point of domain and box with signs of 1 or -1")
 
 
-def ranges(proof: dict[str, Any], shown: dict[str, Any]) -> dict[str, list[Fraction]]:
+def ranges(proof: dict[str, Any], proven: dict[str, Any]) -> dict[str, list[Fraction]]:
     """Variable -> a range such that the claim of `box` holds whenever the variable itself is in that range.
 
     A box may bound x times a sign. If it is [-b, b], x in [-b, b] is enough. If the sign is x's own, that product is
@@ -172,8 +172,8 @@ def ranges(proof: dict[str, Any], shown: dict[str, Any]) -> dict[str, list[Fract
     """
     own = {e["truth"]: e["estimate"] for e in proof["errors"]}
     found = {}
-    for x, (low, high) in shown["box"].items():
-        sign = shown["along"].get(x, "")
+    for x, (low, high) in proven["box"].items():
+        sign = proven["along"].get(x, "")
         magnitude = sign and proof["signs"][sign] == own[x]
         if sign and (low == -high or (low == 0 and magnitude)):
             found[x] = [-high, high]
@@ -182,23 +182,23 @@ def ranges(proof: dict[str, Any], shown: dict[str, Any]) -> dict[str, list[Fract
     return found
 
 
-def require_recovery(proof: dict[str, Any], shown: dict[str, Any]) -> None:
+def require_recovery(proof: dict[str, Any], proven: dict[str, Any]) -> None:
     """Raises ValueError unless each of `reversals` holds: growth V(e) >= V(Je), and growth * fall^dwell <= 1.
 
     J = diag(-1 for the errors of the sign that changes, else 1); fall is the factor of V in a sample.
     """
-    known, flips = shown["numbers"], [e["sign"] for e in proof["errors"]]
+    known, flips = proven["numbers"], [e["sign"] for e in proof["errors"]]
     P = tuple(map(tuple, kernel.integers(known["P"])[0]))
     for turn in proof["reversals"]:
         sign, (growth, dwell) = turn["sign"], known["turns"][turn["sign"]]
         why = forms.turns(P, tuple(i for i, s in enumerate(flips) if s == sign), growth)
         kernel.demand(not why, f"V may grow by more at a reversal of {sign}: {why}")
-        lasts = sign in proof["signs"] and dwell in range(10**5) and (shown["fall"] < 1 or dwell <= 1)
-        good = lasts and enclosure.decayed(growth, shown["fall"], int(dwell)) <= 1
+        lasts = sign in proof["signs"] and dwell in range(10**5) and (proven["fall"] < 1 or dwell <= 1)
+        good = lasts and enclosure.decayed(growth, proven["fall"], int(dwell)) <= 1
         kernel.demand(good, f"V has not recovered from a reversal of {sign} after the dwell time")
 
 
-def require_continuity(proof: dict[str, Any], shown: dict[str, Any], turns: list[str]) -> None:
+def require_continuity(proof: dict[str, Any], proven: dict[str, Any], turns: list[str]) -> None:
     """Raises ValueError unless every estimate is continuous where one of these signs changes.
 
     A state has one value at a reversal, and by `states` it determines the estimates for either sign s of p. Both are
@@ -206,8 +206,8 @@ def require_continuity(proof: dict[str, Any], shown: dict[str, Any], turns: list
     p = a x + q, a a number and q without x, that is D = 0 at x = -q/a.
     """
     own = {x: kernel.term(1, x) for e in proof["errors"] for x in (e["truth"], e["estimate"])}
-    claim, one = kernel.Text(shown["names"] | own, {}), kernel.term(1)
-    formulas = {z: claim.value(of) for z, of in proof["states"].items() if z in shown["moving"]}
+    claim, one = kernel.Text(proven["names"] | own, {}), kernel.term(1)
+    formulas = {z: claim.value(of) for z, of in proof["states"].items() if z in proven["moving"]}
     for s in turns:
         p = claim.value(proof["signs"][s])
         (x, a), *_ = [(m[0], c) for m, c in p.items() if len(m) == 1 and sum(m[0] in n for n in p) == 1] or [("", 1)]
@@ -224,26 +224,26 @@ def require_continuity(proof: dict[str, Any], shown: dict[str, Any], turns: list
             kernel.demand(not left, f"the estimate by {z} is discontinuous at a reversal of {s}")
 
 
-def outputs_over_estimates(proof: dict[str, Any], shown: dict[str, Any]) -> dict[str, Any]:
+def outputs_over_estimates(proof: dict[str, Any], proven: dict[str, Any]) -> dict[str, Any]:
     """Output of the C that is no estimate, such as a friction force -> its polynomial q over estimates and inputs.
 
     Left out are outputs that are no such polynomial, that depend on a function or a state, or that are constant. In
     ``after`` the output is a polynomial p over truths and errors. With the errors set to zero p becomes a candidate for
     q; it is accepted if q with the estimates put in is p again.
     """
-    names, shows, found = shown["names"], {e["truth"]: e["estimate"] for e in proof["errors"]}, {}
-    back = {t: names[shown["along"][t]] * kernel.term(1, y) for t, y in shows.items()}
+    names, shows, found = proven["names"], {e["truth"]: e["estimate"] for e in proof["errors"]}, {}
+    back = {t: names[proven["along"][t]] * kernel.term(1, y) for t, y in shows.items()}
     back |= {f"error of {t}": kernel.Poly() for t in shows}
-    free, estimates = {*shown["c"].inputs, *proof["signs"], *shows.values()}, {y: names[y] for y in shows.values()}
-    for x in (x for x in shown["c"].outputs if x not in estimates and len(shown["after"].get(x, ())) <= LONGEST_SUM):
-        p = shown["after"].get(x, kernel.Poly())
+    free, estimates = {*proven["c"].inputs, *proof["signs"], *shows.values()}, {y: names[y] for y in shows.values()}
+    for x in (x for x in proven["c"].outputs if x not in estimates and len(proven["after"].get(x, ())) <= LONGEST_SUM):
+        p = proven["after"].get(x, kernel.Poly())
         q = rounding.substituted(p, back)
         if q.names() and q.names() <= free and rounding.substituted(q, estimates) == p:
             found[x] = q
     return found
 
 
-def other_than_zero(proof: dict[str, Any], shown: dict[str, Any]) -> tuple[dict[str, list[str]], dict[str, list[str]]]:
+def other_than_zero(proof: dict[str, Any], proven: dict[str, Any]) -> tuple[dict[str, list[str]], dict[str, list[str]]]:
     """Conditions under which outputs are not 0, and under which the step does not hold its estimates; any state.
 
     Returns:
@@ -253,13 +253,13 @@ def other_than_zero(proof: dict[str, Any], shown: dict[str, Any]) -> tuple[dict[
         which they are not true.
     """
     estimates = {e["estimate"] for e in proof["errors"]}
-    others = [z for z in proof["states"] if z not in shown["moving"]]
-    others += [y for y in shown["c"].outputs if y not in estimates and y not in shown["outputs"]]
+    others = [z for z in proof["states"] if z not in proven["moving"]]
+    others += [y for y in proven["c"].outputs if y not in estimates and y not in proven["outputs"]]
     if not others:
         return {}, {}
-    cases, held = SignCases(proof, shown), dict[str, list[str]]()
+    cases, held = SignCases(proof, proven), dict[str, list[str]]()
     for y in sorted(estimates) if proof["domain"] else ():
-        held |= {f"{z} becomes {y}": lines for z in shown["moving"] if (lines := cases.where_not_held(z, y))}
+        held |= {f"{z} becomes {y}": lines for z in proven["moving"] if (lines := cases.where_not_held(z, y))}
         ends, lines = cases.range_of(y)
         held |= {f"{y} is in [{', '.join(map(enclosure.exact, ends))}]": lines} if lines else {}
     return {y: lines for y in others if (lines := cases.where_not_zero(y))}, held
@@ -279,12 +279,12 @@ class SignCases:
         signs: variable of a sign in the C -> the polynomial that it is the sign of.
     """
 
-    def __init__(self, proof: dict[str, Any], shown: dict[str, Any]) -> None:
-        self.c, self.rounded, estimates = shown["c"], shown["rounded"], {e["estimate"] for e in proof["errors"]}
+    def __init__(self, proof: dict[str, Any], proven: dict[str, Any]) -> None:
+        self.c, self.rounded, estimates = proven["c"], proven["rounded"], {e["estimate"] for e in proof["errors"]}
         c = self.c
-        free = {x: shown["names"][x] for x in c.values} | {x: kernel.term(1, x) for x in (*c.inputs, *c.states)}
+        free = {x: proven["names"][x] for x in c.values} | {x: kernel.term(1, x) for x in (*c.inputs, *c.states)}
         own = {y: kernel.term(1, y) for y in estimates}
-        claim, plain = kernel.Text(free | own, {}), [z for z in shown["moving"] if "sign." not in proof["states"][z]]
+        claim, plain = kernel.Text(free | own, {}), [z for z in proven["moving"] if "sign." not in proof["states"][z]]
         written = {z: p for z in plain if (p := claim.value(proof["states"][z])).names() <= {*free, *own}}
         used = estimates & set().union(*(p.names() for p in written.values()))
         for start in [free | written] * (len(used) == len(written)) + [free]:
@@ -379,22 +379,22 @@ def limits(p: Any, signs: dict[str, Any]) -> tuple[Fraction, ...]:
     return ()
 
 
-def formulas(proof: dict[str, Any], shown: dict[str, Any]) -> dict[str, str]:
+def formulas(proof: dict[str, Any], proven: dict[str, Any]) -> dict[str, str]:
     """Estimate, or state that holds one -> its formula over states, inputs and other estimates, where it is short.
 
     In each sample with fault 0, from any state. An estimate that the C sets once, from one local that it sets once, is
     a name in what follows. Left out is what rounding may replace.
     """
-    c, estimates = shown["c"], {e["estimate"] for e in proof["errors"]}
+    c, estimates = proven["c"], {e["estimate"] for e in proof["errors"]}
     times = Counter(x for x, _ in c.step + c.commit)
     shows = {text.strip(): y for y, text in c.commit if y in estimates and times[y] == 1}
     local = {x: y for x, y in shows.items() if times[x] == 1 and x not in c.states}  # a state is shown before its step
-    code, found = rounding.from_any_state(shown), dict[str, Any]()
+    code, found = rounding.from_any_state(proven), dict[str, Any]()
     with suppress(ValueError):
         for name, text in c.step + c.commit:
             code.run([(name, text)], c.states + c.outputs)
             of = local.get(name, name)
-            if of in shown["moving"] or name in local:
+            if of in proven["moving"] or name in local:
                 found.pop(of, None)
                 found |= {of: code.names[name]} if code.is_accurate(name) else {}
             if name in local:
@@ -414,13 +414,13 @@ def readable(p: Any, signs: dict[str, Any]) -> str:
     return re.sub(r"\?\d+", lambda x: f"sign({readable(signs[x[0]], signs)})" if x[0] in signs else x[0], text)
 
 
-def counters(shown: dict[str, Any]) -> dict[str, str]:
+def counters(proven: dict[str, Any]) -> dict[str, str]:
     """State that is no error and depends on itself alone, such as a count -> its value after a step with fault 0.
 
     The step starts from any state. Left out are states in whose formula a term cancels, since rounding may change them.
     """
-    c, others = shown["c"], [z for z in shown["before"] if z not in shown["moving"]]
-    code = rounding.from_any_state(shown)
+    c, others = proven["c"], [z for z in proven["before"] if z not in proven["moving"]]
+    code = rounding.from_any_state(proven)
     if others:
         with suppress(ValueError):
             code.run(c.step + c.commit, c.states + c.outputs)
@@ -432,15 +432,15 @@ def counters(shown: dict[str, Any]) -> dict[str, str]:
 
 
 def ellipsoid_claim(
-    proof: dict[str, Any], shown: dict[str, Any], text: bytes
+    proof: dict[str, Any], proven: dict[str, Any], text: bytes
 ) -> tuple[dict[str, Any], list[list[Fraction]]]:
     """The claim of an ellipsoid.json and, for each of its sets, the proved bounds of its rows.
 
-    Raises enclosure.Refused if it is not proved of the C. ``shown``: what ``proved`` returned; ``text``: of the file.
+    Raises enclosure.Refused if it is not proved of the C. ``proven``: what ``proved`` returned; ``text``: of the file.
     """
     with or_refused(f"{SETS} is not proved of the C"):
         claim = files.parsed(text)
-        return claim, ellipsoid.bounded(proof, claim, shown)
+        return claim, ellipsoid.bounded(proof, claim, proven)
 
 
 @contextmanager

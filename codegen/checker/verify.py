@@ -298,10 +298,10 @@ def of_proof(proof: dict[str, Any], folder: Path | None, sources: dict[str, byte
     if sources is None:
         sources = read(folder, {f"{name}.c", f"{name}.h", SETS})
         alone(folder, name)
-    shown = theorem.proved(proof, sources)
-    lines = statements.proved_statements(proof, shown, sources)
+    proven = theorem.proved(proof, sources)
+    lines = statements.proved_statements(proof, proven, sources)
     open_ = ("a certificate: this is the kernel's proof alone", *statements.uncompared(lines, sources), *ALWAYS)
-    return Report(name, "", (), (), open_, (), tuple(lines), "", shown["whole"])
+    return Report(name, "", (), (), open_, (), tuple(lines), "", proven["whole"])
 
 
 def one_line(text: str) -> str:
