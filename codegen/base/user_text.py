@@ -129,8 +129,8 @@ def one_line(text: str) -> str:
     return "".join(c if c.isprintable() else _escape(c) for c in text)
 
 
-def shown(text: str, longest: int = 40) -> str:
-    """Text of a file fit for a message: one line, printable, not long."""
+def brief(text: str, longest: int = 40) -> str:
+    """Text of a user's file in a form for messages: one line of printable characters, cut off after ``longest``."""
     printable = one_line(text[: longest + 1])  # one character more, to know whether something is cut off
     return printable if len(printable) <= longest else f"{printable[:longest]}…"
 

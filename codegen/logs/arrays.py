@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from codegen.base.border import Arrays
 from codegen.base.errors import BadInput, Place
 from codegen.base.temporary import private_folder
-from codegen.base.user_text import shown
+from codegen.base.user_text import brief
 
 Given = str | Path | Arrays
 """A log as a caller in Python gives it: its file, or arrays by the names of columns."""
@@ -97,16 +97,16 @@ def _archive(log: Arrays, path: Path) -> bytes:
     known: set[str] = set()
     for name, _ in columns:
         if not name or len(name) > LONGEST_NAME or re.search(r"[\0\\\ud800-\udfff]|\.\.|^/", name):
-            found = f"a column named `{shown(name)}`"
+            found = f"a column named `{brief(name)}`"
             expected = f"a name of 1 to {LONGEST_NAME} letters, without `\\` and `..` and no `/` at its beginning"
             raise BadInput(Place(str(path)), found, expected, code="LOG004")
         if name in known:
-            raise BadInput(Place(str(path)), f"two columns named `{shown(name)}`", "each name once", code="LOG004")
+            raise BadInput(Place(str(path)), f"two columns named `{brief(name)}`", "each name once", code="LOG004")
         known.add(name)
     stream = io.BytesIO()
     with zipfile.ZipFile(stream, "w") as archive:
         for name, given in columns:
-            values = _numbers(given, Place(str(path), None, shown(name)))
+            values = _numbers(given, Place(str(path), None, brief(name)))
             with archive.open(zipfile.ZipInfo(f"{name}.npy"), "w", force_zip64=True) as member:
                 npy_format.write_array(member, values, allow_pickle=False)
     return stream.getvalue()
@@ -132,7 +132,7 @@ def _numbers(given: Any, place: Place) -> NDArray[Any]:
     """
     unit = getattr(given, "units", getattr(given, "unit", None))
     if unit is not None and hasattr(given, "to"):  # of pint or astropy; dates of pandas have a unit too
-        found = f"a quantity in {shown(str(unit))}"
+        found = f"a quantity in {brief(str(unit))}"
         raise BadInput(place, found, "plain numbers in SI, or in the unit that `description` states", code="LOG005")
     masked = np.ma.getmaskarray(given) if isinstance(given, np.ma.MaskedArray) else False
     zoned = getattr(getattr(given, "dtype", None), "tz", None) is not None  # of pandas; NumPy would make objects of it

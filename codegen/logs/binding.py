@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 from shlex import quote
 
 from codegen.base.errors import BadInput, Place, nearest_name, refuse_unknown
-from codegen.base.user_text import shown
+from codegen.base.user_text import brief
 from codegen.logs.column_names import (
     Proposed,
     is_counter,
@@ -123,7 +123,7 @@ def column_of(source: LogFile, text: str, place: Place) -> str:
     term = find_term(text, source.names, place)
     if term is None or term.expression is not None:
         expected = f"one of the columns {listing(source.names)} of {source.path.name}"
-        raise BadInput(place, f"no column `{shown(text)}`", expected, nearest_name(text, source.names), code="LOG003")
+        raise BadInput(place, f"no column `{brief(text)}`", expected, nearest_name(text, source.names), code="LOG003")
     return term.columns[0]
 
 
@@ -216,14 +216,14 @@ class _Search:
             return
         for whole, why in self.source.unread.items():
             if text == whole or text.startswith((f"{whole}.", f"{whole}[")):
-                there = Place(self.place.file, None, shown(whole, 80))
-                raise BadInput(there, f"no column `{shown(text, 80)}`: {why}", "one that can be read", code="LOG003")
+                there = Place(self.place.file, None, brief(whole, 80))
+                raise BadInput(there, f"no column `{brief(text, 80)}`: {why}", "one that can be read", code="LOG003")
         likely = self._likely(symbol) if origin is None else []
         if len(likely) == 1:
             self._take(symbol, likely[0], place)
             return
         if likely:
-            which = ", ".join(f"`{shown(n)}`" for n in likely)
+            which = ", ".join(f"`{brief(n)}`" for n in likely)
             found = f"no column `{symbol}`, and {len(likely)} that may be it: {which}"
             expected = f"`columns: {{{symbol}: NAME}}` in meta.yaml beside the log, or `--column {symbol}=NAME`"
             raise BadInput(self.place, found, expected, code="LOG003")
@@ -237,7 +237,7 @@ class _Search:
         assert term is not None
         self.terms[symbol] = term
         what = "column " if term.expression is None else ""
-        self.notes.append(f"{what}`{shown(name)}` is {symbol}, by its name")
+        self.notes.append(f"{what}`{brief(name)}` is {symbol}, by its name")
 
     def _is_of_unit(self, name: str, unit: str) -> bool:
         """Whether a column states a unit that can be converted to this one."""
@@ -261,15 +261,15 @@ class _Search:
             )
         if symbol in self.explicit:
             expected += "; the option is for every log of a command: where their columns differ, meta.yaml beside each"
-        found = f"no column `{shown(text)}`, which {origin} asks for as `{symbol}`"
+        found = f"no column `{brief(text)}`, which {origin} asks for as `{symbol}`"
         as_written = [name for name in self.names if name in text and name != identifier(name)]
         if as_written and OPERATORS & set(text):
             longest = max(as_written, key=len)
-            expected = f"an expression, in which `{shown(longest)}` is written `{identifier(longest)}`"
+            expected = f"an expression, in which `{brief(longest)}` is written `{identifier(longest)}`"
             return BadInput(self.place, found, expected, code="LOG003")
         written = {identifier(n): n for n in self.names}
         nearest = nearest_name(text, self.names) or written.get(nearest_name(text, written) or "")
-        return BadInput(self.place, found, expected, shown(nearest) if nearest else None, code="LOG003")
+        return BadInput(self.place, found, expected, brief(nearest) if nearest else None, code="LOG003")
 
     def _velocity_of(self, symbol: str) -> str | None:
         """The velocity of a position; None for another symbol."""
@@ -379,7 +379,7 @@ class _Search:
                 continue
             name = term.columns[0]
             if name in owner:
-                found = f"column `{shown(name)}` for both {owner[name]} and {symbol}"
+                found = f"column `{brief(name)}` for both {owner[name]} and {symbol}"
                 raise BadInput(self.place, found, "a column of its own for each", code="LOG004")
             owner[name] = symbol
 
@@ -389,7 +389,7 @@ class _Search:
         for i in self.spec.inputs:
             column = self.terms[i.name].columns[0]
             if self.terms[i.name].expression is None and column in commands and i.unit not in units:
-                found = f"`{shown(column)}`, a commanded position, as the input {i.name} in {i.unit}"
+                found = f"`{brief(column)}`, a commanded position, as the input {i.name} in {i.unit}"
                 law = f"25*({identifier(column)} - {identifier(commands[column])})"
                 measured = "a measured current or torque"
                 expected = f"{measured}, or the servo's own law as an expression of columns, such as {law}"
@@ -427,7 +427,7 @@ class _Search:
         unit = by_file or unit_behind(symbol, name)
         if unit in ("", "-", "1", own):
             if unit != own and is_in_counts(name):
-                words = f"column `{shown(name)}` of {symbol} holds counts by its name, and is taken to be in {own}"
+                words = f"column `{brief(name)}` of {symbol} holds counts by its name, and is taken to be in {own}"
                 size = f"such as {scale_of_counts(symbol, self.spec)}, or `scale: {{{symbol}: 1}}` if they are in {own}"
                 self._doubt(symbol, words, f"Say their size in meta.yaml beside the log, {size}.")
                 self.unsized.add(symbol)
@@ -435,14 +435,14 @@ class _Search:
         if is_convertible(unit, own):
             factor = float(si_factor(unit, place))
             if factor != 1.0:
-                says = "file" if by_file else f"name of `{shown(name)}`"
+                says = "file" if by_file else f"name of `{brief(name)}`"
                 wrong = f" (`units: {{{symbol}: {own}}}` in meta.yaml beside the log where that is wrong)"
                 self.inferred_units[symbol], self.applied_units[symbol] = f"in {unit}, as the {says} says", unit
                 self.notes.append(
                     f"{symbol} is {self.inferred_units[symbol]}: converted to {own}{'' if by_file else wrong}"
                 )
             if unit.lower() in ALSO_WORDS and name not in self.source.units and not name.endswith("]"):
-                words = f"column `{shown(name)}` of {symbol} is taken to be in {unit}, and converted to {own}"
+                words = f"column `{brief(name)}` of {symbol} is taken to be in {unit}, and converted to {own}"
                 choice = f"`units: {{{symbol}: {unit}}}` if it is, `units: {{{symbol}: {own}}}` if it is in {own}"
                 self._doubt(symbol, words, f"Say {choice}, in meta.yaml beside the log.")
             return factor
@@ -460,12 +460,12 @@ class _Search:
                 advice = f"Say their size in meta.yaml beside the log, such as {scale_of_counts(symbol, self.spec)}."
             listed = bool(self.source.units.get(name))
             severity: Severity = "problem" if _has_size(by_file) and (listed or _is_meant(by_file)) else "warning"
-            words = f"the file has {symbol} in `{shown(unit)}`, which is no unit that can be converted to {own}"
+            words = f"the file has {symbol} in `{brief(unit)}`, which is no unit that can be converted to {own}"
             words += ": its numbers are used unchanged" if severity == "warning" else ""
             self._doubt(symbol, words, advice, severity)
             self.unsized.add(symbol)
         elif others := self._others_in(unit, symbol):
-            words = f"column `{shown(name)}` of {symbol} states `{shown(unit)}` in its name, a unit of {others}"
+            words = f"column `{brief(name)}` of {symbol} states `{brief(unit)}` in its name, a unit of {others}"
             self._doubt(symbol, words, f"Are the columns exchanged? {symbol} is in {own}.")
         return 1.0
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from codegen.base.arrays import Array, Flags, runs
 from codegen.base.errors import BadInput, Place
-from codegen.base.user_text import shown
+from codegen.base.user_text import brief
 from codegen.logs.counters import WIDTHS, WRAP_SIZE
 from codegen.logs.description import LogDescription
 from codegen.logs.formats.source import Columns
@@ -188,7 +188,7 @@ def _rising(raw: Columns, values: Array, notes: list[str]) -> Flags:
         usual = float(np.median(steps[steps > 0])) if (steps > 0).any() else 0.0
         for bits in WIDTHS:
             if abs(-steps[k] / 2**bits - 1) < WRAP_SIZE or 0 < steps[k] + 2**bits < 2 * usual:
-                key = f"`unwrap: {{{shown(raw.names[0])}: {2**bits}}}` in meta.yaml beside the log"
+                key = f"`unwrap: {{{brief(raw.names[0])}: {2**bits}}}` in meta.yaml beside the log"
                 expected = f"a time that rises; a counter of {bits} bits that overflows is continued by {key}"
         raise BadInput(raw.place(k + 1, 0), found + more, expected, code="LOG007")
     repeats = np.concatenate(([False], steps == 0))
@@ -235,7 +235,7 @@ def _check_seconds(raw: Columns, time: Array, factor: float, description: LogDes
     ratio = step * rate
     for power, (unit, hint) in _UNITS.items():
         if 0.8 < ratio / power < 1.25:
-            place = Place(raw.file, raw.place(0).line, shown(raw.names[0]))
+            place = Place(raw.file, raw.place(0).line, brief(raw.names[0]))
             found = f"a median step of {step:g} s where {description.file} says {rate:g} Hz: it seems to be in {unit}"
             scaled = hint if factor == 1.0 else f"{factor * float(hint):g}"
             expected = f"seconds; in meta.yaml beside the log `scale: {{t: {scaled}}}`"

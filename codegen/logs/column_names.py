@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from codegen.base.errors import Place, nearest_name
-from codegen.base.user_text import foreign_letter, shown
+from codegen.base.user_text import brief, foreign_letter
 from codegen.spec.column_units import may_be_unit, stated_unit, unit_behind
 from codegen.spec.model import Spec
 from codegen.spec.units import is_unit, same_dimension, si_factor
@@ -137,7 +137,7 @@ def reasons(proposed: Sequence[Proposed]) -> str:
     by_reason: dict[str, list[str]] = {}
     for one in proposed:
         letter = foreign_letter(one.column) if len(_plain(one.column)) == len(one.symbol) else ""
-        by_reason.setdefault(one.why, []).append(f"`{shown(one.column)}`{letter}")
+        by_reason.setdefault(one.why, []).append(f"`{brief(one.column)}`{letter}")
     return "; ".join(f"{', '.join(names)} {why}" for why, names in by_reason.items())
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from codegen.base.arrays import Array
 from codegen.base.errors import BadInput, nearest_name
-from codegen.base.user_text import shown
+from codegen.base.user_text import brief
 from codegen.logs.description import LogDescription
 from codegen.logs.formats.series import is_part_of
 from codegen.logs.formats.source import Columns, listing
@@ -57,11 +57,11 @@ def require_columns(names: Sequence[str], description: LogDescription) -> None:
                 bits = description.signed.get(column) if key == "signed16" else None
                 place = description.place("signed32" if bits == 32 else key)
                 expected = f"one of the columns {listing(names)}"
-                found = f"no column `{shown(column)}`"
+                found = f"no column `{brief(column)}`"
                 raise BadInput(place, found, expected, nearest_name(column, names), code="LOG003")
     for name in description.hold:
         if not any(is_part_of(column, name) for column in names):
-            found = f"`{shown(name)}`, which is no topic, file or column of the log"
+            found = f"`{brief(name)}`, which is no topic, file or column of the log"
             expected = f"topics, files or columns, such as {listing(list(names), 5)}"
             raise BadInput(description.place("hold"), found, expected, nearest_name(name, names), code="LOG013")
 

@@ -10,7 +10,7 @@ from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Fie
 
 from codegen.base.errors import BadInput, Place
 from codegen.base.input_files import read_text
-from codegen.base.user_text import shown
+from codegen.base.user_text import brief
 from codegen.spec.expression import exact_number
 from codegen.spec.model import Spec
 from codegen.spec.quantity import read_factor, read_quantity, read_share, with_any_unit
@@ -49,7 +49,7 @@ def _number(unit: str = "1", holds: Callable[[float], bool] = lambda number: Tru
         text = str(value).strip()
         number = float(read_quantity(text, unit, place))
         if not holds(number):
-            raise BadInput(place, f"`{shown(text)}`", expected, code="SPEC006")
+            raise BadInput(place, f"`{brief(text)}`", expected, code="SPEC006")
         return number
 
     return read
@@ -74,7 +74,7 @@ def _lengths(value: Any, place: Place) -> tuple[Stated, ...]:
     read = [with_any_unit(str(one), place) for one in (value if isinstance(value, list) else [value])]
     lengths = tuple(Stated(float(number), unit) for number, unit in read)
     if min(lengths, default=0.0) < 0:
-        raise BadInput(place, f"`{shown(str(value))}`", "zero or a positive number", code="SPEC006")
+        raise BadInput(place, f"`{brief(str(value))}`", "zero or a positive number", code="SPEC006")
     return lengths
 
 

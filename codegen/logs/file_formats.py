@@ -7,7 +7,7 @@ from pathlib import Path
 
 from codegen.base.errors import BadInput, Place, nearest_name
 from codegen.base.input_files import alike, is_there, opened
-from codegen.base.user_text import shown
+from codegen.base.user_text import brief
 from codegen.logs.description import EMPTY_DESCRIPTION, LogDescription
 from codegen.logs.formats.bag_file import BagFolder, Db3Storage, is_bag
 from codegen.logs.formats.csv_file import CsvStream, open_csv
@@ -100,7 +100,7 @@ def format_of(path: Path) -> Opener:
     reader = FORMATS.get(path.suffix.lower())
     if reader is not None and not (reader is open_csv and is_there(path) and path.is_file()):
         return reader
-    place = Place(shown(str(path), 200))
+    place = Place(brief(str(path), 200))
     expected = f"text, a log file ending in {', '.join(FORMATS)}, or a ROS 2 bag folder"
     if "\0" not in str(path):
         if is_there(path) and path.is_dir():
@@ -123,7 +123,7 @@ def format_of(path: Path) -> Opener:
             return known
         if reader is not None or is_text:
             return open_csv
-    found = f"the ending `{shown(path.suffix)}`" if path.suffix else "a name without an ending"
+    found = f"the ending `{brief(path.suffix)}`" if path.suffix else "a name without an ending"
     raise BadInput(place, found, expected, nearest_name(path.suffix.lower(), FORMATS), code="LOG002")
 
 

@@ -5,7 +5,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
-from codegen.base.user_text import shown
+from codegen.base.user_text import brief
 from codegen.logs.binding import time_columns, time_in_two
 from codegen.logs.column_names import COMMANDED, is_in_counts, words_for, words_of
 from codegen.logs.formats.series import TIME
@@ -68,7 +68,7 @@ def guess_columns(names: Sequence[str], joints: Mapping[str, str]) -> Guess:
                 as_torque = f"as `{identifier(current[0])}*K`, K the torque it makes"
                 remarks.append(f"{symbol}: {_quoted(current[:1], 80)} is a current; {as_torque}")
             else:
-                remarks.append(f"{symbol}: no column of {quantity} with the name {shown(label)}")
+                remarks.append(f"{symbol}: no column of {quantity} with the name {brief(label)}")
     remarks += _remarks_on_counts(columns)
     remarks += _remarks_on_numbers(numbered, columns, has_list)
     remarks += _remarks_on_commands(commanded, [f"w_{joint}" for joint in joints if f"w_{joint}" not in columns])
@@ -154,7 +154,7 @@ def _numbered(names: Sequence[str], quantity: str, joints: int) -> list[str]:
 
 def _quoted(names: Sequence[str], longest: int) -> str:
     """The first names, as messages quote them."""
-    return listing([f"`{shown(name, longest)}`" for name in names], 4)
+    return listing([f"`{brief(name, longest)}`" for name in names], 4)
 
 
 def _joint(words: Sequence[str], joints: Mapping[str, str]) -> str | None:

@@ -9,7 +9,7 @@ from scipy.integrate import cumulative_trapezoid
 
 from codegen.base.errors import BadInput
 from codegen.base.input_files import identity, is_there
-from codegen.base.user_text import shown
+from codegen.base.user_text import brief
 from codegen.logs.binding import Binding, bind, column_of, since_epoch, time_of
 from codegen.logs.cleaning import CleanedRows, clean, in_time
 from codegen.logs.counters import corrected, counter_findings, repeats, require_columns, smallest_step
@@ -213,11 +213,11 @@ class _Reading:
         if description.measured_inputs:
             yield "input_hold `linear`: between two rows each input is taken as the mean of both"
         elif hold and not hold.lower().startswith(ZERO_ORDER):
-            words = f"input_hold `{shown(hold)}` is neither `linear` nor `zero-order`"
+            words = f"input_hold `{brief(hold)}` is neither `linear` nor `zero-order`"
             yield f"{words}: the inputs are taken as held from row to row"
         if description.input_is and not hold:
             yield (
-                f"input_is `{shown(description.input_is)}` has no effect without input_hold: write `input_hold: "
+                f"input_is `{brief(description.input_is)}` has no effect without input_hold: write `input_hold: "
                 "linear` for measured inputs, `input_hold: zero-order` for commands"
             )
         if description.evaluation.filter and not (description.cutoff_hz or self.spec.log.cutoff_hz):
@@ -233,7 +233,7 @@ def _loaded(source: LogFile, wanted: Sequence[str], description: LogDescription)
     for name, value in description.rows.items():
         kept &= raw.values[:, raw.names.index(name)] == value
     if not kept.any():
-        asked = ", ".join(f"{shown(name)} = {value:g}" for name, value in description.rows.items())
+        asked = ", ".join(f"{brief(name)} = {value:g}" for name, value in description.rows.items())
         expected = "values that occur in these columns"
         raise BadInput(description.place("rows"), f"no row with {asked}", expected, code="LOG013")
     values = raw.values[:, : len(wanted)]
@@ -249,7 +249,7 @@ def _opened(reader: Opener, path: Path, allowance: Allowance, description: LogDe
     if not description.long:
         return source
     if not isinstance(source, CsvSource):
-        raise BadInput(description.place("long"), f"`long` for {shown(path.name)}", "a text table", code="LOG013")
+        raise BadInput(description.place("long"), f"`long` for {brief(path.name)}", "a text table", code="LOG013")
     return LongTable(source, description)
 
 
@@ -262,7 +262,7 @@ def _with_others(path: Path, log: LogFile, description: LogDescription, allowanc
     for name, section in description.beside.items():
         beside = path.parent / section.file
         if identity(beside) == identity(path):
-            found = f"`{shown(section.file)}`, the log itself"
+            found = f"`{brief(section.file)}`, the log itself"
             raise BadInput(description.place(f"beside.{name}"), found, "another file", code="LOG014")
         others[name] = format_of(beside)(beside, allowance, plain)
     times = {}

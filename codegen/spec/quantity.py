@@ -7,7 +7,7 @@ from typing import Any
 import sympy
 
 from codegen.base.errors import BadInput, Faults, Place, PlaceOf
-from codegen.base.user_text import shown
+from codegen.base.user_text import brief
 from codegen.spec.expression import exact_number, parse_expression, printed
 from codegen.spec.units import describe, dimension, parse_unit, same_dimension, si_factor
 
@@ -112,9 +112,9 @@ def read_factor(value: object, place: Place) -> tuple[float, str]:
             try:
                 factor = float(parse_expression(text, place).symbolic({}))
             except (BadInput, OverflowError):
-                raise BadInput(place, f"`{shown(text)}`", expected, code="SPEC006") from None
+                raise BadInput(place, f"`{brief(text)}`", expected, code="SPEC006") from None
     if not 1 / LARGEST_FACTOR <= abs(factor) <= LARGEST_FACTOR:
-        raise BadInput(place, f"`{shown(str(value))}`", expected, code="SPEC006")
+        raise BadInput(place, f"`{brief(str(value))}`", expected, code="SPEC006")
     return factor, unit
 
 
@@ -126,7 +126,7 @@ def read_share(text: str, place: Place) -> float:
     """
     if split_quantity(text) is not None:
         expected = "a share such as 1% or 0.01, without a unit, since it holds for several values"
-        raise BadInput(place, f"tolerance {shown(text)}", expected, code="SPEC007")
+        raise BadInput(place, f"tolerance {brief(text)}", expected, code="SPEC007")
     number = _share(text, place)
     if 1 <= number <= 100 and not text.strip().endswith("%"):
         expected = f"`{text.strip()}%`, or `{100 * number:g}%` if that is meant"
@@ -144,9 +144,9 @@ def read_deviation(text: str, unit: str, place: Place) -> float | None:
     if split_quantity(text) is None:
         return None
     deviation, given = with_any_unit(text, place)
-    refuse_other_unit(given, unit, f"tolerance {shown(text)}", place)
+    refuse_other_unit(given, unit, f"tolerance {brief(text)}", place)
     if deviation < 0:
-        raise BadInput(place, f"tolerance {shown(text)}", f"a tolerance of at least 0 {given}", code="SPEC007")
+        raise BadInput(place, f"tolerance {brief(text)}", f"a tolerance of at least 0 {given}", code="SPEC007")
     return float(deviation)
 
 

@@ -23,7 +23,7 @@ from scipy.integrate import cumulative_trapezoid
 from codegen.base.arrays import Array
 from codegen.base.errors import Place
 from codegen.base.significant import in_percent
-from codegen.base.user_text import shown
+from codegen.base.user_text import brief
 from codegen.logs.audit.force_balance import Balance, Forces
 from codegen.logs.log import Finding, Log
 from codegen.logs.motion import Motion, low_pass, measured_motion
@@ -185,7 +185,7 @@ def _integrated(case: Case, coordinates: Sequence[str]) -> Change:
 
     columns = case.log.raw_data.columns
     some = [c for c in case.spec.coordinates if c.name in coordinates]
-    entries = (f"{c.name}: none, {c.velocity}: {shown(str(columns.get(c.name, '...')))}" for c in some)
+    entries = (f"{c.name}: none, {c.velocity}: {brief(str(columns.get(c.name, '...')))}" for c in some)
     lines = f"`columns: {{{', '.join(entries)}}}`, with the column of the position in place of `none` if there is one,"
     return Change(f"the {held}", f"the {held}", misfit, lines, far_better=True)
 

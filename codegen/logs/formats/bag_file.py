@@ -9,7 +9,7 @@ from urllib.parse import quote
 
 from codegen.base.errors import BadInput, Place
 from codegen.base.input_files import is_there, read_text
-from codegen.base.user_text import shown
+from codegen.base.user_text import brief
 from codegen.logs.formats.mcap_file import McapStorage
 from codegen.logs.formats.ros_log import Message, Storage, Topic
 from codegen.spec.yaml_text import load_plain
@@ -131,12 +131,12 @@ class BagFolder(Storage):
             raise self._metadata(found, " (`ros2 bag convert` decompresses them)", "LOG002")
         self._parts = []
         if len(set(names)) < len(names):  # else a short list could read one file a thousand times
-            raise self._metadata(f"`{shown(Counter(names).most_common(1)[0][0])}` more than once")
+            raise self._metadata(f"`{brief(Counter(names).most_common(1)[0][0])}` more than once")
         for name in names:
             if Path(name).name != name:
-                raise self._metadata(f"`{shown(name)}`, in another folder")
+                raise self._metadata(f"`{brief(name)}`, in another folder")
             if Path(name).suffix not in STORAGES:
-                found = f"`{shown(name)}`, compressed or of another type"
+                found = f"`{brief(name)}`, compressed or of another type"
                 raise self._metadata(found, " (`zstd -d` decompresses a file)", "LOG002")
             self._parts.append(STORAGES[Path(name).suffix](path / name))
         self.topics = {name: topic for part in self._parts for name, topic in part.topics.items()}

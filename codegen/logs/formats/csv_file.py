@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codegen.base.errors import BadInput, Place
-from codegen.base.user_text import shown
+from codegen.base.user_text import brief
 from codegen.logs.binding import column_of, time_of
 from codegen.logs.description import LogDescription
 from codegen.logs.formats.cells import MINUS, NUMBER, fields, is_row, value_of
@@ -88,7 +88,7 @@ class CsvSource(LogFile):
             if self.names.count(name) > 1:
                 twice = [k + 1 for k, other in enumerate(self.names) if other == name]
                 expected = f"a name that occurs once, or the number of the column, one of {', '.join(map(str, twice))}"
-                raise BadInput(self.place, f"{len(twice)} columns called `{shown(name)}`", expected, code="LOG004")
+                raise BadInput(self.place, f"{len(twice)} columns called `{brief(name)}`", expected, code="LOG004")
         indices = [self.names.index(name) if name in self.names else int(name) - 1 for name in wanted]
         return self._on_common_times(wanted, indices) if self.layout.times else self._columns(wanted, indices)
 
@@ -160,9 +160,9 @@ class CsvSource(LogFile):
         grouped = [k for k, text in enumerate(texts) if "." in text]
         if 0 < len(grouped) < len(texts) and all(_GROUPED.fullmatch(texts[k]) for k in grouped):
             k, whole = grouped[0], next(text for text in texts if "." not in text)
-            found = f"`{shown(texts[k])}` in a column of whole numbers such as `{shown(whole)}`"
+            found = f"`{brief(texts[k])}` in a column of whole numbers such as `{brief(whole)}`"
             expected = "numbers without a sign between thousands; or `decimal: point` in meta.yaml beside the log"
-            raise BadInput(Place(self.file, int(numbers[k]), shown(self.names[index])), found, expected, code="LOG005")
+            raise BadInput(Place(self.file, int(numbers[k]), brief(self.names[index])), found, expected, code="LOG005")
 
     def _without_remarks(self, kept: list[int], body: list[str]) -> list[int]:
         """Indices of the lines that are no text among rows that begin with a number; a note names the first one."""
@@ -175,13 +175,13 @@ class CsvSource(LogFile):
         for i in sorted(remarks):
             texts = [text.strip() for text in split(body[i])]
             if len(texts) == width > 1 and 2 * sum(text in self.names for text in texts) >= width:
-                found = f"another header (`{shown(body[i], 80)}`)"
+                found = f"another header (`{brief(body[i], 80)}`)"
                 expected = "one header; a file for each record"
                 raise BadInput(Place(self.file, self.before + self.first + i + 1), found, expected, code="LOG007")
         if remarks:
             first, more = min(remarks), f", and {len(remarks) - 1} more such lines" if len(remarks) > 1 else ""
             words = (
-                f"line {self.before + self.first + first + 1} is text, and not read (`{shown(body[first], 40)}`){more}"
+                f"line {self.before + self.first + first + 1} is text, and not read (`{brief(body[first], 40)}`){more}"
             )
             self.own_notes.append(words)
         return [i for i in kept if i not in remarks] if remarks else kept
@@ -233,11 +233,11 @@ class CsvSource(LogFile):
         pointed = separator == "," and NUMBER.match(text) and "." in text
         if not pointed and (value := value_of(plain, begun)) is not None:
             return value
-        place = Place(self.file, line, shown(self.names[index]))
+        place = Place(self.file, line, brief(self.names[index]))
         expected, nearest = self._expected_number(text)
         if begun is not None:
             expected, nearest = "a date or time of day, as in the first row", None
-        raise BadInput(place, f"`{shown(text)}`", expected, nearest, code="LOG005")
+        raise BadInput(place, f"`{brief(text)}`", expected, nearest, code="LOG005")
 
     def _expected_number(self, text: str) -> tuple[str, str | None]:
         """What a message expects in place of a text that is no number, and the number that was probably meant."""
@@ -328,7 +328,7 @@ def _left_out(layout: Layout, lines: list[str]) -> list[str]:
     texts = [] if layout.form is None else map(layout.form.left, lines)
     left = [(i + 1, text) for i, text in enumerate(texts) if text.strip() and i >= layout.first]
     more = f", nor are such parts of {len(left) - 1} more lines" if len(left) > 1 else ""
-    return [f"`{shown(text, 60)}` of line {number} is not read{more}" for number, text in left[:1]]
+    return [f"`{brief(text, 60)}` of line {number} is not read{more}" for number, text in left[:1]]
 
 
 class LongTable(LogFile):

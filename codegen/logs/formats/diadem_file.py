@@ -11,7 +11,7 @@ import numpy as np
 
 from codegen.base.arrays import Array
 from codegen.base.input_files import read_bytes
-from codegen.base.user_text import shown
+from codegen.base.user_text import brief
 from codegen.logs.formats.source import Columns, File, LogFile
 
 BEGINS = rb"DIAEXTENDED"
@@ -63,7 +63,7 @@ class DiademFile(LogFile):
         stored, file = _TYPES.get(channel.get("214", "")), channel.get("211", "")
         if stored is None:
             raise self.fault(
-                f"numbers of type `{shown(channel.get('214', ''), 20)}`", "REAL64 or REAL32", name, "LOG005"
+                f"numbers of type `{brief(channel.get('214', ''), 20)}`", "REAL64 or REAL32", name, "LOG005"
             )
         data = File(self.path.parent / file.replace("\\", "/").rpartition("/")[2], self.expected).read_bytes()
         numbers = np.frombuffer(data[: len(data) - len(data) % np.dtype(stored).itemsize], dtype=stored)
@@ -75,7 +75,7 @@ class DiademFile(LogFile):
         else:
             numbers = numbers[first : first + count] if first >= 0 else numbers[:0]
         if len(numbers) != count:
-            raise self.fault(f"{len(data)} bytes in {shown(file)}", f"{count} values of each channel in it", name)
+            raise self.fault(f"{len(data)} bytes in {brief(file)}", f"{count} values of each channel in it", name)
         return np.asarray(start + step * numbers.astype(np.float64), dtype=np.float64)
 
     def _number(self, name: str, key: str, default: str = "") -> float:
@@ -86,5 +86,5 @@ class DiademFile(LogFile):
         except ValueError:
             number = np.nan
         if not abs(number) < 1e300 or (key == "220" and not 1 <= number <= 1e9):
-            raise self.fault(f"`{shown(text, 20)}` for the key {key}", "a number", name)
+            raise self.fault(f"`{brief(text, 20)}` for the key {key}", "a number", name)
         return number

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from codegen.base.user_text import shown
+from codegen.base.user_text import brief
 from codegen.logs.formats.source import BlockFile, Columns, listing
 
 ROWS = 1 << 16
@@ -138,7 +138,7 @@ def _columns(name: str, dataset: Any) -> dict[str, _Column] | str:
         fields = [f for f in kind.names if kind[f].kind in "fiub" and not kind[f].shape]
         return {f"{name}.{f}": _Column(path, shape[0], field=f) for f in fields} or "it has no field of numbers"
     if kind.kind not in "fiub" or kind.names:
-        return f"it holds {shown(str(kind))}, no numbers"
+        return f"it holds {brief(str(kind))}, no numbers"
     axes = [k for k, n in enumerate(shape) if n != 1] or [0]
     if len(axes) > 2:
         return f"it has {len(shape)} dimensions"

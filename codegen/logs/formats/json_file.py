@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from codegen.base.errors import BadInput, Place, nearest_name
-from codegen.base.user_text import shown
+from codegen.base.user_text import brief
 from codegen.logs.formats.cells import NUMBER, stamp, value_of
 from codegen.logs.formats.source import Columns, LogFile, listing
 
@@ -51,12 +51,12 @@ class JsonFile(LogFile):
         try:
             content = self._parsed(data.decode("utf-8-sig"))
         except json.JSONDecodeError as error:
-            found = f"no JSON ({shown(error.msg, 80)})"
+            found = f"no JSON ({brief(error.msg, 80)})"
             raise BadInput(Place(str(self.path), error.lineno), found, self.expected, code="LOG001") from None
         except UnicodeDecodeError as error:
             raise self.fault(f"byte {error.start} is not UTF-8") from None
         except (ValueError, RecursionError) as error:
-            raise self.fault(f"no JSON that can be read ({shown(str(error), 60)})") from None
+            raise self.fault(f"no JSON that can be read ({brief(str(error), 60)})") from None
         turned, in_order = _turned(content)
         if not in_order:
             self.own_notes.append("the rows are sorted by the numbers that are their keys, not by these as texts")
@@ -87,7 +87,7 @@ class JsonFile(LogFile):
         if len(made) < len(pairs):
             keys = [key for key, _ in pairs]
             twice = next(key for key in made if keys.count(key) > 1)
-            raise self.fault(f"the key `{shown(twice)}` twice in an object", "each key once", code="LOG004")
+            raise self.fault(f"the key `{brief(twice)}` twice in an object", "each key once", code="LOG004")
         return made
 
     def _stated_units(self, content: Any) -> dict[str, str]:
@@ -129,7 +129,7 @@ class JsonFile(LogFile):
 
     @property
     def place(self) -> Place:
-        return Place(str(self.path), None, shown(self._under) if self._under else "")
+        return Place(str(self.path), None, brief(self._under) if self._under else "")
 
     def load(self, wanted: Sequence[str]) -> Columns:
         """The wanted columns; true is 1, and null or a missing entry a missing value.
@@ -163,9 +163,9 @@ class JsonFile(LogFile):
             return np.nan
         number = value_of(value.strip(), begun) if isinstance(value, str) else None if begun else value
         if not isinstance(number, (int, float)):
-            key = f"{shown(self._under)}[{row}].{shown(name)}"
+            key = f"{brief(self._under)}[{row}].{brief(name)}"
             expected = "a date or time of day, as others of the column" if begun else "a number"
-            raise self.fault(f"`{shown(json.dumps(value)[:200])}`", expected, key, "LOG005")
+            raise self.fault(f"`{brief(json.dumps(value)[:200])}`", expected, key, "LOG005")
         try:
             return float(number)
         except OverflowError:
@@ -183,9 +183,9 @@ class JsonFile(LogFile):
                 keys = list(reached) if isinstance(reached, dict) else []
                 expected = f"one of the keys {listing(keys)}" if keys else f"a number from 0 to {len(reached) - 1}"
                 place = self.description.place("records")
-                raise BadInput(place, f"`{shown(key)}`", expected, nearest_name(key, keys), code="LOG013")
+                raise BadInput(place, f"`{brief(key)}`", expected, nearest_name(key, keys), code="LOG013")
             if not _is_table(table):
-                raise self.fault(f"no table under `{shown(key)}`")
+                raise self.fault(f"no table under `{brief(key)}`")
             return key, table
         if entries.keys() - {"index"} == {"columns", "data"} and _is_records(entries["data"]):  # pandas, orient="split"
             return "data", entries["data"]
@@ -227,7 +227,7 @@ class JsonFile(LogFile):
         kind = type(table[0])
         for k, record in enumerate(table):
             if type(record) is not kind or (kind is list and len(record) != len(table[0])):
-                found = f"entry {k} is `{shown(json.dumps(record)[:200])}`"
+                found = f"entry {k} is `{brief(json.dumps(record)[:200])}`"
                 what = "an object" if kind is dict else f"a list of {len(table[0])}"
                 raise BadInput(self.place, found, f"{what}, as the first one", code="LOG005")
         names: dict[str, Column] = {}

@@ -18,7 +18,7 @@ import numpy as np
 
 from codegen.base.arrays import Array
 from codegen.base.input_files import opened
-from codegen.base.user_text import shown
+from codegen.base.user_text import brief
 from codegen.logs.description import LogDescription
 from codegen.logs.formats.hdf5_file import MAGIC, UNPACKED, Hdf5File
 from codegen.logs.formats.source import LARGEST_STREAM, Allowance, Columns, LogFile, listing
@@ -254,7 +254,7 @@ class MatFile(LogFile):
             given = variables(self.read_bytes(), self.take)
             self._variables = {one.name: one for v in given if v.name for one in (v, *v.lines())}
         except ValueError as error:
-            raise self.fault(f"a damaged file ({shown(str(error), 120)})") from None
+            raise self.fault(f"a damaged file ({brief(str(error), 120)})") from None
         self.names = tuple(self._variables)
         found = self._variables.values()
         if not any(v.numeric and sum(n != 1 for n in v.shape) == 1 for v in found):

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from codegen.base.user_text import shown
+from codegen.base.user_text import brief
 from codegen.logs.formats.series import ChannelFile, Signal
 
 PLAIN = {0: "none", 1: "linear", 2: "rational"}
@@ -48,7 +48,7 @@ class MdfFile(ChannelFile):
         g, c = self._spots[name]
         read = self._mdf.get(group=g, index=c)
         if read.samples.ndim != 1 or read.samples.dtype.kind not in "fiub":
-            raise ValueError(f"`{shown(name)}` holds no numbers")
+            raise ValueError(f"`{brief(name)}` holds no numbers")
         values = np.array(read.samples, dtype=np.float64)
         if read.invalidation_bits is not None:
             values[np.asarray(read.invalidation_bits, dtype=bool)] = np.nan

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.lib import format as npy_format
 from numpy.typing import NDArray
 
-from codegen.base.user_text import shown
+from codegen.base.user_text import brief
 from codegen.logs.formats.row_forms import FEWEST_VALUES, MOST_SIGNALS
 from codegen.logs.formats.source import BlockFile, Columns, LogFile
 
@@ -115,7 +115,7 @@ class NpyFile(BlockFile):
                 member = read_member(stream)
                 self._dtype = member.table()
             except ValueError as error:
-                raise self.fault(shown(str(error), 80)) from None
+                raise self.fault(brief(str(error), 80)) from None
             size = stream.seek(0, 2)
         if size < member.offset + member.size:
             raise self.fault(f"{size} bytes, where its header says {member.offset + member.size}")
@@ -167,7 +167,7 @@ class NpzFile(LogFile):
                 if info.filename.endswith(".npy") and not info.flag_bits & 1:
                     self._add(archive, info)
         if not self._columns:
-            words = ", ".join(f"{shown(name)} ({why})" for name, why in list(self._others.items())[:3]) or "no array"
+            words = ", ".join(f"{brief(name)} ({why})" for name, why in list(self._others.items())[:3]) or "no array"
             raise self.fault(f"no vector among its members: {words}")
         self.names = (*self._columns, *(name for name in self._others if name not in self._columns))
 
@@ -182,7 +182,7 @@ class NpzFile(LogFile):
                 member = self._members[name] = read_member(stream)
             fields = member.table().names if member.dtype.names else None
         except ValueError as error:
-            self._others[name] = shown(str(error), 80)
+            self._others[name] = brief(str(error), 80)
             return
         if fields:
             self._columns |= {f"{name}.{field}": (name, field) for field in fields}

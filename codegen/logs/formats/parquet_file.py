@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from codegen.base.arrays import Array
-from codegen.base.user_text import shown
+from codegen.base.user_text import brief
 from codegen.logs.formats.source import BlockFile, Columns, listing
 
 ROWS = 1 << 16
@@ -35,7 +35,7 @@ class ParquetFile(BlockFile):
             names = file.schema_arrow.names
             if len(set(names)) < len(names):  # a block would have more columns than asked for
                 twice = next(name for name in names if names.count(name) > 1)
-                raise self.fault(f"two columns called `{shown(twice)}`", "each name once", code="LOG004")
+                raise self.fault(f"two columns called `{brief(twice)}`", "each name once", code="LOG004")
             for column in file.schema_arrow:
                 length = _length(file, column)
                 if _is_number(column.type):
@@ -43,7 +43,7 @@ class ParquetFile(BlockFile):
                 elif 0 < length <= LONGEST_LIST:
                     self._columns |= {f"{column.name}[{k}]": (column.name, k) for k in range(length)}
                 else:
-                    self.unread[column.name] = f"it holds {shown(str(column.type))}, no numbers"
+                    self.unread[column.name] = f"it holds {brief(str(column.type))}, no numbers"
             self.rows = int(file.metadata.num_rows)
         if not self._columns:
             raise self.fault(f"no numbers in the columns {listing(list(self.unread))}")
@@ -80,7 +80,7 @@ class ParquetFile(BlockFile):
         if short.any():
             row = int(np.argmax(short))
             found, expected = f"a list of {lengths[row]}", "lists as long as the first one"
-            raise self.fault(found, expected, f"{shown(name)}({before + row + 1})", "LOG005")
+            raise self.fault(found, expected, f"{brief(name)}({before + row + 1})", "LOG005")
         starts = np.concatenate([[0], np.cumsum(lengths)[:-1]])
         found_values: Array = _floats(lists.flatten())[starts + entry]
         return found_values

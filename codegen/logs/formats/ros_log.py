@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from codegen.base.errors import BadInput
-from codegen.base.user_text import shown
+from codegen.base.user_text import brief
 from codegen.logs.description import LogDescription
 from codegen.logs.formats.series import Signal, SignalFile
 from codegen.logs.formats.source import Allowance, File
@@ -105,7 +105,7 @@ class RosFile(SignalFile):
         for name in self._decoders.keys() - set(self._topic_of.values()):
             self.unread[name] = "none of its first messages holds a number, or they are too large to be signals"
         if not self._topic_of:
-            words = "; ".join(f"`{shown(name)}`: {why}" for name, why in list(self.unread.items())[:3]) or "no topic"
+            words = "; ".join(f"`{brief(name)}`: {why}" for name, why in list(self.unread.items())[:3]) or "no topic"
             raise self.fault(f"no topic with numbers ({words})")
         self.set_columns(dict.fromkeys(self._topic_of, 0))  # counted as they are read
 
@@ -125,7 +125,7 @@ class RosFile(SignalFile):
             if count % COUNTED_EVERY == 0:
                 self._count(numbers)
         self._count(numbers)
-        self.own_notes += [f"`{shown(topic)}`: {n} messages of no bytes left out" for topic, n in sorted(empty.items())]
+        self.own_notes += [f"`{brief(topic)}`: {n} messages of no bytes left out" for topic, n in sorted(empty.items())]
         timed = {topic: self._by_header(topic, numbers) for topic in sorted(topics)}
         stamps = {
             n: np.frombuffer(s.stamps if timed[self._topic_of[n]] else s.recorded, "i8") for n, s in numbers.items()
@@ -144,7 +144,7 @@ class RosFile(SignalFile):
         stamped = any(any(s.stamps) for name, s in numbers.items() if self._topic_of[name] == topic)
         if not stamped:
             self.own_notes.append(
-                f"`{shown(topic)}`: no stamps in its messages' headers; those of the recorder are taken"
+                f"`{brief(topic)}`: no stamps in its messages' headers; those of the recorder are taken"
             )
         return stamped
 
@@ -165,7 +165,7 @@ class RosFile(SignalFile):
         except MemoryError:
             raise
         except Exception as error:  # whatever a message raises that does not fit its definition
-            found = f"a message of {len(message.data)} bytes that does not fit its definition ({shown(str(error), 80)})"
+            found = f"a message of {len(message.data)} bytes that does not fit its definition ({brief(str(error), 80)})"
             raise self.fault(found, "a message of its topic's type", message.topic) from None
 
     def _first(self) -> list[Message]:

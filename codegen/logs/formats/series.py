@@ -8,7 +8,7 @@ import numpy as np
 
 from codegen.base.arrays import Array, Flags
 from codegen.base.errors import BadInput, Place
-from codegen.base.user_text import shown
+from codegen.base.user_text import brief
 from codegen.logs.description import LogDescription
 from codegen.logs.formats.source import Columns, LogFile
 
@@ -38,7 +38,7 @@ class SignalFile(LogFile):
     def set_columns(self, lengths: Mapping[str, int]) -> None:
         """Set the columns of the log; raises BadInput for no column."""
         if not lengths:
-            why = next((f" ({shown(name, 80)}: {words})" for name, words in self.unread.items()), "")
+            why = next((f" ({brief(name, 80)}: {words})" for name, words in self.unread.items()), "")
             raise self.fault(f"no signal of numbers{why}")
         self.lengths, self.names = lengths, (TIME, *(name for name in lengths if name != TIME))
 
@@ -98,7 +98,7 @@ def at_common_times(
     start, stop = max(s.time[0] for s in given), min(s.time[-1] for s in given)
     if not start <= stop:
         first, last = max(given, key=lambda s: s.time[0]), min(given, key=lambda s: s.time[-1])
-        found = f"no time at which both `{shown(first.source)}` and `{shown(last.source)}` were logged"
+        found = f"no time at which both `{brief(first.source)}` and `{brief(last.source)}` were logged"
         expected = f"stamps of one clock; they are {first.time[0] - last.time[-1]:.6g} s apart"
         raise BadInput(Place(file), found, expected, code="LOG008")
     base = max(given, key=lambda s: int(((s.time >= start) & (s.time <= stop)).sum()))
@@ -151,7 +151,7 @@ def is_part_of(column: str, name: str) -> bool:
 
 
 def _require_rising(file: str, one: Signal) -> None:
-    place = Place(file, None, shown(one.source, 80))
+    place = Place(file, None, brief(one.source, 80))
     if not len(one.time):
         raise BadInput(place, "no sample", "at least one", code="LOG009")
     if not np.isfinite(one.time).all():
@@ -178,7 +178,7 @@ def _words(one: Signal, base: Signal, held: bool, gap: int, in_seconds: bool) ->
     how = "holding the last value" if held else "linear interpolation"
     left = f"; {gap} rows in its gaps left out" if gap else ""
     rate, of = (_rate(s) if in_seconds else f"{len(s.time)} samples" for s in (one, base))
-    return f"`{shown(one.source)}` ({rate}) is converted to the times of `{shown(base.source)}` ({of}) by {how}{left}"
+    return f"`{brief(one.source)}` ({rate}) is converted to the times of `{brief(base.source)}` ({of}) by {how}{left}"
 
 
 def _rate(one: Signal) -> str:

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from codegen.base import input_files
 from codegen.base.errors import BadInput, Place
-from codegen.base.user_text import shown
+from codegen.base.user_text import brief
 from codegen.logs.description import EMPTY_DESCRIPTION, LogDescription
 
 LARGEST = 1_000_000_000
@@ -48,7 +48,7 @@ class Columns:
 
     def place(self, row: int, column: int | None = None) -> Place:
         """Place of a value; a format without lines counts elements from 1, as MATLAB does."""
-        name = "" if column is None else shown(self.names[column])
+        name = "" if column is None else brief(self.names[column])
         if self.lines is not None:
             return Place(self.file, int(self.lines[row]), name)
         return Place(self.file, None, f"{name or 'sample'}({row + 1})")
@@ -91,7 +91,7 @@ class File:
 
     def fault(self, found: str, expected: str = "", column: str = "", code: str = "LOG001") -> BadInput:
         """The error for a fault of the file, or of a column of it."""
-        place = Place(str(self.path), None, shown(column, 80)) if column else self.place
+        place = Place(str(self.path), None, brief(column, 80)) if column else self.place
         return BadInput(place, found, expected or self.expected, code=code)
 
     def opened(self, largest: int = LARGEST_STREAM) -> IO[bytes]:
@@ -127,7 +127,7 @@ class File:
             except BadInput:
                 raise
             except Exception as error:
-                words = shown(str(error).strip(), 100) or "no words"
+                words = brief(str(error).strip(), 100) or "no words"
                 found = f"a damaged file ({type(error).__name__}: {words})"
                 if isinstance(error, MemoryError):
                     found = f"a file whose reading takes more than {MOST_MEMORY} bytes"
@@ -185,7 +185,7 @@ class LogFile(File, ABC):
         first, rows = next(iter(lengths.items()))
         for name, count in lengths.items():
             if count != rows:
-                raise self.fault(f"{count} values", f"{rows} values as in `{shown(first)}`", name, "LOG011")
+                raise self.fault(f"{count} values", f"{rows} values as in `{brief(first)}`", name, "LOG011")
 
 
 class NotStreamed(Exception):
@@ -211,7 +211,7 @@ class BlockFile(LogFile):
 
 def listing(names: Sequence[str], most: int = 20) -> str:
     """Names for a message, the first twenty of them."""
-    words = ", ".join(shown(n) or "(no name)" for n in names[:most])
+    words = ", ".join(brief(n) or "(no name)" for n in names[:most])
     return f"{words}, … ({len(names)} in all)" if len(names) > most else words
 
 

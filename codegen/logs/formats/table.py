@@ -12,7 +12,7 @@ from datetime import datetime
 from itertools import islice, product
 
 from codegen.base.errors import BadInput, Place
-from codegen.base.user_text import shown
+from codegen.base.user_text import brief
 from codegen.logs.binding import time_columns
 from codegen.logs.formats.cells import (
     COMMENT,
@@ -148,7 +148,7 @@ def find_layout(
         if at := stamp(text):
             started.append((k, at))
             what = "time of day" if restart_period(text) else "date and time of day"
-            notes.append(f"column `{shown(name)}` is {what}: read as seconds from the first row")
+            notes.append(f"column `{brief(name)}` is {what}: read as seconds from the first row")
     between = slice(found.line - 1, found.first)
     return replace(
         found,
@@ -196,7 +196,7 @@ def _table(file: str, lines: Sequence[str], header: int | None, named: Sequence[
         yaml = file.lower().endswith((".yaml", ".yml"))
         hint = "; is this the spec? A command takes the spec first, then the log" if yaml else ""
         if plain is not None:
-            found = f"one column `{shown(plain.names[0])}`"
+            found = f"one column `{brief(plain.names[0])}`"
             expected = f"names separated by comma, semicolon or tab{hint}"
             raise BadInput(Place(file, plain.line), found, expected, code="LOG001")
         found = f"no rows of numbers in its first {LINES_SEARCHED} lines"
@@ -346,7 +346,7 @@ class _Head:
             if _are_units(lower) or more > 0 or (more == 0 and _are_units(lower, but=1)):
                 at, texts = upper, names[upper]
             elif more == 0 and not COMMENT.match(lines[upper]) and {*lower} & {*names[upper]} - {""}:
-                also = f"line {upper + 1} (`{shown(lines[upper])}`)"
+                also = f"line {upper + 1} (`{brief(lines[upper])}`)"
                 found = f"two lines that may be the header, this one and {also}"
                 expected = f"`header: {at + 1}` or `header: {upper + 1}` in meta.yaml beside the log"
                 raise BadInput(Place(self.file, at + 1), found, expected, code="LOG001")
@@ -425,7 +425,7 @@ class _Head:
             under = i > at and len(texts) == len(names) - 1  # it may hold other words
             if _UNIT_LABEL.fullmatch(label.strip()) and len(texts) <= len(names) and (under or _are_units(texts)):
                 first = 0 if len(texts) == len(names) else 1  # the label stands beside all, or for the time
-                return _units_of(names[first:], texts), f"the units of the line `{shown(label)}`"
+                return _units_of(names[first:], texts), f"the units of the line `{brief(label)}`"
         between = [i for i in self.names if at < i]
         for i in between:
             texts = self.names[i][: self.rows.width]
@@ -493,7 +493,7 @@ def _with_own_times(found: Layout, clock: str) -> Layout:
         return found
     names = tuple(str(k + 1) if k in times[1:] else name for k, name in enumerate(found.names))
     units = tuple((names[0] if name == "1" else name, unit) for name, unit in found.units)  # no longer a repeated name
-    words = f"{len(times)} columns `{shown(names[0])}`: each has the times of the columns after it"
+    words = f"{len(times)} columns `{brief(names[0])}`: each has the times of the columns after it"
     notes = (*found.notes, words)
     before = _times_before(times, len(names))
     return replace(found, names=names, units=units, times=before, tick=None, notes=notes)

@@ -15,7 +15,7 @@ from itertools import pairwise
 from pathlib import Path
 from xml.parsers import expat
 
-from codegen.base.user_text import shown
+from codegen.base.user_text import brief
 from codegen.logs.description import LogDescription
 from codegen.logs.formats.cells import is_number
 from codegen.logs.formats.csv_file import CsvSource, open_lines
@@ -61,7 +61,7 @@ def open_xlsx(path: Path, allowance: Allowance, description: LogDescription) -> 
         asked = description.records
         likely = [asked] if asked else [name for name in sizes if sizes[name] >= SMALL * max(sizes.values())]
         if len(likely) != 1 or likely[0] not in sheets:
-            found = f"no sheet `{shown(asked)}`" if asked else f"{len(likely)} sheets that may hold the log"
+            found = f"no sheet `{brief(asked)}`" if asked else f"{len(likely)} sheets that may hold the log"
             expected = f"`records: NAME` in meta.yaml beside the log, NAME one of {listing(list(sheets))}"
             raise file.fault(found, expected, code="LOG001")
         size += sizes[likely[0]]
@@ -73,7 +73,7 @@ def open_xlsx(path: Path, allowance: Allowance, description: LogDescription) -> 
         lines = rows.lines()
     others = [name for name in sheets if name != likely[0]]
     also = f"; the others ({listing(others)}) are not, `records: NAME` in meta.yaml takes one" if others else ""
-    source = open_lines(str(path), lines, description, [f"sheet `{shown(likely[0])}` is read{also}"])
+    source = open_lines(str(path), lines, description, [f"sheet `{brief(likely[0])}` is read{also}"])
     if source.layout.decimal == "." and not rows.numbers_in_texts:  # a cell's number has no sign between thousands
         source.layout = replace(source.layout, decimal_stated=True)
     return source
