@@ -85,7 +85,7 @@ def diagnose(
     progress: Progress | None = None,
     propose: bool = False,
     material: str | float | None = None,
-    tell: Callable[[Findings], None] = lambda found: None,
+    on_findings: Callable[[Findings], None] = lambda found: None,
     force: bool = False,
 ) -> Diagnosed:
     """Find the effects that a model lacks; write the augmented spec, the report and the code generated from it.
@@ -98,7 +98,7 @@ def diagnose(
         progress: called with a step and the share of the work that is done, 0 to 1, which never decreases.
         propose: whether PySINDy proposes terms for an unknown residual.
         material: share of the RMS drive force from which on a residual matters, 0.02 or "2 %"; 2 % by default.
-        tell: called with the findings of the preflight on each log, before the fits.
+        on_findings: called with the findings of the preflight on each log, before the fits.
         force: whether the folder's results are replaced even if they are of another log, or a file or the generated
             code was edited.
 
@@ -131,7 +131,7 @@ def diagnose(
 
         def tell_and_load(found: Findings) -> None:
             """Report the findings, and load the report's libraries while the compiler works on the first models."""
-            tell(found)
+            on_findings(found)
             from codegen.report.style import load_libraries
 
             load_libraries()

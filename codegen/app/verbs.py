@@ -279,10 +279,10 @@ def cancel(
     as_json: AsJson = False,
 ) -> None:
     """Say which friction the inputs can cancel, why, and by which input."""
-    with progress() as tell:
+    with progress() as display:
         from codegen.app.cancel import cancel
 
-        report = cancel(spec, out, hunt, tell)
+        report = cancel(spec, out, hunt, display)
     _show(report, as_json)
     raise typer.Exit(REFUSED if report.refusal is not None else 0)
 
@@ -295,10 +295,10 @@ def simulate(
     as_json: AsJson = False,
 ) -> None:
     """Write a log from the plant of the spec, with its declared effects."""
-    with progress() as tell:
+    with progress() as display:
         from codegen.app.simulate import simulate
 
-        result = simulate(spec, out, tell, plant)
+        result = simulate(spec, out, display, plant)
     if not as_json:
         error_output.print(result.text(paths=False), end="")
     _print(as_json, lambda: result.content, lambda: f"{result.path}\n")
@@ -340,7 +340,7 @@ def diagnose(
     as_json: AsJson = False,
 ) -> None:
     """Find the effect that the model lacks; write diagnosis.json, spec.yaml (augmented) and report.html."""
-    with progress(lines=True) as tell:
+    with progress(lines=True) as display:
         gc.disable()
         from codegen.app.diagnose import diagnose, findings_text
         from codegen.base.parallel import allow_processes
@@ -352,11 +352,11 @@ def diagnose(
         def print_findings(found: Findings) -> None:
             if as_json:
                 return
-            tell.above(lambda: output.print(findings_text(found), end=""))
+            display.above(lambda: output.print(findings_text(found), end=""))
             sys.stdout.flush()  # for a pipe
 
         columns = _columns(column or [])
-        result = diagnose(spec, log, test, out, description, columns, tell, propose, material, print_findings, force)
+        result = diagnose(spec, log, test, out, description, columns, display, propose, material, print_findings, force)
     _show(result, as_json, preflight_shown=True)
     raise typer.Exit(REFUSED if result.diagnosis.verdict == "unfit" else 0)
 
@@ -399,8 +399,8 @@ def watch(
     """
     from codegen.app.watch import alarm_text, watch
 
-    tell = None if as_json else lambda alarm: output.print(alarm_text(alarm), end="")
-    result = watch(spec, log, _columns(column or []), dwell, follow, tell)
+    on_alarm = None if as_json else lambda alarm: output.print(alarm_text(alarm), end="")
+    result = watch(spec, log, _columns(column or []), dwell, follow, on_alarm)
     _show(result, as_json)
     fault = result.fault or result.useless
     if fault is not None and not result.alarms and not as_json:
@@ -411,10 +411,10 @@ def watch(
 @app.command(short_help="Run all steps of the main job on a shipped example.")
 def demo(out: Annotated[Path, written("DIR", "its folder")] = Path("demo")) -> None:
     """Diagnose a belt-driven axis with an effect that its spec lacks; certify and generate, before and after."""
-    with progress() as tell:
+    with progress() as display:
         from codegen.app.demo import run_demo
 
-        run_demo(out, output.print, tell)
+        run_demo(out, output.print, display)
 
 
 @app.command()
@@ -476,12 +476,12 @@ def audit(
     out: Annotated[Path | None, written("FILE", "write docs/audit.md here")] = None, as_json: AsJson = False
 ) -> None:
     """Compare the printed formulas of the thesis with our own derivation of them."""
-    with progress() as tell:
+    with progress() as display:
         from codegen.base.own_files import write_page
         from codegen.thesis.audit.claim import audit_document, audit_json, audit_summary
         from codegen.thesis.audit.judge import run_audit
 
-        findings = run_audit(lambda share: tell("audit", share))
+        findings = run_audit(lambda share: display("audit", share))
     if out is not None:
         write_page(out, audit_document(findings))
     path = "" if out is None else f"{out}\n"
@@ -499,11 +499,11 @@ def gallery(
     from codegen.base.parallel import allow_processes
 
     allow_processes()
-    with progress() as tell:
+    with progress() as display:
         from codegen.thesis.gallery.build import run_gallery
         from codegen.thesis.gallery.page import gallery_json, gallery_summary, write_gallery
 
-        results = run_gallery(only or (), lambda share: tell("gallery", share))
+        results = run_gallery(only or (), lambda share: display("gallery", share))
     files = write_gallery(results, out)
     content = {"format": "stiction-gallery/1", "figures": gallery_json(results), "files": files}
     _print(as_json, lambda: content, lambda: "".join(f"{path}\n" for path in files) + gallery_summary(results))

@@ -81,7 +81,7 @@ def watch(
     columns: Mapping[str, str] | None = None,
     dwell: float | str | None = None,
     follow: bool = False,
-    tell: Callable[[Alarm], None] | None = None,
+    on_alarm: Callable[[Alarm], None] | None = None,
     given: Iterator[bytes] | None = None,
 ) -> Watched:
     """Run the observer over rows as they arrive, until they end or Ctrl-C is pressed.
@@ -91,7 +91,7 @@ def watch(
         columns: how the log names its columns.
         dwell: time for which an estimate must be out of its bound, s or a text such as ``10ms``; 10 samples by default.
         follow: wait at the end of the file for more.
-        tell: called with each alarm when it begins.
+        on_alarm: called with each alarm when it begins.
         given: the bytes of the log, in place of the file.
 
     Raises:
@@ -111,8 +111,8 @@ def watch(
         try:
             for block in blocks:
                 for alarm in watched.take(block):
-                    if tell is not None:
-                        tell(alarm)
+                    if on_alarm is not None:
+                        on_alarm(alarm)
         except KeyboardInterrupt:
             ended = "interrupted"
         except BadInput as error:

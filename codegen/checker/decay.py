@@ -81,7 +81,7 @@ def moved(top: dict[str, Any], A: list[list[Any]], at: Mapping[str, Any], operat
     return [[same[i == j] + h * p if p else same[i == j] for j, p in enumerate(row)] for i, row in enumerate(rates)]
 
 
-def shown(top: dict[str, Any], axes: dict[str, list[Interval]], fall: Fraction) -> str:
+def require_fall(top: dict[str, Any], axes: dict[str, list[Interval]], fall: Fraction) -> str:
     """That V is multiplied by at most ``fall`` in a sample, or with `along` that no V is; or enclosure.Refused.
 
     Args:

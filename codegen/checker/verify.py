@@ -146,7 +146,7 @@ def verify(top: dict[str, Any]) -> list[str]:
         (x,), _ = integers([along])  # times what is above 0
         value = sum(a * b * whole[i][j] for i, a in enumerate(x) for j, b in enumerate(x))
         demand(value <= 0, "P is positive along it")
-    seen = decay.shown(top, axes, fall)
+    seen = decay.require_fall(top, axes, fall)
     who = "no V with P > 0" if along else "V"
     facts = ["P is not positive definite" if along else f"P is positive definite: {n} positive pivots"]
     factor = enclosure.least(fall) if along else enclosure.most(fall)  # that no V falls to less is the weaker claim

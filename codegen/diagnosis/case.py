@@ -220,7 +220,7 @@ def holds_segments(log: Log, motion: Motion, split: int) -> bool:
 
 def _warning(say: str, topic: str, **given: Any) -> Finding:
     """A warning in the words of its template, of which ``say`` and ``given`` are the arguments."""
-    return Finding.said("warning", topic, "case", say, {}, **given)
+    return Finding.worded("warning", topic, "case", say, {}, **given)
 
 
 def _above(log: Log, motion: Motion) -> Array:

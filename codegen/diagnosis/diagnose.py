@@ -95,7 +95,7 @@ def diagnose_log(
     progress: Progress | None = None,
     propose: bool = False,
     material: float = MATERIAL,
-    tell: Callable[[Findings], None] = lambda found: None,
+    on_findings: Callable[[Findings], None] = lambda found: None,
 ) -> tuple[Diagnosis, Models]:
     """Diagnose one log.
 
@@ -104,7 +104,7 @@ def diagnose_log(
         progress: called as each step begins.
         propose: whether terms are proposed for an unknown verdict (``verdict/proposal.py``).
         material: share of the RMS of the drive force from which on a force matters.
-        tell: called with what the preflight found, before anything is fitted.
+        on_findings: called with what the preflight found, before anything is fitted.
 
     Returns:
         The diagnosis, and the models that it compares, for the report.
@@ -119,14 +119,14 @@ def diagnose_log(
         case = case_of(spec, system, log, test_log, material)
     means = means_of(case.log) if is_static(case.problem.system) and not case.faults else None
     if means is not None:
-        tell(case.findings_in_words)
+        on_findings(case.findings_in_words)
         report("means of steady records", 0.2)
         return _by_means(case, means)
     search = _search_of(case)  # refuses a log that is too short, before its findings are told
     if not case.faults:  # with a fault, no effect is tried
         start_compiling(search)
-    tell(case.findings_in_words)
-    return _by_free_runs(case, search, report, propose, tell)
+    on_findings(case.findings_in_words)
+    return _by_free_runs(case, search, report, propose, on_findings)
 
 
 def _search_of(case: Case) -> Search:
@@ -146,12 +146,12 @@ def _search_of(case: Case) -> Search:
 
 
 def _by_free_runs(
-    case: Case, search: Search, report: Progress, propose: bool, tell: Callable[[Findings], None]
+    case: Case, search: Search, report: Progress, propose: bool, on_findings: Callable[[Findings], None]
 ) -> tuple[Diagnosis, Models]:
     """The diagnosis by free-run simulation and force residual."""
     # The reliability was counted on logs with segments of full length. A later search may be on shorter ones.
     uncounted = not case.log.joints and is_shortened(search.record, case.problem.motion)
-    selection = select(case, search, report, tell)
+    selection = select(case, search, report, on_findings)
     case, problem = selection.case, selection.case.problem
     agreement = in_another_process(compare_residuals, case.spec, problem.system, problem.motion)
     report("values and held-out error", 0.78)

@@ -102,7 +102,7 @@ class Conclusion:
     excitation: str | None = None
 
 
-def select(case: Case, search: Search, report: Report, tell: Callable[[Findings], None]) -> Selection:
+def select(case: Case, search: Search, report: Report, on_findings: Callable[[Findings], None]) -> Selection:
     """Refit and forward selection; both again with inputs taken earlier if that explains the effects found as well."""
 
     def effects(turn: int, share: float) -> None:
@@ -116,7 +116,7 @@ def select(case: Case, search: Search, report: Report, tell: Callable[[Findings]
         if late is None:
             break
         known = case.findings_in_words["train"]
-        tell({"train": tuple(words for words in late.findings_in_words["train"] if words not in known)})
+        on_findings({"train": tuple(words for words in late.findings_in_words["train"] if words not in known)})
         case, (search, base) = late, _refitted_late(late, search)
     with_sums, last = with_harmonics(search, outcome) if not case.faults else (outcome, search)
     return Selection(case, search, base, outcome, with_sums, last, replaced)
@@ -219,7 +219,7 @@ class Judge:
             changing = any(r.is_changing(self.case.material) for r in left)
             if answer.verdict == "effect" and is_small(left, self.case.material) and not changing:
                 given = {"named": titles(refused.effects), "why": refused.against[0].words}
-                return answer.noted(Fact.said("not accepted", "refused better", **given)), outcome, left, False
+                return answer.noted(Fact.worded("not accepted", "refused better", **given)), outcome, left, False
         return None
 
     def _accepted(self, report: Report) -> tuple[Answer, Outcome]:
@@ -306,7 +306,7 @@ class Judge:
                 yield curve.fact
             yield from wrong_values.explaining_values(case.spec, answer.refit, problem, curve.share if curve else 0.0)
         for name in levels_at_zero(problem.system, (answer.refit, answer.augmented), problem.levels):
-            yield Fact.said("declared value", "level at zero", name=name)
+            yield Fact.worded("declared value", "level at zero", name=name)
         yield from wrong_values.wrong_links_in_words(chosen.search, answer)
         yield from _in_place_of_a_value(chosen.replaced, answer)
         yield from wrong_values.turned_terms(answer, problem)
@@ -394,7 +394,7 @@ def _once_on_held_out(answer: Answer, case: Case) -> tuple[Fact, ...]:
         if np.ptp(np.sign(motion.velocities[about, i])) > 0:
             continue
         on, when = x.name if residual.shape[1] > 1 else "", interval_in_words(start, stop, log)
-        facts.append(Fact.said("log", "half at once", on=on, span=stop - start, when=when))
+        facts.append(Fact.worded("log", "half at once", on=on, span=stop - start, when=when))
     return tuple(facts)
 
 
@@ -403,8 +403,8 @@ def _left_out(outcome: Outcome, answer: Answer) -> Fact:
     parts = (outcome.parts[0], *(r.part for r in outcome.rivals))
     tied = " or ".join(dict.fromkeys(p.title for p in parts))
     if answer.errors:
-        return Fact.said("declared value", "in addition", errors=_names(answer.errors), named=tied)
-    return Fact.said("unexplained", "cannot tell which", named=tied)
+        return Fact.worded("declared value", "in addition", errors=_names(answer.errors), named=tied)
+    return Fact.worded("unexplained", "cannot tell which", named=tied)
 
 
 def _in_place_of_a_value(parts: Sequence[Part], answer: Answer) -> list[Fact]:
@@ -413,7 +413,7 @@ def _in_place_of_a_value(parts: Sequence[Part], answer: Answer) -> list[Fact]:
     named = titles(p for p in parts if p.key not in found)
     if not named or not answer.errors:
         return []
-    return [Fact.said("declared value", "in place of a value", errors=_names(answer.errors), named=named)]
+    return [Fact.worded("declared value", "in place of a value", errors=_names(answer.errors), named=named)]
 
 
 def _names(errors: Sequence[ParameterError]) -> str:

@@ -48,7 +48,7 @@ class Fact:
     detail: str = ""
 
     @classmethod
-    def said(cls, topic: Topic, say: str, **given: Any) -> Fact:
+    def worded(cls, topic: Topic, say: str, **given: Any) -> Fact:
         """The fact of which ``worded`` gives the words and, after an empty line, the detail."""
         words, _, detail = worded(say, **given).partition("\n\n")
         return cls(topic, words, detail)

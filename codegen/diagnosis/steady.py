@@ -369,7 +369,7 @@ class SteadySearch:
                 symbol, declared = self.problem.moved[k], self.problem.declared[k]
                 given = {"value": one.fit.theta[k], "unit": in_unit(self.system, symbol), "away": away[k]}
                 given |= {"name": symbol.name, "declared": declared}
-                facts.append(Fact.said("note", "away", named=one.row.title, **given))
+                facts.append(Fact.worded("note", "away", named=one.row.title, **given))
         return tuple(facts)
 
     def _tried(self, trial: Trial, base: SteadyFit, count: int) -> Tried | None:
@@ -522,7 +522,7 @@ def answer_of(search: SteadySearch, measured: Measured, judged: Measured) -> tup
     errors = measured(system), measured(refit)
     left_out = search.means.left_out
     given = {"left_out": listing(left_out), "one": len(left_out) == 1}
-    remarks = (Fact.said("note", "records", count=len(search.means), **given), *chosen.remarks)
+    remarks = (Fact.worded("note", "records", count=len(search.means), **given), *chosen.remarks)
     answer = Answer("none", (), refit, refit, (*errors, errors[1]), remarks=remarks)
     if not found.fits:
         return answer, found

@@ -32,7 +32,7 @@ class Finding:
     figures: Mapping[str, float] = field(default_factory=dict)
 
     @classmethod
-    def said(
+    def worded(
         cls, severity: Severity, topic: str, template: str, say: str, figures: Mapping[str, float], **given: Any
     ) -> Finding:
         """The finding in the words ``say`` of a template in templates/text, of which ``given`` are the arguments."""

@@ -24,7 +24,7 @@ import sympy
 
 from codegen.mechanics.casadi_form import to_casadi
 from codegen.observers.equations import Domain, Equation, Observer
-from codegen.program.invalid_samples import held
+from codegen.program.invalid_samples import held_outputs
 from codegen.program.model import Block, Field, State
 from codegen.spec.functions import Magnitude, Sgn
 from codegen.spec.model import symbol
@@ -101,7 +101,7 @@ class Guard:
         settled = _is_at_least(samples, needed)
         velocity = self.observer.equations[0].symbols[0]
         names = {**self.names, symbol("h"): period.symbol}
-        held_step = period.symbol * next(iter(held([velocity]).values()))  # h v̂ of the held velocity estimate
+        held_step = period.symbol * next(iter(held_outputs([velocity]).values()))  # h v̂ of the held velocity estimate
         zero, x = casadi.SX(0), self.names[self.position]
         restart, predicted_now = self.names[symbol("restart_samples")], self.fields[-1].symbol
         # In the order of the fields; without a bound on the innovation there is no fourth one, and zip leaves it out.
@@ -130,7 +130,7 @@ class Guard:
         update = to_casadi(self.gain * self.sign * self.slip, self.names) + period.symbol * rates[index]
         sign, direction = self.names[self.sign], self.states[0].following
         following = self.names[level.symbols[0]] + casadi.substitute(update, sign, direction)  # it is linear in s
-        last = held(level.symbols)[level.symbols[0]]  # z = â, since d is 0 after invalid samples
+        last = held_outputs(level.symbols)[level.symbols[0]]  # z = â, since d is 0 after invalid samples
         guarded = replace(states[index], following=following, predicted=last, resumed=last)
         return [*states[:index], guarded, *states[index + 1 :], *self.states]
 

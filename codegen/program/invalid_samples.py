@@ -23,7 +23,7 @@ MOST = (8, 4, 2)
 """Candidates for ``most_lost``, largest first; the first that the gains allow is taken."""
 
 
-def held(names: Iterable[sympy.Symbol]) -> dict[sympy.Symbol, Any]:
+def held_outputs(names: Iterable[sympy.Symbol]) -> dict[sympy.Symbol, Any]:
     """Symbol of an estimate → SX of the output of the last valid sample."""
     return {s: casadi.SX.sym(f"{HELD}{s.name}") for s in names}
 
@@ -47,7 +47,7 @@ def most_lost(observer: Observer) -> int:
 
 def predicted_changes(observer: Observer, names: Mapping[sympy.Symbol, Any], period: Any) -> dict[sympy.Symbol, Any]:
     """State z → its change over an invalid sample, for an observer that estimates the velocity; ``period``: SX of h."""
-    velocity = dict(zip(observer.system.positions, held(observer.equations[0].symbols).values(), strict=True))
+    velocity = dict(zip(observer.system.positions, held_outputs(observer.equations[0].symbols).values(), strict=True))
     return {
         z: -period * sum(to_casadi(slope, names) * velocity[x] for x, slope in along.items())
         for e in observer.equations
@@ -64,7 +64,7 @@ def resumed_states(observer: Observer, names: Mapping[sympy.Symbol, Any], period
     velocity = system.v
     if observer.velocity == "estimated":
         velocity = observer.equations[0].symbols
-        values |= held(velocity)
+        values |= held_outputs(velocity)
     if observer.integration != "implicit":
         values |= {x: values[x] + period * values[v] for x, v in zip(system.positions, velocity, strict=True)}
     found: dict[sympy.Symbol, Any] = {}
@@ -75,7 +75,7 @@ def resumed_states(observer: Observer, names: Mapping[sympy.Symbol, Any], period
             values |= dict(zip(equation.symbols, value, strict=True))
             continue
         measured = casadi.vertsplit(to_casadi(Matrix(equation.expression - equation.state), values))  # φ of z + φ
-        estimates = held(equation.symbols)
+        estimates = held_outputs(equation.symbols)
         values |= estimates
         found |= {z: e - phi for z, e, phi in zip(equation.state, estimates.values(), measured, strict=True)}
     return found

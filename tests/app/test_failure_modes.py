@@ -105,7 +105,8 @@ def test_the_preflight_is_told_before_anything_is_fitted(good, tmp_path, monkeyp
     monkeypatch.chdir(tmp_path)
     write(tmp_path, UNFIT["x in mm"][0](good))
     events = []
-    done = diagnose("stage.yaml", "log.csv", out="one", progress=lambda at, _: events.append(at), tell=events.append)
+    progress = {"progress": lambda at, _: events.append(at), "on_findings": events.append}
+    done = diagnose("stage.yaml", "log.csv", out="one", **progress)
     (found,) = [k for k, event in enumerate(events) if not isinstance(event, str)]
     assert events[:found] == ["preflight"] and events[found] == done.diagnosis.findings
 

@@ -127,7 +127,7 @@ def test_what_is_explained_is_that_of_the_rival_that_is_left(monkeypatch: pytest
     monkeypatch.setattr(forward_selection, "explained_share", lambda search, base, fit: shares[fit.trial.parts[0].kind])
     none: Any = None
     leader, rivals = fits["leader"], tuple(SimpleNamespace(found=fits[k]) for k in ("rival", "other"))
-    search = of_one_record(led_by=lambda found, fit: found)
+    search = of_one_record(with_first_effect=lambda found, fit: found)
     outcome = Outcome(none, leader, (), rivals, shares["leader"])  # type: ignore[arg-type]
     held_out = rules.HeldOut(none, none)
     monkeypatch.setattr(rules.HeldOut, "refused", lambda self, fits: {0: (1, 2.0)})

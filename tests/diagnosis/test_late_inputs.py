@@ -311,7 +311,7 @@ def test_no_resonance_is_sought_beside_a_lead_that_is_not_significant(tmp_path: 
     log = shaken(log_of(stage(f"[{LOADED}]"), tmp_path, "train.csv"), 1, 0.3)
     with patch.object(timing, "resonances", side_effect=AssertionError):
         lead = timing.lead_of(Problem(system_of(stage()), smooth_motion(log), {}), 0)
-    assert lead.deviation < 1 and lead.apart(0.0) <= timing.SURE
+    assert lead.deviation < 1 and lead.deviations_from(0.0) <= timing.SURE
 
 
 def test_the_lead_by_every_second_row_of_a_long_log_is_that_by_all(tmp_path: Path) -> None:
@@ -341,7 +341,7 @@ def test_the_effects_are_sought_again_with_the_input_taken_earlier(tmp_path: Pat
 
     log = logged(DRIFT, tmp_path, LAG)
     with among(*KINDS), patch.object(free_runs, "find_effects", sought):
-        diagnosis, _ = diagnose.diagnose_log(spec, system_of(spec), log, tell=told.append)
+        diagnosis, _ = diagnose.diagnose_log(spec, system_of(spec), log, on_findings=told.append)
     assert diagnosis.verdict == "effect" and [e.kind for e in diagnosis.effects] == ["friction_drift"]
     first, second = told
     assert not any("w acts" in words for words in first["train"])

@@ -153,5 +153,5 @@ def test_a_load_on_one_link_is_fewer_changes_than_gains_of_three_drives(tmp_path
 def test_a_value_at_the_edge_of_its_tolerance_is_not_once_its_tolerance_away(part: float, words: str) -> None:
     """Of a two-link arm with masses off by 30 %, a diagnosis wrote "1 times its tolerance of 32.2 %"."""
     given = {"name": "fore_my", "value": "-0.9533", "unit": " kg*m", "was": -1.4153, "ends": ["-0.96", "-0.95"]}
-    said = Fact.said("spec.yaml", "moved value", part=part, size="32.2 %", share=0.16, drive="drive force", **given)
+    said = Fact.worded("spec.yaml", "moved value", part=part, size="32.2 %", share=0.16, drive="drive force", **given)
     assert f"-1.4153 kg*m, {words} its tolerance of 32.2 %." in said.words

@@ -73,7 +73,7 @@ class Lead:
     estimate: float = 0.0
     expected: bool = False
 
-    def apart(self, rows: float) -> float:
+    def deviations_from(self, rows: float) -> float:
         """By how many standard deviations the estimate differs from so many rows."""
         return abs(self.estimate - rows) / self.deviation
 
@@ -127,7 +127,7 @@ def input_leads(problem: Problem, log: Log) -> tuple[dict[int, float], tuple[Fin
     for k, lead in own.items():
         w = system.inputs[k]
         if not lead.is_shown:
-            if common and lead.apart(common) <= SURE:
+            if common and lead.deviations_from(common) <= SURE:
                 leads[k] = common
                 alike.append(w.name)
             continue
@@ -179,7 +179,7 @@ def overcorrection_finding(w: str, kind: str, lead: float, delay: float, left: f
 def _finding(say: str, what: str, log: Log, figures: Mapping[str, float], **given: Any) -> Finding:
     """A warning on the timing of ``what``; ``say``, ``given``: as of the template."""
     about = {"h": log.sample_time, "measured": log.description.measured_inputs}
-    return Finding.said("warning", f"timing of {what}", "timing", say, figures, **about, **given)
+    return Finding.worded("warning", f"timing of {what}", "timing", say, figures, **about, **given)
 
 
 def common_lead(leads: Sequence[Lead]) -> float:
@@ -196,7 +196,7 @@ def common_lead(leads: Sequence[Lead]) -> float:
     if len(shown) != 1:
         return 0.0
     rows = shown.pop()
-    early, held = (sum(min(lead.apart(one), SURE) ** 2 for lead in leads) for one in (rows, 0.0))
+    early, held = (sum(min(lead.deviations_from(one), SURE) ** 2 for lead in leads) for one in (rows, 0.0))
     return rows if early < held else 0.0
 
 

@@ -131,7 +131,7 @@ class MotionTerms:
         own, slopes = (own, slopes) if moved.all() else (own[moved], slopes[moved])
         return np.asarray(declared + (own @ slopes).reshape(declared.shape))
 
-    def held(self, joint: int) -> list[Array]:
+    def without_parameters(self, joint: int) -> list[Array]:
         """Signals that do not depend on parameters: stiffness, damping, position and speed."""
         return [r[:, joint] for r in (self.stiffness, self.damping, self.positions, self.velocities)]
 
@@ -366,7 +366,7 @@ class JointShooter:
             system = self.terms.system
             motion = dict(zip(system.positions, along.positions.T, strict=True))
             motion |= dict(zip(system.velocities, along.velocities.T, strict=True))
-            signals = np.column_stack([*along.held(joint.index), *(motion[s] for s in joint.others)])
+            signals = np.column_stack([*along.without_parameters(joint.index), *(motion[s] for s in joint.others)])
             found, start = np.zeros((len(inputs), self._shooter.inputs)), inputs.shape[1]
             found[:, :start] = inputs
             put_between(signals, substeps, found[:, start + LOADS : start + LOADS + signals.shape[1]])

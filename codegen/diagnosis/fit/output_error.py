@@ -78,7 +78,7 @@ class Prior:
     def clip(self, theta: Array) -> Array:
         return np.maximum(np.clip(theta, self.centre - self.bound, self.centre + self.bound), self.least)
 
-    def held(self, theta: Array, right: Array) -> NDArray[np.bool_]:
+    def blocked(self, theta: Array, right: Array) -> NDArray[np.bool_]:
         """Parameters at their smallest value that the descent direction ``right`` would lower."""
         return np.asarray((theta <= self.least) & (right < 0))
 
@@ -438,7 +438,7 @@ class GaussNewton:
         right = np.einsum("ask,sk->a", weighted, flat) - prior.slope(theta)
         longest = 2.0 * np.maximum(prior.size, np.abs(theta))
         for _ in range(MOST_TRIALS):
-            step = np.clip(damped_step(matrix, right, self._damping, prior.held(theta, right)), -longest, longest)
+            step = np.clip(damped_step(matrix, right, self._damping, prior.blocked(theta, right)), -longest, longest)
             moved = prior.clip(np.clip(theta + step, self._first - prior.reach, self._first + prior.reach))
             changes = zip(moved - theta, self._slopes, strict=True)
             shift = self.starts.shift(self._residual - sum(change * slope for change, slope in changes if change))

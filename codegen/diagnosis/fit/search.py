@@ -83,7 +83,7 @@ class ModelFits(ABC):
         pairs = [others.get(k, own) for k, own in enumerate(zip(fit.trial.parts, values, strict=True))]
         return self.with_parts(fit, moved, [part for part, _ in pairs], [start for _, start in pairs])
 
-    def led_by(self, found: Fit, fit: Fit) -> Fit:
+    def with_first_effect(self, found: Fit, fit: Fit) -> Fit:
         """A fit with the last effect of another one, ``found``, in place of its first effect."""
         return self.replaced(fit, {0: (found.part, found.parameters)})
 

@@ -217,7 +217,7 @@ class ForceFits(ModelFits):
             right = np.einsum("ask,sk->a", weighted, now) - prior.slope(theta)
             cost = segment_cost(now) + prior.cost(theta)
             for _ in range(DAMPED):
-                step = damped_step(matrix, right, damping, prior.held(theta, right))
+                step = damped_step(matrix, right, damping, prior.blocked(theta, right))
                 moved = prior.clip(np.clip(theta + step, first - prior.reach, first + prior.reach))
                 then = self._residual(trial, moved)
                 new = segment_cost(then) + prior.cost(moved)  # NaN where it is not finite

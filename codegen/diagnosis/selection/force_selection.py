@@ -274,7 +274,7 @@ def best_first_effect(fits: ForceFits, fit: Fit, leading: Sequence[Ranked]) -> t
     if len(leading) < 2:
         return fit, list(leading)
     fitted = [(fit, leading[0])]
-    fitted += [(fits.led_by(one.found, fit) if later else one.found, one) for one in leading[1:]]
+    fitted += [(fits.with_first_effect(one.found, fit) if later else one.found, one) for one in leading[1:]]
     if later:
         fitted.sort(key=lambda pair: pair[0].cost)
         best, _ = fitted[0]
@@ -313,7 +313,7 @@ def special_case(fits: ForceFits, fit: Fit, leading: Sequence[Ranked]) -> tuple[
     leader, *rivals = leading
     for one in rivals:
         if _is_special_case(one.part, fit):
-            special = fits.led_by(one.found, fit)
+            special = fits.with_first_effect(one.found, fit)
             if random_signs(shown_on_blocks(fits, special, fit)[0].t) > acceptance.TIE_LEVEL:
                 return special, [one, *(other for other in rivals if other is not one)]
     return fit, [leader, *rivals]
@@ -375,4 +375,4 @@ def _not_confirmed(plain: Fit, fit: Fit) -> Fact | None:
     effects = " and ".join(
         f"{e.title} ({', '.join(f'{k} = {v:.3g} {e.units[k]}' for k, v in e.parameters.items())})" for e in named
     )
-    return Fact.said("not accepted", "not confirmed", named=effects, share=in_percent(share, 3))
+    return Fact.worded("not accepted", "not confirmed", named=effects, share=in_percent(share, 3))

@@ -122,7 +122,7 @@ def refused_values(refused: System, declared: System) -> tuple[Fact, ...]:
         for s in most
     ]
     more = len(changes) - len(most)
-    return (Fact.said("spec.yaml", "refused values", values=values, more=more),) if values else ()
+    return (Fact.worded("spec.yaml", "refused values", values=values, more=more),) if values else ()
 
 
 class Reference(NamedTuple):

@@ -158,7 +158,7 @@ def unknown_above_drive(answer: Answer, left: Sequence[Remainder], problem: Prob
     if relative < 1 or not isfinite(relative):  # infinite where neither an input nor the inertia acts
         return answer
     given = {"relative": relative, "drive": driving_force_name(problem.system)}
-    return replace(answer, verdict="unknown").noted(Fact.said("unexplained", "above the drive", **given))
+    return replace(answer, verdict="unknown").noted(Fact.worded("unexplained", "above the drive", **given))
 
 
 def unknown_for_a_candidate(answer: Answer, tried: Sequence[Ranked], material: float) -> Answer:
@@ -176,5 +176,5 @@ def unknown_for_a_candidate(answer: Answer, tried: Sequence[Ranked], material: f
     if not found:
         return answer
     best = max(found, key=lambda r: r.evidence.share)
-    fact = Fact.said("unexplained", "in doubt", named=best.part.title, share=best.evidence.share)
+    fact = Fact.worded("unexplained", "in doubt", named=best.part.title, share=best.evidence.share)
     return replace(answer, verdict="unknown").noted(fact)

@@ -106,7 +106,7 @@ def examine(
             second, other = _with_effects(final_search, other, replace(plain, verdict=left), measured)
             if second.verdict == left:
                 given = {"named": titles(outcome.parts), "why": answer.against[0].words}
-                of_leader = Fact.said("not accepted", "refused leader", **given)
+                of_leader = Fact.worded("not accepted", "refused leader", **given)
                 return second.noted(*refused, replace(of_leader, detail=answer.against[0].detail)), other
     return answer, examined
 
@@ -215,7 +215,7 @@ def _unconfirmed_load(search: Search, final: Fit) -> tuple[int, Fact] | None:
         share = explained_share(search, others, final)
         if share < acceptance.FURTHER_LOAD:
             given = {"load": part.title, "share": share, "least": acceptance.FURTHER_LOAD}
-            return k, Fact.said("not accepted", "unconfirmed load", **given)
+            return k, Fact.worded("not accepted", "unconfirmed load", **given)
     return None
 
 

@@ -66,7 +66,7 @@ def accepted_by_force(
     second = checked(with_estimate(search, led, plain, measured, found.fit), led.final)
     if second.verdict != verdict:
         return answer.noted(*_refused(answer, second)), outcome
-    return second.noted(Fact.said("evidence", "by force")), led
+    return second.noted(Fact.worded("evidence", "by force")), led
 
 
 def _refused(answer: Answer, by_force: Answer) -> tuple[Fact, ...]:
@@ -115,7 +115,7 @@ def accepted_across_joints(
     second, led = examined(led)
     if second.verdict != "effect":
         return answer, outcome
-    return second.noted(Fact.said("evidence", "across joints", share=found.evidence.share)), led
+    return second.noted(Fact.worded("evidence", "across joints", share=found.evidence.share)), led
 
 
 def _accepted_by_runs(search: Search, base: Fit, final: Fit) -> bool:

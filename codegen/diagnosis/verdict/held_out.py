@@ -113,7 +113,7 @@ def is_preferred(gain: ForceGain, level: float) -> bool:
 
 def without_refused(search: Search, outcome: Outcome, held_out: HeldOut) -> tuple[Outcome, tuple[Fact, ...]]:
     """The outcome without the tied candidates that held-out data refuse, if not all, and the facts on these."""
-    fits: list[Fit] = [outcome.final, *(search.led_by(r.found, outcome.final) for r in outcome.rivals)]
+    fits: list[Fit] = [outcome.final, *(search.with_first_effect(r.found, outcome.final) for r in outcome.rivals)]
     refused = held_out.refused(fits)
     kept = [k for k in range(len(fits)) if k not in refused]
     if not kept:
@@ -127,7 +127,7 @@ def in_words(fits: Sequence[Fit], refused: Mapping[int, tuple[int, float]]) -> t
     """Facts on the fits that held-out data refuse (``HeldOut.refused``), which are named by their first effects."""
     names = [part.title for part in (fit.trial.parts[0] for fit in fits)]
     pairs = [({"named": names[k], "other": names[j]}, times) for k, (j, times) in refused.items()]
-    return tuple(Fact.said("not accepted", "refused tie", times=times, **named) for named, times in pairs)
+    return tuple(Fact.worded("not accepted", "refused tie", times=times, **named) for named, times in pairs)
 
 
 def within(motion: Motion, window: slice) -> Motion:

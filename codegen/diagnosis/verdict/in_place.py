@@ -137,7 +137,7 @@ def not_determined(answer: Answer, longer: Longer, problem: Problem, named: Sequ
     less = (Fact("not accepted", f"It explains more than {titles(named)}{together}"),) if named else ()
     unknown = answer.unknown((found,), (reason, *less))
     if not longer.is_sure:
-        return unknown.noted(Fact.said("next", "longer stroke", on=found.on))
+        return unknown.noted(Fact.worded("next", "longer stroke", on=found.on))
     stroke = f"{found.parameters['period']:.3g} {found.units['period']} on {found.on}"
     return replace(unknown, stroke=stroke)
 

@@ -160,8 +160,8 @@ def arc_of_a_curve(
                 these, on = titles(named[k] for k in group), system.positions[i].name
                 about = {"stroke": stroke, "period": period, "unit": system.position_units[i], "on": on}
                 given = {"sizes": sizes, "together": together, "force_unit": system.force_unit(i), "values": values}
-                against = Fact.said("not accepted", "one curve", named=these, better=better, **about, **given)
-                return against, Fact.said("next", "whole curve", **about)
+                against = Fact.worded("not accepted", "one curve", named=these, better=better, **about, **given)
+                return against, Fact.worded("next", "whole curve", **about)
     return None
 
 
@@ -207,7 +207,7 @@ class Curve:
 
     @property
     def fact(self) -> Fact:
-        return Fact.said("unexplained", "curve", curve=self)
+        return Fact.worded("unexplained", "curve", curve=self)
 
 
 def missing_curve(problem: Problem, model: System) -> Curve | None:

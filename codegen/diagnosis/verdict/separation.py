@@ -52,13 +52,13 @@ LOOP_SHARE, LOOP_SAMPLES = 0.4, 60
 
 def tied_fits(search: Search, outcome: Outcome) -> list[Fit]:
     """The best fit, and the fits with each rival in place of its first effect."""
-    return [outcome.final, *(search.led_by(r.found, outcome.final) for r in outcome.rivals[:MOST_RIVALS])]
+    return [outcome.final, *(search.with_first_effect(r.found, outcome.final) for r in outcome.rivals[:MOST_RIVALS])]
 
 
 def without_leader(search: Search, outcome: Outcome) -> Iterator[Outcome]:
     """The outcome with each rival in turn in place of its first effect, and the later ones as its rivals."""
     for k, rival in enumerate(outcome.rivals[:MOST_RIVALS]):
-        yield outcome.with_final(search, search.led_by(rival.found, outcome.final), outcome.rivals[k + 1 :])
+        yield outcome.with_final(search, search.with_first_effect(rival.found, outcome.final), outcome.rivals[k + 1 :])
 
 
 def separate(

@@ -132,27 +132,27 @@ def _facts(view: Mapping[str, Any]) -> Iterator[Fact]:
     named = [*effects, *view["rivals"]] if verdict in ("effect", "ambiguous") else []
     for e in named:
         if len(named) > 1 or e.intervals or len(e.parameters) > IN_HEADLINE:
-            yield _said("values", "values", view, effect=e)
+            yield _fact("values", "values", view, effect=e)
         if e.also:
-            yield _said("values", "twins", view, effect=e)
-    yield _said("evidence", "evidence", view)
+            yield _fact("values", "twins", view, effect=e)
+    yield _fact("evidence", "evidence", view)
     if verdict in ("unknown", "none") and (effects or view["refused"]):
         first, *others = view["against"] or [Fact("not accepted", "")]
-        one = _said("not accepted", "not_accepted", view, reason=first.words)
+        one = _fact("not accepted", "not_accepted", view, reason=first.words)
         yield replace(one, detail=f"{one.detail} {first.detail}".strip())
         yield from (_sentence(replace(f, words=f.words[0].upper() + f.words[1:])) for f in others)
     for error in view["errors"]:
-        yield _said("declared value", "declared_value", view, e=error)
-    yield _said("spec.yaml", "spec", view)
+        yield _fact("declared value", "declared_value", view, e=error)
+    yield _fact("spec.yaml", "spec", view)
     yield from map(_sentence, view["remarks"])
     if verdict == "unfit":
         yield from (_sentence(Fact("log", words)) for words in view["faults"])
     elif view["left"]:
-        yield _said("unexplained", "unexplained", view)
+        yield _fact("unexplained", "unexplained", view)
         if view["left"].nature(view["material"]) == "structured":
             yield from (_sentence(Fact("unexplained", words[0].upper() + words[1:])) for words in view["changes"])
         if view["held_out"]:
-            yield _said("unexplained", "held_out", view)
+            yield _fact("unexplained", "held_out", view)
     if verdict in ("effect", "ambiguous"):
         yield from (_sentence(Fact("log", f"The log itself may be the cause: {words}")) for words in view["misread"])
         if view["left"] and view["left"].nature(view["material"]) == "structured":
@@ -162,10 +162,10 @@ def _facts(view: Mapping[str, Any]) -> Iterator[Fact]:
             )
     if verdict == "unknown":
         yield from (_sentence(Fact("log", f"the log itself may be the cause: {words}")) for words in view["doubts"])
-    yield _said("next", "next", view)
+    yield _fact("next", "next", view)
 
 
-def _said(topic: Topic, template: str, view: Mapping[str, Any], **more: Any) -> Fact:
+def _fact(topic: Topic, template: str, view: Mapping[str, Any], **more: Any) -> Fact:
     """The fact of a template."""
     words, detail = (
         render(f"text/statement/{template}.j2", part=part, **{**view, **more}) for part in ("words", "detail")

@@ -123,7 +123,7 @@ def wrong_links_in_words(search: Search, answer: Answer) -> list[Fact]:
     links = wrong_links(search, np.array([float(written.values[s]) for s in search.moved]))
     if links is None:
         return []
-    return [Fact.said("declared value", "links", names=[search.system.positions[k].name for k in links])]
+    return [Fact.worded("declared value", "links", names=[search.system.positions[k].name for k in links])]
 
 
 def equal_parameters(search: Search, base: Fit, outcome: Outcome) -> list[Fact]:
@@ -136,7 +136,7 @@ def equal_parameters(search: Search, base: Fit, outcome: Outcome) -> list[Fact]:
         return []
     (part,) = outcome.parts
     words = _far_values(search, freed[1])
-    return [Fact.said("declared value", "equal values", values=words, named=part.title)] if words else []
+    return [Fact.worded("declared value", "equal values", values=words, named=part.title)] if words else []
 
 
 def _far_values(search: Search, fit: Fit) -> str:
@@ -186,7 +186,7 @@ def moved_values(answer: Answer, fit: Fit, problem: Problem, material: float) ->
         value, *ends = (with_deserved_digits(end, (low, high)) for end in (now, low, high))
         given = {"name": s.name, "unit": unit, "was": was, "part": part, "size": size, "share": share}
         given["drive"] = driving_force_name(declared)
-        facts.append(Fact.said("spec.yaml", "moved value", value=value, ends=ends, **given))
+        facts.append(Fact.worded("spec.yaml", "moved value", value=value, ends=ends, **given))
     return facts
 
 
@@ -215,7 +215,7 @@ def turned_terms(answer: Answer, problem: Problem) -> list[Fact]:
                 reported.add(abs(term))
                 size, unit = float(np.sqrt(np.mean(force[used] ** 2))), plain.force_unit(k)
                 given = {"term": term, "on": x.name, "size": size, "unit": unit, "ratio": ratio}
-                facts.append(Fact.said("next", "sign", named=titles(group), **given))
+                facts.append(Fact.worded("next", "sign", named=titles(group), **given))
     return facts
 
 
@@ -257,7 +257,7 @@ def refused_for_a_value(spec: Spec, answer: Answer, problem: Problem, measured: 
     if is_shown_worse(measured(with_values(answer.refit, found.values)), answer.figures[2]):
         return answer
     given = {"named": titles(answer.effects), "name": found.symbol.name, "others": 1 - found.share}
-    return answer.refused(Fact.said("not accepted", "another value", left=left, **given).words)
+    return answer.refused(Fact.worded("not accepted", "another value", left=left, **given).words)
 
 
 def _left_by_effects(answer: Answer, problem: Problem) -> float:
@@ -304,8 +304,8 @@ def explaining_values(spec: Spec, refit: System, problem: Problem, by_curve: flo
         return []
     s, name = found.symbol, found.symbol.name
     given = {"unit": in_unit(refit, s), "value": found.values[name], "declared": float(refit.values[s])}
-    said = Fact.said("declared value", "explaining value", name=name, share=found.share, **given)
-    return [said, Fact.said("next", "give a tolerance", name=name)]
+    said = Fact.worded("declared value", "explaining value", name=name, share=found.share, **given)
+    return [said, Fact.worded("next", "give a tolerance", name=name)]
 
 
 def _explaining_value(spec: Spec, refit: System, problem: Problem) -> ExplainingValue | None:

@@ -131,7 +131,7 @@ def _computed_from_position(forces: Forces, spec: Spec, left_out: frozenset[int]
             continue
         figures = {"share": share, "taken": other}
         topic = f"input computed from {c.name}"
-        yield Finding.said("problem", topic, "input_audit", "computed", figures, x=c.name, **figures)
+        yield Finding.worded("problem", topic, "input_audit", "computed", figures, x=c.name, **figures)
 
 
 def _without_function_of(x: Array, columns: Array) -> Array:
@@ -167,4 +167,4 @@ def _without_sign(forces: Forces, log: Log, spec: Spec) -> Iterator[Finding]:
             continue
         given = {"name": i.name, "x": spec.coordinates[at].name, "positive": values.max() > 0}
         figures = {"falling_over_rising": falling / rising}
-        yield Finding.said("warning", f"{SIGN_OF}{i.name}", "input_audit", "no sign", figures, **given, **figures)
+        yield Finding.worded("warning", f"{SIGN_OF}{i.name}", "input_audit", "no sign", figures, **given, **figures)

@@ -87,8 +87,8 @@ def audit_inputs(forces: Forces, spec: Spec, outside: Finding | None, log: Log) 
 
 
 def _finding(severity: Severity, topic: str, figures: Mapping[str, float], say: str, **words: Any) -> Finding:
-    """A finding in words of templates/text/input_audit.j2, as by ``Finding.said``."""
-    return Finding.said(severity, topic, "input_audit", say, figures, **words)
+    """A finding in words of templates/text/input_audit.j2, as by ``Finding.worded``."""
+    return Finding.worded(severity, topic, "input_audit", say, figures, **words)
 
 
 def is_constant(values: Array) -> bool:

@@ -110,9 +110,9 @@ def _wrong_positions(case: Case, steady: frozenset[int], outside: Finding | None
     return [Finding(f.severity, f.topic, f.words, {**f.figures, **known.get(f.topic, {})}) for f in found]
 
 
-def _said(severity: Severity, x: str, figures: Mapping[str, float], say: str, **given: Any) -> Finding:
-    """A finding on the scale of a coordinate ``x`` in words of templates/text/scales.j2, as by ``Finding.said``."""
-    return Finding.said(severity, f"scale of {x}", "scales", say, figures, x=x, **given)
+def _finding(severity: Severity, x: str, figures: Mapping[str, float], say: str, **given: Any) -> Finding:
+    """A finding on the scale of a coordinate ``x`` in words of templates/text/scales.j2, as by ``Finding.worded``."""
+    return Finding.worded(severity, f"scale of {x}", "scales", say, figures, x=x, **given)
 
 
 def _off_scale(case: Case, steady: frozenset[int]) -> list[Finding]:
@@ -131,7 +131,7 @@ def _off_scale(case: Case, steady: frozenset[int]) -> list[Finding]:
             figures = {"inertia": inertia, "friction": friction, "correlation": r_inertia}
         else:
             continue
-        found.append(_said("problem", c.name, figures, "off", **figures))
+        found.append(_finding("problem", c.name, figures, "off", **figures))
     return found
 
 
@@ -160,7 +160,7 @@ def _other_unit(case: Case, tried_anyway: bool) -> Finding | None:
     names = [spec.coordinates[j].name for j in group]
     figures = {"misfit": now, "misfit_scaled": least, "factor": 1 / factor}
     given = {"names": names, "unit": unit, "read": read[group[0]], "now": now, "least": least}
-    return _said("problem", " and ".join(names), figures, "unit", **given)
+    return _finding("problem", " and ".join(names), figures, "unit", **given)
 
 
 def _suggests(case: Case, j: int, factor: float) -> bool:
@@ -190,7 +190,7 @@ def scales_of_velocities(case: Case) -> Iterator[Finding]:
         speed = log.units.get(c.velocity, f"{c.unit}/s")
         speeds = [other for other, by in other_units(speed, SPEEDS) if abs(by / factor - 1) < NEAR]
         given = {"factor": factor, "v": c.velocity, "key": key, "speeds": speeds}
-        yield _said("warning", c.name, {"factor": factor}, "velocity", **given)
+        yield _finding("warning", c.name, {"factor": factor}, "velocity", **given)
 
 
 @dataclass(frozen=True)
@@ -242,7 +242,7 @@ def _position_scale(case: Case, j: int) -> Finding | None:
     figures = {"factor": k, "level": position.level, "misfit": plain.misfit, "misfit_scaled": position.misfit}
     given = {"k": k, "plain": plain.misfit, "left": position.misfit, "level": position.level, "gear": gear}
     given |= {"line": case.log.scale_lines({c.name: 1 / ratio}, case.spec), "rivals": rivals, "excluded": excluded}
-    return _said("problem" if sure else "warning", c.name, figures, "position", **given)
+    return _finding("problem" if sure else "warning", c.name, figures, "position", **given)
 
 
 def _other_inputs(
@@ -306,7 +306,7 @@ def _wrong_time(case: Case) -> Finding | None:
     figures = {"factor": c, "misfit": plain.misfit, "misfit_scaled": time.misfit, "misfit_by_mass": by_mass.misfit}
     given = {"c": c, "rate": rate, "likely": likely, "mass": 1 / by_mass.factor, "line": line}
     given |= {"plain": plain.misfit, "left": time.misfit, "by_mass": by_mass.misfit}
-    return Finding.said("warning", SCALE_OF_TIME, "scales", "time", figures, **given)
+    return Finding.worded("warning", SCALE_OF_TIME, "scales", "time", figures, **given)
 
 
 def _acting_later(case: Case, delay: float) -> Forces:
