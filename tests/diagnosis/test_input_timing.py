@@ -192,7 +192,7 @@ def test_inputs_of_one_log_have_one_lead_unless_their_own_estimates_contradict_i
     assert common_lead([early, unseen]) == common_lead([early, early, unseen, held]) == 0.5
     assert common_lead([early, held]) == common_lead([early, held, unseen]) == 0.0
     assert common_lead([early, replace(early, rows=1.0, explained=0.8), unseen]) == common_lead([unseen, held]) == 0.0
-    assert unseen.deviations_from(0.5) == 0.5 and held.apart(0.52) == pytest.approx(10.0)
+    assert unseen.deviations_from(0.5) == 0.5 and held.deviations_from(0.52) == pytest.approx(10.0)
 
 
 def test_held_commands_are_left_alone_where_the_description_states_them(fast: Log) -> None:
