@@ -173,3 +173,22 @@ def test_angles_in_degrees_are_named_all_together(in_degrees: tuple[bool, bool],
     described.write_text(f"{units}\n")
     again = preflight(read_log(path, spec, description=described), spec)
     assert not [f for f in again if f.severity == "problem"]
+
+
+def test_a_coordinate_far_outside_its_envelope_is_told_once_whatever_the_number_of_inputs(tmp_path: Path) -> None:
+    """`The scale of x1 seems off` stood there for the first input, and again for the second."""
+    text = (Path(__file__).parents[2] / "specs" / "two_mass.yaml").read_text("utf-8")
+    for old, new in {
+        "  w: {unit: N}": "  w: {unit: N}\n  u: {unit: N}",
+        "eta3*x2\n": "eta3*x2 + u\n",
+        "envelope:": "envelope:\n  x1: [-1e-6, 1e-6]",
+    }.items():
+        assert text.count(old) == 1
+        text = text.replace(old, new)
+    t, random = np.arange(8000) * 1e-3, np.random.default_rng(730072)
+    forces = 20 * np.array([np.convolve(random.normal(size=8000), np.ones(50) / 7, "same") for _ in range(2)])
+    columns = {"t": t, "x1": np.sin(3 * t), "x2": 0.5 * np.sin(4 * t), "w": forces[0], "u": forces[1]}
+    spec = parse_spec(text, tmp_path / "two.yaml")
+    log = read_log(write_csv(tmp_path / "a.csv", columns), spec)
+    found = [f for f in preflight(log, spec) if f.topic == "scale of x1"]
+    assert len(found) == 1 and "x1 reaches" in found[0].words

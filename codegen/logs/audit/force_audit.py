@@ -76,8 +76,11 @@ def audit_force(log: Log, spec: Spec, motion: Motion, steady: frozenset[int] = f
             return
     else:
         yield from unsigned
-    yield from audit_inputs(forces, spec, outside, log)
-    yield from audit_undriven(forces, spec, outside)
+    told = set[str]()
+    for finding in (*audit_inputs(forces, spec, outside, log), *audit_undriven(forces, spec, outside)):
+        if finding.topic not in told:  # several inputs, or coordinates without one, may show the same wrong scale
+            yield finding
+        told.add(finding.topic)
 
 
 def _before_judging(log: Log, spec: Spec) -> str:
