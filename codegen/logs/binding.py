@@ -338,6 +338,8 @@ class _Search:
         option = "" if counted or speeds else _options(proposed, lacking, blank)
         why = f" ({reasons((*proposed, *speeds.values()))})" if proposed or speeds else ""
         has = f"NUMBER from 1 to {len(self.names)}" if self.headless else f"it has {listing(self.names)}"
+        if len(self.names) == 1:
+            has += "; `beside: {tau: FILE}` has the columns of another file as `tau.NAME`"
         expected = f"{lines} in meta.yaml beside the log{option}{why}{self._or_none(lacking[0])}; {has}"
         error = BadInput(self.place, absent, expected, code="LOG003")
         if proposed and proposed[0].symbol == lacking[0]:

@@ -175,6 +175,10 @@ READ = {
         {"a.m": "".join(f"{name} = [{' '.join(f'{n:.9f}' for n in y)}];\n" for name, y in (("x", X), ("w", W)))},
         "sample_time: 2 ms\n",
     ),
+    "a file with one column for each signal, with a name or without": (
+        {"pos.csv": lines("{x:.9f}"), "tau.txt": "force\n" + lines("{w:.9f}")},
+        "columns: {x: 1, w: tau.force}\nbeside: {tau: tau.txt}\nsample_time: 2 ms\n",
+    ),
     "a serial plotter": (
         {"a.txt": "MOT: align sensor\n" + lines("time:{ms},target:1.00,angle:{x:.9f},force:{w:.9f}")},
         "columns: {t: time, x: angle, w: force}\nunits: {t: ms}\n",
@@ -440,6 +444,7 @@ REFUSED = {
         b"".join(b"%d/{x: %d, w: 2, t: %d}\n" % (1 + (k > 4), k, k) for k in range(9)),
         "LOG003 other_number.log",
     ),
+    "one.csv": (b"0.1\n0.2\n0.3\n0.4\n", "LOG003 one.csv:1 `beside: {tau: FILE}`"),
     "records.csv": (b"t,x,w\n0,1,2\n1,1,2\nt,x,w\n0,1,2\n1,1,2\n", "LOG007 records.csv:5 file record"),
 }
 

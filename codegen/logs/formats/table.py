@@ -190,6 +190,9 @@ def _table(file: str, lines: Sequence[str], header: int | None, named: Sequence[
     rows = _find_rows(lines)
     if plain is not None and _is_table(lines, plain) and (rows is None or rows.width <= len(plain.names)):
         return plain
+    if rows is None and (single := _one_column(lines)) is not None:
+        named_above = plain is not None and len(plain.names) == 1 and plain.first == single.index
+        return plain if plain is not None and named_above else _without_header(file, lines, single, named)
     if rows is None:
         if plain is not None and (len(plain.names) > 1 or _NAME.fullmatch(plain.names[0])):
             return plain
@@ -259,6 +262,15 @@ def _find_rows(lines: Sequence[str]) -> _Rows | None:
                 begun = [t for k in places[len(above) :][:2] for t in filled_fields(lines[k], delimiter)[:1]]
                 return _Rows(places[len(above)], delimiter, len(last), most, begun in (["1", "2"], ["0", "1"]))
     return None
+
+
+def _one_column(lines: Sequence[str]) -> _Rows | None:
+    """The rows of a file with a number in each line, perhaps below a name; None for another file."""
+    places = list(islice(significant(lines), LINES_SEARCHED))
+    first = next((k for k, i in enumerate(places) if is_number(lines[i])), len(places))
+    numbers = places[first:]
+    alike = first < 2 and len(numbers) >= ROWS_ALIKE and all(is_number(lines[i]) for i in numbers)
+    return _Rows(numbers[0], ",", 1, 1) if alike else None
 
 
 def _has_same_columns(texts: Sequence[str], row: Sequence[str]) -> bool:
