@@ -25,6 +25,9 @@ WORDS = {0: "verified", checker.DOMAIN: "verified_under_conditions", checker.NO_
 NAMES = (checker.CERTIFICATE, checker.PROOF, checker.SETS)
 """Claims about the code that ``generate`` writes where it can."""
 
+BELOW = (f"*/{checker.CERTIFICATE}", f"generated/*/{checker.CERTIFICATE}")
+"""Certificates below a folder that has none: of ``generated``, and of a diagnosis."""
+
 
 @dataclass(frozen=True, repr=False)
 class Verified(Shown):
@@ -58,6 +61,10 @@ def certificate_in(path: str | Path) -> Path:
     path = given / checker.CERTIFICATE if is_there(given) and given.is_dir() else given
     of_generated = path != given or (path.name in NAMES and is_there(path.parent / "manifest.json"))
     if of_generated and not is_there(path):
+        below = [one for pattern in BELOW for one in sorted(path.parent.glob(pattern))]
+        if below:
+            expected = "a certificate, or the folder of generated code that has one"
+            raise BadInput(str(path.parent), f"no {path.name}", expected, str(below[0].parent), code="FILE001")
         found, expected = checker.absent(path.parent, path.name)
         raise BadInput(str(path.parent), found, f"one: {expected}", code="FILE001")
     return path

@@ -338,6 +338,18 @@ def test_a_folder_without_a_certificate_is_told_what_was_expected_and_what_write
     assert "; or one of the claims in this folder: proof.json" in stiction("verify", made).err
 
 
+@pytest.mark.parametrize("given", ["found", "found/generated"])
+def test_verify_of_a_folder_above_the_generated_code_names_the_one_below(tmp_path, given):
+    """Of a diagnosis' folder it named diagnosis.json as a claim."""
+    made = tmp_path / "found" / "generated" / "one_mass"
+    made.mkdir(parents=True)
+    (made / "certificate.json").write_text("{}")
+    (tmp_path / "found" / "diagnosis.json").write_text("{}")
+    told = stiction("verify", tmp_path / given)
+    assert told.code == 2 and is_one_message(told)
+    assert f"did you mean '{made}'?" in told.err and "diagnosis.json" not in told.err
+
+
 @pytest.mark.parametrize(("missing", "code"), [(("proof.json", "ellipsoid.json"), 5), (("ellipsoid.json",), 0)])
 def test_a_manifest_cannot_forge_a_statement_of_the_checker(folder, missing, code):
     """Its reason was printed as it is: it could clear the screen, and add lines below *proved of the C*."""
