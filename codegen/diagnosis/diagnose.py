@@ -23,7 +23,7 @@ from codegen.diagnosis.fit.output_error import BLOCKS, levels_at_zero
 from codegen.diagnosis.fit.record import TooFewStretches, is_shortened, position_noise, record_of
 from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.search import Search, search_on
-from codegen.diagnosis.free_runs import Judge, select
+from codegen.diagnosis.free_runs import SelectionChecks, select
 from codegen.diagnosis.reliability import reliability_of
 from codegen.diagnosis.results import MATERIAL, Diagnosis, ErrorFigures, FoundEffect
 from codegen.diagnosis.selection.candidate_fits import start_compiling
@@ -155,13 +155,13 @@ def _by_free_runs(
     case, problem = selection.case, selection.case.problem
     agreement = in_another_process(compare_residuals, case.spec, problem.system, problem.motion)
     report("values and held-out error", 0.78)
-    judge = Judge(selection)
-    found = judge.conclude(report)
+    checks = SelectionChecks(selection)
+    found = checks.conclude(report)
     answer, outcome = found.answer, found.outcome
 
     report("tracking observer", 0.93)
     unknown = propose and answer.verdict == "unknown"
-    models = _models(case, problem, answer, case.window, judge.restart_s, found.excitation)
+    models = _models(case, problem, answer, case.window, checks.restart_s, found.excitation)
     diagnosis = _diagnosis(
         case,
         answer,
@@ -170,7 +170,7 @@ def _by_free_runs(
         lambda model: force_errors(model, problem.motion, problem.used)[2],
         outcome,
         remainder=found.left,
-        data=_data(case, problem, judge.restart_s) | _search_data(selection.search, outcome),
+        data=_data(case, problem, checks.restart_s) | _search_data(selection.search, outcome),
         separation=found.separation,
         candidates=candidates(outcome, problem.system, answer.verdict),
         agreement=agreement(),

@@ -67,7 +67,9 @@ class Selection:
     """Effects that explain the training log, before they are tested on held-out data.
 
     Attributes:
-        case: with the inputs as early as they act. search: on its record. base: the refit without effects.
+        case: with the inputs shifted in time to when they act (``late_inputs.py``).
+        search: on the record of ``case``.
+        base: the refit without effects.
         tried: the outcome of forward selection.
         outcome: the same, with a sum of harmonics in place of a single sine where that is better.
         last: the search of the last fit of ``outcome``.
@@ -88,10 +90,11 @@ class Conclusion:
     """The answer of a diagnosis by free runs.
 
     Attributes:
-        outcome: the one that the answer belongs to.
+        outcome: of forward selection, for the effects of the answer.
         left: the remainder of the model that is written.
-        tied: fits that the log does not tell apart. separation: the experiment that does.
-        excitation: text of the file with its motion.
+        tied: fits that the log does not discriminate.
+        separation: the experiment that discriminates them.
+        excitation: text of the file with the motion of that experiment.
     """
 
     answer: Answer
@@ -123,8 +126,8 @@ def select(case: Case, search: Search, report: Report, on_findings: Callable[[Fi
 
 
 @dataclass(frozen=True, eq=False)
-class Judge:
-    """What held-out data and the force residual say of a selection."""
+class SelectionChecks:
+    """The checks of a selection by held-out data and the force residual, with the answer (``conclude``)."""
 
     selection: Selection
 

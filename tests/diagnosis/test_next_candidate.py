@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from codegen.diagnosis import free_runs
-from codegen.diagnosis.free_runs import Judge
+from codegen.diagnosis.free_runs import SelectionChecks
 from codegen.diagnosis.results import Change, Fact, FoundEffect, Remainder
 from codegen.diagnosis.selection.forward_selection import Outcome
 from codegen.diagnosis.verdict.answer import Answer
@@ -32,7 +32,7 @@ def candidate(kind: str, why_not: str = "") -> Any:
 
 
 @dataclass(frozen=True, eq=False)
-class OfKinds(Judge):
+class OfKinds(SelectionChecks):
     """The verdict and the remainder of each kind are given."""
 
     said: dict[str, tuple[str, Remainder]]
@@ -44,8 +44,8 @@ class OfKinds(Judge):
         return answer, (self.said[answer.effects[0].kind][1],), False
 
 
-def judge(said: dict[str, tuple[str, Remainder]], *first: Any) -> OfKinds:
-    """A judge of these candidates of the first round; a fit has the kind and the number of its candidate's form."""
+def checks(said: dict[str, tuple[str, Remainder]], *first: Any) -> OfKinds:
+    """The checks of these candidates of the first round; a fit has the kind and the number of its candidate's form."""
     tried = SimpleNamespace(
         base=None,
         first=first,
@@ -74,7 +74,7 @@ REFUSED = answer("saturation", "unknown", "a smooth curve explains more")
 )
 def test_another_candidate_is_named_if_it_leaves_nothing_material(verdict: str, left: Remainder, named: bool) -> None:
     first = candidate("saturation"), candidate("offset", why_not="may be chance"), candidate("stribeck")
-    found = judge({"stribeck": (verdict, left)}, *first)._next_candidate(REFUSED)
+    found = checks({"stribeck": (verdict, left)}, *first)._next_candidate(REFUSED)
     assert (found is not None) is named
     if found is not None:
         assert [one.kind for one in found[0].effects] == ["stribeck"]
@@ -89,13 +89,13 @@ def test_two_others_are_examined_each_in_its_best_form() -> None:
     for form, one in enumerate(first):
         one.found.values = (form, ())
     said = {"stribeck": ("effect", MUCH), "viscous": ("effect", MUCH), "offset": ("effect", LITTLE)}
-    assert judge(said, *first)._next_candidate(REFUSED) is None
-    found = judge(said | {"stribeck": ("effect", LITTLE)}, *first)._next_candidate(REFUSED)
+    assert checks(said, *first)._next_candidate(REFUSED) is None
+    found = checks(said | {"stribeck": ("effect", LITTLE)}, *first)._next_candidate(REFUSED)
     assert found is not None and found[1].form == 1  # type: ignore[attr-defined]
 
 
 @dataclass(frozen=True, eq=False)
-class WithAnother(Judge):
+class WithAnother(SelectionChecks):
     """The best candidate has this answer; the next one, if it is asked for, is named."""
 
     best: Answer
