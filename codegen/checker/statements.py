@@ -19,7 +19,7 @@ KINDS = "(?:parameters|inputs|outputs|state|true)"
 START = "initialisation sets the velocity estimates to 0, and all others to constants, whatever is measured; "
 HELD = START + "after invalid samples the held estimates continue, if each call gets the same outputs"
 BARE = START + "an invalid sample is used like any other"
-ASSUMED = "error bounds, assuming that "
+ASSUMED = "error bounds, assuming "
 OWN = ("V", "e", "P", "sign", "sin", "cos", "exp", "abs", "fabs")  # names that the words below use without a kind
 PROOF, SETS = theorem.PROOF, theorem.SETS
 STEP, LONG_RUN = "the step multiplies V = e'Pe", "is in the long run at most"
@@ -42,7 +42,7 @@ def reached(proof: dict[str, Any], proven: dict[str, Any], text: bytes) -> list[
     errors = [lag(e, plain) for e in proof["errors"]]
     at = " (accelerations at the measured positions)" * bool(claim.get(ellipsoid.FORCES))
     fast = [f", |{plain(u)}| is always above {most(number(x))}" for u, x in claim.get(ellipsoid.ABOVE, {}).items()]
-    lines = [f"{ASSUMED}{disturbed(claim, plain, at)}; and that no slip reverses{''.join(fast)}, except where said:"]
+    lines = [f"{ASSUMED}{disturbed(claim, plain, at)}, and that no slip reverses{''.join(fast)}, except where said:"]
 
     def each(of: list[str], shown: Callable[[Fraction], str] = least) -> str:
         return ", ".join(f"|{e}| <= {shown(number(x))}" for e, x in zip(errors, of, strict=True))
@@ -72,10 +72,11 @@ def reached(proof: dict[str, Any], proven: dict[str, Any], text: bytes) -> list[
         size = least(number(claim[ellipsoid.FRICTION][truth]))
         lines.append(
             f"  a reversal of {plain(s)} leaves at most {each(turn['after'], most)}, {turn['samples']} samples after a"
-            f" sample with {each(turn['before'])}, where {plain(s)}, the sign of {plain(slip)} in the code alone then,"
-            f" changes at most {times} in between, while {true(slip)} has any sign and moves by at most {change} in a"
-            f" sample, and by its share of that in a part of it, and friction is {plain(truth)},"
-            f" 0 <= {plain(truth)} <= {size}, with the sign of {true(slip)} at any moment, or less where that is 0"
+            f" sample with {each(turn['before'])}, if in between: {plain(s)}, then the sign of {plain(slip)} in the"
+            f" code alone, changes at most {times}; {true(slip)} has any sign and moves by at most {change} in a sample"
+            f" (by its share of that in a part of a sample); and friction is {plain(truth)},"
+            f" 0 <= {plain(truth)} <= {size},"
+            f" with the sign of {true(slip)} at any moment, or less where {true(slip)} is 0"
         )
     return lines
 
@@ -111,10 +112,10 @@ def disturbed(claim: dict[str, Any], plain: Callable[[str], str], at: str = "") 
     """The assumed bounds of noise and drift of an accepted claim of ellipsoid.json."""
     least, number = enclosure.least, ellipsoid.number
     noise = [f"{plain(x)} is measured to within {least(number(d))}" for x, d in claim["noise"].items()]
-    drift = [f"{plain(x)} by at most {least(number(d))}" for x, d in claim["drift"].items()]
-    moving = f"in each sample the motion deviates from the machine above{at} in {', '.join(drift)}" if drift else ""
-    exact = f"all else is exact{'' if drift else f' and moves as the machine above{at}'}"
-    return "; ".join([*([", ".join(noise)] if noise else []), *([moving] if drift else []), exact])
+    drift = [f"{least(number(d))} in {plain(x)}" for x, d in claim["drift"].items()]
+    moving = f"that in each sample the motion deviates from that of the machine above{at} by at most {', '.join(drift)}"
+    exact = f"that all else is exact{'' if drift else f' and moves as the machine above{at}'}"
+    return ", ".join([*([f"that {', '.join(noise)} (in SI)"] if noise else []), *([moving] if drift else []), exact])
 
 
 def uncompared(lines: list[str], sources: dict[str, bytes]) -> list[str]:

@@ -507,7 +507,9 @@ def test_noise_is_said_to_be_uncovered_only_where_nothing_is_said_of_it(sets: bo
     (uncovered,) = [line for line in report.proved if "not covered: " in line]
     assert ("fault, noise and drift beyond the bounds assumed below" in uncovered) == sets
     assert ("fault, noise, change of force or speed within a sample" in uncovered) == (not sets)
-    assumed = "error bounds, assuming that x is measured to within 5e-06; in each sample the motion deviates"
+    assumed = (
+        "error bounds, assuming that x is measured to within 5e-06 (in SI), that in each sample the motion deviates"
+    )
     assert any(line.startswith(assumed) for line in report.proved) == sets
     assert any(gap.startswith("that noise and drift stay within the bounds assumed") for gap in report.open) == sets
 
