@@ -35,7 +35,9 @@ class Rounding:
         states: name of a state → largest rounding error of its update in one step.
         output: largest rounding error of the friction estimate that the code returns.
         adds: upper bound of the increase of the error bound long after a reversal, in the unit of the friction.
-        inside: the error bound in the domain, rounding included; None if there is none.
+        inside: the error bound in the domain, rounding included; None if there is none, as ``slip_speed`` is then below
+            ``least_slip_speed``.
+        least_slip_speed: the least ``slip_speed`` of the domain that has a bound, rounding included; None if none has.
     """
 
     position: float
@@ -43,6 +45,7 @@ class Rounding:
     output: float
     adds: float
     inside: float | None
+    least_slip_speed: float | None
 
 
 @numerical("what rounding adds")
@@ -72,9 +75,9 @@ def rounding_bounds(
             return f"no bound of them: {with_it}"
         assert share is not None  # ``bound`` has the same response
         after = with_it[0].domain
-        inside = after.inside if isinstance(after, DomainBound) else None
+        inside, least = (after.inside, after.least_slip_speed) if isinstance(after, DomainBound) else (None, None)
         result[precision] = Rounding(
-            position, states, output, share[0] + output, None if inside is None else inside + output
+            position, states, output, share[0] + output, None if inside is None else inside + output, least
         )
     return result
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import replace
+from decimal import ROUND_CEILING
 from functools import cache
 from itertools import pairwise
 from pathlib import Path
@@ -12,7 +13,9 @@ from pathlib import Path
 import pytest
 
 from codegen.app.certify import Certified, certify
+from codegen.base.significant import rounded_to
 from codegen.base.terminal import PlainConsole, output
+from codegen.certify.bound.bounds import DomainBound
 from codegen.checker import verify
 from codegen.checker.errors import NOT_MOVED
 
@@ -324,3 +327,20 @@ def test_two_coordinates_with_a_stiff_spring_are_better_as_mean_and_difference(t
     bounds = [float(re.search(r"\|e_a_left\| <= (\S+) N", text)[1]) for text in said]
     assert bounds[1] < 60 < bounds[0] and bounds[1] < bounds[0] / 50
     assert "their mean and their difference" in said[0] and "their mean" not in said[1]
+
+
+def test_what_rounding_does_to_the_bound_in_the_domain_is_printed(tmp_path: Path) -> None:
+    """It may add more there than long after a reversal, and its ``slip_speed`` may be too low for single precision."""
+    text = (SPECS / "one_mass_domain.yaml").read_text()
+    path = tmp_path / "one_mass_domain.yaml"
+    path.write_text(text.replace("slip_speed: 1,", "slip_speed: 0.56395,"))
+    made = certify(path)
+    assert not isinstance(made.rounding, str) and not isinstance(made.bounds, str)
+    domain, double, single = made.bounds[0].domain, made.rounding["double"], made.rounding["single"]
+    assert isinstance(domain, DomainBound) and domain.inside is not None and double.inside is not None
+    assert domain.inside < double.inside < 1.001 * domain.inside
+    assert single.inside is None and single.least_slip_speed is not None and 0.56395 < single.least_slip_speed < 0.6
+    words = " ".join(made.text().split())
+    assert f"is at most {rounded_to(double.inside, 4, ROUND_CEILING)} N in double precision" in words
+    least = rounded_to(single.least_slip_speed, 4, ROUND_CEILING)
+    assert f"has no bound in single precision, where the least slip_speed is {least}" in words
