@@ -98,7 +98,18 @@ def proposed_columns(symbols: Sequence[str], units: Mapping[str, str], spec: Spe
         likely = not is_counter(name) and not _is_another(rest[0], name, spec)
         if likely and (known == "" or _fits(known, spec.units[rest[0]])):
             proposed[rest[0]] = _proposed(rest[0], name, unit, "since no other column is left", spec)
+    elif rest in _alike(rest, spec) and len(left) == len(rest):
+        names = _in_order(list(left)) if len({re.sub(r"\d+", "#", name) for name in left}) == 1 else []
+        stated = {_unit(name, left[name]) for name in names} - {""}
+        if all(_fits(unit, spec.units[rest[0]]) for unit in stated):
+            for symbol, name in zip(rest, names, strict=False):
+                proposed[symbol] = _proposed(symbol, name, left[name], "since no other columns are left", spec)
     return tuple(proposed[symbol] for symbol in symbols if symbol in proposed)
+
+
+def _in_order(names: list[str]) -> list[str]:
+    """Names in the order of the numbers in them."""
+    return sorted(names, key=lambda name: [int(n) for n in re.findall(r"\d+", name)])
 
 
 def _alike(symbols: Sequence[str], spec: Spec) -> list[list[str]]:
@@ -121,7 +132,7 @@ def _numbered(group: Sequence[str], left: Mapping[str, str], spec: Spec) -> list
         if re.search(r"\d", name) and usual.intersection(words) and not _is_another(group[0], name, spec):
             sets.setdefault(re.sub(r"\d+", "#", name), []).append(name)
     whole = [names for names in sets.values() if len(names) == len(group)]
-    return sorted(whole[0], key=lambda name: [int(n) for n in re.findall(r"\d+", name)]) if len(whole) == 1 else []
+    return _in_order(whole[0]) if len(whole) == 1 else []
 
 
 def lines_of(proposed: Sequence[Proposed], others: Mapping[str, str]) -> str:

@@ -211,6 +211,9 @@ def written(folder: Path, names: tuple[str, ...], ending: str) -> Path:
         (("t", "a", "b", "c", "d"), "columns: {phi: ..., psi: ..., t_a: ..., t_b: ...}"),
         (("t", "pos1", "pos2", "tau1", "tau2"), "columns: {phi: pos1, psi: pos2, t_a: tau1, t_b: tau2}"),
         (("t", "pos_2", "pos_10", "tau_2", "tau_10"), "columns: {phi: pos_2, psi: pos_10, t_a: tau_2, t_b: tau_10}"),
+        (("t", "q1", "q2", "u1", "u2"), "columns: {phi: q1, psi: q2, t_a: u1, t_b: u2}"),
+        (("t", "q1", "q2", "c", "d"), "columns: {phi: q1, psi: q2, t_a: ..., t_b: ...}"),
+        (("t", "q1", "q2", "u1_mV", "u2_mV"), "columns: {phi: q1, psi: q2, t_a: ..., t_b: ...}"),
         (("t", "ref_pos1", "ref_pos2", "u1", "u2"), "columns: {phi: ..., psi: ..., t_a: ..., t_b: ...}"),
     ],
 )
