@@ -277,11 +277,12 @@ def _changes(case: Case, now: float) -> Iterator[Change]:
     spec, velocities, forces = case.spec, case.log.velocities is not None, case.forces
     if np.any(forces.static):  # the forces of positions alone
         what = "gravity and springs"
-        changed = replace(forces, rest=forces.rest - 2 * forces.static, static=-forces.static)
+        changed = replace(forces, undriven=forces.undriven - 2 * forces.static, static=-forces.static)
         yield _of_spec(case, what, f"sign of {what}", changed)
-    if np.any(forces.rest + forces.friction) and np.any(forces.driven):  # else it is one of the two alone
-        rest = -forces.rest - 2 * forces.friction  # rest = g(x, v, 0) - U lambda
-        changed = replace(forces, rest=rest, static=-forces.static, driven=-forces.driven)  # all of g but friction
+    if np.any(forces.undriven + forces.friction) and np.any(forces.driven):  # else it is one of the two alone
+        undriven = -forces.undriven - 2 * forces.friction  # = g(x, v, 0) - U lambda
+        # all of g but friction
+        changed = replace(forces, undriven=undriven, static=-forces.static, driven=-forces.driven)
         yield _of_spec(case, "the force in the spec", FORCE, changed)
     yield from _flips(case, velocities, pairs=now > FITS)
     yield from _all_exchanged(case, axes_alone=now <= FITS)

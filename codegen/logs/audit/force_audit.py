@@ -118,14 +118,14 @@ def _computed_from_position(forces: Forces, spec: Spec, left_out: frozenset[int]
     neither friction nor inertia. The position controller of a spring commands such an input too; there the machine
     oscillates freely, inertia against friction, and no other force is needed.
     """
-    given, n = forces.given, forces.given.shape[1]
+    given, n = forces.applied, forces.applied.shape[1]
     for i, c in enumerate(spec.coordinates):
         size = float(np.std(given[:, i]))
         if i in left_out or size == 0:
             continue
         inertia, friction = forces.inertia[:, i], forces.friction[:, i]
         x, v = forces.motion[:, i], forces.motion[:, n + i]
-        required = inertia - forces.rest[:, i]
+        required = inertia - forces.undriven[:, i]
         left = _without_function_of(x, np.column_stack([given[:, i], required, inertia, friction, v]))
         share, other = (float(np.sqrt(np.mean(y**2))) / size for y in left.T[:2])
         least = max(TIMES_COMPUTED * share, MATERIAL, MATERIAL * float(np.std(required)) / size)
@@ -162,7 +162,7 @@ def _without_sign(forces: Forces, log: Log, spec: Spec) -> Iterator[Finding]:
         alone = not np.any(np.delete(forces.driven, j, axis=0)[:, :, at])
         if min(up.sum(), down.sum()) < EITHER_WAY or not alone:
             continue
-        weight, needed = abs(float(forces.static[:, at].mean())), forces.inertia[:, at] - forces.rest[:, at]
+        weight, needed = abs(float(forces.static[:, at].mean())), forces.inertia[:, at] - forces.undriven[:, at]
         if weight > 0.5 * own.mean() or min(np.mean(needed < 0), np.mean(needed > 0)) <= ONE_WAY:
             continue
         rising, falling = float(own[up].mean()), float(own[down].mean())

@@ -26,35 +26,35 @@ class Forces:
 
     Attributes:
         inertia: (K, n) M(x) a.
-        rest: (K, n) g(x, v, 0) − U λ with the declared friction.
-        friction: (K, n) U λ, which is in ``rest`` too.
-        static: (K, n) g(x, 0, 0): gravity and springs, which is in ``rest`` too.
+        undriven: (K, n) g(x, v, 0) − U λ, all forces but those of inputs, with the declared friction.
+        friction: (K, n) U λ, which is in ``undriven`` too.
+        static: (K, n) g(x, 0, 0): gravity and springs, which is in ``undriven`` too.
         driven: (m, K, n) the force of each input alone.
         motion: (K, 2n) positions and velocities.
     """
 
     inertia: Array
-    rest: Array
+    undriven: Array
     friction: Array
     static: Array
     driven: Array
     motion: Array
 
     @property
-    def given(self) -> Array:
+    def applied(self) -> Array:
         """(K, n) the force of all inputs."""
         return np.asarray(self.driven.sum(axis=0))
 
     @property
     def misfit(self) -> float:
         """Σ(M a − g + U λ)² over the sum of the squares of these forces, the mean over the coordinates."""
-        return _unbalanced(self.inertia - self.rest - self.given, self.inertia, self.rest, self.given)
+        return _unbalanced(self.inertia - self.undriven - self.applied, self.inertia, self.undriven, self.applied)
 
     @property
     def moving_misfit(self) -> float:
         """Σ(M a − g + U λ)² over the sum of the squares of the forces without gravity and springs; see ``misfit``."""
-        moving = self.rest - self.static
-        return _unbalanced(self.inertia - self.rest - self.given, self.inertia, moving, self.inertia - moving)
+        moving = self.undriven - self.static
+        return _unbalanced(self.inertia - self.undriven - self.applied, self.inertia, moving, self.inertia - moving)
 
     def inertia_factor(self, i: int) -> tuple[float, float]:
         """Least-squares factor of M a in the inputs' force on coordinate i, and the partial correlation.
@@ -62,12 +62,12 @@ class Forces:
         Friction, springs, dampers and offsets are regressors too, so that they are not taken for inertia.
         """
         others = np.column_stack([self.friction[:, i], self.motion, np.ones(len(self.motion))])
-        return partial_correlation(self.given[:, i], self.inertia[:, i], others)
+        return partial_correlation(self.applied[:, i], self.inertia[:, i], others)
 
     def friction_factor(self, i: int) -> tuple[float, float]:
         """Least-squares factor of the declared friction in the inputs' force on coordinate i; partial correlation."""
         others = np.column_stack([self.inertia[:, i], self.motion, np.ones(len(self.motion))])
-        return partial_correlation(self.given[:, i], self.friction[:, i], others)
+        return partial_correlation(self.applied[:, i], self.friction[:, i], others)
 
 
 def unexplained(wanted: Array, others: Array) -> Array:
@@ -115,9 +115,9 @@ class Balance:
         columns = np.hstack([*forces, *driven, motion.positions, motion.velocities])
         smooth, _ = low_pass(log, np.where(finite[:, None], columns, 0.0), motion.cutoff_hz)
         parts = smooth.reshape(len(smooth), -1, self._n)[motion.usable & finite & slipping]
-        inertia, rest, friction, static = (parts[:, k] for k in range(4))
+        inertia, undriven, friction, static = (parts[:, k] for k in range(4))
         moved = parts[:, 4 + self._m :].reshape(-1, 2 * self._n)
-        return Forces(inertia, rest, friction, static, np.moveaxis(parts[:, 4 : 4 + self._m], 1, 0), moved)
+        return Forces(inertia, undriven, friction, static, np.moveaxis(parts[:, 4 : 4 + self._m], 1, 0), moved)
 
     def _sampled(self, log: Log, motion: Motion) -> tuple[list[Array], list[Array], Flags, Flags]:
         """M a, g(x, v, 0) − U λ, U λ and g(x, 0, 0), each (N, n); the force of each input alone, each (N, n); and (N,)
@@ -130,8 +130,8 @@ class Balance:
         since = (log.time - log.time[0])[:, None]
         rows = np.hstack([*moved, 0.5 * (before + log.inputs), threshold, np.zeros((log.size, 1)), since])
         found = over_rows(self._function, rows)
-        inertia, rest, friction, static, *alone = np.split(found[:, contacts:], 4 + self._m, axis=1)
-        forces, driven = [inertia, rest, friction, static], [force - rest for force in alone]
+        inertia, undriven, friction, static, *alone = np.split(found[:, contacts:], 4 + self._m, axis=1)
+        forces, driven = [inertia, undriven, friction, static], [force - undriven for force in alone]
         finite: Flags = np.all(np.isfinite(np.hstack([*forces, *moved[:2], *driven])), axis=1)
         slipping: Flags = np.all(found[:, :contacts] > 0, axis=1)
         return forces, driven, finite, slipping
@@ -165,10 +165,10 @@ def _function(system: System) -> casadi.Function:
         return casadi.mtimes(distribution, casadi.vertcat(*forces)) if forces else nothing
 
     inputs = none, *(none | {w: names[w]} for w in system.inputs)
-    rest, *alone = (to_casadi(system.force, at) - friction(at) for at in inputs)
+    undriven, *alone = (to_casadi(system.force, at) - friction(at) for at in inputs)
     static = to_casadi(system.force, none | dict.fromkeys(system.velocities, casadi.SX(0.0)))
     inertia = casadi.mtimes(to_casadi(system.mass_matrix, none), arguments[2])
     margin = casadi.fabs(slip) - casadi.mtimes(casadi.fabs(casadi.jacobian(slip, arguments[1])), speeds)
-    outputs = casadi.vertcat(margin, inertia, rest, friction(none), static, *alone)
+    outputs = casadi.vertcat(margin, inertia, undriven, friction(none), static, *alone)
     row = casadi.vertcat(*arguments, speeds, zero, time)
     return casadi.Function("forces", [row], [casadi.densify(outputs)], {"cse": True})

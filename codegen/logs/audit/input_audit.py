@@ -45,7 +45,7 @@ def audit_inputs(forces: Forces, spec: Spec, outside: Finding | None, log: Log) 
     """
     if not len(forces.driven):
         return
-    by_motion = forces.inertia - forces.rest  # (K, n) the force that the motion requires of the inputs
+    by_motion = forces.inertia - forces.undriven  # (K, n) the force that the motion requires of the inputs
     size = np.sqrt(np.mean(by_motion**2, axis=0))
     weight = np.where(size > 0, 1 / np.where(size > 0, size, 1.0), 0.0)
     rows = np.tile(np.any(forces.driven != 0, axis=(0, 1)), len(by_motion))  # coordinates that some input drives
@@ -236,7 +236,7 @@ def audit_undriven(forces: Forces, spec: Spec, outside: Finding | None) -> Itera
     for i, c in enumerate(spec.coordinates):
         if np.any(forces.driven[:, :, i]):
             continue
-        modelled, inertia = forces.rest[:, i], forces.inertia[:, i]
+        modelled, inertia = forces.undriven[:, i], forces.inertia[:, i]
         if not (np.any(modelled) and np.any(inertia)):
             continue
         fit, slope = correlation(modelled, inertia), float(modelled @ inertia) / float(modelled @ modelled)

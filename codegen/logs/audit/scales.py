@@ -119,7 +119,7 @@ def _off_scale(case: Case, steady: frozenset[int]) -> list[Finding]:
     """Findings on coordinates by the ratio of inertia to friction, or to the inputs' force."""
     forces, found = case.forces, []
     for i, c in enumerate(case.spec.coordinates):
-        required, push = forces.inertia[:, i] - forces.rest[:, i], forces.given[:, i]
+        required, push = forces.inertia[:, i] - forces.undriven[:, i], forces.applied[:, i]
         sizes = float(np.linalg.norm(required)), float(np.linalg.norm(push))
         if min(sizes) == 0.0 or i in steady:
             continue
@@ -318,8 +318,8 @@ def _acting_later(case: Case, delay: float) -> Forces:
 
 def _balance(forces: Forces, j: int, given: float = 1.0, mass: float = 1.0) -> Explanation:
     """The unbalanced share on coordinate j with the friction level fitted, with these factors on input and inertia."""
-    push, inertia, friction = given * forces.given[:, j], mass * forces.inertia[:, j], forces.friction[:, j]
-    other = inertia - (forces.rest[:, j] + friction)
+    push, inertia, friction = given * forces.applied[:, j], mass * forces.inertia[:, j], forces.friction[:, j]
+    other = inertia - (forces.undriven[:, j] + friction)
     size = float(friction @ friction)
     level = float(friction @ (push - other)) / size if size > 0 else 1.0
     rest = push - other - level * friction
