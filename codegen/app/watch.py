@@ -162,11 +162,10 @@ def _usable_bounds(machine: Derived) -> tuple[ErrorBound, ...]:
     if not is_watchable(system):
         found = "a law with states"
         raise BadInput(spec.place("friction"), found, "a friction law of zero memory", code="SPEC020")
-    if (slow := too_slow(spec, system, bounds)) is not None:
-        most, least = slow
+    if (slow := too_slow(bounds)) is not None:
         found = (
-            f"{least.contact} slides at most at {most:.3g} {least.unit} in the envelope, and an estimate is compared "
-            f"above {least.seen:.3g} {least.unit}"
+            f"{slow.contact} slides at most at {slow.fastest:.3g} {slow.unit} in the envelope, and an estimate is "
+            f"compared above {slow.seen:.3g} {slow.unit}"
         )
         expected = "a wider envelope of velocities, or less noise and drift: nothing could be judged"
         raise BadInput(spec.place("envelope"), found, expected, code="SPEC037")

@@ -344,3 +344,14 @@ def test_what_rounding_does_to_the_bound_in_the_domain_is_printed(tmp_path: Path
     assert f"is at most {rounded_to(double.inside, 4, ROUND_CEILING)} N in double precision" in words
     least = rounded_to(single.least_slip_speed, 4, ROUND_CEILING)
     assert f"has no bound in single precision, where the least slip_speed is {least}" in words
+
+
+def test_a_bound_that_needs_a_speed_above_those_of_the_envelope_is_said_to_hold_nowhere(tmp_path: Path) -> None:
+    """The threshold of one_mass is 0.122 m/s: in an envelope of slower motion the bound was printed without a word."""
+    text = (SPECS / "one_mass.yaml").read_text()
+    assert "  v: [-5, 5]" in text
+    for fastest, reached in (("0.12", False), ("0.13", True)):
+        lines = lines_of("certify", text.replace("  v: [-5, 5]", f"  v: [-{fastest}, {fastest}]"), tmp_path)
+        words = " ".join(" ".join(lines).split())
+        assert ("(holds nowhere in the region: slips there are below the threshold)" in lines[0]) != reached
+        assert ("says nothing: rail slides at 0.12 m/s or less there" in words) != reached

@@ -429,7 +429,7 @@ def test_each_contact_has_its_own_threshold_in_its_own_unit(tmp_path: Path) -> N
     rail, table = bounds[0].slip_speeds
     assert (rail.contact, rail.unit, table.contact, table.unit) == ("rail", "m/s", "table", "rad/s")
     assert rail.threshold < 0.2 < 1 < table.threshold < 30
-    assert too_slow(made.spec, made.system, bounds) is None
+    assert too_slow(bounds) is None
 
     def seen(v: float, r: float) -> Watch:
         engine = Steady([name for name, _, _ in made.program.outputs], v, r)

@@ -1,5 +1,6 @@
 """Results of the error bounds: of each friction error, and of an observer with a domain also through reversals."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from decimal import ROUND_CEILING
@@ -64,6 +65,7 @@ class SlipSpeed:
         sliding: the speed from which on a law with a state slides; 0 for other laws.
         above: the bounds hold while the slip stays above this speed, and their times count from the first sample above
             it: only the law's slope above it is counted; 0 if the slope over all speeds is.
+        fastest: the largest |u| in the envelope; infinite without a range of a velocity that counts.
     """
 
     contact: str
@@ -72,6 +74,12 @@ class SlipSpeed:
     more: float
     sliding: float
     above: Fraction = Fraction(0)
+    fastest: float = math.inf
+
+    @property
+    def reached(self) -> bool:
+        """Whether some slip in the envelope is above the threshold; else a bound that needs it holds nowhere there."""
+        return self.fastest > self.threshold
 
     @property
     def threshold(self) -> float:

@@ -158,7 +158,7 @@ def error_bounds(
         i: tuple(s + (2 * levels[j] if j in (i, *together) else 0.0) for j, s in enumerate(steady)) for i in levels
     }
     counts = after_reversal(observer, certificate)
-    speeds = _slip_speeds(observer, steady, slides, above)
+    speeds = _slip_speeds(spec, observer, steady, slides, above)
     domain, tolerated = _in_domain(spec, observer, reach, later, sizes, [*other_sizes])
     times = [k * float(observer.sample_time) for k in counts[:-1] or counts]
 
@@ -263,7 +263,7 @@ def _slip_errors(observer: Observer, steady: Sequence[float]) -> list[float]:
 
 
 def _slip_speeds(
-    observer: Observer, steady: Sequence[float], slides: Sequence[Sliding], above: Sequence[Fraction]
+    spec: Spec, observer: Observer, steady: Sequence[float], slides: Sequence[Sliding], above: Sequence[Fraction]
 ) -> tuple[SlipSpeed, ...]:
     """For each contact the slip speed above which the sign of its estimate is right.
 
@@ -280,9 +280,10 @@ def _slip_speeds(
             more=more,
             sliding=float(slide.speed),
             above=least,
+            fastest=float(fastest_slip(spec, observer, c)),
         )
-        for contact, slide, error, least in zip(
-            observer.system.contacts, slides, _slip_errors(observer, steady), above, strict=True
+        for c, (contact, slide, error, least) in enumerate(
+            zip(observer.system.contacts, slides, _slip_errors(observer, steady), above, strict=True)
         )
     )
 
