@@ -95,9 +95,9 @@ def require(proof: dict[str, Any], proven: dict[str, Any]) -> None:
         code.require_no_cancellation(code.names[x], f"{x}: {CANCELLATION}")
         least = substituted(substituted(magnitudes(code.names[x]), carried), stored) + stored.get(x, kernel.Poly())
         least = without_bounded(least, small)
-        code.compare(least, bound, f"{x}: {CANCELLATION}")
-        # a quotient counts as what it is, not as 1
-        code.compare(substituted(least, ones), substituted(bound, ones), f"{x}: {CANCELLATION}")
+        for values in ({}, ones):  # a quotient counts as 1, and as what it is
+            sizes = substituted(least, values), substituted(bound, values)
+            code.compare(*sizes, f"{x}: {CANCELLATION}", own=x != "check")
         return bound
 
     added = {x: accepted(x) for x in sums}
@@ -474,17 +474,23 @@ class Bounded(kernel.Text):
         terms = without_bounded(substituted(magnitudes(p), ones), small)
         self.compare(without_bounded(magnitudes(joined), small), terms, why, more)
 
-    def compare(self, p: Any, bound: Any, why: str, more: int = 1) -> Fraction:
+    def compare(self, p: Any, bound: Any, why: str, more: int = 1, own: bool = False) -> Fraction:
         """The ratio of a bound to the magnitudes of p, all variables 1; ValueError if a term is mostly rounding error.
 
         A constant, such as a force that is nearly balanced, and a term that cancels to 0 may have as much rounding
         error as ``more`` times all terms of p together. A term that cancels may not have a higher degree than these:
         with large quantities its rounding error would exceed them.
+
+        Args:
+            own: whether a term that cancels may have only as much as the terms of p in its own quantities. Terms with
+                another one may be 0, as those of an input that is never used.
         """
         factors = argument_factors(self.known, self.precision)
         left, highest = total(p), max(map(degree, substituted(p, factors)), default=0)
         for term, size in bound.items():
-            rest = more * left if not term or (term not in p and degree(term) <= highest) else 0
+            cancels = term not in p and degree(term) <= highest
+            these = sum(abs(c) for m, c in p.items() if {*m} <= {*term}) if own and cancels and term else left
+            rest = more * these if not term or cancels else 0
             frame.demand(size <= max(self.precision.cancelled * abs(p.get(term, 0)), rest), why)
         return total(bound) / left if bound else Fraction(1)
 

@@ -394,3 +394,28 @@ def test_a_force_that_is_nearly_none_hides_no_rounding(force: str, bound: bool) 
         assert with_a_gain("0.0", force).whole
     with pytest.raises(verify.Refused, match="is its rounding"):
         with_a_gain(f"{GAIN} * inputs->x", force)
+
+
+@pytest.mark.parametrize(("gain", "bound"), [("0.0", True), (f"{GAIN} * inputs->x", False)])
+def test_an_input_that_is_never_used_hides_no_rounding(gain: str, bound: bool) -> None:
+    """A force of 1e20 y^2 in machine and C: what y = 1 would round in a step is nothing where y is 0."""
+    files = {x: y for x, y in sources("one_mass").items() if x != "ellipsoid.json"}
+    code, header = (files[f"one_mass.{end}"].decode() for end in "ch")
+    for old, new in (
+        ("double z_v_next =", f"double z_v_next = {gain} +"),
+        ("(inputs->w - F_hat_rail)", "(inputs->w + 1e20 * inputs->y * inputs->y - F_hat_rail)"),
+        ("fabs(inputs->w)", "fabs(inputs->w) + fabs(inputs->y)"),
+    ):
+        assert old in code
+        code = code.replace(old, new)
+    header = header.replace(
+        "    double w; /* N: input */\n", "    double w; /* N: input */\n    double y; /* m: input */\n"
+    )
+    force = f"{FORCE} + 1e20*inputs.y*inputs.y"
+    machine = {"force": [force], "acceleration": {"true.v": f"({force})/parameters.m"}}
+    files |= {"one_mass.c": code.encode(), "one_mass.h": header.encode()}
+    if bound:
+        assert check(certificate("one_mass", "proof.json") | machine, files).whole
+    else:
+        with pytest.raises(verify.Refused, match="is its rounding"):
+            check(certificate("one_mass", "proof.json") | machine, files)
