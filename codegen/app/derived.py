@@ -40,6 +40,7 @@ if TYPE_CHECKING:
 class Overrides:
     """Options of a command that override the spec; None and () for the spec's own choice or the default."""
 
+    in_words = 'stiction.Overrides(…), as stiction.Overrides(precision="single")'  # in a message about an argument
     precision: str | None = None
     fault: str | None = None
     targets: tuple[str, ...] = ()

@@ -90,7 +90,7 @@ _KINDS: dict[Any, tuple[type | tuple[type, ...], str]] = {
     float: (Real, "a number"),
     Mapping: (Mapping, "a mapping"),
     Sequence: ((Sequence, Set), "a list"),
-    Arrays: (Arrays, "arrays by name"),
+    Arrays: (Arrays, 'arrays by name, as {"t": t, "x": x}'),
     Callable: (Callable, "a function"),  # type: ignore[dict-item]
     NoneType: (NoneType, "None"),
 }

@@ -88,6 +88,9 @@ def _archive(log: Arrays, path: Path) -> bytes:
 
     Raises BadInput, about the file ``path``, for a column whose name or values cannot be stored.
     """
+    if getattr(log, "ndim", 2) == 1:  # a Series of pandas has keys too
+        expected = 'arrays by name, as {"t": t, "x": x}'
+        raise BadInput(Place(str(path)), "a single column", expected, code="LOG003")
     try:
         columns = [(str(key), log[key]) for key in log.keys()]  # noqa: SIM118 - a DataFrame iterates over its keys too
         columns = _index(log, {name for name, _ in columns}) + columns
@@ -146,6 +149,9 @@ def _numbers(given: Any, place: Place) -> NDArray[Any]:
         values = values - known[0] if known.size else values - values
     if values.dtype.kind == "m":
         values = np.asarray(values / np.timedelta64(1, "s"))
+    if values.dtype.kind in "OUT" and values.size and isinstance(first := values.flat[0], str):
+        way = '; pandas.read_csv takes `decimal=","`' if re.fullmatch(r"\s*[-+]?\d+,\d+\s*", first) else ""
+        raise BadInput(place, f"text, such as `{brief(first)}`", f"numbers, or dates of NumPy{way}", code="LOG005")
     if values.dtype.kind not in "fiub":
         raise BadInput(place, f"an array of the type {values.dtype}", "numbers, or dates of NumPy", code="LOG005")
     return values if masked is False else np.where(masked, np.nan, values)

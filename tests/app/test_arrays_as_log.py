@@ -110,6 +110,27 @@ def test_what_is_neither_a_file_nor_arrays_is_refused():
         stiction.watch(SPEC, {"t": [0.0], "x": [0.0]})
 
 
+def test_a_single_column_and_a_table_without_names_are_told_how_a_log_is_given():
+    """Of a Series it said *an archive of 25000 files*."""
+    pandas = pytest.importorskip("pandas")
+    table = np.column_stack(list(_columns(50).values()))
+    for given in (pandas.Series(table[:, 1]), table, [_columns(50)]):
+        with pytest.raises(stiction.BadInput) as caught:
+            stiction.replay(SPEC, given)
+        assert "arrays by name" in caught.value.expected and '{"t": t, "x": x}' in caught.value.expected
+        assert "archive" not in str(caught.value)
+
+
+def test_text_with_decimal_commas_is_told_with_the_way_to_read_it():
+    """pandas.read_csv makes text of 0,25: *an array of the type object* was all that was said."""
+    pandas = pytest.importorskip("pandas")
+    frame = pandas.DataFrame({**_columns(50), "x": ["0,25"] * 50})
+    with pytest.raises(stiction.BadInput) as caught:
+        stiction.replay(SPEC, frame)
+    assert (caught.value.code, caught.value.place.key) == ("LOG005", "x")
+    assert "`0,25`" in caught.value.found and 'decimal=","' in caught.value.expected
+
+
 def test_a_masked_value_is_missing_and_a_quantity_keeps_its_unit():
     """NumPy drops the mask of a masked array and the unit of a quantity without an error."""
     columns = _columns(200)
