@@ -122,12 +122,14 @@ _uncounted: dict[Path, int] = {}
 
 
 def cached_library(sources: Mapping[str, str], units: Sequence[str], flags: Sequence[str] = ()) -> bytes:
-    """The shared library of these sources; compiled at first use, or where the cached one is damaged.
+    """The shared library of these sources; compiled at first use, by another compiler, or where it is damaged.
 
     The arguments and errors are those of ``compile_shared``.
     """
     texts = (f"{name}\0{sources[name]}" for name in sorted(sources))
-    parts = [*find_compiler(), "", *FLAGS, *flags, "", *units, *texts]
+    compiler = find_compiler()
+    status = Path(compiler[0]).stat()  # another version at the same path differs in these
+    parts = [*compiler, f"{status.st_size} {status.st_mtime_ns}", *FLAGS, *flags, "", *units, *texts]
     return cached(parts, lambda: compile_shared(sources, units, flags))
 
 

@@ -15,7 +15,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from codegen.base.compiler import compile_shared
+from codegen.base.compiler import cached_library
 from codegen.base.errors import BadInput, Place
 from codegen.base.files import sha256
 from codegen.base.resources import resource_folder
@@ -83,7 +83,7 @@ def emit_fmu(program: Program, files: Mapping[str, str], version: str = "3.0") -
     sources[wrapper] = render(f"fmu/fmi{version[0]}.c.j2", token=token, **given)
     folder = resource_folder("templates") / "fmu" / "headers"
     sources |= {file: (folder / file).read_text(encoding="utf-8") for file in _HEADERS[version]}
-    binary = compile_shared(sources, given["sources"], ("-DFMI3_OVERRIDE_FUNCTION_PREFIX",))
+    binary = cached_library(sources, given["sources"], ("-DFMI3_OVERRIDE_FUNCTION_PREFIX",))
 
     members: dict[str, str | bytes] = {f"sources/{file}": text for file, text in sources.items()}
     members["modelDescription.xml"] = render(f"fmu/model_description_{version[0]}.xml.j2", token=token, **given)

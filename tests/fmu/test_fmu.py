@@ -120,7 +120,8 @@ def test_its_variables_are_the_programs_with_units_and_values(made: Made) -> Non
     assert [n for n, v in found.items() if v.causality == "output" and n != "fault"] == made.outputs
 
 
-def test_the_same_bytes_twice(made: Made) -> None:
+def test_the_same_bytes_twice(made: Made, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("codegen.emit.fmu.cached_library", compile_shared)
     version = fmpy.read_model_description(str(made.folder)).fmiVersion
     assert emit_fmu(made.program, made.files, version).data == made.fmu.data
 

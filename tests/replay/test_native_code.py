@@ -103,6 +103,18 @@ def test_the_second_run_compiles_nothing(home: Path, monkeypatch: pytest.MonkeyP
     assert cached_library(SOURCES, ["seven.c"]) == first
 
 
+def test_another_version_of_the_compiler_compiles_again(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A new one is installed at the path of the old one."""
+    wrapper = home / "cc"
+    for comment in ("", "# newer\n"):
+        wrapper.write_text(f'#!/bin/sh\n{comment}exec {find_compiler()[0]} "$@"\n')
+        wrapper.chmod(0o755)
+        with monkeypatch.context() as chosen:
+            chosen.setenv("CC", str(wrapper))
+            cached_library(SOURCES, ["seven.c"])
+    assert len([*home.glob(f"{cache.FOLDER}-*/*")]) == 2
+
+
 def test_other_flags_are_another_library(home: Path) -> None:
     number = {"seven.c": SOURCES["seven.c"].replace("7", "NUMBER")}
     for value in (7, 8, 7):
