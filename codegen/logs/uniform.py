@@ -12,7 +12,12 @@ from codegen.logs.formats.source import Columns
 JITTER = 0.01
 """Relative deviation from the median step up to which time stamps are taken as uniform."""
 GAP_STEPS = 5.0
-"""Median steps from which on a step is a gap."""
+"""Usual steps from which on a step is a gap."""
+MOST_STEPS = 10.0
+"""Median steps as which a longer one counts in the usual step: the mean step, if that is above the median one.
+
+Long steps that come again and again are usual, single ones are not.
+"""
 MOST_GROWTH = 10
 """Most samples of the grid over the number of rows."""
 FINER = 0.8
@@ -59,7 +64,8 @@ def uniform(time: Array, sampled: Array, held: Array, source: Columns, wanted: f
     steps = np.diff(time)
     median = float(np.median(steps))
     longest = float(steps.max())
-    inner = steps[steps <= GAP_STEPS * median]
+    longest_usual = GAP_STEPS * max(median, float(np.minimum(steps, MOST_STEPS * median).mean()))
+    inner = steps[steps <= longest_usual]
     jitter = float(np.sqrt(np.mean((inner / median - 1) ** 2)))
     if wanted is None and np.abs(steps / median - 1).max() <= JITTER:
         step = _rounded(float(time[-1] - time[0]) / len(steps))
@@ -82,7 +88,7 @@ def uniform(time: Array, sampled: Array, held: Array, source: Columns, wanted: f
         fine = np.column_stack([np.interp(grid, time, column) for column in sampled.T])
     edges = np.append(grid, grid[-1] + step)
     means = np.reshape([held_means(time, column, edges) for column in held.T], (held.shape[1], len(grid))).T
-    gaps = _gaps(time, steps, grid, GAP_STEPS * median)
+    gaps = _gaps(time, steps, grid, longest_usual)
     return Uniform(
         grid, fine, means, step, gaps, jitter, longest, True, tuple(_words(steps, median, step, jitter, gaps))
     )

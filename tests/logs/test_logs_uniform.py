@@ -57,6 +57,19 @@ def test_gaps(tmp_path, spec):
     assert "2 gaps longer than 5 steps, 0.7 s in all" in log.notes[1]
 
 
+def test_long_steps_that_come_again_and_again_are_no_gaps(tmp_path, spec):
+    """Of a firmware that sends 8 rows at 2 ms, then waits for 12 ms, 38 % were left out, and no stretch was left."""
+    made = rows(6.0)
+    times = np.cumsum(np.where(np.arange(1800) % 8 == 7, 0.012, 0.002))
+    kept = {name: np.interp(times, made["t"], made[name]) for name in ("x", "w")}
+    log = read_log(write_csv(tmp_path / "a.csv", {"t": times, **kept}), spec)
+    assert log.gaps == () and log.sample_time == pytest.approx(0.002)
+    assert np.allclose(log.positions[:, 0], np.interp(log.time, made["t"], made["x"]), atol=2e-5)
+    times[900:] += 0.3
+    log = read_log(write_csv(tmp_path / "a.csv", {"t": times, **kept}), spec)
+    assert len(log.gaps) == 1
+
+
 def test_rounded_stamps_are_taken_as_regular(tmp_path, spec):
     made = rows(10, 300)
     made["t"] = np.round(made["t"], 5)  # 0.3 % of a step
