@@ -32,7 +32,7 @@ from codegen.spec.quantity import (
 from codegen.spec.reserved import is_identifier, why_not_file, why_not_name
 from codegen.spec.schema import ObserverSection, SpecDocument
 from codegen.spec.simulation_section import read_simulation
-from codegen.spec.units import inertia_for, require_coherent, si_factor, unit_name
+from codegen.spec.units import inertia_for, require_coherent, same_dimension, si_factor, unit_name
 from codegen.spec.urdf_section import expand_robot
 from codegen.spec.validation import nearest_place, validate, with_known_keys
 from codegen.spec.yaml_text import SPEC_FIRST, load_plain
@@ -132,7 +132,7 @@ class _Reading:
         parameters = tuple(p for p in (self.faults.result(self._parameter, name) for name in d.parameters) if p)
         self._check_names(coordinates, inputs, d.parameters)
         for c in coordinates:
-            self.faults.result(self._si_unit, c.unit, f"coordinates.{c.name}.unit")
+            self.faults.result(self._position_unit, c)
         for i in inputs:
             self.faults.result(self._si_unit, i.unit, f"inputs.{i.name}.unit")
         named = not self.faults.noted
@@ -145,7 +145,7 @@ class _Reading:
             for k in range(len(d.effects)):
                 self.faults.result(self._effect, k)
             self.faults.raise_noted()
-        coordinates = tuple(replace(c, unit=self._si_unit(c.unit, f"coordinates.{c.name}.unit")) for c in coordinates)
+        coordinates = tuple(replace(c, unit=self._position_unit(c)) for c in coordinates)
         inputs = tuple(replace(i, unit=self._si_unit(i.unit, f"inputs.{i.name}.unit")) for i in inputs)
 
         motion = self.faults.result(read_motion, d, coordinates, inputs, self.place, self.tree)
@@ -231,6 +231,15 @@ class _Reading:
         """The name of a unit in which code takes and returns values; ``remedy`` as of ``require_coherent``."""
         require_coherent(text, self.place(key), remedy)
         return unit_name(text, self.place(key))
+
+    def _position_unit(self, coordinate: Coordinate) -> str:
+        """The name of a coordinate's unit, m or rad; raises BadInput for another one."""
+        key = f"coordinates.{coordinate.name}.unit"
+        unit = self._si_unit(coordinate.unit, key)
+        if not any(same_dimension(unit, own, self.place(key)) for own in ("m", "rad")):
+            expected = "m or rad: a coordinate is a position or an angle; a current, a voltage or a force is an input"
+            raise BadInput(self.place(key), f"unit {coordinate.unit}", expected, code="SPEC014")
+        return unit
 
     def _parameter(self, name: str) -> Parameter:
         section, key = self.document.parameters[name], f"parameters.{name}"

@@ -60,6 +60,14 @@ def test_a_value_of_the_wrong_type_hides_no_fault_of_names_and_units(tmp_path: P
     assert lines_told(tmp_path, text) == changed_lines(text)
 
 
+@pytest.mark.parametrize("unit", ["A", "N*m", "m^2", "1/s"])
+def test_a_coordinate_that_is_no_position_is_told_at_its_unit(unit: str, tmp_path: Path) -> None:
+    """Of a coordinate in A, the mass matrix was said to have a wrong unit."""
+    text = spoilt(("velocity: v, unit: m}", f"velocity: v, unit: {unit}}}"))
+    assert lines_told(tmp_path, text) == changed_lines(text)
+    assert "expected m or rad" in stiction("check", tmp_path / "s.yaml").err
+
+
 def test_a_wrong_word_in_the_observer_hides_no_fault_elsewhere(tmp_path: Path) -> None:
     """Which gains are known depends on the word, so that nothing else of the observer is reported."""
     text = spoilt(("m: {value: 1, unit: kg}", "m: {value: 1, unit: kgg}"), ("velocity: estimated", "velocity: guessed"))
