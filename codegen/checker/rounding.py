@@ -92,7 +92,7 @@ def require(proof: dict[str, Any], proven: dict[str, Any]) -> None:
     def accepted(x: str) -> Any:
         """The bound of x; ValueError if it is too large."""
         bound = without_bounded(substituted(code.bounds[x][0], stored), small)
-        code.require_no_cancellation(code.names[x], f"{x}: {CANCELLATION}")
+        code.require_no_cancellation(code.names[x], f"{x}: {CANCELLATION}", own=x != "check")
         least = substituted(substituted(magnitudes(code.names[x]), carried), stored) + stored.get(x, kernel.Poly())
         least = without_bounded(least, small)
         for values in ({}, ones):  # a quotient counts as 1, and as what it is
@@ -457,7 +457,7 @@ class Bounded(kernel.Text):
         holds = least > -power(Fraction(self.precision.most)) and (-FAR, -FAR) not in of
         return (least, grid) if holds else (-FAR, -FAR)
 
-    def require_no_cancellation(self, p: Any, why: str, more: int = 1) -> None:
+    def require_no_cancellation(self, p: Any, why: str, more: int = 1, own: bool = False) -> None:
         """Raises ValueError where terms of p cancel only once its reciprocals are multiplied out.
 
         Examples are sin^2 + cos^2 - 1 (kernel lemma 7) and 3q/q - 3. With reciprocals as variables these polynomials
@@ -472,7 +472,7 @@ class Bounded(kernel.Text):
                 joined = kernel.replaced(joined, x, kernel.term(1), q) * kernel.term(ones[x].constant() ** n)
         small = bounded_by_one(self.known)
         terms = without_bounded(substituted(magnitudes(p), ones), small)
-        self.compare(without_bounded(magnitudes(joined), small), terms, why, more)
+        self.compare(without_bounded(magnitudes(joined), small), terms, why, more, own)
 
     def compare(self, p: Any, bound: Any, why: str, more: int = 1, own: bool = False) -> Fraction:
         """The ratio of a bound to the magnitudes of p, all variables 1; ValueError if a term is mostly rounding error.

@@ -396,7 +396,13 @@ def test_a_force_that_is_nearly_none_hides_no_rounding(force: str, bound: bool) 
         with_a_gain(f"{GAIN} * inputs->x", force)
 
 
-@pytest.mark.parametrize(("gain", "bound"), [("0.0", True), (f"{GAIN} * inputs->x", False)])
+WAVES = "sin(inputs->x) * sin(inputs->x) + cos(inputs->x) * cos(inputs->x) - 1.0"
+
+
+@pytest.mark.parametrize(
+    ("gain", "bound"),
+    [("0.0", True), (f"{GAIN} * inputs->x", False), (f"1e16 * ({WAVES}) * inputs->x * inputs->w", False)],
+)
 def test_an_input_that_is_never_used_hides_no_rounding(gain: str, bound: bool) -> None:
     """A force of 1e20 y^2 in machine and C: what y = 1 would round in a step is nothing where y is 0."""
     files = {x: y for x, y in sources("one_mass").items() if x != "ellipsoid.json"}
