@@ -73,6 +73,20 @@ def test_far_from_the_noise_what_leaves_nearly_as_little_ties(
     assert comparison._tied(search, small, [small, smaller]) == []
 
 
+@pytest.mark.parametrize(("left", "tied"), [(0.012, True), (0.048, False)])
+def test_what_leaves_more_than_twice_as_much_ties_nowhere(
+    left: float, tied: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Beside a drag, a spring left 0.007 of the squared residual and an unbalance 0.048, in so few segments that p was
+    large: the rounds knew no rival, but the comparison of effects after them did.
+    """
+    monkeypatch.setattr(comparison, "is_far", lambda _: True)
+    monkeypatch.setattr(comparison, "runs_prefer", lambda *_: False)
+    search: Any = None
+    spring, unbalance = ranked("spring", 0.007), ranked("gravity_imbalance", left)
+    assert comparison.tied_by_free_runs(search, spring, unbalance) is tied
+
+
 def real_ranked(kind: str, system: Any, why_not: str = "") -> ranking.Ranked:
     part = part_of(CATALOGUE[kind], 0, system)
     found: Any = SimpleNamespace(part=part, cost=0.0, trial=SimpleNamespace(system=system, parts=(part,)))

@@ -51,8 +51,6 @@ def _tied(search: Search, best: Ranked, ranked: Sequence[Ranked]) -> list[Ranked
     for other in ranked:
         if other is best or not (other.grade or _is_other_load(other, best)) or is_one_of(other.found, same):
             continue
-        if not leaves_as_little(other, best):
-            continue
         if is_no_better_form(other.found, best.found, best.part):
             continue
         if tied_by_free_runs(search, best, other):
@@ -72,7 +70,13 @@ def _is_other_load(other: Ranked, best: Ranked) -> bool:
 
 
 def tied_by_free_runs(search: Search, best: Ranked, other: Ranked) -> bool:
-    """Whether free runs do not distinguish two candidates: no significant gain or, far from noise, nearly alike."""
+    """Whether free runs do not distinguish two candidates: no significant gain or, far from noise, nearly alike.
+
+    One that leaves more than ``TIE_RATIO`` times the squared residual of the best does not tie, although p is large
+    where few segments show the difference.
+    """
+    if not leaves_as_little(other, best):
+        return False
     return (is_far(best.found) and _nearly_alike(best, other)) or not runs_prefer(search, best.found, other.found)
 
 
