@@ -155,12 +155,36 @@ def test_the_better_of_two_inputs_without_noise_counts(
     clean: tuple[float, ...], by_noise: tuple[float, ...], attenuated: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Of what explains 10 with the noise."""
-    explained, none = iter((10.0, *clean, *by_noise)), lambda *_: None
+    again = [] if KEPT in clean else [10.0]  # with segments weighted by what the effect changes in them
+    explained, none = iter((10.0, *clean, *again, *by_noise)), lambda *_: None
     monkeypatch.setattr(attenuated_noise, "_explained", lambda *_: next(explained))
     monkeypatch.setattr(attenuated_noise, "_without_noise", lambda *_: iter((None, None)))
-    for name in ("_change", "_change_by_inputs", "inputs_that_move"):
+    for name in ("_change", "_change_by_inputs", "_acting", "inputs_that_move"):
         monkeypatch.setattr(attenuated_noise, name, none)
     record = SimpleNamespace(with_inputs=none)
     fit: Any = SimpleNamespace(model=SimpleNamespace(inputs=("w",)), runner=SimpleNamespace(record=record))
     problem: Any = SimpleNamespace(motion=SimpleNamespace(low_pass=none, commands=None))
+    assert is_attenuated_noise(problem, fit, fit) is attenuated
+
+
+@pytest.mark.parametrize(("explained", "attenuated"), [(0, True), (1, False)])
+def test_what_inputs_explain_where_the_effect_does_not_act_is_no_noise_of_its_own(
+    explained: int, attenuated: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A limit was refused for a play that is missing too: inputs that follow the motion explain the play's segments.
+
+    Of two segments with one error each, a limit acts in the first. Inputs without noise explain one of the two.
+    """
+    error = np.array([[30.0, -30.0, 30.0, 30.0], [30.0, 30.0, -30.0, 30.0]])
+    one = np.eye(2)[:, :, None] * error  # the error of each segment alone
+    changes = iter((one[0], 0 * error, 0 * error))  # with the logged inputs, then with two without noise
+    monkeypatch.setattr(attenuated_noise, "_change", lambda *_: next(changes))
+    monkeypatch.setattr(attenuated_noise, "_change_by_inputs", lambda *_: one[explained])
+    monkeypatch.setattr(attenuated_noise, "_without_noise", lambda *_: iter((None, None)))
+    monkeypatch.setattr(attenuated_noise, "inputs_that_move", lambda *_: None)
+    record = SimpleNamespace(with_inputs=lambda _: None)
+    fit: Any = SimpleNamespace(
+        model=SimpleNamespace(inputs=("w",)), runner=SimpleNamespace(record=record), residual=error
+    )
+    problem: Any = SimpleNamespace(motion=SimpleNamespace(low_pass=lambda _: None, commands=None))
     assert is_attenuated_noise(problem, fit, fit) is attenuated

@@ -62,19 +62,23 @@ def is_attenuated_noise(problem: Problem, before: Fit, after: Fit) -> bool:
 
     What attenuation removes is caused by the noise. So inputs without it must explain as much without the effects
     (κ = ``LEAST_BY_NOISE``): the low-passed ones, or those with which the model with the effects follows the motion.
+    Here segments have the weight d²/(e² + d²) too, with the d of the logged inputs: where the effects change little,
+    inputs with which a model follows the motion explain whatever else is missing.
     """
     if not before.model.inputs:
         return False
     record = before.runner.record
-    explained = _explained(before, _change(before, after, record))
+    change = _change(before, after, record)
+    explained = _explained(before, change)
     if explained <= 0:  # free runs are no better, and no noise makes them so
         return False
     clean = (record.with_inputs(inputs) for inputs in _without_noise(problem, before, after))
     if any(_explained(before, _change(before, after, one)) >= LEAST_KEPT * explained for one in clean):
         return False
-    motion = problem.motion
+    acting, motion = _acting(before, change), problem.motion
+    explained = _explained(before, change, acting)
     smooth = np.asarray(motion.low_pass(motion.commands)), inputs_that_move(problem, after.model, motion)
-    by_noise = (_explained(before, _change_by_inputs(before, record.with_inputs(one))) for one in smooth)
+    by_noise = (_explained(before, _change_by_inputs(before, record.with_inputs(one)), acting) for one in smooth)
     return any(one >= LEAST_BY_NOISE * explained for one in by_noise)
 
 
@@ -90,10 +94,25 @@ def _change_by_inputs(fit: Fit, record: Record) -> Array:
     return fit.starts.project(own - other, slope=True)
 
 
-def _explained(before: Fit, change: Array) -> float:
-    """Weighted Σ e² that a change of the prediction explains, negative if it points away from the error."""
+def _mean_square(values: Array) -> Array:
+    """(S,) mean square in each segment."""
+    return np.asarray((values**2).mean(axis=1))
+
+
+def _acting(before: Fit, change: Array) -> Array:
+    """(S,) d²/(e² + d²) of each segment; 0 where both are 0."""
+    own = _mean_square(change)
+    both = own + _mean_square(before.residual)
+    return np.divide(own, both, out=np.zeros_like(own), where=both > 0)
+
+
+def _explained(before: Fit, change: Array, acting: Array | float = 1.0) -> float:
+    """Weighted Σ e² that a change of the prediction explains, negative if it points away from the error.
+
+    ``acting``: a factor on the weight of each segment, (S,).
+    """
     error = before.residual
-    weighted = change / (1 + (error**2 + change**2).mean(axis=1))[:, None]
+    weighted = change * (acting / (1 + _mean_square(error) + _mean_square(change)))[:, None]
     along, size = float((weighted * error).sum()), float((weighted * change).sum())
     return along * abs(along) / size if size > 0 else 0.0
 
