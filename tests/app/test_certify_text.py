@@ -10,14 +10,17 @@ from functools import cache
 from itertools import pairwise
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from codegen.app.certify import Certified, certify
+from codegen.app.derived import derived_from
 from codegen.base.significant import rounded_to
 from codegen.base.terminal import PlainConsole, output
 from codegen.certify.bound.bounds import DomainBound
 from codegen.checker import verify
 from codegen.checker.errors import NOT_MOVED
+from codegen.replay.engine import Engine
 
 from .command import SPECS, stiction
 
@@ -355,3 +358,29 @@ def test_a_bound_that_needs_a_speed_above_those_of_the_envelope_is_said_to_hold_
         words = " ".join(" ".join(lines).split())
         assert ("(holds nowhere in the region: slips there are below the threshold)" in lines[0]) != reached
         assert ("says nothing: rail slides at 0.12 m/s or less there" in words) != reached
+
+
+def test_what_a_run_above_the_bound_needs_is_printed_as_an_assumption() -> None:
+    """A run that loses samples is above the bound, and so is one with a level that moves.
+
+    The mass accelerates by 210 m/s² over eight invalid samples: 16 N at the valid ones after them, 1.79 N printed.
+    """
+    made, machine = found(), derived_from(SPECS / "one_mass.yaml")
+    assert not isinstance(made.bounds, str)
+    engine, period = Engine(machine.program, machine.sources), 0.001
+    time = np.arange(1200) * period
+    for lost, level, excess in ((0, 0.0, False), (8, 0.0, True), (0, 100.0, True)):
+        pushed = 0.008 if lost else 0.0
+        acceleration = np.where((time >= 0.6) & (time < 0.6 + pushed - 1e-9), 210.0, 0.0)
+        true = 50 + level * time
+        v = 1 + np.concatenate([[0.0], np.cumsum(acceleration * period)[:-1]])
+        x = np.concatenate([[0.0], np.cumsum(v * period + acceleration * period**2 / 2)[:-1]])
+        rows = np.column_stack([x, acceleration + true])
+        rows[601 : 601 + lost, 0] = np.nan
+        engine.start(rows[0])
+        estimates, faults = engine.run(rows)
+        error = np.abs(true - estimates[:, engine.outputs.index("a_hat_rail")])
+        used = (np.asarray(faults) == 0) & (time > 0.59)
+        assert (error[used].max() > made.bounds[0].steady) == excess
+    words = " ".join(made.text().split())
+    assert "friction obeys its law; all samples are valid" in words
