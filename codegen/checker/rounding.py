@@ -482,14 +482,16 @@ class Bounded(kernel.Text):
         with large quantities its rounding error would exceed them.
 
         Args:
-            own: whether a term that cancels may have only as much as the terms of p in its own quantities. Terms with
-                another one may be 0, as those of an input that is never used.
+            own: whether a term that cancels may have only as much as the terms of p in its own quantities, a constant
+                only as much as those without an input: the terms of an input that is never used are 0.
         """
         factors = argument_factors(self.known, self.precision)
         left, highest = total(p), max(map(degree, substituted(p, factors)), default=0)
+        still = sum((abs(c) for m, c in p.items() if not any(x.startswith("inputs.") for x in m)), Fraction(0))
         for term, size in bound.items():
-            cancels = term not in p and degree(term) <= highest
-            these = sum(abs(c) for m, c in p.items() if {*m} <= {*term}) if own and cancels and term else left
+            cancels, these = term not in p and degree(term) <= highest, left
+            if own:
+                these = sum(abs(c) for m, c in p.items() if {*m} <= {*term}) if term and cancels else still
             rest = more * these if not term or cancels else 0
             frame.demand(size <= max(self.precision.cancelled * abs(p.get(term, 0)), rest), why)
         return total(bound) / left if bound else Fraction(1)

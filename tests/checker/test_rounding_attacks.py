@@ -401,7 +401,12 @@ WAVES = "sin(inputs->x) * sin(inputs->x) + cos(inputs->x) * cos(inputs->x) - 1.0
 
 @pytest.mark.parametrize(
     ("gain", "bound"),
-    [("0.0", True), (f"{GAIN} * inputs->x", False), (f"1e16 * ({WAVES}) * inputs->x * inputs->w", False)],
+    [
+        ("0.0", True),
+        (f"1e16 * ({LEFT})", False),
+        (f"{GAIN} * inputs->x", False),
+        (f"1e16 * ({WAVES}) * inputs->x * inputs->w", False),
+    ],
 )
 def test_an_input_that_is_never_used_hides_no_rounding(gain: str, bound: bool) -> None:
     """A force of 1e20 y^2 in machine and C: what y = 1 would round in a step is nothing where y is 0."""
