@@ -23,28 +23,28 @@ STEP = 0.002
 COUNT = 1e-5
 
 
+SAMPLES = [
+    {
+        "k": k,
+        "n": k + 1,
+        "t": t,
+        "ms": 2 * k,
+        "ticks": 16 * k + 4000,
+        "s": 2 * k // 1000,
+        "f": 2 * k % 1000,
+        "x": x,
+        "mm": 1e3 * x,
+        "w": w,
+        "ns": 1_600_000_000_000_000_000 + 2_000_000 * k,
+    }
+    for k, (t, x, w) in enumerate(np.column_stack((T, X, W)).tolist())
+]
+
+
 def lines(form: str, pick: slice = slice(None)) -> str:
     """A line for each sample by a format of k, t, x, mm, w, ms (s and f in two parts), and ns since 1970."""
-    out = []
-    for k in range(len(T))[pick]:
-        ms = 2 * k
-        ns = 1_600_000_000_000_000_000 + 1_000_000 * ms
-        out.append(
-            form.format(
-                k=k,
-                n=k + 1,
-                t=T[k],
-                ms=ms,
-                ticks=8 * ms + 4000,
-                s=ms // 1000,
-                f=ms % 1000,
-                x=X[k],
-                mm=1e3 * X[k],
-                w=W[k],
-                ns=ns,
-            )
-        )
-    return "".join(f"{line}\n" for line in out)
+    line = f"{form}\n".format_map
+    return "".join(map(line, SAMPLES[pick]))
 
 
 def counts(values: np.ndarray, step: float) -> list[int]:
