@@ -40,8 +40,10 @@ def drive_on(system: System, coordinate: int) -> sympy.Expr:
 def damping(system: System, contact: int) -> sympy.Expr:
     """Derivative at rest of the force along a contact by its slip velocity: d' ∂g/∂v d/(d'd)², at most 0."""
     column = system.distribution[:, contact]
-    slopes = system.force.jacobian(system.v).subs(dict.fromkeys((*system.velocities, *system.inputs), 0))
-    return sympy.expand(column.dot(slopes * column) / column.dot(column) ** 2)
+    touched = [i for i, entry in enumerate(column) if entry != 0]
+    rest = dict.fromkeys((*system.velocities, *system.inputs), 0)
+    slopes = (column[i] * system.force[i].diff(system.v[k]).subs(rest) * column[k] for i in touched for k in touched)
+    return sympy.expand(sum(slopes) / column.dot(column) ** 2)
 
 
 def pair_contacts(system: System, first: int, second: int) -> list[int]:
