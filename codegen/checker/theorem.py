@@ -185,9 +185,11 @@ def ranges(proof: dict[str, Any], proven: dict[str, Any]) -> dict[str, list[Frac
 def require_recovery(proof: dict[str, Any], proven: dict[str, Any]) -> None:
     """Raises ValueError unless each of `reversals` holds: growth V(e) >= V(Je), and growth * fall^dwell <= 1.
 
-    J = diag(-1 for the errors of the sign that changes, else 1); fall is the factor of V in a sample.
+    J = diag(-1 for the errors of the sign that changes, else 1); fall is the factor of V in a sample. Refused are two
+    entries of one sign: ``numbers`` has those of the last alone.
     """
     known, flips = proven["numbers"], [e["sign"] for e in proof["errors"]]
+    kernel.demand(len(known["turns"]) == len(proof["reversals"]), "reversals: a sign appears twice")
     P = tuple(map(tuple, kernel.integers(known["P"])[0]))
     for turn in proof["reversals"]:
         sign, (growth, dwell) = turn["sign"], known["turns"][turn["sign"]]

@@ -211,6 +211,14 @@ def test_a_check_that_is_always_too_large_is_refused(again: str) -> None:
         verify.by_kernel_alone(proof, {name: text.encode() for name, text in (files | {"one_mass.c": c}).items()})
 
 
+def test_no_reversal_is_stated_twice() -> None:
+    """Of two entries for one sign only the last was verified: a false one before it was accepted with status 0."""
+    proof, files = shipped()
+    with_false = [{"sign": "sign.rail", "growth": "1", "dwell": "0"}, *proof["reversals"]]
+    for claimed in (with_false, proof["reversals"] * 2):
+        refused_by_verify(proof | {"reversals": claimed}, files)
+
+
 def test_a_decimal_that_is_rounded_is_not_enlarged() -> None:
     """1e14 times what the decimal of 1/m differs from it by is 0.05 in each sample, and was proved to be 0."""
     proof, files = shipped()

@@ -112,7 +112,7 @@ def many_cuts(f: Files) -> None:
 
 
 def a_long_dwell(f: Files) -> None:
-    f["proof"]["reversals"] = [f["proof"]["reversals"][0] | {"dwell": "99999"}] * 9
+    f["proof"]["reversals"] = [f["proof"]["reversals"][0] | {"dwell": "99999"}]
     f["proof"]["decay_rate"] = f"1/{'9' * 90}"
 
 
