@@ -7,6 +7,7 @@ constants. The result determines the order of operations in every output languag
 
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
+from fractions import Fraction
 
 from codegen.program.arrays import Element
 from codegen.program.graph import Graph, Node, reachable
@@ -246,12 +247,16 @@ class _Rules:
         return self.graph.quotient(above, divisor)
 
 
-# Constants: numbers are evaluated; parameters become a product divided by a product.
+# Constants: numbers are evaluated; parameters become a product divided by a product. A quotient of numbers that is no
+# decimal with as many digits as a double has, such as 1/3, stays one: a proof of the C needs its exact value.
+
+LARGEST_INTEGER = 2**53
+"""Largest integer up to which a double holds every integer."""
 
 
 def constant_product(factors: Sequence[Node], graph: Graph) -> Node:
     """The product of constants as number · factors / divisors, factors and divisors in the order of their creation."""
-    number = 1.0
+    number, divisor = 1.0, 1.0
     above: list[Node] = []
     below: list[Node] = []
     waiting = list(factors)
@@ -265,7 +270,11 @@ def constant_product(factors: Sequence[Node], graph: Graph) -> Node:
             number, waiting = -number, [*waiting, node.arguments[0]]
         elif node.kind == "quotient":
             waiting.append(node.arguments[0])
-            below += node.arguments[1].arguments if node.arguments[1].kind == "product" else [node.arguments[1]]
+            for factor in node.arguments[1].arguments if node.arguments[1].kind == "product" else [node.arguments[1]]:
+                if factor.is_number():
+                    divisor *= factor.value
+                else:
+                    below.append(factor)
         else:
             above.append(node)
     for node in list(below):
@@ -274,34 +283,41 @@ def constant_product(factors: Sequence[Node], graph: Graph) -> Node:
             below.remove(node)
     if number == 0:
         return graph.number(0.0)
-    negative = number < 0 and bool(above or below)
+    if divisor != 1:
+        number, divisor = _in_lowest_terms(_decimal(number) / _decimal(divisor)) or (number, divisor)
+    negative = number < 0 and bool(above or below or divisor != 1)
     result = _product(abs(number) if negative else number, above, graph)
-    if below:
-        result = graph.quotient(result, _product(1.0, below, graph))
+    if below or divisor != 1:
+        result = graph.quotient(result, _product(divisor, below, graph))
     return graph.negative(result) if negative else result
 
 
 def constant_sum(terms: Sequence[tuple[int, Node]], graph: Graph) -> Node:
-    """The sum of constants: the terms with parameters, then one number."""
-    number = 0.0
+    """The sum of constants: the terms with parameters, then one number or quotient of numbers."""
+    number, ratio = 0.0, Fraction(0)  # of the numbers, and of the quotients of numbers
     named: list[tuple[int, Node]] = []
     for sign, node in terms:
         if node.kind == "negative":
             sign, node = -sign, node.arguments[0]
-        if node.is_number():
-            number += sign * node.value
-        elif node.kind == "sum":
-            for s, t in zip(node.signs, node.arguments, strict=True):
-                if t.is_number():
-                    number += sign * s * t.value
-                else:
-                    named.append((sign * s, t))
-        elif (-sign, node) in named:
-            named.remove((-sign, node))
-        else:
-            named.append((sign, node))
+        inside = zip(node.signs, node.arguments, strict=True) if node.kind == "sum" else [(1, node)]
+        for s, t in ((sign * s, t) for s, t in inside):
+            if t.is_number():
+                number += s * t.value
+            elif t.kind == "quotient" and all(a.is_number() for a in t.arguments):
+                above, below = (_decimal(a.value) for a in t.arguments)
+                ratio += s * above / below
+            elif node.kind != "sum" and (-s, t) in named:
+                named.remove((-s, t))
+            else:
+                named.append((s, t))
+    divisor = 1.0
+    if ratio:
+        exact = _decimal(number) + ratio
+        number, divisor = _in_lowest_terms(exact) or (float(exact), 1.0)
     if number or not named:
-        named.append((-1 if number < 0 and named else 1, graph.number(abs(number) if named else number)))
+        size = graph.number(abs(number) if named else number)
+        total = size if divisor == 1 else graph.quotient(size, graph.number(divisor))
+        named.append((-1 if number < 0 and named else 1, total))
     named.sort(key=lambda term: -term[0])
     if named[0][0] < 0:
         return graph.negative(constant_sum([(1, node) for _, node in named], graph))
@@ -311,12 +327,30 @@ def constant_sum(terms: Sequence[tuple[int, Node]], graph: Graph) -> Node:
 def constant_reciprocal(node: Node, graph: Graph) -> Node:
     """1 / node."""
     if node.is_number() and node.value:
-        return graph.number(1.0 / node.value)
+        above, below = _in_lowest_terms(1 / _decimal(node.value)) or (1.0, node.value)
+        return graph.number(above) if below == 1 else graph.quotient(graph.number(above), graph.number(below))
     if node.kind == "negative":
         return graph.negative(constant_reciprocal(node.arguments[0], graph))
     if node.kind == "quotient":
         return constant_product([node.arguments[1], constant_reciprocal(node.arguments[0], graph)], graph)
     return graph.quotient(graph.number(1.0), node)
+
+
+def _in_lowest_terms(value: Fraction) -> tuple[float, float] | None:
+    """A number as a quotient of two doubles: itself over 1 if it is a decimal that a double prints, else of integers.
+
+    None if these exceed ``LARGEST_INTEGER``.
+    """
+    if _decimal(float(value)) == value:
+        return float(value), 1.0
+    if max(abs(value.numerator), value.denominator) > LARGEST_INTEGER:
+        return None
+    return float(value.numerator), float(value.denominator)
+
+
+def _decimal(value: float) -> Fraction:
+    """The decimal that is printed for a double, exactly; a proof reads this of the C."""
+    return Fraction(repr(value))
 
 
 def _product(number: float, factors: list[Node], graph: Graph) -> Node:
