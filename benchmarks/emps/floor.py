@@ -53,7 +53,7 @@ def whole(model: Model, theta: Array, data: Measured) -> float:
 
 def drift_mm(model: Model, theta: Array, data: Measured, force_n: float = FORCE_N) -> float:
     """RMS by which a constant force, as an error of the offset, moves the free run over a record."""
-    place = [s.name for s in model.trial.moved].index("offset")
+    place = [s.name for s in model.trial.refitted_symbols].index("offset")
     moved = theta.copy()
     moved[place] += force_n
     record = data.free_run()

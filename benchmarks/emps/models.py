@@ -74,7 +74,7 @@ class Model:
         """Published values, and a guess for each effect."""
         trial = self.trial
         return trial.theta(
-            np.array([float(self.system.values[s]) for s in trial.moved]), [STARTS[k] for k in self.kinds]
+            np.array([float(self.system.values[s]) for s in trial.refitted_symbols]), [STARTS[k] for k in self.kinds]
         )
 
     def fitted(self, theta: Array, data: Measured, stretches: Stretches, seconds: float | None) -> Array:
@@ -99,14 +99,16 @@ class Model:
 
     def built(self, theta: Array) -> System:
         """The system with a fit's values."""
-        moved, found = self.trial.split(theta)
+        refitted_values, found = self.trial.split(theta)
         effects = [FoundEffect(p.kind, p.on, v, {}) for p, v in zip(self.trial.parts, found, strict=True)]
-        return with_effects(with_values(self.system, _by_name(self.trial, moved)), effects)
+        return with_effects(with_values(self.system, _by_name(self.trial, refitted_values)), effects)
 
     def flat(self, theta: Array) -> dict[str, float]:
         """Every value of a fit by name."""
-        moved, found = self.trial.split(theta)
-        return _by_name(self.trial, moved) | {name: float(v) for values in found for name, v in values.items()}
+        refitted_values, found = self.trial.split(theta)
+        return _by_name(self.trial, refitted_values) | {
+            name: float(v) for values in found for name, v in values.items()
+        }
 
     @property
     def words(self) -> str:
@@ -114,8 +116,8 @@ class Model:
         return " + ".join(kind.replace("_", " ") for kind in self.kinds) or "symmetric"
 
 
-def _by_name(trial: Trial, moved: Array) -> dict[str, float]:
-    return {s.name: float(v) for s, v in zip(trial.moved, moved, strict=True)}
+def _by_name(trial: Trial, refitted_values: Array) -> dict[str, float]:
+    return {s.name: float(v) for s, v in zip(trial.refitted_symbols, refitted_values, strict=True)}
 
 
 def finite(millimetres: Array) -> Array:

@@ -105,7 +105,7 @@ def refitted(case: Case) -> tuple[System, Problem, Problem]:
     own = {spec.symbol(p.name): p.tolerance if p.tolerance is not None else log.tolerance for p in spec.parameters}
     problem = Problem(system, motion, {symbol: share for symbol, share in own.items() if share})
     base = search_on(problem, lambda share: record_of(motion, log, share)).refit()
-    refit = with_values(system, {name: value for name, (value, _) in estimate(base).moved.items()})
+    refit = with_values(system, {name: value for name, (value, _) in estimate(base).refitted.items()})
     return refit, problem, Problem(system, smooth_motion(test, motion.cutoff_hz), {})
 
 

@@ -105,8 +105,8 @@ def _trial(spec: Spec, system: System, log: Log, test: Log | None, models: Model
     random, way = np.random.default_rng([zlib.crc32(name.encode()), k]), WAYS[k % len(WAYS)]
     cutoff = models.train.motion.cutoff_hz
     before = os.times()
-    moved = {s.name: float(models.augmented.values[s]) for s in models.train.moved}
-    machine = with_values(system, moved)  # as fitted together with the effects, nearest to the true ones
+    refitted_values = {s.name: float(models.augmented.values[s]) for s in models.train.refitted_symbols}
+    machine = with_values(system, refitted_values)  # as fitted together with the effects, nearest to the true ones
     made = surrogate(log, machine, way, random, cutoff, models.augmented)
     held_out = None if test is None else surrogate(test, machine, way, random, cutoff, models.augmented)
     said = diagnose_log(spec, system, made, held_out)[0]

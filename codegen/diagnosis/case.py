@@ -312,9 +312,9 @@ def unseen_inertias(problem: Problem) -> list[sympy.Symbol]:
     inertias = [s for s in problem.uncertain if s not in still.free_symbols]
     if not inertias:
         return []
-    prior, rows = problem.prior_information, force_rows(problem.system, problem, problem.moved)
+    prior, rows = problem.prior_information, force_rows(problem.system, problem, problem.refitted_symbols)
     variance = np.diag(inverse(information(rows, residual_sizes(rows, prior), prior)))
-    kept = dict(zip(problem.moved, variance * problem.prior_precision, strict=True))
+    kept = dict(zip(problem.refitted_symbols, variance * problem.prior_precision, strict=True))
     return [s for s in inertias if kept[s] > KNOWN]
 
 

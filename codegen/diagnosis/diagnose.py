@@ -236,7 +236,7 @@ def _models(
     """The models of an answer, with the augmented spec; arguments as of ``Models``."""
     system, written = train.system, answer.adopted
     named = answer.effects if answer.verdict == "effect" else ()
-    values = {} if written is None else {s.name: float(written.values[s]) for s in train.moved}
+    values = {} if written is None else {s.name: float(written.values[s]) for s in train.refitted_symbols}
     text = augmented_text(case.spec, named, values, system)
     three = (system, answer.refit, answer.augmented)
     return Models(*three, train, case.test, window, text, answer.effects, restart_s, excitation)
@@ -253,13 +253,14 @@ def _diagnosis(
     **found: Any,
 ) -> Diagnosis:
     """The diagnosis of an answer; ``relative_error``: of a model on the training log; ``found``: further fields."""
-    system, moved, three = models.declared, models.train.moved, (models.declared, models.refit, models.augmented)
+    system, symbols = models.declared, models.train.refitted_symbols
+    three = models.declared, models.refit, models.augmented
     answer = replace(answer, effects=_with_possible_twins(answer.effects, outcome, system))
     rivals = _with_possible_twins(rivals, outcome, system)
     declared, refit, augmented = answer.figures
     refitted = {
         s.name: (float(system.values[s]), float(answer.refit.values[s]), float(answer.augmented.values[s]))
-        for s in moved
+        for s in symbols
     }
     training = (relative_error(three[0]), relative_error(three[1]), relative_error(three[2]))
     left, experiment = found["remainder"], found.get("separation")
@@ -278,7 +279,7 @@ def _diagnosis(
         parameter_errors=answer.errors,
         at_limit=levels_at_zero(system, three[1:], models.train.levels),
         material=case.material,
-        units={s.name: system.units.get(s, "1") for s in moved},
+        units={s.name: system.units.get(s, "1") for s in symbols},
         **found,
     )
 

@@ -215,8 +215,8 @@ class SelectionChecks:
         known = {effect.key for effect in refused.effects}
         others = [one for one in tried.first if one is passed.get(one.part.key) and one.part.key not in known]
         for one in others[:MOST_RIVALS]:
-            (moved, values), parts = one.found.values, one.found.trial.parts
-            final = search.with_parts(tried.base, moved, parts, values)
+            (refitted_values, values), parts = one.found.values, one.found.trial.parts
+            final = search.with_parts(tried.base, refitted_values, parts, values)
             answer, outcome = self._examined(search, tried.with_final(search, final, ()))
             answer, left, _ = self._last_checks(answer, outcome)
             changing = any(r.is_changing(self.case.material) for r in left)

@@ -141,13 +141,13 @@ def mean_forces(system: System, means: Means) -> tuple[Array, Array]:
 def forces_of(system: System, symbols: Sequence[sympy.Symbol], means: Means) -> Callable[[Array], tuple[Array, Array]]:
     """The function ``mean_forces`` of the values of these symbols."""
     n, m, count = system.degrees_of_freedom, len(system.inputs), len(means)
-    point, moved = casadi.SX.sym("point", n + m), casadi.SX.sym("moved", len(symbols))
+    point, parameters = casadi.SX.sym("point", n + m), casadi.SX.sym("parameters", len(symbols))
     names = {s: casadi.SX(float(v)) for s, v in system.values.items()}
-    names |= {s: moved[k] for k, s in enumerate(symbols)}
+    names |= {s: parameters[k] for k, s in enumerate(symbols)}
     names |= dict.fromkeys([*system.positions, *system.accelerations, TIME], casadi.SX(0.0))
     names |= {s: point[k] for k, s in enumerate((*system.velocities, *system.inputs))}
     outputs = [casadi.densify(to_casadi(term, names)) for term in (system.equation_error, system.drive_force)]
-    function = casadi.Function("means", [point, moved], outputs).map(count)
+    function = casadi.Function("means", [point, parameters], outputs).map(count)
     at, numbers = np.hstack([means.speeds, means.inputs]), np.zeros((count, len(symbols)))
     residual, drive = np.zeros((count, n)), np.zeros((count, n))
     given = [at, numbers] if symbols else [at]  # CasADi takes no empty memory
@@ -298,7 +298,7 @@ class SteadySearch:
         return mean_forces(self.system, self.means)[1].ravel()
 
     def refit(self) -> SteadyFit:
-        return self.fit(Trial(self.system, (), self.problem.moved), [self.problem.declared])
+        return self.fit(Trial(self.system, (), self.problem.refitted_symbols), [self.problem.declared])
 
     def fit(self, trial: Trial, starts: Sequence[Array]) -> SteadyFit:
         """The best fit from several starting values."""
@@ -306,7 +306,7 @@ class SteadySearch:
         return min((self._fit_from(trial, error, theta) for theta in starts), key=lambda one: one.squares)
 
     def _fit_from(self, trial: Trial, error: Callable[[Array], Array], theta: Array) -> SteadyFit:
-        none = np.zeros(len(theta) - len(self.problem.moved))
+        none = np.zeros(len(theta) - len(self.problem.refitted_symbols))
         prior = np.append(self.held * self.problem.prior_precision, none)
         centre = np.append(self.problem.declared, none)
         least = 1e-12 * max(float(np.abs(self.drive).max()), 1e-300)
@@ -361,12 +361,12 @@ class SteadySearch:
 
     def values_away(self, tried: Sequence[Tried]) -> tuple[Fact, ...]:
         """The value that each fit moves furthest from the declared one, if by more than ``AWAY`` tolerances."""
-        count, facts = len(self.problem.moved), []
+        count, facts = len(self.problem.refitted_symbols), []
         for one in tried if count else ():
             away = np.abs(one.fit.theta[:count] - self.problem.declared) * np.sqrt(self.problem.prior_precision)
             k = int(np.argmax(away))
             if away[k] > AWAY:
-                symbol, declared = self.problem.moved[k], self.problem.declared[k]
+                symbol, declared = self.problem.refitted_symbols[k], self.problem.declared[k]
                 given = {"value": one.fit.theta[k], "unit": in_unit(self.system, symbol), "away": away[k]}
                 given |= {"name": symbol.name, "declared": declared}
                 facts.append(Fact.worded("note", "away", named=one.row.title, **given))

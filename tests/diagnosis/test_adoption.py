@@ -110,7 +110,7 @@ def test_a_refit_is_not_drawn_away_by_a_force_that_no_model_holds(
     spec = loose()
     search = search_of(spec, train)
     fit = search.refit()
-    alone = {s.name: float(v) for s, v in zip(search.moved, fit.theta, strict=True)}
+    alone = {s.name: float(v) for s, v in zip(search.refitted_symbols, fit.theta, strict=True)}
     motion = smooth_motion(test)
     judge, window = Problem(search.system, motion, {}), slice(0, test.size)
 
@@ -145,7 +145,7 @@ def test_an_interval_is_as_wide_as_the_tolerance_where_the_log_says_nothing(roug
     spec = loose(more="\n  z: {value: 3, unit: N, tolerance: 10%}")
     spec = parse_spec(spec.text.replace("w - b*v", "w - b*v - 1e-6*z"), Path("stage.yaml"))
     fit = search_of(spec, rough[0]).refit()
-    place = [s.name for s in fit.runner.trial.moved].index("z")
+    place = [s.name for s in fit.runner.trial.refitted_symbols].index("z")
     assert np.sqrt(np.diag(covariance(fit)))[place] == pytest.approx(0.3, rel=1e-3)
 
 
@@ -192,7 +192,7 @@ def test_the_interval_of_a_wrong_value_is_not_pulled_by_its_tolerance(tmp_path: 
     """One block says 10 ± 1 of a value declared as 2 ± 1: with the prior, 6 ± 0.7."""
     search = search_of(loose(share="50%"), log_of(loose(), tmp_path, "log.csv"))
     fit = search.refit()
-    scoring, k = CrossValidation(search, fit, search.system), [s.name for s in search.moved].index("m")
+    scoring, k = CrossValidation(search, fit, search.system), [s.name for s in search.refitted_symbols].index("m")
     matrix, vector = np.zeros((BLOCKS, 3, 3)), np.zeros((BLOCKS, 3))
     matrix[0] = np.eye(3)
     vector[0] = 10.0
@@ -288,7 +288,7 @@ def test_held_out_data_refuse_the_best_of_several_that_tie_too(tmp_path: Path, m
 def test_an_effect_whose_interval_holds_zero_is_not_accepted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def wide(fit: Fit, other: Fit | None = None) -> Estimate:
         found = estimate(fit, other)
-        return Estimate(found.moved, tuple({n: (v, (-1.0, 40.0)) for n, (v, _) in e.items()} for e in found.effects))
+        return Estimate(found.refitted, tuple({n: (v, (-1.0, 40.0)) for n, (v, _) in e.items()} for e in found.effects))
 
     monkeypatch.setattr(examination, "estimate", wide)
     log = log_of(stage("[{kind: spring, on: x, parameters: {k: 18}}]"), tmp_path, "train.csv")
@@ -326,10 +326,10 @@ def test_worse_is_more_than_a_percent_by_either_witness() -> None:
 
 def test_force_slopes_are_those_of_the_residual(tmp_path: Path) -> None:
     search = search_of(loose(), log_of(loose(), tmp_path, "log.csv"))
-    (rows,) = force_rows(search.system, search.problem, search.moved)
-    for k, s in enumerate(search.moved):
+    (rows,) = force_rows(search.system, search.problem, search.refitted_symbols)
+    for k, s in enumerate(search.refitted_symbols):
         moved = with_values(search.system, {s.name: float(search.system.values[s]) + 1e-3})
-        (other,) = force_rows(moved, search.problem, search.moved)
+        (other,) = force_rows(moved, search.problem, search.refitted_symbols)
         assert (other.residual - rows.residual) / 1e-3 == pytest.approx(rows.slopes[:, k], abs=1e-6)
 
 
@@ -665,7 +665,7 @@ def test_a_large_deviation_is_kept_only_where_both_errors_fall_by_more_than_no_c
 
     fixed, far = estimate_of(1.0, 1.0, 1.0), estimate_of(1.8, 0.86, run)
     search = SimpleNamespace(
-        moved=(sympy.Symbol("kt"),),
+        refitted_symbols=(sympy.Symbol("kt"),),
         declared=np.array([1.0]),
         prior_precision=np.array([0.1**-2]),
         problem=SimpleNamespace(prior_information_without=lambda index: np.zeros((1, 1))),
@@ -692,7 +692,7 @@ def test_a_value_keeps_its_sign_where_its_tolerance_does_not_reach_to_zero(
 
     fixed, moved = estimate_of(1.0, 1.0), estimate_of(value, 0.7)
     search = SimpleNamespace(
-        moved=(sympy.Symbol("J"),),
+        refitted_symbols=(sympy.Symbol("J"),),
         declared=np.array([1.0]),
         prior_precision=np.array([tolerance**-2]),
         system=SimpleNamespace(units={}),
@@ -746,7 +746,7 @@ def test_each_option_is_compared_in_proportion_to_its_own_drive(
     }
     for name, stand_in in stand_ins.items():
         monkeypatch.setattr(examination, name, stand_in)
-    search: Any = SimpleNamespace(system=None, moved=(), problem=problem)
+    search: Any = SimpleNamespace(system=None, refitted_symbols=(), problem=problem)
     outcome: Any = SimpleNamespace(final=fit, explained=0.5, first=())
 
     def measured(model: Any) -> ErrorFigures:
@@ -789,7 +789,7 @@ def test_an_effect_that_gains_nothing_is_named_only_if_it_does_not_act_there_and
     }
     for name, stand_in in stand_ins.items():
         monkeypatch.setattr(examination, name, stand_in)
-    search: Any = SimpleNamespace(system=None, moved=(), problem=problem)
+    search: Any = SimpleNamespace(system=None, refitted_symbols=(), problem=problem)
     outcome: Any = SimpleNamespace(final=fit, explained=0.5, first=())
     found: Any = (Placed(kind="saturation"),)
     chosen = examination._judged(search, outcome, answer, lambda model: same, cast(Any, fit), found)
@@ -811,7 +811,7 @@ def test_a_value_with_the_other_sign_is_said_to_be_that(
         for value in (1.0, value)
     )
     search = SimpleNamespace(
-        moved=(sympy.Symbol("kt"),),
+        refitted_symbols=(sympy.Symbol("kt"),),
         declared=np.array([1.0]),
         prior_precision=np.array([0.05**-2]),
         system=SimpleNamespace(units={}),

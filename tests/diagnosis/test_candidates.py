@@ -144,13 +144,13 @@ def test_only_a_long_log_with_many_rows_in_a_period_is_thinned(rate: int, second
 
 def test_the_values_adopted_without_an_effect_are_tried_with_it_too() -> None:
     system = build_system(parse_spec(SPEC, Path("one.yaml")))
-    (moved,) = search(0.0).moved
-    name = moved.name
+    (symbol,) = search(0.0).refitted_symbols
+    name = symbol.name
     one, two, three = (np.array([value]) for value in (1.0, 1.1, 1.3))
     refit = Refit((name,), one, two, one, two, (), ())
     options = options_of(system, refit, {name: float(three[0])})
-    assert [float(model.values[moved]) for _, model in options] == [1.1, 1.3, 1.0]
-    assert [float(model.values[moved]) for _, model in options_of(system, refit)] == [1.1, 1.0]
+    assert [float(model.values[symbol]) for _, model in options] == [1.1, 1.3, 1.0]
+    assert [float(model.values[symbol]) for _, model in options_of(system, refit)] == [1.1, 1.0]
 
 
 def test_values_that_are_the_declared_ones_are_called_so() -> None:

@@ -61,5 +61,5 @@ def test_common_effects_are_fitted_beside_the_wrong_parameter_that_the_tied_ones
     found = common_effects(search, Outcome(base, both, (rival,) * 20, (rival,), 1.0))
     assert found is not None
     assert_cogging(found[1], 2.0)
-    mass = [s.name for s in search.moved].index("m")
+    mass = [s.name for s in search.refitted_symbols].index("m")
     assert found[1].final.theta[mass] == pytest.approx(2.0, rel=0.01)

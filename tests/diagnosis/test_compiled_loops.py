@@ -131,7 +131,7 @@ def test_code_that_few_runs_need_is_compiled_when_the_first_run_asks(monkeypatch
 @pytest.mark.parametrize("kind", LACKING)
 def test_a_residual_for_many_values_is_that_of_each_model(tmp_path: Path, kind: str) -> None:
     motion = smooth_motion(log_of(stage(), tmp_path, "train.csv"))
-    trial = replace(trial_of(system_of(stage()), kind), moved=())
+    trial = replace(trial_of(system_of(stage()), kind), refitted_symbols=())
     along = ResidualAlong(trial, motion)
     thetas = [
         trial.theta(np.zeros(0), [{name: factor * value for name, value in LACKING[kind].items()}])
@@ -222,7 +222,7 @@ def test_states_are_kept_for_values_that_do_not_act_on_them(
     system, (_, positions, velocities) = system_of(spec), moved_axis()
     others = tuple(s for s in system.values if s.name in ("m", "b"))
     trial = trial_of(system, *kinds)
-    trial = replace(trial, moved=(*others, *trial.moved))
+    trial = replace(trial, refitted_symbols=(*others, *trial.refitted_symbols))
     commands = 12 * np.sign(np.sin(20 * 1e-3 * np.arange(1500)))[:, None]
     start = np.arange(0, 1300, 100, dtype=np.int32)
     record = Record(positions, positions, velocities, commands, 1e-3, np.ones(1), start, 90)
@@ -234,8 +234,8 @@ def test_states_are_kept_for_values_that_do_not_act_on_them(
 
     monkeypatch.setattr(Shooter, "_followed", counted)
     effects = [LACKING.get(kind) or {p.name: 0.3 for p in CATALOGUE[kind].parameters} for kind in kinds]
-    moved = np.array([float(system.values[s]) for s in trial.moved])
-    runner, first = Runner(trial, made(trial), 0, record, 3), trial.theta(moved, effects)
+    refitted_values = np.array([float(system.values[s]) for s in trial.refitted_symbols])
+    runner, first = Runner(trial, made(trial), 0, record, 3), trial.theta(refitted_values, effects)
     runner.hidden(first)
     kept = set()
     for k, symbol in enumerate(trial.symbols):

@@ -40,7 +40,7 @@ def refit(spec: Spec, folder: Path) -> dict[str, float]:
     system, deviations, _ = uncertain_values(spec, system_of(spec), log)
     motion = smooth_motion(log)
     search = search_on(Problem(system, motion, deviations), partial(record_of, motion, log))
-    return {s.name: float(v) for s, v in zip(search.moved, search.refit().theta, strict=True)}
+    return {s.name: float(v) for s, v in zip(search.refitted_symbols, search.refit().theta, strict=True)}
 
 
 def test_it_is_refitted_as_a_parameter_with_that_tolerance(tmp_path: Path) -> None:

@@ -74,7 +74,7 @@ def test_slopes_of_a_fit_to_the_force_are_those_of_its_models(
     values = {name: sizes.get(name, 0.3) for name in part.names}
     theta = trial.theta(1.05 * search.declared, [values])
     found = fits._slopes(trial, theta, fits._residual(trial, theta), search.prior(trial, theta).size)
-    assert {search.moved[k].name for k in fits._known(trial)} == known
+    assert {search.refitted_symbols[k].name for k in fits._known(trial)} == known
 
     def scaled(theta: np.ndarray) -> np.ndarray:
         model = model_of(trial, theta)
@@ -112,7 +112,7 @@ def test_a_residual_that_nothing_explains_makes_no_drive_weaker(search: Search) 
     refit = adopt_values(search, base, search.system).mapping()
     assert refit["kt"] == pytest.approx(1.0, abs=0.02)
     fits = ForceFits(search, base)
-    by_force = dict(zip((s.name for s in search.moved), fits.plain.theta, strict=True))
+    by_force = dict(zip((s.name for s in search.refitted_symbols), fits.plain.theta, strict=True))
     assert by_force["kt"] == pytest.approx(1.0, abs=0.02)
 
 
@@ -125,7 +125,7 @@ def test_a_drive_that_is_weaker_by_thirty_percent_is_estimated_as_that(tmp_path:
     search = search_on(problem, lambda share: record_of(motion, log, share))
     judge = CrossValidation(search, search.refit(), system)
     found = judge.map_estimate(judge._by_force, np.ones(judge.count, dtype=bool))
-    values = dict(zip((s.name for s in search.moved), found.values, strict=True))
+    values = dict(zip((s.name for s in search.refitted_symbols), found.values, strict=True))
     assert values["kt"] == pytest.approx(0.7, abs=0.01)
 
 
@@ -162,7 +162,7 @@ def test_a_bristle_does_not_tell_the_scale_of_all_forces(tmp_path: Path) -> None
     found = named_effects(fit.trial.parts, estimate(fit), system)
     judge = CrossValidation(search, fit, with_effects(system, found))
     for values in (judge.map_estimate(source, judge.is_excited).values for source in judge._sources):
-        by_name = dict(zip((s.name for s in search.moved), values, strict=True))
+        by_name = dict(zip((s.name for s in search.refitted_symbols), values, strict=True))
         assert by_name["kt"] == pytest.approx(1.0, abs=0.03)
         assert by_name["m"] / by_name["kt"] == pytest.approx(2.0, rel=0.01)
         assert by_name["rail_a"] / by_name["kt"] == pytest.approx(4.0, rel=0.01)
@@ -198,7 +198,7 @@ def test_the_drive_that_is_left_is_computed_once_for_values_that_do_not_act_on_i
     monkeypatch.setattr(DriveLeft, "_along", lambda self, theta: asked.append(theta) or along(self, theta))
 
     def theta(value: float, **moved: float) -> np.ndarray:
-        declared = dict(zip((s.name for s in search.moved), search.declared, strict=True))
+        declared = dict(zip((s.name for s in search.refitted_symbols), search.declared, strict=True))
         return np.append(list((declared | moved).values()), part.inward({part.names[0]: value}))
 
     one, levels = DriveLeft(trial, search.motion), [s.name for s in search.problem.levels]

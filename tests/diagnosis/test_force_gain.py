@@ -292,7 +292,7 @@ def test_what_a_value_within_its_tolerance_explains_of_the_force_is_no_evidence_
     search = search_on(tolerant, partial(record_of, problem.motion, log))
     base = search.refit()
     off = base.theta.copy()
-    off[search.moved.index(mass)] *= 0.99
+    off[search.refitted_symbols.index(mass)] *= 0.99
     trial = base.runner.trial.with_part(part_of(CATALOGUE["spring"], 0, search.system))
     richer = ForceCriterion(
         search, replace(base, runner=replace(base.runner, trial=trial), theta=np.append(base.theta, 0.0))

@@ -49,10 +49,10 @@ def test_the_effect_and_the_levels_are_those_of_the_plant(tmp_path: Path, kind: 
     covered = CandidateFits(search, base, (part,)).covered(part)
     found = ForceStart(search.problem, base).best(trial, covered)
     assert found is not None
-    moved, (parameters,) = trial.split(found[1])
+    refitted_values, (parameters,) = trial.split(found[1])
     near = 0.1 if kind != "stribeck" else 0.5  # its speed is taken from a coarse grid
     assert parameters == pytest.approx(lacking, rel=near)
-    assert moved[0] == pytest.approx(5.5, rel=0.05)
+    assert refitted_values[0] == pytest.approx(5.5, rel=0.05)
 
 
 def test_a_force_with_a_curve_of_speed_is_finite_far_above_its_speed(tmp_path: Path) -> None:
@@ -116,8 +116,8 @@ def test_only_the_tolerance_divides_an_effect_from_a_parameter_that_acts_alike(t
     covered = CandidateFits(search, base, (part,)).covered(part)
     found = ForceStart(search.problem, base, True).best(base.trial.with_part(part), covered)
     assert found is not None
-    moved, (values,) = base.trial.with_part(part).split(found[1])
-    b = dict(zip((s.name for s in search.moved), moved, strict=True))["b"]
+    refitted_values, (values,) = base.trial.with_part(part).split(found[1])
+    b = dict(zip((s.name for s in search.refitted_symbols), refitted_values, strict=True))["b"]
     assert b == pytest.approx(6.0, abs=0.6)
     assert abs(values["b"]) < 6
 

@@ -109,7 +109,7 @@ def test_an_unbalance_is_known_no_better_than_the_weight_that_acts_like_it(
     search = search_of(pendulum(DECLARED), log_of(plant, tmp_path, "train.csv"))
     base = search.refit()
     part = part_of(CATALOGUE["gravity_imbalance"], 0, search.system)
-    weight = [s.name for s in search.moved].index("W")
+    weight = [s.name for s in search.refitted_symbols].index("W")
     theta = base.theta.copy()
     theta[weight] = start
     sine, cosine = G * np.cos(phase) + TRUE - start, G * np.sin(phase)

@@ -248,7 +248,7 @@ def test_masses_within_their_tolerance_are_refitted(tmp_path: Path) -> None:
     (tmp_path / "arm.urdf").write_text(TWO_LINKS)
     held = search_of(arm(tmp_path), log)
     free = search_of(arm(tmp_path, ", tolerance: {mass: 20 %, inertia: 20 %}"), log)
-    assert len(free.moved) > len(held.moved)
+    assert len(free.refitted_symbols) > len(held.refitted_symbols)
     one, other = held.refit(), free.refit()
     assert other.cost < 0.2 * one.cost
     assert noise_ratio(other) < 3
@@ -264,7 +264,7 @@ def test_a_parameter_that_changes_nothing_stays(searches: Searches) -> None:
     parts = [p for p in every_part(search, ()) if (p.kind, p.on) == ("stribeck", "q_2")]
     tried = CandidateFits(search, base, tuple(parts))
     (screened,) = tried.screened([0])
-    index = [s.name for s in search.moved].index("q_1_a")
+    index = [s.name for s in search.refitted_symbols].index("q_1_a")
     assert screened.theta[index] == base.theta[index]
 
 
@@ -278,7 +278,7 @@ def test_a_value_felt_at_another_joint_is_no_evidence_against_an_effect(tmp_path
     base = search.refit()
     part = next(p for p in every_part(search, []) if (p.kind, p.on, p.names) == ("viscous", "q_2", ("b",)))
     trial, theta = base.runner.trial.with_part(part), np.append(base.theta, 0.2)
-    theta[[s.name for s in search.moved].index("q_1_zz")] *= 1.5
+    theta[[s.name for s in search.refitted_symbols].index("q_1_zz")] *= 1.5
     found = replace(base, runner=replace(base.runner, trial=trial), theta=theta)
     before, after = ForceCriterion(search, base), ForceCriterion(search, found)
     used = search.problem.used
@@ -323,7 +323,7 @@ def test_slopes_of_the_force_by_links_are_computed_once(tmp_path: Path, monkeypa
     fits = ForceFits(search, base)
     at = base.theta.copy()
     before = inverse_dynamics_residual(model_of(base.trial, at), search.motion)
-    assert {search.moved[k].name for k in fits.by_links} == {s.name for s in search.moved[2:]}
+    assert {search.refitted_symbols[k].name for k in fits.by_links} == {s.name for s in search.refitted_symbols[2:]}
     for k, slope in fits.by_links.items():
         moved = at.copy()
         moved[k] += 0.1
@@ -342,7 +342,7 @@ def test_slopes_of_the_force_by_links_are_computed_once(tmp_path: Path, monkeypa
     assert found.parameters["b"] == pytest.approx(0.4, rel=0.02)
     start[list(fits.by_links)] = search.declared[list(fits.by_links)]  # the bodies are evaluated there
     alone = [changed[0] for theta in tried if len(changed := np.flatnonzero(theta != start)) == 1]
-    assert alone == [len(search.moved)]  # b, which is no slope of the declared model
+    assert alone == [len(search.refitted_symbols)]  # b, which is no slope of the declared model
 
 
 def test_forces_of_the_bodies_are_evaluated_once_for_all_fits(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -382,7 +382,7 @@ def test_the_force_at_other_values_of_the_links_is_that_of_their_model(searches:
     trial, rng = search.declared_trial.with_part(part), np.random.default_rng(1)
     for _ in range(2):
         theta = trial.theta(
-            search.declared * rng.uniform(0.8, 1.2, len(search.moved)), [dict.fromkeys(part.names, 0.01)]
+            search.declared * rng.uniform(0.8, 1.2, len(search.refitted_symbols)), [dict.fromkeys(part.names, 0.01)]
         )
         model = residual_at_drive(model_of(trial, theta), search.motion)
         close = 1e-6 if kind == "compliance" else 1e-9  # its states are simulated
@@ -401,9 +401,10 @@ def test_a_residual_by_bodies_and_others_is_that_of_the_whole_arm(tmp_path: Path
         part = next(p for p in every_part(search, []) if (p.kind, p.on) == (kind, "q_2"))
         trial = search.declared_trial.with_part(part)
         along, given = ResidualAlong(trial, motion), dict.fromkeys(part.names, 0.2)
-        levels = search.declared * np.where(np.arange(len(search.moved)) < 2, 1.3, 1.0)
-        for moved in (search.declared, levels, search.declared * rng.uniform(0.9, 1.1, len(search.moved)), levels):
-            theta = trial.theta(moved, [given])
+        levels = search.declared * np.where(np.arange(len(search.refitted_symbols)) < 2, 1.3, 1.0)
+        others = search.declared * rng.uniform(0.9, 1.1, len(search.refitted_symbols))
+        for refitted_values in (search.declared, levels, others, levels):
+            theta = trial.theta(refitted_values, [given])
             model = model_of(trial, theta)
             whole = evaluate_forces(model, [Matrix(model.equation_error)], motion)[0]
             if kind == "presliding":  # of a state of its own in place of the level's friction

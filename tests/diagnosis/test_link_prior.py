@@ -37,7 +37,7 @@ def arm(folder: Path, text: str) -> Spec:
 
 def followed(problem: Problem, information: np.ndarray, true: dict[str, float]) -> dict[str, float]:
     """The most probable values of all parameters where those of ``SEEN`` are known."""
-    names = [s.name for s in problem.moved]
+    names = [s.name for s in problem.refitted_symbols]
     seen = np.array([name in SEEN for name in names])
     rest = (information.diagonal() > 0) & ~seen
     values = problem.declared.copy()
@@ -88,7 +88,7 @@ def test_a_wrong_mass_costs_a_fit_once(tmp_path: Path) -> None:
     other = arm(tmp_path, heavier)
     assert isinstance(other.form, KinematicTree)
     true = {name: float(value) for name, value in base_values(other, other.form).items()}
-    theta = np.array([true.get(s.name, float(system.values[s])) for s in search.moved])
+    theta = np.array([true.get(s.name, float(system.values[s])) for s in search.refitted_symbols])
     prior = search.prior(search.declared_trial, theta)
     costs = prior.cost(theta), 0.5 * search.prior_precision @ (theta - search.declared) ** 2
     assert 0.1 < costs[0] <= 0.5 < costs[1], costs
@@ -116,7 +116,7 @@ def with_loads(folder: Path, *links: str) -> tuple[Search, np.ndarray]:
     other = arm(folder, loaded(text, *links))
     assert isinstance(other.form, KinematicTree)
     true = {name: float(value) for name, value in base_values(other, other.form).items()}
-    return search, np.array([true.get(s.name, float(system.values[s])) for s in search.moved])
+    return search, np.array([true.get(s.name, float(system.values[s])) for s in search.refitted_symbols])
 
 
 LOADS = [("elbow_pitch",), ("forearm_roll", "shoulder_pitch")]

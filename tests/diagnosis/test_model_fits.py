@@ -57,7 +57,7 @@ def test_another_effect_takes_the_place_of_one_and_the_others_keep_place_and_val
 
 def test_a_rival_leads_in_place_of_the_first_effect(three: Any) -> None:
     drag = part_of(CATALOGUE["quadratic_drag"].with_parameters(["c"]), 0, three.trial.system)
-    rival = Trial(three.trial.system, (drag,), three.trial.moved)
+    rival = Trial(three.trial.system, (drag,), three.trial.refitted_symbols)
     one = cast(Any, Start(rival, rival.theta(np.array([7.0]), [{drag.names[0]: 9.0}])))
     found = Starts().with_first_effect(one, three)
     assert list(effects_in(found)) == ["quadratic_drag", "spring", "viscous"]

@@ -51,7 +51,7 @@ def checks(said: dict[str, tuple[str, Remainder]], *first: Any) -> OfKinds:
         first=first,
         with_final=lambda search, final, rivals: SimpleNamespace(kind=final[0], form=final[1]),
     )
-    search = SimpleNamespace(with_parts=lambda base, moved, parts, values: (parts[0].kind, moved))
+    search = SimpleNamespace(with_parts=lambda base, refitted_values, parts, values: (parts[0].kind, refitted_values))
     selection: Any = SimpleNamespace(search=search, tried=tried, case=SimpleNamespace(material=0.02))
     return OfKinds(selection, said)
 

@@ -56,7 +56,7 @@ def search(tmp_path_factory: pytest.TempPathFactory) -> Search:
 
 
 def test_the_true_backlash_comes_near_the_noise_from_observed_starts_alone(search: Search) -> None:
-    trial = Trial(search.system, (part_of(CATALOGUE["backlash"], 0, search.system),), search.moved)
+    trial = Trial(search.system, (part_of(CATALOGUE["backlash"], 0, search.system),), search.refitted_symbols)
     (runner,) = search.runners([trial])
     theta, at_rest = trial.theta(np.array([LEVEL]), [TRUTH]), search.record.at_rest
     costs = []
@@ -89,7 +89,7 @@ def test_a_small_gap_is_found_beside_the_compliance_that_explains_most(search: S
 
 def test_the_observer_begins_anew_after_a_gap(search: Search) -> None:
     """What the log had before a gap changes nothing after it; without the gap it does."""
-    trial = Trial(search.system, (part_of(CATALOGUE["backlash"], 0, search.system),), search.moved)
+    trial = Trial(search.system, (part_of(CATALOGUE["backlash"], 0, search.system),), search.refitted_symbols)
     theta = trial.theta(np.array([LEVEL]), [TRUTH])
     (runner,) = search.runners([trial])
     record = search.record

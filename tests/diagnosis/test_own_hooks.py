@@ -151,7 +151,7 @@ def test_a_refit_finds_the_parameters_of_a_declared_law_with_states(tmp_path: Pa
     motion = smooth_motion(log)
     problem = Problem(system_of(machine_with(4.5)), motion, {})
     refit = search_on(problem, lambda share: record_of(motion, log, share)).refit()
-    found = {s.name: value for s, value in zip(refit.runner.trial.moved, refit.theta, strict=True)}
+    found = {s.name: value for s, value in zip(refit.runner.trial.refitted_symbols, refit.theta, strict=True)}
     assert found["rail_F_s"] == pytest.approx(5.0, rel=0.01)
     assert noise_ratio(refit) < 1.5
 

@@ -17,7 +17,7 @@ def test_a_fit_that_begins_beyond_the_prior_s_bounds_ends_within_them(tmp_path: 
     search = search_of(loose(), log_of(stage(heavier), tmp_path, "train.csv"))
     refit = search.refit()
     tolerance = np.where(search.prior_precision > 0, np.maximum(search.prior_precision, 1e-300) ** -0.5, np.inf)
-    place = [s.name for s in refit.runner.trial.moved].index("m")
+    place = [s.name for s in refit.runner.trial.refitted_symbols].index("m")
     start = refit.theta.copy()
     start[place] = 4.0
     found = search.fit_from(refit.runner, start, refit, 0)

@@ -182,10 +182,12 @@ def test_beside_a_gain_the_preflight_names_the_scale_of_the_position_as_its_alte
 
 def test_of_many_values_the_farthest_are_given_and_the_others_named() -> None:
     """A sentence on an arm gave the values of 14 parameters."""
-    moved = sympy.symbols("m1:8", real=True)
+    symbols = sympy.symbols("m1:8", real=True)
     declared, values = np.ones(7), np.array([1.0, 5.0, 8.0, 7.0, 6.0, 9.0, 4.5])
-    system = SimpleNamespace(units=dict.fromkeys(moved, "kg"))
-    search: Any = SimpleNamespace(moved=moved, declared=declared, prior_precision=np.ones(7), system=system)
+    system = SimpleNamespace(units=dict.fromkeys(symbols, "kg"))
+    search: Any = SimpleNamespace(
+        refitted_symbols=symbols, declared=declared, prior_precision=np.ones(7), system=system
+    )
     fit: Any = SimpleNamespace(theta=values)
     words = wrong_values._far_values(search, fit)
     given = re.findall(r"(m\d) = ([\d.]+) kg in place of the declared 1 kg", words)

@@ -168,7 +168,7 @@ def test_of_replacements_that_fit_equally_the_one_nearest_to_the_declared_levels
 ) -> None:
     """Beside a gain, viscous friction and an inertia error are one motion: 1e-7 nats chose a level of 2.4 N of 4."""
     search: Any = SimpleNamespace(
-        moved=("F", "m"), problem=SimpleNamespace(levels=("F",)), declared=np.array([4.0, 2.0])
+        refitted_symbols=("F", "m"), problem=SimpleNamespace(levels=("F",)), declared=np.array([4.0, 2.0])
     )
     found: list[Any] = [
         SimpleNamespace(cost=one, part=SimpleNamespace(names=own.split()), values=(np.array([a, 2.0]), []))

@@ -220,7 +220,7 @@ def test_a_value_at_the_end_of_its_reach_is_marked(log: Log) -> None:
     first = replace(raw, theta=np.append(base.theta, part.inward(start)))
     trial = first.runner.trial
     reach = search.prior(trial, first.theta).reach
-    place = len(trial.moved) + part.names.index("period")
+    place = len(trial.refitted_symbols) + part.names.index("period")
     fitted = search.fit_from(first.runner, first.theta, base, 10, [])
     moved = abs(fitted.theta[place] - first.theta[place])
     assert (at_limit(fitted) == [("period",)]) == bool(moved >= 0.999 * reach[place])

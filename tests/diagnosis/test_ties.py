@@ -293,10 +293,10 @@ def test_at_the_noise_nats_of_free_runs_count_against_those_of_the_force(
 def coupled(base: Fit, values: dict[str, float]) -> Any:
     """The refit with a load behind a spring of these values, not fitted again."""
     part = part_of(CATALOGUE["compliance"], 0, base.trial.system)
-    trial, (moved, _) = base.trial.with_part(part), base.values
+    trial, (refitted_values, _) = base.trial.with_part(part), base.values
     return SimpleNamespace(
-        part=part, trial=trial, parameters=values, values=(moved, [values]), model=trial.model(moved, [values]),
-        theta=base.theta, prior=base.prior,
+        part=part, trial=trial, parameters=values, values=(refitted_values, [values]),
+        model=trial.model(refitted_values, [values]), theta=base.theta, prior=base.prior,
     )  # fmt: skip
 
 
@@ -419,7 +419,7 @@ def test_the_next_of_tied_candidates_is_examined_where_held_out_data_refuse_the_
     )
     monkeypatch.setattr(examination, "_with_effects", with_effects)
     monkeypatch.setattr(examination, "without_leader", lambda search, one: iter(following))
-    search: Any = SimpleNamespace(system=None, moved=(), problem=None)
+    search: Any = SimpleNamespace(system=None, refitted_symbols=(), problem=None)
     figures: Any = SimpleNamespace(force_rms_rows=(1.0,))
     held_out: Any = SimpleNamespace(measured=lambda system: figures)
     monkeypatch.setattr(examination, "without_refused", lambda search, outcome, held_out: (outcome, ()))

@@ -168,7 +168,7 @@ class CrossValidation:
         if justified is not chosen:  # the remaining changes may be no improvement
             chosen = self.best([levels, justified])
             errors = errors if chosen is justified else ()
-        names, notes = tuple(s.name for s in self.search.moved), tuple(self.refused(chosen))
+        names, notes = tuple(s.name for s in self.search.refitted_symbols), tuple(self.refused(chosen))
         others = self.others(chosen) if not self.is_level.all() else ()
         return Refit(names, self.search.declared, chosen.values, chosen.deviation, levels.values, errors, notes, others)
 
@@ -200,7 +200,7 @@ class CrossValidation:
     @property
     def count(self) -> int:
         """p, the number of refitted values."""
-        return len(self.search.moved)
+        return len(self.search.refitted_symbols)
 
     @property
     def is_level(self) -> Flags:
@@ -217,8 +217,10 @@ class CrossValidation:
         """
         error = self.search.system.equation_error
         rows = [row for row, used in zip(error, self.search.problem.used.T, strict=True) if used.any()]
-        seen = np.array([not rows or any(row.has(s) for row in rows) for s in self.search.moved], dtype=bool)
-        return np.asarray(seen | np.array([s in self.search.problem.changes for s in self.search.moved], dtype=bool))
+        seen = np.array([not rows or any(row.has(s) for row in rows) for s in self.search.refitted_symbols], dtype=bool)
+        return np.asarray(
+            seen | np.array([s in self.search.problem.changes for s in self.search.refitted_symbols], dtype=bool)
+        )
 
     @cached_property
     def evaluated(self) -> Fit:
@@ -303,7 +305,7 @@ class CrossValidation:
         alone = self.map_estimate(self._by_run, np.ones(self.count, dtype=bool))
         far, turned, facts = self.distance(alone), has_turned(self.search, alone.values), []
         for k in np.flatnonzero((far > DOUBTFUL) & (kept <= DOUBTFUL)):
-            s, taken = self.search.moved[k], f"{adopted.values[k]:.4g}"
+            s, taken = self.search.refitted_symbols[k], f"{adopted.values[k]:.4g}"
             declared, unit = f"{self.search.declared[k]:.4g}", in_unit(self.search.system, s)
             why = "but not both errors fall with that"
             if turned[k] and abs(alone.values[k]) <= HALF_WIDTH * alone.deviation[k]:
@@ -323,7 +325,7 @@ class CrossValidation:
     def _error(self, chosen: MapEstimate, fixed: MapEstimate, k: int, others: Sequence[int]) -> ParameterError:
         """The report on value ``k``, from the estimate and that of ``_with_declared``; ``others``: its substitutes."""
         force, run = chosen.score.over(fixed.score)
-        symbol, declared = self.search.moved[k], float(self.search.declared[k])
+        symbol, declared = self.search.refitted_symbols[k], float(self.search.declared[k])
         return ParameterError(
             name=symbol.name,
             unit=str(self.search.system.units.get(symbol, "1")),
@@ -332,7 +334,7 @@ class CrossValidation:
             estimate=float(chosen.values[k]),
             interval=self._interval(chosen, k),
             away=float(self.distance(chosen)[k]),
-            alike=tuple(self.search.moved[j].name for j in others),
+            alike=tuple(self.search.refitted_symbols[j].name for j in others),
             force=force,
             free_run=run,
             blocks_by_force=int((chosen.score.force < fixed.score.force).sum()),
@@ -355,8 +357,8 @@ class CrossValidation:
     @cached_property
     def _sandwich(self) -> list[float]:
         """Half the interval of each value by the sandwich covariance of the fit."""
-        found = estimate(self.evaluated).moved
-        return [0.5 * (found[s.name][1][1] - found[s.name][1][0]) for s in self.search.moved]
+        found = estimate(self.evaluated).refitted
+        return [0.5 * (found[s.name][1][1] - found[s.name][1][0]) for s in self.search.refitted_symbols]
 
     def _solved(self, matrix: Array, vector: Array, moves: Flags, prior: Array | None = None) -> Array:
         """(p,) minimum of ½ θ'Mθ − m'θ + ½ d'P d, d = θ − declared, those not in ``moves`` as declared."""
@@ -394,9 +396,9 @@ class CrossValidation:
         level, 11 % too large, the error was smallest where all forces and inertias were 18 % too large, which is the
         same motion, and values 4 to 5 tolerances away were reported.
         """
-        moved = self.search.moved
-        about = dict(zip(moved, map(float, self.evaluated.theta), strict=False))
-        return relative_force_rows(self.system, self.search.problem, moved, about)
+        symbols = self.search.refitted_symbols
+        about = dict(zip(symbols, map(float, self.evaluated.theta), strict=False))
+        return relative_force_rows(self.system, self.search.problem, symbols, about)
 
     @cached_property
     def _sizes(self) -> Array:

@@ -35,7 +35,7 @@ Values = dict[str, tuple[float, Interval]]
 class Estimate:
     """Estimates in SI with 95 % intervals: of each refitted symbol, by name, and of the parameters of each part."""
 
-    moved: Values
+    refitted: Values
     effects: tuple[Values, ...]
 
 
@@ -47,13 +47,13 @@ def estimate(fit: Fit, other: Fit | None = None) -> Estimate:
     Args:
         other: the same fit on segments of another length; the difference between the two is added to the deviation.
     """
-    moved_by = np.zeros(len(fit.theta)) if other is None else other.theta - fit.theta
+    change = np.zeros(len(fit.theta)) if other is None else other.theta - fit.theta
     segments, count = len(fit.residual), len(fit.theta)
     clusters = [(0, segments - count), *([(BLOCKS, BLOCKS - 1)] if segments > BLOCKS else [])]
-    spread = np.outer(moved_by, moved_by)
+    spread = np.outer(change, change)
     found = [_intervals(fit, covariance(fit, number) + spread, max(freedom, 3)) for number, freedom in clusters]
-    moved, *effects = (_hull(some) for some in zip(*found, strict=True))
-    return Estimate(moved, tuple(effects))
+    refitted, *effects = (_hull(some) for some in zip(*found, strict=True))
+    return Estimate(refitted, tuple(effects))
 
 
 def widened_by(own: Estimate, other: Estimate, parts: Sequence[Part], shares: Mapping[int, float]) -> Estimate:
@@ -139,8 +139,8 @@ def _intervals(fit: Fit, covariance: Array, freedom: int) -> list[Values]:
     trial = fit.trial
     half_widths = float(student.ppf(0.5 + CONFIDENCE / 2, freedom)) * np.sqrt(np.diag(covariance))
     low, high = fit.theta - half_widths, fit.theta + half_widths
-    k = len(trial.moved)
-    ends_of = zip(trial.moved, fit.theta[:k], low[:k], high[:k], strict=True)
+    k = len(trial.refitted_symbols)
+    ends_of = zip(trial.refitted_symbols, fit.theta[:k], low[:k], high[:k], strict=True)
     found: list[Values] = [{s.name: (float(v), (float(a), float(b))) for s, v, a, b in ends_of}]
     for part, values in zip(trial.parts, fit.values[1], strict=True):
         intervals = {}

@@ -291,7 +291,7 @@ class ForceCriterion:
         A refit by free runs may leave a value off by some standard errors of the force. If a refit with a worthless
         effect corrects that, it is no evidence for the effect. Slopes are at the other fit's values.
         """
-        if len(self.search.moved) == len(self.search.problem.levels):
+        if len(self.search.refitted_symbols) == len(self.search.problem.levels):
             return self.over(other)
         joint = joint_of_difference(self.search, self.fit, other.fit)
         own = self.without_values(other.slopes, joint)
@@ -317,9 +317,9 @@ class ForceCriterion:
 
         Of a loose motor constant they are those in proportion to the drive force (``slopes_of_evidence``).
         """
-        search, moved = self.search, self.fit.values[0].tolist()
-        values = dict(zip((s.name for s in search.moved), moved, strict=True))
-        toleranced = search.moved[len(search.problem.levels) :]
+        search, refitted_values = self.search, self.fit.values[0].tolist()
+        values = dict(zip((s.name for s in search.refitted_symbols), refitted_values, strict=True))
+        toleranced = search.refitted_symbols[len(search.problem.levels) :]
         return slopes_of_evidence(with_values(search.system, values), search.motion, toleranced, self._limits)
 
     @identity_cache(OF_MODELS)
@@ -340,7 +340,7 @@ class ForceCriterion:
     @property
     def _limits(self) -> tuple[Array, Array]:
         """(p,) least and largest change of the toleranced values from those of the fit."""
-        prior, first, count = self.fit.prior, len(self.search.problem.levels), len(self.search.moved)
+        prior, first, count = self.fit.prior, len(self.search.problem.levels), len(self.search.refitted_symbols)
         there = self.fit.theta[first:count] - prior.centre[first:count]
         bound = prior.bound[first:count]
         return -bound - there, bound - there

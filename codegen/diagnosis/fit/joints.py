@@ -185,10 +185,10 @@ def _computed_terms(system: System) -> Matrix:
     return Matrix([*forces, *(by_computed(mass[i, i])[0] for i in range(system.degrees_of_freedom))])
 
 
-def rigid_terms(system: System, moved: Sequence[sympy.Symbol]) -> RigidTerms:
-    """The rigid-body terms of a separable system, with those of ``moved`` on which they depend."""
+def rigid_terms(system: System, symbols: Sequence[sympy.Symbol]) -> RigidTerms:
+    """The rigid-body terms of a separable system, with those of ``symbols`` on which they depend."""
     own = _computed_terms(system)
-    return RigidTerms(system, tuple(s for s in moved if own.has(s)))
+    return RigidTerms(system, tuple(s for s in symbols if own.has(s)))
 
 
 def put_between(values: Array, substeps: int, target: Array) -> None:

@@ -519,7 +519,7 @@ NEAR_BOUND = 1e-3
 
 def at_limit(fit: Fit) -> list[tuple[str, ...]]:
     """Names of the parameters of each effect of a fit that are at a bound of the catalogue or of the fit's reach."""
-    marks, limited = [], iter(fit.limited[len(fit.trial.moved) :])
+    marks, limited = [], iter(fit.limited[len(fit.trial.refitted_symbols) :])
     for part, values in zip(fit.trial.parts, fit.values[1], strict=True):
         bounds = {p.name: (p.low, p.high) for p in part.effect.parameters}
         at_bound = {name: _at_bound(values[name], *bounds.get(name, (None, None))) for name in part.names}

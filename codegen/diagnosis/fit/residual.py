@@ -137,23 +137,23 @@ class Problem:
         return [s for s, size in self.deviation.items() if size > 0 and error.has(s) and s not in self.levels]
 
     @cached_property
-    def moved(self) -> tuple[sympy.Symbol, ...]:
-        """The symbols that every fit estimates: levels, and uncertain parameters with their deviations as prior."""
+    def refitted_symbols(self) -> tuple[sympy.Symbol, ...]:
+        """θ, the symbols that every fit estimates: levels, and uncertain parameters with their deviations as prior."""
         return (*self.levels, *self.uncertain)
 
     @cached_property
     def declared(self) -> Array:
-        """(p,) values of ``moved`` in the spec."""
-        return np.array([float(self.system.values[s]) for s in self.moved])
+        """(p,) values of ``refitted_symbols`` in the spec."""
+        return np.array([float(self.system.values[s]) for s in self.refitted_symbols])
 
     @cached_property
     def prior_precision(self) -> Array:
-        """(p,) inverse variances of ``moved``; 0 for a level."""
+        """(p,) inverse variances of ``refitted_symbols``; 0 for a level."""
         return np.array([0.0] * len(self.levels) + [self.deviation[s] ** -2.0 for s in self.uncertain])
 
     @cached_property
     def prior_information(self) -> Array:
-        """(p, p) inverse covariance of ``moved`` by the tolerances; 0 for a level."""
+        """(p, p) inverse covariance of ``refitted_symbols`` by the tolerances; 0 for a level."""
         return self.prior_information_without(None)
 
     def prior_information_without(self, index: int | None) -> Array:
@@ -163,11 +163,11 @@ class Problem:
         far from its declared value, others must follow, or M(x) is not positive definite though each is within its
         tolerance. ``INDEPENDENT`` of each variance is uncorrelated, since the propagation is linear.
         """
-        kept = np.array([k != index for k in range(len(self.moved))], dtype=bool)
+        kept = np.array([k != index for k in range(len(self.refitted_symbols))], dtype=bool)
         matrix = np.diag(self.prior_precision * kept)
-        links = [k for k, s in enumerate(self.moved) if kept[k] and s in self.changes]
+        links = [k for k, s in enumerate(self.refitted_symbols) if kept[k] and s in self.changes]
         if links:
-            changes = np.array([self.changes[self.moved[k]].ravel() for k in links])
+            changes = np.array([self.changes[self.refitted_symbols[k]].ravel() for k in links])
             size = np.linalg.norm(changes, axis=1)
             unit = changes / size[:, None]
             correlation = (1 - INDEPENDENT) * unit @ unit.T + INDEPENDENT * np.eye(len(links))

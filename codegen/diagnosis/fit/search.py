@@ -72,16 +72,18 @@ class ModelFits(ABC):
         """The fit with one of its effects removed."""
         return self.begun_by(fit, *fit.trial.without(fit.theta, index))
 
-    def with_parts(self, fit: Fit, moved: Array, parts: Sequence[Part], values: Sequence[Mapping[str, float]]) -> Fit:
+    def with_parts(
+        self, fit: Fit, refitted_values: Array, parts: Sequence[Part], values: Sequence[Mapping[str, float]]
+    ) -> Fit:
         """The fit with these effects in place of its own, from these starting values."""
         trial = replace(fit.trial, parts=tuple(parts))
-        return self.begun_by(fit, trial, trial.theta(moved, values))
+        return self.begun_by(fit, trial, trial.theta(refitted_values, values))
 
     def replaced(self, fit: Fit, others: Mapping[int, tuple[Part, Mapping[str, float]]]) -> Fit:
         """The fit with other effects, and their starting values, in place of those of these indices."""
-        moved, values = fit.values
+        refitted_values, values = fit.values
         pairs = [others.get(k, own) for k, own in enumerate(zip(fit.trial.parts, values, strict=True))]
-        return self.with_parts(fit, moved, [part for part, _ in pairs], [start for _, start in pairs])
+        return self.with_parts(fit, refitted_values, [part for part, _ in pairs], [start for _, start in pairs])
 
     def with_first_effect(self, found: Fit, fit: Fit) -> Fit:
         """A fit with the last effect of another one, ``found``, in place of its first effect."""
@@ -124,8 +126,8 @@ class Search(ModelFits):
         return self.problem.motion
 
     @property
-    def moved(self) -> tuple[sympy.Symbol, ...]:
-        return self.problem.moved
+    def refitted_symbols(self) -> tuple[sympy.Symbol, ...]:
+        return self.problem.refitted_symbols
 
     @property
     def declared(self) -> Array:
@@ -153,7 +155,7 @@ class Search(ModelFits):
 
     @property
     def declared_trial(self) -> Trial:
-        return Trial(self.system, (), self.moved)
+        return Trial(self.system, (), self.refitted_symbols)
 
     def refit(self) -> Fit:
         """The declared structure, refitted: first with the noise floor, then against the noise."""
@@ -171,7 +173,7 @@ class Search(ModelFits):
 
         None if the fit did not end at a limit of a toleranced parameter, or if one would take an excluded sign.
         """
-        count = len(self.moved)
+        count = len(self.refitted_symbols)
         if not fit.limited[:count].any():
             return None
         free = replace(self, within=np.inf)
@@ -271,7 +273,7 @@ class Search(ModelFits):
 
     def prior(self, trial: Trial, theta: Array, tempering: float = 1.0) -> Prior:
         """The prior of a trial's parameters, none for those of effects; a logarithm, phase or logit has the size 1."""
-        count, zeros = len(trial.moved), np.zeros(len(theta) - len(trial.moved))
+        count, zeros = len(trial.refitted_symbols), np.zeros(len(theta) - len(trial.refitted_symbols))
         scale = np.concatenate([self._scales, *(self.scales_of(part) for part in trial.parts)])
         size, reach = np.maximum(np.abs(theta), SMALLEST * scale), np.full(len(theta), np.inf)
         # The size of a parameter with value zero is its tolerance.
@@ -286,17 +288,20 @@ class Search(ModelFits):
         precision, centre = np.zeros((len(theta), len(theta))), np.append(self.declared, zeros)
         precision[:count, :count] = self.problem.prior_information / tempering
         least = np.full(len(theta), -np.inf)
-        least[:count] = np.where([s in self.problem.levels for s in self.moved], 0.0, -np.inf)
+        least[:count] = np.where([s in self.problem.levels for s in self.refitted_symbols], 0.0, -np.inf)
         return Prior(precision, deviation, centre, size, reach, least, tempering, self.within, scale)
 
     @cached_property
     def _scales(self) -> Array:
-        """(p,) scales of ``moved``: declared value or tolerance, else the value whose force is the drive force."""
+        """(p,) scales of ``refitted_symbols``: the larger of declared value and tolerance.
+
+        Where both are 0, the value at which the force of the parameter is as large as the drive force.
+        """
         known = self.prior_precision > 0
         scales = np.abs(self.declared)
         scales[known] = np.maximum(scales[known], self.prior_precision[known] ** -0.5)
         for k in np.flatnonzero(scales == 0):
-            slope = residual_slopes(self.system, self.motion, [self.moved[k]])[self.motion.usable, :, 0]
+            slope = residual_slopes(self.system, self.motion, [self.refitted_symbols[k]])[self.motion.usable, :, 0]
             here = np.sqrt(np.mean(slope**2, axis=0))
             acting = here > 0
             scales[k] = np.min(self._forces[acting] / here[acting], initial=np.inf)
@@ -360,7 +365,7 @@ def _or_one(value: float) -> float:
 
 
 def tolerances_away(search: Search, values: Array) -> Array:
-    """(p,) distance of values of ``moved`` from the declared ones, in tolerances; 0 for a friction level."""
+    """(p,) distance of values of ``refitted_symbols`` from the declared ones, in tolerances; 0 for a friction level."""
     return np.asarray(np.abs(values - search.declared) * np.sqrt(search.prior_precision))
 
 
@@ -388,7 +393,7 @@ def search_on(problem: Problem, shorter: Callable[[float], Record]) -> Search:
     """
     system = problem.system
     joints = _moving(problem) if is_separable(system) else None
-    rigid = rigid_terms(system, problem.moved) if joints else None
+    rigid = rigid_terms(system, problem.refitted_symbols) if joints else None
 
     def records(share: float) -> Record:
         return replace(shorter(share), joints=joints)

@@ -369,7 +369,7 @@ class ForceStart:
         """Indices of the values that follow."""
         if self.whole:
             return list(range(len(self.base.theta)))
-        return [k for k, s in enumerate(self.base.trial.moved) if s in self.problem.levels]
+        return [k for k, s in enumerate(self.base.trial.refitted_symbols) if s in self.problem.levels]
 
     @cached_property
     def _slopes(self) -> Array:
@@ -377,7 +377,7 @@ class ForceStart:
         if self.whole:
             slopes = [self._slope(k) if k not in self.known else self.known[k] for k in self._places]
             return np.column_stack([self._rows(slope[:: self._every]) for slope in slopes])
-        symbols = [self.base.trial.moved[k] for k in self._places]
+        symbols = [self.base.trial.refitted_symbols[k] for k in self._places]
         rows = force_rows(self.base.model, self.problem, symbols)
         sizes = [s for s, u in zip(self._sizes, self.problem.used.T, strict=True) if u.any()]
         used = [r.slopes[r.sample % self._every == 0] for r in rows]

@@ -78,11 +78,16 @@ def part_of(effect: Effect, place: int, system: System) -> Part:
 
 @dataclass(frozen=True, eq=False)
 class Trial:
-    """A system with parts, in the order found; ``moved`` are the levels and toleranced parameters of every fit."""
+    """A system with added effects, and the symbols that a fit of it estimates.
+
+    Attributes:
+        parts: the effects, in the order in which they were found.
+        refitted_symbols: friction levels and parameters with a tolerance, which every fit estimates.
+    """
 
     system: System
     parts: tuple[Part, ...]
-    moved: tuple[sympy.Symbol, ...]
+    refitted_symbols: tuple[sympy.Symbol, ...]
 
     @cached_property
     def changed(self) -> System:
@@ -97,13 +102,13 @@ class Trial:
     @property
     def symbols(self) -> tuple[sympy.Symbol, ...]:
         """All estimated symbols: levels and toleranced parameters, then those of the parts."""
-        return (*self.moved, *(s for part in self.parts for s in part.symbols))
+        return (*self.refitted_symbols, *(s for part in self.parts for s in part.symbols))
 
     @cached_property
     def free(self) -> tuple[sympy.Symbol, ...]:
         """The symbols that are arguments of the compiled terms."""
         within = term_symbols(self.changed, self.system)
-        return (*self.moved, *(s for part in self.parts for s in part.symbols if s in within))
+        return (*self.refitted_symbols, *(s for part in self.parts for s in part.symbols if s in within))
 
     @cached_property
     def adds_states(self) -> bool:
@@ -120,32 +125,34 @@ class Trial:
 
     def without(self, theta: Array, index: int) -> tuple[Trial, Array]:
         """The trial without one of its parts, and its vector."""
-        moved, found = self.split(theta)
+        refitted_values, found = self.split(theta)
         kept = [k for k in range(len(found)) if k != index]
         trial = replace(self, parts=tuple(self.parts[k] for k in kept))
-        return trial, trial.theta(moved, [found[k] for k in kept])
+        return trial, trial.theta(refitted_values, [found[k] for k in kept])
 
     def split(self, theta: Array) -> tuple[Array, list[dict[str, float]]]:
-        """(values of ``moved``, parameters of each part) from a fit's vector."""
-        k, found = len(self.moved), []
+        """(values of ``refitted_symbols``, parameters of each part) from a fit's vector."""
+        k, found = len(self.refitted_symbols), []
         for part in self.parts:
             found.append(part.outward(theta[k : k + len(part.names)]))
             k += len(part.names)
-        return theta[: len(self.moved)], found
+        return theta[: len(self.refitted_symbols)], found
 
-    def theta(self, moved: Array, parameters: Sequence[Mapping[str, float]]) -> Array:
+    def theta(self, refitted_values: Array, parameters: Sequence[Mapping[str, float]]) -> Array:
         """The inverse of ``split``."""
-        return np.concatenate([moved, *(p.inward(v) for p, v in zip(self.parts, parameters, strict=True))])
+        return np.concatenate([refitted_values, *(p.inward(v) for p, v in zip(self.parts, parameters, strict=True))])
 
-    def model(self, moved: Array, found: Sequence[Mapping[str, float]]) -> System:
-        values = dict(zip((s.name for s in self.moved), map(float, moved), strict=True))
+    def model(self, refitted_values: Array, found: Sequence[Mapping[str, float]]) -> System:
+        values = dict(zip((s.name for s in self.refitted_symbols), map(float, refitted_values), strict=True))
         effects = [FoundEffect(p.kind, p.on, one, {}) for p, one in zip(self.parts, found, strict=True)]
         return with_effects(with_values(self.system, values), effects)
 
     def numbers(self, theta: Array) -> Array:
         """The values of ``symbols``."""
-        moved, found = self.split(theta)
-        return np.concatenate([moved, *([v[n] for n in p.names] for p, v in zip(self.parts, found, strict=True))])
+        refitted_values, found = self.split(theta)
+        return np.concatenate(
+            [refitted_values, *([v[n] for n in p.names] for p, v in zip(self.parts, found, strict=True))]
+        )
 
     @cached_property
     def symbols_of_chains(self) -> set[sympy.Symbol]:
@@ -241,7 +248,7 @@ class Runner:
 
     def depends_on(self, k: int) -> bool:
         """Whether the predicted measurements may depend on parameter ``k`` of the trial's vector."""
-        if not isinstance(self.shooter, JointShooter) or k >= len(self.trial.moved):
+        if not isinstance(self.shooter, JointShooter) or k >= len(self.trial.refitted_symbols):
             return True
         if self.trial.symbols[k] in self.trial.symbols_of_chains:
             return True

@@ -203,7 +203,7 @@ class CandidateFits:
         self.trials = [self.base.trial.with_part(part) for part in self.parts]
         self.levels = [float(v) for v in self.base.values[0]]
         self.least_gain = 0.0
-        names = [s.name for s in self.search.moved]
+        names = [s.name for s in self.search.refitted_symbols]
         refit = with_values(self.search.system, dict(zip(names, self.levels, strict=True)))
         self.survey = survey(refit, self.search.motion, self.base.model)
 

@@ -182,10 +182,10 @@ def nearest_of_equal(search: Search, fits: Iterable[Fit]) -> Fit | None:
 
 def _from_declared(search: Search, fit: Fit) -> float:
     """Σ ln²(friction level/declared level); a level of zero counts as a hundredth of the declared one."""
-    moved = fit.values[0]
-    levels = [k for k, s in enumerate(search.moved) if s in search.problem.levels]
+    refitted_values = fit.values[0]
+    levels = [k for k, s in enumerate(search.refitted_symbols) if s in search.problem.levels]
     least = 1e-2 * np.abs(search.declared[levels]) + 1e-300
-    fitted, declared = (np.maximum(values[levels], least) for values in (moved, search.declared))
+    fitted, declared = (np.maximum(values[levels], least) for values in (refitted_values, search.declared))
     return float(np.sum(np.log(fitted / declared) ** 2))
 
 

@@ -45,8 +45,8 @@ class DriveGain:
 
     def __init__(self, trial: Trial, other: System, motion: Motion) -> None:
         self._trial, self._other, self._motion = trial, other, motion
-        acting, first = drive_symbols(trial.changed), len(trial.moved)
-        places = [k for k, s in enumerate(trial.moved) if s in acting]
+        acting, first = drive_symbols(trial.changed), len(trial.refitted_symbols)
+        places = [k for k, s in enumerate(trial.refitted_symbols) if s in acting]
         for part in trial.parts:  # the values of a part are computed from its coordinates together
             own = range(first, first + len(part.names))
             places += own if acting.intersection(part.symbols) else []
@@ -167,7 +167,7 @@ class ForceFits(ModelFits):
     @cached_property
     def _moves_drive(self) -> bool:
         """Whether a refitted parameter scales the drive force."""
-        return not drive_symbols(self.search.system).isdisjoint(self.search.moved)
+        return not drive_symbols(self.search.system).isdisjoint(self.search.refitted_symbols)
 
     def _scaled(self, forces: Array) -> Array:
         """Forces (N, n) at the used samples, each coordinate in units of its scale, in blocks (SIGN_BLOCKS, K)."""
@@ -246,7 +246,7 @@ class ForceFits(ModelFits):
         if rigid is None or not rigid.parameters:
             return {}
         slopes = residual_slopes(self.search.system, self.search.motion, rigid.parameters)
-        return {self.search.moved.index(s): slopes[:, :, k] for k, s in enumerate(rigid.parameters)}
+        return {self.search.refitted_symbols.index(s): slopes[:, :, k] for k, s in enumerate(rigid.parameters)}
 
     @cached_property
     def _scaled_by_links(self) -> Array:
@@ -256,13 +256,13 @@ class ForceFits(ModelFits):
     @cached_property
     def _scaled_by_others(self) -> dict[int, Array]:
         """As ``_scaled_by_links``, by the other values in which the declared forces are linear."""
-        system, moved = self.search.system, self.search.moved
+        system, symbols = self.search.system, self.search.refitted_symbols
         error = Matrix(system.equation_error)
-        others = [k for k, s in enumerate(moved) if k not in self.by_links and error.has(s)]
-        linear = [k for k in others if error.diff(moved[k]).free_symbols.isdisjoint({*moved, *system.inputs})]
+        others = [k for k, s in enumerate(symbols) if k not in self.by_links and error.has(s)]
+        linear = [k for k in others if error.diff(symbols[k]).free_symbols.isdisjoint({*symbols, *system.inputs})]
         if not linear or hidden_states(system):
             return {}
-        found = residual_slopes(system, self.search.motion, [moved[k] for k in linear])
+        found = residual_slopes(system, self.search.motion, [symbols[k] for k in linear])
         return {k: self._scaled(found[:, :, j]) for j, k in enumerate(linear)}
 
     def _known(self, trial: Trial) -> dict[int, Array]:
@@ -275,7 +275,9 @@ class ForceFits(ModelFits):
         pairs = zip(trial.changed.equation_error, self.search.system.equation_error, strict=True)
         added = [sympy.expand_mul(one - other) for one, other in pairs if one != other]
         changed = set().union(*(force.free_symbols for force in added))
-        return known | {k: s for k, s in self._scaled_by_others.items() if self.search.moved[k] not in changed}
+        return known | {
+            k: s for k, s in self._scaled_by_others.items() if self.search.refitted_symbols[k] not in changed
+        }
 
     def _slopes(self, trial: Trial, theta: Array, now: Array, size: Array, before: Array | None = None) -> Array:
         """Derivatives of the predicted force by each parameter, (p, SIGN_BLOCKS, K).
@@ -284,7 +286,7 @@ class ForceFits(ModelFits):
         is over the present ``_gain``, unless that depends on them.
         """
         fixed = before is not None and not self._moves_drive and not rubs_by_load(trial.changed)
-        slopes = dict(enumerate(before[: len(trial.moved)])) if before is not None and fixed else {}
+        slopes = dict(enumerate(before[: len(trial.refitted_symbols)])) if before is not None and fixed else {}
         steps, moved = STEP * size, theta + np.diag(STEP * size)
         if not slopes:  # those known are by values on which the gain does not depend
             over = self._by_coordinate(1 / self._gain(trial, theta))
@@ -308,7 +310,7 @@ class ForceFits(ModelFits):
         """
         record = self.search.record if joint is None else replace(self.search.record, joints=(joint,))
         runner = replace(fit.runner, record=record)
-        prior, effects = self.search.prior(fit.trial, fit.theta), slice(len(fit.trial.moved), None)
+        prior, effects = self.search.prior(fit.trial, fit.theta), slice(len(fit.trial.refitted_symbols), None)
         fixed, centre = np.zeros(len(fit.theta)), prior.centre.copy()
         fixed[effects], centre[effects] = (FIXED * prior.size[effects]) ** -2.0, fit.theta[effects]
         held = replace(prior, precision=prior.precision + np.diag(fixed), centre=centre)

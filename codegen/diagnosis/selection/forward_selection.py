@@ -141,8 +141,8 @@ def explains_more(search: Search, led: Fit, pair: Fit) -> bool:
     here = ForceCriterion(search, pair)
     if pair.cost >= led.cost - BETTER or not force_prefers(here, ForceCriterion(search, led)):
         return False
-    moved, values = led.values
-    other = search.with_parts(led, moved, [*led.trial.parts, pair.part], [*values, pair.parameters])
+    refitted_values, values = led.values
+    other = search.with_parts(led, refitted_values, [*led.trial.parts, pair.part], [*values, pair.parameters])
     there = ForceCriterion(search, other)
     return not (runs_prefer(search, other, pair) or force_prefers(there, here, most_left(other)))
 

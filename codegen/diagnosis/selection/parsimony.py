@@ -340,6 +340,6 @@ def largest_first(search: Search, fit: Fit) -> Fit:
 
 def put_first(search: Search, fit: Fit, k: int) -> Fit:
     """The fit with its k-th effect before the others."""
-    moved, found = fit.values
+    refitted_values, found = fit.values
     order = sorted(range(len(found)), key=lambda j: j != k)
-    return search.with_parts(fit, moved, [fit.trial.parts[j] for j in order], [found[j] for j in order])
+    return search.with_parts(fit, refitted_values, [fit.trial.parts[j] for j in order], [found[j] for j in order])

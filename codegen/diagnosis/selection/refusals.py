@@ -130,8 +130,8 @@ def admissible(system: System, found: Fit) -> bool:
 
 def _refitted(system: System, found: Fit) -> System:
     """The declared system with the refitted values of a fit."""
-    moved = found.values[0].tolist()
-    return with_values(system, dict(zip((s.name for s in found.trial.moved), moved, strict=True)))
+    refitted_values = found.values[0].tolist()
+    return with_values(system, dict(zip((s.name for s in found.trial.refitted_symbols), refitted_values, strict=True)))
 
 
 def uncovered(search: Search, part: Part, values: Mapping[str, float]) -> str:

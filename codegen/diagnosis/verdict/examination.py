@@ -230,7 +230,7 @@ def _judged(
     """The answer with the effects found, or ``plain`` with the reason if force residual or held-out data refuse."""
     problem, system = final_search.problem, with_effects(final_search.system, found)
     richer = adopt_values(final_search, fit, system)
-    without_it = {s.name: float(plain.refit.values[s]) for s in final_search.moved}
+    without_it = {s.name: float(plain.refit.values[s]) for s in final_search.refitted_symbols}
     options = options_of(system, richer, without_it)
     models = problem, plain.refit, options[0][1]
     settled, against = settled_by_free_runs(outcome.final, outcome.explained, *models), ""

@@ -107,8 +107,8 @@ def accepted_across_joints(
     found = found_across_joints(search, outcome.base, material)
     if found is None:
         return answer, outcome
-    moved, values = found.found.values
-    final = search.with_parts(outcome.base, moved, found.found.trial.parts, values)
+    refitted_values, values = found.found.values
+    final = search.with_parts(outcome.base, refitted_values, found.found.trial.parts, values)
     if not _accepted_by_runs(search, outcome.base, final):
         return answer, outcome
     led = replace(outcome.with_final(search, final, ()), first=tuple(with_first(found, outcome.first)))

@@ -88,13 +88,13 @@ def with_harmonics(search: Search, outcome: Outcome) -> tuple[Outcome, Search]:
             continue
         best: Fit | None = None
         for kept in [[], rest] if rest else [[]]:
-            moved, system = _start(near, final, kept)
+            refitted_values, system = _start(near, final, kept)
             waves = _best(periods, system, search.problem, i)
             if waves is None:
                 continue
             part = part_of(effect.of_orders(waves.orders), i, near.system)
             parts, values = [final.trial.parts[k] for k in kept], [final.values[1][k] for k in kept]
-            richer = near.with_parts(final, moved, [*parts, part], [*values, waves.parameters(effect)])
+            richer = near.with_parts(final, refitted_values, [*parts, part], [*values, waves.parameters(effect)])
             fitted = pruned(near, richer, MOST_ORDER, spared=1)
             if best is None or worth_it(near, best, fitted, MOST_ORDER):
                 best = fitted

@@ -95,7 +95,7 @@ def _as_replacement(
 
     With ``of_its_variable`` it replaces those of its place and variable only; None if there are none.
     """
-    (moved, values), parts, part = outcome.final.values, outcome.final.trial.parts, one.part
+    (refitted_values, values), parts, part = outcome.final.values, outcome.final.trial.parts, one.part
     kept = [k for k, p in enumerate(parts) if of_its_variable and not same_signature(p, part)]
     replaced = [p for k, p in enumerate(parts) if k not in kept]
     if of_its_variable and not replaced:
@@ -103,9 +103,9 @@ def _as_replacement(
     extends = of_its_variable and len(replaced) == 1
     if extends and not _is_special_case(search, one, replaced[0]):
         return None
-    whole = search.with_parts(tried.base, moved, parts, values) if parts else tried.base
+    whole = search.with_parts(tried.base, refitted_values, parts, values) if parts else tried.base
     others, known = [parts[k] for k in kept], [values[k] for k in kept]
-    wave = search.with_parts(tried.base, moved, [*others, part], [*known, one.found.parameters])
+    wave = search.with_parts(tried.base, refitted_values, [*others, part], [*known, one.found.parameters])
     if wave.cost > whole.cost - BETTER:
         return None
     here, there = ForceCriterion(search, wave), ForceCriterion(search, whole)

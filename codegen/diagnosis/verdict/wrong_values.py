@@ -71,12 +71,12 @@ def _gain(fit: Fit, other: Fit) -> float:
 
 def _changes(search: Search, fit: Fit) -> int:
     """Number of effects and of values ``WITHIN`` tolerances or more away, where those of ``wrong_links`` count once."""
-    values = fit.theta[: len(search.moved)]
+    values = fit.theta[: len(search.refitted_symbols)]
     far = np.flatnonzero(tolerances_away(search, values) >= AT_END * WITHIN)
     links = wrong_links(search, values)
     if links is None:
         return len(fit.trial.parts) + len(far)
-    others = [k for k in far if search.moved[k] not in search.problem.changes]
+    others = [k for k in far if search.refitted_symbols[k] not in search.problem.changes]
     return len(fit.trial.parts) + len(others) + len(links)
 
 
@@ -95,10 +95,10 @@ def wrong_links(search: Search, values: Array) -> list[int] | None:
     errors that have nothing to do with each other, or if no parameter is far off.
     """
     problem = search.problem
-    places = [k for k, s in enumerate(search.moved) if s in problem.changes]
+    places = [k for k, s in enumerate(search.refitted_symbols) if s in problem.changes]
     if not places:
         return None
-    changes = np.array([problem.changes[search.moved[k]] for k in places])  # (p, links, numbers)
+    changes = np.array([problem.changes[search.refitted_symbols[k]] for k in places])  # (p, links, numbers)
     size = np.linalg.norm(changes, axis=(1, 2))
     left = off = (values - search.declared)[places] / size
     columns, chosen = changes / size[:, None, None], list[int]()
@@ -120,7 +120,7 @@ def wrong_links_in_words(search: Search, answer: Answer) -> list[Fact]:
     written = answer.adopted
     if written is None or not answer.errors:
         return []
-    links = wrong_links(search, np.array([float(written.values[s]) for s in search.moved]))
+    links = wrong_links(search, np.array([float(written.values[s]) for s in search.refitted_symbols]))
     if links is None:
         return []
     return [Fact.worded("declared value", "links", names=[search.system.positions[k].name for k in links])]
@@ -144,14 +144,16 @@ def _far_values(search: Search, fit: Fit) -> str:
 
     Of many values ``MOST_VALUES`` are given, those the most tolerances away, and the names of the others.
     """
-    away = tolerances_away(search, fit.theta[: len(search.moved)])
+    away = tolerances_away(search, fit.theta[: len(search.refitted_symbols)])
     far = [k for k in np.argsort(-away, kind="stable") if away[k] >= AT_END * WITHIN]
+    symbols = search.refitted_symbols
+    units = [in_unit(search.system, s) for s in symbols]
     values = [
-        f"{search.moved[k]} = {fit.theta[k]:.4g}{in_unit(search.system, search.moved[k])} in place of the declared "
-        f"{search.declared[k]:.4g}{in_unit(search.system, search.moved[k])} ({away[k]:.2g} tolerances away)"
+        f"{symbols[k]} = {fit.theta[k]:.4g}{units[k]} in place of the declared "
+        f"{search.declared[k]:.4g}{units[k]} ({away[k]:.2g} tolerances away)"
         for k in far[:MOST_VALUES]
     ]
-    if others := [search.moved[k].name for k in far[MOST_VALUES:]]:
+    if others := [symbols[k].name for k in far[MOST_VALUES:]]:
         values.append(f"other values of {', '.join(others)}")
     if len(values) < 2:
         return "".join(f"{one} explains" for one in values)
@@ -167,7 +169,7 @@ def moved_values(answer: Answer, fit: Fit, problem: Problem, material: float) ->
     if written is None:
         return []
     known = {error.name for error in answer.errors}
-    found = estimate(fit).moved
+    found = estimate(fit).refitted
     drive = Drive(written, problem.motion)
     facts = []
     for s in problem.uncertain:
