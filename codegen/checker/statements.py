@@ -24,7 +24,7 @@ OWN = ("V", "e", "P", "sign", "sin", "cos", "exp", "abs", "fabs")  # names that 
 PROOF, SETS = theorem.PROOF, theorem.SETS
 STEP, LONG_RUN = "the step multiplies V = e'Pe", "is in the long run at most"
 SIZES = "that noise and drift stay within the bounds assumed (generate and certify take them from the envelope)"
-UNREAD = f"{SETS}: it belongs to a {PROOF} whose V is not that of the certificate, so its bounds are not used"
+UNREAD = f"{SETS}: its bounds are not used, which need a {PROOF} of the C beside it, with the V of the certificate"
 WITHIN, SIZED = "noise, change of force or speed within a sample", "noise and drift beyond the bounds assumed below"
 
 

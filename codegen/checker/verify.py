@@ -223,7 +223,8 @@ def check(
         named = (top := parsed(text))["subject"]["files"]
         if sources is None:
             sources = read(folder, {*named, PROOF, SETS})
-            alone(folder, top["subject"]["name"])
+            if sources.keys() & named.keys():  # without a file of the code nothing is said of it
+                alone(folder, top["subject"]["name"])
         more, facts = unchanged(top, sources, spec), in_time(top)
         proved, unproved, whole = by_kernel(top, {k: v for k, v in sources.items() if k in {*named, PROOF, SETS}})
     except RecursionError:
@@ -265,8 +266,10 @@ def alone(folder: Path | None, name: str) -> None:
     own = [Path(folder or "", f"{name}{end}.h") for end in ("", "_lanes")]  # the latter of `generate --target simd`
     headers = [x for x in below if re.search(HEADERS, x.name.lower()) and x not in own]
     headers += [x for x in below if x.parent == folder and "." not in x.name and not (x.is_dir() or program(x))]
-    named = [one_line(x.name) for x in headers + [x for x in below if x.is_symlink() and x.is_dir()]]
-    demand(not named, f"{', '.join(named[:3])} beside the code: a compiler may take it for a header of the system's")
+    headers += [x for x in below if x.is_symlink() and x.is_dir()]
+    names = ", ".join(one_line(str(x.relative_to(folder or ""))) for x in headers[:3])
+    wanted = "no other header and no link to a folder, which a compiler may take for the system's; move it elsewhere"
+    demand(not headers, f"beside the code: {names}; expected {wanted}")
 
 
 def within(folder: Path) -> list[Path]:

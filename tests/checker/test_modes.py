@@ -268,6 +268,20 @@ def test_the_lanes_of_a_code_may_lie_beside_it(tmp_path: Path) -> None:
     assert verify.main([str(folder / "certificate.json")]) == 3
 
 
+def test_a_certificate_without_its_code_is_not_judged_by_other_folders(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A colleague's folder held the certificate, and below it the code of others: "refused", for their headers."""
+    shutil.copytree(GENERATED / "two_mass", tmp_path / "two_mass")
+    shutil.copy(GENERATED / "one_mass" / "certificate.json", tmp_path / "of_one_mass.json")
+    assert verify.main([str(tmp_path / "of_one_mass.json")]) == verify.NO_CODE
+    shutil.copy(GENERATED / "one_mass" / "one_mass.c", tmp_path)
+    capsys.readouterr()
+    assert verify.main([str(tmp_path / "of_one_mass.json")]) == 3
+    found = capsys.readouterr().out
+    assert f"beside the code: {Path('two_mass', 'two_mass.h')}; expected" in found and "move" in found
+
+
 def test_a_link_to_a_folder_of_headers_is_refused(tmp_path: Path) -> None:
     """<math.h> includes <bits/mathcalls.h>: with -I FOLDER the one behind the link."""
     folder = shutil.copytree(GENERATED / "one_mass", tmp_path / "one_mass")
