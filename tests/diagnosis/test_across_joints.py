@@ -109,7 +109,9 @@ def test_a_refused_candidate_is_no_rival(monkeypatch: pytest.MonkeyPatch) -> Non
 
     def refused(*args: Any, **options: Any) -> Ranked:
         one = judged(*args, **options)
-        return one if one.found.part.kind == "input_gain" else replace(one, why_not="takes the drive", unsure=False)
+        return (
+            one if one.found.part.kind == "input_gain" else replace(one, why_not="takes the drive", insignificant=False)
+        )
 
     monkeypatch.setattr(force_selection, "judged", refused)
     monkeypatch.setattr(force_led, "_is_better", lambda search, best, rival: False)

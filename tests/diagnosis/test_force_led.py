@@ -129,7 +129,7 @@ def test_an_effect_that_is_not_significant_is_not_named_without_a_second_one(tmp
     with among("spring", "viscous", "quadratic_drag"):
         fits = ForceFits(search, search.refit())
         first, *_ = force_selection.force_round(fits, fits.plain, None)
-        assert first.unsure and first.found.part.kind == "spring"
+        assert first.insignificant and first.found.part.kind == "spring"
         assert selected_by_force(search, search.refit()) is None
 
 

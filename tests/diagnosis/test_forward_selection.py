@@ -111,9 +111,14 @@ def test_a_form_with_more_parameters_must_fit_clearly_better_than_one_that_is_ad
     effect = CATALOGUE["saturation"]
     parts = {k: Placed(kind="saturation", on="w", names=n, effect=effect) for k, n in names.items()}
     fits = {k: SimpleNamespace(part=parts[k], cost=c) for k, c in zip(names, (100.0, cost), strict=True)}
-    for words, unsure in (("fits only with unphysical values", False), ("may be chance", True)):
+    for words, insignificant in (("fits only with unphysical values", False), ("may be chance", True)):
         tried: list[Any] = [
-            InRound(found=fit, why_not=words * (k in refused), unsure=unsure and k in refused, contradicted=False)
+            InRound(
+                found=fit,
+                why_not=words * (k in refused),
+                insignificant=insignificant and k in refused,
+                contradicted=False,
+            )
             for k, fit in fits.items()
         ]
         assert [r.found for r in ranking.in_simplest_admitted_forms(tried)] == [fits[k] for k in kept]
@@ -175,7 +180,7 @@ def test_effects_are_tried_in_pairs_where_the_best_alone_is_far_off_in_some_segm
     alone, pair = fit("lags"), fit("lag", "gain")
     for one, cost in ((alone, 9.0), (pair, 1.0)):
         one.cost, one.by_segment, one.residual = cost, squares, np.zeros((20, 40))
-    best = InRound(found=alone, why_not="", unsure=False, contradicted=False, for_table=None)
+    best = InRound(found=alone, why_not="", insignificant=False, contradicted=False, for_table=None)
     asked: list[Any] = []
 
     def in_pairs(search: Any, some: Any) -> Any:
@@ -247,7 +252,7 @@ def test_each_joint_of_an_arm_has_rounds_of_its_own(monkeypatch: pytest.MonkeyPa
         found = InRound(
             found=found,
             why_not="no" if joint == 2 or current.left[joint] == 1 else "",
-            unsure=False,
+            insignificant=False,
             contradicted=False,
             for_table=found,
         )
@@ -300,7 +305,10 @@ def test_with_an_effect_in_doubt_one_more_is_sought_and_no_third(
     def run_round(search: Any, base: Any, parts: Any) -> list[Any]:
         begun.append(base.trial.parts)
         found = [fit(*base.trial.parts, kind) for kind in rounds.get(base.trial.parts, ())]
-        return [InRound(found=f, why_not="may be chance", unsure=True, contradicted=False, for_table=f) for f in found]
+        return [
+            InRound(found=f, why_not="may be chance", insignificant=True, contradicted=False, for_table=f)
+            for f in found
+        ]
 
     monkeypatch.setattr(forward_selection, "run_round", run_round)
     monkeypatch.setattr(forward_selection, "credible", lambda *_: False)

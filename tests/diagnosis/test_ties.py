@@ -39,7 +39,7 @@ def ranked(kind: str, left: float, on: str = "q") -> Any:
     trial = SimpleNamespace(system=None, parts=())
     found = SimpleNamespace(part=part, cost=0.0, held_out_losses=np.zeros(1), trial=trial)
     evidence = SimpleNamespace(share=1 - left)
-    return InRound(found=found, evidence=evidence, why_not="", unsure=False, contradicted=False)
+    return InRound(found=found, evidence=evidence, why_not="", insignificant=False, contradicted=False)
 
 
 @pytest.fixture
@@ -101,7 +101,7 @@ def test_a_candidate_that_is_not_accepted_when_fitted_again_passes_in_no_table()
     spring, viscous = real_ranked("spring", system), real_ranked("viscous", system, "too little")
     marked = ranking.refused_when_fitted_again([offset, twin, spring, viscous], offset)
     assert [bool(r.why_not) for r in marked] == [True, True, False, True]
-    assert marked[0].unsure and marked[0].why_not == marked[1].why_not
+    assert marked[0].insignificant and marked[0].why_not == marked[1].why_not
     assert marked[2] is spring and marked[3] is viscous
 
 
@@ -268,7 +268,7 @@ def test_a_form_that_may_be_chance_does_not_lead_where_another_form_of_its_effec
     search: Any = SimpleNamespace(with_noise_floor=lambda current: (None, current))
     left = ranking.run_round(search, SimpleNamespace(), [])  # type: ignore[arg-type]
     assert len(left[0].found.part.names) == 3 + first
-    assert left[0].unsure is (min(chances) > 0.01)  # it may still pass in addition to another effect
+    assert left[0].insignificant is (min(chances) > 0.01)  # it may still pass in addition to another effect
 
 
 @pytest.mark.parametrize(("against", "preferred"), [(0.0, True), (4.1, False)])
@@ -560,4 +560,4 @@ def test_a_load_that_only_the_force_refuses_is_a_rival_of_another_load(
 def test_a_candidate_that_may_be_chance_alone_is_between_the_others() -> None:
     """Its grade is 1; of an accepted candidate it is 2, of one that fails another test 0."""
     tested = (("", False), ("may be chance", True), ("is too small to matter", False))
-    assert [InRound(why_not=why, unsure=unsure).grade for why, unsure in tested] == [2, 1, 0]
+    assert [InRound(why_not=why, insignificant=insignificant).grade for why, insignificant in tested] == [2, 1, 0]

@@ -22,9 +22,9 @@ from tests.diagnosis.stage import TEST, TRAIN, among, competing, log_of, stage, 
 MATERIAL = 0.02
 
 
-def candidate(share: float, size: float, unsure: bool = True, kind: str = "cogging") -> Ranked:
+def candidate(share: float, size: float, insignificant: bool = True, kind: str = "cogging") -> Ranked:
     found = cast(Any, SimpleNamespace(part=Placed(kind=kind, on="x")))
-    return Ranked(found, Evidence(1.0, share, 2.0, 6, 8), 0.3, size, "may be chance", unsure)
+    return Ranked(found, Evidence(1.0, share, 2.0, 6, 8), 0.3, size, "may be chance", insignificant)
 
 
 def judged(*tried: Ranked, verdict: Any = "none") -> Answer:
@@ -39,15 +39,15 @@ def test_the_candidate_that_explains_most_is_told() -> None:
 
 
 @pytest.mark.parametrize(
-    ("share", "size", "unsure"),
+    ("share", "size", "insignificant"),
     [
         (LEAST_EXPLAINED - 0.01, 0.1, True),
         (0.95, MATERIAL / 2, True),  # less than a material force
         (0.95, 0.1, False),  # refused for another reason, such as the held-out data
     ],
 )
-def test_none_stays(share: float, size: float, unsure: bool) -> None:
-    assert judged(candidate(share, size, unsure)).verdict == "none"
+def test_none_stays(share: float, size: float, insignificant: bool) -> None:
+    assert judged(candidate(share, size, insignificant)).verdict == "none"
 
 
 @pytest.mark.parametrize("verdict", ["effect", "ambiguous", "unknown", "unfit"])

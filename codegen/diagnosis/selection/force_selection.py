@@ -91,7 +91,7 @@ def selected_by_force(search: Search, base: Fit) -> ForceSelection | Fact | None
             is_tied = fit.trial.parts and not turn and _tied(search, ranked)
             # An effect that is not significant alone may be with a second one: each hides the other.
             doubtful = fit is not accepted
-            if not ranked or is_tied or (ranked[0].why_not and (doubtful or not ranked[0].unsure)):
+            if not ranked or is_tied or (ranked[0].why_not and (doubtful or not ranked[0].insignificant)):
                 break
             fit = ranked[0].found
             if ranked[0].why_not:
@@ -138,7 +138,7 @@ def force_round(fits: ForceFits, plain: Fit, joint: int | None) -> list[Ranked]:
     of_runs = share_of_runs(len(fits.search.record.start))
     count = hypotheses(parts)
     ranked = judged_in_addition(fits, plain, parts, count, of_level=1 - of_runs)
-    ranked = [shown_by_runs(fits, plain, r, count, of_runs) if r.unsure else r for r in ranked]
+    ranked = [shown_by_runs(fits, plain, r, count, of_runs) if r.insignificant else r for r in ranked]
     return sorted(in_simplest_admitted_forms(ranked), key=lambda r: (-r.grade, r.found.cost))
 
 
@@ -196,7 +196,7 @@ def shown_by_runs(fits: ForceFits, plain: Fit, one: Ranked, candidates: int, of_
     p = min(1.0, candidates * random_signs(shown.t) / of_level)
     if shown.share < acceptance.LEAST_SHARE or p > acceptance.ALPHA:
         return one
-    return replace(one, why_not="", unsure=False, p=p)
+    return replace(one, why_not="", insignificant=False, p=p)
 
 
 def drive_kept(fits: ForceFits, plain: Fit, trial: Trial, theta: Array) -> float:
@@ -226,7 +226,7 @@ def judged(
     scales = drive_left(found.model, problem.motion) / drive_left(plain.model, problem.motion)
     acting = min(1.0, float(np.min(drive_shares(found.model, plain.model, problem.motion, problem.used) / scales)))
     p = min(1.0, candidates * random_signs(one.t) / of_level)
-    why_not, unsure = "", False
+    why_not, insignificant = "", False
     share = min(one.share, 1 - ratio**2)
     if 1 - share > (1 - least) * acting**2:
         why_not = f"removes {in_percent(share)} of the squared residual force on held-out parts"
@@ -236,8 +236,8 @@ def judged(
     elif form := corrects_a_form(ForceCriterion(fits.search, plain), ForceCriterion(fits.search, found)):
         why_not = form
     elif p > acceptance.ALPHA:
-        why_not, unsure = f"may be chance: {chance_in_words(p, candidates)}", True
-    return Ranked(found, one, ratio, relative_size(fits.search, found, plain), why_not, unsure, p)
+        why_not, insignificant = f"may be chance: {chance_in_words(p, candidates)}", True
+    return Ranked(found, one, ratio, relative_size(fits.search, found, plain), why_not, insignificant, p)
 
 
 def in_determined_forms(fits: ForceFits, fit: Fit) -> Fit:

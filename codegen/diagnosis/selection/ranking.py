@@ -47,7 +47,7 @@ class Ranked:
         ratio: median free-run error over that of the model without it.
         size: change of the prediction, or force, over that of the drive force.
         why_not: the test that it fails, in words; empty if it passes all.
-        unsure: whether it fails only the significance test; in addition to another effect it may pass.
+        insignificant: whether it fails only the test of significance, which it may pass in addition to another effect.
         p: nominal probability of such gains without an effect, for any candidate of the round; compared with α.
         force_criterion: its force residual.
         uncovered: whether it fails only because the log covers less than its period, which is not at its limit.
@@ -59,7 +59,7 @@ class Ranked:
     ratio: float
     size: float
     why_not: str
-    unsure: bool = False
+    insignificant: bool = False
     p: float = 1.0
     force_criterion: ForceCriterion | None = None
     uncovered: bool = False
@@ -72,7 +72,7 @@ class Ranked:
     @property
     def grade(self) -> int:
         """2 if it passes all tests, 1 if all but that of significance, else 0."""
-        return int(self.unsure) if self.why_not else 2
+        return int(self.insignificant) if self.why_not else 2
 
     @property
     def for_table(self) -> Ranked:
@@ -97,7 +97,7 @@ def run_round(search: Search, current: Fit, parts: Sequence[Part], leading: bool
     ranked = _without_extensions_not_shown(search, ranked)
     # Where one form of an effect passes, none that may be chance leads: refused later, it would take the effect along.
     passed = {r.part.key for r in ranked if not r.why_not}
-    ranked = [replace(r, unsure=False) if r.unsure and r.part.key in passed else r for r in ranked]
+    ranked = [replace(r, insignificant=False) if r.insignificant and r.part.key in passed else r for r in ranked]
     return sorted(in_simplest_admitted_forms(ranked), key=lambda r: (not r.grade, r.found.cost))
 
 
@@ -122,8 +122,8 @@ def _tested(search: Search, base: Fit, before: ForceCriterion, found: Fit, count
     many = hypotheses_tried(search, base, found, count)
     p = p_by_free_runs(search, with_it, evidence, many)
     p = p if why_not else combined_p(p, before, after, many)
-    unsure = not why_not and p > acceptance.ALPHA
-    if unsure:
+    insignificant = not why_not and p > acceptance.ALPHA
+    if insignificant:
         better_on = f"it is better on {evidence.won} of {evidence.blocks} held-out parts"
         why_not = f"may be chance: {better_on}, but {chance_in_words(p, many)}"
     return Ranked(
@@ -132,7 +132,7 @@ def _tested(search: Search, base: Fit, before: ForceCriterion, found: Fit, count
         ratio=noise_ratio(with_it) / noise_ratio(without),
         size=size,
         why_not=why_not,
-        unsure=unsure,
+        insignificant=insignificant,
         p=p,
         force_criterion=after,
         uncovered=bool(too_short) and p <= acceptance.ALPHA and "period" not in at_limit(found)[-1],
@@ -224,7 +224,9 @@ def refused_when_fitted_again(ranked: Sequence[Ranked], chosen: Ranked) -> list[
     words = "may be chance: it passes with the noise that the refit leaves, but not with the noise of the log"
     same = same_motion(chosen.found)
     return [
-        replace(r, why_not=words, unsure=True) if not r.why_not and (r is chosen or is_one_of(r.found, same)) else r
+        replace(r, why_not=words, insignificant=True)
+        if not r.why_not and (r is chosen or is_one_of(r.found, same))
+        else r
         for r in ranked
     ]
 

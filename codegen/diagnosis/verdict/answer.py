@@ -172,7 +172,7 @@ def unknown_for_a_candidate(answer: Answer, tried: Sequence[Ranked], material: f
     """
     if answer.verdict != "none":
         return answer
-    found = [r for r in tried if r.unsure and r.evidence.share > LEAST_EXPLAINED and r.size >= material]
+    found = [r for r in tried if r.insignificant and r.evidence.share > LEAST_EXPLAINED and r.size >= material]
     if not found:
         return answer
     best = max(found, key=lambda r: r.evidence.share)
