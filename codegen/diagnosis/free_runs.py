@@ -114,7 +114,7 @@ def select(case: Case, search: Search, report: Report, on_findings: Callable[[Fi
     report("refit", 0.05)
     search, base = _refit(case.spec, search, case)
     for turn in range(MOST_CORRECTIONS + 1):
-        search, outcome, replaced = _sought(search, base, effects, case, may_be_late=turn < MOST_CORRECTIONS)
+        search, outcome, replaced = _selected(search, base, effects, case, may_be_late=turn < MOST_CORRECTIONS)
         late = corrected_for_leads(case, search, outcome.final) if turn < MOST_CORRECTIONS else None
         if late is None:
             break
@@ -336,17 +336,18 @@ def _refit(spec: Spec, search: Search, case: Case) -> tuple[Search, Fit]:
         raise case.unfit from error
 
 
-def _sought(
+def _selected(
     search: Search, base: Fit, progress: Callable[[int, float], None], case: Case, may_be_late: bool = False
 ) -> tuple[Search, Outcome, tuple[Part, ...]]:
-    """Search, outcome of forward selection, and the effects that were replaced by wrong values of parameters.
-
-    At constant speed parameters keep their limits, since inertia acts only on noise and ripple there.
+    """Forward selection, and once more without limits on the parameters where these may stand for an effect.
 
     Args:
         may_be_late: whether effects are compared with inputs that act earlier. A selection whose effects these explain
             is repeated by the caller, so it ends early: on an arm, whose joints are judged independently, with the
             first such effect; the selection without limits, if the one with limits found such effects as well.
+
+    Returns:
+        the search, the outcome, and the effects that were replaced by wrong values of parameters.
     """
 
     def are_late_inputs(search: Search, found: Fit) -> bool:
@@ -359,19 +360,22 @@ def _sought(
         search, base, progress, case.faults, lambda found: ends_early(found) and are_late_inputs(search, found)
     )
     is_late = are_late_inputs(search, outcome.final)
+    # At constant speed parameters keep their limits, since inertia acts only on noise and ripple there.
     if case.faults or case.steady or (is_late and ends_early(outcome.final)):
         return search, outcome, ()
-    free = wrong_values.released(search, base, outcome)
-    if free is not None:
+    without_limits = wrong_values.released(search, base, outcome)
+    if without_limits is None:
+        return search, outcome, ()
+    free_search, free_base = without_limits
 
-        def are_late_too(found: Fit) -> bool:
-            return is_late and are_late_inputs(free[0], found)
+    def are_late_too(found: Fit) -> bool:
+        return is_late and are_late_inputs(free_search, found)
 
-        without_limits = find_effects(*free, progress, case.faults, are_late_too)
-        if are_late_too(without_limits.final):
-            return search, outcome, ()
-        if wrong_values.is_better(free[0], without_limits.final, search, outcome.final):
-            return free[0], without_limits, outcome.parts
+    free_outcome = find_effects(free_search, free_base, progress, case.faults, are_late_too)
+    if are_late_too(free_outcome.final):
+        return search, outcome, ()
+    if wrong_values.is_better(free_search, free_outcome.final, search, outcome.final):
+        return free_search, free_outcome, outcome.parts
     return search, outcome, ()
 
 
