@@ -89,7 +89,7 @@ def _spec_text(name: str, robot: RobotModel, path: Path, file: Path, log: Path |
     guess = Guess({}, ()) if log is None else guess_columns(log_names(log), joints)
 
     def rendered(seen: _Observed, tracker_gains: Sequence[str], euler_below: float | None = None) -> str:
-        content = {"file": json.dumps(file.name), **_content(robot, bodies, guess, log, seen)}
+        content = {"file": json.dumps(file.name), **_template_variables(robot, bodies, guess, log, seen)}
         below = None if euler_below is None else _time(float(rounded_to(euler_below, 2, ROUND_DOWN)))
         return render("text/new_robot_spec.j2", name=name, tracker_gains=tracker_gains, euler_below=below, **content)
 
@@ -130,7 +130,7 @@ def _tracker_gains(spec: Spec) -> list[str]:
     return [f"{-velocity_gain / 4 / largest * inertia:.2g}" for inertia in inertias.tolist()]
 
 
-def _content(
+def _template_variables(
     robot: RobotModel, bodies: Sequence[MovingBody], guess: Guess, log: Path | None, seen: _Observed
 ) -> Mapping[str, Any]:
     """The variables of the template ``text/new_robot_spec.j2``.
@@ -139,8 +139,37 @@ def _content(
         guess: columns of the log.
         seen: sample time and ranges in the log; empty without a log.
     """
+    ranges, assumed = _position_ranges(robot, bodies, seen)
+    gain = DEFAULT_GAIN if seen.period is None else min(DEFAULT_GAIN, GAIN_STEPS / seen.period)
+    return {
+        "gravity": list(robot.gravity) if robot.gravity != STANDARD_GRAVITY else None,
+        "joints": bodies,
+        "ranges": ranges,
+        "assumed": assumed,
+        "speeds": _speeds(bodies, seen),
+        "margin": MARGIN,
+        "measured": seen.measured,
+        "period": None if seen.period is None else _time(seen.period),
+        "unread": seen.remark,
+        "gain": f"{gain:.3g}",
+        "effects": _effects(robot),
+        "remarks": robot.remarks,
+        "log": log is not None,
+        "columns": {symbol: json.dumps(column) for symbol, column in guess.columns.items()},
+        "unmatched": guess.remarks,
+    }
+
+
+def _position_ranges(
+    robot: RobotModel, bodies: Sequence[MovingBody], seen: _Observed
+) -> tuple[dict[str, list[float]], list[str]]:
+    """Joint → range of its position, rad or m; and the joints whose range is assumed.
+
+    The range is that of the limits in the robot file, or an assumed one without these, widened to what the log covers.
+    """
     of_mujoco = {joint.joint: joint for joint in robot.joints}
-    ranges, assumed = {}, []
+    ranges: dict[str, list[float]] = {}
+    assumed = []
     for body in bodies:
         limits = of_mujoco[body.joint].limits if body.joint in of_mujoco else body.limits
         if body.joint not in of_mujoco and limits is not None and max(map(abs, limits)) > MOST_TRAVEL:
@@ -152,7 +181,12 @@ def _content(
             assumed.append(body.joint)
     for joint, ends in seen.positions.items():
         ranges[joint] = [_rounded_up(min(ranges[joint][0], ends[0])), _rounded_up(max(ranges[joint][1], ends[1]))]
-    speeds = {
+    return ranges, assumed
+
+
+def _speeds(bodies: Sequence[MovingBody], seen: _Observed) -> dict[str, tuple[float, str]]:
+    """Joint → (bound on its speed, rad/s or m/s; the largest speed in the log, with its unit) where it was seen."""
+    return {
         body.joint: (
             _rounded_up(MARGIN * seen.speeds[f"v_{body.joint}"]),
             f"{seen.speeds[f'v_{body.joint}']:.4g} {'rad' if body.kind == 'revolute' else 'm'}/s",
@@ -160,33 +194,20 @@ def _content(
         for body in bodies
         if f"v_{body.joint}" in seen.speeds
     }
-    gain = DEFAULT_GAIN if seen.period is None else min(DEFAULT_GAIN, GAIN_STEPS / seen.period)
-    return {
-        "gravity": list(robot.gravity) if robot.gravity != STANDARD_GRAVITY else None,
-        "joints": bodies,
-        "ranges": ranges,
-        "assumed": assumed,
-        "speeds": speeds,
-        "margin": MARGIN,
-        "measured": seen.measured,
-        "period": None if seen.period is None else _time(seen.period),
-        "unread": seen.remark,
-        "gain": f"{gain:.3g}",
-        "effects": [
-            (kind, joint.joint, f"{name}: {value:.12g}")
-            for joint in robot.joints  # what a URDF cannot describe
-            for kind, name, value in (
-                ("inertia_error", "delta", joint.armature),
-                ("spring", "k", joint.stiffness),
-                ("offset", "f0", joint.stiffness * joint.rest),
-            )
-            if value
-        ],
-        "remarks": robot.remarks,
-        "log": log is not None,
-        "columns": {symbol: json.dumps(column) for symbol, column in guess.columns.items()},
-        "unmatched": guess.remarks,
-    }
+
+
+def _effects(robot: RobotModel) -> list[tuple[str, str, str]]:
+    """(kind, joint, ``parameter: value``) of what a URDF cannot state: reflected inertias and springs of the joints."""
+    return [
+        (kind, joint.joint, f"{name}: {value:.12g}")
+        for joint in robot.joints
+        for kind, name, value in (
+            ("inertia_error", "delta", joint.armature),
+            ("spring", "k", joint.stiffness),
+            ("offset", "f0", joint.stiffness * joint.rest),
+        )
+        if value
+    ]
 
 
 def _observed_in_log(spec: Spec, path: Path) -> _Observed:
