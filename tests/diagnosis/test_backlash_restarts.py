@@ -43,7 +43,7 @@ def test_searches_of_a_backlash_begin_from_starts_that_differ(tmp_path: Path) ->
     tried = CandidateFits(search, search.refit(), parts)
     tried.screened([0])
     (found,) = tried.screened([1])
-    starts = np.array([theta[-4:] for _, theta in tried.starts[1]])
+    starts = np.array([theta[-4:] for _, theta in tried.starts_by_runs[1]])
     apart = np.abs(starts[:, None] - starts).max(axis=2)[np.triu_indices(len(starts), 1)]
     assert len(starts) == 3 and apart.min() > 1, "a factor of e in one of the parameters"
     gap = tried.trials[1].split(found.theta)[1][-1]["gap"]

@@ -116,7 +116,7 @@ def test_far_from_the_data_few_segments_take_steps_of_25_in_a_period(step: float
     base, exact = one.refit(), near.refit()
     assert noise_ratio(base) > FAR > noise_ratio(exact)
     few, kept = (
-        CandidateFits(s, fit, tuple(every_part(s, ())[:1])).few[None] for s, fit in ((one, base), (near, exact))
+        CandidateFits(s, fit, tuple(every_part(s, ())[:1])).base_on_few[None] for s, fit in ((one, base), (near, exact))
     )
     runner = few.runner
     assert (runner.record.sample_time, runner.substeps) == (pytest.approx(coarse[0]), coarse[1])
@@ -193,9 +193,9 @@ def test_an_effect_that_acts_once_starts_from_the_force_residual(limit: float, r
     part = part_of(CATALOGUE["saturation"], 0, one.system)
     tried = CandidateFits(one, base, (part,))
     tried.promising([0])
-    assert bool(tried.forced) is rare
+    assert bool(tried.starts_by_force) is rare
     if rare:
-        start = part.outward(tried.forced[0][-1][-1:])
+        start = part.outward(tried.starts_by_force[0][-1][-1:])
         assert start["limit"] == pytest.approx(limit, rel=0.02)
 
 

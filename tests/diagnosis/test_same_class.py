@@ -138,7 +138,7 @@ def test_an_heir_is_fitted_as_its_parent(kind: str, bench: Bench, tmp_path: Path
     found: dict[str, Any] = {}
     for start, attempt in bench.attempts.items():
         k = next(k for k, part in enumerate(attempt.parts) if part.kind == start + kind)
-        part, few = attempt.parts[k], attempt._few(k)
+        part, few = attempt.parts[k], attempt._base_on_few(k)
         runner = replace(attempt.runners[k], record=few.runner.record)
         noise = attempt.search.record.noise
         covered = attempt.survey.covered(part, attempt.levels, noise, attempt.couplings.get(part.place))

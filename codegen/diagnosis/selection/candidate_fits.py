@@ -176,13 +176,15 @@ class CandidateFits:
     """Candidates added to one base fit.
 
     Attributes:
-        starts: index of a part → starting points by free runs.
-        forced: index of a part → starting points from the force residual, used if the base is far above the noise, at
-            least in some segments.
-        left: index of a part → share of the base's squared force residual that remains with one of its starts.
-        along: index of a part → starting points with states that were simulated along the measured motion.
+        starts_by_runs: index of a part → (cost after one linear step, starting point) by free runs on few segments.
+        starts_by_force: index of a part → starting points from the force residual, used if the base is far above the
+            noise, at least in some segments.
+        unexplained_force: index of a part → share of the base's squared force residual that the best of its starts
+            leaves.
+        starts_along_motion: index of a part → starting points of which the states (of a load, for example) were
+            simulated along the measured motion.
         couplings: coordinate → parameters of the spring between motor and load that was fitted there.
-        few: joint → the base on few segments; None → that of a machine that is simulated as a whole.
+        base_on_few: joint → the base fitted on few segments; None → that of a machine that is simulated as a whole.
         least_gain: the cost of a part with a non-smooth loss must fall by this much at its start to be fitted.
     """
 
@@ -191,14 +193,14 @@ class CandidateFits:
     parts: tuple[Part, ...]
     done: int = 0
     couplings: dict[int, dict[str, float]] = field(default_factory=dict)
-    starts: dict[int, list[tuple[float, Array]]] = field(default_factory=dict)
-    forced: dict[int, list[Array]] = field(default_factory=dict)
-    left: dict[int, float] = field(default_factory=dict)
-    along: dict[int, list[Array]] = field(default_factory=dict)
+    starts_by_runs: dict[int, list[tuple[float, Array]]] = field(default_factory=dict)
+    starts_by_force: dict[int, list[Array]] = field(default_factory=dict)
+    unexplained_force: dict[int, float] = field(default_factory=dict)
+    starts_along_motion: dict[int, list[Array]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         joints = {self._joint(part) for part in self.parts}
-        self.few = {joint: _screening(self.search, self.base, joint) for joint in joints}
+        self.base_on_few = {joint: _screening(self.search, self.base, joint) for joint in joints}
         self.parts = tuple(part for part in self.parts if self._is_worth_trying(part))
         self.trials = [self.base.trial.with_part(part) for part in self.parts]
         self.levels = [float(v) for v in self.base.values[0]]
@@ -223,9 +225,14 @@ class CandidateFits:
         """
         self._start_by_force()  # meanwhile the compiler may still work
         self._start_by_runs(indices)
-        gains = {k: self._few(k).cost - min((cost for cost, _ in self.starts[k]), default=np.inf) for k in indices}
+        gains = {
+            k: self._base_on_few(k).cost - min((cost for cost, _ in self.starts_by_runs[k]), default=np.inf)
+            for k in indices
+        }
         scaled = [k for k in indices if self.parts[k].effect.scaling and not is_own(self.parts[k].kind)]
-        by_force = sorted((k for k in scaled if k in self.left), key=self.left.__getitem__)[:BY_FORCE]
+        by_force = sorted((k for k in scaled if k in self.unexplained_force), key=self.unexplained_force.__getitem__)[
+            :BY_FORCE
+        ]
         left_out = sorted(scaled, key=lambda k: -gains[k])[PROMISING:]
         chosen = [k for k in indices if k not in left_out or k in by_force]
         self.done += len(indices) - len(chosen)
@@ -241,26 +248,26 @@ class CandidateFits:
         )
         order = sorted(range(len(self.parts)), key=lambda k: self.trials[k].adds_states)  # these wait for the compiler
         found = self._shared_out(lambda k: self._by_force(start, k), order, threads=False)
-        for k, (left, forced, along) in zip(order, found, strict=True):
-            self.forced[k], self.along[k] = forced, along
-            if forced or along:
-                self.left[k] = left
+        for k, (unexplained, by_force, along_motion) in zip(order, found, strict=True):
+            self.starts_by_force[k], self.starts_along_motion[k] = by_force, along_motion
+            if by_force or along_motion:
+                self.unexplained_force[k] = unexplained
 
     def _by_force(self, start: ForceStart, k: int) -> tuple[float, list[Array], list[Array]]:
         """(share of the squared force residual that remains, starting points, those along the measured motion)."""
         part, trial = self.parts[k], self.trials[k]
         covered = self.covered(part)
-        stage = start.best(trial, covered)
-        others = part.effect.suggested(covered)
-        forced = [np.append(self.base.theta, part.inward(values)) for values in others]
-        left = min((share for share, _ in start.with_levels(trial, forced)), default=np.inf)
-        if stage is not None:
-            left, theta = stage
-            forced.append(theta)
+        best = start.best(trial, covered)
+        suggested = [np.append(self.base.theta, part.inward(values)) for values in part.effect.suggested(covered)]
+        unexplained = min((share for share, _ in start.with_levels(trial, suggested)), default=np.inf)
+        by_force = suggested
+        if best is not None:
+            unexplained, theta = best
+            by_force = [*suggested, theta]
         grid = [np.append(self.base.theta, part.inward(values)) for values in part.effect.followed(covered)]
-        along = sorted(start.with_levels(trial, grid), key=lambda one: one[0])[:FOLLOWED]
-        left = min([left, *(share for share, _ in along)])
-        return left, forced, [theta for share, theta in along if share < 1]
+        along_motion = sorted(start.with_levels(trial, grid), key=lambda one: one[0])[:FOLLOWED]
+        unexplained = min([unexplained, *(share for share, _ in along_motion)])
+        return unexplained, by_force, [theta for share, theta in along_motion if share < 1]
 
     def best_by_force(self, indices: Sequence[int]) -> list[int]:
         """Indices of the parts that explain most of the force residual, the best form of each kind at a place.
@@ -269,27 +276,27 @@ class CandidateFits:
         missing force than by changes of their start states, as for an axis that rings or sticks.
         """
         best: dict[tuple[str, str], int] = {}
-        for k in sorted((k for k in indices if k in self.left), key=self.left.__getitem__):
-            if self.left[k] < 1 - CLEAR_BY_FORCE:
+        for k in sorted((k for k in indices if k in self.unexplained_force), key=self.unexplained_force.__getitem__):
+            if self.unexplained_force[k] < 1 - CLEAR_BY_FORCE:
                 best.setdefault(self.parts[k].key, k)
         return list(best.values())[:FITTED_BY_FORCE]
 
     def _start_by_runs(self, indices: Sequence[int]) -> None:
         """Compute the best starting points of parts on few segments, (cost after one linear step, theta) each."""
         covered = {k: self.covered(self.parts[k]) for k in indices}
-        self._compute_slopes(*(self._few(k) for k in indices))
+        self._compute_slopes(*(self._base_on_few(k) for k in indices))
         groups = [(k, some) for k in indices for some in self._groups(k, list(self.parts[k].effect.starts(covered[k])))]
 
         def start(one: tuple[int, Sequence[Mapping[str, float]]]) -> list[tuple[float, Array]]:
             k, shapes = one
-            return starting_points(self._runner(k), self._few(k), covered[k], shapes)
+            return starting_points(self._runner(k), self._base_on_few(k), covered[k], shapes)
 
         found = list(zip(groups, self._shared_out(start, groups), strict=True))
         for k in indices:
             count = len(self.parts[k].names)
             apart = count if self.parts[k].effect.rough else 0
             own = [p for (j, _), points in found if j == k for p in points]
-            self.starts[k] = best_starts(own, 3 if count > 2 else 2, apart)
+            self.starts_by_runs[k] = best_starts(own, 3 if count > 2 else 2, apart)
 
     def _groups(self, k: int, shapes: Sequence[Mapping[str, float]]) -> list[Sequence[Mapping[str, float]]]:
         """Starting shapes of a part, in groups whose free runs begin together."""
@@ -302,21 +309,23 @@ class CandidateFits:
 
     def screened(self, indices: Sequence[int]) -> list[Screened]:
         """Parts fitted on few segments, each from its best starting points; without those that have none."""
-        self._start_by_runs([k for k in indices if k not in self.starts])
+        self._start_by_runs([k for k in indices if k not in self.starts_by_runs])
         rough = [k for k in indices if self.parts[k].effect.rough]
         starts = self._searched(rough) | {k: self._near_the_best(k) for k in indices if k not in rough}
         tasks = [(k, theta, False) for k in indices for theta in starts[k]]
         loads = len(self.base.trial.changed.transmissions)
         adds = {k: len(self.trials[k].changed.transmissions) > loads for k in indices}
-        tasks += [(k, theta, adds[k]) for k in indices for theta in self.forced.get(k, [])]
-        tasks += [(k, theta, True) for k in indices for theta in self.along.get(k, [])]
+        tasks += [(k, theta, adds[k]) for k in indices for theta in self.starts_by_force.get(k, [])]
+        tasks += [(k, theta, True) for k in indices for theta in self.starts_along_motion.get(k, [])]
 
         def fit(task: tuple[int, Array, bool]) -> tuple[float, Array]:
             k, theta, as_measured = task
             if as_measured:
                 one = self._from_measured_states(self._runner(k), theta)
             else:
-                one = self.search.fit_from(self._runner(k), theta, self._few(k), FIRST_ROUNDS, final_slopes=False)
+                one = self.search.fit_from(
+                    self._runner(k), theta, self._base_on_few(k), FIRST_ROUNDS, final_slopes=False
+                )
             return one.cost, one.theta
 
         fits = list(zip(tasks, self._shared_out(fit, tasks, len(indices)), strict=True))
@@ -326,7 +335,7 @@ class CandidateFits:
             if not own:
                 continue
             cost, theta = min(own, key=lambda found: (self._is_unseen(k, found[1]), found[0]))
-            best.append(Screened(k, self._few(k).cost - cost, theta))
+            best.append(Screened(k, self._base_on_few(k).cost - cost, theta))
             coupling = self.parts[k].effect.coupling(self.trials[k].split(theta)[1][-1])
             if coupling is not None:
                 self.couplings[self.parts[k].place] = coupling
@@ -346,7 +355,7 @@ class CandidateFits:
 
     def _near_the_best(self, k: int) -> list[Array]:
         """The starting points by free runs of a part with a smooth loss: the best, and those nearly as good."""
-        starts, few = self.starts[k], self._few(k)
+        starts, few = self.starts_by_runs[k], self._base_on_few(k)
         if self.parts[k].effect.scaling and starts:
             enough = few.cost - AS_GOOD * max(few.cost - starts[0][0], 0.0)
             starts = [starts[0], *(s for s in starts[1:] if s[0] < enough)]
@@ -358,24 +367,30 @@ class CandidateFits:
             (k, theta)
             for k in indices
             for theta in [
-                *(theta for cost, theta in self.starts[k] if cost < self._few(k).cost - self.least_gain),
-                *(self.forced.get(k, [])[-1:] if k in self.left else []),
+                *(
+                    theta
+                    for cost, theta in self.starts_by_runs[k]
+                    if cost < self._base_on_few(k).cost - self.least_gain
+                ),
+                *(self.starts_by_force.get(k, [])[-1:] if k in self.unexplained_force else []),
             ]
         ]
-        found = self._shared_out(lambda one: simplex_search(self._runner(one[0]), self._few(one[0]), one[1]), near)
+        found = self._shared_out(
+            lambda one: simplex_search(self._runner(one[0]), self._base_on_few(one[0]), one[1]), near
+        )
         best: dict[int, tuple[float, Array]] = {}
         for (k, _), one in zip(near, found, strict=True):
             best[k] = min(best.get(k, one), one, key=lambda pair: pair[0])
 
         def search_again(k: int) -> tuple[float, Array]:
-            return simplex_search(self._runner(k), self._few(k), best[k][1], MORE_TRIES)
+            return simplex_search(self._runner(k), self._base_on_few(k), best[k][1], MORE_TRIES)
 
         again = dict(zip(best, self._shared_out(search_again, list(best)), strict=True))
         return {k: [min(best[k], again[k], key=lambda pair: pair[0])[1]] if k in best else [] for k in indices}
 
     def gain_of(self, fit: Fit, k: int) -> float:
         """The gain of a fit over the base on the few segments of part ``k``."""
-        few = self._few(k)
+        few = self._base_on_few(k)
         runner, prior = _as_of(few, fit.runner), self.search.prior(fit.trial, fit.theta)
         there = shooting_fit(runner, fit.theta, few.runner.record.at_rest, prior, 0, final_slopes=False)
         return few.cost - there.cost
@@ -402,7 +417,7 @@ class CandidateFits:
 
     def _restarted(self, found: Fit) -> Fit:
         k = self.parts.index(found.part)
-        few, part, count = self._few(k), self.parts[k], len(self.base.theta)
+        few, part, count = self._base_on_few(k), self.parts[k], len(self.base.theta)
         others = part.effect.restarts(found.parameters, self.covered(part))
         if not others or found.cost > self.base.cost - LEAST_GAIN:
             return found
@@ -448,15 +463,15 @@ class CandidateFits:
 
     def _is_worth_trying(self, part: Part) -> bool:
         """Whether the base leaves enough loss above the noise at the joint on which a part acts."""
-        excess = {joint: few.cost - noise_loss(few) for joint, few in self.few.items()}
+        excess = {joint: few.cost - noise_loss(few) for joint, few in self.base_on_few.items()}
         return is_own(part.kind) or excess[self._joint(part)] >= LEAST_EXCESS * max(excess.values())
 
-    def _few(self, k: int) -> Fit:
-        return self.few[self._joint(self.parts[k])]
+    def _base_on_few(self, k: int) -> Fit:
+        return self.base_on_few[self._joint(self.parts[k])]
 
     def _runner(self, k: int) -> Runner:
         """Free runs of a part on few segments."""
-        return _as_of(self._few(k), self.runners[k])
+        return _as_of(self._base_on_few(k), self.runners[k])
 
     def _joint(self, part: Part) -> int | None:
         """The joint on which a part acts, for an arm that is run joint by joint; else None."""
@@ -467,8 +482,10 @@ class CandidateFits:
     ) -> list[Result]:
         """The results for all items, by several processes; ``parts``: their number in the progress."""
         whole = len(self.parts) + FITTED
-        shared = [self.search, *self.trials, *self.parts, self.base, *self.few.values()]
-        shared += [one.shooter for one in self.runners] + [one.runner.record for one in (self.base, *self.few.values())]
+        shared = [self.search, *self.trials, *self.parts, self.base, *self.base_on_few.values()]
+        shared += [one.shooter for one in self.runners] + [
+            one.runner.record for one in (self.base, *self.base_on_few.values())
+        ]
         report = share_display()  # here, since a thread has a context of its own
         shared += [self.search.record, *(item for item in items if isinstance(item, Fit))]
 
@@ -487,16 +504,16 @@ def _as_of(base: Fit, runner: Runner) -> Runner:
 
 def _screening(search: Search, base: Fit, joint: int | None) -> Fit:
     """The base on fewer and, if it is far from the data, shorter segments with coarser steps; of one joint if given."""
-    left = base.by_segment
+    misfit = base.by_segment
     if joint is not None:
-        left = left[base.rows_of(joint)]
-    ratio = float(np.sqrt(np.median(left) / base.residual.shape[1]))
+        misfit = misfit[base.rows_of(joint)]
+    ratio = float(np.sqrt(np.median(misfit) / base.residual.shape[1]))
     record = search.shorter(float(np.clip(np.sqrt(NEAR / max(ratio, NEAR)), SHORTEST, 1.0)))
     segments = len(record.start)
     every = max(1, min(segments * record.length // SCREENED_SAMPLES, segments // LEAST_SCREENED))
     chosen = np.arange(0, segments, every)
-    if len(left) == segments:  # the base's own segments
-        far = np.setdiff1d(np.flatnonzero(left > FAR**2 * base.residual.shape[1]), chosen)
+    if len(misfit) == segments:  # the base's own segments
+        far = np.setdiff1d(np.flatnonzero(misfit > FAR**2 * base.residual.shape[1]), chosen)
         chosen = np.union1d(chosen, far[:: max(1, len(far) // max(1, len(chosen) // RARE))])
     few = replace(record, start=np.ascontiguousarray(record.start[chosen]))
     few = few if joint is None else replace(few, joints=(joint,))
