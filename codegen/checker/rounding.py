@@ -76,16 +76,32 @@ def require(proof: dict[str, Any], proven: dict[str, Any]) -> None:
     Args:
         proven: what errors.prove returned for the proof.
     """
-    c, code = proven["c"], step(proof, proven)
-    # Anything else that is added to a state, such as a number, could be large without changing the error matrix, and
-    # the estimate beside it would lose its digits.
+    code = step(proof, proven)
+    require_states_of_estimates(proven)
+    added = require_accurate_step(proof, proven, code)
+    require_divisors_above_rounding(proof, proven, code)
+    require_decay_when_rounded(proof, proven, code, added)
+    require_accurate_formulas(proof, proven, code)
+    require_accurate_functions(proven)
+
+
+def require_states_of_estimates(proven: dict[str, Any]) -> None:
+    """Raises ValueError if a state is made of more than estimates and measurements.
+
+    Anything else that is added to a state, such as a number, could be large without changing the error matrix, and the
+    estimate beside it would lose its digits.
+    """
     parts = [m for z in proven["moving"] for m in proven["before"][z]]
     measured = ("true.", "error of ", "inputs.")
     frame.demand(all(any(x.startswith(measured) for x in m) for m in parts), "a state holds more than estimates")
-    stored = {z: magnitudes(proven["before"][z]) for z in proven["moving"]}
-    estimates = [e["estimate"] for e in proof["errors"]]
-    sums = (*stored, *estimates, *["check"] * bool(c.sums))
 
+
+def require_accurate_step(proof: dict[str, Any], proven: dict[str, Any], code: "Bounded") -> dict[str, Any]:
+    """State -> bound of what rounding adds to it; ValueError if a next state, estimate or the sum `check` lose digits.
+
+    Of an output that may lose too many digits, nothing is said: its statement is removed from `proven`.
+    """
+    c, stored = proven["c"], {z: magnitudes(proven["before"][z]) for z in proven["moving"]}
     small, carried = bounded_by_one(code.known), argument_factors(code.known, c.precision)
     ones = code.ones()
 
@@ -100,36 +116,53 @@ def require(proof: dict[str, Any], proven: dict[str, Any]) -> None:
             code.compare(*sizes, f"{x}: {CANCELLATION}", own=x != "check")
         return bound
 
-    added = {x: accepted(x) for x in sums}
-    for said, x in [(each, x) for each in (proven["outputs"], proven["other than 0"]) for x in each]:
+    estimates = [e["estimate"] for e in proof["errors"]]
+    bounds = {x: accepted(x) for x in (*stored, *estimates, *["check"] * bool(c.sums))}
+    for statements, x in [(each, x) for each in (proven["outputs"], proven["other than 0"]) for x in each]:
         try:
             accepted(x)
-        except ValueError:  # nothing is said of it then
-            del said[x]
+        except ValueError:
+            del statements[x]
+    operations = 2 + max(code.bounds[z][1] for z in stored)
+    return {z: bounds[z] * kernel.term(operations) for z in stored}
+
+
+def require_divisors_above_rounding(proof: dict[str, Any], proven: dict[str, Any], code: "Bounded") -> None:
+    """Raises ValueError if a divisor may be so small somewhere in the box that it is mostly its rounding error."""
     for (function, q), _ in code.known.items():
-        if function == "1/":  # where a divisor is less than that, it may be its rounding
+        if function == "1/":
             size = max(total(substituted(magnitudes(q), code.ones())), code.divisors.get(q, Fraction(0)))
-            least = size / c.precision.cancelled
+            least = size / proven["c"].precision.cancelled
             try:
                 kernel.semidefinite([[q]], proven["box"], proof["cover"], proven["known"], least)
             except ValueError as why:
                 raise ValueError(f"in a divisor {CANCELLATION}, where it is near 0 ({why})") from None
-    n = 2 + max(code.bounds[z][1] for z in stored)
-    require_decay_when_rounded(proof, proven, code, {z: added[z] * kernel.term(n) for z in stored})
-    # Of other functions, and of formulas with an exp, a sine or cosine of a number, or a parameter that `prepare`
-    # computes (the C need not use it), all terms are compared. In a formula these values alone are rounded, once: what
-    # cancels to 0 may be larger there, as in the linearisation of a Stribeck curve.
-    names, known, prepared = proven["names"], proven["known"], {x for x, _ in c.prepare}
-    said = Bounded(names, dict(known), c.precision, code.bounds)
+
+
+def require_accurate_formulas(proof: dict[str, Any], proven: dict[str, Any], code: "Bounded") -> None:
+    """Raises ValueError if a formula of the proof with a rounded value in it may lose too many digits.
+
+    Rounded are an exp, sine or cosine of a number, and a parameter that `prepare` computes (the C need not use it). In
+    a formula these values alone are rounded, once: what cancels to 0 may be larger there, as in the linearisation of a
+    Stribeck curve.
+    """
+    c, names, known = proven["c"], proven["names"], proven["known"]
+    prepared = {x for x, _ in c.prepare}
+    now = Bounded(names, dict(known), c.precision, code.bounds)
     for formula in {*texts(proof), "parameters.sample_time"}:
         if prepared.intersection(re.findall(NAME, formula)) or has_rounded_value(formula, names, known):
-            said.require_accurate(said.value(formula), said.latest[0], MOST_CANCELLED)
+            now.require_accurate(now.value(formula), now.latest[0], MOST_CANCELLED)
     # A sample later a state without a formula may be the sine of a number, and a measured velocity may be.
-    given = {*proven["aside"], *proof["acceleration"]} - {e["truth"] for e in proof["errors"]}
-    later = Bounded(proven["later"], dict(proven["known"]), c.precision)
+    without_error = {*proven["aside"], *proof["acceleration"]} - {e["truth"] for e in proof["errors"]}
+    later = Bounded(proven["later"], dict(known), c.precision)
     for formula in proof["states"].values():
-        if given.intersection(re.findall(NAME, formula)):
+        if without_error.intersection(re.findall(NAME, formula)):
             later.require_accurate(later.value(formula), later.latest[0], c.precision.cancelled)
+
+
+def require_accurate_functions(proven: dict[str, Any]) -> None:
+    """Raises ValueError if a function of the C besides the step sets a state or output that may lose its digits."""
+    c = proven["c"]
     for program in (c.init, c.reset, c.predict, c.resume):
         text = from_any_state(proven, outputs=True)
         text.run(program, c.states)
