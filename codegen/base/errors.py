@@ -188,7 +188,7 @@ def nearest_name(word: str, known: Iterable[str]) -> str | None:
     likeness: dict[str, tuple[float, float, int]] = {}
     for name in known:
         numbered = _NUMBER.sub("", name) == word or _NUMBER.sub("", word) == name
-        one, other = ("", "") if numbered else (_struck_once(word.lower()), _struck_once(name.lower()))
+        one, other = ("", "") if numbered else (_without_repeats(word.lower()), _without_repeats(name.lower()))
         like = SequenceMatcher(None, one, other).ratio()
         if like >= LIKE and abs(len(one) - len(other)) <= max(len(name), len(word)) // 3:
             same_case = sum(a.isupper() == b.isupper() for a, b in zip(word, name, strict=False))
@@ -217,6 +217,6 @@ _NUMBER = re.compile(r"(?<=\w)_?\d+$")
 """Number at the end of a name."""
 
 
-def _struck_once(word: str) -> str:
+def _without_repeats(word: str) -> str:
     """The word with repeated letters reduced to one."""
     return re.sub(r"(.)\1+", r"\1", word)
