@@ -80,7 +80,7 @@ class Samples:
         self.period, self.notes = period, list[str]()
         self._spec, self._path, self._holds = spec, path, program.holds
         self._inputs = [field.name for field in program.inputs]
-        self._given, self._columns = description, columns
+        self._description, self._columns = description, columns
 
     def streamed(self) -> Iterator[Block]:
         """The rows of the file as they are, in blocks.
@@ -91,7 +91,7 @@ class Samples:
                 where the observer does not handle invalid samples; ``whole`` can read such a log.
             NotStreamed: for a format that can only be read whole.
         """
-        described = log_description(self._path, self._given)
+        described = log_description(self._path, self._description)
         stream = open_stream(self._path, described.with_columns(self._spec, self._columns))
         apart = described.beside or described.missing == "join"
         if apart or described.unwrap or described.rows or described.late:
@@ -113,7 +113,7 @@ class Samples:
         if why is not None and self._path.is_file() and self._path.stat().st_size > LARGEST:
             expected = f"steps of {self.period:g} s within {JITTER:.0%} (a log of more than 1 GB is not resampled)"
             raise BadInput(why.place, why.found, expected, code="LOG008")
-        log = read_log(self._path, self._spec, description=self._given, columns=self._columns)
+        log = read_log(self._path, self._spec, description=self._description, columns=self._columns)
         if not abs(log.sample_time / self.period - 1) <= JITTER:
             step, stated = log.sample_time, log.raw_data.time_unit
             found = f"a sample every {step:.6g} s{stated}, where the observer takes {self.period:.6g} s"
