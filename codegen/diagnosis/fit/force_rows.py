@@ -27,8 +27,13 @@ REWEIGHED = 2
 
 @dataclass(frozen=True, eq=False)
 class ForceRows:
-    """Linearised low-passed residual (R,) of one coordinate, slopes (R, p), samples, and (p,) slopes of the
-    drive gain.
+    """The low-passed force residual of one coordinate at its usable samples, linearised in p parameters.
+
+    Attributes:
+        sample: (R,) indices of the samples.
+        residual: (R,) in the unit of the coordinate's force.
+        slopes: (R, p) derivatives of the residual by the parameters.
+        gain: (p,) derivatives γ of the drive gain by the parameters; zeros if the residual is not divided by it.
     """
 
     sample: NDArray[np.int_]
@@ -72,21 +77,21 @@ def relative_force_rows(
     rows = force_rows(system.with_parameters(there, {}), problem, symbols)
     change = np.array([float(system.values[s]) - about[s] for s in symbols])
     rows = [replace(r, residual=r.residual + r.slopes @ change) for r in rows]
-    moved = np.flatnonzero(problem.used.any(axis=0))
+    coordinates = np.flatnonzero(problem.used.any(axis=0))  # those that have rows
     return [
         replace(r, slopes=r.slopes - np.outer(r.residual, gain), gain=gain)
-        for r, gain in zip(rows, _gain_slopes(system, problem.motion, symbols)[moved], strict=True)
+        for r, gain in zip(rows, _gain_slopes(system, problem.motion, symbols)[coordinates], strict=True)
     ]
 
 
 def slopes_of_evidence(
     system: System, motion: Motion, symbols: Sequence[sympy.Symbol], limits: tuple[Array, Array]
 ) -> Array:
-    """(N, n, p) slopes of the low-passed residual; over ``drive_gain`` where limits allow almost no drive force.
+    """(N, n, p) slopes of the low-passed force residual r, for tests of an effect: ∂r/∂θ, or that of r/gain.
 
-    ∂r/∂θ, or ∂r/∂θ − r ∂gain/∂θ of a coordinate whose gain 1 + Σ γ Δ may fall to ``LEAST_GAIN``: if all parameters, a
-    motor constant too, have large tolerances, the residual is zero with all of them at zero. Its own slopes then
-    explain any residual, and any evidence for an effect.
+    The slopes of r/gain, ∂r/∂θ − r ∂gain/∂θ, are those of a coordinate whose ``drive_gain``, 1 + Σ γ Δ, may fall to
+    ``LEAST_GAIN`` within the limits. There all parameters, a motor constant among them, have large tolerances. With all
+    of them at zero r is zero too, so its own slopes would explain any residual, and any evidence for an effect.
 
     Args:
         limits: (p,) least and largest change Δ of the parameters.
