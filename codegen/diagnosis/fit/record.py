@@ -198,19 +198,20 @@ def _averaging(group: int, n: int) -> Array:
 
 
 def record_of(motion: Motion, log: Log, shorter: float = 1.0, events: Sequence[int] = ()) -> Record:
-    """Segments of a motion, each from a fast sample nearby, since a run that starts at rest may stick.
+    """The record of a motion: segments of equal length in motion, thinned where the log is dense.
 
-    Between two of them up to half a length may be left out. A segment is added about each of ``events``, samples in
-    events of the force balance, that lies in none: an effect that acts there alone would not be seen.
+    Each segment starts at a fast sample nearby, since a run that starts at rest may stick; between two of them up to
+    half a length may be left out.
+
+    Args:
+        shorter: factor on the usual length of a segment.
+        events: samples in events of the force balance. A segment is added about each that lies in no other one: an
+            effect that acts there alone would not be seen.
 
     Raises:
         BadInput: if too few segments move, even ``SHORTENED``, times the factor ``shorter``.
     """
-    h, count = motion.sample_time, len(motion.time)
-    usable = np.ones(count, dtype=bool)
-    reach = round(1 / (motion.cutoff_hz * h))
-    for start, stop in log.gaps:
-        usable[max(0, start - reach) : stop + reach] = False
+    h, count, usable = motion.sample_time, len(motion.time), _away_from_gaps(motion, log)
     length = _usual_length(motion, shorter)
     stretches = [(0, count)]
     if log.joints:  # records that may each be short: segments lie within them
@@ -233,11 +234,7 @@ def record_of(motion: Motion, log: Log, shorter: float = 1.0, events: Sequence[i
     most = max(PLENTY, MOST_STEPS // steps)
     if len(starts) > most:
         starts = [starts[k] for k in np.linspace(0, len(starts) - 1, most).round().astype(int)]
-    for k in events:
-        first = min(max(k - tried // 2, 0), count - tried)
-        within = any(start <= first and first + tried <= stop for start, stop in stretches)
-        if within and usable[first : first + tried].all() and not any(s <= k < s + tried for s in starts):
-            starts = sorted([*starts, first])
+    starts = _with_events(starts, events, usable, stretches, tried)
     along = motion.measured, motion.positions, motion.velocities, motion.commands
     record = Record(
         *along,
@@ -250,6 +247,27 @@ def record_of(motion: Motion, log: Log, shorter: float = 1.0, events: Sequence[i
     )
     every = min(len(starts) * tried // MOST_STEPS, int(1 / (DENSE * STEPS_PER_PERIOD * motion.cutoff_hz * h) + 1e-9))
     return record.thinned(every) if every > 1 else record
+
+
+def _away_from_gaps(motion: Motion, log: Log) -> NDArray[np.bool_]:
+    """(N,) whether each sample is at least a period of the cutoff away from the gaps of the log."""
+    usable = np.ones(len(motion.time), dtype=bool)
+    reach = round(1 / (motion.cutoff_hz * motion.sample_time))
+    for start, stop in log.gaps:
+        usable[max(0, start - reach) : stop + reach] = False
+    return usable
+
+
+def _with_events(
+    starts: list[int], events: Sequence[int], usable: NDArray[np.bool_], stretches: list[tuple[int, int]], length: int
+) -> list[int]:
+    """The starts with one of a segment about each event that lies in no segment, if its samples are usable."""
+    for k in events:
+        first = min(max(k - length // 2, 0), len(usable) - length)
+        within = any(start <= first and first + length <= stop for start, stop in stretches)
+        if within and usable[first : first + length].all() and not any(s <= k < s + length for s in starts):
+            starts = sorted([*starts, first])
+    return starts
 
 
 def substeps_of(sample_time: float, cutoff_hz: float, per_period: int = STEPS_PER_PERIOD) -> int:
@@ -268,20 +286,25 @@ def _usual_length(motion: Motion, shorter: float = 1.0) -> int:
 
 
 def _starts(motion: Motion, usable: NDArray[np.bool_], stretches: list[tuple[int, int]], length: int) -> list[int]:
-    """Start samples of segments, each within one interval, at most as many as the logged samples fill."""
+    """First samples of segments (``length`` samples each), each within one of the ``stretches`` [start, stop).
+
+    Of places ``length`` apart, one is skipped until as many samples were logged since the last as a segment has. The
+    start is the sample within a quarter of the length about the place at which the slowest coordinate, relative to its
+    95 % speed, is fastest. A segment that touches a gap or has no motion is left out.
+    """
     h, count = motion.sample_time, len(motion.time)
     speed = np.abs(motion.velocities)
     top = np.quantile(speed, 0.95, axis=0)
     share = speed / np.where(top > 0, top, 1.0)
     edge = min(round(EDGE_S / h), count // 20)
     reach, starts = length // 4, []
-    own = np.arange(count + 1) if motion.counted is None else np.concatenate([[0], np.cumsum(motion.counted)])
+    logged = np.arange(count + 1) if motion.counted is None else np.concatenate([[0], np.cumsum(motion.counted)])
     for first, last in stretches:
-        taken = own[first]
+        taken = logged[first]
         for k in range(max(first, edge) + reach, min(last, count - edge) - length - reach, length):
-            if own[k + length] - taken < length:
+            if logged[k + length] - taken < length:
                 continue
-            taken = own[k + length]
+            taken = logged[k + length]
             start = k - reach + int(np.argmax(share[k - reach : k + reach + 1].min(axis=1)))
             if usable[start : start + length].all() and share[start : start + length].max() > STILL:
                 starts.append(start)
