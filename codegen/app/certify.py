@@ -23,7 +23,9 @@ from codegen.certify.levels import levels_of
 from codegen.certify.outcome import Certificate, Refusal
 from codegen.certify.remedies.proposals import propose
 from codegen.certify.remedies.sample_times import largest_sample_times
+from codegen.observers.equations import Observer
 from codegen.program.implicit_step import solved_by_one_step
+from codegen.spec.model import Spec
 
 
 @dataclass(frozen=True, repr=False)
@@ -37,6 +39,7 @@ class Certified(Result):
         rounding: precision → the increase of the bounds by rounding, or the reason why it is not known.
         solved: whether the code of an implicit step solves its equations, so that its sample time holds for the code.
         region: variable → (low, high), in SI units: the envelope, and the true levels of a DFO that are certified.
+        friction_gains: names of the gains that correct the friction estimate, as ``|K_2|`` where they are negative.
     """
 
     outcome: Certificate | Refusal
@@ -45,6 +48,7 @@ class Certified(Result):
     rounding: Mapping[str, Rounding] | str = "no error bound"
     solved: bool = True
     region: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    friction_gains: tuple[str, ...] = ()
 
     @property
     def certificate(self) -> Certificate | None:
@@ -76,7 +80,7 @@ class Certified(Result):
 
     @property
     def view(self) -> dict[str, Any]:
-        more = named(self, "bounds sample_times solved region")
+        more = named(self, "bounds sample_times solved region friction_gains")
         if isinstance(self.outcome, Refusal):
             return {"refusal": self.outcome, **more}
         meanings = {error["name"]: error["meaning"] for error in self.outcome.content["error"]}
@@ -123,7 +127,8 @@ def certify(source: Source, out: str | Path | None = None) -> Certified:
         levels += [(name, value, value) for name, value, _ in observer.declared_levels]
         ranges = [(name, low, high) for name, (low, high) in spec.envelope.items()] + levels
         region = {name: (float(low), float(high)) for name, low, high in ranges}
-        return Certified(outcome, bounds, times, rounding or "no error bound", _solved(analysis, times), region)
+        found = Certified(outcome, bounds, times, rounding or "no error bound", _solved(analysis, times), region)
+        return replace(found, friction_gains=_friction_gains(spec, observer))
     begin("largest sample times")
     times = largest_sample_times(spec, analysis, outcome)
     in_region = outcome.regions is not None  # ``times`` are then those of the sliding region
@@ -131,6 +136,13 @@ def certify(source: Source, out: str | Path | None = None) -> Certified:
     over_envelope = partial(largest_sample_times, spec, analysis) if in_region else lambda: times
     outcome = replace(outcome, proposals=propose(spec, analysis, machine.with_spec, over_envelope))
     return Certified(outcome, "no certificate", times, solved=_solved(analysis, times))
+
+
+def _friction_gains(spec: Spec, observer: Observer) -> tuple[str, ...]:
+    """Names of the gains other than K_v, as messages say which to raise."""
+    declared = [name for name in (spec.observer.gains if spec.observer else ()) if name != "K_v"]
+    negative = {symbol.name for symbol, value in observer.gains.items() if value < 0}
+    return tuple(f"|{gain}|" if any(n.startswith(gain) for n in negative) else gain for gain in declared)
 
 
 def _solved(analysis: Analysis, times: Mapping[str, float]) -> bool:

@@ -234,9 +234,20 @@ def test_a_bound_above_the_friction_is_said_to_be_of_no_use(
     text = " ".join(" ".join(lines_of("certify", slow, tmp_path)).split())
     bound = re.search(r"\|e_a_guide\| <= (\S+) N long after a reversal \(of no use: not below the friction", text)
     assert bound and float(bound[1]) > 65
-    assert f"friction itself is {friction}" in text and "raise K_F" in text and "a wider v_s" in text
+    assert f"friction itself is {friction}" in text and "raise K_F" in text and "a small Stribeck speed" in text
     found = re.search(r"\|e_a_guide\| <= (\S+) N long after a reversal;", " ".join(lines_of("certify", fast, tmp_path)))
     assert found and float(found[1]) < 2
+
+
+def test_what_to_change_for_a_better_bound_is_called_as_in_the_spec(tmp_path: Path) -> None:
+    """The user of a tracking observer read "raise K_F", a gain that it does not have, and "narrow NAME_dot"."""
+    tracker = AXIS.replace("LAW", "law: tustin, F_c: 40, F_s: 65, v_c: 5 mm/s").replace("EFFECTS", "")
+    tracker = (
+        tracker.replace("gcfo", "to").replace("K_F: 600", "K_2: -600").replace("v: [-0.3, 0.3]", "v: [-0.02, 0.02]")
+    )
+    text = " ".join(" ".join(lines_of("certify", tracker, tmp_path)).split())
+    assert "raise |K_2|, or narrow v_dot in the envelope" in text
+    assert "K_F" not in text and "NAME_" not in text
 
 
 def test_a_declared_stribeck_curve_is_named_as_the_reason_for_no_bound(tmp_path: Path) -> None:
