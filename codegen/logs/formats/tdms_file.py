@@ -25,7 +25,7 @@ class TdmsFile(ChannelFile):
         with self.opened() as stream:
             if stream.read(4) != b"TDSm":
                 raise self.fault("no TDMS file")
-        self._channels: dict[str, tuple[Any, Any]] = {}
+        self._channels: dict[str, tuple[Any, Any]] = {}  # name → channel, and the channel of its times or None
         rate, counted = self.description.sample_rate_hz, list[str]()
         with self.reading():
             for group in nptdms.TdmsFile.open(self.path).groups():
@@ -33,19 +33,11 @@ class TdmsFile(ChannelFile):
                 clock = next(clocks, None)
                 for channel in group.channels():
                     name = f"{group.name}.{channel.name}"
-                    if channel is not clock and channel.dtype.kind not in "fiub":
-                        self.unread[name] = "it holds no numbers"
-                    elif not len(channel):
-                        self.unread[name] = "it has no sample"
-                    elif STEP not in channel.properties and (clock is None or len(clock) != len(channel)):
-                        if rate is None:
-                            stated = "`sample_time: SECONDS` in meta.yaml beside the log states it"
-                            self.unread[name] = (
-                                f"it has no `{STEP}`, and its group no channel of as many times; {stated}"
-                            )
-                        else:
-                            counted.append(name)
-                            self._channels[name] = channel, None
+                    if why := self._why_unread(channel, clock):
+                        self.unread[name] = why
+                    elif not _has_times(channel, clock):
+                        counted.append(name)
+                        self._channels[name] = channel, None
                     elif channel is not clock:
                         self._channels[name] = channel, clock
             begins = [c.properties[BEGIN] for c, _ in self._channels.values() if BEGIN in c.properties]
@@ -68,6 +60,17 @@ class TdmsFile(ChannelFile):
             time = stamps.astype(np.float64)
         return Signal(name.partition(".")[0], time, np.asarray(channel[:], dtype=np.float64))
 
+    def _why_unread(self, channel: Any, clock: Any) -> str:
+        """Why a channel cannot be read, in words; "" if it can. ``clock``: its group's channel of times, or None."""
+        if channel is not clock and channel.dtype.kind not in "fiub":
+            return "it holds no numbers"
+        if not len(channel):
+            return "it has no sample"
+        if _has_times(channel, clock) or self.description.sample_rate_hz is not None:
+            return ""
+        stated = "`sample_time: SECONDS` in meta.yaml beside the log states it"
+        return f"it has no `{STEP}`, and its group no channel of as many times; {stated}"
+
     def _times(self, channel: Any) -> Array:
         """The times by the channel's own properties, s, from the earliest start of all channels."""
         properties = channel.properties
@@ -78,3 +81,8 @@ class TdmsFile(ChannelFile):
         if not step > 0:
             raise ValueError(f"{STEP} {step:g}")
         return np.asarray(start + step * np.arange(len(channel)), dtype=np.float64)
+
+
+def _has_times(channel: Any, clock: Any) -> bool:
+    """Whether the file has the times of a channel: a step of its own, or a channel of as many times in its group."""
+    return STEP in channel.properties or (clock is not None and len(clock) == len(channel))
