@@ -14,8 +14,8 @@ from codegen.spec.schema import RobotDocument, RobotSection
 from codegen.spec.urdf import read_kinematic_tree
 from codegen.spec.validation import nearest_place, validate
 
-GIVEN = ("coordinates", "inputs", "force")
-"""Sections that the robot file replaces."""
+OF_ROBOT_FILE = ("coordinates", "inputs", "force")
+"""Sections of a spec whose content comes from the robot file, so that the spec may not have them."""
 
 
 def expand_robot(
@@ -43,7 +43,7 @@ def expand_robot(
 
     section = validate(RobotDocument, {"urdf": filled["urdf"]}, places, str(path)).urdf
     tree = _read(section, path, place, "urdf" if isinstance(filled["urdf"], str) else "urdf.file")
-    for key in GIVEN:
+    for key in OF_ROBOT_FILE:
         if filled.get(key) is not None:
             expected = "one of them, since the robot file gives the joints"
             raise BadInput(place(key), f"`{key}:` together with `urdf:`", expected, code="SPEC005")
@@ -74,8 +74,8 @@ def _read(section: RobotSection, path: Path, place: PlaceOf, key: str) -> Kinema
 
     gravity = [exact(text, f"urdf.gravity[{k}]") for k, text in enumerate(section.gravity)]
     tree = read_kinematic_tree(path.parent / section.file, place(key), gravity)
-    given = {} if section.tolerance is None else section.tolerance.model_dump(exclude_none=True)
-    shares = {key: read_share(text, place(f"urdf.tolerance.{key}")) for key, text in given.items()}
+    stated = {} if section.tolerance is None else section.tolerance.model_dump(exclude_none=True)
+    shares = {key: read_share(text, place(f"urdf.tolerance.{key}")) for key, text in stated.items()}
     links = {key: share for key, share in shares.items() if key != "damping"}
     base = tuple((name, exact(t, f"urdf.base_parameters.{name}")) for name, t in section.base_parameters.items())
     return replace(tree, tolerance=LinkTolerance(**links) if links else None, base_parameters=base)
