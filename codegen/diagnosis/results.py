@@ -441,8 +441,9 @@ class Diagnosis(Shown):
     @property
     def summary(self) -> Mapping[str, object]:
         effects = ", ".join(e.title for e in self.effects) or "none"
-        errors = {"relative force error, declared": self.declared.relative_force}
-        return {"verdict": self.verdict, "effects": effects, **errors, "augmented": self.augmented.relative_force}
+        models = {"declared": self.declared, "augmented": self.augmented}
+        errors = {f"relative force error {name}": model.relative_force for name, model in models.items()}
+        return {"verdict": self.verdict, "effects": effects, **errors}
 
     @property
     def is_refit_as_declared(self) -> bool:
