@@ -309,7 +309,8 @@ def assignments(text: str, sign: str) -> Program:
         declared, target, way, value = statement.groups()
         end = statement.end()
         demand(target.split("[")[0] not in taken, f"{target} is a function")
-        demand(not declared or target not in {*local, *sizes}, f"{target} is declared twice")  # one may hide another
+        again = target in local or target in sizes  # one may hide another
+        demand(not (declared and again), f"{target} is declared twice")
         local |= {target} if declared else set()
         demand("." in target.split("[")[0] or target in local, f"{target} is set")
         whole, other = re.search(r"(?<![\w.[])[0-9]", number.sub("", value)), function.search(called.sub("", value))

@@ -43,7 +43,7 @@ def test_the_end_of_a_loop_in_octal_digits_is_refused() -> None:
 def test_an_array_that_hides_a_number_is_refused() -> None:
     """The difference of two arrays is a whole number of elements between them: v_hat was 1 m/s at all times."""
     sum_, shows = "    const double check = z_v_next", "outputs->v_hat = v_hat;"
-    numbers = f"    const double p = v_hat + a_hat_rail;\n    const double q = a_hat_rail;\n{sum_}"
+    numbers = f"    const double p = v_hat + v_hat;\n    const double q = v_hat;\n{sum_}"
     assert verify.status(check(*changed("one_mass", (sum_, numbers), (shows, "outputs->v_hat = p - q;")))) == 0
     hidden = changed("one_mass", (sum_, numbers), (shows, "double p[9]; double q[1]; outputs->v_hat = p - q;"))
     with pytest.raises(verify.Refused, match="p is declared twice"):

@@ -226,13 +226,13 @@ def test_half_a_row_needs_no_more_than_nats_only_where_it_is_open_and_nothing_is
 
 
 @pytest.mark.parametrize(("faults", "steady"), [(True, False), (False, True)])
-def test_no_lead_is_sought_on_a_faulty_log_or_at_constant_speed(faults: bool, steady: bool) -> None:
+def test_no_lead_is_selected_on_a_faulty_log_or_at_constant_speed(faults: bool, steady: bool) -> None:
     none: Any = None
     case: Any = SimpleNamespace(faults=faults, steady=steady)
     assert late_inputs._nearest(case, none, none) == {}
 
 
-def test_beside_effects_that_leave_the_noise_no_lead_is_sought(tmp_path: Path) -> None:
+def test_beside_effects_that_leave_the_noise_no_lead_is_selected(tmp_path: Path) -> None:
     """It cost 18 % of the time of a log that was not late."""
     log = replace(log_of(stage(f"[{DRIFT}]"), tmp_path, "train.csv"), description=LogDescription())
     case, search, final = fitted(log, {"friction_drift": DRIFTING})
@@ -270,7 +270,7 @@ def test_each_effect_with_states_must_gain_ten_nats_over_the_lead(loads: int, gi
 
 
 @pytest.mark.parametrize(("present", "first", "found"), [(3.0, [2.0, 4.0], {}), (2.9, [2.0, 3.0, 4.0], {0: 3.0})])
-def test_a_lead_is_sought_from_the_present_one(present: float, first: list[float], found: dict[int, float]) -> None:
+def test_a_lead_is_selected_from_the_present_one(present: float, first: list[float], found: dict[int, float]) -> None:
     """The input leads by 3 rows, and the present fit counts as tried where it has one of the leads that are tried."""
     tried = list[float]()
 
@@ -307,7 +307,7 @@ def test_the_lead_of_a_machine_with_a_load_behind_a_spring_is_that_of_its_input(
     assert timing.lead_of(case.problem, 0).estimate == pytest.approx(0.5 + lag / (EVERY * 0.002), abs=0.15)
 
 
-def test_no_resonance_is_sought_beside_a_lead_that_is_not_significant(tmp_path: Path) -> None:
+def test_no_resonance_is_selected_beside_a_lead_that_is_not_significant(tmp_path: Path) -> None:
     log = shaken(log_of(stage(f"[{LOADED}]"), tmp_path, "train.csv"), 1, 0.3)
     with patch.object(timing, "resonances", side_effect=AssertionError):
         lead = timing.lead_of(Problem(system_of(stage()), smooth_motion(log), {}), 0)
@@ -327,7 +327,7 @@ def test_the_lead_by_every_second_row_of_a_long_log_is_that_by_all(tmp_path: Pat
     assert second.deviation == pytest.approx(every.deviation, rel=0.1)
 
 
-def test_the_effects_are_sought_again_with_the_input_taken_earlier(tmp_path: Path) -> None:
+def test_the_effects_are_selected_again_with_the_input_taken_earlier(tmp_path: Path) -> None:
     """The first search is given the compliance that logs of a filtered current led to; the second one is as it is."""
     spec, told, outcomes = stage(), list[Findings](), list[Outcome]()
 
@@ -401,7 +401,7 @@ def test_nothing_is_searched_twice_where_an_input_is_late(
     monkeypatch.setattr(free_runs.wrong_values, "is_better", lambda *_: True)
     case: Any = SimpleNamespace(faults=False, steady=False)
     base: Any = None
-    own, outcome, _ = free_runs._sought(search, base, lambda turn, share: None, case, may_be_late)
+    own, outcome, _ = free_runs._selected(search, base, lambda turn, share: None, case, may_be_late)
     assert outcome.final == final and found == asked
     assert (own is search) == (rigid or all("late" in one for one in (asked or [""])[:: max(1, len(asked) - 1)]))
 
