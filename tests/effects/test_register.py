@@ -13,6 +13,7 @@ from codegen.effects import CATALOGUE
 from codegen.effects.declare import system_of
 from codegen.effects.register import candidates, load_effects, twins_of
 from codegen.spec import read_spec
+from codegen.spec.reader import parse_spec
 
 SPEC = Path(__file__).parents[2] / "specs/one_mass.yaml"
 MINE = """
@@ -118,3 +119,16 @@ def test_an_error_in_an_effect_of_ones_own_is_told_with_its_line(tmp_path: Path)
     assert told.value.code == "EFFECT001"
     assert str(told.value.place) == f"{path}:9"
     assert "AttributeError: 'System' object has no attribute 'position'" in told.value.found
+
+
+def test_numbers_with_which_an_effect_cannot_be_added_are_told_at_the_spec(monkeypatch: pytest.MonkeyPatch) -> None:
+    """`init` from a robot file with joint damping ended in "internal error"."""
+
+    def fails(*_: object) -> None:
+        raise ZeroDivisionError("injected")
+
+    spec = parse_spec(SPEC.read_text() + "effects: [{kind: offset, on: x, parameters: {f0: 1}}]\n", SPEC)
+    monkeypatch.setattr("codegen.effects.declare._add", fails)
+    with pytest.raises(BadInput, match="the declared effects cannot be computed") as raised:
+        system_of(spec)
+    assert raised.value.place.file == str(SPEC)
