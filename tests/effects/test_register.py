@@ -127,7 +127,8 @@ def test_numbers_with_which_an_effect_cannot_be_added_are_told_at_the_spec(monke
     def fails(*_: object) -> None:
         raise ZeroDivisionError("injected")
 
-    spec = parse_spec(SPEC.read_text() + "effects: [{kind: offset, on: x, parameters: {f0: 1}}]\n", SPEC)
+    text = SPEC.read_text("utf-8").replace("effects: []", "effects: [{kind: offset, on: x, parameters: {f0: 1}}]")
+    spec = parse_spec(text, SPEC)
     monkeypatch.setattr("codegen.effects.declare._add", fails)
     with pytest.raises(BadInput, match="the declared effects cannot be computed") as raised:
         system_of(spec)
