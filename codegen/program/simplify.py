@@ -5,6 +5,7 @@ A node that has a name or is used more than once is *closed*: it is computed onc
 constants. The result determines the order of operations in every output language.
 """
 
+import math
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from fractions import Fraction
@@ -247,8 +248,8 @@ class _Rules:
         return self.graph.quotient(above, divisor)
 
 
-# Constants: numbers are evaluated; parameters become a product divided by a product. A quotient of numbers that is no
-# decimal with as many digits as a double has, such as 1/3, stays one: a proof of the C needs its exact value.
+# Constants: numbers are evaluated; parameters become a product divided by a product. A quotient of numbers such as 1/3,
+# which no decimal of a double's digits equals, stays a quotient: a proof of the C needs its exact value.
 
 LARGEST_INTEGER = 2**53
 """Largest integer up to which a double holds every integer."""
@@ -337,9 +338,9 @@ def constant_reciprocal(node: Node, graph: Graph) -> Node:
 
 
 def _in_lowest_terms(value: Fraction) -> tuple[float, float] | None:
-    """A number as a quotient of two doubles: itself over 1 if it is a decimal that a double prints, else of integers.
+    """Numerator and denominator of an exact number, as doubles; the number and 1 if its decimal fits into a double.
 
-    None if these exceed ``LARGEST_INTEGER``.
+    None if the numerator or the denominator exceeds ``LARGEST_INTEGER``.
     """
     if _decimal(float(value)) == value:
         return float(value), 1.0
@@ -349,7 +350,9 @@ def _in_lowest_terms(value: Fraction) -> tuple[float, float] | None:
 
 
 def _decimal(value: float) -> Fraction:
-    """The decimal that is printed for a double, exactly; a proof reads this of the C."""
+    """The exact value of the decimal that the generated code has for a double. Raises OverflowError for infinity."""
+    if not math.isfinite(value):
+        raise OverflowError("a constant beyond the range of a double")
     return Fraction(repr(value))
 
 

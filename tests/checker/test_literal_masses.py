@@ -6,7 +6,9 @@ from pathlib import Path
 import pytest
 
 import stiction
+from codegen.program.graph import Graph
 from codegen.program.lower import lower
+from codegen.program.simplify import constant_product
 from tests.app.command import stiction as command
 
 ONE_MASS = (Path(__file__).parents[2] / "specs" / "one_mass.yaml").read_text("utf-8")
@@ -58,3 +60,11 @@ def test_constants_are_the_nearest_doubles_of_the_exact_quotients(tmp_path: Path
     code = lower(stiction.load(tmp_path / "s.yaml").program)
     found = dict(zip((a.name for a in code.derived), code.derived_values, strict=True))
     assert {float(Fraction(*one)) for one in ((1, 3), (3, 11), (3, 19))} <= {abs(v) for v in found.values()}
+
+
+def test_a_constant_beyond_a_double_is_an_arithmetic_error() -> None:
+    """A verb tells it as a spec whose numbers are too large; Fraction would raise a ValueError."""
+    graph = Graph()
+    large, third = graph.number(1e200), graph.quotient(graph.number(1.0), graph.number(3.0))
+    with pytest.raises(ArithmeticError, match="range of a double"):
+        constant_product([large, large, third], graph)
